@@ -1,0 +1,54 @@
+"""The console script `nlds-vines COMMAND ...`, and `python -m nlds_vines`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+from nlds_vines._command import DONE, WRONG_REQUEST, complain
+from nlds_vines.errors import unknown
+from nlds_vines.provenance import version
+
+COMMANDS = {
+    "bifurcation": ("nlds_vines.bifurcation", "scan one parameter or two"),
+}
+"""The sister commands: the module of each, whose `main` takes the arguments, and its purpose."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command that the first of the arguments names; returns its exit status."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    name = arguments[0] if arguments else "--help"
+    if name in COMMANDS:
+        module, _ = COMMANDS[name]
+        return import_module(module).main(arguments[1:])
+    if name in ("-h", "--help"):
+        print(_help())
+        return DONE
+    if name == "--version":
+        print(f"nlds-vines {version('nlds-vines')}")
+        return DONE
+    complain("", f"error: {unknown('command', name, COMMANDS)}")
+    return WRONG_REQUEST
+
+
+def _help() -> str:
+    lines = (f"  {name:<14}{purpose}" for name, (_, purpose) in COMMANDS.items())
+    return "\n".join(
+        [
+            "usage: nlds-vines COMMAND ... | --help | --version",
+            "",
+            "Bifurcation and chaos analysis of vibro-impact nonlinear energy sinks.",
+            "",
+            "commands (each has its own --help with examples):",
+            *lines,
+            "",
+            "example:",
+            "  nlds-vines bifurcation --dry-run",
+        ]
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

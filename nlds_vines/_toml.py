@@ -1,0 +1,79 @@
+"""TOML in, with errors of one line; TOML out, in the canonical form that hashes are taken of."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from nlds_vines.errors import RequestError
+
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the document in the TOML file `path`.
+
+    Raises `RequestError` with file, line and column where the file cannot be read as TOML.
+    """
+    try:
+        return parse_toml(path.read_text(encoding="utf-8"), str(path))
+    except UnicodeDecodeError as error:
+        raise RequestError(f"{path}: not UTF-8 text at byte {error.start}") from None
+    except (OSError, ValueError) as error:
+        if isinstance(error, RequestError):
+            raise
+        reason = getattr(error, "strerror", None) or error
+        raise RequestError(f"{path}: cannot be read: {reason}") from None
+
+
+def parse_toml(text: str, where: str) -> dict[str, Any]:
+    """Return the document in the TOML `text`; `where` names it in the message of an error."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        lines = text.split("\n")
+        end = f"at line {len(lines)}, column {len(lines[-1]) + 1}, the end of the document"
+        reason = str(error).replace("at end of document", end)
+        raise RequestError(f"{where}: malformed TOML: {reason}") from None
+    except RecursionError:
+        raise RequestError(f"{where}: malformed TOML: nested too deeply") from None
+
+
+def toml_text(document: Mapping[str, Any]) -> str:
+    """Return `document` as TOML: scalars first, then a `[table]` for each mapping in it.
+
+    Values are str, int, float, sequences of these, or mappings.  Floats are written with the
+    digits that read back to the same bits.
+    """
+    return "\n".join(_lines(document, ())) + "\n"
+
+
+def _lines(document: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
+    plain = {key: value for key, value in document.items() if not isinstance(value, Mapping)}
+    lines = [f"{_key(key)} = {_value(value)}" for key, value in plain.items()]
+    for key, value in document.items():
+        if isinstance(value, Mapping):
+            inner = (*path, key)
+            only_tables = value and all(isinstance(item, Mapping) for item in value.values())
+            header = [] if only_tables else ["", f"[{'.'.join(map(_key, inner))}]"]
+            lines += header + _lines(value, inner)
+    return lines
+
+
+def _key(key: str) -> str:
+    return key if _BARE_KEY.fullmatch(key) else _value(key)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, str):
+        # JSON's escapes are TOML's, but for DEL, which TOML wants escaped as well
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return repr(float(value))  # NumPy's own floats print differently
+    return f"[{', '.join(map(_value, value))}]"

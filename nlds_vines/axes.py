@@ -1,0 +1,71 @@
+"""An axis of a scan: one parameter and the values that it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nlds_vines.errors import RequestError, number, shown, string, whole
+
+MOST_VALUES = 10**7
+"""The most values that one axis may have."""
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """One varied parameter.
+
+    Arguments: `name` of the parameter; `values` in SI units, one or more, all different.  They are
+    kept in ascending order, as a read-only array.
+
+    Raises `RequestError` for no values, too many, equal ones, and anything but finite numbers.
+    """
+
+    name: str
+    values: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Check, sort and freeze the values."""
+        string("name of an axis", self.name)
+        values = np.sort(_numbers(self.name, self.values))
+        equal = values[1:][np.diff(values) == 0]
+        if equal.size:
+            raise RequestError(f"{self.name} takes the value {float(equal[0])!r} more than once")
+        values.setflags(write=False)
+        object.__setattr__(self, "values", values)
+
+    @classmethod
+    def spaced(cls, name: str, start: object, stop: object, num: object) -> Axis:
+        """Return `num` values at equal distances from `start` to `stop`, both included.
+
+        Raises `RequestError` for a start beyond the stop and, as `Axis`, for faulty numbers.
+        """
+        first, last = number("start", start), number("stop", stop)
+        count = whole("num", num, 1, MOST_VALUES)
+        if first > last:
+            raise RequestError(f"start = {first!r} must not be greater than stop = {last!r}")
+        with np.errstate(all="ignore"):
+            return cls(name, np.linspace(first, last, count))
+
+    def __eq__(self, other: object) -> bool:
+        """Two axes are equal where name and all values are."""
+        if not isinstance(other, Axis):
+            return NotImplemented
+        return self.name == other.name and np.array_equal(self.values, other.values)
+
+    def __hash__(self) -> int:
+        """Hash by name and values."""
+        return hash((self.name, self.values.tobytes()))
+
+
+def _numbers(name: str, values: object) -> np.ndarray:
+    """Return `values` as a new one-dimensional array of finite floats."""
+    if isinstance(values, np.ndarray) and values.ndim == 1:
+        values = values.tolist()
+    if not isinstance(values, Sequence) or isinstance(values, str):
+        raise RequestError(f"values = {shown(values)} must be a list of numbers")
+    if not 1 <= len(values) <= MOST_VALUES:
+        raise RequestError(f"{name} has {len(values)} values; allowed: from 1 to {MOST_VALUES}")
+    return np.array([number(name, value) for value in values])

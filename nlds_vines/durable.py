@@ -1,0 +1,125 @@
+"""Bytes that survive: files that appear whole or not at all, seals, a lock that leaves no trace.
+
+A writer may be killed, or the power cut, between any two system calls.  So nothing is ever written
+in place: the bytes go to a temporary name, are forced to the disk, and take their name by a rename,
+which the folder is then forced to remember.  A seal (SHA-256 of all that stands before it, appended
+to the file) finds every flipped bit, in data, headers and padding alike; HDF5 ignores what follows
+its own end of file, so a sealed archive is an ordinary archive.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from nlds_vines.errors import RequestError
+
+_MARK = b"\nnlds_vines seal sha256 "
+_SEAL_BYTES = len(_MARK) + hashlib.sha256().digest_size * 2 + 1
+_SLAB = 1 << 20  # bytes hashed at a time: files of any size need no more memory
+
+
+@contextmanager
+def in_one_line(doing: str) -> Iterator[None]:
+    """Turn what the operating system or HDF5 says while `doing` something into a `RequestError`.
+
+    HDF5 reports a full disk as OSError or, while closing, as RuntimeError, both over many lines.
+    """
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
+        raise RequestError(f"cannot {doing}: {reason}") from error
+
+
+def write(path: Path, data: bytes) -> None:
+    """Put `data`, sealed, under the name `path`: whole, on the disk, or not at all (OSError)."""
+    temporary = path.with_name(path.name + ".tmp")
+    with temporary.open("wb") as file:
+        file.write(data)
+        file.write(_seal(hashlib.sha256(data)))
+        file.flush()
+        os.fsync(file.fileno())
+    replace(temporary, path)
+
+
+def read(path: Path) -> bytes:
+    """Return what `write` put there, without its seal; ValueError if a single bit has changed."""
+    sealed = path.read_bytes()
+    data = sealed[:-_SEAL_BYTES]
+    if sealed[-_SEAL_BYTES:] != _seal(hashlib.sha256(data)):
+        raise ValueError("its seal is broken")
+    return data
+
+
+def replace(temporary: Path, path: Path) -> None:
+    """Rename a file that is on the disk, and force the folder to remember its new name."""
+    os.replace(temporary, path)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+def seal(path: Path) -> None:
+    """Append a seal to a finished file and force the whole of it to the disk."""
+    digest = _digest(path, path.stat().st_size)
+    with path.open("ab") as file:
+        file.write(_seal(digest))
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def sealed(path: Path) -> bool:
+    """Tell whether a file ends in the seal of all the bytes before it."""
+    size = path.stat().st_size - _SEAL_BYTES
+    if size < 0:
+        return False
+    digest = _digest(path, size)
+    with path.open("rb") as file:
+        file.seek(size)
+        return file.read() == _seal(digest)
+
+
+def lock(path: Path) -> int | None:
+    """Lock `path`, created if need be, for this process; None if another process holds it.
+
+    Returns the descriptor to `os.close` when done.  The kernel keeps the lock, not the file: that
+    of a dead process is gone with it, so there is no such thing as a stale one.
+    """
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(descriptor)
+            return None
+        if _names(path, descriptor):
+            return descriptor
+        os.close(descriptor)  # its owner removed the file meanwhile: this lock guards nothing
+
+
+def _names(path: Path, descriptor: int) -> bool:
+    try:
+        return os.path.samestat(path.stat(), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False
+
+
+def _seal(digest: hashlib._Hash) -> bytes:
+    return _MARK + digest.hexdigest().encode() + b"\n"
+
+
+def _digest(path: Path, size: int) -> hashlib._Hash:
+    """Return the SHA-256 of the first `size` bytes of a file."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while slab := file.read(min(_SLAB, size)):
+            digest.update(slab)
+            size -= len(slab)
+    return digest

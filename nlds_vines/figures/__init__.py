@@ -1,0 +1,63 @@
+"""Archive -> picture: bifurcation diagrams and maps of regimes, from the archive alone.
+
+Nothing is computed here, and no kernel is ever loaded.  The only part that imports matplotlib.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import matplotlib
+
+from nlds_vines.archive import read
+from nlds_vines.durable import in_one_line
+from nlds_vines.errors import RequestError
+from nlds_vines.figures.diagram import diagram
+from nlds_vines.figures.maps import regime_map
+from nlds_vines.figures.style import STYLE
+
+__all__ = ["FORMATS", "diagram", "regime_map", "save"]
+
+FORMATS = {"png": 200, "pdf": 600, "svg": 600}
+"""What a picture may be, by the suffix of its name, and its resolution in dots per inch; in the
+vector formats that of the clouds of dots alone."""
+
+
+def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]) -> Path:
+    """Draw what an archive holds: a diagram for one varied parameter, a map for two.
+
+    The suffix of `plot_path` chooses the format, one of `FORMATS`.  The picture takes its name
+    only when it is whole, carries the scan's hash in its metadata, and has the same bytes
+    whenever it is drawn from the same archive.  Returns its path.
+
+    Raises `RequestError` for another suffix, for an archive that cannot be read or holds nothing
+    to draw, and for a place that cannot be written.
+    """
+    path = Path(plot_path)
+    form = path.suffix.lower().removeprefix(".")
+    if form not in FORMATS:
+        raise RequestError(f"{path}: a picture is one of .{', .'.join(FORMATS)}")
+    with read(archive_path) as view:
+        figure = diagram(view) if len(view.axes) == 1 else regime_map(view)
+        title, scan_hash = str(view.attrs["title"]), str(view.attrs["scan_hash"])
+    temporary = path.with_name(f"{path.name}.tmp")
+    salt = {"svg.hashsalt": scan_hash}  # or the names inside an SVG are drawn by lot
+    with in_one_line(f"write {path}"), matplotlib.rc_context({**STYLE, **salt}):
+        try:
+            metadata = _metadata(form, title, scan_hash)
+            figure.savefig(temporary, format=form, dpi=FORMATS[form], metadata=metadata)
+            os.replace(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    return path
+
+
+def _metadata(form: str, title: str, scan_hash: str) -> dict[str, str | None]:
+    """Return title and origin in the words of each format; without a date, so that bytes repeat."""
+    origin = f"scan_hash {scan_hash}"
+    if form == "png":
+        return {"Title": title, "scan_hash": scan_hash}
+    if form == "pdf":
+        return {"Title": title, "Subject": origin, "CreationDate": None}
+    return {"Title": title, "Description": origin, "Date": None}

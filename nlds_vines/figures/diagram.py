@@ -1,0 +1,145 @@
+"""The bifurcation diagram: what one parameter does to the orbits (Figure 8)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from nlds_vines.archive import ArchiveView
+from nlds_vines.errors import RequestError
+from nlds_vines.figures.bands import bands, edges
+from nlds_vines.figures.strip import draw_strip
+from nlds_vines.figures.style import (
+    CM,
+    GREEN,
+    LEFT,
+    RIGHT,
+    STYLE,
+    WIDTH,
+    axis_label,
+    quantity_label,
+    start_colours,
+)
+
+CURVES = ("E1max", "E2max", "impact_rate", "clearance", "period")
+"""The recorded numbers that can be drawn as they are, the most telling first."""
+
+_PANEL, _FOOT, _HEAD = 4.4 * CM, 1.1 * CM, 0.75 * CM  # heights in inches
+_NAMES, _STRIP = 2.15 * CM, 0.42 * CM  # the strip stands at the foot of the room for names
+_DOT: dict[str, Any] = {
+    "marker": "o",
+    "markersize": 0.75,
+    "markeredgewidth": 0,
+    "linestyle": "none",
+}
+_MOST_NAMED = 8  # starts in the legend
+
+
+@matplotlib.rc_context(STYLE)
+def diagram(view: ArchiveView) -> Figure:
+    """Return the diagram of a scan along one parameter.
+
+    With a recorded section: the stroboscopic coordinates of damper and structure as unconnected
+    dots, the structure's maximum energy in green over the first.  Without one: the numbers that
+    are recorded.  Above the panels, a strip names the regimes of the first start.
+
+    Raises `RequestError` for a scan of two parameters and where nothing is recorded to draw.
+    """
+    if len(view.axes) != 1:
+        raise RequestError(f"{view.path} varies {len(view.axes)} parameters: draw it as a map")
+    rows = _rows(view)
+    figure, panels = _panels(len(rows), _HEAD + _NAMES if "label" in view else _HEAD)
+    for panel, row in zip(panels, rows, strict=True):
+        _dots(panel, view, row)
+    if "section" in view and "E1max" in view:
+        _overlay_energy(panels[0], view)
+    values = view[view.axes[0]]
+    panels[0].set_xlim(*edges(values)[[0, -1]])
+    panels[-1].set_xlabel(axis_label(view.axes[0]))
+    if "label" in view:
+        draw_strip(_strip_axes(figure, panels[0]), bands(values, view.take("label", start=0)))
+    _name_starts(panels[-1], list(view["start"]))
+    figure.text(LEFT, 1 - 0.15 * CM / figure.get_figheight(), view.attrs["title"], va="top")
+    return figure
+
+
+def _rows(view: ArchiveView) -> list[str]:
+    """Return what the panels show, from the top: displacements of a section, or plain numbers."""
+    if "section" in view:
+        return [name for name in ("x2", "x1") if name in view["component"]]
+    if rows := [name for name in CURVES if name in view]:
+        return rows
+    raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
+
+
+def _panels(count: int, head: float) -> tuple[Figure, list[Axes]]:
+    """Return a figure with panels above one another, and `head` inches of room above them."""
+    height = head + count * _PANEL + _FOOT
+    figure = Figure(figsize=(WIDTH, height))
+    bottom, top = _FOOT / height, 1 - head / height
+    axes = figure.subplots(
+        count,
+        sharex=True,
+        squeeze=False,
+        gridspec_kw={"left": LEFT, "right": RIGHT, "bottom": bottom, "top": top, "hspace": 0.07},
+    )
+    panels = list(axes[:, 0])
+    for letter, panel in zip("abcdef", panels, strict=False):
+        panel.tick_params(top=True)
+        if count > 1:
+            paper = {"facecolor": "white", "edgecolor": "none", "pad": 1, "alpha": 0.8}
+            panel.text(0.015, 0.95, f"({letter})", transform=panel.transAxes, va="top", bbox=paper)
+    return figure, panels
+
+
+def _strip_axes(figure: Figure, panel: Axes) -> Axes:
+    """Return the axes of the strip, just above the panels."""
+    height = figure.get_figheight()
+    bottom = panel.get_position().y1 + 0.1 * CM / height
+    return figure.add_axes((LEFT, bottom, RIGHT - LEFT, _STRIP / height), sharex=panel)
+
+
+def _dots(panel: Axes, view: ArchiveView, row: str) -> None:
+    """Draw one row against the parameter as unconnected dots, every start in its colour."""
+    values = view[view.axes[0]]
+    for start, colour in enumerate(start_colours(list(view["start"]))):
+        if "section" in view:
+            component = list(view["component"]).index(row)
+            found, unit = view.take("section", start=start, component=component), "m"
+        else:
+            found, unit = view.take(row, start=start)[:, np.newaxis], view.units(row)
+        across = np.repeat(values, found.shape[1])
+        drawable = np.where(np.isfinite(found), found, np.nan).ravel()
+        dot = _DOT if "section" in view else {**_DOT, "markersize": 2}
+        panel.plot(across, drawable, color=colour, rasterized=True, **dot)
+    panel.set_ylabel(quantity_label(row, unit))
+
+
+def _overlay_energy(panel: Axes, view: ArchiveView) -> None:
+    """Draw the structure's maximum energy over a panel, on an axis of its own."""
+    axes = panel.twinx()
+    for start in range(view["start"].size):
+        axes.plot(view[view.axes[0]], view.take("E1max", start=start), color=GREEN, linewidth=0.9)
+    axes.set_ylim(bottom=0)
+    axes.set_ylabel(quantity_label("E1max", view.units("E1max")), color=GREEN)
+    axes.tick_params(axis="y", colors=GREEN)
+    axes.spines["right"].set_color(GREEN)
+
+
+def _name_starts(panel: Axes, starts: list[str]) -> None:
+    """Add a legend of the starts where their colours need one."""
+    if starts == ["rest"]:
+        return
+    dot: dict[str, Any] = {"marker": "o", "markersize": 3, "linestyle": "none"}
+    handles = [
+        Line2D([], [], color=colour, label=f"start: {name}", **dot)
+        for name, colour in zip(starts, start_colours(starts), strict=True)
+    ]
+    panel.legend(
+        handles=handles[:_MOST_NAMED], loc="upper right", ncols=4, handletextpad=0, frameon=False
+    )

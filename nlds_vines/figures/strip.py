@@ -1,0 +1,91 @@
+"""The strip above a diagram that names the regimes along the axis."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.font_manager import FontProperties
+from matplotlib.patches import Rectangle
+from matplotlib.textpath import TextPath
+
+from nlds_vines.figures.bands import Band, spread
+from nlds_vines.figures.palette import HATCHED, TRANSIENT, colours, is_dark
+from nlds_vines.figures.style import LEFT, RIGHT, STYLE, WIDTH
+
+_POINTS = 72 * WIDTH * (RIGHT - LEFT)  # width of the strip
+_SIZE = 7  # pt, of the names
+_PITCH = 1.25 * _SIZE  # pt from one upright name to the next
+_PADDING = 3  # pt on either side of a name inside its band
+_NARROWEST = 0.5  # pt: what is narrower cannot be seen and is not named
+_NAMED_ONCE = ("undetermined", "failed")  # their look is explained once, where they are widest
+
+
+def draw_strip(axes: Axes, found: list[Band]) -> None:
+    """Draw the bands of the regimes as a strip, and name as many as there is room for.
+
+    A name goes into its band where it fits; else it stands upright above, at the end of a line,
+    the widest bands first.
+    """
+    axes.set_ylim(0, 1)
+    axes.set_yticks([])
+    axes.tick_params(bottom=False, labelbottom=False)
+    scale = _POINTS / (found[-1].high - found[0].low)  # points per unit of the parameter
+    colour = colours(band.label for band in found)
+    beside = []
+    for band in found:
+        _fill(axes, band, colour[band.label])
+        if _width(_name(band)) + 2 * _PADDING <= band.width * scale:
+            _name_inside(axes, band, "white" if is_dark(colour[band.label]) else "black")
+        elif band.width * scale >= _NARROWEST:
+            beside.append(band)
+    _name_above(axes, _sparing(beside), scale, found[0].low, found[-1].high)
+
+
+def _sparing(named: list[Band]) -> list[Band]:
+    """Leave out all but the widest of the bands whose look needs explaining but once."""
+    widest = {band.label: band for band in sorted(named, key=lambda band: band.width)}
+    return [band for band in named if band.label not in _NAMED_ONCE or band is widest[band.label]]
+
+
+def _name(band: Band) -> str:
+    """Return what is written for a band: its label, a transient in short."""
+    return band.label.replace(TRANSIENT, "chaos → ")
+
+
+def _fill(axes: Axes, band: Band, colour: str) -> None:
+    hatch: dict[str, Any] = (
+        {"hatch": "//////", "edgecolor": "#8a8a8a"} if band.label == HATCHED else {}
+    )
+    box = Rectangle((band.low, 0), band.width, 1, facecolor=colour, linewidth=0, **hatch)
+    axes.add_patch(box)
+
+
+def _name_inside(axes: Axes, band: Band, ink: str) -> None:
+    style: dict[str, Any] = {
+        "color": ink,
+        "fontsize": _SIZE,
+        "ha": "center",
+        "va": "center_baseline",
+    }
+    axes.text(band.centre, 0.5, _name(band), **style)
+
+
+def _name_above(axes: Axes, named: list[Band], scale: float, low: float, high: float) -> None:
+    """Write names upright above the strip, side by side, each joined to its band by a line."""
+    pitch = _PITCH / scale
+    room = int((high - low) / pitch)
+    widest = sorted(named, key=lambda band: -band.width)[:room]
+    chosen = sorted(widest, key=lambda band: band.centre)
+    places = spread([band.centre for band in chosen], pitch, low + pitch / 2, high - pitch / 2)
+    for band, place in zip(chosen, places, strict=True):
+        line = [band.centre, band.centre, place, place], [1.0, 1.15, 1.65, 1.8]
+        axes.plot(*line, color="#555555", linewidth=0.4, clip_on=False)
+        style: dict[str, Any] = {"fontsize": _SIZE, "rotation": 90, "ha": "center", "va": "bottom"}
+        axes.text(place, 1.95, _name(band), **style)
+
+
+def _width(text: str) -> float:
+    """Return the width of a name in points."""
+    font = FontProperties(family=STYLE["font.family"], size=_SIZE)
+    return float(TextPath((0, 0), text, prop=font).get_extents().width)

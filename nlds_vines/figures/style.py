@@ -1,0 +1,75 @@
+"""How pictures look: made for print, 16 cm wide, 8 to 9 pt, the paper's symbols, units on all axes.
+
+Colours are those of Okabe and Ito, which colour-blind readers tell apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from nlds_vines.parameters import PARAMETERS
+
+CM = 1 / 2.54
+"""One centimetre in inches."""
+
+WIDTH = 16 * CM
+"""Width of every picture in inches."""
+
+LEFT, RIGHT = 0.095, 0.905
+"""The sides of the panels as fractions of the width: fixed, so that text can be placed undrawn."""
+
+STYLE: dict[Any, Any] = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 9,
+    "axes.labelsize": 9,
+    "axes.linewidth": 0.6,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "legend.fontsize": 8,
+    "hatch.linewidth": 0.4,
+    "pdf.fonttype": 42,
+}
+"""Settings of matplotlib under which pictures are made and saved."""
+
+GREEN = "#009e73"
+"""The structure's energy, green as in the paper."""
+
+_POLICIES = {"rest": "#1b2a49", "up": "#0072b2", "down": "#d55e00"}
+_STARTS = ("#1b2a49", "#d55e00", "#0072b2", "#cc79a7", "#e69f00", "#56b4e9", "#555555")
+
+_QUANTITIES = {
+    "x1": ("structure", "x_1"),
+    "x2": ("damper", "x_2"),
+    "E1max": ("energy of the structure", r"E_1^{\,\mathrm{max}}"),
+    "E2max": ("energy of the damper", r"E_2^{\,\mathrm{max}}"),
+    "impact_rate": ("impacts per forcing period", ""),
+    "clearance": ("smallest near miss", r"z_\mathrm{min}"),
+    "period": ("period", "n"),
+}
+_LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
+
+
+def axis_label(parameter: str) -> str:
+    """Return meaning, symbol and unit of a varied parameter: what stands along its axis."""
+    entry = PARAMETERS[parameter]
+    symbol = "".join(_LATEX.get(letter, letter) for letter in entry.symbol)
+    return _labelled(entry.meaning, symbol, entry.unit)
+
+
+def quantity_label(name: str, unit: str) -> str:
+    """Return meaning, symbol and unit of a component of the state or of a recorded number."""
+    return _labelled(*_QUANTITIES[name], unit)
+
+
+def start_colours(starts: Sequence[str]) -> list[str]:
+    """Return a colour for every start; there are seven, which then come again."""
+    return [_POLICIES.get(name, _STARTS[i % len(_STARTS)]) for i, name in enumerate(starts)]
+
+
+def _labelled(meaning: str, symbol: str, unit: str) -> str:
+    parts = (meaning, f"${symbol}$" if symbol else "", f"[{unit}]" if unit != "1" else "")
+    return " ".join(filter(None, parts))

@@ -1,0 +1,148 @@
+"""One contact from touch to release, stepped: any depth, any duration, any external force.
+
+Step sizes come from the Hertz time scale of the motion at hand and from the rates of everything
+else, so that soft rubber, steel, a slow pressed touch and a damper resting on its obstacle for many
+periods are covered alike.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .._jit import jit
+from . import runge_kutta as rk
+from .contact_field import LONGEST_ANGLE, turn
+from .observe import note_step
+from .parts import accelerations
+
+RELEASED, STOPPED, EXHAUSTED = 0, 1, 2
+WHOLE = 5.607  # theta from touch to release of a free impact, times sqrt(kappa) q_m^(3/2)
+MOST_STEPS = 1_000_000  # in one contact between two sections
+FAINT = 1.0e-16
+
+
+@jit
+def kick(wall, outside, q, s):
+    """Return (q, s, dt) past a touch without speed, which theta alone could not leave.
+
+    Under an external acceleration a the depth grows as a t^2 / 2; until the Hertz force is felt at
+    round-off, that is exact.
+    """
+    if outside <= 0.0:
+        return q, s, 0.0
+    depth = (FAINT * outside / wall.kappa) ** (2.0 / 3.0)
+    if q * q + 0.5 * s * abs(s) / outside >= depth or s < 0.0:
+        return q, s, 0.0
+    speed = math.sqrt(2.0 * outside * depth)
+    return math.sqrt(depth), speed, (speed - s) / outside
+
+
+@jit
+def stop_at(classical, ps, damper, wall, c, d, h, left, k):
+    """Write row NEW at the instant `left` after row Y, which lies within a step h."""
+    low, high, size = 0.0, h, h
+    for _ in range(80):
+        rk.step(classical, ps, damper, wall, c, d, False, size, k)
+        miss = left - k[rk.NEW + 4]
+        if abs(miss) <= 1.0e-16 * left or high - low <= 1.0e-16 * h:
+            return
+        if miss > 0.0:
+            low = size
+        else:
+            high = size
+        q = k[rk.NEW]
+        guess = size + miss / q if q > 0.0 else low
+        size = guess if low < guess < high else 0.5 * (low + high)
+
+
+@jit
+def deepest(classical, ps, damper, wall, c, d, h, k):
+    """Return the greatest depth [m] within a step h over which s changes sign from + to -.
+
+    The instant of s = 0 by one secant and one Newton step, a parabola from there. Row NEW is lost.
+    """
+    s0 = k[rk.Y + 1]
+    x = h * s0 / (s0 - k[rk.NEW + 1])
+    ds, q, s = -1.0, 0.0, 0.0
+    for _ in range(2):
+        rk.step(classical, ps, damper, wall, c, d, False, x, k)
+        q, s, x1, v1 = k[rk.NEW], k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3]
+        cosine, sine = turn(ps.omega * k[rk.NEW + 4])
+        z, drive = q * q, c * cosine - d * sine
+        _, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive, wall.K * z * q)
+        x = min(max(x - s / (q * ds), 0.0), h) if q * ds < 0.0 else x
+    return q * q - 0.5 * s * s / ds if ds < 0.0 else q * q
+
+
+@jit
+def outside_of(ps, damper, wall, c, k):
+    """Return d2r/dt2 [m/s^2] of row Y without the Hertz force, at phase cosine c."""
+    q = k[rk.Y]
+    r = wall.gap + q * q
+    _, ds = accelerations(ps, damper, k[rk.Y + 2], k[rk.Y + 3], r, k[rk.Y + 1], c, 0.0)
+    return ds
+
+
+@jit
+def lands(outside, h, k):
+    """Tell whether the release is near and certain enough for a step in q that lands on z = 0."""
+    q, s = k[rk.Y], k[rk.Y + 1]
+    return s < 0.0 and -2.0 * q >= 1.2 * h * s and s * s > 4.0 * outside * q * q
+
+
+@jit
+def contact(
+    classical, ps, damper, wall, energy, depths, steps, rate, c, d, q, s, x1, v1, stop, k
+):
+    """Follow a contact from (q = sqrt(z), s, x1, v1) to its release or for the time `stop`.
+
+    c, d: cos and sin of the forcing's phase at the start; `steps` per free impact; `energy` and
+    `depths` are buffers or None. Returns (event, q, s, x1, v1, elapsed [s], depth [m]) with event
+    RELEASED, STOPPED or EXHAUSTED (too many steps), the depth 0 where it is not asked for.
+    """
+    k[rk.Y], k[rk.Y + 1], k[rk.Y + 2], k[rk.Y + 3], k[rk.Y + 4] = q, s, x1, v1, 0.0
+    elapsed, depth, seen, cube, root = 0.0, 0.0, -1.0, 0.0, 0.0
+    for count in range(MOST_STEPS):
+        outside = outside_of(ps, damper, wall, c, k)
+        if count == 0:
+            k[rk.Y], k[rk.Y + 1], late = kick(wall, outside, q, s)
+            elapsed += late
+        q, s = k[rk.Y], k[rk.Y + 1]
+        fifth = q * q * q * q * q + 1.25 * s * s / wall.kappa
+        if not 0.9 * seen < fifth < 1.1 * seen:
+            seen, cube, root = fifth, fifth**0.6, fifth**0.2
+        haste = wall.kappa * cube + abs(outside) + rate * rate * root * root
+        h = WHOLE / steps / math.sqrt(haste)
+        h = min(h, LONGEST_ANGLE / (rate * root))
+        landing = lands(outside, h, k)
+        if landing:
+            rk.step(classical, ps, damper, wall, c, d, True, -q, k)
+            landing = elapsed + k[rk.NEW + 4] <= stop
+        if not landing:
+            rk.step(classical, ps, damper, wall, c, d, False, h, k)
+            while k[rk.NEW] <= 0.0:
+                h *= 0.5
+                rk.step(classical, ps, damper, wall, c, d, False, h, k)
+        stopped = elapsed + k[rk.NEW + 4] > stop
+        if stopped:
+            stop_at(classical, ps, damper, wall, c, d, h, stop - elapsed, k)
+        if energy is not None:
+            note_step(classical, ps, damper, wall, energy, c, d, landing, -q if landing else h, k)
+        if depths is not None and s > 0.0 and k[rk.NEW + 1] <= 0.0:
+            for i in range(rk.WIDTH):
+                k[rk.SAVE + i] = k[rk.NEW + i]
+            depth = max(depth, deepest(classical, ps, damper, wall, c, d, h, k))
+            for i in range(rk.WIDTH):
+                k[rk.NEW + i] = k[rk.SAVE + i]
+        elapsed += k[rk.NEW + 4]
+        if landing:
+            return RELEASED, 0.0, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth
+        if stopped:
+            q = k[rk.NEW]
+            return STOPPED, q, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth
+        cosine, sine = turn(ps.omega * k[rk.NEW + 4])
+        c, d = c * cosine - d * sine, d * cosine + c * sine
+        for i in range(rk.WIDTH):
+            k[rk.Y + i] = k[rk.NEW + i]
+        k[rk.Y + 4] = 0.0
+    return EXHAUSTED, k[rk.Y], k[rk.Y + 1], k[rk.Y + 2], k[rk.Y + 3], elapsed, depth

@@ -1,0 +1,237 @@
+"""The only parallel loop: one lane per chain of cells, each writing its own output rows.
+
+A chain is a single cell, or, where a scan follows an attractor, the cells of an axis in the order
+of the sweep, each starting from the last state of the one before. Nothing is shared between lanes,
+so that results do not depend on the number of threads or on how a scan is cut into blocks.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from .._jit import chosen, jit
+from .fixed_step import fixed_grid_of
+from .flight import cells_of, grid_of
+from .impact import SCRATCH as ARC_SCRATCH
+from .impact import Arc
+from .observe import note_energy
+from .orbit import OK, SIZE, begin, linear_orbit, orbit
+from .parts import damper_of, far_wall_of, near_wall_of, structure_of
+from .recurrence import TOLERANCE, impacts_of, period_of
+from .runge_kutta import SCRATCH
+
+TOO_STIFF = 5  # more cells in a period than a lane may take (`flight.MOST_CELLS`)
+STEPS_RATIO = 4.0  # fixed steps of a period to those of a free impact
+
+
+@jit
+def own_arc(arc):
+    """Return the arc with scratch rows of this lane's own."""
+    return Arc(
+        arc.n,
+        arc.u,
+        arc.S,
+        arc.loss,
+        arc.cover,
+        arc.weight,
+        arc.middle,
+        arc.time,
+        arc.length,
+        np.empty(ARC_SCRATCH),
+    )
+
+
+@jit
+def free_cell(
+    arc, classical, ps, damper, near, far,
+    grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,
+):  # fmt: skip
+    """Run a scene without walls (arguments as `run_cell`)."""
+    status = linear_orbit(classical, ps, damper, None, None, grid, state, transient)
+    if status == OK:
+        start_energy(ps, damper, energy, state)
+        status = linear_orbit(classical, ps, damper, section, energy, grid, state, periods)
+    return status
+
+
+@jit
+def walled_cell(
+    arc, classical, ps, damper, near, far,
+    grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,
+):  # fmt: skip
+    """Run a scene with walls (arguments as `run_cell`)."""
+    own, k = own_arc(arc), np.zeros(SCRATCH)
+    steps = steps_for(classical, resolution)
+    begin(near, far, state)
+    status = orbit(
+        classical, ps, damper, near, far, own, None, None, None, None, None,
+        grid, steps, state, k, 0, transient,
+    )  # fmt: skip
+    if status == OK:
+        start_energy(ps, damper, energy, state)
+        status = orbit(
+            classical, ps, damper, near, far, own, section, beats, rows, energy, clearance,
+            grid, steps, state, k, first, periods,
+        )  # fmt: skip
+    return status
+
+
+@chosen
+def cell_orbit(
+    arc, classical, ps, damper, near, far,
+    grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,
+):  # fmt: skip
+    """Run a scene with walls or one without: neither knows of the other."""
+    return free_cell if arc is None else walled_cell
+
+
+@jit
+def run_cell(
+    classical,
+    has_damper,
+    has_near,
+    has_far,
+    arc,
+    resolution,
+    cell,
+    state,
+    section,
+    beats,
+    rows,
+    energy,
+    clearance,
+    transient,
+    first,
+    periods,
+):
+    """Run one orbit: settle unobserved, then note what has a buffer. Returns a status.
+
+    `classical` None is the exact method, True fixed steps; `has_...` and `arc` are None for parts
+    the scene has not. `resolution`: Runge-Kutta steps, of a period when `classical`, otherwise of
+    a contact that has to be stepped. `first` numbers the first period, for the times in `rows`.
+    """
+    ps = structure_of(cell)
+    damper = damper_of(has_damper, cell)
+    n = cells_of(ps, damper)
+    if n < 0:
+        return TOO_STIFF
+    grid = grid_for(classical, ps, damper, n, resolution)
+    return cell_orbit(
+        arc, classical, ps, damper, near_wall_of(has_near, cell), far_wall_of(has_far, cell),
+        grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,
+    )  # fmt: skip
+
+
+@chosen
+def grid_for(classical, ps, damper, n, resolution):
+    """Return the grid of the method: exact cells, or fixed steps."""
+    if classical is None:
+        return lambda classical, ps, damper, n, resolution: grid_of(ps, damper, n)
+    return lambda classical, ps, damper, n, resolution: fixed_grid_of(ps, damper, int(resolution))
+
+
+@jit
+def steps_for(classical, resolution):
+    """Return the Runge-Kutta steps of a free impact."""
+    if classical is None:
+        return resolution
+    return resolution / STEPS_RATIO
+
+
+@jit
+def start_energy(ps, damper, energy, state):
+    """Let the largest energies begin with the state at which noting begins."""
+    if energy is not None:
+        energy[0], energy[1] = 0.0, 0.0
+        note_energy(ps, damper, energy, state[0], state[1], state[2], state[3])
+
+
+@chosen
+def section_rows(section, cycle, damper, chain, link, periods):
+    """Return the rows for the section points of one lane: its output, scratch, or None."""
+    if section is not None:
+        return lambda section, cycle, damper, chain, link, periods: section[chain, link]
+    if cycle is None:
+        return lambda section, cycle, damper, chain, link, periods: None
+    if damper is None:
+        return lambda section, cycle, damper, chain, link, periods: np.empty((periods, 2))
+    return lambda section, cycle, damper, chain, link, periods: np.empty((periods, 4))
+
+
+@chosen
+def beat_rows(counts, cycle, arc, periods):
+    """Return scratch for the impacts of each period and wall, or None where nobody asks."""
+    if arc is None or (counts is None and cycle is None):
+        return lambda counts, cycle, arc, periods: None
+    return lambda counts, cycle, arc, periods: np.zeros((periods, 2), np.int64)
+
+
+@chosen
+def lane_of(values, chain, link):
+    """Return the row of an optional output that belongs to one lane."""
+    if values is None:
+        return lambda values, chain, link: None
+    return lambda values, chain, link: values[chain, link]
+
+
+@jit
+def summarise(section, beats, counts, cycle):
+    """Fill the impact counts (2,) by wall and the cycle (n, k) of one lane where asked for."""
+    if counts is not None:
+        for wall in range(2):
+            counts[wall] = 0
+            for p in range(len(beats)):
+                counts[wall] += beats[p, wall]
+    if cycle is not None:
+        cycle[0], cycle[1] = period_of(section, TOLERANCE), 0
+        if beats is not None:
+            cycle[1] = impacts_of(beats, cycle[0])
+
+
+@jit(parallel=True)
+def run_lanes(
+    classical,
+    has_damper,
+    has_near,
+    has_far,
+    arc,
+    resolution,
+    cells,
+    starts,
+    transient,
+    periods,
+    section,
+    counts,
+    cycle,
+    energy,
+    clearance,
+    status,
+):
+    """Run all chains of a block of cells (chains, links), each from its start (chains, 4).
+
+    Outputs have the shape (chains, links, ...) or are None: `section` (periods, components),
+    `counts` (2,) impacts by wall, `cycle` (2,) n and k, `energy` (2,) [J], `clearance` (1,) [m];
+    `status` always. A lane that fails keeps its fill values, starts the next link of its chain
+    from rest, and touches nothing of its neighbours.
+    """
+    chains, links = cells.shape
+    for chain in numba.prange(chains):
+        state = np.zeros(SIZE)
+        state[:4] = starts[chain]
+        for link in range(links):
+            rows = section_rows(section, cycle, has_damper, chain, link, periods)
+            beats = beat_rows(counts, cycle, arc, periods)
+            cell = cells[chain, link]
+            if link > 0:  # the displacement is carried over, wherever the new rest may be
+                state[2] += cell.rest - cells[chain, link - 1].rest
+            code = run_cell(
+                classical, has_damper, has_near, has_far, arc, resolution, cell, state, rows,
+                beats, None, lane_of(energy, chain, link), lane_of(clearance, chain, link),
+                transient, transient, periods,
+            )  # fmt: skip
+            status[chain, link] = code
+            if code == OK:
+                summarise(rows, beats, lane_of(counts, chain, link), lane_of(cycle, chain, link))
+            else:
+                state[:] = 0.0

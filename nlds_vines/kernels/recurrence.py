@@ -1,0 +1,56 @@
+"""Period n and impacts k of an nT,k orbit by recurrence of its section and of its impact counts."""
+
+from __future__ import annotations
+
+from .._jit import jit
+
+TOLERANCE = 1.0e-6  # of a return, relative to the largest value of each component
+REPEATS = 3  # times a period must fit into the window
+
+
+@jit
+def returns(section, n, tolerance):
+    """Tell whether the last points of the section repeat after n periods."""
+    periods, components = section.shape
+    span = max(2 * n, periods // 2)
+    first = max(periods - span, n)
+    for c in range(components):
+        scale = 0.0
+        for p in range(first - n, periods):
+            scale = max(scale, abs(section[p, c]))
+        for p in range(first, periods):
+            if not abs(section[p, c] - section[p - n, c]) <= tolerance * scale:
+                return False
+    return True
+
+
+@jit
+def period_of(section, tolerance):
+    """Return the smallest n for which the section (periods, components) repeats, or 0."""
+    for n in range(1, len(section) // REPEATS + 1):
+        if returns(section, n, tolerance):
+            return n
+    return 0
+
+
+@jit
+def count(beats, first, last):
+    """Return the impacts of periods first to last - 1 at both walls."""
+    total = 0
+    for p in range(first, last):
+        total += beats[p, 0] + beats[p, 1]
+    return total
+
+
+@jit
+def impacts_of(beats, n):
+    """Return the impacts k per nT; for n = 0 those of the whole window (see `period_of`).
+
+    Counted over as many whole cycles as the last half of the window holds, so that an impact that
+    falls on the very instant of a section, now before it and now after, is not counted amiss.
+    """
+    periods = len(beats)
+    if n == 0:
+        return count(beats, 0, periods)
+    cycles = max(1, periods // (2 * n))
+    return round(count(beats, periods - cycles * n, periods) / cycles)

@@ -1,0 +1,166 @@
+"""One step of the regularised contact: order eight (Dormand and Prince) and classical order four.
+
+Rows of a scratch array hold the stages, eight numbers apart, of which the first five are used. The
+stages are written out: a loop over a tableau is about ten times slower. Coefficients of order
+eight: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), DOP853.
+"""
+
+from __future__ import annotations
+
+from .._jit import chosen, jit
+from .contact_field import slope
+
+WIDTH = 5  # q, s, x1, v1, tau
+Y, NEW, STAGE, SAVE = 0, 8, 16, 24  # rows: before a step, after it, within it, and one to keep
+K1, K2, K3, K4, K5, K6, K7, K8, K9, K10, K11, K12 = (32 + 8 * i for i in range(12))
+SCRATCH = 32 + 8 * 12
+
+A2_1 = 0.05260015195876773
+A3_1 = 0.0197250569845379
+A3_2 = 0.0591751709536137
+A4_1 = 0.02958758547680685
+A4_3 = 0.08876275643042054
+A5_1 = 0.2413651341592667
+A5_3 = -0.8845494793282861
+A5_4 = 0.924834003261792
+A6_1 = 0.037037037037037035
+A6_4 = 0.17082860872947386
+A6_5 = 0.12546768756682242
+A7_1 = 0.037109375
+A7_4 = 0.17025221101954405
+A7_5 = 0.06021653898045596
+A7_6 = -0.017578125
+A8_1 = 0.03709200011850479
+A8_4 = 0.17038392571223998
+A8_5 = 0.10726203044637328
+A8_6 = -0.015319437748624402
+A8_7 = 0.008273789163814023
+A9_1 = 0.6241109587160757
+A9_4 = -3.3608926294469414
+A9_5 = -0.868219346841726
+A9_6 = 27.59209969944671
+A9_7 = 20.154067550477894
+A9_8 = -43.48988418106996
+A10_1 = 0.47766253643826434
+A10_4 = -2.4881146199716677
+A10_5 = -0.590290826836843
+A10_6 = 21.230051448181193
+A10_7 = 15.279233632882423
+A10_8 = -33.28821096898486
+A10_9 = -0.020331201708508627
+A11_1 = -0.9371424300859873
+A11_4 = 5.186372428844064
+A11_5 = 1.0914373489967295
+A11_6 = -8.149787010746927
+A11_7 = -18.52006565999696
+A11_8 = 22.739487099350505
+A11_9 = 2.4936055526796523
+A11_10 = -3.0467644718982196
+A12_1 = 2.273310147516538
+A12_4 = -10.53449546673725
+A12_5 = -2.0008720582248625
+A12_6 = -17.9589318631188
+A12_7 = 27.94888452941996
+A12_8 = -2.8589982771350235
+A12_9 = -8.87285693353063
+A12_10 = 12.360567175794303
+A12_11 = 0.6433927460157636
+B1 = 0.054293734116568765
+B6 = 4.450312892752409
+B7 = 1.8915178993145003
+B8 = -5.801203960010585
+B9 = 0.3111643669578199
+B10 = -0.1521609496625161
+B11 = 0.20136540080403034
+B12 = 0.04471061572777259
+
+
+@jit
+def eighth(ps, damper, wall, c, d, landing, h, k):
+    """Advance row Y by a step h of order eight and write row NEW (see `slope` for the rest)."""
+    slope(ps, damper, wall, c, d, landing, k, Y, K1)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + h * (A2_1 * k[K1 + i])
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K2)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + h * (A3_1 * k[K1 + i] + A3_2 * k[K2 + i])
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K3)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + h * (A4_1 * k[K1 + i] + A4_3 * k[K3 + i])
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K4)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + h * (A5_1 * k[K1 + i] + A5_3 * k[K3 + i] + A5_4 * k[K4 + i])
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K5)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + h * (A6_1 * k[K1 + i] + A6_4 * k[K4 + i] + A6_5 * k[K5 + i])
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K6)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + h * (A7_1 * k[K1 + i] + A7_4 * k[K4 + i] + A7_5 * k[K5 + i] + A7_6 * k[K6 + i])
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K7)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + h * (
+            A8_1 * k[K1 + i] + A8_4 * k[K4 + i] + A8_5 * k[K5 + i] + A8_6 * k[K6 + i]
+            + A8_7 * k[K7 + i]
+        )
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K8)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + h * (
+            A9_1 * k[K1 + i] + A9_4 * k[K4 + i] + A9_5 * k[K5 + i] + A9_6 * k[K6 + i]
+            + A9_7 * k[K7 + i] + A9_8 * k[K8 + i]
+        )
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K9)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + h * (
+            A10_1 * k[K1 + i] + A10_4 * k[K4 + i] + A10_5 * k[K5 + i] + A10_6 * k[K6 + i]
+            + A10_7 * k[K7 + i] + A10_8 * k[K8 + i] + A10_9 * k[K9 + i]
+        )
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K10)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + h * (
+            A11_1 * k[K1 + i] + A11_4 * k[K4 + i] + A11_5 * k[K5 + i] + A11_6 * k[K6 + i]
+            + A11_7 * k[K7 + i] + A11_8 * k[K8 + i] + A11_9 * k[K9 + i] + A11_10 * k[K10
+            + i]
+        )
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K11)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + h * (
+            A12_1 * k[K1 + i] + A12_4 * k[K4 + i] + A12_5 * k[K5 + i] + A12_6 * k[K6 + i]
+            + A12_7 * k[K7 + i] + A12_8 * k[K8 + i] + A12_9 * k[K9 + i] + A12_10 * k[K10
+            + i] + A12_11 * k[K11 + i]
+        )
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K12)
+    for i in range(WIDTH):
+        k[NEW + i] = k[i] + h * (
+            B1 * k[K1 + i] + B6 * k[K6 + i] + B7 * k[K7 + i] + B8 * k[K8 + i] + B9 * k[K9
+            + i] + B10 * k[K10 + i] + B11 * k[K11 + i] + B12 * k[K12 + i]
+        )
+
+
+@jit
+def fourth(ps, damper, wall, c, d, landing, h, k):
+    """Advance row Y by a classical Runge-Kutta step h of order four and write row NEW."""
+    slope(ps, damper, wall, c, d, landing, k, Y, K1)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + 0.5 * h * k[K1 + i]
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K2)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + 0.5 * h * k[K2 + i]
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K3)
+    for i in range(WIDTH):
+        k[STAGE + i] = k[i] + h * k[K3 + i]
+    slope(ps, damper, wall, c, d, landing, k, STAGE, K4)
+    for i in range(WIDTH):
+        k[NEW + i] = k[i] + h / 6.0 * (k[K1 + i] + 2.0 * (k[K2 + i] + k[K3 + i]) + k[K4 + i])
+
+
+@chosen
+def step(classical, ps, damper, wall, c, d, landing, h, k):
+    """Advance by the order asked for: `classical` None means eight, otherwise four."""
+
+    def high(classical, ps, damper, wall, c, d, landing, h, k):
+        eighth(ps, damper, wall, c, d, landing, h, k)
+
+    def low(classical, ps, damper, wall, c, d, landing, h, k):
+        fourth(ps, damper, wall, c, d, landing, h, k)
+
+    return high if classical is None else low

@@ -1,0 +1,209 @@
+"""What a scan's archive holds: every dataset with its dimensions, type, unit and meaning.
+
+Pure data.  The engine allocates by this table, the archive writes by it, the regimes take their
+codes from it and the pictures their units: none of them can drift away from the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from nlds_vines.parameters import PARAMETERS
+from nlds_vines.scenes import SCENES
+
+if TYPE_CHECKING:
+    from nlds_vines.scan import Scan
+
+WANTS = ("section", "impacts", "energy", "regime", "clearance")
+"""What `[record] want` may ask for."""
+
+COMPONENTS = ("x1", "v1", "x2", "v2")
+"""The state in the order in which kernels and archives hold it [m, m/s, m, m/s]."""
+
+FLAGS: Mapping[str, int] = {
+    "undetermined": 0,
+    "periodic": 1,
+    "quasiperiodic": 2,
+    "chaotic": 3,
+    "transient_chaos": 4,
+    "failed": 5,
+}
+"""Regimes by name: the CF flags of the dataset `regime`."""
+
+
+class Status(NamedTuple):
+    """How the computation of one lane ended: a CF word, and the sentence that helps a user on."""
+
+    name: str
+    remedy: str
+
+    @property
+    def meaning(self) -> str:
+        """Name and remedy as one CF word, `diverged.check_the_damping`: split at the dot."""
+        words = self.remedy.rstrip(".").replace(",", "").replace(";", "").replace(":", "")
+        return f"{self.name}.{words.replace(' ', '_')}"
+
+
+OK, NOT_COMPUTED, DIVERGED, STEP_BUDGET, BAD_PARAMETERS = range(5)
+
+STATUS: Mapping[int, Status] = {
+    OK: Status("ok", "Nothing to do."),
+    NOT_COMPUTED: Status("not_computed", "Finish the scan with --resume."),
+    DIVERGED: Status("diverged", "Check masses, damping and forcing: the state grows unbounded."),
+    STEP_BUDGET: Status("step_budget", "Raise omega or lower K: a period took too many steps."),
+    BAD_PARAMETERS: Status("bad_parameters", "Vary within the ranges that the system allows."),
+}
+"""Status of a lane by code: the CF flags of the dataset `status`. New codes need no other place."""
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """One dataset of an archive.
+
+    `dims` are the names of its dimensions: the varied parameters, then `start`, then its tail
+    (`cycle`, `component`).  `dtype` is a NumPy type name, or "str" for variable-length UTF-8.
+    `fill` stands where nothing was computed.  `flags` maps the CF words of an enumeration to codes.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    dtype: str
+    units: str
+    long_name: str
+    fill: float | int | str
+    flags: Mapping[str, int] | None = None
+
+    @property
+    def tail(self) -> tuple[str, ...]:
+        """The dimensions after `start`: what one lane contributes."""
+        return self.dims[self.dims.index("start") + 1 :]
+
+    @property
+    def flag_values(self) -> tuple[int, ...] | None:
+        """The codes of an enumeration in the order of `flag_meanings`; None for anything else."""
+        return None if self.flags is None else tuple(self.flags.values())
+
+    @property
+    def flag_meanings(self) -> str | None:
+        """The words of an enumeration, blank-separated as CF has it; None for anything else."""
+        return None if self.flags is None else " ".join(self.flags)
+
+
+class Scale(NamedTuple):
+    """A dimension: its values (one-dimensional; numbers or strings), their unit and meaning."""
+
+    name: str
+    values: np.ndarray
+    units: str
+    long_name: str
+
+
+def components(scan: Scan) -> tuple[str, ...]:
+    """Return the names of the state's components: without a damper only x1 and v1."""
+    return COMPONENTS if SCENES[scan.system.kind].damper else COMPONENTS[:2]
+
+
+def starts(scan: Scan) -> tuple[str, ...]:
+    """Return the names of the starts: `rest`, `up`, `down`; `random 0`, `random 1` for several."""
+    policy = scan.start.policy
+    several = scan.starts > 1
+    return tuple(f"{policy} {i}" for i in range(scan.starts)) if several else (policy,)
+
+
+def scales(scan: Scan) -> tuple[Scale, ...]:
+    """Return every dimension that a dataset of this scan may have, with its values."""
+    axes = (
+        Scale(axis.name, axis.values, PARAMETERS[axis.name].unit, PARAMETERS[axis.name].meaning)
+        for axis in scan.axes
+    )
+    cycles = np.arange(1, scan.periods + 1, dtype=np.int32)
+    return (
+        *axes,
+        Scale("start", np.array(starts(scan), dtype=np.str_), "1", "start of the orbit"),
+        Scale("cycle", cycles, "1", "sampled forcing period, counted after the transient"),
+        Scale("component", np.array(components(scan)), "1", "component of the state"),
+    )
+
+
+def sizes(scan: Scan) -> dict[str, int]:
+    """Return the length of every dimension that a dataset of this scan may have."""
+    axes = {axis.name: axis.values.size for axis in scan.axes}
+    tail = {"start": scan.starts, "cycle": scan.periods, "component": len(components(scan))}
+    return axes | tail
+
+
+def datasets(scan: Scan) -> tuple[Dataset, ...]:
+    """Return what the archive of a scan holds: what its `want` asks for, `status`, nothing else.
+
+    Impacts and clearances exist only in scenes with a wall, the damper's energy only with a
+    damper: what cannot happen in a scene takes no room in its archive.
+    """
+    lanes = (*(axis.name for axis in scan.axes), "start")
+    scene = SCENES[scan.system.kind]
+    makers = {
+        "section": _section(lanes),
+        "impacts": _impacts(lanes) if scene.walls else (),
+        "energy": _energy(lanes, scene.damper),
+        "regime": _regime(lanes, bool(scene.walls)),
+        "clearance": _clearance(lanes) if scene.walls else (),
+    }
+    wanted = (dataset for want in WANTS if want in scan.want for dataset in makers[want])
+    by_name = {dataset.name: dataset for dataset in (*wanted, _status(lanes))}
+    return tuple(by_name.values())
+
+
+def filled(dataset: Dataset, shape: tuple[int, ...]) -> np.ndarray:
+    """Return an array of a dataset's type and `shape`, everywhere the fill value.
+
+    Strings come as an object array, so that labels of any length can be put in.
+    """
+    dtype = object if dataset.dtype == "str" else dataset.dtype
+    return np.full(shape, dataset.fill, dtype=dtype)
+
+
+def _section(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    text = "state at t = nT, the integer forcing periods"
+    dims = (*lanes, "cycle", "component")
+    return (Dataset("section", dims, "float64", "m, m/s", text, np.nan),)
+
+
+def _count(lanes: tuple[str, ...]) -> Dataset:
+    text = "impacts per nT; where no period was found, per sampled window"
+    return Dataset("impacts", lanes, "int32", "1", text, -1)
+
+
+def _impacts(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    text = "impacts per forcing period"
+    return (_count(lanes), Dataset("impact_rate", lanes, "float64", "1", text, np.nan))
+
+
+def _energy(lanes: tuple[str, ...], damper: bool) -> tuple[Dataset, ...]:
+    text = "steady-state maximum of the {}'s energy E{}, equation (6)"
+    bodies = ("primary structure", "damper") if damper else ("primary structure",)
+    return tuple(
+        Dataset(f"E{i}max", lanes, "float64", "J", text.format(body, i), np.nan)
+        for i, body in enumerate(bodies, start=1)
+    )
+
+
+def _regime(lanes: tuple[str, ...], walls: bool) -> Iterator[Dataset]:
+    yield Dataset("period", lanes, "int32", "1", "n of nT; 0 where none was found", 0)
+    if walls:
+        yield _count(lanes)
+    yield Dataset("regime", lanes, "int8", "1", "kind of the steady state", 0, FLAGS)
+    yield Dataset("label", lanes, "str", "1", "regime in words: nT,k, chaos, undetermined ...", "")
+
+
+def _clearance(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    text = "least distance of a local approach that did not become an impact; inf if there was none"
+    return (Dataset("clearance", lanes, "float64", "m", text, np.nan),)
+
+
+def _status(lanes: tuple[str, ...]) -> Dataset:
+    flags = {status.meaning: code for code, status in STATUS.items()}
+    text = "how the computation ended, with the remedy"
+    return Dataset("status", lanes, "int8", "1", text, NOT_COMPUTED, flags)

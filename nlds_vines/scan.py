@@ -1,0 +1,298 @@
+"""A scan: one system, one or two varied parameters, where to start, how long, what to record.
+
+`load_scan` reads one from TOML and checks it once; what comes out is sound.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from math import prod
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nlds_vines._resources import resource_text
+from nlds_vines._toml import parse_toml, read_toml, toml_text
+from nlds_vines.axes import Axis
+from nlds_vines.catalogue import FILE_KEYS, system_from
+from nlds_vines.errors import RequestError, at, choice, shown, string, table, whole
+from nlds_vines.scenes import Scene
+from nlds_vines.starts import Start, random_states, start_states
+from nlds_vines.system import System, refuse_contradiction
+from nlds_vines.wants import checked_want, possible_want, refuse_impossible
+
+__all__ = ["Axis", "Scan", "Start", "load_scan", "random_states", "start_states"]
+
+METHODS = ("exact", "rk4")
+"""The integrators."""
+
+MOST_LANES = 10**8
+"""The most orbits that one scan may ask for."""
+
+_SAMPLING: Mapping[str, Callable[[object], Any]] = {
+    "transient": lambda value: whole("transient", value, 0),
+    "periods": lambda value: whole("periods", value, 1),
+    "method": lambda value: choice("method", value, METHODS),
+}
+_KEYS: Mapping[str, tuple[str, ...] | None] = {
+    "set": None,  # the system knows which parameters it has
+    "vary": None,
+    "start": ("policy", "count", "seed"),
+    "sampling": tuple(_SAMPLING),
+    "record": ("want",),
+}
+_USUAL_WANT = ("section", "impacts", "energy", "regime")
+
+
+@dataclass(frozen=True)
+class Scan:
+    """What to compute; checked when made, immutable afterwards.
+
+    Arguments:
+        title: one line for people.
+        system: the parameters that do not vary.
+        axes: one or two varied parameters.
+        want: of `record.WANTS`; nothing else is computed.  Kept in that order.
+        start: where the orbits of each cell begin.
+        transient, periods: forcing periods discarded (>= 0) and sampled (>= 1).
+        method: one of `METHODS`.
+
+    Raises `RequestError` for anything else, and for a varied value that the system refuses.
+    """
+
+    title: str
+    system: System
+    axes: tuple[Axis, ...]
+    want: tuple[str, ...]
+    start: Start = field(default_factory=Start)
+    transient: int = 600
+    periods: int = 120
+    method: str = "exact"
+
+    def __post_init__(self) -> None:
+        """Check everything."""
+        string("title", self.title)
+        object.__setattr__(self, "axes", tuple(self.axes))
+        object.__setattr__(self, "want", checked_want(self.want))
+        refuse_impossible(self.want, self.system.scene)
+        for name, check in _SAMPLING.items():
+            object.__setattr__(self, name, check(getattr(self, name)))
+        self._check_axes()
+
+    def _check_axes(self) -> None:
+        names = [axis.name for axis in self.axes]
+        if not 1 <= len(names) <= 2 or len(set(names)) < len(names):
+            raise RequestError(
+                f"varied parameters: {', '.join(names) or 'none'}; allowed: one, or two different"
+            )
+        # ranges are intervals and K is monotonic in each constant: the corners speak for the grid
+        self._grid([axis.values[[0, -1]] for axis in self.axes])
+        if self.lanes > MOST_LANES:
+            raise RequestError(f"the scan has {self.lanes} orbits; allowed: up to {MOST_LANES}")
+
+    def _grid(self, values: list[np.ndarray]) -> np.ndarray:
+        names = (axis.name for axis in self.axes)
+        return self.system.cells(dict(zip(names, np.ix_(*values), strict=True)))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values along each axis."""
+        return tuple(axis.values.size for axis in self.axes)
+
+    @property
+    def starts(self) -> int:
+        """Number of orbits in each cell."""
+        return self.start.count
+
+    @property
+    def lanes(self) -> int:
+        """Number of orbits in all."""
+        return prod(self.shape) * self.starts
+
+    def cells(self) -> np.ndarray:
+        """Return the numbers for kernels: an array of dtype `CELL` and shape `shape`."""
+        return self._grid([axis.values for axis in self.axes])
+
+    def document(self) -> dict[str, Any]:
+        """Return the scan file that means exactly this scan, complete, as nested tables."""
+        start = {"policy": self.start.policy}
+        drawn = {"count": self.start.count, "seed": self.start.seed}
+        return {
+            "title": self.title,
+            "system": self.system.to_table(),
+            "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.axes},
+            "start": start | drawn if self.start.policy == "random" else start,
+            "sampling": {name: getattr(self, name) for name in _SAMPLING},
+            "record": {"want": list(self.want)},
+        }
+
+    def to_toml(self) -> str:
+        """Return the scan as canonical TOML, which `load_scan` reads back to an equal scan.
+
+        All parameters and all values of the axes are written out, to the last digit.
+        """
+        return toml_text(self.document())
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of what determines the numbers: the canonical TOML without its prose."""
+        document = self.document() | {"title": ""}
+        document["system"] = {key: document["system"][key] for key in ("kind", "parameters")}
+        return hashlib.sha256(toml_text(document).encode()).hexdigest()
+
+
+def load_scan(
+    source: str | os.PathLike[str] | Mapping[str, Any] | Scan | None = None,
+    changes: Mapping[str, Any] | None = None,
+    changes_from: str = "changes",
+) -> Scan:
+    """Return the scan that a scan file means, checked throughout.
+
+    Arguments:
+        source: path of a TOML file, the document in it as nested tables, a `Scan`, or None for
+            the embedded default (Figure 8).
+        changes: a document of the same form that overrides it entry by entry, though `vary` and
+            `start` as a whole; `changes_from` names it in the message of an error.
+
+    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    """
+    if isinstance(source, Scan) and not changes:
+        return source
+    return _assemble(_open(source), _Layer(changes_from, changes or {}))
+
+
+@dataclass(frozen=True)
+class _Layer:
+    """One document of wishes, and the name of the place it comes from."""
+
+    where: str
+    document: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        with at(self.where):
+            table("the scan", self.document, FILE_KEYS)
+
+    def table(self, key: str) -> Mapping[str, Any]:
+        """Return the table `key`, its own keys checked; empty where there is none."""
+        with at(self.place(key)):
+            return table(key, self.document.get(key, {}), _KEYS[key])
+
+    def place(self, key: str) -> str:
+        """Return the place of the table `key`, for messages."""
+        return f"{self.where}: [{key}]"
+
+
+def _open(source: object) -> _Layer:
+    if source is None:
+        return _Layer("figure8.toml", parse_toml(resource_text("figure8.toml"), "figure8.toml"))
+    if isinstance(source, Scan):
+        return _Layer("scan", source.document())
+    if isinstance(source, Mapping):
+        return _Layer("scan", source)
+    if isinstance(source, str | os.PathLike):
+        return _Layer(str(source), read_toml(Path(source)))
+    raise RequestError(f"scan = {shown(source)} must be a path, a table or a Scan")
+
+
+def _assemble(below: _Layer, above: _Layer) -> Scan:
+    """Return the scan that a document means with another one laid over it."""
+    varying = above if above.table("vary") else below
+    axes = tuple(_axis(varying, *entry) for entry in varying.table("vary").items())
+    system = _system(below, above, varying)
+    title = _title(below, above, system, axes)
+    want, start = _want(below, above, system.scene), _start(below, above)
+    sampling = _sampling(below) | _sampling(above)
+    with at(varying.place("vary")):
+        return Scan(title, system, axes, want, start, **sampling)
+
+
+def _title(below: _Layer, above: _Layer, system: System, axes: tuple[Axis, ...]) -> str:
+    """Return the title given; one made from the scan where none is, or where it is true no more."""
+    outdated = above.document.keys() & {"system", "set", "vary"}
+    for layer in (above, below):
+        if "title" in layer.document and not (layer is below and outdated):
+            with at(layer.where):
+                return string("title", layer.document["title"])
+    varied = [axis.name for axis in axes]
+    given = {**below.table("set"), **above.table("set")}.keys() & system.parameters.keys()
+    fixed = sorted(given - set(varied))
+    settings = "".join(f", {name} = {system.parameters[name]:g}" for name in fixed)
+    return f"{system.title or system.name}{settings}: {', '.join(varied)}"
+
+
+def _axis(layer: _Layer, name: str, entry: object) -> Axis:
+    """Return the axis that an entry of `[vary]` means."""
+    with at(f"{layer.place('vary')} {name}"):
+        found = table(name, entry, ("start", "stop", "num", "values"))
+        if found.keys() == {"values"}:
+            return Axis(name, found["values"])
+        if found.keys() == {"start", "stop", "num"}:
+            return Axis.spaced(name, **found)
+        raise RequestError(
+            f"{', '.join(found) or 'nothing'} given; allowed: start, stop and num, or values alone"
+        )
+
+
+def _system(below: _Layer, above: _Layer, varying: _Layer) -> System:
+    """Return the system with the parameters set in both documents, the upper one last."""
+    chosen = above if "system" in above.document else below
+    with at(chosen.where):
+        system = system_from(chosen.document.get("system"))
+    varied = varying.table("vary").keys()
+    for layer in (below, above):
+        given = dict(layer.table("set"))
+        with at(layer.place("set")):
+            if layer is below and varying is above:  # what is varied above overrides what is set
+                given = {name: value for name, value in given.items() if name not in varied}
+            else:
+                _refuse_set_and_varied(given, varied, varying)
+            system = system.with_(**given)
+    return system
+
+
+def _refuse_set_and_varied(
+    given: Mapping[str, Any], varied: Collection[str], varying: _Layer
+) -> None:
+    both = sorted(given.keys() & varied)
+    if both:
+        raise RequestError(
+            f"{both[0]} is varied by {varying.place('vary')}: set it or vary it, not both"
+        )
+    refuse_contradiction([*given, *varied])
+
+
+def _start(below: _Layer, above: _Layer) -> Start:
+    """Return the start policy; the upper one keeps count and seed of the same policy below."""
+    given, known = above.table("start"), below.table("start")
+    if given.get("policy", known.get("policy")) != known.get("policy"):
+        known = {}
+    layer = above if given else below
+    with at(layer.place("start")):
+        return Start(**{**known, **given})
+
+
+def _sampling(layer: _Layer) -> dict[str, Any]:
+    with at(layer.place("sampling")):
+        return {name: _SAMPLING[name](value) for name, value in layer.table("sampling").items()}
+
+
+def _want(below: _Layer, above: _Layer, scene: Scene) -> tuple[str, ...]:
+    """Return what to record: as asked, or what is usual and can be had in this scene.
+
+    Where another system takes the place of the one that a document was written for, what cannot
+    be had with it is left out.
+    """
+    layer = above if "want" in above.table("record") else below
+    asked = layer.table("record")
+    with at(layer.place("record")):
+        want = checked_want(asked.get("want", _USUAL_WANT))
+        possible = possible_want(want, scene)
+        replaced = layer is below and "system" in above.document
+        if possible and (replaced or "want" not in asked):
+            return possible
+        refuse_impossible(want, scene)
+        return want

@@ -1,0 +1,54 @@
+"""What a scene is: which parts it has, where they rest and where its walls stand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from nlds_vines.parameters import CONTACT
+
+Values = Mapping[str, Any]
+"""Parameters by name; each a float, or an array where it varies."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One kind of damper: its parameters, its rest state and its walls.
+
+    With u = x2 - x1 the damper's spring rests at u = `rest`; r = `rest` - u is its shortening.
+    A wall that pushes the damper in +x2 is touched where r = `gap_near`, one that pushes it in
+    -x2 where -r = `gap_far`.  Each of these is a function of the parameters by name (floats or
+    arrays alike) that returns metres, and is None where there is no such part.
+
+    `obstacle` returns the positions u [m] of the lines that a picture shows, by name.
+    """
+
+    kind: str
+    meaning: str
+    own: tuple[str, ...]
+    rest: Callable[[Values], Any] | None = None
+    gap_near: Callable[[Values], Any] | None = None
+    gap_far: Callable[[Values], Any] | None = None
+    obstacle: Callable[[Values], Mapping[str, Any]] = lambda p: {}
+
+    @property
+    def damper(self) -> bool:
+        """Whether a damper is joined to the structure."""
+        return self.rest is not None
+
+    @property
+    def walls(self) -> tuple[str, ...]:
+        """The walls that exist, of `near` and `far`; empty for a scene without contact."""
+        gaps = {"near": self.gap_near, "far": self.gap_far}
+        return tuple(name for name, gap in gaps.items() if gap is not None)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The names of the parameters it needs; `K` may stand in place of the contact constants."""
+        return self.own + (CONTACT if self.walls else ())
+
+    @property
+    def allowed(self) -> tuple[str, ...]:
+        """The names of all parameters that it understands, `K` included where there is contact."""
+        return self.parameters + (("K",) if self.walls else ())

@@ -1,0 +1,166 @@
+"""What the command does with what the engine reports: exit statuses, words and files."""
+
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import pytest
+
+import nlds_vines
+import nlds_vines.bifurcation as module
+from nlds_vines.__main__ import main as console
+from nlds_vines.bifurcation import bifurcation, main
+from nlds_vines.scan import load_scan
+
+
+class Interrupted(Exception):
+    resume_hint = "--resume"
+
+
+@pytest.fixture
+def calls(tmp_path, monkeypatch):
+    """Stand in for the engine and the pictures; returns what they were asked for."""
+    asked = SimpleNamespace(runs=[], plots=[], failed=0, interrupted=False, error=None)
+
+    def run(scan, output, **options):
+        asked.runs.append((scan, output, options))
+        if asked.error is not None:
+            raise asked.error
+        return SimpleNamespace(
+            failed_lanes=asked.failed, interrupted=asked.interrupted, summary=lambda: "the summary"
+        )
+
+    def estimate(scan, threads):
+        return SimpleNamespace(lines=lambda: [f"{scan.lanes} orbits", f"{threads} threads"])
+
+    stand_in(monkeypatch, "engine", run=run, estimate=estimate, Interrupted=Interrupted)
+    stand_in(monkeypatch, "figures", save=lambda *paths: asked.plots.append(paths))
+    monkeypatch.chdir(tmp_path)
+    return asked
+
+
+def stand_in(monkeypatch, name, **content):
+    fake = ModuleType(f"nlds_vines.{name}")
+    vars(fake).update(content)
+    monkeypatch.setitem(sys.modules, fake.__name__, fake)
+    monkeypatch.setattr(nlds_vines, name, fake, raising=False)
+
+
+def test_the_default_is_figure_8_with_its_picture(calls, capsys):
+    assert main([]) == 0
+    options = {"threads": None, "resume": False, "overwrite": False, "quiet": False}
+    assert calls.runs == [(load_scan(), Path("figure8.h5"), options)]
+    assert calls.plots == [(Path("figure8.h5"), Path("figure8.png"))]
+    out, err = capsys.readouterr()
+    assert out == "the summary\nfigure8.h5\nfigure8.png\n"
+    assert err == ""
+
+
+def test_a_scan_file_gives_its_name_and_no_picture(calls, tmp_path):
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "mine.toml").write_text(load_scan().to_toml())
+    assert main(["deep/mine.toml", "--quiet"]) == 0
+    scan, output, options = calls.runs[0]
+    assert (scan, output) == (load_scan(), Path("mine.h5"))
+    assert options["quiet"]
+    assert calls.plots == []
+
+
+def test_the_picture_of_the_default_lies_beside_its_archive(calls, tmp_path):
+    (tmp_path / "deep").mkdir()
+    assert main(["-o", "deep/a.h5"]) == 0
+    assert calls.plots == [(Path("deep/a.h5"), Path("deep/a.png"))]
+
+
+def test_every_option_arrives(calls):
+    arguments = (
+        "--system ssul-set5 --set P=600 --set K=2.5e7 --vary omega=5:6:3 --vary C=-0.1:0.1:5 "
+        "--start random:4 --transient 7 --periods 8 --record energy,section --method rk4 "
+        "--threads 2 --overwrite --plot map.svg -o map.h5"
+    )
+    assert main(arguments.split()) == 0
+    scan, output, options = calls.runs[0]
+    assert scan.system.kind == "ssul"
+    assert (scan.system.parameters["P"], scan.system.K) == (600, 2.5e7)
+    assert scan.system.parameters["k2"] == 784.9
+    assert [(axis.name, axis.values.tolist()) for axis in scan.axes] == [
+        ("omega", [5, 5.5, 6]),
+        ("C", pytest.approx([-0.1, -0.05, 0, 0.05, 0.1])),
+    ]
+    assert (scan.start.policy, scan.start.count) == ("random", 4)
+    assert (scan.transient, scan.periods, scan.method) == (7, 8, "rk4")
+    assert scan.want == ("section", "energy")
+    assert output == Path("map.h5")
+    assert options == {"threads": 2, "resume": False, "overwrite": True, "quiet": False}
+    assert calls.plots == [(Path("map.h5"), Path("map.svg"))]
+
+
+def test_failed_orbits_give_status_1_even_when_quiet(calls, capsys):
+    calls.failed = 3
+    assert main(["--quiet"]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "3 of 1201 orbits failed" in err
+    assert "`status` of figure8.h5" in err
+    assert calls.plots  # what succeeded is drawn
+
+
+@pytest.mark.parametrize("error", [Interrupted("resume with --resume"), KeyboardInterrupt()])
+def test_an_interrupt_gives_status_130(calls, capsys, error):
+    calls.error = error
+    assert main([]) == 130
+    assert str(error) in capsys.readouterr().err
+    assert calls.plots == []
+
+
+def test_a_reported_interrupt_gives_status_130(calls, capsys):
+    calls.interrupted = True
+    assert main([]) == 130
+    assert "the summary" in capsys.readouterr().err
+    assert calls.plots == []
+
+
+def test_a_dry_run_only_tells(calls, capsys, tmp_path):
+    (tmp_path / "figure8.h5").write_bytes(b"old")  # nothing is written, so nothing is in the way
+    assert main(["--dry-run", "--threads", "2"]) == 0
+    assert capsys.readouterr().out == "1201 orbits\n2 threads\n"
+    assert calls.runs == calls.plots == []
+
+
+@pytest.mark.parametrize("option", ["--resume", "--overwrite"])
+def test_an_existing_archive_may_be_given_up(calls, option, tmp_path):
+    (tmp_path / "figure8.h5").write_bytes(b"old")
+    assert main([option]) == 0
+    assert calls.runs[0][2][option[2:]]
+
+
+def test_the_function_returns_the_archive(calls):
+    scan = load_scan(None, {"sampling": {"periods": 3}})
+    assert bifurcation(scan, "a.h5", threads=1) == Path("a.h5")
+    assert calls.runs[0][:2] == (scan, Path("a.h5"))
+    assert calls.runs[0][2]["quiet"]
+    assert calls.plots == []
+    assert bifurcation() == Path("figure8.h5")
+
+
+def test_module_and_function_may_be_called_alike(calls):
+    assert module("a.toml" if Path("a.toml").exists() else None, "b.h5") == Path("b.h5")
+
+
+@pytest.mark.parametrize("program", [main, lambda arguments: console(["bifurcation", *arguments])])
+def test_help_shows_an_example_that_works(program, calls, capsys):
+    assert program(["--help"]) == 0
+    text = capsys.readouterr().out.replace("\\\n", " ")
+    examples = [line.split()[2:] for line in text.splitlines() if "nlds-vines bifurcation" in line]
+    examples = [words for words in examples if "[-h]" not in words]
+    assert len(examples) == 3
+    for words in examples:
+        assert main(words) == 0
+    assert len(calls.runs) == 3
+
+
+def test_console_help_names_the_commands(capsys):
+    assert console([]) == console(["--help"]) == 0
+    assert "bifurcation" in capsys.readouterr().out
+    assert console(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("nlds-vines ")

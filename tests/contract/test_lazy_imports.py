@@ -1,0 +1,66 @@
+"""Help and a refused request load nothing heavy, so that they answer at once."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import nlds_vines
+
+HEAVY = ("numba", "llvmlite", "h5py", "matplotlib", "scipy", "tqdm")
+
+
+def loaded(folder: Path, *arguments: str) -> tuple[int, set[str]]:
+    """Run Python with these arguments; return its status and the top-level modules it loaded."""
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", *arguments],
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        env={"PYTHONPATH": str(Path(nlds_vines.__path__[0]).parent)},
+        check=False,
+    )
+    times = (line for line in done.stderr.splitlines() if line.startswith("import time:"))
+    return done.returncode, {line.split("|")[-1].strip().split(".")[0] for line in times}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [
+        (["--help"], 0),
+        (["--system", "nothing"], 2),
+        (["nothing.toml"], 2),
+        (["--set", "P=nan"], 2),
+        (["-o", "no/x.h5"], 2),
+        (["-o", "old.h5"], 2),
+        (["--plot", "x.gif"], 2),
+    ],
+)
+@pytest.mark.parametrize("program", [["nlds_vines.bifurcation"], ["nlds_vines", "bifurcation"]])
+def test_nothing_heavy_is_loaded(program, arguments, status, tmp_path):
+    (tmp_path / "old.h5").write_bytes(b"")
+    found, modules = loaded(tmp_path, "-m", *program, *arguments)
+    assert found == status
+    assert "nlds_vines" in modules
+    assert not modules & set(HEAVY)
+
+
+@pytest.mark.parametrize("option", ["--help", "--version"])
+def test_the_console_script_itself_loads_nothing_heavy(option, tmp_path):
+    found, modules = loaded(tmp_path, "-m", "nlds_vines", option)
+    assert found == 0
+    assert not modules & set(HEAVY)
+
+
+def test_systems_and_scans_need_nothing_heavy(tmp_path):
+    program = "import nlds_vines.scan as s; s.load_scan().cells()"
+    found, modules = loaded(tmp_path, "-c", program)
+    assert found == 0
+    assert not modules & set(HEAVY)
+
+
+def test_the_probe_sees_what_is_loaded(tmp_path):
+    found, modules = loaded(tmp_path, "-c", "import h5py")
+    assert found == 0
+    assert "h5py" in modules

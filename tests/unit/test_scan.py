@@ -1,0 +1,375 @@
+"""Scans: reading, overriding, canonical form, cells and start states."""
+
+import dataclasses
+import tomllib
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nlds_vines._toml import toml_text
+from nlds_vines.catalogue import catalogue, load_system
+from nlds_vines.errors import RequestError
+from nlds_vines.record import WANTS
+from nlds_vines.scan import METHODS, Axis, Scan, Start, load_scan, random_states, start_states
+from nlds_vines.scenes import SCENES, Scene
+from nlds_vines.system import CELL
+from nlds_vines.wants import possible_want
+
+MINIMAL = {"system": "ssul-set6", "vary": {"omega": {"values": [5.0, 6.0]}}}
+
+
+def scan(**changes) -> Scan:
+    return load_scan(MINIMAL, changes)
+
+
+# ---- reading -------------------------------------------------------------------------------------
+
+
+def test_embedded_default_is_figure_8():
+    default = load_scan()
+    assert default.title == "Bifurcation diagram, SSul NES Set 6 (Figure 8)"
+    assert default.system == load_system("ssul-set6")
+    assert default.axes == (Axis("omega", np.linspace(5, 8, 1201)),)
+    assert default.start == Start("rest")
+    assert (default.transient, default.periods, default.method) == (600, 120, "exact")
+    assert default.want == ("section", "impacts", "energy", "regime")
+    assert (default.shape, default.starts, default.lanes) == ((1201,), 1, 1201)
+
+
+def test_a_file_and_its_document_are_the_same(tmp_path):
+    text = toml_text({**MINIMAL, "title": "t", "set": {"P": 600}})
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    assert load_scan(path) == load_scan(str(path)) == load_scan(tomllib.loads(text))
+
+
+def test_what_is_not_said_is_usual():
+    found = load_scan(MINIMAL)
+    assert (found.transient, found.periods, found.method, found.start) == (
+        *(600, 120, "exact"),
+        Start(),
+    )
+    assert found.title == "SSul NES, Set 6: omega"
+    assert found.want == ("section", "impacts", "energy", "regime")
+    tmd = load_scan({**MINIMAL, "system": "tmd"})
+    assert tmd.want == ("section", "energy", "regime")
+
+
+def test_set_overrides_the_system():
+    found = load_scan({**MINIMAL, "set": {"P": 600, "K": 2.5e7}})
+    assert found.system == load_system("ssul-set6", P=600, K=2.5e7)
+
+
+def test_axes_come_in_the_order_of_the_file():
+    vary = {"k1": {"start": 3e4, "stop": 4e4, "num": 3}, "C": {"values": [0.2, 0.1]}}
+    found = load_scan({**MINIMAL, "vary": vary})
+    assert found.axes == (Axis("k1", [3e4, 3.5e4, 4e4]), Axis("C", [0.1, 0.2]))
+    assert found.shape == (3, 2)
+
+
+def test_wants_are_kept_in_one_order():
+    one = load_scan({**MINIMAL, "record": {"want": ["regime", "section"]}})
+    other = load_scan({**MINIMAL, "record": {"want": ["section", "regime"]}})
+    assert one.want == ("section", "regime")
+    assert one.hash == other.hash
+
+
+# ---- axes ----------------------------------------------------------------------------------------
+
+
+def test_axis_is_sorted_and_read_only():
+    axis = Axis("omega", [6, 5.5, 7])
+    assert axis.values.tolist() == [5.5, 6.0, 7.0]
+    with pytest.raises(ValueError, match="read-only"):
+        axis.values[0] = 1.0
+
+
+def test_axis_does_not_share_the_array_it_was_given():
+    values = np.array([1.0, 2.0])
+    axis = Axis("P", values)
+    values[0] = 5.0
+    assert axis.values[0] == 1.0
+
+
+def test_axes_compare_by_name_and_values():
+    assert Axis("P", [1, 2]) == Axis("P", [1.0, 2.0])
+    assert Axis("P", [1, 2]) != Axis("C", [1, 2])
+    assert Axis("P", [1, 2]) != Axis("P", [1, 3])
+    assert len({Axis("P", [-0.0]), Axis("P", [0.0])}) == 1
+
+
+def test_a_single_point_is_an_axis():
+    assert Axis.spaced("P", 3, 3, 1) == Axis("P", [3])
+
+
+# ---- the upper layer -----------------------------------------------------------------------------
+
+
+def test_no_changes_return_the_very_scan():
+    found = load_scan(MINIMAL)
+    assert load_scan(found) is found
+
+
+def test_changes_override_entry_by_entry():
+    found = scan(set={"P": 1}, sampling={"periods": 7}, record={"want": ["energy"]})
+    assert found.system.parameters["P"] == 1
+    assert (found.transient, found.periods) == (600, 7)
+    assert found.want == ("energy",)
+    assert found.axes == load_scan(MINIMAL).axes
+
+
+def test_changes_apply_to_a_scan_as_to_its_file():
+    changes = {"set": {"P": 1}, "start": {"policy": "up"}}
+    assert load_scan(load_scan(MINIMAL), changes) == load_scan(MINIMAL, changes)
+
+
+def test_varied_above_replaces_all_axes_and_what_is_set_below():
+    document = {**MINIMAL, "set": {"P": 800}}
+    found = load_scan(document, {"vary": {"P": {"values": [1.0]}}})
+    assert found.axes == (Axis("P", [1.0]),)
+
+
+def test_another_system_drops_what_cannot_be_had_with_it():
+    document = {**MINIMAL, "record": {"want": ["impacts", "energy"]}}
+    assert load_scan(document, {"system": "tmd"}).want == ("energy",)
+    with pytest.raises(RequestError, match="want 'impacts' cannot be had"):
+        load_scan(document, {"system": "tmd", "record": {"want": ["impacts", "energy"]}})
+    with pytest.raises(RequestError, match="want 'impacts' cannot be had"):
+        load_scan({**document, "system": "tmd"})
+
+
+def test_random_start_keeps_the_seed_below():
+    document = {**MINIMAL, "start": {"policy": "random", "count": 2, "seed": 9}}
+    more = load_scan(document, {"start": {"policy": "random", "count": 5}})
+    assert more.start == Start("random", 5, 9)
+    assert load_scan(document, {"start": {"policy": "up"}}).start == Start("up")
+
+
+def test_a_title_that_is_true_no_more_is_replaced():
+    document = {**MINIMAL, "title": "Figure 8"}
+    assert load_scan(document, {"sampling": {"periods": 9}}).title == "Figure 8"
+    assert load_scan(document, {"set": {"P": 5}}).title == "SSul NES, Set 6, P = 5: omega"
+    assert load_scan(document, {"system": "tmd"}).title == "Tuned mass damper: omega"
+    assert load_scan(document, {"set": {"P": 5}, "title": "mine"}).title == "mine"
+    overridden = load_scan({**document, "set": {"E2": 1e7}}, {"set": {"K": 5}})
+    assert overridden.title == "SSul NES, Set 6, K = 5: omega"
+
+
+@pytest.mark.parametrize(
+    ("below", "above", "message"),
+    [
+        ({"set": {"omega": 6}}, {}, r"^scan: \[set\]: omega is varied by scan: \[vary\]"),
+        ({}, {"set": {"omega": 6}}, r"^changes: \[set\]: omega is varied by scan: \[vary\]"),
+        ({"set": {"E2": 1e7}, "vary": {"K": {"values": [1]}}}, {}, r"\[set\]: K beside E2"),
+        ({"set": {"K": 1e7}, "vary": {"E2": {"values": [1]}}}, {}, r"\[set\]: K beside E2"),
+        ({}, {"system": "tmd", "set": {"C": 1}}, r"^changes: \[set\]: kind 'tmd' has no"),
+        ({}, {"vary": {"m1": {"values": [-1]}}}, r"^changes: \[vary\]: m1 = -1\.0 is not"),
+    ],
+)
+def test_contradictions_name_their_places(below, above, message):
+    with pytest.raises(RequestError, match=message):
+        load_scan({**MINIMAL, **below}, above)
+
+
+# ---- checks of the dataclass ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("title", 3, "title = 3 must be a string"),
+        ("axes", (), "varied parameters: none"),
+        ("axes", (Axis("P", [1]), Axis("P", [2])), "varied parameters: P, P"),
+        ("axes", tuple(Axis(name, [1]) for name in ("P", "C", "V")), "P, C, V; allowed"),
+        ("axes", (Axis("D", [1]),), "kind 'ssul' has no parameter 'D'"),
+        ("axes", (Axis("omega", [-1, 1]),), "omega = -1.0 is not allowed"),
+        ("transient", -1, "transient = -1 must be"),
+        ("transient", 2.0, "transient = 2.0 must be a whole number"),
+        ("periods", 0, "periods = 0 must be"),
+        ("periods", True, "periods = True must be"),
+        ("want", (), "empty request"),
+        ("want", ("energy", "energy"), "names something twice"),
+        ("want", "energy", "must be a list"),
+        ("want", ("enrgy",), "did you mean 'energy'"),
+        ("method", "euler", "unknown method 'euler'"),
+    ],
+)
+def test_a_scan_checks_itself(field, value, message):
+    with pytest.raises(RequestError, match=message):
+        dataclasses.replace(load_scan(MINIMAL), **{field: value})
+
+
+def test_a_value_inside_an_axis_cannot_escape_the_check_of_its_ends():
+    with pytest.raises(RequestError, match=r"nu1 = 0\.6 is not allowed"):
+        dataclasses.replace(load_scan(MINIMAL), axes=(Axis("nu1", [0.6, 0.1, 0.2]),))
+    corner = (Axis("A", [0, 1, 2]), Axis("B", [2, 1, 0]))
+    with pytest.raises(RequestError, match=r"A \+ B must be > 0"):
+        dataclasses.replace(load_scan(MINIMAL), axes=corner)
+
+
+def test_absurdly_many_orbits_are_refused():
+    vary = {name: {"start": 1, "stop": 2, "num": 20_000} for name in ("P", "C")}
+    with pytest.raises(RequestError, match="400000000 orbits; allowed: up to 100000000"):
+        load_scan({**MINIMAL, "vary": vary})
+
+
+# ---- canonical form ------------------------------------------------------------------------------
+
+NUMBERS = st.floats(1e-3, 1e3)
+WORDS = st.text(min_size=1, max_size=20)
+
+
+@st.composite
+def scans(draw) -> Scan:
+    system = load_system(draw(st.sampled_from(list(catalogue()))))
+    own = sorted(set(system.scene.own))
+    names = draw(st.lists(st.sampled_from(own), min_size=1, max_size=2, unique=True))
+    overrides = draw(st.dictionaries(st.sampled_from(own), NUMBERS, max_size=4))
+    if system.scene.walls and draw(st.booleans()):
+        overrides["K"] = draw(NUMBERS)
+    possible = possible_want(WANTS, system.scene)
+    values = st.lists(NUMBERS, min_size=1, max_size=5, unique=True)
+    start = draw(
+        st.one_of(
+            st.builds(Start, st.sampled_from(["rest", "up", "down"])),
+            st.builds(Start, st.just("random"), st.integers(1, 99), st.integers(0, 2**63 - 1)),
+        )
+    )
+    notes = {draw(st.sampled_from(own)): draw(WORDS)}
+    return Scan(
+        title=draw(WORDS),
+        system=dataclasses.replace(
+            system.with_(**overrides), title=draw(WORDS), name=draw(WORDS), assumptions=notes
+        ),
+        axes=tuple(Axis(name, draw(values)) for name in names),
+        want=tuple(draw(st.lists(st.sampled_from(possible), min_size=1, unique=True))),
+        start=start,
+        transient=draw(st.integers(0, 10**9)),
+        periods=draw(st.integers(1, 10**9)),
+        method=draw(st.sampled_from(METHODS)),
+    )
+
+
+@settings(max_examples=200, deadline=None)
+@given(scans())
+def test_canonical_text_reads_back_to_an_equal_scan(original):
+    again = load_scan(tomllib.loads(original.to_toml()))
+    assert again == original
+    assert again.hash == original.hash
+    assert again.to_toml() == original.to_toml()
+    assert again.cells().tobytes() == original.cells().tobytes()
+
+
+def test_hash_ignores_words():
+    base = load_scan(MINIMAL)
+    renamed = dataclasses.replace(base.system, name="x", title="y", assumptions={"P": "z"})
+    assert dataclasses.replace(base, title="other").hash == base.hash
+    assert dataclasses.replace(base, system=renamed).hash == base.hash
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"system": "ssul-set5"},
+        {"set": {"P": 800.0000000000001}},
+        {"vary": {"omega": {"values": [5.0, 6.000000000000001]}}},
+        {"vary": {"C": {"values": [5.0, 6.0]}}},
+        {"start": {"policy": "up"}},
+        {"start": {"policy": "random", "count": 1}},
+        {"sampling": {"transient": 601}},
+        {"sampling": {"periods": 121}},
+        {"sampling": {"method": "rk4"}},
+        {"record": {"want": ["section"]}},
+    ],
+)
+def test_hash_sees_whatever_changes_numbers(change):
+    assert load_scan(MINIMAL, change).hash != load_scan(MINIMAL).hash
+
+
+# ---- cells and starts ----------------------------------------------------------------------------
+
+
+def test_cells_of_a_map():
+    vary = {"omega": {"values": [5.0, 6.0, 7.0]}, "C": {"values": [0.01, 0.02]}}
+    cells = load_scan({**MINIMAL, "vary": vary}).cells()
+    assert (cells.shape, cells.dtype) == ((3, 2), CELL)
+    assert cells["omega"].tolist() == [[5, 5], [6, 6], [7, 7]]
+    assert cells["near"].tolist() == [[0.01, 0.02]] * 3
+    assert np.all(cells["P"] == 800)
+
+
+def test_draws_depend_on_the_seed_alone():
+    def draws(count, seed):
+        return start_states(scan(start={"policy": "random", "count": count, "seed": seed}))
+
+    assert draws(7, 3).shape == (7, 4)
+    assert np.array_equal(draws(7, 3), draws(7, 3))
+    assert np.array_equal(draws(9, 3)[:7], draws(7, 3))
+    assert not np.array_equal(draws(7, 4), draws(7, 3))
+    many = draws(10_000, 0)
+    assert -1 <= many.min() < -0.99
+    assert 0.99 < many.max() < 1
+
+
+def test_random_states_measure_in_static_deflections():
+    found = load_scan({**MINIMAL, "set": {"C": 9}})  # so far away that nothing is held back
+    states = random_states(found.cells(), np.array([[0.5, -0.5, 0.25, 1.0]]), found.system.scene)
+    length = 800 / 3.95e4
+    assert states.shape == (2, 1, 4)
+    for omega, state in zip((5.0, 6.0), states[:, 0], strict=True):
+        expected = [2.5 * length, -2.5 * length * omega, 3.75 * length, 15 * length * omega]
+        assert state == pytest.approx(expected)
+
+
+def both_walls() -> Scene:
+    ssul = SCENES["ssul"]
+    return dataclasses.replace(ssul, gap_far=lambda p: p["V"])
+
+
+@pytest.mark.parametrize("near", [0.02, 0.0, -0.03])
+def test_random_states_stay_between_the_walls(near):
+    cells = np.zeros(3, CELL)
+    cells["m1"], cells["k1"], cells["P"], cells["omega"] = 1000, 39500, 800, 6
+    cells["near"], cells["far"] = near, 0.1
+    draws = np.random.default_rng(1).uniform(-1, 1, (500, 4))
+    r = random_states(cells, draws, both_walls())[..., 2]
+    assert r.max() == near
+    assert r.min() == -0.1
+    unilateral = random_states(cells, draws, SCENES["ssul"])[..., 2]
+    assert unilateral.max() == near
+    assert unilateral.min() < -0.25
+    assert np.abs(random_states(cells, draws, SCENES["tmd"])[..., 2]).max() > 0.25
+
+
+@pytest.mark.parametrize("force", [0.0, 800.0, 1e-300])
+@pytest.mark.parametrize("stiffness", [0.0, 1e-300, 39500.0])
+@pytest.mark.parametrize("gap", [0.0, 0.06])
+@pytest.mark.parametrize("omega", [1e-200, 6.0, 1e200])
+def test_random_states_are_finite_and_differ_in_every_limit(force, stiffness, gap, omega):
+    cells = np.zeros((), CELL)
+    cells["m1"], cells["k1"], cells["P"], cells["omega"] = 1000, stiffness, force, omega
+    cells["near"] = gap
+    draws = np.random.default_rng(1).uniform(-1, 1, (5, 4))
+    states = random_states(cells, draws, SCENES["ssul"])
+    assert states.shape == (5, 4)
+    assert np.all(np.isfinite(states))
+    assert np.all(np.abs(states[:, 0]) > 0)
+    assert len(set(states[:, 0])) == 5
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"policy": "sideways"},
+        {"policy": "random", "count": 0},
+        {"policy": "random", "count": 1.0},
+        {"policy": "random", "seed": -1},
+        {"policy": "up", "count": 2},
+        {"policy": "rest", "seed": 1},
+    ],
+)
+def test_faulty_start_policies_are_refused(wrong):
+    with pytest.raises(RequestError):
+        Start(**wrong)

@@ -1,0 +1,339 @@
+"""Systems: the catalogue, the checks at the door, K, and the numbers for kernels."""
+
+import copy
+import pickle
+from math import pi
+
+import numpy as np
+import pytest
+
+from nlds_vines import _resources
+from nlds_vines.catalogue import catalogue, load_system
+from nlds_vines.errors import RequestError
+from nlds_vines.parameters import CONTACT, PARAMETERS
+from nlds_vines.scenes import SCENES
+from nlds_vines.system import CELL, System, hertz_stiffness
+
+stiffness_of_set6 = 32504566.49525256
+stiffness_of_steel = 159844234214.64865
+
+TABLE_1 = {  # k2, c2, C, V
+    "ssul-set1": (215, 232, 0.03, 0.03),
+    "ssul-set2": (215, 232, 0.05, 0.1),
+    "ssul-set3": (700, 50, 0.06, 0.1),
+    "ssul-set4": (753.1, 50.09, 0.08286, 0.1),
+    "ssul-set5": (784.9, 50, 0.09975, 0.1),
+    "ssul-set6": (668.9, 50.83, 0.06233, 0.1),
+    "ssul-set6-table2": (669, 50.8, 0.062, 0.1),
+}
+
+
+@pytest.fixture
+def set6() -> System:
+    return load_system("ssul-set6")
+
+
+# ---- catalogue -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", TABLE_1)
+def test_ssul_sets_are_those_of_the_tables(name):
+    p = load_system(name).parameters
+    assert (p["k2"], p["c2"], p["C"], p["V"]) == TABLE_1[name]
+
+
+def test_catalogue_has_the_names_of_the_interface():
+    assert list(catalogue()) == ["none", "tmd", *TABLE_1]
+
+
+def test_tmd_is_that_of_table_2():
+    p = load_system("tmd").parameters
+    assert (p["m2"], p["k2"], p["c2"]) == (60, 600, 262)
+
+
+@pytest.mark.parametrize("name", ["none", "tmd", *TABLE_1])
+def test_structure_and_force_are_the_same_for_all(name):
+    p = load_system(name).parameters
+    structure = {"m1": 1000, "k1": 39500, "c1": 452, "P": 800, "omega": 6.28}
+    assert {key: p[key] for key in structure} == structure
+
+
+@pytest.mark.parametrize("name", ["none", "tmd", *TABLE_1])
+def test_every_value_of_the_catalogue_has_a_source(name):
+    system = load_system(name)
+    assert system.sources.keys() == system.parameters.keys()
+    assert all(system.sources.values())
+
+
+def test_what_the_paper_does_not_give_is_marked_as_assumed(set6):
+    assert set6.assumptions.keys() == {"A", "B", "q1"}
+    assert "32504566" in set6.assumptions["A"]
+
+
+def test_a_wheel_finds_its_own_files_before_those_of_a_clone(tmp_path, monkeypatch):
+    clone = _resources.resource_text("figure8.toml")
+    (tmp_path / "_data").mkdir()
+    (tmp_path / "_data" / "figure8.toml").write_text("packed")
+    monkeypatch.setattr(_resources, "files", lambda package: tmp_path)
+    assert _resources.resource_text("figure8.toml") == "packed"
+    (tmp_path / "_data" / "figure8.toml").unlink()
+    assert _resources.resource_text("figure8.toml") == clone
+
+
+# ---- K -------------------------------------------------------------------------------------------
+
+
+def test_default_stiffness_of_equation_4(set6):
+    found = set6.K
+    assert found == pytest.approx(stiffness_of_set6, rel=1e-14)
+
+
+def test_stiffness_of_steel_on_steel():
+    found = load_system("ssul-set6", E2=2.1e11).K
+    assert found == pytest.approx(stiffness_of_steel, rel=1e-14)
+
+
+def test_stiffness_takes_arrays(set6):
+    moduli = np.array([2.05e7, 2.1e11])
+    found = hertz_stiffness({**set6.parameters, "E2": moduli})
+    assert found == pytest.approx([stiffness_of_set6, stiffness_of_steel], rel=1e-14)
+
+
+def test_given_stiffness_replaces_the_constants(set6):
+    given = set6.with_(K=2.5e7)
+    assert given.K == 2.5e7
+    assert not given.parameters.keys() & set(CONTACT)
+    assert not given.assumptions
+
+
+def test_all_constants_together_replace_a_given_stiffness(set6):
+    constants = {name: set6.parameters[name] for name in CONTACT}
+    again = set6.with_(K=1.0).with_(**constants)
+    assert again.parameters == set6.parameters
+
+
+def test_some_constants_cannot_replace_a_given_stiffness(set6):
+    with pytest.raises(RequestError, match=r"E2 given .* give also E1, nu1, nu2, A, B, q1, or K"):
+        set6.with_(K=1.0).with_(E2=1e9)
+
+
+def test_stiffness_beside_a_constant_is_a_contradiction(set6):
+    with pytest.raises(RequestError, match="K beside E1"):
+        set6.with_(K=1.0, E1=1e9)
+
+
+def test_a_scene_without_contact_has_no_stiffness():
+    with pytest.raises(RequestError, match="'tmd' has no contact"):
+        _ = load_system("tmd").K
+    assert load_system("tmd").cells()["K"] == 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"A": 0, "B": 0}, r"A \+ B must be > 0"),
+        ({"E1": 1e-320}, r"K = 0\.0 is not allowed"),
+        ({"E1": 1e308, "E2": 1e308, "nu1": 0.0, "q1": 1e10}, "K = inf is not allowed"),
+        ({"V": 1e308, "C": 1e308}, "rest is not finite"),
+    ],
+)
+def test_constants_that_give_no_sensible_number_are_refused(set6, changes, message):
+    with pytest.raises(RequestError, match=message):
+        set6.with_(**changes)
+
+
+# ---- scenes --------------------------------------------------------------------------------------
+
+
+def test_ssul_rests_at_v_plus_c_and_touches_at_v(set6):
+    p = set6.parameters
+    assert set6.rest == p["V"] + p["C"] == 0.16233
+    assert set6.scene.walls == ("near",)
+    r_at_touch = set6.rest - p["V"]  # u = V
+    assert set6.scene.gap_near(p) == pytest.approx(r_at_touch)
+    assert set6.scene.obstacle(p) == {"obstacle": p["V"]}
+
+
+def test_tmd_rests_at_zero_without_walls():
+    tmd = load_system("tmd")
+    assert tmd.rest == 0
+    assert tmd.scene.damper
+    assert tmd.scene.walls == ()
+    assert tmd.scene.obstacle(tmd.parameters) == {}
+
+
+def test_structure_alone_has_no_damper():
+    alone = load_system("none")
+    assert alone.rest is None
+    assert not alone.scene.damper
+    assert set(alone.parameters) == {"m1", "k1", "c1", "P", "omega"}
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_scenes_need_only_parameters_that_exist(kind):
+    assert SCENES[kind].kind == kind
+    assert set(SCENES[kind].allowed) <= PARAMETERS.keys()
+
+
+def test_period(set6):
+    assert set6.with_(omega=2.0).period == pi
+
+
+# ---- the door ------------------------------------------------------------------------------------
+
+
+def test_integers_become_floats(set6):
+    changed = set6.with_(m1=900, C=np.int64(0), P=np.float32(0.5))
+    assert [type(value) for value in changed.parameters.values()] == [float] * 17
+    assert changed.parameters["m1"] == 900.0
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), 10**400])
+def test_numbers_must_be_finite(set6, value):
+    with pytest.raises(RequestError, match="must be a finite number"):
+        set6.with_(C=value)
+
+
+@pytest.mark.parametrize("value", [True, "3", None, [1.0], 1j])
+def test_values_must_be_numbers(set6, value):
+    with pytest.raises(RequestError, match=r"m1 = .* must be a number"):
+        set6.with_(m1=value)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *((name, 0.0) for name in ("m1", "m2", "omega", "E1", "E2", "q1", "K")),
+        *((name, -1e-9) for name in ("k1", "c1", "k2", "c2", "P", "nu1", "A", "B")),
+        ("nu2", 0.51),
+    ],
+)
+def test_values_must_be_in_range(set6, name, value):
+    with pytest.raises(RequestError, match=f"^{name} = {value!r} is not allowed"):
+        set6.with_(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("C", -0.01), ("V", -1.0), ("k1", 0), ("c1", 0), ("P", 0), ("A", 0), ("nu1", 0.5)],
+)
+def test_the_edges_of_the_ranges_are_allowed(set6, name, value):
+    assert set6.with_(**{name: value}).parameters[name] == value
+
+
+def test_unknown_parameters_come_with_the_nearest_name(set6):
+    with pytest.raises(RequestError, match=r"unknown parameter 'omga'; did you mean 'omega'.*nu1"):
+        set6.with_(omga=1.0)
+    with pytest.raises(RequestError, match="unknown parameter 'self'"):
+        set6.with_(self=1.0)
+
+
+def test_another_kinds_parameter_is_said_to_be_so():
+    with pytest.raises(RequestError, match="kind 'tmd' has no parameter 'C'"):
+        load_system("tmd", C=0.1)
+
+
+def test_missing_parameters_are_listed():
+    with pytest.raises(RequestError, match=r"missing: c1, P$"):
+        System("none", {"m1": 1, "k1": 1, "omega": 1})
+
+
+def test_unknown_names_and_kinds():
+    with pytest.raises(RequestError, match="unknown system 'ssul-set7'; did you mean"):
+        load_system("ssul-set7")
+    with pytest.raises(RequestError, match="unknown kind 'ssull'; did you mean 'ssul'"):
+        System("ssull", {})
+
+
+# ---- values --------------------------------------------------------------------------------------
+
+
+def test_systems_are_immutable(set6):
+    with pytest.raises(TypeError):
+        set6.parameters["m1"] = 1.0
+    with pytest.raises(AttributeError):
+        set6.kind = "tmd"
+    set6.with_(m1=1.0)
+    assert set6.parameters["m1"] == 1000.0
+
+
+def test_overrides_take_the_place_of_source_and_assumption(set6):
+    changed = set6.with_(A=0.25, P=800)
+    assert changed.sources["A"] == "set by the user"
+    assert changed.assumptions.keys() == {"B", "q1"}
+    assert changed.sources["P"] == set6.sources["P"]  # the same value as before
+
+
+def test_systems_travel_and_copy(set6):
+    assert pickle.loads(pickle.dumps(set6)) == set6
+    assert copy.deepcopy(set6) == set6
+    assert set6 != set6.with_(P=801)
+
+
+# ---- cells ---------------------------------------------------------------------------------------
+
+
+def test_one_cell_holds_the_numbers_of_the_system(set6):
+    cell = set6.cells()
+    assert cell.shape == ()
+    assert cell.dtype == CELL
+    for name in ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega"):
+        assert cell[name] == set6.parameters[name]
+    assert cell["K"] == set6.K
+    assert (cell["near"], cell["far"], cell["rest"]) == (0.06233, 0.0, 0.16233)
+
+
+def test_a_grid_of_cells_is_the_same_as_its_systems_one_by_one(set6):
+    omega, moduli, gaps = [5.0, 6.0, 7.0], [1e7, 2e7], [-0.01, 0.02]
+    grid = dict(zip(("omega", "E2", "C"), np.ix_(omega, moduli, gaps), strict=True))
+    cells = set6.cells(grid)
+    assert cells.shape == (3, 2, 2)
+    for index in np.ndindex(cells.shape):
+        i, j, k = index
+        single = set6.with_(omega=omega[i], E2=moduli[j], C=gaps[k])
+        assert cells[index] == single.cells()[()]
+
+
+def test_varied_stiffness_replaces_the_constants(set6):
+    assert set6.cells({"K": np.array([1.0, 2.0])})["K"].tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("grid", "message"),
+    [
+        ({"m1": [1.0, -2.0]}, r"m1 = -2\.0 is not allowed"),
+        ({"omega": [1.0, np.nan]}, "omega = nan is not allowed"),
+        ({"A": [0.0, 1.0], "B": [0.0, 1.0]}, r"A \+ B"),
+        ({"D": [1.0]}, "kind 'ssul' has no parameter 'D'"),
+        ({"x": [1.0]}, "unknown parameter 'x'"),
+        ({"K": [1.0], "E1": [1.0]}, "K beside E1"),
+    ],
+)
+def test_grids_are_checked(set6, grid, message):
+    with pytest.raises(RequestError, match=message):
+        set6.cells({name: np.array(values) for name, values in grid.items()})
+
+
+# ---- systems from files --------------------------------------------------------------------------
+
+
+def write(path, text):
+    path.write_text(text)
+    return path
+
+
+def test_system_from_a_table_of_its_own(tmp_path):
+    flat = 'kind = "none"\ntitle = "mine"\nm1 = 1\nk1 = 2.5\nc1 = 0\nP = 1\nomega = 3\n'
+    path = write(tmp_path / "mine.toml", f"[system]\n{flat}")
+    system = load_system(path, P=2)
+    assert dict(system.parameters) == {"m1": 1, "k1": 2.5, "c1": 0, "P": 2, "omega": 3}
+    assert (system.name, system.title) == (str(path), "mine")
+    nested = flat.replace("m1", "[system.parameters]\nm1", 1)
+    same = load_system(str(write(tmp_path / "nested.toml", f"[system]\n{nested}")))
+    assert same.with_(P=2).parameters == system.parameters
+
+
+def test_system_of_a_scan_file_comes_with_what_is_set(tmp_path):
+    text = 'system = "ssul-set6"\n[set]\nP = 600\n[vary]\nomega = { values = [5.0] }\n'
+    system = load_system(write(tmp_path / "scan.toml", text))
+    assert system.parameters == load_system("ssul-set6", P=600).parameters

@@ -53,8 +53,9 @@ def _tables(n: int) -> tuple[np.ndarray, ...]:
     u, S = hertz_arc(phi)
     cover = _integration(xi, xi) * density
     ends = _integration(xi, np.array([1.0, 0.0])) * density
-    loss, time = cover @ (0.5 * S**2 * u), cover @ u
-    return u, S, loss, np.ascontiguousarray(cover.T).ravel(), ends[0], ends[1], time
+    time = cover @ u
+    loss, late = cover @ (0.5 * S**2 * u), cover @ (0.5 * S * u * time)
+    return u, S, loss, late, np.ascontiguousarray(cover.T).ravel(), ends[0], ends[1], time
 
 
 def make_arc(nodes: int = NODES) -> Arc:
@@ -64,5 +65,5 @@ def make_arc(nodes: int = NODES) -> Arc:
     """
     if not 2 <= nodes <= ROW:
         raise ValueError(f"nodes = {nodes}: an arc takes 2 to {ROW} collocation nodes")
-    u, S, loss, cover, weight, middle, time = _tables(nodes)
-    return Arc(nodes, u, S, loss, cover, weight, middle, time, float(weight @ u), np.zeros(SCRATCH))
+    u, S, loss, late, cover, weight, middle, time = _tables(nodes)
+    return Arc(nodes, u, S, loss, late, cover, weight, middle, time, float(weight @ u), np.zeros(SCRATCH))

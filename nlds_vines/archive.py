@@ -9,6 +9,7 @@ attribute: both name the dataset that is damaged.  A seal over the whole file fi
 from __future__ import annotations
 
 import math
+import os
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -51,6 +52,7 @@ def write(
     one piece.  Raises `RequestError` if what is read back is not what was given, OSError or (from
     HDF5) RuntimeError if it cannot be written.
     """
+    durable.reserve(path, _most_bytes(scan))
     # v110 checksums the metadata too, and is read by every netCDF-4 library of this decade
     with h5py.File(path, "w", libver=("v110", "v110"), **_CACHE) as file:
         file.attrs.update(attributes(scan, {**_HDF5, **provenance}))
@@ -139,7 +141,7 @@ class ArchiveView:
 
 
 @contextmanager
-def read(path: str | Path) -> Iterator[ArchiveView]:
+def read(path: str | os.PathLike[str]) -> Iterator[ArchiveView]:
     """Open an archive for reading; use it in a `with` statement.
 
     Raises `RequestError` if there is no such file, if it is not an archive of this program, or if
@@ -162,7 +164,7 @@ def read(path: str | Path) -> Iterator[ArchiveView]:
         yield ArchiveView(path, file)
 
 
-def verify(path: str | Path) -> list[str]:
+def verify(path: str | os.PathLike[str]) -> list[str]:
     """Read an archive from end to end and return its problems, one line each; empty if sound.
 
     A damaged dataset is named.  Damage anywhere else, be it one bit of a header, of an attribute
@@ -225,6 +227,19 @@ def _dataset(
         # a settled orbit repeats itself: a third of the bytes for a hundredth of the run time
         options |= {"shuffle": True, "compression": "gzip", "compression_opts": 1}
     return file.create_dataset(name, shape, **options)
+
+
+def _most_bytes(scan: Scan) -> int:
+    """Return how large the archive of a scan may become, were nothing compressed."""
+    length = sizes(scan)
+    of_string = 64  # with its reference and its place in a heap
+    of_numbers = (
+        math.prod(length[dim] for dim in entry.dims)
+        * (of_string if entry.dtype == "str" else np.dtype(entry.dtype).itemsize)
+        for entry in datasets(scan)
+    )
+    scale_bytes = of_string * sum(length.values())
+    return (1 << 18) + scale_bytes + len(scan.to_toml()) + sum(of_numbers)
 
 
 def _chunks(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:

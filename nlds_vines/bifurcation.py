@@ -115,6 +115,11 @@ class _Job:
         check_writable("output", self.archive)
         if self.plot is not None:
             check_plot(self.plot)
+            if not _can_be_drawn(self.scan):
+                raise RequestError(
+                    f"--plot {shown(str(self.plot))}: a map of want = ['section'] alone cannot be "
+                    "drawn; record energy or regime as well"
+                )
         for path in filter(None, (self.source, self.plot)):
             if path.resolve() == self.archive.resolve():
                 raise RequestError(f"output {shown(str(self.archive))} is another file of this run")
@@ -188,11 +193,12 @@ def _job(options: argparse.Namespace) -> _Job:
     """Return the job that the command line means."""
     source = None if options.scan is None else Path(options.scan)
     archive = _archive_path(options.output, source)
+    scan = load_scan(source, changes(options), "command line")
     plot = options.plot
-    if plot is None and source is None:  # the embedded default is a figure: it is drawn unasked
-        plot = archive.parent / f"{archive.stem}.png"
+    if plot is None and source is None and _can_be_drawn(scan):
+        plot = archive.parent / f"{archive.stem}.png"  # the embedded default is a figure
     return _Job(
-        scan=load_scan(source, changes(options), "command line"),
+        scan=scan,
         source=source,
         archive=archive,
         plot=None if plot is None else Path(plot),
@@ -201,6 +207,11 @@ def _job(options: argparse.Namespace) -> _Job:
         overwrite=options.overwrite,
         quiet=options.quiet,
     )
+
+
+def _can_be_drawn(scan: Scan) -> bool:
+    """Tell whether there will be something to draw: a map has no room for sections."""
+    return len(scan.axes) == 1 or scan.want != ("section",)
 
 
 def _archive_path(output: str | os.PathLike[str] | None, source: Path | None) -> Path:

@@ -66,6 +66,19 @@ def replace(temporary: Path, path: Path) -> None:
         os.close(folder)
 
 
+def reserve(path: Path, size: int) -> None:
+    """Raise OSError unless a file of `size` bytes could be written beside `path`, or as it.
+
+    For writers that cannot be stopped half-way with grace, as HDF5: ask before they begin.
+    """
+    trial = path.with_name(path.name + ".room.tmp")
+    try:
+        with trial.open("wb") as file:
+            os.posix_fallocate(file.fileno(), 0, size)
+    finally:
+        trial.unlink(missing_ok=True)
+
+
 def seal(path: Path) -> None:
     """Append a seal to a finished file and force the whole of it to the disk."""
     digest = _digest(path, path.stat().st_size)

@@ -68,7 +68,12 @@ class Parts:
 
     @classmethod
     def open(
-        cls, path: str | Path, scan: Scan, *, resume: bool = False, overwrite: bool = False
+        cls,
+        path: str | os.PathLike[str],
+        scan: Scan,
+        *,
+        resume: bool = False,
+        overwrite: bool = False,
     ) -> Parts:
         """Begin a scan whose archive is to be `path`, or continue it.
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -42,7 +43,8 @@ def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
         figure = diagram(view) if len(view.axes) == 1 else regime_map(view)
         title, scan_hash = str(view.attrs["title"]), str(view.attrs["scan_hash"])
     temporary = path.with_name(f"{path.name}.tmp")
-    salt = {"svg.hashsalt": scan_hash}  # or the names inside an SVG are drawn by lot
+    # without salt of one's own, the names inside an SVG are drawn by lot
+    salt: dict[Any, Any] = {"svg.hashsalt": scan_hash}
     with in_one_line(f"write {path}"), matplotlib.rc_context({**STYLE, **salt}):
         try:
             metadata = _metadata(form, title, scan_hash)

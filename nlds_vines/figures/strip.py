@@ -62,13 +62,8 @@ def _fill(axes: Axes, band: Band, colour: str) -> None:
 
 
 def _name_inside(axes: Axes, band: Band, ink: str) -> None:
-    style: dict[str, Any] = {
-        "color": ink,
-        "fontsize": _SIZE,
-        "ha": "center",
-        "va": "center_baseline",
-    }
-    axes.text(band.centre, 0.5, _name(band), **style)
+    place: dict[str, Any] = {"ha": "center", "va": "center_baseline"}
+    axes.text(band.centre, 0.5, _name(band), color=ink, fontsize=_SIZE, **place)
 
 
 def _name_above(axes: Axes, named: list[Band], scale: float, low: float, high: float) -> None:

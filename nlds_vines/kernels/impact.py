@@ -34,7 +34,7 @@ SCRATCH = ROW * 9
 LARGEST_SHARE = 0.1  # of the external acceleration in the contact's own: beyond it, step
 LONGEST = 0.2  # duration in units of 1/rate
 MOST_SWEEPS = 12
-SETTLED = 1.0e-9  # relative change of b in the last sweep but one; the next is a hundred times less
+SETTLED = 2.0e-9  # relative change of b in the last sweep but one; the next is ten times less or better
 
 
 class Arc(NamedTuple):
@@ -44,6 +44,7 @@ class Arc(NamedTuple):
     u: np.ndarray  # (n,) sqrt(z / z_m)
     S: np.ndarray  # (n,) s / v
     loss: np.ndarray  # (n,) integral of S^2 u / 2: the first effect of damping
+    late: np.ndarray  # (n,) integral of time S u / 2: that of a force that grows with time
     cover: np.ndarray  # (n n,) integration from touch to each node, one integrand after another
     weight: np.ndarray  # (n,) integration from touch to release
     middle: np.ndarray  # (n,) integration from touch to the deepest point
@@ -53,67 +54,97 @@ class Arc(NamedTuple):
 
 
 @jit
-def slopes(ps, damper, wall, arc, c, d):
-    """Fill the rows FB, FT, FG, FH with the derivatives at all nodes."""
-    w, u, S = arc.work, arc.u, arc.S
+def outside_at(ps, damper, wall, arc, c, d, i):
+    """Return (b, alone, a) at node i: accelerations [m/s^2] of x1 and r without damper and wall."""
+    w = arc.work
+    b = w[B + i]
+    b2 = b * b
+    b4 = b2 * b2
+    z = b4 * arc.u[i] * arc.u[i]
+    s = wall.speed * b4 * b * arc.S[i]
+    x1 = w[G + i] + damper.share * z
+    v1 = w[H + i] + damper.share * s
+    cosine, sine = turn(ps.omega * w[T + i])
+    alone = ps.force * (c * cosine - d * sine) - ps.stiffness * x1 - ps.damping * v1
+    return b, alone, alone - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
+
+
+@jit
+def common_slopes(ps, damper, wall, arc, c, d):
+    """Fill the rows FT, FG, FH with the derivatives of time and of the common motion."""
+    w, u = arc.work, arc.u
     for i in range(arc.n):
-        b = w[B + i]
+        b, alone, a = outside_at(ps, damper, wall, arc, c, d, i)
         b2 = b * b
         b4 = b2 * b2
-        speed = wall.speed * b4 * b
-        z = b4 * u[i] * u[i]
-        s = speed * S[i]
-        x1 = w[G + i] + damper.share * z
-        v1 = w[H + i] + damper.share * s
-        cosine, sine = turn(ps.omega * w[T + i])
-        drive = c * cosine - d * sine
-        alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1
-        a = alone - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
-        per = u[i] / (wall.kappa * b4 * b2 - a * u[i] * u[i])
-        dt = 2.5 * speed * per
-        w[FB + i] = 0.5 * S[i] * a * b * per
+        dt = 2.5 * wall.speed * b4 * b * u[i] / (wall.kappa * b4 * b2 - a * u[i] * u[i])
         w[FT + i] = dt
         w[FG + i] = w[H + i] * dt
         w[FH + i] = alone * (1.0 - damper.share) * dt
 
 
 @jit
-def first_guess(ps, damper, wall, arc, b, s, x1, v1, drive):
-    """Fill the unknowns at the nodes to first order in the external acceleration."""
-    w = arc.work
-    b2 = b * b
-    _, outside = accelerations(ps, damper, x1, v1, wall.gap, s, drive, 0.0)
-    drag = (damper.c2 * damper.inv_mu + ps.damping * damper.share) * s
-    per = 1.0 / (wall.kappa * b2 * b2 * b2)
-    tick = 2.5 * wall.speed * per * b2 * b2 * b
-    rest = v1 - damper.share * s
+def own_slope(ps, damper, wall, arc, c, d):
+    """Fill the row FB with the derivative of the amplitude b."""
+    w, u, S = arc.work, arc.u, arc.S
     for i in range(arc.n):
-        steady = 0.25 * (outside + drag) * arc.u[i] * arc.u[i]
-        w[B + i] = b * (1.0 + (steady - drag * arc.loss[i]) * per)
-        w[T + i] = tick * arc.time[i]
-        w[G + i] = x1 + rest * w[T + i]
-        w[H + i] = rest
+        b, _, a = outside_at(ps, damper, wall, arc, c, d, i)
+        b2 = b * b
+        w[FB + i] = 0.5 * S[i] * a * b * u[i] / (wall.kappa * b2 * b2 * b2 - a * u[i] * u[i])
 
 
 @jit
-def sweep(arc, b, x, v):
-    """Integrate the slopes from touch to every node; return the largest change of b."""
+def first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d):
+    """Fill the unknowns at the nodes, good to first order in the external acceleration.
+
+    That acceleration is taken as a constant, a part that goes with s and one that grows with time;
+    their effects on the free arc are integrals known beforehand.
+    """
+    w = arc.work
+    peak = wall.kappa * b * b * b * b * b * b
+    _, outside = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
+    rest = v1 - damper.share * s
+    drag = (damper.c2 * damper.inv_mu + ps.damping * damper.share) * s
+    tick = 2.5 * s / peak
+    drift = -(ps.stiffness * rest + ps.force * ps.omega * d) * tick
+    common = ps.force * c - ps.stiffness * x1 - ps.damping * rest
+    for i in range(arc.n):
+        t = tick * arc.time[i]
+        steady = 0.25 * (outside + drag) * arc.u[i] * arc.u[i]
+        w[B + i] = b * (1.0 + (steady - drag * arc.loss[i] + drift * arc.late[i]) / peak)
+        w[T + i] = t
+        w[H + i] = rest + common * (1.0 - damper.share) * t
+        w[G + i] = x1 + 0.5 * (rest + w[H + i]) * t
+
+
+@jit
+def cover_common(arc, x, v):
+    """Integrate the rows FT, FG, FH from touch to every node."""
+    w, n = arc.work, arc.n
+    for i in range(n):
+        w[T + i], w[G + i], w[H + i] = 0.0, x, v
+    for j in range(n):
+        ft, fg, fh = w[FT + j], w[FG + j], w[FH + j]
+        row = j * n
+        for i in range(n):
+            q = arc.cover[row + i]
+            w[T + i] += q * ft
+            w[G + i] += q * fg
+            w[H + i] += q * fh
+
+
+@jit
+def cover_own(arc, b):
+    """Integrate the row FB from touch to every node; return the largest change of b."""
     w, n = arc.work, arc.n
     for i in range(n):
         w[OLD + i] = w[B + i]
         w[B + i] = b
-        w[T + i] = 0.0
-        w[G + i] = x
-        w[H + i] = v
     for j in range(n):
-        fb, ft, fg, fh = w[FB + j], w[FT + j], w[FG + j], w[FH + j]
+        fb = w[FB + j]
         row = j * n
         for i in range(n):
-            q = arc.cover[row + i]
-            w[B + i] += q * fb
-            w[T + i] += q * ft
-            w[G + i] += q * fg
-            w[H + i] += q * fh
+            w[B + i] += arc.cover[row + i] * fb
     change = 0.0
     for i in range(n):
         change = max(change, abs(w[B + i] - w[OLD + i]))
@@ -147,18 +178,26 @@ def short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1):
         return False, s, x1, v1, 0.0, 0.0
     w = arc.work
     rest = v1 - damper.share * s
-    first_guess(ps, damper, wall, arc, b, s, x1, v1, c)
+    first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d)
     for _ in range(MOST_SWEEPS):
-        slopes(ps, damper, wall, arc, c, d)
-        change = sweep(arc, b, x1, rest)
-        if change < SETTLED * b:
-            slopes(ps, damper, wall, arc, c, d)
-            deep = b + integral(arc, arc.middle, FB)
-            out = b + integral(arc, arc.weight, FB)
-            duration = integral(arc, arc.weight, FT)
-            x1 += integral(arc, arc.weight, FG)
-            rest += integral(arc, arc.weight, FH)
-            speed = wall.speed * out * out * out * out * out
-            depth = deep * deep * deep * deep
-            return True, -speed, x1, rest - damper.share * speed, duration, depth
+        common_slopes(ps, damper, wall, arc, c, d)
+        cover_common(arc, x1, rest)
+        own_slope(ps, damper, wall, arc, c, d)
+        if cover_own(arc, b) < SETTLED * b:
+            return released(ps, damper, wall, arc, c, d, b, x1, rest)
     return False, s, x1, v1, 0.0, 0.0
+
+
+@jit
+def released(ps, damper, wall, arc, c, d, b, x1, rest):
+    """Return the result of `short_impact` from the settled nodes."""
+    common_slopes(ps, damper, wall, arc, c, d)
+    own_slope(ps, damper, wall, arc, c, d)
+    deep = b + integral(arc, arc.middle, FB)
+    out = b + integral(arc, arc.weight, FB)
+    duration = integral(arc, arc.weight, FT)
+    x1 += integral(arc, arc.weight, FG)
+    rest += integral(arc, arc.weight, FH)
+    speed = wall.speed * out * out * out * out * out
+    depth = deep * deep * deep * deep
+    return True, -speed, x1, rest - damper.share * speed, duration, depth

@@ -33,6 +33,7 @@ def own_arc(arc):
         arc.u,
         arc.S,
         arc.loss,
+        arc.late,
         arc.cover,
         arc.weight,
         arc.middle,

@@ -303,6 +303,7 @@ def test_varied_stiffness_replaces_the_constants(set6):
     [
         ({"m1": [1.0, -2.0]}, r"m1 = -2\.0 is not allowed"),
         ({"omega": [1.0, np.nan]}, "omega = nan is not allowed"),
+        ({"m1": [1.0, np.inf]}, "m1 = inf is not allowed"),
         ({"A": [0.0, 1.0], "B": [0.0, 1.0]}, r"A \+ B"),
         ({"D": [1.0]}, "kind 'ssul' has no parameter 'D'"),
         ({"x": [1.0]}, "unknown parameter 'x'"),

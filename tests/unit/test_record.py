@@ -1,0 +1,128 @@
+"""The table of what an archive holds: only what was asked for and can happen in the scene."""
+
+import re
+
+import numpy as np
+import pytest
+
+from nlds_vines.record import (
+    FLAGS,
+    NOT_COMPUTED,
+    STATUS,
+    WANTS,
+    components,
+    datasets,
+    filled,
+    scales,
+    sizes,
+    starts,
+)
+from nlds_vines.scan import load_scan
+
+
+def scan(system="ssul-set6", want=WANTS, start=None, vary=None):
+    return load_scan(
+        {
+            "system": system,
+            "vary": vary or {"omega": {"values": [5.0, 6.0, 7.0]}},
+            "start": start or {"policy": "rest"},
+            "sampling": {"transient": 1, "periods": 4},
+            "record": {"want": list(want)},
+        }
+    )
+
+
+def names(*args, **keywords):
+    return {dataset.name for dataset in datasets(scan(*args, **keywords))}
+
+
+@pytest.mark.parametrize(
+    ("want", "expected"),
+    [
+        ("section", {"section"}),
+        ("impacts", {"impacts", "impact_rate"}),
+        ("energy", {"E1max", "E2max"}),
+        ("regime", {"period", "impacts", "regime", "label"}),
+        ("clearance", {"clearance"}),
+    ],
+)
+def test_each_want_brings_its_datasets_and_status_alone(want, expected):
+    assert names(want=[want]) == expected | {"status"}
+
+
+def test_without_walls_there_are_no_impacts_and_without_damper_no_second_energy():
+    assert names("tmd", ["energy", "regime"]) == {
+        *("E1max", "E2max", "period", "regime", "label", "status")
+    }
+    assert names("none", ["energy"]) == {"E1max", "status"}
+
+
+def test_what_two_wants_share_is_there_once():
+    table = datasets(scan(want=["impacts", "regime"]))
+    assert sorted(d.name for d in table).count("impacts") == 1
+
+
+def test_dimensions_are_axes_start_and_tail():
+    vary = {"omega": {"values": [5.0, 6.0]}, "P": {"values": [1.0, 2.0, 3.0]}}
+    request = scan(vary=vary, start={"policy": "random", "count": 5, "seed": 1})
+    by_name = {dataset.name: dataset for dataset in datasets(request)}
+    assert by_name["section"].dims == ("omega", "P", "start", "cycle", "component")
+    assert by_name["section"].tail == ("cycle", "component")
+    assert by_name["label"].dims == ("omega", "P", "start")
+    assert sizes(request) == {"omega": 2, "P": 3, "start": 5, "cycle": 4, "component": 4}
+
+
+def test_scales_agree_with_sizes_and_name_the_starts():
+    request = scan(start={"policy": "random", "count": 3, "seed": 1})
+    assert {scale.name: scale.values.size for scale in scales(request)} == sizes(request)
+    assert starts(request) == ("random 0", "random 1", "random 2")
+    assert starts(scan(start={"policy": "down"})) == ("down",)
+
+
+def test_components_follow_the_scene():
+    assert components(scan("none", ["section"])) == ("x1", "v1")
+    assert components(scan()) == ("x1", "v1", "x2", "v2")
+
+
+def test_types_units_and_fills_are_those_of_the_contract():
+    table = {dataset.name: dataset for dataset in datasets(scan())}
+    types = {name: dataset.dtype for name, dataset in table.items()}
+    assert types == {
+        **dict.fromkeys(("section", "impact_rate", "E1max", "E2max", "clearance"), "float64"),
+        **dict.fromkeys(("period", "impacts"), "int32"),
+        **dict.fromkeys(("regime", "status"), "int8"),
+        "label": "str",
+    }
+    assert table["E1max"].units == "J"
+    assert table["clearance"].units == "m"
+    assert table["section"].units == "m, m/s"
+    assert all(dataset.units and dataset.long_name for dataset in table.values())
+
+
+def test_filled_arrays_say_that_nothing_was_computed():
+    table = {dataset.name: dataset for dataset in datasets(scan())}
+    assert np.all(filled(table["status"], (2, 1)) == NOT_COMPUTED)
+    assert np.all(np.isnan(filled(table["section"], (2, 1, 4, 4))))
+    labels = filled(table["label"], (2, 1))
+    labels[0, 0] = "transient chaos to T,0"  # of any length
+    assert labels.tolist() == [["transient chaos to T,0"], [""]]
+    assert filled(table["status"], (1,)).dtype == np.int8
+
+
+def test_flags_are_words_that_cf_allows_in_the_order_of_their_codes():
+    table = {dataset.name: dataset for dataset in datasets(scan())}
+    for dataset in (table["regime"], table["status"]):
+        words = dataset.flag_meanings.split(" ")
+        assert len(words) == len(dataset.flag_values)
+        assert all(re.fullmatch(r"[A-Za-z0-9_.+@-]+", word) for word in words)
+    assert table["regime"].flag_meanings.split(" ") == list(FLAGS)
+    assert table["regime"].flag_values == (0, 1, 2, 3, 4, 5)
+    assert table["section"].flag_meanings is None
+
+
+def test_every_status_has_a_name_and_a_remedy():
+    assert list(STATUS) == list(range(len(STATUS)))
+    for status in STATUS.values():
+        assert status.meaning.split(".")[0] == status.name
+        assert status.remedy.endswith(".")
+    assert "--resume" in STATUS[NOT_COMPUTED].meaning

@@ -23,7 +23,7 @@ import numpy as np
 from nlds_vines import durable
 from nlds_vines.errors import RequestError
 from nlds_vines.provenance import SCHEMA, attributes
-from nlds_vines.record import Dataset, datasets, scales, sizes
+from nlds_vines.record import Dataset, datasets, most_bytes, scales, sizes
 
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
@@ -33,6 +33,7 @@ Piece = tuple[str, tuple[slice, ...], np.ndarray]
 
 _HDF5 = {"hdf5_version": h5py.version.hdf5_version}
 _STRING = h5py.string_dtype()  # variable-length UTF-8
+_OVERHEAD = 1 << 19  # bytes for headers, attributes and what HDF5 leaves unused
 _CHUNK_BYTES = 1 << 18  # small enough to read a few cells, large enough to compress and to seek
 # rectangles need not end where chunks do: half-written chunks wait in this cache
 _CACHE = {"rdcc_nbytes": 1 << 26, "rdcc_nslots": 10007}
@@ -52,7 +53,7 @@ def write(
     one piece.  Raises `RequestError` if what is read back is not what was given, OSError or (from
     HDF5) RuntimeError if it cannot be written.
     """
-    durable.reserve(path, _most_bytes(scan))
+    durable.reserve(path, most_bytes(scan) + _OVERHEAD)
     # v110 checksums the metadata too, and is read by every netCDF-4 library of this decade
     with h5py.File(path, "w", libver=("v110", "v110"), **_CACHE) as file:
         file.attrs.update(attributes(scan, {**_HDF5, **provenance}))
@@ -227,19 +228,6 @@ def _dataset(
         # a settled orbit repeats itself: a third of the bytes for a hundredth of the run time
         options |= {"shuffle": True, "compression": "gzip", "compression_opts": 1}
     return file.create_dataset(name, shape, **options)
-
-
-def _most_bytes(scan: Scan) -> int:
-    """Return how large the archive of a scan may become, were nothing compressed."""
-    length = sizes(scan)
-    of_string = 64  # with its reference and its place in a heap
-    of_numbers = (
-        math.prod(length[dim] for dim in entry.dims)
-        * (of_string if entry.dtype == "str" else np.dtype(entry.dtype).itemsize)
-        for entry in datasets(scan)
-    )
-    scale_bytes = of_string * sum(length.values())
-    return (1 << 18) + scale_bytes + len(scan.to_toml()) + sum(of_numbers)
 
 
 def _chunks(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:

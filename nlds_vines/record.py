@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import prod
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -156,6 +157,19 @@ def datasets(scan: Scan) -> tuple[Dataset, ...]:
     return tuple(by_name.values())
 
 
+def most_bytes(scan: Scan) -> int:
+    """Return how many bytes the results of a scan take in its archive, were nothing compressed.
+
+    A string counts for 64, which is more than any label with its reference needs.
+    """
+    length = sizes(scan)
+    of_results = (
+        _item_bytes(entry.dtype) * prod(length[dim] for dim in entry.dims)
+        for entry in datasets(scan)
+    )
+    return sum(of_results) + _item_bytes("str") * sum(length.values())
+
+
 def filled(dataset: Dataset, shape: tuple[int, ...]) -> np.ndarray:
     """Return an array of a dataset's type and `shape`, everywhere the fill value.
 
@@ -163,6 +177,10 @@ def filled(dataset: Dataset, shape: tuple[int, ...]) -> np.ndarray:
     """
     dtype = object if dataset.dtype == "str" else dataset.dtype
     return np.full(shape, dataset.fill, dtype=dtype)
+
+
+def _item_bytes(dtype: str) -> int:
+    return 64 if dtype == "str" else np.dtype(dtype).itemsize
 
 
 def _section(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:

@@ -74,4 +74,5 @@ def _never_falling(values: np.ndarray) -> np.ndarray:
             before, members = pools.pop()
             total, count = total + before, count + members
         pools.append((total, count))
-    return np.concatenate([np.full(count, total / count) for total, count in pools])
+    levels = [total / count for total, count in pools]
+    return np.repeat(levels, np.array([count for _, count in pools], dtype=int))

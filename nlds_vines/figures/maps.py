@@ -43,7 +43,7 @@ def regime_map(view: ArchiveView) -> Figure:
     if "label" in view:
         _draw_regimes(axes, view)
     else:
-        _draw_number(axes, view, names[0])
+        _draw_number(figure, axes, view, names[0])
     axes.set_xlabel(axis_label(view.axes[0]))
     axes.set_ylabel(axis_label(view.axes[1]))
     figure.text(LEFT, 0.985, _title(view), va="top")
@@ -82,12 +82,14 @@ def _draw_regimes(axes: Axes, view: ArchiveView) -> None:
     )
 
 
-def _draw_number(axes: Axes, view: ArchiveView, name: str) -> None:
+def _draw_number(figure: Figure, axes: Axes, view: ArchiveView, name: str) -> None:
     """Fill every cell with the shade of a recorded number; grey where there is none."""
     found = view.take(name, start=0)
     shades = matplotlib.colormaps["viridis"].with_extremes(bad="#c8c8c8")
     mesh = _fill(axes, view, np.ma.masked_invalid(found), cmap=shades)
-    bar = axes.figure.colorbar(mesh, ax=axes, cax=axes.inset_axes((1.03, 0, 0.035, 1)))
+    frame = axes.get_position()
+    bar_axes = figure.add_axes((frame.x1 + 0.02, frame.y0, 0.023, frame.height))
+    bar = figure.colorbar(mesh, cax=bar_axes)
     bar.set_label(quantity_label(name, view.units(name)))
 
 

@@ -127,9 +127,8 @@ def summit(ps, damper, coef, h, x, end, what):
             high = x
         move = -slope / curve if curve < 0.0 else math.copysign(end, slope)
         if not low < x + move < high:
-            move = 0.5 * (low + high) - x
-            if slope > 0.0 and high == end and curve < 0.0 and x < end:
-                move = end - x  # perhaps still rising at the end of the cell
+            untried = slope > 0.0 and high == end and x < end  # it may rise up to the end
+            move = end - x if untried else 0.5 * (low + high) - x
         if abs(move) < 1.0e-9 or (x == end and slope >= 0.0):
             return x
         x += move

@@ -13,6 +13,7 @@ from nlds_vines.record import (
     components,
     datasets,
     filled,
+    most_bytes,
     scales,
     sizes,
     starts,
@@ -126,3 +127,10 @@ def test_every_status_has_a_name_and_a_remedy():
         assert status.meaning.split(".")[0] == status.name
         assert status.remedy.endswith(".")
     assert "--resume" in STATUS[NOT_COMPUTED].meaning
+
+
+def test_most_bytes_counts_every_number():
+    request = scan(want=["section", "energy"])
+    numbers = {entry.name: filled(entry, tuple(sizes(request)[d] for d in entry.dims)).nbytes
+               for entry in datasets(request)}  # fmt: skip
+    assert most_bytes(request) == sum(numbers.values()) + 64 * sum(sizes(request).values())

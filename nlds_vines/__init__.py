@@ -1,0 +1,47 @@
+"""Bifurcation and chaos analysis of vibro-impact nonlinear energy sinks.
+
+    import nlds_vines as nv
+    system = nv.load_system("ssul-set6", omega=7.45)
+    orbit = nv.simulate(system, periods=100)
+    nv.bifurcation("scan.toml")
+
+Everything is loaded when it is first used, so that asking for help costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+_HOMES = {
+    "RequestError": "errors",
+    "System": "system",
+    "load_system": "catalogue",
+    "catalogue": "catalogue",
+    "Scan": "scan",
+    "load_scan": "scan",
+    "Orbit": "simulation",
+    "IntegrationError": "simulation",
+    "simulate": "simulation",
+    "bifurcation": "bifurcation",
+    "read": "archive",
+    "verify": "archive",
+}
+
+__all__ = sorted([*_HOMES, "__version__"])  # noqa: PLE0604  # strings all
+
+
+def __getattr__(name: str) -> Any:
+    """Return a public name from the module that defines it."""
+    if name == "__version__":
+        from nlds_vines.provenance import version
+
+        return version("nlds-vines")
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return __all__

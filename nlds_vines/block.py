@@ -1,0 +1,177 @@
+"""One block of cells through the kernels: from a scan's numbers to the arrays of its archive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nlds_vines.arc import make_arc
+from nlds_vines.kernels import lanes
+from nlds_vines.record import OK, Dataset, components, datasets, filled, sizes
+from nlds_vines.regimes import flags_of, labels_of
+from nlds_vines.scenes import SCENES, Scene
+from nlds_vines.starts import random_states, start_states
+from nlds_vines.system import System
+
+if TYPE_CHECKING:
+    from nlds_vines.parts import Block
+    from nlds_vines.scan import Scan
+
+RESOLUTION: Mapping[str, float] = {"exact": 28.0, "rk4": 512.0}
+"""Runge-Kutta steps: of a contact that must be stepped (exact), of a forcing period (rk4)."""
+
+
+def method_parts(method: str, scene: Scene, nodes: int | None = None) -> tuple[Any, ...]:
+    """Return what tells the kernels which parts exist: (classical, damper, near, far, arc).
+
+    Each is None where there is no such part, and then absent from the machine code.  `nodes` sets
+    the collocation nodes of a short impact.
+    """
+    arc = None
+    if scene.walls:
+        arc = make_arc() if nodes is None else make_arc(nodes)
+    return (
+        None if method == "exact" else True,
+        True if scene.damper else None,
+        True if "near" in scene.walls else None,
+        True if "far" in scene.walls else None,
+        arc,
+    )
+
+
+def cell_of(system: System) -> Any:
+    """Return the kernels' record of one system."""
+    return np.atleast_1d(system.cells()).view(np.recarray)[0]
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """The buffers of a block, (chains, links, ...) each; None for what was not asked for."""
+
+    section: np.ndarray | None
+    counts: np.ndarray | None
+    cycle: np.ndarray | None
+    energy: np.ndarray | None
+    clearance: np.ndarray | None
+    status: np.ndarray
+
+    @classmethod
+    def of(cls, scan: Scan, chains: int, links: int) -> Outputs:
+        """Allocate the buffers that the scan's `want` needs."""
+        want, walls = set(scan.want), bool(SCENES[scan.system.kind].walls)
+
+        def rows(wanted: bool, *tail: int, dtype: Any = float) -> np.ndarray | None:
+            return np.zeros((chains, links, *tail), dtype) if wanted else None
+
+        return cls(
+            section=rows("section" in want, scan.periods, len(components(scan))),
+            counts=rows("impacts" in want and walls, 2, dtype=np.int64),
+            cycle=rows(bool(want & {"impacts", "regime"}), 2, dtype=np.int64),
+            energy=rows("energy" in want, 2),
+            clearance=rows("clearance" in want and walls, 1),
+            status=np.zeros((chains, links), np.int64),
+        )
+
+
+class Computer:
+    """Computes blocks of one scan; what all blocks share is prepared once."""
+
+    def __init__(self, scan: Scan) -> None:
+        """Prepare the cells and starts of `scan`."""
+        self.scan = scan
+        self._cells = scan.cells()
+        self._draws = start_states(scan) if scan.start.policy == "random" else None
+        self._parts = method_parts(scan.method, scan.system.scene)
+
+    def block(self, block: Block) -> dict[str, np.ndarray]:
+        """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
+        cells = self._cells[block.selection]
+        chains, starts = self._chains(cells)
+        outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
+        arrays = self._arrays(outputs)
+        length = sizes(self.scan)
+        table = {dataset.name: dataset for dataset in datasets(self.scan)}
+        return {
+            name: self._in_place(values, cells.shape, table[name], length)
+            for name, values in arrays.items()
+        }
+
+    def run(
+        self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int
+    ) -> Outputs:
+        """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads."""
+        outputs = Outputs.of(self.scan, *chains.shape)
+        if outputs.clearance is not None:
+            outputs.clearance[:] = np.inf
+        classical, damper, near, far, arc = self._parts
+        lanes.run_lanes(
+            classical,
+            damper,
+            near,
+            far,
+            arc,
+            RESOLUTION[self.scan.method],
+            chains.view(np.recarray),
+            starts,
+            transient,
+            periods,
+            outputs.section,
+            outputs.counts,
+            outputs.cycle,
+            outputs.energy,
+            outputs.clearance,
+            outputs.status,
+        )
+        return outputs
+
+    def _chains(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the chains of a block of cells and the start (x1, v1, r, s) of each."""
+        policy, count = self.scan.start.policy, self.scan.starts
+        if policy in ("up", "down"):
+            chains = cells.reshape(-1, cells.shape[-1])
+            chains = np.ascontiguousarray(chains if policy == "up" else chains[:, ::-1])
+            return chains, np.zeros((len(chains), 4))
+        chains = np.repeat(cells.ravel(), count)[:, np.newaxis]
+        if self._draws is None:
+            return chains, np.zeros((len(chains), 4))
+        states = random_states(cells, self._draws, self.scan.system.scene)
+        return chains, np.ascontiguousarray(states.reshape(-1, 4))
+
+    def _arrays(self, outputs: Outputs) -> dict[str, np.ndarray]:
+        """Return the datasets in the order of the lanes (chains, links, tail)."""
+        want, status = set(self.scan.want), outputs.status
+        arrays = {"status": status}
+        if outputs.section is not None:
+            arrays["section"] = outputs.section
+        if outputs.energy is not None:
+            arrays["E1max"], arrays["E2max"] = outputs.energy[..., 0], outputs.energy[..., 1]
+        if outputs.clearance is not None:
+            arrays["clearance"] = outputs.clearance[..., 0]
+        if outputs.cycle is not None:
+            period, impacts = outputs.cycle[..., 0], outputs.cycle[..., 1]
+            arrays["impacts"] = impacts
+            if "regime" in want:
+                arrays["period"] = period
+                arrays["regime"] = flags_of(status, period)
+                arrays["label"] = labels_of(status, period, impacts)
+        if outputs.counts is not None:
+            arrays["impact_rate"] = outputs.counts.sum(axis=-1) / self.scan.periods
+        known = {dataset.name for dataset in datasets(self.scan)}
+        return {name: values for name, values in arrays.items() if name in known}
+
+    def _in_place(
+        self, values: np.ndarray, shape: tuple[int, ...], dataset: Dataset, length: dict[str, int]
+    ) -> np.ndarray:
+        """Return values of lanes in the block's shape, failed lanes at their fill value."""
+        if self.scan.start.policy == "down":
+            values = values[:, ::-1]
+        tail = tuple(length[dim] for dim in dataset.tail)
+        return values.reshape(*shape, self.scan.starts, *tail)
+
+
+def lanes_failed(status: np.ndarray) -> int:
+    """Return how many lanes of a status array did not end well."""
+    return int(np.count_nonzero(status != OK))

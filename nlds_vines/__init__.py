@@ -28,7 +28,7 @@ _HOMES = {
     "verify": "archive",
 }
 
-__all__ = sorted([*_HOMES, "__version__"])  # noqa: PLE0604  # strings all
+__all__ = sorted([*_HOMES, "__version__"])  # strings all
 
 
 def __getattr__(name: str) -> Any:

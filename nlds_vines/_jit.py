@@ -9,7 +9,7 @@ the decorated function's file alone and would keep stale code of the functions i
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache, wraps
 from pathlib import Path
@@ -38,14 +38,15 @@ def _stamped(locator: type) -> type:
 
 
 @contextmanager
-def _stamped_cache():  # type: ignore[no-untyped-def]  # a generator of nothing
+def _stamped_cache() -> Iterator[None]:
     """Let Numba's cache see the stamped locators while a function is being decorated."""
-    original = caching.CacheImpl._locator_classes
-    caching.CacheImpl._locator_classes = [_stamped(locator) for locator in original]
+    registry: Any = caching.CacheImpl
+    original = registry._locator_classes
+    registry._locator_classes = [_stamped(locator) for locator in original]
     try:
         yield
     finally:
-        caching.CacheImpl._locator_classes = original
+        registry._locator_classes = original
 
 
 def jit(function: Callable[..., Any] | None = None, *, parallel: bool = False) -> Any:
@@ -79,6 +80,6 @@ def chosen(builder: Callable[..., Callable[..., Any]]) -> Any:
         body = builder(*(None if isinstance(kind, types.NoneType) else kind for kind in kinds))
         return getattr(body, "py_func", body)
 
-    options = {"error_model": "numpy", "nogil": True}
+    options: Any = {"error_model": "numpy", "nogil": True}
     extending.overload(run, jit_options=options, strict=False)(choose)
     return run

@@ -66,4 +66,6 @@ def make_arc(nodes: int = NODES) -> Arc:
     if not 2 <= nodes <= ROW:
         raise ValueError(f"nodes = {nodes}: an arc takes 2 to {ROW} collocation nodes")
     u, S, loss, late, cover, weight, middle, time = _tables(nodes)
-    return Arc(nodes, u, S, loss, late, cover, weight, middle, time, float(weight @ u), np.zeros(SCRATCH))
+    return Arc(
+        nodes, u, S, loss, late, cover, weight, middle, time, float(weight @ u), np.zeros(SCRATCH)
+    )

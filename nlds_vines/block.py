@@ -10,7 +10,7 @@ import numpy as np
 
 from nlds_vines.arc import make_arc
 from nlds_vines.kernels import lanes
-from nlds_vines.record import OK, Dataset, components, datasets, filled, sizes
+from nlds_vines.record import OK, Dataset, components, datasets, sizes
 from nlds_vines.regimes import flags_of, labels_of
 from nlds_vines.scenes import SCENES, Scene
 from nlds_vines.starts import random_states, start_states
@@ -99,9 +99,7 @@ class Computer:
             for name, values in arrays.items()
         }
 
-    def run(
-        self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int
-    ) -> Outputs:
+    def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads."""
         outputs = Outputs.of(self.scan, *chains.shape)
         if outputs.clearance is not None:
@@ -159,8 +157,10 @@ class Computer:
                 arrays["label"] = labels_of(status, period, impacts)
         if outputs.counts is not None:
             arrays["impact_rate"] = outputs.counts.sum(axis=-1) / self.scan.periods
-        known = {dataset.name for dataset in datasets(self.scan)}
-        return {name: values for name, values in arrays.items() if name in known}
+        return {
+            dataset.name: _failed_filled(arrays[dataset.name], dataset, status)
+            for dataset in datasets(self.scan)
+        }
 
     def _in_place(
         self, values: np.ndarray, shape: tuple[int, ...], dataset: Dataset, length: dict[str, int]
@@ -170,6 +170,14 @@ class Computer:
             values = values[:, ::-1]
         tail = tuple(length[dim] for dim in dataset.tail)
         return values.reshape(*shape, self.scan.starts, *tail)
+
+
+def _failed_filled(values: np.ndarray, dataset: Dataset, status: np.ndarray) -> np.ndarray:
+    """Return the values with the fill value in lanes that failed, but for what says that."""
+    failed = status != OK
+    if dataset.name not in ("status", "regime", "label") and failed.any():
+        values[failed] = dataset.fill
+    return values
 
 
 def lanes_failed(status: np.ndarray) -> int:

@@ -12,7 +12,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -122,7 +122,7 @@ def _spans(length: int, size: int) -> list[tuple[int, int]]:
     """Return (first, last + 1) of pieces of at most `size`, as equal as can be."""
     pieces = math.ceil(length / size)
     edges = [length * i // pieces for i in range(pieces + 1)]
-    return list(zip(edges, edges[1:], strict=False))
+    return list(pairwise(edges))
 
 
 def result_bytes(scan: Scan) -> int:
@@ -134,7 +134,7 @@ def result_bytes(scan: Scan) -> int:
 
 def _use_threads(threads: int | None) -> int:
     """Let kernels use so many threads, at most those that there are; return how many."""
-    most = numba.config.NUMBA_NUM_THREADS
+    most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # set at run time
     used = most if threads is None else min(threads, most)
     numba.set_num_threads(used)
     return used
@@ -206,7 +206,7 @@ class Estimate:
         return [
             scan.title,
             f"orbits:   {scan.lanes} ({grid} cells, {scan.starts} start each)",
-            f"periods:  {each} each ({scan.transient} + {scan.periods}), {scan.lanes * each} in all",
+            f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
             f"results:  {_size(result_bytes(scan))} before compression",
             f"memory:   {_size(self._block_bytes())} of results at a time, "
             f"{len(list(blocks_of(scan)))} blocks",

@@ -49,7 +49,7 @@ class Status(NamedTuple):
         return f"{self.name}.{words.replace(' ', '_')}"
 
 
-OK, NOT_COMPUTED, DIVERGED, STEP_BUDGET, BAD_PARAMETERS = range(5)
+OK, NOT_COMPUTED, DIVERGED, STEP_BUDGET, BAD_PARAMETERS, TOO_STIFF = range(6)
 
 STATUS: Mapping[int, Status] = {
     OK: Status("ok", "Nothing to do."),
@@ -57,6 +57,9 @@ STATUS: Mapping[int, Status] = {
     DIVERGED: Status("diverged", "Check masses, damping and forcing: the state grows unbounded."),
     STEP_BUDGET: Status("step_budget", "Raise omega or lower K: a period took too many steps."),
     BAD_PARAMETERS: Status("bad_parameters", "Vary within the ranges that the system allows."),
+    TOO_STIFF: Status(
+        "too_stiff", "Raise omega, or lower k2 or c2: a period spans too many rates."
+    ),
 }
 """Status of a lane by code: the CF flags of the dataset `status`. New codes need no other place."""
 

@@ -281,18 +281,14 @@ def _sampling(layer: _Layer) -> dict[str, Any]:
 
 
 def _want(below: _Layer, above: _Layer, scene: Scene) -> tuple[str, ...]:
-    """Return what to record: as asked, or what is usual and can be had in this scene.
+    """Return what to record: as asked, or what is usual, without what the scene cannot give.
 
-    Where another system takes the place of the one that a document was written for, what cannot
-    be had with it is left out.
+    So one scan file serves every system; only a request of which nothing remains is refused.
     """
     layer = above if "want" in above.table("record") else below
-    asked = layer.table("record")
     with at(layer.place("record")):
-        want = checked_want(asked.get("want", _USUAL_WANT))
+        want = checked_want(layer.table("record").get("want", _USUAL_WANT))
         possible = possible_want(want, scene)
-        replaced = layer is below and "system" in above.document
-        if possible and (replaced or "want" not in asked):
-            return possible
-        refuse_impossible(want, scene)
-        return want
+        if not possible:
+            refuse_impossible(want, scene)
+        return possible

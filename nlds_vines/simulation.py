@@ -194,6 +194,6 @@ def _impacts(rows: Rows) -> np.ndarray:
     found = rows.data[: rows.filled[0]]
     table = np.empty(len(found), IMPACT)
     table["wall"] = np.where(found[:, 0] == 0, "near", "far")
-    for column, name in enumerate(IMPACT.names[1:], start=1):
+    for column, name in enumerate(("touch", "release", "speed", "force", "depth"), start=1):
         table[name] = found[:, column]
     return table

@@ -91,9 +91,7 @@ def lands(outside, h, k):
 
 
 @jit
-def contact(
-    classical, ps, damper, wall, energy, depths, steps, rate, c, d, q, s, x1, v1, stop, k
-):
+def contact(classical, ps, damper, wall, energy, depths, steps, rate, c, d, q, s, x1, v1, stop, k):
     """Follow a contact from (q = sqrt(z), s, x1, v1) to its release or for the time `stop`.
 
     c, d: cos and sin of the forcing's phase at the start; `steps` per free impact; `energy` and

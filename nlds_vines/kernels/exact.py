@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from .._jit import jit
 from .flight import at, look, phase_at, step
-from .observe import energies
+from .observe import note_energy
 from .parts import scale_of
-from .touch import ENERGY1, ENERGY2, FAR, NEAR, NOWHERE, first_touch, highest
+from .peaks import ALL, factor_bends, note_peaks, suspects
+from .touch import NOWHERE, first_touch, nearest_miss
 
 SECTION, TOUCH_NEAR, TOUCH_FAR = 0, 1, 2  # events that end a flight
 SPAN = 16  # cells for which one bound of the motion is used
@@ -14,16 +15,19 @@ SPAN = 16  # cells for which one bound of the motion is used
 
 @jit
 def bounds_of(ps, grid, scale):
-    """Return bounds of f'' and f''' by the place in a cell: of r [m], then of E1 [J]."""
-    first = grid.rate * scale + grid.push  # of the energy coordinates' rate of change, and so on
+    """Return bounds for motions of at most the energy scale S.
+
+    (second and third derivative of r by the place in a cell [m], second derivative of S by time,
+    second derivative of an energy by the place [J])
+    """
+    first = grid.rate * scale + grid.push
     second = grid.rate * (first + grid.push)
-    third = grid.rate * (second + grid.rate * grid.push)
-    h2, h3 = grid.h * grid.h, grid.h * grid.h * grid.h
+    h2 = grid.h * grid.h
     return (
         (grid.bend * scale + ps.force) * h2,
-        (grid.bend * first + ps.omega * ps.force) * h3,
+        (grid.bend * first + ps.omega * ps.force) * h2 * grid.h,
+        second,
         (first * first + scale * second) * h2,
-        (3.0 * first * second + scale * third) * h3,
     )
 
 
@@ -43,53 +47,14 @@ def touch_in(near, far, grid, end, bend, jerk):
 
 
 @jit
-def clear(near, far, r0, r1, bend):
+def clear(near, far, r0, r1, slack):
     """Prove from its two ends that a cell holds no touch (False: look closer)."""
     proven = True
     if near is not None:
-        proven = max(r0, r1) + 0.125 * bend < near.gap
+        proven = max(r0, r1) + slack < near.gap
     if far is not None:
-        proven = proven and max(-r0, -r1) + 0.125 * bend < far.gap
+        proven = proven and max(-r0, -r1) + slack < far.gap
     return proven
-
-
-@jit
-def peaks(ps, damper, energy, grid, end, bounds):
-    """Raise the largest energies to their maxima over [0, end] of the cell looked at."""
-    coef, h = grid.coef, grid.h
-    bend, jerk = bounds[2], bounds[3]
-    energy[0] = highest(ps, damper, coef, h, 0.0, end, ENERGY1, energy[0], bend, jerk, True)
-    if damper is not None:
-        bend, jerk = grid.mix * bend, grid.mix * jerk
-        energy[1] = highest(ps, damper, coef, h, 0.0, end, ENERGY2, energy[1], bend, jerk, True)
-
-
-@jit
-def may_peak(ps, damper, energy, grid, bounds, y, z):
-    """Tell whether an energy could exceed its largest value so far between states y and z."""
-    a1, a2 = energies(ps, damper, y[0], y[1], y[2], y[3])
-    b1, b2 = energies(ps, damper, z[0], z[1], z[2], z[3])
-    slack = 0.125 * bounds[2]
-    if max(a1, b1) + slack > energy[0]:
-        return True
-    return damper is not None and max(a2, b2) + grid.mix * slack > energy[1]
-
-
-@jit
-def misses(ps, damper, near, far, clearance, grid, r0, r1, bounds):
-    """Lower the smallest near miss to those of the cell looked at (which holds no touch)."""
-    coef, h, slack = grid.coef, grid.h, 0.125 * bounds[0]
-    bend, jerk = bounds[0], bounds[1]
-    if near is not None:
-        best = near.gap - clearance[0]
-        if max(r0, r1) + slack > best:
-            best = highest(ps, damper, coef, h, 0.0, 1.0, NEAR, best, bend, jerk, False)
-            clearance[0] = min(clearance[0], near.gap - best)
-    if far is not None:
-        best = far.gap - clearance[0]
-        if max(-r0, -r1) + slack > best:
-            best = highest(ps, damper, coef, h, 0.0, 1.0, FAR, best, bend, jerk, False)
-            clearance[0] = min(clearance[0], far.gap - best)
 
 
 @jit
@@ -104,6 +69,17 @@ def may_miss(near, far, clearance, r0, r1, slack):
 
 
 @jit
+def note_misses(near, far, clearance, grid, end, bend, jerk):
+    """Lower the smallest near miss to those in [0, end] of the cell looked at, which is clear."""
+    if near is not None:
+        best = nearest_miss(grid.coef, 1.0, end, near.gap - clearance[0], bend, jerk)
+        clearance[0] = min(clearance[0], near.gap - best)
+    if far is not None:
+        best = nearest_miss(grid.coef, -1.0, end, far.gap - clearance[0], bend, jerk)
+        clearance[0] = min(clearance[0], far.gap - best)
+
+
+@jit
 def fly(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
     """Fly from place x of cell j to the next touch or to the end of the period.
 
@@ -112,31 +88,36 @@ def fly(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
     while j < grid.n:
         last = min(j + SPAN, grid.n)
         ahead = grid.push * grid.h * (last - j)
-        bounds = bounds_of(ps, grid, scale_of(ps, damper, x1, v1, r, s) + ahead)
+        scale = scale_of(ps, damper, x1, v1, r, s) + ahead
+        bend, jerk, second, swell = bounds_of(ps, grid, scale)
         while j < last:
             y = step(damper, grid.step, grid.forced, j, x1, v1, r, s)
-            close = x > 0.0 or not clear(near, far, r, y[2], bounds[0])
-            peak, miss = False, False
-            if energy is not None:
-                peak = close or may_peak(ps, damper, energy, grid, bounds, (x1, v1, r, s), y)
+            closer = x > 0.0 or not clear(near, far, r, y[2], 0.125 * bend)
+            doubt, suspected = closer, ALL
+            if energy is not None and not closer:
+                bends, now = factor_bends(ps, grid, second), (x1, v1, r, s)
+                suspected = suspects(ps, damper, energy, grid, bends, swell, j, now, y)
+                doubt = suspected != 0
             if clearance is not None:
-                miss = close or may_miss(near, far, clearance, r, y[2], 0.125 * bounds[0])
-            if close or peak or miss:
+                doubt = doubt or may_miss(near, far, clearance, r, y[2], 0.125 * bend)
+            if doubt:
                 cosine, sine = phase_at(ps, grid, j, x)
                 look(grid, x1, v1, r, s, cosine, sine)
                 end = 1.0 - x
                 if x > 0.0:
                     y = at(grid.coef, end)
                 place, event = end, SECTION
-                if close:
-                    place, event = touch_in(near, far, grid, end, bounds[0], bounds[1])
+                if closer:
+                    place, event = touch_in(near, far, grid, end, bend, jerk)
                 if energy is not None:
-                    peaks(ps, damper, energy, grid, min(place, end), bounds)
+                    note_peaks(ps, damper, energy, grid, cosine, sine, min(place, end), suspected)
                 if event != SECTION:
                     x1, v1, r, s = at(grid.coef, place)
                     return event, j, x + place, x1, v1, r, s
-                if clearance is not None and x == 0.0:
-                    misses(ps, damper, near, far, clearance, grid, r, y[2], bounds)
+                if clearance is not None:
+                    note_misses(near, far, clearance, grid, end, bend, jerk)
+            if energy is not None:
+                note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
             x1, v1, r, s = y
             j, x = j + 1, 0.0
     return SECTION, j, 0.0, x1, v1, r, s

@@ -26,22 +26,23 @@ class FixedGrid(NamedTuple):
     n: int  # steps in a period
     h: float  # length of a step [s]
     rate: float  # bound on the rates of the linear motion [1/s]
-    cosine: np.ndarray  # (n,) cos of the phase at the start of each step
-    sine: np.ndarray  # (n,)
+    cosine: (
+        np.ndarray
+    )  # (n + 1,) cos of the phase at the start of each step, and of the next period
+    sine: np.ndarray  # (n + 1,)
     middle: np.ndarray  # (n,) cos of the phase half a step later
 
 
 @jit
 def fixed_grid_of(ps, damper, n):
     """Prepare one period in n steps."""
-    cosine, sine, middle = np.empty(n), np.empty(n), np.empty(n)
+    cosine, sine, middle = np.empty(n + 1), np.empty(n + 1), np.empty(n)
     for j in range(n):
         phase = 2.0 * math.pi * j / n
         cosine[j], sine[j] = math.cos(phase), math.sin(phase)
         middle[j] = math.cos(2.0 * math.pi * (j + 0.5) / n)
-    return FixedGrid(
-        n, 2.0 * math.pi / ps.omega / n, rate_of(ps, damper), cosine, sine, middle
-    )
+    cosine[n], sine[n] = 1.0, 0.0
+    return FixedGrid(n, 2.0 * math.pi / ps.omega / n, rate_of(ps, damper), cosine, sine, middle)
 
 
 @jit
@@ -68,7 +69,7 @@ def classical_step(ps, damper, h, c0, c1, c2, x1, v1, r, s):
 def step_to(ps, damper, grid, j, x, length, x1, v1, r, s):
     """Return the state `length` cells after place x of step j."""
     if x == 0.0 and length == 1.0:
-        c0, c1, c2 = grid.cosine[j], grid.middle[j], grid.cosine[(j + 1) % grid.n]
+        c0, c1, c2 = grid.cosine[j], grid.middle[j], grid.cosine[j + 1]
     else:
         turn = ps.omega * grid.h
         c0 = math.cos(turn * (j + x))
@@ -171,16 +172,22 @@ def note_miss(ps, damper, near, far, clearance, grid, j, x, length, x1, v1, r, s
 
 
 @jit
+def meets(sign, wall, r, s, y):
+    """Tell whether a step from (r, s) to y may touch a wall: a side beyond it, or a turn."""
+    return sign * r >= wall.gap or sign * y[2] > wall.gap or (sign * s > 0.0 and sign * y[3] < 0.0)
+
+
+@jit
 def fly_fixed(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
     """Fly from place x of step j to the next touch or to the end of the period, as `exact.fly`."""
     while j < grid.n:
         length, event = 1.0 - x, SECTION
         y = step_to(ps, damper, grid, j, x, length, x1, v1, r, s)
-        if near is not None:
+        if near is not None and meets(1.0, near, r, s, y):
             at = crossing(ps, damper, grid, j, x, length, 1.0, near, x1, v1, r, s, y)
             if at >= 0.0:
                 length, event = at, TOUCH_NEAR
-        if far is not None:
+        if far is not None and meets(-1.0, far, r, s, y):
             at = crossing(ps, damper, grid, j, x, length, -1.0, far, x1, v1, r, s, y)
             if at >= 0.0 and (event == SECTION or at < length):
                 length, event = at, TOUCH_FAR

@@ -34,13 +34,16 @@ class Grid(NamedTuple):
     rate: float  # bound on the growth of the scaled state per second [1/s]
     push: float  # P / sqrt(m1): bound on the growth of the energy scale S
     bend: float  # |d2r/dt2| <= bend * S + P / m1
-    mix: float  # weight of the structure's motion in E2
+    turns: tuple  # bounds of powers and of E2 (`turns_of`)
     step: np.ndarray  # (16,) transition matrix over a cell, column by column
     forced: np.ndarray  # (4 n,) forced response over each cell
-    cosine: np.ndarray  # (n,) cos of the phase at the start of each cell
-    sine: np.ndarray  # (n,)
+    cosine: (
+        np.ndarray
+    )  # (n + 1,) cos of the phase at the start of each cell, and of the next period
+    sine: np.ndarray  # (n + 1,)
     taylor: np.ndarray  # (6 TERMS,) coefficients answering x1, v1, r, s, cos, sin
     coef: np.ndarray  # (TERMS,) scratch: coefficients of the cell being looked at
+    factor: np.ndarray  # (ORDER + 1,) scratch: those of a quantity followed through it
 
 
 @jit
@@ -67,6 +70,24 @@ def bend_of(ps, damper):
     squares += damper.k2 * damper.inv_mu * damper.inv_mu
     squares += on_v2 * on_v2 / damper.m2
     return math.sqrt(squares)
+
+
+@jit
+def turns_of(ps, damper):
+    """Return the largest v1, n1, v2, n2 (`observe.powers_at`) per S, and the largest 2 E2 / S^2."""
+    root1 = math.sqrt(ps.m1)
+    if damper is None:
+        return 1.0 / root1, ps.damping * root1, 0.0, 0.0, 0.0
+    root2 = math.sqrt(damper.m2)
+    drag = damper.c2 * (1.0 / root1 + 1.0 / root2)
+    absolute = 1.0 + math.sqrt(damper.k2 / ps.k1)  # of the damper's displacement
+    return (
+        1.0 / root1,
+        ps.damping * root1 + math.sqrt(damper.k2) + drag,
+        1.0 / root2,
+        damper.k2 / math.sqrt(ps.k1) + drag,
+        1.0 + absolute * absolute,
+    )
 
 
 @jit
@@ -142,28 +163,27 @@ def grid_of(ps, damper, n):
         for k in range(ORDER, -1, -1):
             for c in range(4):
                 response[4 * i + c] += taylor[i * TERMS + 4 * k + c]
-    forced, cosine, sine = np.empty(4 * n), np.empty(n), np.empty(n)
+    forced, cosine, sine = np.empty(4 * n), np.empty(n + 1), np.empty(n + 1)
+    cosine[n], sine[n] = 1.0, 0.0
     for j in range(n):
         phase = 2.0 * math.pi * j / n
         cosine[j], sine[j] = math.cos(phase), math.sin(phase)
         for c in range(4):
             forced[4 * j + c] = response[16 + c] * cosine[j] + response[20 + c] * sine[j]
-    mix = 1.0
-    if damper is not None:
-        mix = 1.0 + (1.0 + math.sqrt(damper.k2 / ps.k1)) * (1.0 + math.sqrt(damper.k2 / ps.k1))
     return Grid(
         n,
         h,
         rate_of(ps, damper),
         ps.force * math.sqrt(ps.m1),
         bend_of(ps, damper),
-        mix,
+        turns_of(ps, damper),
         response[:16],
         forced,
         cosine,
         sine,
         taylor,
         np.empty(TERMS),
+        np.empty(ORDER + 1),
     )
 
 
@@ -211,7 +231,7 @@ def period_map(ps, damper, grid):
 @jit
 def phase_at(ps, grid, j, x):
     """Return (cos, sin) of the forcing's phase at place x of cell j."""
-    if x == 0.0 and j < grid.n:
+    if x == 0.0:
         return grid.cosine[j], grid.sine[j]
     phase = ps.omega * grid.h * (j + x)
     return math.cos(phase), math.sin(phase)

@@ -13,7 +13,7 @@ right-hand sides are small and smooth, the touch is phi = 0, the deepest point S
 u = 0 again: nothing has to be searched for. Collocation at Gauss points turns the equations into a
 fixed point that contracts by that one per cent a sweep.
 
-The complex singularities of the arc lie beside its middle; the nodes follow the map x = d sinh(a xi)
+The complex singularities of the arc lie beside its middle; the nodes follow a map x = d sinh(a xi)
 that moves them away, and 12 nodes do the work of 25. Whatever is not a short bump (slow or pressed
 touches, soft contacts, a section inside) is left to `contact`.
 """
@@ -34,7 +34,9 @@ SCRATCH = ROW * 9
 LARGEST_SHARE = 0.1  # of the external acceleration in the contact's own: beyond it, step
 LONGEST = 0.2  # duration in units of 1/rate
 MOST_SWEEPS = 12
-SETTLED = 2.0e-9  # relative change of b in the last sweep but one; the next is ten times less or better
+SETTLED = (
+    2.0e-10  # relative change of b in the last sweep but one; the next is ten times less or better
+)
 
 
 class Arc(NamedTuple):
@@ -176,7 +178,6 @@ def short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1):
     _, outside = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
     if not (abs(outside) < LARGEST_SHARE * peak and rate * duration < LONGEST):
         return False, s, x1, v1, 0.0, 0.0
-    w = arc.work
     rest = v1 - damper.share * s
     first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d)
     for _ in range(MOST_SWEEPS):

@@ -15,7 +15,6 @@ import numpy as np
 from .._jit import jit
 from . import runge_kutta as rk
 from .contact_field import turn
-from .parts import accelerations
 
 
 class Rows(NamedTuple):
@@ -82,12 +81,15 @@ def note_section(damper, section, row, x1, v1, r, s):
 
 @jit
 def powers_at(ps, damper, x1, v1, r, s, drive, force):
-    """Return the factors of dE1/dt = v1 n1 and dE2/dt = v2 n2 under a contact force [N]."""
-    dv, ds = accelerations(ps, damper, x1, v1, r, s, drive, force)
-    n1 = ps.m1 * dv + ps.k1 * x1
+    """Return the factors of dE1/dt = v1 n1 and dE2/dt = v2 n2 under a contact force [N].
+
+    n1 and n2 are the forces on the two bodies beside those of the springs in their energies.
+    """
+    n1 = ps.m1 * (ps.force * drive - ps.damping * v1)
     if damper is None:
         return v1, n1, 0.0, 0.0
-    return v1, n1, v1 - s, damper.m2 * (dv - ds) + damper.k2 * (x1 - r)
+    pull = damper.c2 * s + force
+    return v1, n1 - damper.k2 * r - pull, v1 - s, damper.k2 * x1 + pull
 
 
 @jit
@@ -97,9 +99,7 @@ def powers(ps, damper, wall, c, d, k, row):
     cosine, sine = turn(ps.omega * k[row + 4])
     z, drive = q * q, c * cosine - d * sine
     force = wall.K * z * q
-    return powers_at(
-        ps, damper, k[row + 2], k[row + 3], wall.gap + z, k[row + 1], drive, force
-    )
+    return powers_at(ps, damper, k[row + 2], k[row + 3], wall.gap + z, k[row + 1], drive, force)
 
 
 @jit

@@ -81,14 +81,11 @@ def outshines(ps, damper, wall, energy, c, d, before, after, duration):
 @jit
 def bump(ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
     """Try the short impact; it stands if it ends in time and hides no peak of an energy."""
-    solved, out, a1, b1, took, depth = short_impact(
-        ps, damper, wall, arc, rate, c, d, q, s, x1, v1
-    )
+    solved, out, a1, b1, took, depth = short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1)
     solved = solved and took <= left
-    if energy is not None:
-        if solved:
-            before, after = (x1, v1, s), (a1, b1, out)
-            solved = not outshines(ps, damper, wall, energy, c, d, before, after, took)
+    if energy is not None and solved:
+        before, after = (x1, v1, s), (a1, b1, out)
+        solved = not outshines(ps, damper, wall, energy, c, d, before, after, took)
     return solved, out, a1, b1, took, depth
 
 
@@ -244,9 +241,9 @@ def fly_period(classical, ps, damper, energy, maps, grid, x1, v1, r, s):
         return step(damper, maps[0], maps[1], 0, x1, v1, r, s)
 
     def flown(classical, ps, damper, energy, maps, grid, x1, v1, r, s):
-        return fly_on(
-            classical, ps, damper, None, None, energy, None, grid, 0, 0.0, x1, v1, r, s
-        )[3:]
+        return fly_on(classical, ps, damper, None, None, energy, None, grid, 0, 0.0, x1, v1, r, s)[
+            3:
+        ]
 
     return flown if maps is None else mapped
 

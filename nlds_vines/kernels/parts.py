@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from .._jit import jit
+from .._jit import chosen, jit
 
 
 class Structure(NamedTuple):
@@ -54,13 +54,19 @@ def structure_of(cell):
 
 
 @jit
-def damper_of(present, cell):
-    """Return the `Damper` of one cell, or None where the scene has none."""
-    if present is None:
-        return None
+def damper_in(cell):
+    """Return the `Damper` of one cell."""
     inv_m1 = 1.0 / cell.m1
     inv_mu = inv_m1 + 1.0 / cell.m2
     return Damper(cell.m2, cell.k2, cell.c2, inv_m1, inv_mu, inv_m1 / inv_mu, cell.rest)
+
+
+@chosen
+def damper_of(present, cell):
+    """Return the `Damper` of one cell, or None where the scene has none."""
+    if present is None:
+        return lambda present, cell: None
+    return lambda present, cell: damper_in(cell)
 
 
 @jit
@@ -70,20 +76,20 @@ def wall_at(gap, cell):
     return Wall(gap, cell.K, kappa, math.sqrt(0.8 * kappa))
 
 
-@jit
+@chosen
 def near_wall_of(present, cell):
     """Return the wall that pushes the damper towards +x2 (touched at r = gap), or None."""
     if present is None:
-        return None
-    return wall_at(cell.near, cell)
+        return lambda present, cell: None
+    return lambda present, cell: wall_at(cell.near, cell)
 
 
-@jit
+@chosen
 def far_wall_of(present, cell):
     """Return the wall that pushes the damper towards -x2 (touched at -r = gap), or None."""
     if present is None:
-        return None
-    return wall_at(cell.far, cell)
+        return lambda present, cell: None
+    return lambda present, cell: wall_at(cell.far, cell)
 
 
 @jit

@@ -95,44 +95,75 @@ def eighth(ps, damper, wall, c, d, landing, h, k):
         k[STAGE + i] = k[i] + h * (A6_1 * k[K1 + i] + A6_4 * k[K4 + i] + A6_5 * k[K5 + i])
     slope(ps, damper, wall, c, d, landing, k, STAGE, K6)
     for i in range(WIDTH):
-        k[STAGE + i] = k[i] + h * (A7_1 * k[K1 + i] + A7_4 * k[K4 + i] + A7_5 * k[K5 + i] + A7_6 * k[K6 + i])
+        k[STAGE + i] = k[i] + h * (
+            A7_1 * k[K1 + i] + A7_4 * k[K4 + i] + A7_5 * k[K5 + i] + A7_6 * k[K6 + i]
+        )
     slope(ps, damper, wall, c, d, landing, k, STAGE, K7)
     for i in range(WIDTH):
         k[STAGE + i] = k[i] + h * (
-            A8_1 * k[K1 + i] + A8_4 * k[K4 + i] + A8_5 * k[K5 + i] + A8_6 * k[K6 + i]
+            A8_1 * k[K1 + i]
+            + A8_4 * k[K4 + i]
+            + A8_5 * k[K5 + i]
+            + A8_6 * k[K6 + i]
             + A8_7 * k[K7 + i]
         )
     slope(ps, damper, wall, c, d, landing, k, STAGE, K8)
     for i in range(WIDTH):
         k[STAGE + i] = k[i] + h * (
-            A9_1 * k[K1 + i] + A9_4 * k[K4 + i] + A9_5 * k[K5 + i] + A9_6 * k[K6 + i]
-            + A9_7 * k[K7 + i] + A9_8 * k[K8 + i]
+            A9_1 * k[K1 + i]
+            + A9_4 * k[K4 + i]
+            + A9_5 * k[K5 + i]
+            + A9_6 * k[K6 + i]
+            + A9_7 * k[K7 + i]
+            + A9_8 * k[K8 + i]
         )
     slope(ps, damper, wall, c, d, landing, k, STAGE, K9)
     for i in range(WIDTH):
         k[STAGE + i] = k[i] + h * (
-            A10_1 * k[K1 + i] + A10_4 * k[K4 + i] + A10_5 * k[K5 + i] + A10_6 * k[K6 + i]
-            + A10_7 * k[K7 + i] + A10_8 * k[K8 + i] + A10_9 * k[K9 + i]
+            A10_1 * k[K1 + i]
+            + A10_4 * k[K4 + i]
+            + A10_5 * k[K5 + i]
+            + A10_6 * k[K6 + i]
+            + A10_7 * k[K7 + i]
+            + A10_8 * k[K8 + i]
+            + A10_9 * k[K9 + i]
         )
     slope(ps, damper, wall, c, d, landing, k, STAGE, K10)
     for i in range(WIDTH):
         k[STAGE + i] = k[i] + h * (
-            A11_1 * k[K1 + i] + A11_4 * k[K4 + i] + A11_5 * k[K5 + i] + A11_6 * k[K6 + i]
-            + A11_7 * k[K7 + i] + A11_8 * k[K8 + i] + A11_9 * k[K9 + i] + A11_10 * k[K10
-            + i]
+            A11_1 * k[K1 + i]
+            + A11_4 * k[K4 + i]
+            + A11_5 * k[K5 + i]
+            + A11_6 * k[K6 + i]
+            + A11_7 * k[K7 + i]
+            + A11_8 * k[K8 + i]
+            + A11_9 * k[K9 + i]
+            + A11_10 * k[K10 + i]
         )
     slope(ps, damper, wall, c, d, landing, k, STAGE, K11)
     for i in range(WIDTH):
         k[STAGE + i] = k[i] + h * (
-            A12_1 * k[K1 + i] + A12_4 * k[K4 + i] + A12_5 * k[K5 + i] + A12_6 * k[K6 + i]
-            + A12_7 * k[K7 + i] + A12_8 * k[K8 + i] + A12_9 * k[K9 + i] + A12_10 * k[K10
-            + i] + A12_11 * k[K11 + i]
+            A12_1 * k[K1 + i]
+            + A12_4 * k[K4 + i]
+            + A12_5 * k[K5 + i]
+            + A12_6 * k[K6 + i]
+            + A12_7 * k[K7 + i]
+            + A12_8 * k[K8 + i]
+            + A12_9 * k[K9 + i]
+            + A12_10 * k[K10 + i]
+            + A12_11 * k[K11 + i]
         )
     slope(ps, damper, wall, c, d, landing, k, STAGE, K12)
     for i in range(WIDTH):
         k[NEW + i] = k[i] + h * (
-            B1 * k[K1 + i] + B6 * k[K6 + i] + B7 * k[K7 + i] + B8 * k[K8 + i] + B9 * k[K9
-            + i] + B10 * k[K10 + i] + B11 * k[K11 + i] + B12 * k[K12 + i]
+            B1 * k[K1 + i]
+            + B6 * k[K6 + i]
+            + B7 * k[K7 + i]
+            + B8 * k[K8 + i]
+            + B9 * k[K9 + i]
+            + B10 * k[K10 + i]
+            + B11 * k[K11 + i]
+            + B12 * k[K12 + i]
         )
 
 

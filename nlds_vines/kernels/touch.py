@@ -8,8 +8,8 @@ Two proofs, both resting on bounds of derivatives that energy provides (`parts.s
   step d that solves f' d + M d^2 / 2 = c. Steps of that length creep up to the first touch from
   below, never beyond it, and faster than quadratically, M being taken for the piece at hand.
 
-The same walk finds the maxima of an energy and the smallest clearance of a near miss: the level is
-then the largest value seen so far, and reaching it starts a climb to the local maximum.
+The same walk finds the smallest clearance of a near miss: the level is then the closest approach
+seen so far, and reaching it starts a climb to the local maximum.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ import math
 from .._jit import jit
 from .flight import ORDER
 
-NEAR, FAR, ENERGY1, ENERGY2 = 0, 1, 2, 3  # what is followed along a flight
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
 MOST_STEPS = 1000  # a walk needs 3 to 8 steps, a grazing one some tens
 ROUND_OFF = 4.0e-16
@@ -42,6 +41,8 @@ def reach(clearance, slope, bend):
 @jit
 def gap_jet(coef, x, sign):
     """Return (f, f', f'') of f = sign r [m] at place x of the cell."""
+    if x == 0.0:
+        return sign * coef[2], sign * coef[6], sign * (coef[10] + coef[10])
     k = 4 * ORDER + 2
     f, d, c = coef[k], 0.0, 0.0
     while k > 2:
@@ -82,45 +83,11 @@ def first_touch(coef, x, end, sign, level, bend, jerk):
 
 
 @jit
-def energy_jet(ps, damper, coef, h, x, what):
-    """Return (f, f', f'') of E1 or E2 [J] (eq. 6) at place x of the cell, derivatives by x."""
-    k = 4 * ORDER
-    y0, y1, y2, y3 = 0.0, 0.0, 0.0, 0.0  # displacement, its derivatives over factorials
-    while k >= 0:
-        y3 = y3 * x + y2
-        y2 = y2 * x + y1
-        y1 = y1 * x + y0
-        y0 = y0 * x + coef[k]
-        if damper is not None and what == ENERGY2:
-            y0 -= coef[k + 2]  # x2 - rest = x1 - r
-        k -= 4
-    stiffness, mass = ps.k1, ps.m1 / (h * h)
-    if damper is not None and what == ENERGY2:
-        stiffness, mass = damper.k2, damper.m2 / (h * h)
-    y2 += y2
-    y3 *= 6.0
-    f = 0.5 * (mass * y1 * y1 + stiffness * y0 * y0)
-    slope = y1 * (mass * y2 + stiffness * y0)
-    curve = y2 * (mass * y2 + stiffness * y0) + y1 * (mass * y3 + stiffness * y1)
-    return f, slope, curve
-
-
-@jit
-def jet(ps, damper, coef, h, x, what):
-    """Return (f, f', f'') of what is followed: r, -r, E1 or E2."""
-    if what == NEAR:
-        return gap_jet(coef, x, 1.0)
-    if what == FAR:
-        return gap_jet(coef, x, -1.0)
-    return energy_jet(ps, damper, coef, h, x, what)
-
-
-@jit
-def summit(ps, damper, coef, h, x, end, what):
+def summit(coef, x, end, sign):
     """Return the place of a local maximum reached by climbing from x, at most `end`."""
     low, high = x, end
     for _ in range(60):
-        _, slope, curve = jet(ps, damper, coef, h, x, what)
+        _, slope, curve = gap_jet(coef, x, sign)
         if slope > 0.0:
             low = x
         else:
@@ -136,25 +103,21 @@ def summit(ps, damper, coef, h, x, end, what):
 
 
 @jit
-def highest(ps, damper, coef, h, x, end, what, best, bend, jerk, ends):
-    """Return the larger of `best` and the maximum over [x, end] of what is followed.
+def nearest_miss(coef, sign, end, best, bend, jerk):
+    """Return the larger of `best` and the local maxima of sign r over [0, end].
 
-    With `ends` false only local maxima count: an approach that has not turned round yet is not a
-    near miss. `bend` and `jerk` bound the second and third derivative by the place.
+    An approach that has not turned round by then is not a miss.`bend` and `jerk`
+    bound the second and third derivative by the place.
     """
+    x = 0.0
     for _ in range(MOST_STEPS):
-        f, slope, curve = jet(ps, damper, coef, h, x, what)
+        f, slope, curve = gap_jet(coef, x, sign)
         if f >= best and slope > 0.0:
-            x = summit(ps, damper, coef, h, x, end, what)
-            f, slope, curve = jet(ps, damper, coef, h, x, what)
-            turned = x < end
-            if turned or ends:
-                best = max(best, f)
-            if not turned:
+            x = summit(coef, x, end, sign)
+            if x >= end:
                 return best
-            slope = 0.0
-        elif ends and f > best:
-            best = f
+            f, slope, curve = gap_jet(coef, x, sign)
+            best, slope = max(best, f), 0.0
         tolerance = ROUND_OFF * abs(f) + 1.0e-300
         safe = reach(max(best - f, 0.0), slope, bend)
         safe = max(safe, math.sqrt(8.0 * tolerance / bend))

@@ -125,6 +125,25 @@ def test_a_reported_interrupt_gives_status_130(calls, capsys):
     assert calls.plots == []
 
 
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (FileNotFoundError(2, "No such file or directory", "deep/a.h5"), "deep/a.h5: No such file"),
+        (OSError(28, "No space left on device"), "No space left on device"),
+        (OSError("over\nmany\nlines"), "over many lines"),
+        (PermissionError(), "PermissionError"),
+    ],
+)
+def test_what_the_operating_system_refuses_is_one_line(calls, capsys, error, said):
+    calls.error = error
+    assert main([]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert said in err
+    assert calls.plots == []
+
+
 def test_a_dry_run_only_tells(calls, capsys, tmp_path):
     (tmp_path / "figure8.h5").write_bytes(b"old")  # nothing is written, so nothing is in the way
     assert main(["--dry-run", "--threads", "2"]) == 0

@@ -132,13 +132,15 @@ def test_varied_above_replaces_all_axes_and_what_is_set_below():
     assert found.title == "SSul NES, Set 6: P"
 
 
-def test_another_system_drops_what_cannot_be_had_with_it():
+def test_what_cannot_be_had_in_a_scene_is_left_out_while_something_remains():
     document = {**MINIMAL, "record": {"want": ["impacts", "energy"]}}
     assert load_scan(document, {"system": "tmd"}).want == ("energy",)
-    with pytest.raises(RequestError, match="want 'impacts' cannot be had"):
-        load_scan(document, {"system": "tmd", "record": {"want": ["impacts", "energy"]}})
-    with pytest.raises(RequestError, match="want 'impacts' cannot be had"):
-        load_scan({**document, "system": "tmd"})
+    assert load_scan({**document, "system": "tmd"}).want == ("energy",)
+    asked = {"system": "tmd", "record": {"want": ["clearance", "section"]}}
+    assert load_scan(document, asked).want == ("section",)
+    for want in (["impacts"], ["clearance", "impacts"]):
+        with pytest.raises(RequestError, match="want 'impacts' cannot be had"):
+            load_scan({**MINIMAL, "system": "tmd", "record": {"want": want}})
 
 
 def test_random_start_keeps_the_seed_below():

@@ -1,0 +1,148 @@
+"""The largest energies of a flight, without sampling error.
+
+dE1/dt = v1 n1 and dE2/dt = v2 n2, where each factor is linear in the state. An energy can peak
+inside a cell only where a factor vanishes; that none does is proven from its values at the two ends
+and a bound of its second derivative, as for touches. Where the proof fails the factor's Taylor
+polynomial, whose coefficients bound it better, is asked piece by piece, and its roots located.
+"""
+
+from __future__ import annotations
+
+from .._jit import jit
+from .flight import ORDER, at
+from .observe import energies, note_energy, powers_at
+
+ROOT_STEPS = 40
+ALL = 15  # every factor is suspected
+PRECISE = 1.0e-9  # place of a peak: its height then errs by the square
+FINEST = 1.0e-6  # piece of a cell over which a factor that stays at zero changes no energy
+
+
+@jit
+def factor_bends(ps, grid, second):
+    """Return bounds of the second derivatives of the four factors by the place in a cell."""
+    w, h2 = grid.turns, grid.h * grid.h
+    drive = ps.m1 * ps.force * ps.omega * ps.omega
+    return w[0] * second * h2, (w[1] * second + drive) * h2, w[2] * second * h2, w[3] * second * h2
+
+
+@jit
+def proven(f, g, bend):
+    """Prove that a factor has no root between its values f and g.
+
+    They have one sign, and the factor either changes too little to reach zero in between or, by
+    the mean value theorem, so much that it is monotone.
+    """
+    return f * g > 0.0 and (min(abs(f), abs(g)) > 0.125 * bend or abs(g - f) > bend)
+
+
+@jit
+def bodies(damper):
+    """Return how many bodies have an energy."""
+    if damper is None:
+        return 1
+    return 2
+
+
+@jit
+def suspects(ps, damper, energy, grid, bends, swell, j, y, z):
+    """Return which factors may vanish in cell j, from y to z, so that an energy sets a record.
+
+    Bit i for factor i of `powers_at`. `swell` bounds an energy's second derivative by the place.
+    """
+    f = powers_at(ps, damper, y[0], y[1], y[2], y[3], grid.cosine[j], 0.0)
+    g = powers_at(ps, damper, z[0], z[1], z[2], z[3], grid.cosine[j + 1], 0.0)
+    before = energies(ps, damper, y[0], y[1], y[2], y[3])
+    after = energies(ps, damper, z[0], z[1], z[2], z[3])
+    found = 0
+    for body in range(bodies(damper)):
+        rise = 0.125 * swell * grid.turns[4] if body == 1 else 0.125 * swell
+        if max(before[body], after[body]) + rise > energy[body]:
+            for i in range(2 * body, 2 * body + 2):
+                if not proven(f[i], g[i], bends[i]):
+                    found |= 1 << i
+    return found
+
+
+@jit
+def factor_polynomial(ps, damper, grid, cosine, sine, which):
+    """Fill grid.factor with the Taylor coefficients of one factor over the cell looked at.
+
+    cosine, sine: of the phase at the start. Returns a bound of its second derivative in the cell.
+    """
+    coef, out = grid.coef, grid.factor
+    angle = ps.omega * grid.h
+    bend = 0.0
+    for k in range(ORDER + 1):
+        i = 4 * k
+        f = powers_at(ps, damper, coef[i], coef[i + 1], coef[i + 2], coef[i + 3], cosine, 0.0)
+        out[k] = f[which]
+        bend += k * (k - 1.0) * abs(out[k])
+        g = angle / (k + 1.0)
+        cosine, sine = -sine * g, cosine * g
+    return bend
+
+
+@jit
+def horner(f, x):
+    """Return the value at x of the polynomial with coefficients f of order `ORDER`."""
+    total = f[ORDER]
+    for k in range(ORDER - 1, -1, -1):
+        total = total * x + f[k]
+    return total
+
+
+@jit
+def note_at(ps, damper, energy, grid, x):
+    """Raise the largest energies to those at place x of the cell looked at."""
+    y = at(grid.coef, x)
+    note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
+
+
+@jit
+def root(poly, low, high, f0, f1):
+    """Return the place between low and high where a polynomial changes sign (Illinois)."""
+    x = low
+    for _ in range(ROOT_STEPS):
+        x = low + (high - low) * f0 / (f0 - f1)
+        f = horner(poly, x)
+        if f == 0.0 or min(x - low, high - x) < PRECISE:
+            break
+        if (f > 0.0) == (f1 > 0.0):
+            high, f1, f0 = x, f, 0.5 * f0
+        else:
+            low, f0, f1 = x, f, 0.5 * f1
+    return x
+
+
+@jit
+def note_roots(ps, damper, energy, grid, bend, end):
+    """Raise the energies at all roots in [0, end] of the polynomial in grid.factor."""
+    x, width = 0.0, end
+    f, g = grid.factor[0], horner(grid.factor, end)
+    while x < end:
+        sag = bend * width * width
+        if f * g <= 0.0 and abs(g - f) > sag:  # monotone: one root
+            note_at(ps, damper, energy, grid, root(grid.factor, x, x + width, f, g))
+        elif not proven(f, g, sag):
+            if width > FINEST * end:
+                width *= 0.5
+                g = horner(grid.factor, x + width)
+                continue
+            note_at(ps, damper, energy, grid, x + width)
+        x, f = x + width, g
+        width = min(2.0 * width, end - x)
+        g = horner(grid.factor, x + width)
+
+
+@jit
+def note_peaks(ps, damper, energy, grid, cosine, sine, end, suspected):
+    """Raise the largest energies to their maxima over [0, end] of the cell looked at.
+
+    cosine, sine: of the phase at its start; `suspected`: the factors that may vanish (`suspects`).
+    """
+    for which in range(2 * bodies(damper)):
+        if suspected & (1 << which):
+            bend = factor_polynomial(ps, damper, grid, cosine, sine, which)
+            note_roots(ps, damper, energy, grid, bend, end)
+    note_at(ps, damper, energy, grid, end)

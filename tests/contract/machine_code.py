@@ -1,0 +1,94 @@
+"""What the compiled code of some orbits consists of, as JSON on standard output.
+
+Run in a process of its own with an empty NUMBA_CACHE_DIR: what comes from a cache cannot be looked
+into. Not a test; `test_specialisation.py` runs it.
+"""
+
+import json
+import re
+import sys
+
+import numpy as np
+
+from nlds_vines import load_system
+from nlds_vines.block import RESOLUTION, cell_of, method_parts
+from nlds_vines.kernels import lanes, orbit
+
+CASES = {
+    "tmd": ("tmd", "exact", "section"),
+    "ssul": ("ssul-set6", "exact", "section"),
+    "ssul energy": ("ssul-set6", "exact", "energy"),
+    "ssul rk4": ("ssul-set6", "rk4", "section"),
+}
+KERNEL = re.compile(r"_ZN10nlds_vines7kernels(\w+)")
+
+
+def kernel_of(symbol):
+    """Return `module.function` of a mangled name of the kernels (lengths before the words)."""
+    rest, words = KERNEL.match(symbol).group(1), []
+    for _ in range(2):
+        length = re.match(r"\d+", rest).group()
+        words.append(rest[len(length) : len(length) + int(length)])
+        rest = rest[len(length) + int(length) :]
+    return ".".join(words)
+
+
+def libraries(library, seen):
+    """Return a library and, one after another, all that it is linked with."""
+    if library not in seen:
+        seen.append(library)
+        for other in library._linking_libraries:
+            libraries(other, seen)
+    return seen
+
+
+def called(text):
+    """Return the mathematical functions that appear in an LLVM module, intrinsic or not."""
+    found = re.findall(r"call [^\n]*@(?:llvm\.)?(pow|sqrt|sin|cos|exp|log)\b", text)
+    return sorted(set(found))
+
+
+def contracts(text):
+    """Return the operations of an LLVM module that carry a flag of fast mathematics."""
+    flags = "fast|nnan|ninf|nsz|arcp|contract|afn|reassoc"
+    return sorted(set(re.findall(rf"= (f\w+ (?:{flags})\b)", text)))
+
+
+def compiled(system, method, want):
+    """Run three periods of a system and return the code that this compiled."""
+    system = load_system(system)
+    known, loop_known = set(lanes.run_cell.overloads), {f: set(f.overloads) for f in loops()}
+    lanes.run_cell(
+        *method_parts(method, system.scene),
+        RESOLUTION[method],
+        cell_of(system),
+        np.zeros(orbit.SIZE),
+        np.empty((3, 4)) if want == "section" else None,
+        None,
+        None,
+        np.zeros(2) if want == "energy" else None,
+        None,
+        *(3, 3, 3),
+    )
+    (signature,) = set(lanes.run_cell.overloads) - known
+    parts = libraries(lanes.run_cell.overloads[signature].library, [])
+    symbols = {function.name for part in parts for function in part.get_defined_functions()}
+    kernels = {symbol for symbol in symbols if KERNEL.match(symbol)}
+    text = lanes.run_cell.inspect_llvm(signature)
+    loop = [f.inspect_llvm(s) for f in loops() for s in set(f.overloads) - loop_known[f]]
+    return {
+        "kernels": sorted({kernel_of(symbol) for symbol in kernels}),
+        "undecided": sorted({kernel_of(symbol) for symbol in kernels if "OptionalType" in symbol}),
+        "mathematics": called(text),
+        "loop": sorted({word for each in loop for word in called(each)}),
+        "contracts": contracts(text),
+    }
+
+
+def loops():
+    """Return the time loops: what runs once a period or more often."""
+    return (orbit.orbit, orbit.linear_orbit)
+
+
+if __name__ == "__main__":
+    json.dump({name: compiled(*case) for name, case in CASES.items()}, sys.stdout)

@@ -1,0 +1,110 @@
+"""The compiled kernels: found again by the next process, forgotten when any kernel changes."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import nlds_vines
+from nlds_vines import _jit
+
+ROOT = Path(nlds_vines.__path__[0]).parent
+
+PROGRAM = """
+import json, pkgutil
+from importlib import import_module
+from nlds_vines import kernels
+from nlds_vines.block import Computer
+from nlds_vines.parts import Block
+from nlds_vines.scan import load_scan
+
+document = {
+    "system": "none",
+    "vary": {"omega": {"values": [5.0, 6.0]}},
+    "sampling": {"transient": 0, "periods": 12},
+    "record": {"want": ["regime"]},
+}
+arrays = Computer(load_scan(document)).block(Block(0, ((0, 2),)))
+names = [f"nlds_vines.kernels.{module.name}" for module in pkgutil.iter_modules(kernels.__path__)]
+modules = [import_module(name) for name in names]
+compiled = {id(f): f for m in modules for f in vars(m).values() if hasattr(f, "stats")}.values()
+print(json.dumps({
+    "labels": arrays["label"].ravel().tolist(),
+    "home": kernels.__path__[0],
+    "hits": sum(sum(f.stats.cache_hits.values()) for f in compiled),
+    "misses": sum(sum(f.stats.cache_misses.values()) for f in compiled),
+}))
+"""
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Return a function that runs `PROGRAM` on a copy of the package with a cache of its own."""
+    for name in ("nlds_vines", "data", "scans"):
+        ignored = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=ignored)
+
+    def program():
+        done = subprocess.run(
+            [sys.executable, "-c", PROGRAM],
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=tmp_path,
+            env={
+                **os.environ,
+                "PYTHONPATH": str(tmp_path),
+                "PYTHONDONTWRITEBYTECODE": "1",
+                "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+            },
+        )
+        assert done.returncode == 0, done.stderr
+        found = json.loads(done.stdout)
+        assert found["home"] == str(tmp_path / "nlds_vines" / "kernels")
+        return found
+
+    return program
+
+
+def test_the_second_process_compiles_nothing_and_an_edit_is_seen(run, tmp_path):
+    first = run()
+    assert first["misses"] > 0
+    assert first["hits"] == 0
+    assert first["labels"] == ["undetermined", "undetermined"]  # it has not settled
+
+    second = run()
+    assert second["hits"] > 0
+    assert second["misses"] == 0
+    assert second["labels"] == first["labels"]
+
+    # `run_lanes` stands in another file, and that file does not change
+    edited = tmp_path / "nlds_vines" / "kernels" / "recurrence.py"
+    text = edited.read_text()
+    assert text.count("TOLERANCE = 1.0e-6") == 1
+    edited.write_text(text.replace("TOLERANCE = 1.0e-6", "TOLERANCE = 1.0e+6"))
+    third = run()
+    assert third["misses"] > 0
+    assert third["labels"] == ["T,0", "T,0"]
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in _jit.KERNELS.glob("*.py")))
+def test_the_stamp_knows_every_kernel_file(name, tmp_path, monkeypatch):
+    shutil.copytree(_jit.KERNELS, tmp_path / "kernels", ignore=shutil.ignore_patterns("__*__"))
+    monkeypatch.setattr(_jit, "KERNELS", tmp_path / "kernels")
+    before = _jit.source_stamp.__wrapped__()
+    assert _jit.source_stamp.__wrapped__() == before
+    with (tmp_path / "kernels" / name).open("a") as file:
+        file.write("# a comment\n")
+    assert _jit.source_stamp.__wrapped__() != before
+
+
+def test_the_stamp_knows_how_kernels_are_compiled(tmp_path, monkeypatch):
+    before = _jit.source_stamp.__wrapped__()
+    edited = tmp_path / "_jit.py"
+    edited.write_text(Path(_jit.__file__).read_text() + "# a comment\n")
+    monkeypatch.setattr(_jit, "__file__", str(edited))
+    assert _jit.source_stamp.__wrapped__() != before

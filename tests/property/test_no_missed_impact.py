@@ -1,0 +1,168 @@
+"""No impact is missed or invented: 10,000 random orbits, grazing ones included, against the twin.
+
+A difference counts only above what the two integrators resolve together: `FIRST` metres of depth
+(or of clearance) up to the first impact of an orbit, where both are good to round-off, `LATER`
+behind it. Below that a difference is ambiguous; the orbit is then followed no further. Ambiguous
+orbits are counted and must stay few.
+"""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from support import follow_ssul, kernel_cell
+from twin import follow, model_of
+
+from nlds_vines.catalogue import catalogue
+from nlds_vines.kernels.exact import SECTION, fly
+from nlds_vines.kernels.flight import cells_of, grid_of
+from nlds_vines.kernels.parts import damper_in, structure_of, wall_at
+
+SETS = [dict(catalogue()[f"ssul-set{i}"].parameters) for i in range(1, 7)]
+RANDOM, GRAZING, FIXED = 8500, 1500, 1000  # orbits; the last for the fixed steps
+FIRST, LATER = 1e-11, 1e-7  # resolution [m] of the comparison, up to and behind the first impact
+NEAR = 1e-5  # two touches are the same within so many periods
+FAR_AWAY = 1.0  # a gap [m] that no start below reaches
+FEW = 0.002  # largest share of ambiguous orbits
+
+
+def random_case(rng):
+    """Return (parameters, start, periods): a Set 1-6 with everything varied, any start."""
+    numbers = dict(SETS[rng.integers(len(SETS))])
+    for name in ("m1", "k1", "c1", "m2", "k2", "c2", "P"):
+        numbers[name] *= 3.0 ** rng.uniform(-1, 1)
+    numbers["omega"], numbers["K"] = rng.uniform(3, 12), 10.0 ** rng.uniform(5, 12)
+    numbers["C"] = 0.0 if rng.random() < 0.03 else rng.uniform(-0.02, 0.1)
+    r = numbers["C"] - rng.exponential(0.05)
+    if rng.random() < 0.03:  # begun inside a contact, as deep as an impact of 1 m/s
+        r = numbers["C"] + rng.random() * (75 / numbers["K"]) ** 0.4
+    return numbers, start_of(numbers, rng, r), int(rng.integers(2, 4))
+
+
+def start_of(numbers, rng, r):
+    """Return (x1, v1, x2, v2) with the damper's spring shortened by r."""
+    x1, v1, s = rng.normal(0, 0.02), rng.normal(0, 0.1), rng.normal(0, 0.5)
+    return np.array([x1, v1, x1 - r + numbers["V"] + numbers["C"], v1 - s])
+
+
+def grazing_case(rng):
+    """Return a case, and whether it touches for sure: the gap is the greatest r (1 +- 1e-9..1e-3).
+
+    The motion without impacts is the twin's, its turns located to 1e-10 s.
+    """
+    while True:
+        numbers, _, periods = random_case(rng)
+        numbers["C"] = FAR_AWAY
+        r = -rng.exponential(0.05)
+        start = start_of(numbers, rng, r)
+        free = follow(model_of(numbers), start, periods)
+        if len(free.contacts) or not len(free.misses):
+            continue
+        top = FAR_AWAY + free.misses[:, 2].max()
+        shift = rng.choice([-1, 1]) * 10.0 ** rng.uniform(-9, -3) * abs(top)
+        if r < top + shift:
+            numbers["C"] = top + shift
+            start[2] += numbers["C"] - FAR_AWAY
+            return numbers, start, periods, shift < 0
+
+
+def first_difference(found, course, period):
+    """Return "same", "ambiguous", "missed" or "invented" for the impacts of one orbit."""
+    theirs = course.touches
+    for k in range(max(len(found), len(theirs))):
+        resolution = FIRST if k == 0 and len(course.contacts) == len(theirs) else LATER
+        ours = found["touch"][k] if k < len(found) else np.inf
+        true = theirs[k, 1] if k < len(theirs) else np.inf
+        if abs(ours - true) <= NEAR * period:
+            continue
+        if true < ours:
+            return "missed" if theirs[k, 4] > resolution else "ambiguous"
+        close = np.abs(course.misses[:, 1] - ours) < 0.05 * period
+        clearance = -course.misses[close, 2].max(initial=-np.inf)
+        return "invented" if clearance > resolution else "ambiguous"
+    return "same"
+
+
+def verdicts(cases, **options):
+    """Return how often each outcome occurred."""
+    outcomes = Counter()
+    for numbers, start, periods, *_ in cases:
+        orbit = follow_ssul(numbers, start, periods, **options)
+        course = follow(model_of(numbers), start, periods)
+        outcomes[first_difference(orbit.impacts, course, 2 * np.pi / numbers["omega"])] += 1
+    return outcomes
+
+
+@pytest.fixture(scope="module")
+def random_cases():
+    rng = np.random.default_rng(20240607)
+    return [random_case(rng) for _ in range(RANDOM)]
+
+
+@pytest.fixture(scope="module")
+def grazing_cases():
+    rng = np.random.default_rng(41)
+    return [grazing_case(rng) for _ in range(GRAZING)]
+
+
+def assert_nothing_missed(outcomes, cases):
+    assert outcomes["missed"] == 0
+    assert outcomes["invented"] == 0
+    assert outcomes["ambiguous"] <= FEW * cases
+    assert outcomes.total() == cases
+
+
+def test_exact_random(random_cases):
+    assert_nothing_missed(verdicts(random_cases), RANDOM)
+
+
+def test_exact_grazing(grazing_cases):
+    assert_nothing_missed(verdicts(grazing_cases), GRAZING)
+
+
+def test_fixed_steps(random_cases, grazing_cases):
+    cases = random_cases[: FIXED - 200] + grazing_cases[:200]
+    assert_nothing_missed(verdicts(cases, method="rk4", resolution=4096.0), FIXED)
+
+
+# ---- the checks can fail -------------------------------------------------------------------------
+
+
+def test_a_missed_and_an_invented_impact_are_seen(random_cases):
+    numbers, start, periods = next(
+        case for case in random_cases if len(follow(model_of(case[0]), *case[1:]).touches) > 1
+    )
+    period = 2 * np.pi / numbers["omega"]
+    course = follow(model_of(numbers), start, periods)
+    found = follow_ssul(numbers, start, periods).impacts
+    assert first_difference(found, course, period) == "same"
+    assert first_difference(found[:-1], course, period) == "missed"
+    twice = np.sort(np.append(found, found[-1:]), order="touch")
+    twice["touch"][-1] += 0.01 * period
+    assert first_difference(twice, course, period) == "invented"
+
+
+def touches(numbers, start, periods, certified=True):
+    """Tell whether the exact flight meets the wall; without the certificate it looks at ends only.
+
+    The bounds of d2r/dt2 rest on `grid.bend` and the forcing alone; the flight itself is tabulated.
+    """
+    cell = kernel_cell(**numbers)
+    ps, damper, wall = structure_of(cell), damper_in(cell), wall_at(numbers["C"], cell)
+    grid = grid_of(ps, damper, cells_of(ps, damper))
+    if not certified:
+        ps, grid = ps._replace(force=0.0), grid._replace(bend=0.0)
+    x1, v1, x2, v2 = start
+    y = x1, v1, x1 - x2 + numbers["V"] + numbers["C"], v1 - v2
+    for _ in range(periods):
+        event, _, _, *y = fly(ps, damper, wall, None, None, None, grid, 0, 0.0, *y)
+        if event != SECTION:
+            return True
+    return False
+
+
+def test_without_its_certificate_the_flight_misses_grazing_impacts(grazing_cases):
+    sure = [case[:3] for case in grazing_cases if case[3]]
+    assert all(touches(*case) for case in sure)
+    missed = sum(not touches(*case, certified=False) for case in sure)
+    assert missed > len(sure) / 10

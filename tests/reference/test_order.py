@@ -1,0 +1,165 @@
+"""Observed orders: of the fixed steps across contacts, of a stepped contact, of the short impact."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+from scipy.special import beta
+from support import (
+    Approach,
+    Impact,
+    contact_parts,
+    fitted_order,
+    follow_ssbl,
+    follow_ssul,
+    references,
+)
+
+FIXED = (1448.0, 2048.0, 2896.0, 4096.0, 5792.0, 8192.0)  # rk4 steps a period
+SET6 = references()["ssul-set6"].numbers
+SOFT, STEEL = SET6["K"], references()["ssul-set6-steel"].numbers["K"]
+APPROACH = Approach(speed=2.4, x1=0.011, v1=0.2, phase=1.0)
+EXACT_DURATION = 0.8 * beta(0.4, 0.5)  # of a free impact, in units of depth / speed: 2.9433
+
+
+# ---- fixed steps across contacts -----------------------------------------------------------------
+
+
+def errors_by_resolution(name, periods):
+    """Return the error of the state at the end, for each of the `FIXED` resolutions."""
+    reference = references()[name]
+    sections = (
+        follow_ssbl(reference.numbers, periods, resolution, classical=True)[0]
+        if "D" in reference.numbers
+        else follow_ssul(
+            reference.numbers, None, periods, method="rk4", resolution=resolution
+        ).section
+        for resolution in FIXED
+    )
+    return [np.abs(section[-1] - reference.states[periods - 1]).max() for section in sections]
+
+
+@pytest.mark.parametrize(
+    ("name", "periods"),
+    [
+        ("ssul-set6", 5),
+        ("ssul-set6-omega7.45", 5),
+        ("ssul-set6-omega7.45", 20),
+        ("ssbl-omega6.05", 5),
+        ("ssbl-omega6.05", 20),
+    ],
+)
+def test_fixed_steps_have_order_four_across_contacts(name, periods):
+    assert fitted_order(errors_by_resolution(name, periods), FIXED) == pytest.approx(4, abs=0.2)
+
+
+def test_fixed_steps_lose_nothing_on_steel():
+    """The fourth-order part is so small here that the fifth order shows down to round-off."""
+    assert 3.8 <= fitted_order(errors_by_resolution("ssul-set6-steel", 20), FIXED) <= 5.5
+
+
+# ---- one contact, stepped ------------------------------------------------------------------------
+
+
+def parts_of(K=SOFT, **changes):
+    return contact_parts(**{**SET6, "near": SET6["C"], "K": K, **changes})
+
+
+@pytest.mark.parametrize("K", [SOFT, STEEL])
+def test_stepped_contact_has_order_eight(K):
+    parts, steps = parts_of(K), np.array([10, 12, 16, 20, 24, 32])
+    exact = APPROACH.step(parts, 200)
+    runs = [APPROACH.step(parts, n) for n in steps]
+    durations = [abs(run.duration / exact.duration - 1) for run in runs]
+    assert fitted_order(durations, steps) == pytest.approx(8, abs=0.4)
+    assert fitted_order([run.difference(exact) for run in runs], steps) >= 7.6
+    assert APPROACH.step(parts, 64).difference(exact) <= 1e-12
+
+
+def test_classical_contact_has_order_four():
+    parts, steps = parts_of(), np.array([32, 48, 64, 96, 128])
+    exact = APPROACH.step(parts, 200)
+    errors = [APPROACH.step(parts, n, classical=True).difference(exact) for n in steps]
+    assert fitted_order(errors, steps) == pytest.approx(4, abs=0.2)
+
+
+# ---- one short impact ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("K", "floor"), [(SOFT, 1e-10), (STEEL, 1e-12)])
+def test_short_impact_converges_geometrically_to_the_stepped_contact(K, floor):
+    """Two methods without a formula in common; the floor is where the sweeps are stopped."""
+    parts, nodes = parts_of(K), np.arange(4, 12)
+    exact = APPROACH.step(parts, 200)
+    errors = [APPROACH.bump(parts, n).difference(exact) for n in nodes]
+    factor = np.exp(-np.polyfit(nodes, np.log(errors), 1)[0])
+    assert factor >= 5
+    assert APPROACH.bump(parts, 24).difference(exact) <= floor
+
+
+# ---- the free Hertz impact and the rigid limit ---------------------------------------------------
+
+
+def free_impact(speed, K):
+    """Return the impact without external forces: closed form, momentum and energy conserved."""
+    m1, m2 = SET6["m1"], SET6["m2"]
+    mu = m1 * m2 / (m1 + m2)
+    depth = (5 * mu * speed**2 / (4 * K)) ** 0.4
+    duration = EXACT_DURATION * depth / speed
+    common = -mu / m1 * speed  # v1 of the common motion, the structure being at rest at touch
+    return Impact(speed, common * duration, 2 * common, duration, depth)
+
+
+@pytest.mark.parametrize("K", [1e3, SOFT, STEEL])
+@pytest.mark.parametrize("speed", [1e-6, 0.01, 1.0, 30.0])
+def test_free_hertz_impact(speed, K):
+    parts = parts_of(K, k1=0.0, c1=0.0, k2=0.0, c2=0.0, P=0.0)
+    approach, exact = Approach(speed, 0.0, 0.0, 0.0), free_impact(speed, K)
+    assert approach.step(parts, 72).difference(exact) <= 1e-13
+    if exact.duration < 0.15:  # longer is not short: stepped
+        assert approach.bump(parts, 24).difference(exact) <= 1e-13
+
+
+def test_duration_constant():
+    assert pytest.approx(2.9432, abs=1e-4) == EXACT_DURATION
+
+
+def linear_flow(numbers):
+    """Return the matrix of (x1, v1, r, s, cos, sin)' away from the wall."""
+    n, m1, m2 = numbers, numbers["m1"], numbers["m2"]
+    flow = np.zeros((6, 6))
+    flow[0, 1] = flow[2, 3] = 1.0
+    flow[1, :5] = -n["k1"] / m1, -n["c1"] / m1, -n["k2"] / m1, -n["c2"] / m1, n["P"] / m1
+    flow[3] = flow[1]
+    flow[3, 2] -= n["k2"] / m2
+    flow[3, 3] -= n["c2"] / m2
+    flow[4, 5], flow[5, 4] = -n["omega"], n["omega"]
+    return flow
+
+
+def rigid_state(numbers, touch, end):
+    """Return (x1, v1, r, s) after one elastic impact near `touch`, which lies before `end`."""
+    flow, start = linear_flow(numbers), np.array([0.0, 0, 0, 0, 1, 0])
+    at = brentq(
+        lambda t: (expm(flow * t) @ start)[2] - numbers["C"], touch - 0.02, touch + 0.02, xtol=1e-14
+    )
+    y = expm(flow * at) @ start
+    share = numbers["m2"] / (numbers["m1"] + numbers["m2"])
+    y[1] -= 2 * share * y[3]
+    y[3] = -y[3]
+    return (expm(flow * (end - at)) @ y)[:4]
+
+
+def test_rigid_limit():
+    """With K to infinity the state behind an impact tends to the elastic one as K^(-2/5)."""
+    stiffness = SOFT * 10.0 ** np.arange(2, 11, 2)
+    end, differences = 4 * np.pi / SET6["omega"], []
+    for K in stiffness:
+        orbit = follow_ssul({**SET6, "K": K}, None, 2)
+        assert len(orbit.impacts) == 1
+        x1, v1, x2, v2 = orbit.section[-1]
+        found = x1, v1, x1 - x2 + SET6["V"] + SET6["C"], v1 - v2
+        rigid = rigid_state(SET6, orbit.impacts["touch"][0], end)
+        differences.append(np.abs(found - rigid).max())
+    assert fitted_order(differences, stiffness) == pytest.approx(0.4, abs=0.01)
+    assert differences[-1] < 1e-4

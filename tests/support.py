@@ -1,0 +1,160 @@
+"""What several test files need: reference states, systems from plain numbers, single orbits."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import astuple, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.arc import make_arc
+from nlds_vines.kernels.contact import RELEASED, contact
+from nlds_vines.kernels.impact import short_impact
+from nlds_vines.kernels.lanes import run_cell
+from nlds_vines.kernels.observe import Rows
+from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.kernels.parts import damper_in, structure_of, wall_at
+from nlds_vines.kernels.runge_kutta import SCRATCH as STEP_SCRATCH
+from nlds_vines.scenes import SCENES
+from nlds_vines.simulation import Orbit, simulate
+from nlds_vines.system import CELL, System
+
+REPO = Path(__file__).resolve().parents[1]
+BOTH = ("section", "impacts")  # what the tests record unless they need more: one compilation
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A reference orbit from rest: row n - 1 belongs to t = nT."""
+
+    parameters: dict[str, Any]
+    states: np.ndarray
+    impacts: np.ndarray
+    growth: np.ndarray  # of an error in the start state; 1 where it is not known or less
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The parameters without the kind."""
+        return {name: value for name, value in self.parameters.items() if name != "kind"}
+
+
+@cache
+def references() -> Mapping[str, Reference]:
+    """Return the frozen states of `data/reference/states.json` by name."""
+    cases = json.loads((REPO / "data" / "reference" / "states.json").read_text())["cases"]
+    return {name: _reference(case) for name, case in cases.items()}
+
+
+def _reference(case: Mapping[str, Any]) -> Reference:
+    rows = [case["states"][str(n)] for n in range(1, len(case["states"]) + 1)]
+    return Reference(
+        parameters=case["parameters"],
+        states=np.array([[float(text) for text in row["y"]] for row in rows]),
+        impacts=np.array([row["impacts"] for row in rows]),
+        growth=np.array([max(1.0, row.get("growth") or 1.0) for row in rows]),
+    )
+
+
+def system_of(kind: str, numbers: Mapping[str, float]) -> System:
+    """Return the system of a kind, with those of the numbers that it has; K as given."""
+    scene = SCENES[kind]
+    names = (*scene.own, *(("K",) if scene.walls else ()))
+    return System(kind, {name: numbers[name] for name in names})
+
+
+def follow_ssul(numbers: Mapping[str, float], start: Any, periods: int, **options: Any) -> Orbit:
+    """Follow an orbit of an SSul damper and record section and impacts."""
+    return simulate(system_of("ssul", numbers), periods, start=start, record=BOTH, **options)
+
+
+def kernel_cell(**numbers: float) -> Any:
+    """Return the kernels' record of some parameters; what is not given is 0."""
+    cell = np.zeros(1, CELL)
+    for name in set(CELL.names) & numbers.keys():
+        cell[name] = numbers[name]
+    return cell.view(np.recarray)[0]
+
+
+def contact_parts(**numbers: float) -> tuple[Any, Any, Any]:
+    """Return (structure, damper, near wall) as kernels see them, for a contact on its own."""
+    cell = kernel_cell(**numbers)
+    return structure_of(cell), damper_in(cell), wall_at(cell.near, cell)
+
+
+@dataclass(frozen=True)
+class Impact:
+    """One contact from touch to release, and the state at its end."""
+
+    speed: float  # of release [m/s]
+    x1: float
+    v1: float
+    duration: float  # [s]
+    depth: float  # [m]
+
+    def difference(self, other: Impact) -> float:
+        """Return the largest difference, relative to the scales of the impact."""
+        reach = max(abs(other.x1), other.depth)
+        scales = other.speed, reach, other.speed, other.duration, other.depth
+        pairs = zip(astuple(self), astuple(other), scales, strict=True)
+        return max(abs(a - b) / scale for a, b, scale in pairs)
+
+
+@dataclass(frozen=True)
+class Approach:
+    """A touch about to happen: approach speed, the structure's state, phase of the forcing."""
+
+    speed: float
+    x1: float
+    v1: float
+    phase: float
+
+    def step(self, parts: Any, steps: float, classical: bool | None = None) -> Impact:
+        """Follow the contact by Runge-Kutta steps of order eight, or four if `classical`."""
+        rows = Rows(np.zeros((1, 6)), np.zeros(1, np.int64))
+        event, _, s, x1, v1, took, depth = contact(
+            classical, *parts, None, rows, float(steps), 1.0, np.cos(self.phase),
+            np.sin(self.phase), 0.0, self.speed, self.x1, self.v1, 1.0e3, np.zeros(STEP_SCRATCH),
+        )  # fmt: skip
+        assert event == RELEASED
+        return Impact(-s, x1, v1, took, depth)
+
+    def bump(self, parts: Any, nodes: int) -> Impact:
+        """Follow the contact as a short impact."""
+        solved, s, x1, v1, took, depth = short_impact(
+            *parts, make_arc(nodes), 1.0, np.cos(self.phase), np.sin(self.phase),
+            0.0, self.speed, self.x1, self.v1,
+        )  # fmt: skip
+        assert solved
+        return Impact(-s, x1, v1, took, depth)
+
+
+def follow_ssbl(
+    numbers: Mapping[str, float], periods: int, resolution: float, classical: bool | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Follow an orbit of an SSbl damper from rest; return the section and the impact rows.
+
+    Straight through the kernels, whether or not the package has a scene of that name.
+    """
+    cell = kernel_cell(**numbers, near=numbers["D"], far=numbers["C"], rest=numbers["D"])
+    section, rows = np.empty((periods, 4)), Rows(np.empty((2000, 6)), np.zeros(1, np.int64))
+    code = run_cell(
+        classical, True, True, True, make_arc(), float(resolution), cell,
+        np.zeros(SIZE), section, None, rows, None, None, 0, 0, periods,
+    )  # fmt: skip
+    assert code == 0
+    return section, rows.data[: rows.filled[0]]
+
+
+def fitted_order(errors: Any, resolutions: Any) -> float:
+    """Return the order p of errors ~ resolution^-p, by least squares."""
+    return -float(np.polyfit(np.log(resolutions), np.log(errors), 1)[0])
+
+
+def counts_by_period(touches: np.ndarray, omega: float, periods: int) -> np.ndarray:
+    """Return how many touches lie before t = T, 2T, ..."""
+    ends = 2 * np.pi / omega * np.arange(1, periods + 1)
+    return np.searchsorted(np.sort(touches), ends)

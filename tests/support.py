@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.arc import make_arc
+from nlds_vines.catalogue import load_system
 from nlds_vines.kernels.contact import RELEASED, contact
 from nlds_vines.kernels.impact import short_impact
 from nlds_vines.kernels.lanes import run_cell
 from nlds_vines.kernels.observe import Rows
-from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.kernels.orbit import OK, SIZE
 from nlds_vines.kernels.parts import damper_in, structure_of, wall_at
 from nlds_vines.kernels.runge_kutta import SCRATCH as STEP_SCRATCH
 from nlds_vines.scenes import SCENES
@@ -25,6 +26,7 @@ from nlds_vines.system import CELL, System
 
 REPO = Path(__file__).resolve().parents[1]
 BOTH = ("section", "impacts")  # what the tests record unless they need more: one compilation
+FULL = (*BOTH, "energy", "clearance")
 
 
 @dataclass(frozen=True)
@@ -132,21 +134,49 @@ class Approach:
         return Impact(-s, x1, v1, took, depth)
 
 
+def run_cell_rows(
+    cell: Any, start: Any, periods: int, resolution: float, classical: bool | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Follow a damper between two walls from (x1, v1, r, s); return section and impact rows."""
+    state = np.zeros(SIZE)
+    state[:4] = start
+    section, rows = np.empty((periods, 4)), Rows(np.empty((4000, 6)), np.zeros(1, np.int64))
+    code = run_cell(
+        classical, True, True, True, make_arc(), float(resolution), cell,
+        state, section, None, rows, None, None, 0, 0, periods,
+    )  # fmt: skip
+    assert code == OK
+    return section, rows.data[: rows.filled[0]]
+
+
 def follow_ssbl(
     numbers: Mapping[str, float], periods: int, resolution: float, classical: bool | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Follow an orbit of an SSbl damper from rest; return the section and the impact rows.
-
-    Straight through the kernels, whether or not the package has a scene of that name.
-    """
+    """Follow an SSbl damper from rest, whether or not the package has a scene of that name."""
     cell = kernel_cell(**numbers, near=numbers["D"], far=numbers["C"], rest=numbers["D"])
-    section, rows = np.empty((periods, 4)), Rows(np.empty((2000, 6)), np.zeros(1, np.int64))
-    code = run_cell(
-        classical, True, True, True, make_arc(), float(resolution), cell,
-        np.zeros(SIZE), section, None, rows, None, None, 0, 0, periods,
-    )  # fmt: skip
-    assert code == 0
-    return section, rows.data[: rows.filled[0]]
+    return run_cell_rows(cell, np.zeros(4), periods, resolution, classical)
+
+
+def bits() -> dict[str, np.ndarray]:
+    """Return short runs of both methods: what must not depend on compilation, to the last bit.
+
+    The SSul runs hold short impacts, stepped ones and a section inside a contact.
+    """
+    found = {}
+    for method, options in (("exact", {}), ("rk4", {"method": "rk4", "resolution": 64.0})):
+        runs = {
+            "ssul": simulate(load_system("ssul-set6"), 5, record=BOTH, **options),
+            "seen": simulate(load_system("ssul-set6", omega=7.45), 3, record=FULL, **options),
+            "tmd": simulate(load_system("tmd"), 5, record=("section", "energy"), **options),
+        }
+        for name, orbit in runs.items():
+            found[f"{method} {name} section"] = orbit.section
+            scalars = orbit.E1max, orbit.E2max, orbit.clearance
+            found[f"{method} {name} scalars"] = np.array(scalars, dtype=float)
+            if orbit.impacts is not None:
+                columns = [orbit.impacts[c] for c in orbit.impacts.dtype.names[1:]]
+                found[f"{method} {name} impacts"] = np.array(columns)
+    return found
 
 
 def fitted_order(errors: Any, resolutions: Any) -> float:

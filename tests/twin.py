@@ -51,6 +51,8 @@ class Course:
     misses: np.ndarray
     E1max: float
     E2max: float
+    E1max_inside: float  # the same, inside contacts alone
+    E2max_inside: float
     energy: np.ndarray  # mechanical energy [J] at the sections, contact included
 
     @property
@@ -191,6 +193,8 @@ def pursue(p, y, periods, steps, within, section, energy, tops, contacts, misses
             y = w
             e1, e2, whole = energies(p, y)
             tops[0], tops[1] = max(tops[0], e1), max(tops[1], e2)
+            if max(depth_of(p, y)) > 0.0:
+                tops[2], tops[3] = max(tops[2], e1), max(tops[3], e2)
             h *= 2.0
         section[n, 0], section[n, 1], section[n, 2], section[n, 3] = y[0], y[1], y[2], y[3]
         energy[n] = whole
@@ -202,7 +206,8 @@ def follow(
 ) -> Course:
     """Follow an orbit from (x1, v1, x2, v2) at t = 0 for some forcing periods."""
     y = tuple(float(value) for value in start)
-    section, energy, tops = np.empty((periods, 4)), np.empty(periods), np.array(energies(p, y)[:2])
+    section, energy = np.empty((periods, 4)), np.empty(periods)
+    tops = np.array([*energies(p, y)[:2], 0.0, 0.0])
     contacts, misses = np.zeros((most, 5)), np.zeros((most, 3))
     filled = np.zeros(2, np.int64)
     depths = depth_of(p, y)

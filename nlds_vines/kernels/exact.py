@@ -10,7 +10,7 @@ from .peaks import ALL, factor_bends, note_peaks, suspects
 from .touch import NOWHERE, first_touch, nearest_miss
 
 SECTION, TOUCH_NEAR, TOUCH_FAR = 0, 1, 2  # events that end a flight
-SPAN = 16  # cells for which one bound of the motion is used
+SPAN = 4  # cells for which one bound of the motion is used
 
 
 @jit

@@ -48,11 +48,21 @@ class Grid(NamedTuple):
 
 @jit
 def rate_of(ps, damper):
-    """Return a bound [1/s] on the rates of the linear motion and of the forcing."""
-    rate = math.sqrt(ps.stiffness) + ps.damping
-    if damper is not None:
-        rate += math.sqrt(damper.k2 * damper.inv_mu) + damper.c2 * damper.inv_mu
-    return max(rate, ps.omega)
+    """Return a bound [1/s] on the rates of the linear motion and of the forcing.
+
+    In energy coordinates (sqrt(k1) x1, sqrt(m1) v1, sqrt(k2) r, sqrt(m2) v2) the system's matrix is
+    symmetric but for signs, so that its largest row sum bounds its norm.
+    """
+    on_v1 = math.sqrt(ps.stiffness) + ps.damping
+    if damper is None:
+        return max(on_v1, ps.omega)
+    drag1 = damper.c2 * damper.inv_m1
+    drag2 = damper.c2 / damper.m2
+    across = math.sqrt(drag1 * drag2)
+    pull1, pull2 = math.sqrt(damper.k2 * damper.inv_m1), math.sqrt(damper.k2 / damper.m2)
+    on_v1 += drag1 + pull1 + across
+    on_v2 = pull2 + drag2 + across
+    return max(max(on_v1, on_v2), max(pull1 + pull2, ps.omega))
 
 
 @jit

@@ -24,6 +24,7 @@ class Rows(NamedTuple):
     filled: np.ndarray  # (1,) rows begun, also beyond the capacity
 
 
+PRECISE = 1.0e-7  # place of a peak in a step or cell: its height errs by the square
 WALL, TOUCH, RELEASE, SPEED, FORCE, DEPTH = range(6)
 
 
@@ -117,14 +118,14 @@ def seek(classical, ps, damper, wall, c, d, landing, h, k, which, f0, f1):
         x = low + (high - low) * f0 / (f0 - f1)
         rk.step(classical, ps, damper, wall, c, d, landing, x * h, k)
         f = powers(ps, damper, wall, c, d, k, rk.NEW)[which]
-        if f == 0.0 or high - low < 1.0e-10:
+        if f == 0.0:
             return
         if (f > 0.0) == (f1 > 0.0):
-            if abs(x - high) < 1.0e-10:
+            if high - x < PRECISE:
                 return
             high, f1, f0 = x, f, 0.5 * f0
         else:
-            if abs(x - low) < 1.0e-10:
+            if x - low < PRECISE:
                 return
             low, f0, f1 = x, f, 0.5 * f1
 

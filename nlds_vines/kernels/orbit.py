@@ -73,7 +73,7 @@ def outshines(ps, damper, wall, energy, c, d, before, after, duration):
             e = energies(ps, damper, y[0], y[1], wall.gap, y[2])
             top = max(top, e[body])
             gain = max(gain, abs(v1 * n1) if body == 0 else abs(v2 * n2))
-        if top + 4.0 * gain * duration > energy[body]:
+        if top + 2.0 * gain * duration > energy[body]:
             return True
     return False
 

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 from .._jit import jit
 from .flight import ORDER, at
-from .observe import energies, note_energy, powers_at
+from .observe import PRECISE, energies, note_energy, powers_at
 
 ROOT_STEPS = 40
 ALL = 15  # every factor is suspected
-PRECISE = 1.0e-9  # place of a peak: its height then errs by the square
 FINEST = 1.0e-6  # piece of a cell over which a factor that stays at zero changes no energy
 
 
@@ -65,19 +64,34 @@ def suspects(ps, damper, energy, grid, bends, swell, j, y, z):
 
 
 @jit
+def factor_row(ps, damper, which):
+    """Return a factor of `powers_at` as weights of x1, v1, r, s and cos."""
+    if which == 0:
+        return 0.0, 1.0, 0.0, 0.0, 0.0
+    if damper is None:
+        return 0.0, -ps.m1 * ps.damping, 0.0, 0.0, ps.m1 * ps.force
+    if which == 1:
+        return 0.0, -ps.m1 * ps.damping, -damper.k2, -damper.c2, ps.m1 * ps.force
+    if which == 2:
+        return 0.0, 1.0, 0.0, -1.0, 0.0
+    return damper.k2, 0.0, 0.0, damper.c2, 0.0
+
+
+@jit
 def factor_polynomial(ps, damper, grid, cosine, sine, which):
     """Fill grid.factor with the Taylor coefficients of one factor over the cell looked at.
 
     cosine, sine: of the phase at the start. Returns a bound of its second derivative in the cell.
     """
     coef, out = grid.coef, grid.factor
+    a, b, c, d, e = factor_row(ps, damper, which)
     angle = ps.omega * grid.h
     bend = 0.0
     for k in range(ORDER + 1):
         i = 4 * k
-        f = powers_at(ps, damper, coef[i], coef[i + 1], coef[i + 2], coef[i + 3], cosine, 0.0)
-        out[k] = f[which]
-        bend += k * (k - 1.0) * abs(out[k])
+        f = (a * coef[i] + b * coef[i + 1]) + (c * coef[i + 2] + d * coef[i + 3]) + e * cosine
+        out[k] = f
+        bend += k * (k - 1.0) * abs(f)
         g = angle / (k + 1.0)
         cosine, sine = -sine * g, cosine * g
     return bend

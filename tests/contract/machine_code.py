@@ -8,6 +8,7 @@ import json
 import re
 import sys
 
+import numba
 import numpy as np
 
 from nlds_vines import load_system
@@ -90,5 +91,13 @@ def loops():
     return (orbit.orbit, orbit.linear_orbit)
 
 
+def loose():
+    """Return what is found in a function that is not compiled strictly, for comparison."""
+    function = numba.njit(lambda x: x * x + x, fastmath=True)
+    function(1.5)
+    return {"contracts": contracts(*function.inspect_llvm().values())}
+
+
 if __name__ == "__main__":
-    json.dump({name: compiled(*case) for name, case in CASES.items()}, sys.stdout)
+    found = {name: compiled(*case) for name, case in CASES.items()}
+    json.dump({**found, "loose": loose()}, sys.stdout)

@@ -60,6 +60,7 @@ def run(tmp_path):
                 "PYTHONPATH": str(tmp_path),
                 "PYTHONDONTWRITEBYTECODE": "1",
                 "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+                "NUMBA_DISABLE_JIT": "0",
             },
         )
         assert done.returncode == 0, done.stderr

@@ -7,9 +7,7 @@ import sys
 from dataclasses import fields
 from pathlib import Path
 
-import numba
 import pytest
-from machine_code import contracts
 
 import nlds_vines
 from nlds_vines.block import Outputs
@@ -31,6 +29,7 @@ def code(tmp_path_factory):
             **os.environ,
             "PYTHONPATH": str(Path(nlds_vines.__path__[0]).parent),
             "NUMBA_CACHE_DIR": str(tmp_path_factory.mktemp("cache")),
+            "NUMBA_DISABLE_JIT": "0",
         },
     )
     assert done.returncode == 0, done.stderr
@@ -80,18 +79,14 @@ def test_each_method_leaves_the_other_out(code):
 
 
 def test_no_kernel_asks_at_run_time_whether_a_part_exists(code):
-    assert {name: case["undecided"] for name, case in code.items() if case["undecided"]} == {}
+    found = {name: case["undecided"] for name, case in code.items() if "undecided" in case}
+    assert found == dict.fromkeys(found, [])
 
 
 def test_floating_point_is_strict(code):
-    assert {name: case["contracts"] for name, case in code.items() if case["contracts"]} == {}
-
-
-def test_the_probe_sees_fast_mathematics():
-    loose, strict = (numba.njit(lambda x: x * x + x, fastmath=fast) for fast in (True, False))
-    assert loose(1.5) == strict(1.5)
-    assert contracts(*loose.inspect_llvm().values())
-    assert not contracts(*strict.inspect_llvm().values())
+    found = {name: case["contracts"] for name, case in code.items()}
+    assert found.pop("loose")  # what is compiled otherwise is told from the kernels
+    assert found == dict.fromkeys(found, [])
 
 
 def allocated(system, *want):

@@ -42,20 +42,14 @@ X = Polynomial([0.0, 1.0])
 )
 def test_first_of_the_roots(roots, sign):
     place = touch(from_roots(*roots), sign=sign)
-    accuracy = 1e-5 if len(set(roots)) < len(roots) else 1e-9  # of a triple root: 1e-16^(1/3)
+    accuracy = 1e-5 if len(set(roots)) < len(roots) else 1e-9  # of a triple root: 1e-17^(1/3)
     assert place == pytest.approx(roots[0], abs=accuracy)
 
 
-@given(st.lists(st.floats(0.001, 0.999), min_size=1, max_size=7))
-def test_never_late(roots):
-    """Wherever roots lie, nothing before the first is a touch and nothing is found behind it."""
-    excess = from_roots(*roots)
-    place = touch(excess)
-    if place == NOWHERE:  # a root of even order, or nearly: it is not crossed within round-off
-        assert max(excess(np.linspace(0, 1, 1001))) < 1e-15
-    else:
-        assert abs(excess(place)) < 1e-15 or place <= min(roots)
-        assert place - min(roots) < 1e-3 or max(excess(np.linspace(0, place, 1001))) < 1e-15
+@given(st.sets(st.integers(1, 99), min_size=1, max_size=6))
+def test_first_of_any_roots(hundredths):
+    roots = [n / 100 for n in hundredths]
+    assert touch(from_roots(*roots)) == pytest.approx(min(roots), abs=1e-9)
 
 
 def test_touch_that_is_cleared_by_a_hair():

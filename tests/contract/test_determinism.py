@@ -1,0 +1,246 @@
+"""The same scan gives the same bits: any threads, any blocks, stopped and resumed, beside failures.
+
+All scans here record the same of the same scene, so that one compilation serves them all.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines import engine
+from nlds_vines.bifurcation import main
+from nlds_vines.block import Computer
+from nlds_vines.record import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
+
+ONE_AXIS = {"omega": {"start": 7.3, "stop": 7.6, "num": 13}}
+TWO_AXES = {"C": {"values": [0.05, 0.06233, 0.07]}, "omega": {"start": 7.3, "stop": 7.6, "num": 5}}
+STARTS = {
+    "rest": {"policy": "rest"},
+    "up": {"policy": "up"},
+    "down": {"policy": "down"},
+    "random:3": {"policy": "random", "count": 3, "seed": 7},
+}
+SAMPLING = {"transient": 16, "periods": 24}
+EVERY = [(vary, start) for vary in (ONE_AXIS, TWO_AXES) for start in STARTS]
+IDS = [f"{len(vary)} {start}" for vary, start in EVERY]
+
+
+def document(vary=ONE_AXIS, start="rest", **more):
+    return {
+        "system": "ssul-set6",
+        "vary": vary,
+        "start": STARTS[start],
+        "sampling": SAMPLING,
+        "record": {"want": ["section", "impacts", "energy", "regime"]},
+        **more,
+    }
+
+
+def compute(path, scan, **options):
+    """Compute a scan and return what its archive holds."""
+    return bits(nv.bifurcation(scan, path, **options))
+
+
+def bits(path):
+    """Return every dataset of an archive by name: its shape and its bytes (or its words)."""
+    with nv.read(path) as archive:
+        found = {name: archive[name] for name in (*archive.names, *archive.dims("status"))}
+    words = {name: values.tolist() for name, values in found.items() if values.dtype == object}
+    plain = {name: (values.shape, values.tobytes()) for name, values in found.items()}
+    return plain | words
+
+
+def arrays(path):
+    with nv.read(path) as archive:
+        return {name: archive[name] for name in archive.names}
+
+
+@pytest.fixture
+def cut(monkeypatch):
+    """Return a function that lets blocks have so many cells of `document()`."""
+
+    def into(cells, starts=1):
+        periods = starts * sum(SAMPLING.values())
+        monkeypatch.setattr(engine, "BLOCK_PERIODS", cells * periods)
+
+    return into
+
+
+@pytest.mark.parametrize(("vary", "start"), EVERY, ids=IDS)
+def test_threads_and_blocks_do_not_matter(vary, start, tmp_path, cut):
+    scan = nv.load_scan(document(vary, start))
+    whole = compute(tmp_path / "whole.h5", scan, threads=1)
+    assert {"section", "period", "E1max", "label", "status"} <= whole.keys()
+    assert compute(tmp_path / "two.h5", scan, threads=2) == whole
+    counts = {len(list(engine.blocks_of(scan)))}
+    for cells in (1, 2, 7):
+        cut(cells, scan.starts)
+        counts.add(len(list(engine.blocks_of(scan))))
+        assert compute(tmp_path / f"{cells}.h5", scan, threads=2) == whole
+    assert len(counts) > 1 or len(vary) == 1  # an axis that is followed stays whole
+
+
+def test_the_orbits_compared_are_not_all_alike(tmp_path):
+    found = arrays(nv.bifurcation(document(TWO_AXES, "random:3"), tmp_path / "a.h5"))
+    assert np.isfinite(found["section"]).all()
+    assert len(np.unique(found["section"][..., -1, 0])) == found["status"].size
+    up, down = (
+        arrays(nv.bifurcation(document(start=start), tmp_path / f"{start}.h5"))
+        for start in ("up", "down")
+    )
+    assert not np.array_equal(up["section"], down["section"])
+
+
+def test_more_threads_than_processors_do_not_matter(tmp_path):
+    scan = nv.load_scan(document())
+    (tmp_path / "scan.toml").write_text(scan.to_toml())
+    done = subprocess.run(
+        [sys.executable, "-m", "nlds_vines.bifurcation", "scan.toml", "--threads", "5"],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+        env=surroundings(NUMBA_NUM_THREADS="5"),
+    )
+    assert done.returncode == 0, done.stderr
+    with nv.read(tmp_path / "scan.h5") as archive:
+        assert archive.attrs["threads"] == 5
+    assert bits(tmp_path / "scan.h5") == compute(tmp_path / "here.h5", scan, threads=1)
+
+
+def surroundings(**more):
+    return {**os.environ, "PYTHONPATH": str(Path(nv.__path__[0]).parent), **more}
+
+
+def stop_after(monkeypatch, blocks):
+    """Let Ctrl-C strike when so many blocks have been computed; return how to end that."""
+    left = [blocks]
+    computed = Computer.block
+
+    def block(self, which):
+        if left[0] == 0:
+            raise KeyboardInterrupt
+        left[0] -= 1
+        return computed(self, which)
+
+    monkeypatch.setattr(Computer, "block", block)
+    return lambda: monkeypatch.setattr(Computer, "block", computed)
+
+
+@pytest.mark.parametrize(("vary", "start"), EVERY, ids=IDS)
+def test_a_resumed_scan_ends_in_the_same_bits(vary, start, tmp_path, monkeypatch, cut):
+    scan = nv.load_scan(document(vary, start))
+    whole = compute(tmp_path / "whole.h5", scan)
+    cut(2, scan.starts)
+    blocks = len(list(engine.blocks_of(scan)))
+    done = min(3, blocks - 1)
+    go_on = stop_after(monkeypatch, done)
+    path = tmp_path / "stopped.h5"
+    with pytest.raises(engine.Interrupted, match="--resume") as stop:
+        nv.bifurcation(scan, path)
+    assert f"{done} of {blocks} blocks" in str(stop.value)
+    assert not path.exists()
+    kept = sorted((tmp_path / "stopped.h5.parts").glob("block-*"))
+    assert len(kept) == done
+    for part in kept[:1]:
+        part.unlink()
+    go_on()
+    assert compute(path, scan, resume=True) == whole
+    assert not (tmp_path / "stopped.h5.parts").exists()
+
+
+def test_an_interrupted_command_says_how_to_go_on(tmp_path, monkeypatch, cut, capsys):
+    scan = nv.load_scan(document())
+    (tmp_path / "scan.toml").write_text(scan.to_toml())
+    monkeypatch.chdir(tmp_path)
+    cut(2)
+    go_on = stop_after(monkeypatch, 4)
+    assert main(["scan.toml", "--quiet"]) == 130
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert "--resume" in err
+    assert main(["scan.toml", "--quiet"]) == 2  # what is kept is not lost unasked
+    go_on()
+    assert main(["scan.toml", "--quiet", "--resume"]) == 0
+    assert bits("scan.h5") == compute("whole.h5", scan)
+
+
+def test_a_command_that_is_interrupted_from_outside_can_be_resumed(tmp_path):
+    (tmp_path / "scan.toml").write_text(nv.load_scan(LONG).to_toml())
+    command = [sys.executable, "-m", "nlds_vines.bifurcation", "scan.toml"]
+    settings = {"cwd": tmp_path, "env": surroundings(), "text": True, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, **settings) as running:
+        while not list(tmp_path.glob("scan.h5.parts/block-*.npz")):
+            assert running.poll() is None, running.stderr.read()
+            time.sleep(0.01)
+        running.send_signal(signal.SIGINT)
+        _, said = running.communicate()
+    assert running.returncode == 130, said
+    assert "--resume" in said
+    assert "Traceback" not in said
+    assert not (tmp_path / "scan.h5").exists()
+    done = subprocess.run(
+        [*command, "--resume"], stdout=subprocess.DEVNULL, check=False, **settings
+    )
+    assert done.returncode == 0, done.stderr
+    assert bits(tmp_path / "scan.h5") == compute(tmp_path / "whole.h5", LONG)
+
+
+LONG = document(
+    {"omega": {"start": 6.0, "stop": 7.0, "num": 60}},
+    sampling={"transient": 30_000, "periods": 24},
+)
+"""A scan of some seconds, in several blocks."""
+
+
+FAILURES = {
+    "diverged": ("P", 1e160, {"C": 1e200}, DIVERGED),
+    "out of steps": ("P", 1e200, {}, STEP_BUDGET),
+    "too stiff": ("c2", 1e12, {}, TOO_STIFF),
+}
+
+
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize("failure", FAILURES)
+def test_a_failed_lane_is_marked_and_leaves_its_neighbours_alone(failure, start, tmp_path, cut):
+    name, bad, settings, code = FAILURES[failure]
+    good = [nv.load_system("ssul-set6").parameters[name] * factor for factor in (0.75, 1.0, 1.125)]
+
+    def found(path, values):
+        scan = document({name: {"values": values}}, start, set=settings)
+        return arrays(nv.bifurcation(scan, tmp_path / path))
+
+    alone, beside = found("alone.h5", good), found("beside.h5", [*good, bad])
+    cut(2)
+    apart = found("apart.h5", [*good, bad])
+    assert (alone["status"] == OK).all()
+    assert (beside["status"][-1] == code).all()
+    for name in alone:
+        assert np.array_equal(beside[name][:-1], alone[name], equal_nan=name != "label"), name
+        assert np.array_equal(beside[name], apart[name], equal_nan=name != "label"), name
+    assert np.isnan(beside["section"][-1]).all()
+    assert np.isnan(beside["E1max"][-1]).all()
+    assert np.isnan(beside["impact_rate"][-1]).all()
+    assert set(beside["label"][-1]) == {"failed"}
+    assert set(beside["impacts"][-1]) == {-1}
+    assert set(beside["period"][-1]) == {0}
+
+
+def test_failed_lanes_give_status_1_and_a_remedy(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scan.toml").write_text(nv.load_scan(document()).to_toml())
+    assert main(["scan.toml", "--vary", "P=800:1e200:2", "--quiet"]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "1 of 2 orbits failed" in err
+    with nv.read("scan.h5") as archive:
+        words = archive.flags("status")
+        assert archive["status"].ravel().tolist() == [OK, STEP_BUDGET]
+    assert words[STEP_BUDGET] == STATUS[STEP_BUDGET].meaning

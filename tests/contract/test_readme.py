@@ -1,0 +1,106 @@
+"""The README does what it says: its blocks run, its commands and files exist."""
+
+import contextlib
+import io
+import re
+import shlex
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from nlds_vines.__main__ import COMMANDS
+from nlds_vines.bifurcation import main
+from nlds_vines.catalogue import catalogue
+from nlds_vines.scan import load_scan
+from nlds_vines.scenes import SCENES
+
+ROOT = Path(__file__).resolve().parents[2]
+TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", TEXT, re.MULTILINE | re.DOTALL)
+
+
+def blocks(language):
+    found = [body for name, body in BLOCKS if name == language]
+    assert found
+    return found
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    """Work in an empty folder that holds the README's scan file alone."""
+    (scan,) = blocks("toml")
+    (tmp_path / "own.toml").write_text(scan)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "own.toml"
+
+
+def test_the_scan_file_means_what_its_comments_say(own):
+    scan = load_scan(own)
+    assert scan.system.K == 2.5e7
+    assert (scan.shape, scan.transient, scan.periods) == ((41, 2), 300, 60)
+
+
+def test_the_python_example_prints_what_is_shown(own):
+    (program,), (shown,) = blocks("python"), blocks("text")
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(compile(program, "README.md", "exec"), {})
+    assert printed.getvalue() == shown
+
+
+def commands():
+    """Return the words of every command of this program in the README's shell blocks."""
+    lines = [part for body in blocks("sh") for part in re.split(r"\n|&&", body) if part.strip()]
+    words = [shlex.split(line) for line in lines]
+    return [line for line in words if "nlds_vines" in " ".join(line)]
+
+
+def test_every_command_is_understood(own, monkeypatch):
+    found = commands()
+    assert len(found) >= 3
+    for line in found:
+        module, *arguments = line[line.index("-m") + 1 :]
+        assert import_module(module).main([*arguments, "--dry-run"]) == 0
+
+
+def test_the_scan_file_is_computed_and_drawn(own):
+    (line,) = [line for line in commands() if "own.toml" in line]
+    assert main([*line[line.index("-m") + 2 :], "--quiet"]) == 0
+    assert Path("own.h5").stat().st_size > 0
+    assert Path("own.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize("module", [module for module, _ in COMMANDS.values()])
+def test_every_command_has_help(module):
+    done = subprocess.run(
+        [sys.executable, "-m", module, "--help"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0
+    assert "example" in done.stdout
+
+
+def test_all_kinds_and_names_are_told():
+    for kind in SCENES:
+        assert f"`{kind}`" in TEXT
+    for name in catalogue():
+        stem = re.sub(r"\d$", "", name)
+        assert f"`{name}`" in TEXT or f"`{stem}1` to `{stem}6`" in TEXT
+
+
+def test_the_gate_runs_the_two_commands():
+    gate = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    for name in ("main job", "tests"):
+        marker = f"<!-- gate: {name} -->\n```sh\n"
+        command, after = TEXT.split(marker)[1].split("\n", 1)
+        assert after.startswith("```")
+        assert command.startswith("python3 -m venv ")
+        assert f'run_command "{name}"' in gate
+
+
+def test_what_it_points_to_exists():
+    links = re.findall(r"\]\(([^)]+)\)", TEXT)
+    assert links
+    for link in links:
+        assert (ROOT / link).is_file(), link

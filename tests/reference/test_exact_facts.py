@@ -1,0 +1,281 @@
+"""What is known without a simulation: steady states, energies, symmetries, admissibility."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+from support import (
+    BOTH,
+    FULL,
+    follow_ssbl,
+    follow_ssul,
+    kernel_cell,
+    references,
+    run_cell_rows,
+    system_of,
+)
+from twin import follow, model_of
+
+from nlds_vines.catalogue import load_system
+from nlds_vines.simulation import simulate
+
+SET6 = references()["ssul-set6"].numbers
+STEEL = references()["ssul-set6-steel"].numbers["K"]
+LINEAR = ("section", "energy")
+
+
+# ---- linear steady states ------------------------------------------------------------------------
+
+
+def amplitudes(p):
+    """Return the complex amplitudes of x1 and x2 - rest, of x = Re(X e^(i omega t))."""
+    w = p["omega"]
+    impedance = np.array([[p["k1"] - p["m1"] * w**2 + 1j * w * p["c1"]]])
+    if "m2" in p:
+        joint = p["k2"] + 1j * w * p["c2"]
+        impedance = np.diag([impedance[0, 0], -p["m2"] * w**2])
+        impedance = impedance + joint * np.array([[1, -1], [-1, 1]])
+    force = np.zeros(len(impedance))
+    force[0] = p["P"]
+    return np.linalg.solve(impedance, force)
+
+
+def steady_state(p, rest=0.0):
+    """Return (x1, v1, x2, v2) at phase zero, the first two without a damper."""
+    found = np.array([x for X in amplitudes(p) for x in (X.real, (1j * p["omega"] * X).real)])
+    if len(found) == 4:
+        found[2] += rest
+    return found
+
+
+def largest_energy(mass, stiffness, omega, amplitude):
+    return max(stiffness, mass * omega**2) * abs(amplitude) ** 2 / 2
+
+
+@pytest.mark.parametrize("method", ["exact", "rk4"])
+@pytest.mark.parametrize("name", ["none", "tmd"])
+@pytest.mark.parametrize("omega", [6.21, 6.28, 9.0])
+def test_steady_state(name, omega, method):
+    system = load_system(name, omega=omega)
+    p = system.parameters
+    bound = 1e-10 if method == "exact" else 1e-8
+    options = {} if method == "exact" else {"resolution": 1024.0}
+    orbit = simulate(system, 3, transient=300, record=LINEAR, method=method, **options)
+    X = amplitudes(p)
+    np.testing.assert_allclose(orbit.section, np.tile(steady_state(p), (3, 1)), rtol=0, atol=bound)
+    assert orbit.E1max == pytest.approx(largest_energy(p["m1"], p["k1"], omega, X[0]), rel=bound)
+    if name == "tmd":
+        expected = largest_energy(p["m2"], p["k2"], omega, X[1])
+        assert orbit.E2max == pytest.approx(expected, rel=bound)
+
+
+@pytest.mark.parametrize(
+    ("name", "omega", "joules", "digits"),
+    [("none", 6.28, 1568.00, 2), ("tmd", 6.28, 635.107, 3), ("tmd", 6.21, 660.435, 3)],
+)
+def test_published_energies(name, omega, joules, digits):
+    orbit = simulate(load_system(name, omega=omega), 3, transient=300, record=LINEAR)
+    assert round(orbit.E1max, digits) == joules
+
+
+def test_phase_of_the_section_after_100000_periods():
+    system = load_system("none")
+    orbit = simulate(system, 1, transient=100_000, record=("section",))
+    expected = steady_state(system.parameters)
+    np.testing.assert_allclose(orbit.section[0], expected, rtol=0, atol=1e-10)
+
+
+def test_undamped_resonance_grows_without_end():
+    """x1 = P t sin(omega t) / (2 m1 omega), at t = nT x1 = 0 and v1 = P t / (2 m1)."""
+    system = load_system("none", c1=0.0, omega=np.sqrt(39.5))
+    orbit = simulate(system, 200, record=LINEAR)
+    speed = system.parameters["P"] / (2 * system.parameters["m1"])
+    times = system.period * np.arange(1, 201)
+    np.testing.assert_allclose(orbit.section[:, 1], speed * times, rtol=1e-10)
+    np.testing.assert_allclose(orbit.section[:, 0], 0, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"k2": 215.0, "c2": 232.0},
+        {"k2": 215.0, "c2": 2 * np.sqrt(215.0 * 60 * 1000 / 1060)},  # critically damped
+        {"k2": 0.0, "c2": 0.0},  # a free mass: the double rate 0 has one eigenvector
+        {"k2": 0.0, "c2": 262.0},
+        {"k1": 0.0, "c1": 0.0},
+    ],
+)
+def test_defective_and_degenerate_flights(changes):
+    system = load_system("tmd", **changes)
+    start = np.array([0.01, -0.2, 0.03, 0.4])
+    orbit = simulate(system, 5, start=start, record=LINEAR)
+    flow = linear_flow(system.parameters)
+    period = expm(flow * system.period / 64)
+    y = np.array([*start, 1, 0])
+    for section in orbit.section:
+        for _ in range(64):
+            y = period @ y
+        np.testing.assert_allclose(section, y[:4], rtol=0, atol=1e-10)
+
+
+def linear_flow(p):
+    """Return the matrix of (x1, v1, x2, v2, cos, sin)' without contact."""
+    m1, m2, k2, c2 = p["m1"], p["m2"], p["k2"], p["c2"]
+    flow = np.zeros((6, 6))
+    flow[0, 1] = flow[2, 3] = 1
+    flow[1, :5] = -(p["k1"] + k2) / m1, -(p["c1"] + c2) / m1, k2 / m1, c2 / m1, p["P"] / m1
+    flow[3, :4] = k2 / m2, c2 / m2, -k2 / m2, -c2 / m2
+    flow[4, 5], flow[5, 4] = -p["omega"], p["omega"]
+    return flow
+
+
+# ---- the impact-free orbit of the SSul damper ----------------------------------------------------
+
+
+def shortening(p):
+    """Return the amplitude of r = x1 - x2 + rest of the impact-free response."""
+    X = amplitudes(p)
+    return abs(X[0] - X[1])
+
+
+def on_steady_state(omega, periods, record=FULL):
+    p = {**SET6, "omega": omega}
+    start = steady_state(p, p["V"] + p["C"])
+    return p, start, simulate(system_of("ssul", p), periods, start=start, record=record)
+
+
+@pytest.mark.parametrize("omega", [7.97, 9.0])
+def test_impact_free_orbit(omega):
+    p, expected, orbit = on_steady_state(omega, 100)
+    assert len(orbit.impacts) == 0
+    np.testing.assert_allclose(orbit.section, np.tile(expected, (100, 1)), rtol=0, atol=1e-10)
+    X = amplitudes(p)
+    assert orbit.E1max == pytest.approx(largest_energy(p["m1"], p["k1"], omega, X[0]), rel=1e-10)
+    assert orbit.E2max == pytest.approx(largest_energy(p["m2"], p["k2"], omega, X[1]), rel=1e-10)
+    assert orbit.clearance == pytest.approx(p["C"] - shortening(p), abs=1e-12)
+
+
+@pytest.mark.parametrize("omega", [7.97, 9.0])
+def test_rest_leads_to_the_impact_free_orbit(omega):
+    p = {**SET6, "omega": omega}
+    orbit = follow_ssul(p, None, 3, transient=300)
+    assert len(orbit.impacts) == 0
+    expected = steady_state(p, p["V"] + p["C"])
+    np.testing.assert_allclose(orbit.section, np.tile(expected, (3, 1)), rtol=0, atol=1e-10)
+
+
+def test_admissible_above_and_not_below():
+    boundary = brentq(lambda omega: shortening({**SET6, "omega": omega}) - SET6["C"], 7.4, 7.6)
+    assert round(boundary, 4) == 7.4596
+    assert len(on_steady_state(boundary * (1 + 1e-7), 20)[2].impacts) == 0
+    assert len(on_steady_state(boundary * (1 - 1e-7), 20)[2].impacts) > 0
+
+
+# ---- energy --------------------------------------------------------------------------------------
+
+
+def mechanical_energy(p, states):
+    """Return the energy [J] of both masses, both springs and the contact."""
+    x1, v1, x2, v2 = np.atleast_2d(states).T
+    z = np.maximum(p["V"] - (x2 - x1), 0)
+    stretch = x2 - x1 - p["V"] - p["C"]
+    kinetic = p["m1"] * v1**2 + p["m2"] * v2**2
+    return (kinetic + p["k1"] * x1**2 + p["k2"] * stretch**2) / 2 + 0.4 * p["K"] * z**2.5
+
+
+@pytest.mark.parametrize(
+    ("K", "resolution", "bound"),
+    [
+        (1e6, 60.0, 1e-9),  # stepped contacts
+        (SET6["K"], 60.0, 5e-8),  # short impacts, their sweeps stopped at 2e-10 in amplitude
+        (STEEL, 28.0, 1e-9),
+    ],
+)
+def test_energy_is_constant_without_damping_and_forcing(K, resolution, bound):
+    p = {**SET6, "c1": 0.0, "c2": 0.0, "P": 0.0, "K": K}
+    start = np.array([0.0, 0.3, p["V"] + p["C"], 0.0])
+    orbit = follow_ssul(p, start, 10_000, resolution=resolution)
+    assert len(orbit.impacts) > 5000
+    drift = mechanical_energy(p, orbit.section) / mechanical_energy(p, start) - 1
+    assert np.abs(drift).max() <= bound
+
+
+INSIDE = {"K": 1e3, "C": 0.02}  # long soft contacts: both energies are largest inside one
+
+
+def densely(p):
+    """Return the twin's course from rest, sampled so densely that energies are good to 1e-6."""
+    return follow(model_of(p), (0.0, 0.0, p["V"] + p["C"], 0.0), 12, steps=8192, within=1000)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"omega": 5.7}, {"omega": 7.45}, {"K": 1e4, "omega": 4.0}, {"K": STEEL}, INSIDE],
+)
+@pytest.mark.parametrize("method", ["exact", "rk4"])
+def test_largest_energies_against_the_twin(changes, method):
+    p = {**SET6, **changes}
+    options = {"resolution": 2048.0} if method == "rk4" else {}
+    orbit = simulate(system_of("ssul", p), 12, record=FULL, method=method, **options)
+    course = densely(p)
+    assert orbit.E1max == pytest.approx(course.E1max, rel=1e-6)
+    assert orbit.E2max == pytest.approx(course.E2max, rel=1e-6)
+    assert orbit.clearance == pytest.approx(-course.misses[:, 2].max(initial=-np.inf), abs=1e-7)
+
+
+def test_energies_are_largest_inside_a_contact():
+    """So that the comparison above has such a case."""
+    course = densely({**SET6, **INSIDE})
+    assert course.E1max_inside == course.E1max
+    assert course.E2max_inside == course.E2max
+
+
+def test_observing_changes_nothing():
+    """With energies and clearances looked at, the path is the same within its accuracy."""
+    system = system_of("ssul", SET6)
+    plain, full = (simulate(system, 20, record=record) for record in (BOTH, FULL))
+    growth = references()["ssul-set6"].growth[:20, None]
+    np.testing.assert_allclose(full.section / growth, plain.section / growth, rtol=0, atol=1e-9)
+    assert len(full.impacts) == len(plain.impacts)
+
+
+# ---- symmetries ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("power", [2, 10, -6])
+def test_scaling_by_a_power_of_two_changes_no_bit(power):
+    """Equation (5) does not see a common factor of masses, stiffnesses, dashpots and forces."""
+    scaled = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "K")
+    q = {**SET6, **{name: SET6[name] * 2.0**power for name in scaled}}
+    for method in ("exact", "rk4"):
+        plain = simulate(system_of("ssul", SET6), 30, record=FULL, method=method)
+        other = simulate(system_of("ssul", q), 30, record=FULL, method=method)
+        np.testing.assert_array_equal(plain.section, other.section)
+        for column in ("touch", "release", "speed", "depth"):
+            np.testing.assert_array_equal(plain.impacts[column], other.impacts[column])
+        assert other.clearance == plain.clearance
+        assert other.E1max == plain.E1max * 2.0**power
+
+
+@pytest.mark.parametrize("classical", [None, True])
+def test_mirrored_walls_mirror_the_orbit_bit_by_bit(classical):
+    """Unforced, with the walls exchanged: equation (5) is odd."""
+    numbers = {**references()["ssbl-omega6.05"].numbers, "P": 0.0, "c1": 0.0, "c2": 0.0}
+    start = np.array([0.01, 1.0, -0.02, 1.5])
+    one = kernel_cell(**numbers, near=0.03, far=0.05)
+    other = kernel_cell(**numbers, near=0.05, far=0.03)
+    resolution = 28.0 if classical is None else 512.0
+    section, rows = run_cell_rows(one, start, 30, resolution, classical)
+    mirrored, mirrored_rows = run_cell_rows(other, -start, 30, resolution, classical)
+    assert {0.0, 1.0} == set(rows[:, 0])
+    np.testing.assert_array_equal(mirrored, -section)
+    np.testing.assert_array_equal(mirrored_rows[:, 1:], rows[:, 1:])
+    np.testing.assert_array_equal(mirrored_rows[:, 0], 1 - rows[:, 0])
+
+
+def test_two_distant_walls_are_no_walls():
+    numbers = {**references()["ssbl-omega6.05"].numbers, "C": 10.0, "D": 10.0}
+    section, rows = follow_ssbl(numbers, 20, 28.0)
+    free = simulate(load_system("tmd", k2=215.0, c2=232.0, omega=6.05), 20, record=("section",))
+    assert len(rows) == 0
+    np.testing.assert_allclose(section - [0, 0, 10.0, 0], free.section, rtol=0, atol=1e-13)

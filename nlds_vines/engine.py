@@ -10,7 +10,7 @@ import math
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise, product
 from pathlib import Path
@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numba
 import numpy as np
 
+from nlds_vines import archive
 from nlds_vines.block import Computer, lanes_failed
 from nlds_vines.parts import Block, Parts
 from nlds_vines.record import datasets, sizes
@@ -49,6 +50,17 @@ class Report:
     interrupted: bool = False
     labels: Counter[str] = field(default_factory=Counter)
 
+    def note(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Count the failed lanes and the labels of a block, computed now or kept from before."""
+        self.failed_lanes += lanes_failed(arrays["status"])
+        if "label" in arrays:
+            self.labels.update(arrays["label"].ravel().tolist())
+
+    def note_archive(self) -> None:
+        """Count those of an archive that was complete already."""
+        with archive.read(self.path) as view:
+            self.note({name: view[name] for name in ("status", "label") if name in view})
+
     def summary(self) -> str:
         """Return one line: how many orbits, how long, how many of each regime."""
         text = f"{self.lanes} orbits in {self.seconds:.1f} s"
@@ -75,21 +87,25 @@ def run(
     report = Report(Path(output), scan.lanes)
     with Parts.open(output, scan, resume=resume, overwrite=overwrite) as parts:
         if parts.complete:
+            report.note_archive()
             return report
         blocks = list(blocks_of(scan))
         done = parts.finished(blocks) if resume else set()
         for line in parts.discarded:
             print(line, file=sys.stderr)
+        for block in blocks:
+            if block.index in done:
+                report.note(parts.load(block))
         try:
             _compute(scan, parts, [b for b in blocks if b.index not in done], report, quiet)
+            report.seconds = time.perf_counter() - began
+            parts.consolidate(blocks, {"threads": used, "seconds": round(report.seconds, 3)})
         except KeyboardInterrupt:
             kept = len(parts.finished(blocks))
             raise Interrupted(
                 f"interrupted: {kept} of {len(blocks)} blocks are kept in {parts.folder}; "
                 "the same command with --resume goes on from there"
             ) from None
-        report.seconds = time.perf_counter() - began
-        parts.consolidate(blocks, {"threads": used, "seconds": round(report.seconds, 3)})
     return report
 
 
@@ -147,8 +163,7 @@ def _compute(scan: Scan, parts: Parts, blocks: list[Block], report: Report, quie
         for block in blocks:
             arrays = computer.block(block)
             parts.write(block, arrays)
-            report.failed_lanes += lanes_failed(arrays["status"])
-            report.labels.update(arrays["label"].ravel().tolist() if "label" in arrays else ())
+            report.note(arrays)
             progress.advance(arrays["status"].size)
 
 

@@ -134,13 +134,22 @@ class Parts:
                 if not path.exists():
                     continue
                 try:
-                    self._load(block)
+                    self.load(block)
                 except (ValueError, KeyError) as error:
                     self.discarded.append(f"{path.name} is computed again: {error}")
                     path.unlink()
                 else:
                     done.add(block.index)
         return done
+
+    def load(self, block: Block) -> dict[str, np.ndarray]:
+        """Return the verified arrays of a block; ValueError says what is wrong with its part."""
+        with np.load(io.BytesIO(durable.read(self._part_path(block)))) as part:
+            arrays = {name: part[name] for name in part.files}
+        if str(arrays.pop(_HEADER)) != str(self._header(block)):
+            raise ValueError("it is of another scan or another block")
+        self._check(block, arrays)
+        return arrays
 
     def write(self, block: Block, arrays: Mapping[str, np.ndarray]) -> None:
         """Store what was computed for a block: after this returns, it survives a power cut.
@@ -264,19 +273,10 @@ class Parts:
             if array.shape != shape:
                 raise ValueError(f"{name} has shape {array.shape}, not {shape}")
 
-    def _load(self, block: Block) -> dict[str, np.ndarray]:
-        """Return the verified arrays of a block; ValueError says what is wrong with its part."""
-        with np.load(io.BytesIO(durable.read(self._part_path(block)))) as part:
-            arrays = {name: part[name] for name in part.files}
-        if str(arrays.pop(_HEADER)) != str(self._header(block)):
-            raise ValueError("it is of another scan or another block")
-        self._check(block, arrays)
-        return arrays
-
     def _pieces(self, blocks: Iterable[Block]) -> Iterator[archive.Piece]:
         for block in blocks:
             try:
-                arrays = self._load(block)
+                arrays = self.load(block)
             except (ValueError, KeyError) as error:
                 text = f"{self._part_path(block)} is damaged ({error}): use --resume"
                 raise RequestError(text) from error

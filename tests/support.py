@@ -157,6 +157,17 @@ def follow_ssbl(
     return run_cell_rows(cell, np.zeros(4), periods, resolution, classical)
 
 
+def linear_flow(p: Mapping[str, float]) -> np.ndarray:
+    """Return the matrix of (x1, v1, x2 - rest, v2, cos, sin)' without contact."""
+    m1, m2, k2, c2 = p["m1"], p["m2"], p["k2"], p["c2"]
+    flow = np.zeros((6, 6))
+    flow[0, 1] = flow[2, 3] = 1
+    flow[1, :5] = -(p["k1"] + k2) / m1, -(p["c1"] + c2) / m1, k2 / m1, c2 / m1, p["P"] / m1
+    flow[3, :4] = k2 / m2, c2 / m2, -k2 / m2, -c2 / m2
+    flow[4, 5], flow[5, 4] = -p["omega"], p["omega"]
+    return flow
+
+
 def bits() -> dict[str, np.ndarray]:
     """Return short runs of both methods: what must not depend on compilation, to the last bit.
 

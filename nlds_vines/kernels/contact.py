@@ -11,7 +11,7 @@ import math
 
 from .._jit import jit
 from . import runge_kutta as rk
-from .contact_field import LONGEST_ANGLE, turn
+from .contact_field import LONGEST_ANGLE, turn, turned
 from .observe import note_step
 from .parts import accelerations
 
@@ -22,19 +22,24 @@ FAINT = 1.0e-16
 
 
 @jit
-def kick(wall, outside, q, s):
-    """Return (q, s, dt) past a touch without speed, which theta alone could not leave.
+def kick(ps, damper, wall, c, k):
+    """Move row Y past a touch without speed, which theta alone could not leave; return the time.
 
     Under an external acceleration a the depth grows as a t^2 / 2; until the Hertz force is felt at
-    round-off, that is exact.
+    round-off, that is exact. c: cos of the phase.
     """
-    if outside <= 0.0:
-        return q, s, 0.0
+    q, s, x1, v1 = k[rk.Y], k[rk.Y + 1], k[rk.Y + 2], k[rk.Y + 3]
+    dv, outside = accelerations(ps, damper, x1, v1, wall.gap + q * q, s, c, 0.0)
+    if outside <= 0.0 or s < 0.0:
+        return 0.0
     depth = (FAINT * outside / wall.kappa) ** (2.0 / 3.0)
-    if q * q + 0.5 * s * abs(s) / outside >= depth or s < 0.0:
-        return q, s, 0.0
+    if q * q + 0.5 * s * s / outside >= depth:
+        return 0.0
     speed = math.sqrt(2.0 * outside * depth)
-    return math.sqrt(depth), speed, (speed - s) / outside
+    t = (speed - s) / outside
+    k[rk.Y], k[rk.Y + 1] = math.sqrt(depth), speed
+    k[rk.Y + 2], k[rk.Y + 3] = x1 + t * (v1 + 0.5 * t * dv), v1 + t * dv
+    return t
 
 
 @jit
@@ -101,10 +106,10 @@ def contact(classical, ps, damper, wall, energy, depths, steps, rate, c, d, q, s
     k[rk.Y], k[rk.Y + 1], k[rk.Y + 2], k[rk.Y + 3], k[rk.Y + 4] = q, s, x1, v1, 0.0
     elapsed, depth, seen, cube, root = 0.0, 0.0, -1.0, 0.0, 0.0
     for count in range(MOST_STEPS):
-        outside = outside_of(ps, damper, wall, c, k)
         if count == 0:
-            k[rk.Y], k[rk.Y + 1], late = kick(wall, outside, q, s)
-            elapsed += late
+            elapsed = kick(ps, damper, wall, c, k)
+            c, d = turned(c, d, ps.omega * elapsed)
+        outside = outside_of(ps, damper, wall, c, k)
         q, s = k[rk.Y], k[rk.Y + 1]
         fifth = q * q * q * q * q + 1.25 * s * s / wall.kappa
         if not 0.9 * seen < fifth < 1.1 * seen:
@@ -138,8 +143,7 @@ def contact(classical, ps, damper, wall, energy, depths, steps, rate, c, d, q, s
         if stopped:
             q = k[rk.NEW]
             return STOPPED, q, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth
-        cosine, sine = turn(ps.omega * k[rk.NEW + 4])
-        c, d = c * cosine - d * sine, d * cosine + c * sine
+        c, d = turned(c, d, ps.omega * k[rk.NEW + 4])
         for i in range(rk.WIDTH):
             k[rk.Y + i] = k[rk.NEW + i]
         k[rk.Y + 4] = 0.0

@@ -32,6 +32,13 @@ def turn(angle):
 
 
 @jit
+def turned(c, d, angle):
+    """Return (cos, sin) = (c, d) of a phase turned on by a small angle."""
+    cosine, sine = turn(angle)
+    return c * cosine - d * sine, d * cosine + c * sine
+
+
+@jit
 def slope(ps, damper, wall, c, d, landing, k, y, out):
     """Write the derivative of the row k[y:] = (q, s, x1, v1, tau) into the row k[out:].
 

@@ -22,6 +22,7 @@ from .flight import ORDER
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
 MOST_STEPS = 1000  # a walk needs 3 to 8 steps, a grazing one some tens
 ROUND_OFF = 4.0e-16
+TINIEST = 1.0e-300  # keeps a division by nothing at all from being one
 
 
 @jit
@@ -60,7 +61,8 @@ def first_touch(coef, x, end, sign, level, bend, jerk):
     `coef` holds the Taylor coefficients of the cell, `bend` and `jerk` bound the second and third
     derivative of r by the place. A start on the level that moves away is not a touch.
     """
-    tolerance = ROUND_OFF * (abs(level) + abs(coef[2]) + abs(coef[6]))
+    tolerance = ROUND_OFF * (abs(level) + abs(coef[2]) + abs(coef[6])) + TINIEST
+    bend, jerk = bend + TINIEST, jerk + TINIEST  # a scene at rest without forcing has neither
     for _ in range(MOST_STEPS):
         f, slope, curve = gap_jet(coef, x, sign)
         clearance = level - f
@@ -110,6 +112,7 @@ def nearest_miss(coef, sign, end, best, bend, jerk):
     bound the second and third derivative by the place.
     """
     x = 0.0
+    bend, jerk = bend + TINIEST, jerk + TINIEST
     for _ in range(MOST_STEPS):
         f, slope, curve = gap_jet(coef, x, sign)
         if f >= best and slope > 0.0:
@@ -118,7 +121,7 @@ def nearest_miss(coef, sign, end, best, bend, jerk):
                 return best
             f, slope, curve = gap_jet(coef, x, sign)
             best, slope = max(best, f), 0.0
-        tolerance = ROUND_OFF * abs(f) + 1.0e-300
+        tolerance = ROUND_OFF * abs(f) + TINIEST
         safe = reach(max(best - f, 0.0), slope, bend)
         safe = max(safe, math.sqrt(8.0 * tolerance / bend))
         if slope <= 0.0 and curve < 0.0:  # falls at least as long as it stays concave

@@ -172,6 +172,35 @@ def test_an_interrupted_command_says_how_to_go_on(tmp_path, monkeypatch, cut, ca
     assert bits("scan.h5") == compute("whole.h5", scan)
 
 
+def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, monkeypatch, cut):
+    scan = nv.load_scan(document({"omega": {"values": [1e-3, 6.0, 6.28, 6.5]}}))
+    path = tmp_path / "a.h5"
+    cut(1)
+    go_on = stop_after(monkeypatch, 2)
+    with pytest.raises(engine.Interrupted):
+        engine.run(scan, path)
+    go_on()
+    resumed = engine.run(scan, path, resume=True)
+    complete = engine.run(scan, path, resume=True)
+    for report in (resumed, complete):
+        assert report.failed_lanes == 1
+        assert report.labels.total() == 4
+        assert report.labels["failed"] == 1
+
+
+def test_an_interrupted_consolidation_says_how_to_go_on(tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    scan, path = nv.load_scan(document()), tmp_path / "a.h5"
+    with monkeypatch.context() as patch:
+        patch.setattr("nlds_vines.archive.write", interrupted)
+        with pytest.raises(engine.Interrupted, match="--resume"):
+            engine.run(scan, path)
+    assert not path.exists()
+    assert compute(path, scan, resume=True) == compute(tmp_path / "b.h5", scan)
+
+
 def test_a_command_that_is_interrupted_from_outside_can_be_resumed(tmp_path):
     (tmp_path / "scan.toml").write_text(nv.load_scan(LONG).to_toml())
     command = [sys.executable, "-m", "nlds_vines.bifurcation", "scan.toml"]
@@ -195,7 +224,7 @@ def test_a_command_that_is_interrupted_from_outside_can_be_resumed(tmp_path):
 
 LONG = document(
     {"omega": {"start": 6.0, "stop": 7.0, "num": 60}},
-    sampling={"transient": 30_000, "periods": 24},
+    sampling={"transient": 15_000, "periods": 24},
 )
 """A scan of some seconds, in several blocks."""
 
@@ -240,6 +269,8 @@ def test_failed_lanes_give_status_1_and_a_remedy(tmp_path, monkeypatch, capsys):
     out, err = capsys.readouterr()
     assert out == ""
     assert "1 of 2 orbits failed" in err
+    for option in ("--overwrite", "--resume"):  # computed again, and only looked at
+        assert main(["scan.toml", "--vary", "P=800:1e200:2", "--quiet", option]) == 1
     with nv.read("scan.h5") as archive:
         words = archive.flags("status")
         assert archive["status"].ravel().tolist() == [OK, STEP_BUDGET]

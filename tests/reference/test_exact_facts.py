@@ -10,6 +10,7 @@ from support import (
     follow_ssbl,
     follow_ssul,
     kernel_cell,
+    linear_flow,
     references,
     run_cell_rows,
     system_of,
@@ -116,17 +117,6 @@ def test_defective_and_degenerate_flights(changes):
         for _ in range(64):
             y = period @ y
         np.testing.assert_allclose(section, y[:4], rtol=0, atol=1e-10)
-
-
-def linear_flow(p):
-    """Return the matrix of (x1, v1, x2, v2, cos, sin)' without contact."""
-    m1, m2, k2, c2 = p["m1"], p["m2"], p["k2"], p["c2"]
-    flow = np.zeros((6, 6))
-    flow[0, 1] = flow[2, 3] = 1
-    flow[1, :5] = -(p["k1"] + k2) / m1, -(p["c1"] + c2) / m1, k2 / m1, c2 / m1, p["P"] / m1
-    flow[3, :4] = k2 / m2, c2 / m2, -k2 / m2, -c2 / m2
-    flow[4, 5], flow[5, 4] = -p["omega"], p["omega"]
-    return flow
 
 
 # ---- the impact-free orbit of the SSul damper ----------------------------------------------------

@@ -43,8 +43,10 @@ def assert_as_twin(numbers, start, periods, options, bound=1e-8, steps=4096):
 def assert_rows(impacts, rows, K, bound):
     assert len(impacts) == len(rows)
     assert set(impacts["wall"]) <= {"near"}
+    over = ~np.isnan(impacts["release"])  # the deepest point of the others is still to come
     for column, name in enumerate(("touch", "release", "speed", "depth"), start=1):
-        np.testing.assert_allclose(impacts[name], rows[:, column], rtol=0, atol=bound)
+        kept = over if name == "depth" else slice(None)
+        np.testing.assert_allclose(impacts[name][kept], rows[kept, column], rtol=0, atol=bound)
     np.testing.assert_allclose(impacts["force"], K * impacts["depth"] ** 1.5, rtol=1e-12)
 
 
@@ -129,15 +131,14 @@ def test_start_on_the_wall_moving_away(options):
     assert orbit.impacts["touch"][0] > 0.1
 
 
-@pytest.mark.xfail(strict=True, reason="contact.kick forgets x1 and v1 while it waits")
 @both_methods
 @pytest.mark.parametrize("K", [1e3, SET6["K"]])
 def test_start_on_the_wall_at_rest_and_pressed_in(K, options):
     """Without a clearance the force presses the damper on the obstacle from the first instant."""
     numbers = {**SET6, "C": 0.0, "K": K}
     orbit = assert_as_twin(numbers, shortened(numbers, 0.0), 4, options, bound=1e-7)
-    assert orbit.impacts["touch"][0] == 0.0
-    assert orbit.impacts["speed"][0] == 0.0
+    assert abs(orbit.impacts["touch"][0]) <= 1e-15
+    assert abs(orbit.impacts["speed"][0]) <= 1e-12
 
 
 @both_methods
@@ -168,8 +169,8 @@ PRELOADED = {**SET6, "C": -0.005}
 @both_methods
 def test_preloaded_damper_rests_on_the_obstacle(options):
     """Shaken too gently to lift off: one contact, many periods, no impact."""
-    numbers = {**PRELOADED, "P": 5.0}
-    orbit = assert_as_twin(numbers, pressed(numbers), 40, options)
+    numbers = {**PRELOADED, "P": 2.0}
+    orbit = assert_as_twin(numbers, pressed(numbers), 40, options, bound=1e-12)
     assert len(orbit.impacts) == 0
     u = orbit.section[:, 2] - orbit.section[:, 0]
     assert (u < numbers["V"]).all()

@@ -46,9 +46,9 @@ def test_first_of_the_roots(roots, sign):
     assert place == pytest.approx(roots[0], abs=accuracy)
 
 
-@given(st.sets(st.integers(1, 99), min_size=1, max_size=6))
-def test_first_of_any_roots(hundredths):
-    roots = [n / 100 for n in hundredths]
+@given(st.sets(st.integers(1, 19), min_size=1, max_size=5))
+def test_first_of_any_roots(twentieths):
+    roots = [n / 20 for n in twentieths]
     assert touch(from_roots(*roots)) == pytest.approx(min(roots), abs=1e-9)
 
 

@@ -17,7 +17,6 @@ _HOMES = {
     "RequestError": "errors",
     "System": "system",
     "load_system": "catalogue",
-    "catalogue": "catalogue",
     "Scan": "scan",
     "load_scan": "scan",
     "Orbit": "simulation",
@@ -39,7 +38,9 @@ def __getattr__(name: str) -> Any:
         return version("nlds-vines")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value  # a module of the same name must not stand in its place
+    return value
 
 
 def __dir__() -> list[str]:

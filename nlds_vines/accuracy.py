@@ -30,7 +30,7 @@ examples:
 PERIODS = 20  # over which the error is measured
 LONG = 2000  # periods that a fast method is timed over
 REPEATS = 5
-FINEST = {"nodes": 20, "resolution": 80.0}
+FINEST_NODES, FINEST_STEPS = 20, 80.0  # of the reference
 CONFIRMING = 16384  # fixed steps of a period that must confirm the reference
 
 
@@ -98,13 +98,10 @@ def reference_state(system: System) -> tuple[np.ndarray, float]:
     """Return the reference state after `PERIODS`, and how far another method is from it."""
     from nlds_vines.simulation import simulate
 
-    nodes = FINEST["nodes"] if system.scene.walls else None
     finest = simulate(
-        system, PERIODS, record=["section"], nodes=nodes, resolution=FINEST["resolution"]
+        system, PERIODS, record=["section"], nodes=FINEST_NODES, resolution=FINEST_STEPS
     ).state
-    other = simulate(
-        system, PERIODS, record=["section"], method="rk4", resolution=CONFIRMING
-    ).state
+    other = simulate(system, PERIODS, record=["section"], method="rk4", resolution=CONFIRMING).state
     return finest, float(np.abs(finest - other).max())
 
 

@@ -18,6 +18,7 @@ from .kernels.impact import ROW, SCRATCH, Arc
 HALF = special.beta(0.2, 0.5) / 5  # phase from touch to the deepest point
 STRETCH = 0.57  # of the map x = d sinh(a xi): a little inside the singularity at 0.727
 NODES = 12
+FINEST = 1e-14  # change of a sweep that is round-off
 
 
 def hertz_arc(phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -66,6 +67,8 @@ def make_arc(nodes: int = NODES) -> Arc:
     if not 2 <= nodes <= ROW:
         raise ValueError(f"nodes = {nodes}: an arc takes 2 to {ROW} collocation nodes")
     u, S, loss, late, cover, weight, middle, time = _tables(nodes)
+    length, settled = float(weight @ u), max(10 ** (-0.8 * nodes), FINEST)
+    work = np.zeros(SCRATCH)
     return Arc(
-        nodes, u, S, loss, late, cover, weight, middle, time, float(weight @ u), np.zeros(SCRATCH)
-    )
+        nodes, u, S, loss, late, cover, weight, middle, time, length, settled, work
+    )  # fmt: skip

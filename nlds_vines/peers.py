@@ -15,7 +15,7 @@ from nlds_vines.system import System
 
 
 def constants(system: System) -> np.ndarray:
-    """Return (m1, k1, c1, m2, k2, c2, P, omega, K, near, far, rest), walls at infinity if absent."""
+    """Return m1 k1 c1 m2 k2 c2 P omega K near far rest as an array, absent walls at infinity."""
     cell = np.atleast_1d(system.cells())[0]
     values = np.array([float(cell[name]) for name in cell.dtype.names])
     if "near" not in system.scene.walls:

@@ -18,6 +18,7 @@ from .parts import accelerations
 RELEASED, STOPPED, EXHAUSTED = 0, 1, 2
 WHOLE = 5.607  # theta from touch to release of a free impact, times sqrt(kappa) q_m^(3/2)
 MOST_STEPS = 1_000_000  # in one contact between two sections
+MOST_HALVINGS = 60  # of a step that left the contact; numbers beyond all bounds need more
 FAINT = 1.0e-16
 
 
@@ -123,9 +124,13 @@ def contact(classical, ps, damper, wall, energy, depths, steps, rate, c, d, q, s
             landing = elapsed + k[rk.NEW + 4] <= stop
         if not landing:
             rk.step(classical, ps, damper, wall, c, d, False, h, k)
-            while k[rk.NEW] <= 0.0:
+            for _ in range(MOST_HALVINGS):
+                if k[rk.NEW] > 0.0:
+                    break
                 h *= 0.5
                 rk.step(classical, ps, damper, wall, c, d, False, h, k)
+            if not k[rk.NEW] > 0.0:
+                break
         stopped = elapsed + k[rk.NEW + 4] > stop
         if stopped:
             stop_at(classical, ps, damper, wall, c, d, h, stop - elapsed, k)
@@ -142,6 +147,8 @@ def contact(classical, ps, damper, wall, energy, depths, steps, rate, c, d, q, s
             return RELEASED, 0.0, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth
         if stopped:
             q = k[rk.NEW]
+            if depths is not None:
+                depth = max(depth, q * q)
             return STOPPED, q, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth
         c, d = turned(c, d, ps.omega * k[rk.NEW + 4])
         for i in range(rk.WIDTH):

@@ -7,9 +7,9 @@ from .flight import at, look, phase_at, step
 from .observe import note_energy
 from .parts import scale_of
 from .peaks import ALL, factor_bends, note_peaks, suspects
-from .touch import NOWHERE, first_touch, nearest_miss
+from .touch import LOST, NOWHERE, first_touch, nearest_miss
 
-SECTION, TOUCH_NEAR, TOUCH_FAR = 0, 1, 2  # events that end a flight
+SECTION, TOUCH_NEAR, TOUCH_FAR, ASTRAY = 0, 1, 2, 3  # events that end a flight
 SPAN = 4  # cells for which one bound of the motion is used
 
 
@@ -43,6 +43,8 @@ def touch_in(near, far, grid, end, bend, jerk):
         other = first_touch(grid.coef, 0.0, end, -1.0, far.gap, bend, jerk)
         if other <= end and other < place:
             place, event = other, TOUCH_FAR
+    if place == LOST:
+        event = ASTRAY
     return place, event
 
 
@@ -83,7 +85,8 @@ def note_misses(near, far, clearance, grid, end, bend, jerk):
 def fly(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
     """Fly from place x of cell j to the next touch or to the end of the period.
 
-    Returns (event, j, x, x1, v1, r, s) with event SECTION, TOUCH_NEAR or TOUCH_FAR.
+    Returns (event, j, x, x1, v1, r, s) with event SECTION, TOUCH_NEAR or TOUCH_FAR, or ASTRAY where
+    a touch could not be told from a miss.
     """
     while j < grid.n:
         last = min(j + SPAN, grid.n)
@@ -109,6 +112,8 @@ def fly(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
                 place, event = end, SECTION
                 if closer:
                     place, event = touch_in(near, far, grid, end, bend, jerk)
+                if event == ASTRAY:
+                    return event, j, x, x1, v1, r, s
                 if energy is not None:
                     note_peaks(ps, damper, energy, grid, cosine, sine, min(place, end), suspected)
                 if event != SECTION:

@@ -34,9 +34,6 @@ SCRATCH = ROW * 9
 LARGEST_SHARE = 0.1  # of the external acceleration in the contact's own: beyond it, step
 LONGEST = 0.2  # duration in units of 1/rate
 MOST_SWEEPS = 12
-SETTLED = (
-    2.0e-10  # relative change of b in the last sweep but one; the next is ten times less or better
-)
 
 
 class Arc(NamedTuple):
@@ -52,6 +49,7 @@ class Arc(NamedTuple):
     middle: np.ndarray  # (n,) integration from touch to the deepest point
     time: np.ndarray  # (n,) integral of u from touch to each node
     length: float  # integral of u from touch to release
+    settled: float  # relative change of b by the last sweep: a tenth of what is left goes unseen
     work: np.ndarray  # (SCRATCH,)
 
 
@@ -184,7 +182,7 @@ def short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1):
         common_slopes(ps, damper, wall, arc, c, d)
         cover_common(arc, x1, rest)
         own_slope(ps, damper, wall, arc, c, d)
-        if cover_own(arc, b) < SETTLED * b:
+        if cover_own(arc, b) < arc.settled * b:
             return released(ps, damper, wall, arc, c, d, b, x1, rest)
     return False, s, x1, v1, 0.0, 0.0
 

@@ -22,6 +22,7 @@ from .recurrence import TOLERANCE, impacts_of, period_of
 from .runge_kutta import SCRATCH
 
 TOO_STIFF = 5  # more cells in a period than a lane may take (`flight.MOST_CELLS`)
+STABLE = 2.5  # a fixed step in units of 1/rate: beyond 2.8, errors of order four grow
 STEPS_RATIO = 4.0  # fixed steps of a period to those of a free impact
 
 
@@ -39,6 +40,7 @@ def own_arc(arc):
         arc.middle,
         arc.time,
         arc.length,
+        arc.settled,
         np.empty(ARC_SCRATCH),
     )
 
@@ -118,6 +120,8 @@ def run_cell(
     if n < 0:
         return TOO_STIFF
     grid = grid_for(classical, ps, damper, n, resolution)
+    if classical is not None and grid.h * grid.rate > STABLE:
+        return TOO_STIFF
     return cell_orbit(
         arc, classical, ps, damper, near_wall_of(has_near, cell), far_wall_of(has_far, cell),
         grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,

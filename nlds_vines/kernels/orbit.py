@@ -10,7 +10,7 @@ import math
 
 from .._jit import chosen, jit
 from .contact import EXHAUSTED, RELEASED, STOPPED, contact
-from .exact import SECTION, TOUCH_NEAR, fly
+from .exact import ASTRAY, SECTION, TOUCH_NEAR, fly
 from .fixed_step import fly_fixed
 from .flight import period_map, phase_at, step
 from .impact import short_impact
@@ -174,6 +174,8 @@ def orbit(
                 )
                 if event == SECTION:
                     break
+                if event == ASTRAY:
+                    return BUDGET
                 mode, q, count = event, 0.0, count + 1
                 if beats is not None:
                     beats[p, mode - TOUCH_NEAR] += 1
@@ -208,6 +210,8 @@ def orbit(
                 note_energy(ps, damper, energy, x1, v1, r, s)
             if rows is not None:
                 note_depth(rows, wall.K, depth)
+            if not sane(x1, v1, r, s):
+                return DIVERGED
             if event == EXHAUSTED:
                 return BUDGET
             if event == STOPPED:

@@ -8,6 +8,8 @@ polynomial, whose coefficients bound it better, is asked piece by piece, and its
 
 from __future__ import annotations
 
+import math
+
 from .._jit import jit
 from .flight import ORDER, at
 from .observe import PRECISE, energies, note_energy, powers_at
@@ -139,7 +141,7 @@ def note_roots(ps, damper, energy, grid, bend, end):
         if f * g <= 0.0 and abs(g - f) > sag:  # monotone: one root
             note_at(ps, damper, energy, grid, root(grid.factor, x, x + width, f, g))
         elif not proven(f, g, sag):
-            if width > FINEST * end:
+            if width > FINEST * end and 0.0 < sag < math.inf:  # not zero throughout, nor overflown
                 width *= 0.5
                 g = horner(grid.factor, x + width)
                 continue

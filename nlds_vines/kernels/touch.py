@@ -20,6 +20,7 @@ from .._jit import jit
 from .flight import ORDER
 
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
+LOST = -1.0  # the walk did not end: rather no answer than a wrong one
 MOST_STEPS = 1000  # a walk needs 3 to 8 steps, a grazing one some tens
 ROUND_OFF = 4.0e-16
 TINIEST = 1.0e-300  # keeps a division by nothing at all from being one
@@ -56,7 +57,7 @@ def gap_jet(coef, x, sign):
 
 @jit
 def first_touch(coef, x, end, sign, level, bend, jerk):
-    """Return the first place in [x, end] where sign r rises to `level`, or NOWHERE.
+    """Return the first place in [x, end] where sign r rises to `level`, NOWHERE, or LOST.
 
     `coef` holds the Taylor coefficients of the cell, `bend` and `jerk` bound the second and third
     derivative of r by the place. A start on the level that moves away is not a touch.
@@ -74,14 +75,15 @@ def first_touch(coef, x, end, sign, level, bend, jerk):
         if slope > 0.0:
             piece = min(piece, 2.0 * clearance / slope)
         safe = reach(clearance, slope, min(bend, curve + jerk * piece))
-        if slope <= 0.0:  # a step over which the depth stays below round-off is always allowed
+        if slope <= 0.0:  # a step over which the depth stays below round-off is always allowed,
             safe = max(safe, math.sqrt(8.0 * tolerance / bend))
+            safe = max(safe, -curve / jerk)  # and one over which r stays concave
         if safe >= piece:
             if x + piece >= end:
                 return NOWHERE
             safe = piece
         x += safe
-    return x
+    return LOST
 
 
 @jit

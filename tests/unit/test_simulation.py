@@ -201,6 +201,20 @@ def test_too_stiff(changes, options):
         follow_ssul({**SET6, **changes}, None, 3, **options)
 
 
+def test_fixed_steps_beyond_their_stability_are_refused():
+    """512 steps of a period are too few for this dashpot: plausible numbers would be invented."""
+    numbers = {**SET6, "c2": 1e5}
+    with pytest.raises(IntegrationError, match="too_stiff"):
+        follow_ssul(numbers, None, 3, method="rk4", resolution=512.0)
+    assert len(follow_ssul(numbers, None, 3).impacts) == 0
+
+
+@both_methods
+def test_absurd_forces_end_in_a_status(options):
+    with pytest.raises(IntegrationError, match=r"diverged|step_budget"):
+        follow_ssul({**SET6, "P": 1e200}, None, 3, **options)
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

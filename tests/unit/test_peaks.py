@@ -1,0 +1,28 @@
+"""Energy maxima where the search for them has nothing to find."""
+
+import time
+
+import numpy as np
+
+import nlds_vines as nv
+
+
+def test_a_damper_without_spring_and_dashpot_is_searched_no_longer_than_another(tmp_path):
+    """The factor k2 (x2 - rest) + ... of dE2/dt is then zero throughout, and so has no root."""
+
+    def seconds(name, **settings):
+        scan = {
+            "system": "ssul-set6",
+            "set": settings,
+            "vary": {"omega": {"values": [6.0, 6.28]}},
+            "sampling": {"transient": 0, "periods": 200},
+            "record": {"want": ["section", "impacts", "energy", "regime"]},
+        }
+        began = time.perf_counter()
+        path = nv.bifurcation(scan, tmp_path / name)
+        with nv.read(path) as archive:
+            assert np.isfinite(archive["E2max"]).all()
+        return time.perf_counter() - began
+
+    usual = [seconds(f"{i}.h5", k2=668.9) for i in range(2)][-1]  # the first may have to compile
+    assert seconds("free.h5", k2=0.0, c2=0.0) < 10 * usual + 1.0

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy import special
 
-from .kernels.impact import ROW, SCRATCH, Arc
+from .kernels import impact
 
 HALF = special.beta(0.2, 0.5) / 5  # phase from touch to the deepest point
 STRETCH = 0.57  # of the map x = d sinh(a xi): a little inside the singularity at 0.727
@@ -45,30 +45,39 @@ def _integration(xi: np.ndarray, upto: np.ndarray) -> np.ndarray:
 
 
 @lru_cache(maxsize=8)
-def _tables(n: int) -> tuple[np.ndarray, ...]:
-    """Return the read-only tables of `Arc` for n nodes."""
+def _tables(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the matrix and the rows of `Arc` for n nodes."""
     xi, _ = legendre.leggauss(n)
     steep = np.arcsinh(1 / STRETCH)
     phi = HALF * (1 + STRETCH * np.sinh(steep * xi))
     density = HALF * STRETCH * steep * np.cosh(steep * xi)
     u, S = hertz_arc(phi)
     cover = _integration(xi, xi) * density
-    ends = _integration(xi, np.array([1.0, 0.0])) * density
+    weight, middle = _integration(xi, np.array([1.0, 0.0])) * density
     time = cover @ u
-    loss, late = cover @ (0.5 * S**2 * u), cover @ (0.5 * S * u * time)
-    return u, S, loss, late, np.ascontiguousarray(cover.T).ravel(), ends[0], ends[1], time
+    rows = {
+        impact.U: u,
+        impact.S: S,
+        impact.LOSS: cover @ (0.5 * S**2 * u),
+        impact.LATE: cover @ (0.5 * S * u * time),
+        impact.TIME: time,
+        impact.WEIGHT: weight,
+        impact.MIDDLE: middle,
+    }
+    table = np.zeros(impact.TABLE)
+    for row, values in rows.items():
+        table[row : row + n] = values
+    return np.ascontiguousarray(cover.T).ravel(), table
 
 
-def make_arc(nodes: int = NODES) -> Arc:
-    """Return the `Arc` with its own scratch rows: one for each thread that uses it.
+def make_arc(nodes: int = NODES) -> impact.Arc:
+    """Return the `Arc` with scratch rows of its own: one for each thread that uses it.
 
-    The error of an impact falls by a factor of about nine with each node added. At most 64.
+    The error of an impact falls by a factor of five or more with each node added. At most 64.
     """
-    if not 2 <= nodes <= ROW:
-        raise ValueError(f"nodes = {nodes}: an arc takes 2 to {ROW} collocation nodes")
-    u, S, loss, late, cover, weight, middle, time = _tables(nodes)
-    length, settled = float(weight @ u), max(10 ** (-0.8 * nodes), FINEST)
-    work = np.zeros(SCRATCH)
-    return Arc(
-        nodes, u, S, loss, late, cover, weight, middle, time, length, settled, work
-    )  # fmt: skip
+    if not 2 <= nodes <= impact.ROW:
+        raise ValueError(f"nodes = {nodes}: an arc takes 2 to {impact.ROW} collocation nodes")
+    cover, table = _tables(nodes)
+    u, weight = (table[row : row + nodes] for row in (impact.U, impact.WEIGHT))
+    settled = max(10 ** (-0.8 * nodes), FINEST)
+    return impact.Arc(nodes, float(weight @ u), settled, cover, table.copy())

@@ -96,13 +96,14 @@ def simulate(
     record = _checked_record(system, record)
     resolution = _checked_resolution(method, resolution)
     classical, damper, near, far, arc = method_parts(method, scene, nodes)
+    cell = cell_of(system)
     width = 4 if scene.damper else 2
     section = np.empty((periods, width))
     energy = np.zeros(2) if "energy" in record else None
     clearance = np.full(1, np.inf) if "clearance" in record else None
     capacity = 16 + 4 * periods
     while True:
-        state = _start_state(system, start)
+        state = _start_state(system, cell.rest, start)
         rows = _rows(capacity) if "impacts" in record else None
         if clearance is not None:
             clearance[0] = np.inf
@@ -113,7 +114,7 @@ def simulate(
             far,
             arc,
             resolution,
-            cell_of(system),
+            cell,
             state,
             section if "section" in record else None,
             None,
@@ -132,7 +133,7 @@ def simulate(
         capacity = int(rows.filled[0])  # deterministic: the second run finds as many
     return Orbit(
         system=system,
-        state=_user_state(system, state),
+        state=_user_state(system, cell.rest, state),
         section=section if "section" in record else None,
         impacts=None if rows is None else _impacts(rows),
         E1max=None if energy is None else float(energy[0]),
@@ -165,7 +166,7 @@ def _rows(capacity: int) -> Rows:
     return Rows(np.empty((capacity, 6)), np.zeros(1, np.int64))
 
 
-def _start_state(system: System, start: Sequence[float] | None) -> np.ndarray:
+def _start_state(system: System, rest: float, start: Sequence[float] | None) -> np.ndarray:
     """Return the kernels' state (x1, v1, r, s, q, mode) of a start in the user's coordinates."""
     state = np.zeros(SIZE)
     if start is None:
@@ -177,17 +178,16 @@ def _start_state(system: System, start: Sequence[float] | None) -> np.ndarray:
         raise RequestError(f"start = {start!r}; allowed: {width} finite numbers {names}")
     state[:2] = values[:2]
     if system.scene.damper:
-        rest = cell_of(system).rest
         state[2], state[3] = values[0] - (values[2] - rest), values[1] - values[3]
     return state
 
 
-def _user_state(system: System, state: np.ndarray) -> np.ndarray:
+def _user_state(system: System, rest: float, state: np.ndarray) -> np.ndarray:
     """Return (x1, v1, x2, v2) of the kernels' state."""
     x1, v1, r, s = state[:4]
     if not system.scene.damper:
         return np.array([x1, v1])
-    return np.array([x1, v1, x1 - r + cell_of(system).rest, v1 - s])
+    return np.array([x1, v1, x1 - r + rest, v1 - s])
 
 
 def _impacts(rows: Rows) -> np.ndarray:

@@ -70,11 +70,13 @@ class System:
         choice("kind", self.kind, SCENES)
         complete = _merge(self.scene, {}, self.parameters)
         values = {name: number(name, value) for name, value in complete.items()}
+        for name, value in values.items():
+            PARAMETERS[name].check(np.asarray(value))
         object.__setattr__(self, "parameters", MappingProxyType(values))
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         object.__setattr__(self, "assumptions", MappingProxyType(dict(self.assumptions)))
         object.__setattr__(self, "name", self.name or self.kind)
-        self.cells()  # every range is checked there
+        self.cells()  # what follows from the parameters is checked there
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by value: read-only mappings cannot travel to other processes, plain ones can."""
@@ -141,8 +143,8 @@ class System:
         """
         varied = {name: np.asarray(values, dtype=np.float64) for name, values in grid.items()}
         values = _merge(self.scene, self.parameters, varied)
-        for name, value in values.items():
-            PARAMETERS[name].check(np.asarray(value))
+        for name, value in varied.items():  # the others were checked when the system was made
+            PARAMETERS[name].check(value)
         cells = np.zeros(np.broadcast_shapes(*(array.shape for array in varied.values())), CELL)
         for name in set(_COPIED) & values.keys():
             cells[name] = values[name]

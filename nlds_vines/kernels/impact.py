@@ -28,40 +28,40 @@ from .._jit import jit
 from .contact_field import turn
 from .parts import accelerations
 
-ROW = 64  # distance of the rows of the scratch array; bounds the number of nodes
-B, T, G, H, FB, FT, FG, FH, OLD = (ROW * i for i in range(9))
-SCRATCH = ROW * 9
+ROW = 64  # distance of the rows of a table; bounds the number of nodes
+B, T, G, H, FB, FT, FG, FH, OLD = (ROW * i for i in range(9))  # unknowns, their slopes, the last b
+U, S, LOSS, LATE, TIME, WEIGHT, MIDDLE = (ROW * i for i in range(9, 16))  # constants, see `Arc`
+TABLE = ROW * 16
 LARGEST_SHARE = 0.1  # of the external acceleration in the contact's own: beyond it, step
 LONGEST = 0.2  # duration in units of 1/rate
 MOST_SWEEPS = 12
 
 
 class Arc(NamedTuple):
-    """The Hertz arc at the collocation nodes, prepared once (`nlds_vines.arc`)."""
+    """The Hertz arc at the collocation nodes, prepared by `nlds_vines.arc`.
+
+    Few arrays with many rows: each array of a tuple costs every call that hands it on. Constant
+    rows of `table`, a number for each node: U = sqrt(z / z_m), S = s / v, LOSS the integral of
+    S^2 u / 2 (the first effect of damping), LATE that of time S u / 2 (of a force that grows), TIME
+    that of u, WEIGHT and MIDDLE the weights of an integral up to the release and the deepest point.
+    """
 
     n: int
-    u: np.ndarray  # (n,) sqrt(z / z_m)
-    S: np.ndarray  # (n,) s / v
-    loss: np.ndarray  # (n,) integral of S^2 u / 2: the first effect of damping
-    late: np.ndarray  # (n,) integral of time S u / 2: that of a force that grows with time
-    cover: np.ndarray  # (n n,) integration from touch to each node, one integrand after another
-    weight: np.ndarray  # (n,) integration from touch to release
-    middle: np.ndarray  # (n,) integration from touch to the deepest point
-    time: np.ndarray  # (n,) integral of u from touch to each node
     length: float  # integral of u from touch to release
     settled: float  # relative change of b by the last sweep: a tenth of what is left goes unseen
-    work: np.ndarray  # (SCRATCH,)
+    cover: np.ndarray  # (n n,) integration from touch to each node, one integrand after another
+    table: np.ndarray  # (TABLE,) the rows; those of the unknowns are scratch
 
 
 @jit
 def outside_at(ps, damper, wall, arc, c, d, i):
     """Return (b, alone, a) at node i: accelerations [m/s^2] of x1 and r without damper and wall."""
-    w = arc.work
+    w = arc.table
     b = w[B + i]
     b2 = b * b
     b4 = b2 * b2
-    z = b4 * arc.u[i] * arc.u[i]
-    s = wall.speed * b4 * b * arc.S[i]
+    z = b4 * w[U + i] * w[U + i]
+    s = wall.speed * b4 * b * w[S + i]
     x1 = w[G + i] + damper.share * z
     v1 = w[H + i] + damper.share * s
     cosine, sine = turn(ps.omega * w[T + i])
@@ -72,12 +72,12 @@ def outside_at(ps, damper, wall, arc, c, d, i):
 @jit
 def common_slopes(ps, damper, wall, arc, c, d):
     """Fill the rows FT, FG, FH with the derivatives of time and of the common motion."""
-    w, u = arc.work, arc.u
+    w = arc.table
     for i in range(arc.n):
         b, alone, a = outside_at(ps, damper, wall, arc, c, d, i)
         b2 = b * b
         b4 = b2 * b2
-        dt = 2.5 * wall.speed * b4 * b * u[i] / (wall.kappa * b4 * b2 - a * u[i] * u[i])
+        dt = 2.5 * wall.speed * b4 * b * w[U + i] / (wall.kappa * b4 * b2 - a * w[U + i] * w[U + i])
         w[FT + i] = dt
         w[FG + i] = w[H + i] * dt
         w[FH + i] = alone * (1.0 - damper.share) * dt
@@ -86,11 +86,18 @@ def common_slopes(ps, damper, wall, arc, c, d):
 @jit
 def own_slope(ps, damper, wall, arc, c, d):
     """Fill the row FB with the derivative of the amplitude b."""
-    w, u, S = arc.work, arc.u, arc.S
+    w = arc.table
     for i in range(arc.n):
         b, _, a = outside_at(ps, damper, wall, arc, c, d, i)
         b2 = b * b
-        w[FB + i] = 0.5 * S[i] * a * b * u[i] / (wall.kappa * b2 * b2 * b2 - a * u[i] * u[i])
+        w[FB + i] = (
+            0.5
+            * w[S + i]
+            * a
+            * b
+            * w[U + i]
+            / (wall.kappa * b2 * b2 * b2 - a * w[U + i] * w[U + i])
+        )
 
 
 @jit
@@ -100,7 +107,7 @@ def first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d):
     That acceleration is taken as a constant, a part that goes with s and one that grows with time;
     their effects on the free arc are integrals known beforehand.
     """
-    w = arc.work
+    w = arc.table
     peak = wall.kappa * b * b * b * b * b * b
     _, outside = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
     rest = v1 - damper.share * s
@@ -109,9 +116,9 @@ def first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d):
     drift = -(ps.stiffness * rest + ps.force * ps.omega * d) * tick
     common = ps.force * c - ps.stiffness * x1 - ps.damping * rest
     for i in range(arc.n):
-        t = tick * arc.time[i]
-        steady = 0.25 * (outside + drag) * arc.u[i] * arc.u[i]
-        w[B + i] = b * (1.0 + (steady - drag * arc.loss[i] + drift * arc.late[i]) / peak)
+        t = tick * w[TIME + i]
+        steady = 0.25 * (outside + drag) * w[U + i] * w[U + i]
+        w[B + i] = b * (1.0 + (steady - drag * w[LOSS + i] + drift * w[LATE + i]) / peak)
         w[T + i] = t
         w[H + i] = rest + common * (1.0 - damper.share) * t
         w[G + i] = x1 + 0.5 * (rest + w[H + i]) * t
@@ -120,7 +127,7 @@ def first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d):
 @jit
 def cover_common(arc, x, v):
     """Integrate the rows FT, FG, FH from touch to every node."""
-    w, n = arc.work, arc.n
+    w, n = arc.table, arc.n
     for i in range(n):
         w[T + i], w[G + i], w[H + i] = 0.0, x, v
     for j in range(n):
@@ -136,7 +143,7 @@ def cover_common(arc, x, v):
 @jit
 def cover_own(arc, b):
     """Integrate the row FB from touch to every node; return the largest change of b."""
-    w, n = arc.work, arc.n
+    w, n = arc.table, arc.n
     for i in range(n):
         w[OLD + i] = w[B + i]
         w[B + i] = b
@@ -153,10 +160,10 @@ def cover_own(arc, b):
 
 @jit
 def integral(arc, weight, row):
-    """Return the integral of a row of slopes with the given weights."""
+    """Return the integral of a row of slopes with the weights of another row."""
     total = 0.0
     for i in range(arc.n):
-        total += weight[i] * arc.work[row + i]
+        total += arc.table[weight + i] * arc.table[row + i]
     return total
 
 
@@ -192,11 +199,11 @@ def released(ps, damper, wall, arc, c, d, b, x1, rest):
     """Return the result of `short_impact` from the settled nodes."""
     common_slopes(ps, damper, wall, arc, c, d)
     own_slope(ps, damper, wall, arc, c, d)
-    deep = b + integral(arc, arc.middle, FB)
-    out = b + integral(arc, arc.weight, FB)
-    duration = integral(arc, arc.weight, FT)
-    x1 += integral(arc, arc.weight, FG)
-    rest += integral(arc, arc.weight, FH)
+    deep = b + integral(arc, MIDDLE, FB)
+    out = b + integral(arc, WEIGHT, FB)
+    duration = integral(arc, WEIGHT, FT)
+    x1 += integral(arc, WEIGHT, FG)
+    rest += integral(arc, WEIGHT, FH)
     speed = wall.speed * out * out * out * out * out
     depth = deep * deep * deep * deep
     return True, -speed, x1, rest - damper.share * speed, duration, depth

@@ -13,7 +13,6 @@ import numpy as np
 from .._jit import chosen, jit
 from .fixed_step import fixed_grid_of
 from .flight import cells_of, grid_of
-from .impact import SCRATCH as ARC_SCRATCH
 from .impact import Arc
 from .observe import note_energy
 from .orbit import OK, SIZE, begin, linear_orbit, orbit
@@ -29,20 +28,7 @@ STEPS_RATIO = 4.0  # fixed steps of a period to those of a free impact
 @jit
 def own_arc(arc):
     """Return the arc with scratch rows of this lane's own."""
-    return Arc(
-        arc.n,
-        arc.u,
-        arc.S,
-        arc.loss,
-        arc.late,
-        arc.cover,
-        arc.weight,
-        arc.middle,
-        arc.time,
-        arc.length,
-        arc.settled,
-        np.empty(ARC_SCRATCH),
-    )
+    return Arc(arc.n, arc.length, arc.settled, arc.cover, arc.table.copy())
 
 
 @jit

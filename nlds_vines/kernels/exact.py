@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .._jit import jit
-from .flight import at, look, phase_at, step
+from .flight import CELLS, at, look, phase_at, step
 from .observe import note_energy
 from .parts import scale_of
 from .peaks import ALL, factor_bends, note_peaks, suspects
@@ -36,11 +36,11 @@ def touch_in(near, far, grid, end, bend, jerk):
     """Return (place, event) of the first touch in [0, end] of the cell looked at."""
     place, event = NOWHERE, SECTION
     if near is not None:
-        place = first_touch(grid.coef, 0.0, end, 1.0, near.gap, bend, jerk)
+        place = first_touch(grid.table, 0.0, end, 1.0, near.gap, bend, jerk)
         if place <= end:
             event = TOUCH_NEAR
     if far is not None:
-        other = first_touch(grid.coef, 0.0, end, -1.0, far.gap, bend, jerk)
+        other = first_touch(grid.table, 0.0, end, -1.0, far.gap, bend, jerk)
         if other <= end and other < place:
             place, event = other, TOUCH_FAR
     if place == LOST:
@@ -74,11 +74,19 @@ def may_miss(near, far, clearance, r0, r1, slack):
 def note_misses(near, far, clearance, grid, end, bend, jerk):
     """Lower the smallest near miss to those in [0, end] of the cell looked at, which is clear."""
     if near is not None:
-        best = nearest_miss(grid.coef, 1.0, end, near.gap - clearance[0], bend, jerk)
+        best = nearest_miss(grid.table, 1.0, end, near.gap - clearance[0], bend, jerk)
         clearance[0] = min(clearance[0], near.gap - best)
     if far is not None:
-        best = nearest_miss(grid.coef, -1.0, end, far.gap - clearance[0], bend, jerk)
+        best = nearest_miss(grid.table, -1.0, end, far.gap - clearance[0], bend, jerk)
         clearance[0] = min(clearance[0], far.gap - best)
+
+
+@jit
+def phase_of(ps, grid, j, x):
+    """Return `phase_at`, tabulated at the start of a cell."""
+    if x == 0.0:
+        return grid.table[CELLS + 6 * j + 4], grid.table[CELLS + 6 * j + 5]
+    return phase_at(ps, grid, j, x)
 
 
 @jit
@@ -94,7 +102,7 @@ def fly(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
         scale = scale_of(ps, damper, x1, v1, r, s) + ahead
         bend, jerk, second, swell = bounds_of(ps, grid, scale)
         while j < last:
-            y = step(damper, grid.step, grid.forced, j, x1, v1, r, s)
+            y = step(damper, grid.table, j, x1, v1, r, s)
             closer = x > 0.0 or not clear(near, far, r, y[2], 0.125 * bend)
             doubt, suspected = closer, ALL
             if energy is not None and not closer:
@@ -104,11 +112,11 @@ def fly(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
             if clearance is not None:
                 doubt = doubt or may_miss(near, far, clearance, r, y[2], 0.125 * bend)
             if doubt:
-                cosine, sine = phase_at(ps, grid, j, x)
+                cosine, sine = phase_of(ps, grid, j, x)
                 look(grid, x1, v1, r, s, cosine, sine)
                 end = 1.0 - x
                 if x > 0.0:
-                    y = at(grid.coef, end)
+                    y = at(grid.table, end)
                 place, event = end, SECTION
                 if closer:
                     place, event = touch_in(near, far, grid, end, bend, jerk)
@@ -117,7 +125,7 @@ def fly(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
                 if energy is not None:
                     note_peaks(ps, damper, energy, grid, cosine, sine, min(place, end), suspected)
                 if event != SECTION:
-                    x1, v1, r, s = at(grid.coef, place)
+                    x1, v1, r, s = at(grid.table, place)
                     return event, j, x + place, x1, v1, r, s
                 if clearance is not None:
                     note_misses(near, far, clearance, grid, end, bend, jerk)

@@ -26,6 +26,15 @@ FEWEST_CELLS = 8
 MOST_CELLS = 1 << 16
 
 
+# The table of a grid: one array, since each array of a tuple costs every call that hands it on.
+STEP = 0  # 16: transition matrix over a cell, column by column
+TURNS = 16  # 5: bounds of the powers' factors and of E2 (`turns_of`)
+FACTOR = 24  # ORDER + 1, scratch: Taylor coefficients of a quantity followed through a cell
+COEF = 40  # TERMS, scratch: those of the state in the cell being looked at
+TAYLOR = COEF + TERMS  # 6 TERMS: those that answer x1, v1, r, s, cos, sin
+CELLS = TAYLOR + 6 * TERMS  # 6 for each cell: forced response over it, cos and sin at its start
+
+
 class Grid(NamedTuple):
     """One period of flight, prepared: everything that depends on the parameters alone."""
 
@@ -34,16 +43,7 @@ class Grid(NamedTuple):
     rate: float  # bound on the growth of the scaled state per second [1/s]
     push: float  # P / sqrt(m1): bound on the growth of the energy scale S
     bend: float  # |d2r/dt2| <= bend * S + P / m1
-    turns: tuple  # bounds of powers and of E2 (`turns_of`)
-    step: np.ndarray  # (16,) transition matrix over a cell, column by column
-    forced: np.ndarray  # (4 n,) forced response over each cell
-    cosine: (
-        np.ndarray
-    )  # (n + 1,) cos of the phase at the start of each cell, and of the next period
-    sine: np.ndarray  # (n + 1,)
-    taylor: np.ndarray  # (6 TERMS,) coefficients answering x1, v1, r, s, cos, sin
-    coef: np.ndarray  # (TERMS,) scratch: coefficients of the cell being looked at
-    factor: np.ndarray  # (ORDER + 1,) scratch: those of a quantity followed through it
+    table: np.ndarray  # (CELLS + 6 n + 6,), see above
 
 
 @jit
@@ -129,31 +129,31 @@ def expand(ps, damper, h, x1, v1, r, s, cosine, sine, out, first):
 
 @jit
 def look(grid, x1, v1, r, s, cosine, sine):
-    """Fill grid.coef with the Taylor coefficients of the flight that starts at the given state.
+    """Fill the rows COEF with the Taylor coefficients of the flight that starts at a state.
 
     The same numbers as `expand`, as one product with the prepared responses: no step waits for
     the one before.
     """
-    t, coef = grid.taylor, grid.coef
+    w = grid.table
     for k in range(TERMS):
-        coef[k] = (
-            (t[k] * x1 + t[TERMS + k] * v1)
-            + (t[2 * TERMS + k] * r + t[3 * TERMS + k] * s)
-            + (t[4 * TERMS + k] * cosine + t[5 * TERMS + k] * sine)
+        w[COEF + k] = (
+            (w[TAYLOR + k] * x1 + w[TAYLOR + TERMS + k] * v1)
+            + (w[TAYLOR + 2 * TERMS + k] * r + w[TAYLOR + 3 * TERMS + k] * s)
+            + (w[TAYLOR + 4 * TERMS + k] * cosine + w[TAYLOR + 5 * TERMS + k] * sine)
         )
 
 
 @jit
-def at(coef, x):
-    """Return the state (x1, v1, r, s) at x cells after the start of the polynomial `coef`."""
-    k = TERMS - 4
-    x1, v1, r, s = coef[k], coef[k + 1], coef[k + 2], coef[k + 3]
-    while k > 0:
+def at(w, x):
+    """Return (x1, v1, r, s) at x cells after the start of the polynomial in rows COEF of `w`."""
+    k = COEF + TERMS - 4
+    x1, v1, r, s = w[k], w[k + 1], w[k + 2], w[k + 3]
+    while k > COEF:
         k -= 4
-        x1 = x1 * x + coef[k]
-        v1 = v1 * x + coef[k + 1]
-        r = r * x + coef[k + 2]
-        s = s * x + coef[k + 3]
+        x1 = x1 * x + w[k]
+        v1 = v1 * x + w[k + 1]
+        r = r * x + w[k + 2]
+        s = s * x + w[k + 3]
     return x1, v1, r, s
 
 
@@ -161,87 +161,75 @@ def at(coef, x):
 def grid_of(ps, damper, n):
     """Prepare one period of flight in `n` cells (see `cells_of`)."""
     h = 2.0 * math.pi / ps.omega / n
-    taylor = np.zeros(6 * TERMS)
-    expand(ps, damper, h, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, taylor, 0)
-    expand(ps, damper, h, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, taylor, TERMS)
-    expand(ps, damper, h, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, taylor, 2 * TERMS)
-    expand(ps, damper, h, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, taylor, 3 * TERMS)
-    expand(ps, damper, h, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, taylor, 4 * TERMS)
-    expand(ps, damper, h, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, taylor, 5 * TERMS)
+    w = np.zeros(CELLS + 6 * n + 6)
+    unit = np.zeros(6)
+    for i in range(6):
+        unit[i] = 1.0
+        first = TAYLOR + i * TERMS
+        expand(ps, damper, h, unit[0], unit[1], unit[2], unit[3], unit[4], unit[5], w, first)
+        unit[i] = 0.0
     response = np.zeros(24)  # what each of the six unit inputs becomes after a whole cell
     for i in range(6):
         for k in range(ORDER, -1, -1):
             for c in range(4):
-                response[4 * i + c] += taylor[i * TERMS + 4 * k + c]
-    forced, cosine, sine = np.empty(4 * n), np.empty(n + 1), np.empty(n + 1)
-    cosine[n], sine[n] = 1.0, 0.0
+                response[4 * i + c] += w[TAYLOR + i * TERMS + 4 * k + c]
+    w[STEP : STEP + 16] = response[:16]
+    w[CELLS + 6 * n + 4] = 1.0  # cos at the start of the next period
     for j in range(n):
+        at_cell = CELLS + 6 * j
         phase = 2.0 * math.pi * j / n
-        cosine[j], sine[j] = math.cos(phase), math.sin(phase)
+        cosine, sine = math.cos(phase), math.sin(phase)
+        w[at_cell + 4], w[at_cell + 5] = cosine, sine
         for c in range(4):
-            forced[4 * j + c] = response[16 + c] * cosine[j] + response[20 + c] * sine[j]
-    return Grid(
-        n,
-        h,
-        rate_of(ps, damper),
-        ps.force * math.sqrt(ps.m1),
-        bend_of(ps, damper),
-        turns_of(ps, damper),
-        response[:16],
-        forced,
-        cosine,
-        sine,
-        taylor,
-        np.empty(TERMS),
-        np.empty(ORDER + 1),
-    )
+            w[at_cell + c] = response[16 + c] * cosine + response[20 + c] * sine
+    turns = turns_of(ps, damper)
+    for i in range(5):
+        w[TURNS + i] = turns[i]
+    push = ps.force * math.sqrt(ps.m1)
+    return Grid(n, h, rate_of(ps, damper), push, bend_of(ps, damper), w)
 
 
 @jit
-def step(damper, e, forced, j, x1, v1, r, s):
-    """Return the state one cell later, starting at the beginning of cell j."""
-    f = 4 * j
+def step(damper, w, j, x1, v1, r, s):
+    """Return the state one cell later, starting at the beginning of cell j (`w` the table)."""
+    f = CELLS + 6 * j
     if damper is None:
         return (
-            (e[0] * x1 + e[4] * v1) + forced[f],
-            (e[1] * x1 + e[5] * v1) + forced[f + 1],
+            (w[0] * x1 + w[4] * v1) + w[f],
+            (w[1] * x1 + w[5] * v1) + w[f + 1],
             0.0,
             0.0,
         )
     return (
-        (e[0] * x1 + e[4] * v1) + (e[8] * r + e[12] * s) + forced[f],
-        (e[1] * x1 + e[5] * v1) + (e[9] * r + e[13] * s) + forced[f + 1],
-        (e[2] * x1 + e[6] * v1) + (e[10] * r + e[14] * s) + forced[f + 2],
-        (e[3] * x1 + e[7] * v1) + (e[11] * r + e[15] * s) + forced[f + 3],
+        (w[0] * x1 + w[4] * v1) + (w[8] * r + w[12] * s) + w[f],
+        (w[1] * x1 + w[5] * v1) + (w[9] * r + w[13] * s) + w[f + 1],
+        (w[2] * x1 + w[6] * v1) + (w[10] * r + w[14] * s) + w[f + 2],
+        (w[3] * x1 + w[7] * v1) + (w[11] * r + w[15] * s) + w[f + 3],
     )
 
 
 @jit
 def period_map(ps, damper, grid):
-    """Return (matrix, shift) of a whole period without contact: y(T) = matrix y(0) + shift.
+    """Return the table whose only cell is a whole period without contact.
 
-    Shapes (16,) column by column and (4,). What a scene without walls needs for its sections.
+    What a scene without walls needs for its sections: one product a period.
     """
-    matrix, shift, y = np.zeros(16), np.zeros(4), np.zeros(4)
-    silent = np.zeros(4 * grid.n)
+    whole, silent, y = np.zeros(CELLS + 6), grid.table.copy(), np.zeros(4)
+    silent[CELLS:] = 0.0
     for i in range(5):
         y[:] = 0.0
         if i < 4:
             y[i] = 1.0
-        drive = silent if i < 4 else grid.forced
+        w = silent if i < 4 else grid.table
         for j in range(grid.n):
-            y[0], y[1], y[2], y[3] = step(damper, grid.step, drive, j, y[0], y[1], y[2], y[3])
-        if i < 4:
-            matrix[4 * i : 4 * i + 4] = y
-        else:
-            shift[:] = y
-    return matrix, shift
+            y[0], y[1], y[2], y[3] = step(damper, w, j, y[0], y[1], y[2], y[3])
+        first = STEP + 4 * i if i < 4 else CELLS
+        whole[first : first + 4] = y
+    return whole
 
 
 @jit
 def phase_at(ps, grid, j, x):
     """Return (cos, sin) of the forcing's phase at place x of cell j."""
-    if x == 0.0:
-        return grid.cosine[j], grid.sine[j]
     phase = ps.omega * grid.h * (j + x)
     return math.cos(phase), math.sin(phase)

@@ -242,7 +242,7 @@ def fly_period(classical, ps, damper, energy, maps, grid, x1, v1, r, s):
     """Advance a scene without walls by one period: by its map where nobody looks inside."""
 
     def mapped(classical, ps, damper, energy, maps, grid, x1, v1, r, s):
-        return step(damper, maps[0], maps[1], 0, x1, v1, r, s)
+        return step(damper, maps, 0, x1, v1, r, s)
 
     def flown(classical, ps, damper, energy, maps, grid, x1, v1, r, s):
         return fly_on(classical, ps, damper, None, None, energy, None, grid, 0, 0.0, x1, v1, r, s)[

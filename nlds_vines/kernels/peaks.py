@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from .._jit import jit
-from .flight import ORDER, at
+from .flight import CELLS, COEF, FACTOR, ORDER, TURNS, at
 from .observe import PRECISE, energies, note_energy, powers_at
 
 ROOT_STEPS = 40
@@ -22,7 +22,7 @@ FINEST = 1.0e-6  # piece of a cell over which a factor that stays at zero change
 @jit
 def factor_bends(ps, grid, second):
     """Return bounds of the second derivatives of the four factors by the place in a cell."""
-    w, h2 = grid.turns, grid.h * grid.h
+    w, h2 = grid.table[TURNS:], grid.h * grid.h
     drive = ps.m1 * ps.force * ps.omega * ps.omega
     return w[0] * second * h2, (w[1] * second + drive) * h2, w[2] * second * h2, w[3] * second * h2
 
@@ -51,13 +51,13 @@ def suspects(ps, damper, energy, grid, bends, swell, j, y, z):
 
     Bit i for factor i of `powers_at`. `swell` bounds an energy's second derivative by the place.
     """
-    f = powers_at(ps, damper, y[0], y[1], y[2], y[3], grid.cosine[j], 0.0)
-    g = powers_at(ps, damper, z[0], z[1], z[2], z[3], grid.cosine[j + 1], 0.0)
+    f = powers_at(ps, damper, y[0], y[1], y[2], y[3], grid.table[CELLS + 6 * j + 4], 0.0)
+    g = powers_at(ps, damper, z[0], z[1], z[2], z[3], grid.table[CELLS + 6 * j + 10], 0.0)
     before = energies(ps, damper, y[0], y[1], y[2], y[3])
     after = energies(ps, damper, z[0], z[1], z[2], z[3])
     found = 0
     for body in range(bodies(damper)):
-        rise = 0.125 * swell * grid.turns[4] if body == 1 else 0.125 * swell
+        rise = 0.125 * swell * grid.table[TURNS + 4] if body == 1 else 0.125 * swell
         if max(before[body], after[body]) + rise > energy[body]:
             for i in range(2 * body, 2 * body + 2):
                 if not proven(f[i], g[i], bends[i]):
@@ -81,18 +81,18 @@ def factor_row(ps, damper, which):
 
 @jit
 def factor_polynomial(ps, damper, grid, cosine, sine, which):
-    """Fill grid.factor with the Taylor coefficients of one factor over the cell looked at.
+    """Fill the rows FACTOR with the Taylor coefficients of one factor over the cell looked at.
 
     cosine, sine: of the phase at the start. Returns a bound of its second derivative in the cell.
     """
-    coef, out = grid.coef, grid.factor
+    w = grid.table
     a, b, c, d, e = factor_row(ps, damper, which)
     angle = ps.omega * grid.h
     bend = 0.0
     for k in range(ORDER + 1):
-        i = 4 * k
-        f = (a * coef[i] + b * coef[i + 1]) + (c * coef[i + 2] + d * coef[i + 3]) + e * cosine
-        out[k] = f
+        i = COEF + 4 * k
+        f = (a * w[i] + b * w[i + 1]) + (c * w[i + 2] + d * w[i + 3]) + e * cosine
+        w[FACTOR + k] = f
         bend += k * (k - 1.0) * abs(f)
         g = angle / (k + 1.0)
         cosine, sine = -sine * g, cosine * g
@@ -100,18 +100,18 @@ def factor_polynomial(ps, damper, grid, cosine, sine, which):
 
 
 @jit
-def horner(f, x):
-    """Return the value at x of the polynomial with coefficients f of order `ORDER`."""
-    total = f[ORDER]
+def horner(w, x):
+    """Return the value at x of the polynomial in the rows FACTOR of the table `w`."""
+    total = w[FACTOR + ORDER]
     for k in range(ORDER - 1, -1, -1):
-        total = total * x + f[k]
+        total = total * x + w[FACTOR + k]
     return total
 
 
 @jit
 def note_at(ps, damper, energy, grid, x):
     """Raise the largest energies to those at place x of the cell looked at."""
-    y = at(grid.coef, x)
+    y = at(grid.table, x)
     note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
 
 
@@ -133,22 +133,22 @@ def root(poly, low, high, f0, f1):
 
 @jit
 def note_roots(ps, damper, energy, grid, bend, end):
-    """Raise the energies at all roots in [0, end] of the polynomial in grid.factor."""
+    """Raise the energies at all roots in [0, end] of the polynomial in the rows FACTOR."""
     x, width = 0.0, end
-    f, g = grid.factor[0], horner(grid.factor, end)
+    f, g = grid.table[FACTOR], horner(grid.table, end)
     while x < end:
         sag = bend * width * width
         if f * g <= 0.0 and abs(g - f) > sag:  # monotone: one root
-            note_at(ps, damper, energy, grid, root(grid.factor, x, x + width, f, g))
+            note_at(ps, damper, energy, grid, root(grid.table, x, x + width, f, g))
         elif not proven(f, g, sag):
             if width > FINEST * end and 0.0 < sag < math.inf:  # not zero throughout, nor overflown
                 width *= 0.5
-                g = horner(grid.factor, x + width)
+                g = horner(grid.table, x + width)
                 continue
             note_at(ps, damper, energy, grid, x + width)
         x, f = x + width, g
         width = min(2.0 * width, end - x)
-        g = horner(grid.factor, x + width)
+        g = horner(grid.table, x + width)
 
 
 @jit

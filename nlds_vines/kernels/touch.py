@@ -17,8 +17,9 @@ from __future__ import annotations
 import math
 
 from .._jit import jit
-from .flight import ORDER
+from .flight import COEF, ORDER
 
+R = COEF + 2  # place of r in the table
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
 LOST = -1.0  # the walk did not end: rather no answer than a wrong one
 MOST_STEPS = 1000  # a walk needs 3 to 8 steps, a grazing one some tens
@@ -41,31 +42,31 @@ def reach(clearance, slope, bend):
 
 
 @jit
-def gap_jet(coef, x, sign):
+def gap_jet(w, x, sign):
     """Return (f, f', f'') of f = sign r [m] at place x of the cell."""
     if x == 0.0:
-        return sign * coef[2], sign * coef[6], sign * (coef[10] + coef[10])
-    k = 4 * ORDER + 2
-    f, d, c = coef[k], 0.0, 0.0
-    while k > 2:
+        return sign * w[R], sign * w[R + 4], sign * (w[R + 8] + w[R + 8])
+    k = 4 * ORDER + R
+    f, d, c = w[k], 0.0, 0.0
+    while k > R:
         k -= 4
         c = c * x + d
         d = d * x + f
-        f = f * x + coef[k]
+        f = f * x + w[k]
     return sign * f, sign * d, sign * (c + c)
 
 
 @jit
-def first_touch(coef, x, end, sign, level, bend, jerk):
+def first_touch(w, x, end, sign, level, bend, jerk):
     """Return the first place in [x, end] where sign r rises to `level`, NOWHERE, or LOST.
 
-    `coef` holds the Taylor coefficients of the cell, `bend` and `jerk` bound the second and third
-    derivative of r by the place. A start on the level that moves away is not a touch.
+    `w` holds, from COEF on, the Taylor coefficients of the cell; `bend` and `jerk` bound the second
+    and third derivative of r by the place. A start on the level that moves away is not a touch.
     """
-    tolerance = ROUND_OFF * (abs(level) + abs(coef[2]) + abs(coef[6])) + TINIEST
+    tolerance = ROUND_OFF * (abs(level) + abs(w[R]) + abs(w[R + 4])) + TINIEST
     bend, jerk = bend + TINIEST, jerk + TINIEST  # a scene at rest without forcing has neither
     for _ in range(MOST_STEPS):
-        f, slope, curve = gap_jet(coef, x, sign)
+        f, slope, curve = gap_jet(w, x, sign)
         clearance = level - f
         if clearance <= tolerance:
             if slope > 0.0 or (slope == 0.0 and curve > 0.0):
@@ -87,11 +88,11 @@ def first_touch(coef, x, end, sign, level, bend, jerk):
 
 
 @jit
-def summit(coef, x, end, sign):
+def summit(w, x, end, sign):
     """Return the place of a local maximum reached by climbing from x, at most `end`."""
     low, high = x, end
     for _ in range(60):
-        _, slope, curve = gap_jet(coef, x, sign)
+        _, slope, curve = gap_jet(w, x, sign)
         if slope > 0.0:
             low = x
         else:
@@ -107,7 +108,7 @@ def summit(coef, x, end, sign):
 
 
 @jit
-def nearest_miss(coef, sign, end, best, bend, jerk):
+def nearest_miss(w, sign, end, best, bend, jerk):
     """Return the larger of `best` and the local maxima of sign r over [0, end].
 
     An approach that has not turned round by then is not a miss.`bend` and `jerk`
@@ -116,12 +117,12 @@ def nearest_miss(coef, sign, end, best, bend, jerk):
     x = 0.0
     bend, jerk = bend + TINIEST, jerk + TINIEST
     for _ in range(MOST_STEPS):
-        f, slope, curve = gap_jet(coef, x, sign)
+        f, slope, curve = gap_jet(w, x, sign)
         if f >= best and slope > 0.0:
-            x = summit(coef, x, end, sign)
+            x = summit(w, x, end, sign)
             if x >= end:
                 return best
-            f, slope, curve = gap_jet(coef, x, sign)
+            f, slope, curve = gap_jet(w, x, sign)
             best, slope = max(best, f), 0.0
         tolerance = ROUND_OFF * abs(f) + TINIEST
         safe = reach(max(best - f, 0.0), slope, bend)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from nlds_vines.kernels.flight import TERMS
+from nlds_vines.kernels.flight import COEF, TAYLOR
 from nlds_vines.kernels.touch import NOWHERE, first_touch, nearest_miss
 
 LEVEL = 0.06
@@ -14,8 +14,8 @@ LEVEL = 0.06
 
 def prepared(p):
     """Return the cell of a polynomial r(x), and bounds of its second and third derivative."""
-    cell = np.zeros(TERMS)
-    cell[2 : 2 + 4 * len(p.coef) : 4] = p.coef
+    cell = np.zeros(TAYLOR)
+    cell[COEF + 2 : COEF + 2 + 4 * len(p.coef) : 4] = p.coef
     bounds = (max(np.abs(p.deriv(n).coef).sum(), 1e-9) for n in (2, 3))
     return cell, *bounds
 

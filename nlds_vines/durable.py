@@ -74,7 +74,8 @@ def reserve(path: Path, size: int) -> None:
     trial = path.with_name(path.name + ".room.tmp")
     try:
         with trial.open("wb") as file:
-            os.posix_fallocate(file.fileno(), 0, size)
+            if hasattr(os, "posix_fallocate"):  # not on every system
+                os.posix_fallocate(file.fileno(), 0, size)
     finally:
         trial.unlink(missing_ok=True)
 

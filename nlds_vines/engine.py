@@ -104,7 +104,7 @@ def run(
             kept = len(parts.finished(blocks))
             raise Interrupted(
                 f"interrupted: {kept} of {len(blocks)} blocks are kept in {parts.folder}; "
-                "the same command with --resume goes on from there"
+                "the same command with --resume (in place of --overwrite) goes on from there"
             ) from None
     return report
 
@@ -174,6 +174,7 @@ class Progress:
         """Expect so many lanes."""
         self._lanes, self._quiet, self._done = lanes, quiet, 0
         self._began = self._spoke = time.perf_counter()
+        self._first = 0  # lanes of the first block, whose time is mostly that of compiling
         self._bar: tqdm[Any] | None = None
 
     def __enter__(self) -> Progress:
@@ -196,10 +197,13 @@ class Progress:
             self._bar.update(lanes)
             return
         now = time.perf_counter()
+        if self._first == 0:
+            self._first, self._began = self._done, now
+            return
         if self._quiet or now - self._spoke < LINE_EVERY:
             return
         self._spoke = now
-        rate = self._done / (now - self._began)
+        rate = (self._done - self._first) / (now - self._began)
         left = (self._lanes - self._done) / rate
         text = f"{self._done} of {self._lanes} orbits, {rate:.0f} a second, {left:.0f} s to go"
         print(text, file=sys.stderr)

@@ -62,7 +62,12 @@ def _command(argv: Sequence[str]) -> int:
     options = _parser().parse_args(argv)
     texts = assignments("--set", options.set, "NAME=VALUE")
     changes = {name: parsed(float, f"--set {name}", text) for name, text in texts.items()}
-    for line in report(load_system(options.system, **changes)):
+    system = load_system(options.system, **changes)
+    if options.dry_run:
+        for contender in contenders(system):
+            print(f"{contender.method} {contender.setting}: {contender.timed} periods".strip())
+        return DONE
+    for line in report(system):
         print(line, flush=True)
     return DONE
 
@@ -75,6 +80,7 @@ def _parser() -> Parser:
     )
     parser.add_argument("--system", default="ssul-set6", metavar="NAME", help="[ssul-set6]")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
+    parser.add_argument("--dry-run", action="store_true", help="only say what would be run")
     return parser
 
 

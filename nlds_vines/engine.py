@@ -11,7 +11,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -241,30 +241,21 @@ class Estimate:
 def estimate(scan: Scan, threads: int | None = None) -> Estimate:
     """Return what a scan would take on this machine, by running a small sample of its cells."""
     used = _use_threads(threads)
-    computer = Computer(scan)
+    computer = Computer(replace(scan, periods=SAMPLE_PERIODS))
     cells = scan.cells().ravel()
     chosen = cells[np.linspace(0, cells.size - 1, min(SAMPLE_LANES, cells.size)).astype(int)]
     chains, starts = chosen[:, np.newaxis], np.zeros((chosen.size, 4))
 
-    def cost(transient: int, periods: int) -> float:
+    def cost(transient: int) -> float:
         began = time.perf_counter()
-        computer.run(chains, starts, transient, periods)
+        computer.run(chains, starts, transient, SAMPLE_PERIODS)
         return (time.perf_counter() - began) / chosen.size
 
-    shorter = Computer(_shortened(scan))
-    computer = shorter
-    cost(1, SAMPLE_PERIODS)  # compiles
-    both, noted = cost(SAMPLE_PERIODS, SAMPLE_PERIODS), cost(0, SAMPLE_PERIODS)
+    cost(1)  # compiles
+    both, noted = cost(SAMPLE_PERIODS), cost(0)
     settling = max(both - noted, 0.0) * scan.transient / SAMPLE_PERIODS
     per_lane = settling + noted * scan.periods / SAMPLE_PERIODS
     return Estimate(scan, used, per_lane * scan.lanes)
-
-
-def _shortened(scan: Scan) -> Scan:
-    """Return the scan with as few periods as a sample takes."""
-    from dataclasses import replace
-
-    return replace(scan, periods=SAMPLE_PERIODS)
 
 
 def _size(count: int) -> str:

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 from nlds_vines.errors import RequestError, shown, unknown
+from nlds_vines.interrupts import INTERRUPTED
 
 Number = TypeVar("Number", int, float)
 
-DONE, LANES_FAILED, WRONG_REQUEST, INTERRUPTED = 0, 1, 2, 130
-"""Exit statuses."""
+DONE, LANES_FAILED, DAMAGED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 1, 2
+"""Exit statuses, beside those of `interrupts`."""
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 """The kinds of pictures, by the end of their names."""

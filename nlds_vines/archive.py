@@ -50,18 +50,19 @@ def write(
     """Write the archive of a scan to `path`, sealed and forced to the disk, and check it.
 
     `pieces` yields the results; cells without a piece keep their fill value.  Memory is that of
-    one piece.  Raises `RequestError` if what is read back is not what was given, OSError or (from
-    HDF5) RuntimeError if it cannot be written.
+    one piece.  `provenance` is read when the last piece has been taken.  Raises `RequestError` if
+    what is read back is not what was given, OSError or (from HDF5) RuntimeError if it cannot be
+    written.
     """
     durable.reserve(path, most_bytes(scan) + _OVERHEAD)
     # v110 checksums the metadata too, and is read by every netCDF-4 library of this decade
     with h5py.File(path, "w", libver=("v110", "v110"), **_CACHE) as file:
-        file.attrs.update(attributes(scan, {**_HDF5, **provenance}))
         _create(file, scan)
         given = []
         for name, cells, values in pieces:
             file[name][cells] = _storable(values)
             given.append((name, cells, _crc(values)))
+        file.attrs.update(attributes(scan, {**_HDF5, **provenance}))
         for dataset in filter(_is_text, file.values()):
             dataset.attrs["crc32"] = np.uint32(_whole_crc(dataset))
     durable.seal(path)

@@ -17,7 +17,7 @@ from nlds_vines.starts import random_states, start_states
 from nlds_vines.system import System
 
 if TYPE_CHECKING:
-    from nlds_vines.parts import Block
+    from nlds_vines.cut import Block
     from nlds_vines.scan import Scan
 
 RESOLUTION: Mapping[str, float] = {"exact": 28.0, "rk4": 512.0}
@@ -178,8 +178,3 @@ def _failed_filled(values: np.ndarray, dataset: Dataset, status: np.ndarray) -> 
     if dataset.name not in ("status", "regime", "label") and failed.any():
         values[failed] = dataset.fill
     return values
-
-
-def lanes_failed(status: np.ndarray) -> int:
-    """Return how many lanes of a status array did not end well."""
-    return int(np.count_nonzero(status != OK))

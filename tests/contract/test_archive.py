@@ -311,14 +311,14 @@ def test_a_part_smuggled_in_from_another_scan_is_found(path):
         parts.write(cut(other)[0], results(other, cut(other)[0]))
         stolen = next(parts.folder.glob("block-*")).read_bytes()
     with Parts.open(path, scan) as parts:
-        (parts.folder / "block-000000.npz").write_bytes(stolen)
+        (parts.folder / "block-000000.part").write_bytes(stolen)
         assert parts.finished(cut(scan)) == set()
         assert "another scan" in parts.discarded[0]
 
 
 def test_a_folder_in_which_nothing_was_begun_is_no_hindrance(path):
     parts = Parts.open(path, make_scan())
-    parts._manifest_path.unlink()  # killed before it said whose parts these are
+    (parts.folder / "manifest.json").unlink()  # killed before it said whose parts these are
     parts.close()
     assert not parts.folder.exists()
     parts.folder.mkdir()

@@ -13,6 +13,11 @@ from nlds_vines.provenance import version
 COMMANDS = {
     "bifurcation": ("nlds_vines.bifurcation", "scan one parameter or two"),
     "accuracy": ("nlds_vines.accuracy", "error against run time of every method"),
+    "status": ("nlds_vines.status", "how a scan under way stands"),
+    "consolidate": ("nlds_vines.consolidation", "join the parts of shards into an archive"),
+    "verify": ("nlds_vines.verification", "check archives and parts from end to end"),
+    "rerun": ("nlds_vines.rerun", "repeat a scan from its own archive"),
+    "diff": ("nlds_vines.comparison", "what differs between two archives"),
 }
 """The sister commands: the module of each, whose `main` takes the arguments, and its purpose."""
 

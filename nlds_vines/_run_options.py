@@ -1,4 +1,4 @@
-"""The options that say how a scan runs: how they are declared, what they mean, what they exclude."""
+"""The options that say how a scan runs: how they are declared, what they mean and exclude."""
 
 from __future__ import annotations
 

@@ -115,6 +115,17 @@ class ArchiveView:
             _check_crc(dataset)
             return _values(dataset, where)
 
+    def slabs(self, name: str) -> Iterator[np.ndarray]:
+        """Yield a dataset in slices along its first dimension that fit into memory."""
+        with _reading(self.path, f"dataset {name}"):
+            for slab in _slabs(self._file[name]):
+                yield _values(self._file[name], slab)
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Return the lengths of a dataset's dimensions."""
+        with _reading(self.path, f"dataset {name}"):
+            return tuple(self._file[name].shape)
+
     def dims(self, name: str) -> tuple[str, ...]:
         """Return the names of a dataset's dimensions."""
         with _reading(self.path, f"dataset {name}"):

@@ -148,7 +148,7 @@ def _compute(
 
         cluster.compute(parts, blocks, scheduler, threads, progress, stop)
         return
-    used = _use_threads(threads)
+    used = use_threads(threads)
     computer = Computer(parts.scan)
     with _Storing(parts, progress) as storing:
         began = time.perf_counter()
@@ -195,7 +195,7 @@ class _Storing:
             self._progress.note(arrays)
 
 
-def _use_threads(threads: int | None) -> int:
+def use_threads(threads: int | None) -> int:
     """Let kernels use so many threads, at most those that there are; return how many."""
     most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # set at run time
     used = most if threads is None else min(threads, most)
@@ -230,7 +230,7 @@ class Estimate:
 
 def estimate(scan: Scan, threads: int | None = None) -> Estimate:
     """Return what a scan would take on this machine, by running a small sample of its cells."""
-    used = _use_threads(threads)
+    used = use_threads(threads)
     computer = Computer(replace(scan, periods=SAMPLE_PERIODS))
     cells = scan.cells().ravel()
     chosen = cells[np.linspace(0, cells.size - 1, min(SAMPLE_LANES, cells.size)).astype(int)]

@@ -97,13 +97,8 @@ class Parts:
         """
         manifest = Manifest.read(folder_of(path))
         if manifest is None:
-            raise RequestError(f"there are no parts of {path}: {folder_of(path)} does not exist")
-        parts = cls(path, manifest.scan)
-        with durable.in_one_line(f"write {path}"), parts._closed_on_error():
-            parts._take_locks()
-            if Manifest.read(parts.folder) is None:
-                raise RequestError(f"the parts of {path} have just been consolidated")
-        return parts
+            raise RequestError(f"there are no parts of {path}: nothing was begun, or all is done")
+        return cls.open(path, manifest.scan, resume=True)
 
     @property
     def folder(self) -> Path:
@@ -267,7 +262,7 @@ class Parts:
             try:
                 part = self._fresh.pop(block.index, None) or self.load(block)
             except (ValueError, KeyError, TypeError) as error:
-                text = f"{self.files.path(block)} is damaged ({error}): use --resume"
+                text = f"{self.files.path(block)} cannot be used ({error}): use --resume"
                 raise RequestError(text) from error
             told["seconds"] = round(told["seconds"] + part.made.seconds, 6)
             told["threads"] = max(told["threads"], part.made.threads)

@@ -117,7 +117,7 @@ class _Blocks:
 
     def _submit(self) -> None:
         """Keep about twice as many blocks under way as there are workers."""
-        room = WINDOW * max(1, len(self._workers())) - len(self._under_way)
+        room = WINDOW * max(1, self._workers()) - len(self._under_way)
         toml, folder, threads = self._settings
         for _ in range(min(room, len(self._waiting))):
             block = self._waiting.popleft()
@@ -125,8 +125,8 @@ class _Blocks:
             future = self._client.submit(work, toml, folder, block, threads, pure=False)
             self._under_way[future] = block
 
-    def _workers(self) -> list[str]:
-        return list(self._client.scheduler_info(n_workers=-1)["workers"])
+    def _workers(self) -> int:
+        return len(self._client.nthreads())
 
     def _ended(self) -> list[Any]:
         """Return the futures that have ended, if need be after a moment."""
@@ -179,7 +179,7 @@ class _Blocks:
         if time.monotonic() - self._moved < PATIENCE + 10 * self._longest:
             return
         self._moved, self._stalls = time.monotonic(), self._stalls + 1
-        workers = len(self._workers())
+        workers = self._workers()
         if self._stalls > GIVE_UP:
             raise RequestError(
                 f"no block has been finished by {workers} workers for long; --resume goes on"
@@ -208,7 +208,9 @@ def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
         except (OSError, ValueError, TimeoutError) as error:
             text = f"--scheduler {shown(scheduler)} cannot be reached"
             raise RequestError(f"{text}: {error}") from error
-        yield stack.enter_context(client)
+        stack.enter_context(client)
+        stack.enter_context(client.as_current())
+        yield client
 
 
 def _local(workers: int, threads: int | None) -> Any:

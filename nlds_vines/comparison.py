@@ -5,6 +5,7 @@ As a command: `nlds-vines diff A.h5 B.h5`.
 
 from __future__ import annotations
 
+import hashlib
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -47,12 +48,9 @@ class Differences:
     def lines(self) -> list[str]:
         """Return all lines, each with its kind in front."""
         same = [] if self.different else ["parameters and results are the same"]
-        kinds = {
-            "parameter": self.parameters,
-            "result": self.results,
-            "made by": self.circumstances,
-        }
-        return [*same, *(f"{kind}: {line}" for kind, found in kinds.items() for line in found)]
+        asked = [f"parameter: {line}" for line in self.parameters]
+        came = [f"result: {line}" for line in self.results]
+        return [*same, *asked, *came, *(f"made by: {line}" for line in self.circumstances)]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -97,7 +95,7 @@ def _leaves(value: Any, name: str) -> Iterator[tuple[str, str]]:
             yield from _leaves(inner, f"{name}.{key}" if name else key)
     elif isinstance(value, list) and len(value) > 4 and isinstance(value[0], float):
         # the digest tells apart what first, last and number do not
-        digest = f"{np.bitwise_xor.reduce(np.array(value).view(np.uint64)):016x}"
+        digest = hashlib.sha256(np.array(value).tobytes()).hexdigest()[:12]
         yield name, f"{len(value)} values from {value[0]!r} to {value[-1]!r}, {digest}"
     else:
         yield name, shown(value)

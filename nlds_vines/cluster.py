@@ -214,11 +214,14 @@ def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
 
 
 def _local(workers: int, threads: int | None) -> Any:
-    """Return a cluster of so many processes here; those that die are replaced."""
+    """Return a cluster of so many processes here; those that die are replaced, however they die.
+
+    A worker killed while it starts would be the end of a cluster of a fixed size.
+    """
     from distributed import LocalCluster
 
-    return LocalCluster(
-        n_workers=workers,
+    cluster = LocalCluster(
+        n_workers=0,
         threads_per_worker=1,
         processes=True,
         dashboard_address=None,
@@ -226,6 +229,8 @@ def _local(workers: int, threads: int | None) -> Any:
         silence_logs=50,  # a lost worker is no news here
         env={"NUMBA_NUM_THREADS": str(threads or 1), **_on_path()},
     )
+    cluster.adapt(minimum=workers, maximum=workers)
+    return cluster
 
 
 def _on_path() -> dict[str, str]:

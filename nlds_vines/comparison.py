@@ -28,7 +28,8 @@ examples:
       parameters and results, to the last bit; versions are told, but do not count
 exit status: 0 no difference; 1 parameters or results differ; 2 the request is wrong
 """
-_CIRCUMSTANCES = ("commit", "threads", "machine", "source", "source_hash")
+_PROSE = ("title", "system.name", "system.title", "system.sources", "system.assumptions")
+_CIRCUMSTANCES = ("title", "commit", "threads", "machine", "source", "source_hash")
 _NONE = "none"
 
 
@@ -85,8 +86,9 @@ def _changes(one: Mapping[str, str], other: Mapping[str, str]) -> Iterator[str]:
 
 
 def _parameters(view: ArchiveView) -> dict[str, str]:
-    """Return all that was asked for, by the dotted names of the scan file."""
-    return dict(_leaves(parse_toml(str(view.attrs["scan"]), f"{view.path}: its scan"), ""))
+    """Return all that was asked for, by the dotted names of the scan file, without its prose."""
+    asked = _leaves(parse_toml(str(view.attrs["scan"]), f"{view.path}: its scan"), "")
+    return {name: value for name, value in asked if not name.startswith(_PROSE)}
 
 
 def _leaves(value: Any, name: str) -> Iterator[tuple[str, str]]:

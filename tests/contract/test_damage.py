@@ -7,6 +7,9 @@ import pytest
 from made_up import cut, flip, make_scan, results, write
 
 from nlds_vines import archive
+from nlds_vines import cut as cutting
+from nlds_vines.__main__ import main
+from nlds_vines.cut import blocks_of
 from nlds_vines.errors import RequestError
 from nlds_vines.parts import Parts
 
@@ -75,3 +78,67 @@ def test_a_cut_file_is_found(path):
     write(path, make_scan())
     path.write_bytes(path.read_bytes()[:-1000])
     assert "seal" in archive.verify(path)[0]
+
+
+# ---- the command ---------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def begun(tmp_path, monkeypatch):
+    """Return the folder of the parts of a scan, all computed and not yet joined."""
+    scan, path = make_scan(), tmp_path / "scan.h5"
+    monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
+    with Parts.open(path, scan) as parts:
+        for block in blocks_of(scan):
+            parts.write(block, results(scan, block))
+    return parts.folder
+
+
+def test_three_hundred_flipped_bits_are_all_found_and_told(path, begun, capsys):
+    """Anywhere in an archive, in parts, in the manifest."""
+    rng = random.Random(3)
+    archive_path = write(path.with_name("whole.h5"), make_scan())
+    parts = [*sorted(begun.glob("block-*")), begun / "manifest.json"]
+    assert main(["verify", str(archive_path), str(begun)]) == 0
+    assert capsys.readouterr().out == f"{archive_path}: sound\n{begun}: sound\n"
+    for i in range(300):
+        file = archive_path if i % 2 else parts[i // 2 % len(parts)]
+        sound = file.read_bytes()
+        flip(file, rng.randrange(len(sound)), rng.randrange(8))
+        assert main(["verify", str(archive_path if i % 2 else begun)]) == 1, (file, i)
+        out, err = capsys.readouterr()
+        assert err == ""
+        assert i % 2 or file.name in out
+        file.write_bytes(sound)
+    assert main(["verify", "--quiet", str(archive_path), str(begun)]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_parts_without_their_manifest_or_in_excess_are_told(begun, capsys):
+    (begun / "block-000099.part").write_bytes(b"")
+    assert main(["verify", str(begun)]) == 1
+    assert "block-000099.part is none of this scan's" in capsys.readouterr().out
+    (begun / "manifest.json").unlink()
+    assert main(["verify", str(begun)]) == 1
+    assert "manifest.json is missing" in capsys.readouterr().out
+
+
+def test_a_damaged_part_is_computed_again(path, begun):
+    scan, blocks = make_scan(), list(blocks_of(make_scan()))
+    flip(begun / "block-000001.part", 900)
+    with Parts.open(path, scan, resume=True) as parts:
+        assert parts.finished(blocks) == {0, 2}
+        assert parts.discarded == ["block-000001.part is computed again: its seal is broken"]
+        parts.write(blocks[1], results(scan, blocks[1]))
+        parts.consolidate(blocks)
+    assert archive.verify(path) == []
+
+
+def test_parts_of_another_version_of_the_program_are_computed_again(path, begun, monkeypatch):
+    blocks = list(blocks_of(make_scan()))
+    monkeypatch.setattr("nlds_vines.parts.makers", lambda: {"source": "nlds_vines 0.0"})
+    with Parts.open(path, make_scan(), resume=True) as parts:
+        with pytest.raises(RequestError, match="another version"):
+            parts.consolidate(blocks)
+        assert parts.finished(blocks) == set()
+        assert "another version" in parts.discarded[0]

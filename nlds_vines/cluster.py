@@ -19,13 +19,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines._toml import parse_toml
 from nlds_vines.cut import Block
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.interrupts import Stop
+from nlds_vines.manifest import Manifest
 from nlds_vines.partfile import PartFiles
 from nlds_vines.progress import Progress
-from nlds_vines.scan import load_scan
 
 if TYPE_CHECKING:
     from nlds_vines.block import Computer
@@ -33,9 +32,9 @@ if TYPE_CHECKING:
 
 WINDOW = 2  # blocks that are submitted at a time, for each worker
 LOOK_EVERY = 0.5  # seconds between two looks at the workers
-PATIENCE = 60.0  # seconds without progress, beyond ten blocks' time, until all is submitted again
+PATIENCE = 60.0  # seconds without progress until all is submitted again; doubled each time
 MOST_TRIES = 8  # of one block
-GIVE_UP = 30  # so many times without any progress in between
+GIVE_UP = 6  # so many times in a row, two hours in all
 REACH = 30.0  # seconds to reach a scheduler
 
 _one_at_a_time = threading.Lock()  # kernels are parallel inside, and not to be entered twice
@@ -61,16 +60,20 @@ def compute(
     if not blocks:
         return
     with _client(scheduler, threads) as client:
-        _Blocks(parts, blocks, client, threads, progress).run(stop)
+        try:
+            _Blocks(parts, blocks, client, threads, progress).run(stop)
+        except (OSError, TimeoutError) as error:
+            text = f"--scheduler {shown(scheduler)} is gone; --resume goes on elsewhere"
+            raise RequestError(f"{text}: {error}") from error
 
 
-def work(toml: str, folder: str, block: Block, threads: int | None) -> int:
-    """Compute a block of a scan into its part, on a worker; returns the block's index."""
+def work(folder: str, scan_hash: str, block: Block, threads: int | None) -> int:
+    """Compute a block of the scan in a folder of parts, on a worker; returns the block's index."""
     with _one_at_a_time:
         began = time.perf_counter()
         from nlds_vines.engine import use_threads
 
-        computer, files = _prepared(toml, folder)
+        computer, files = _prepared(folder, scan_hash)
         used = use_threads(threads)
         arrays = computer.block(block)
         files.write(block, arrays, seconds=time.perf_counter() - began, threads=used)
@@ -78,12 +81,17 @@ def work(toml: str, folder: str, block: Block, threads: int | None) -> int:
 
 
 @lru_cache(maxsize=2)
-def _prepared(toml: str, folder: str) -> tuple[Computer, PartFiles]:
-    """Return what all blocks of a scan share, prepared once in a worker."""
+def _prepared(folder: str, scan_hash: str) -> tuple[Computer, PartFiles]:
+    """Return what all blocks of a scan share, prepared once in a worker.
+
+    Raises `RequestError` if the folder does not hold that scan, as seen from here.
+    """
     from nlds_vines.block import Computer
 
-    scan = load_scan(parse_toml(toml, "the scan sent to this worker"))
-    return Computer(scan), PartFiles(Path(folder), scan)
+    manifest = Manifest.read(Path(folder))
+    if manifest is None or manifest.scan_hash != scan_hash:
+        raise RequestError(f"a worker does not find the scan in {folder}: is the folder shared?")
+    return Computer(manifest.scan), PartFiles(Path(folder), manifest.scan)
 
 
 class _Blocks:
@@ -100,11 +108,12 @@ class _Blocks:
         self._parts, self._client, self._progress = parts, client, progress
         self._waiting = deque(blocks)
         self._under_way: dict[Any, Block] = {}  # by future
-        self._tries: Counter[int] = Counter()
+        self._failures: Counter[int] = Counter()
         self._longest = 0.0
         self._stalls = 0
         self._moved = time.monotonic()
-        self._settings = parts.scan.to_toml(), str(parts.folder.resolve()), threads
+        self._where = str(parts.folder.resolve()), parts.files.hash
+        self._threads = threads
 
     def run(self, stop: Stop) -> None:
         """Submit, collect and submit again until every block is done."""
@@ -118,11 +127,9 @@ class _Blocks:
     def _submit(self) -> None:
         """Keep about twice as many blocks under way as there are workers."""
         room = WINDOW * max(1, self._workers()) - len(self._under_way)
-        toml, folder, threads = self._settings
         for _ in range(min(room, len(self._waiting))):
             block = self._waiting.popleft()
-            self._tries[block.index] += 1
-            future = self._client.submit(work, toml, folder, block, threads, pure=False)
+            future = self._client.submit(work, *self._where, block, self._threads, pure=False)
             self._under_way[future] = block
 
     def _workers(self) -> int:
@@ -142,41 +149,48 @@ class _Blocks:
         """Count the block of a future if its part is there and sound; else let it be done again."""
         block = self._under_way.pop(future)
         reason = self._failure(future)
-        if reason is None:
-            try:
-                part = self._parts.load(block)
-            except FileNotFoundError:
-                reason = f"its worker does not write into {self._parts.folder}: is it shared?"
-            except ValueError as error:
-                reason = str(error)
-            else:
-                self._longest = max(self._longest, part.made.seconds)
-                self._progress.note(part.arrays)
-                self._moved, self._stalls = time.monotonic(), 0
         future.release()
+        reason = reason or self._count(block)
         if reason is not None:
             self._again(block, reason)
 
+    def _count(self, block: Block) -> str | None:
+        """Count a block whose part is there and sound; return what is wrong with it, else None."""
+        try:
+            part = self._parts.load(block)
+        except FileNotFoundError:
+            return f"its worker does not write into {self._parts.folder}: is it shared?"
+        except ValueError as error:
+            return str(error)
+        self._longest = max(self._longest, part.made.seconds)
+        self._moved, self._stalls = time.monotonic(), 0
+        self._progress.note(part.arrays)
+        return None
+
     def _failure(self, future: Any) -> str | None:
-        """Return why a future has no result; None where it has one.  Raises what repeats itself."""
+        """Return why a future has no result; None where it has one."""
         if future.status == "finished":
             return None
-        error = future.exception() if future.status == "error" else None
-        if isinstance(error, OSError | RequestError):
-            raise RequestError(f"a worker cannot compute a block: {error}") from error
-        return f"{type(error).__name__}: {error}" if error else f"its task was {future.status}"
+        if future.status != "error":
+            return f"its task was {future.status}"
+        error = future.exception()
+        return str(error) if isinstance(error, RequestError) else f"{type(error).__name__}: {error}"
 
     def _again(self, block: Block, reason: str) -> None:
-        if self._tries[block.index] >= MOST_TRIES:
+        self._failures[block.index] += 1
+        if self._failures[block.index] >= MOST_TRIES:
             raise RequestError(
-                f"block {block.index} was given up after {MOST_TRIES} tries, the last: {reason}; "
+                f"block {block.index} has failed {MOST_TRIES} times, at last: {reason}; "
                 "--resume tries again"
             )
         self._waiting.appendleft(block)
 
     def _watch(self) -> None:
-        """Submit everything again when nothing has moved for long; give up in the end."""
-        if time.monotonic() - self._moved < PATIENCE + 10 * self._longest:
+        """Submit again what is under way when nothing has moved for long; give up in the end.
+
+        The first blocks may take as long as compiling does, so patience grows.
+        """
+        if time.monotonic() - self._moved < PATIENCE * 2**self._stalls + 10 * self._longest:
             return
         self._moved, self._stalls = time.monotonic(), self._stalls + 1
         workers = self._workers()
@@ -188,7 +202,8 @@ class _Blocks:
         futures, blocks = list(self._under_way), list(self._under_way.values())
         self._client.cancel(futures, force=True)
         self._under_way.clear()
-        self._waiting.extendleft(reversed(blocks))
+        # a worker that we lost sight of may have finished its block all the same
+        self._waiting.extend(block for block in blocks if self._count(block) is not None)
 
 
 @contextmanager
@@ -224,7 +239,7 @@ def _local(workers: int, threads: int | None) -> Any:
         n_workers=0,
         threads_per_worker=1,
         processes=True,
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",
         local_directory=None,
         silence_logs=50,  # a lost worker is no news here
         env={"NUMBA_NUM_THREADS": str(threads or 1), **_on_path()},

@@ -1,5 +1,6 @@
 """One scan on many machines: shards side by side, workers killed, and the same bits."""
 
+import json
 import os
 import signal
 import subprocess
@@ -236,3 +237,52 @@ def test_a_stopped_cluster_run_can_be_resumed_without_a_cluster(folder, whole):
     assert "--resume" in err
     finish(start("--resume"))
     assert bits("scan.h5") == whole
+
+
+@pytest.fixture
+def scheduler(tmp_path):
+    """Start a scheduler without workers; return its address."""
+    file = tmp_path / "scheduler.json"
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0"]
+    options = ["--no-dashboard", "--no-show", "--scheduler-file", str(file)]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    running = subprocess.Popen([*command, *options], **quiet)
+    while not file.exists() or not file.read_text():
+        assert running.poll() is None
+        time.sleep(0.05)
+    yield json.loads(file.read_text())["address"]
+    running.terminate()
+    running.wait()
+
+
+@dask
+def test_a_cluster_without_workers_is_waited_for_and_given_up(
+    folder, scheduler, whole, monkeypatch, capsys
+):
+    for name, value in {"PATIENCE": 0.3, "GIVE_UP": 1, "LOOK_EVERY": 0.1}.items():
+        monkeypatch.setattr(f"nlds_vines.cluster.{name}", value)
+    assert main(["bifurcation", "scan.toml", "--scheduler", scheduler]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert said[0] == "no progress: 0 workers; submitting again"
+    assert "--resume goes on" in said[1]
+    assert len(said) == 2
+    monkeypatch.setattr("nlds_vines.cluster.GIVE_UP", 20)  # it takes a worker more to load
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--nthreads", "2"]
+    with open("worker.log", "w") as log:
+        worker = subprocess.Popen(
+            [*command, "--no-dashboard", "--no-nanny"], env=surroundings(), stdout=log, stderr=log
+        )
+    try:
+        assert main(["bifurcation", "scan.toml", "--resume", "--scheduler", scheduler]) == 0
+    finally:
+        worker.terminate()
+        worker.wait()
+    assert bits("scan.h5") == whole
+
+
+@dask
+def test_workers_that_do_not_see_the_folder_are_told(folder, monkeypatch):
+    from nlds_vines.cluster import work
+
+    with pytest.raises(RequestError, match="is the folder shared"):
+        work(str(folder), "0", Block(0, ((0, 1),)), None)

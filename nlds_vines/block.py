@@ -55,13 +55,16 @@ class Outputs:
     counts: np.ndarray | None
     cycle: np.ndarray | None
     energy: np.ndarray | None
+    peak: np.ndarray | None
     clearance: np.ndarray | None
+    violation: np.ndarray | None
     status: np.ndarray
 
     @classmethod
     def of(cls, scan: Scan, chains: int, links: int) -> Outputs:
         """Allocate the buffers that the scan's `want` needs."""
-        want, walls = set(scan.want), bool(SCENES[scan.system.kind].walls)
+        want, scene = set(scan.want), SCENES[scan.system.kind]
+        walls = bool(scene.walls)
 
         def rows(wanted: bool, *tail: int, dtype: Any = float) -> np.ndarray | None:
             return np.zeros((chains, links, *tail), dtype) if wanted else None
@@ -69,9 +72,11 @@ class Outputs:
         return cls(
             section=rows("section" in want, scan.periods, len(components(scan))),
             counts=rows("impacts" in want and walls, 2, dtype=np.int64),
-            cycle=rows(bool(want & {"impacts", "regime"}), 2, dtype=np.int64),
+            cycle=rows(bool(want & {"impacts", "regime"}), 3, dtype=np.int64),
             energy=rows("energy" in want, 2),
+            peak=rows("peak" in want, 2),
             clearance=rows("clearance" in want and walls, 1),
+            violation=rows(scene.limit is not None, 3),
             status=np.zeros((chains, links), np.int64),
         )
 
@@ -120,7 +125,9 @@ class Computer:
             outputs.counts,
             outputs.cycle,
             outputs.energy,
+            outputs.peak,
             outputs.clearance,
+            outputs.violation,
             outputs.status,
         )
         return outputs
@@ -146,11 +153,17 @@ class Computer:
             arrays["section"] = outputs.section
         if outputs.energy is not None:
             arrays["E1max"], arrays["E2max"] = outputs.energy[..., 0], outputs.energy[..., 1]
+        if outputs.peak is not None:
+            arrays["E1peak"], arrays["E2peak"] = outputs.peak[..., 0], outputs.peak[..., 1]
+        if outputs.violation is not None:
+            names = ("first_violation", "violation_depth", "violations")
+            arrays |= dict(zip(names, np.moveaxis(outputs.violation, -1, 0), strict=True))
         if outputs.clearance is not None:
             arrays["clearance"] = outputs.clearance[..., 0]
         if outputs.cycle is not None:
-            period, impacts = outputs.cycle[..., 0], outputs.cycle[..., 1]
-            arrays["impacts"] = impacts
+            period, by_wall = outputs.cycle[..., 0], outputs.cycle[..., 1:]
+            impacts = by_wall.sum(axis=-1)
+            arrays["impacts"], arrays["impacts_by_wall"] = impacts, by_wall
             if "regime" in want:
                 arrays["period"] = period
                 arrays["regime"] = flags_of(status, period)

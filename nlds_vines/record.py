@@ -19,7 +19,7 @@ from nlds_vines.scenes import SCENES
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
 
-WANTS = ("section", "impacts", "energy", "regime", "clearance")
+WANTS = ("section", "impacts", "energy", "peak", "regime", "clearance")
 """What `[record] want` may ask for."""
 
 COMPONENTS = ("x1", "v1", "x2", "v2")
@@ -109,6 +109,16 @@ def components(scan: Scan) -> tuple[str, ...]:
     return COMPONENTS if SCENES[scan.system.kind].damper else COMPONENTS[:2]
 
 
+def _wall_scale(names: tuple[str, ...]) -> tuple[Scale, ...]:
+    return (Scale("wall", np.array(names), "1", "what is struck"),) if names else ()
+
+
+def struck(scan: Scan) -> tuple[str, ...]:
+    """Return what the walls of a scene belong to where it has two of them; otherwise nothing."""
+    scene = SCENES[scan.system.kind]
+    return tuple(scene.struck[wall] for wall in scene.walls) if len(scene.walls) > 1 else ()
+
+
 def starts(scan: Scan) -> tuple[str, ...]:
     """Return the names of the starts: `rest`, `up`, `down`; `random 0`, `random 1` for several."""
     policy = scan.start.policy
@@ -128,6 +138,7 @@ def scales(scan: Scan) -> tuple[Scale, ...]:
         Scale("start", np.array(starts(scan), dtype=np.str_), "1", "start of the orbit"),
         Scale("cycle", cycles, "1", "sampled forcing period, counted after the transient"),
         Scale("component", np.array(components(scan)), "1", "component of the state"),
+        *_wall_scale(struck(scan)),
     )
 
 
@@ -135,7 +146,7 @@ def sizes(scan: Scan) -> dict[str, int]:
     """Return the length of every dimension that a dataset of this scan may have."""
     axes = {axis.name: axis.values.size for axis in scan.axes}
     tail = {"start": scan.starts, "cycle": scan.periods, "component": len(components(scan))}
-    return axes | tail
+    return axes | tail | ({"wall": len(struck(scan))} if struck(scan) else {})
 
 
 def datasets(scan: Scan) -> tuple[Dataset, ...]:
@@ -148,13 +159,15 @@ def datasets(scan: Scan) -> tuple[Dataset, ...]:
     scene = SCENES[scan.system.kind]
     makers = {
         "section": _section(lanes),
-        "impacts": _impacts(lanes) if scene.walls else (),
-        "energy": _energy(lanes, scene.damper),
+        "impacts": _impacts(lanes, len(scene.walls)),
+        "energy": _energy(lanes, scene.damper, "max", "steady-state maximum"),
+        "peak": _energy(lanes, scene.damper, "peak", "maximum, the transient included,"),
         "regime": _regime(lanes, bool(scene.walls)),
         "clearance": _clearance(lanes) if scene.walls else (),
     }
     wanted = (dataset for want in WANTS if want in scan.want for dataset in makers[want])
-    by_name = {dataset.name: dataset for dataset in (*wanted, _status(lanes))}
+    always = (*(_violations(lanes) if scene.limit else ()), _status(lanes))
+    by_name = {dataset.name: dataset for dataset in (*wanted, *always)}
     return tuple(by_name.values())
 
 
@@ -195,17 +208,33 @@ def _count(lanes: tuple[str, ...]) -> Dataset:
     return Dataset("impacts", lanes, "int32", "1", text, -1)
 
 
-def _impacts(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
-    text = "impacts per forcing period"
-    return (_count(lanes), Dataset("impact_rate", lanes, "float64", "1", text, np.nan))
+def _impacts(lanes: tuple[str, ...], walls: int) -> Iterator[Dataset]:
+    if walls:
+        yield _count(lanes)
+        text = "impacts per forcing period"
+        yield Dataset("impact_rate", lanes, "float64", "1", text, np.nan)
+    if walls > 1:
+        text = "impacts by what is struck, counted as `impacts`"
+        yield Dataset("impacts_by_wall", (*lanes, "wall"), "int32", "1", text, -1)
 
 
-def _energy(lanes: tuple[str, ...], damper: bool) -> tuple[Dataset, ...]:
-    text = "steady-state maximum of the {}'s energy E{}, equation (6)"
+def _energy(lanes: tuple[str, ...], damper: bool, suffix: str, which: str) -> tuple[Dataset, ...]:
+    text = "{} of the {}'s energy E{}, equation (6)"
     bodies = ("primary structure", "damper") if damper else ("primary structure",)
     return tuple(
-        Dataset(f"E{i}max", lanes, "float64", "J", text.format(body, i), np.nan)
+        Dataset(f"E{i}{suffix}", lanes, "float64", "J", text.format(which, body, i), np.nan)
         for i, body in enumerate(bodies, start=1)
+    )
+
+
+def _violations(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    """What a scene reports whose damper must not come too near the structure."""
+    number = "how often the damper came where it must not, the transient included"
+    first, depth = "time of the first violation; NaN if there was none", "deepest violation"
+    return (
+        Dataset("violations", lanes, "int32", "1", number, -1),
+        Dataset("first_violation", lanes, "float64", "s", first, np.nan),
+        Dataset("violation_depth", lanes, "float64", "m", depth, np.nan),
     )
 
 

@@ -14,7 +14,7 @@ from .._jit import chosen, jit
 from .fixed_step import fixed_grid_of
 from .flight import cells_of, grid_of
 from .impact import Arc
-from .observe import note_energy
+from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy
 from .orbit import OK, SIZE, begin, linear_orbit, orbit
 from .parts import damper_of, far_wall_of, near_wall_of, structure_of
 from .recurrence import TOLERANCE, impacts_of, period_of
@@ -33,43 +33,53 @@ def own_arc(arc):
 
 @jit
 def free_cell(
-    arc, classical, ps, damper, near, far,
-    grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,
+    arc, classical, ps, damper, near, far, limit, grid, resolution, state,
+    section, beats, rows, energy, peak, clearance, violation, transient, first, periods, stops,
 ):  # fmt: skip
     """Run a scene without walls (arguments as `run_cell`)."""
-    status = linear_orbit(classical, ps, damper, None, None, grid, state, transient)
+    start_energy(ps, damper, peak, state)
+    status = linear_orbit(classical, ps, damper, None, peak, None, None, grid, 1, state, transient)
     if status == OK:
         start_energy(ps, damper, energy, state)
-        status = linear_orbit(classical, ps, damper, section, energy, grid, state, periods)
+        status = linear_orbit(
+            classical, ps, damper, section, either(energy, peak), None, None,
+            grid, stops, state, periods,
+        )  # fmt: skip
+        raise_peak(energy, peak)
     return status
 
 
 @jit
 def walled_cell(
-    arc, classical, ps, damper, near, far,
-    grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,
+    arc, classical, ps, damper, near, far, limit, grid, resolution, state,
+    section, beats, rows, energy, peak, clearance, violation, transient, first, periods, stops,
 ):  # fmt: skip
     """Run a scene with walls (arguments as `run_cell`)."""
     own, k = own_arc(arc), np.zeros(SCRATCH)
     steps = steps_for(classical, resolution)
+    watch = watch_of(violation, limit)
     begin(near, far, state)
+    start_energy(ps, damper, peak, state)
     status = orbit(
-        classical, ps, damper, near, far, own, None, None, None, None, None,
-        grid, steps, state, k, 0, transient,
+        classical, ps, damper, near, far, own, watch, None, None, None, peak, None, None, None,
+        grid, 1, steps, state, k, first - transient, transient,
     )  # fmt: skip
     if status == OK:
         start_energy(ps, damper, energy, state)
         status = orbit(
-            classical, ps, damper, near, far, own, section, beats, rows, energy, clearance,
-            grid, steps, state, k, first, periods,
+            classical, ps, damper, near, far, own, watch, section, beats, rows,
+            either(energy, peak), clearance, None, None,
+            grid, stops, steps, state, k, first, periods,
         )  # fmt: skip
+        raise_peak(energy, peak)
+        report_violation(violation, watch)
     return status
 
 
 @chosen
 def cell_orbit(
-    arc, classical, ps, damper, near, far,
-    grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,
+    arc, classical, ps, damper, near, far, limit, grid, resolution, state,
+    section, beats, rows, energy, peak, clearance, violation, transient, first, periods, stops,
 ):  # fmt: skip
     """Run a scene with walls or one without: neither knows of the other."""
     return free_cell if arc is None else walled_cell
@@ -89,37 +99,90 @@ def run_cell(
     beats,
     rows,
     energy,
+    peak,
     clearance,
+    violation,
     transient,
     first,
     periods,
+    stops,
 ):
     """Run one orbit: settle unobserved, then note what has a buffer. Returns a status.
 
     `classical` None is the exact method, True fixed steps; `has_...` and `arc` are None for parts
     the scene has not. `resolution`: Runge-Kutta steps, of a period when `classical`, otherwise of
-    a contact that has to be stepped. `first` numbers the first period, for the times in `rows`.
+    a contact that has to be stepped. `peak` (2,) takes the largest energies of transient and
+    sampled periods together; `violation` (3,) time of the first, depth and number of the passages
+    of the limit that the scene must keep. `first` numbers the first sampled period, for times;
+    `section` takes `stops` equidistant states of each period.
     """
     ps = structure_of(cell)
     damper = damper_of(has_damper, cell)
     n = cells_of(ps, damper)
     if n < 0:
         return TOO_STIFF
-    grid = grid_for(classical, ps, damper, n, resolution)
+    grid = grid_for(classical, ps, damper, n, resolution, stops)
     if classical is not None and grid.h * grid.rate > STABLE:
         return TOO_STIFF
     return cell_orbit(
         arc, classical, ps, damper, near_wall_of(has_near, cell), far_wall_of(has_far, cell),
-        grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,
+        cell.limit, grid, resolution, state, section, beats, rows, energy, peak, clearance,
+        violation, transient, first, periods, stops,
     )  # fmt: skip
 
 
+@jit
+def divisible(n, stops):
+    """Return the least multiple of `stops` that is n or more."""
+    return stops * ((n + stops - 1) // stops)
+
+
 @chosen
-def grid_for(classical, ps, damper, n, resolution):
-    """Return the grid of the method: exact cells, or fixed steps."""
+def watch_of(violation, limit):
+    """Return the rows of `observe.LEVEL` for a scene with a limit to keep, or None."""
+    if violation is None:
+        return lambda violation, limit: None
+
+    def watch(violation, limit):
+        rows = np.zeros(6)
+        rows[LEVEL], rows[FIRST] = limit, np.nan
+        return rows
+
+    return watch
+
+
+@jit
+def report_violation(violation, watch):
+    """Fill the violations (3,) of one lane: time of the first [s], greatest depth [m], number."""
+    if violation is not None:
+        violation[0], violation[1], violation[2] = watch[FIRST], watch[EXCESS], watch[NUMBER]
+
+
+@chosen
+def either(energy, peak):
+    """Return where energies of the sampled periods are noted."""
+    if energy is None:
+        return lambda energy, peak: peak
+    return lambda energy, peak: energy
+
+
+@jit
+def raise_peak(energy, peak):
+    """Let the largest energies of the whole run include those of the sampled periods."""
+    if energy is not None and peak is not None:
+        peak[0], peak[1] = max(peak[0], energy[0]), max(peak[1], energy[1])
+
+
+@chosen
+def grid_for(classical, ps, damper, n, resolution, stops):
+    """Return the grid of the method: exact cells, or fixed steps, a multiple of `stops`."""
     if classical is None:
-        return lambda classical, ps, damper, n, resolution: grid_of(ps, damper, n)
-    return lambda classical, ps, damper, n, resolution: fixed_grid_of(ps, damper, int(resolution))
+        return lambda classical, ps, damper, n, resolution, stops: grid_of(
+            ps, damper, divisible(n, stops)
+        )
+    return lambda classical, ps, damper, n, resolution, stops: fixed_grid_of(
+        ps, damper, divisible(int(resolution), stops)
+    )
 
 
 @jit
@@ -168,16 +231,17 @@ def lane_of(values, chain, link):
 
 @jit
 def summarise(section, beats, counts, cycle):
-    """Fill the impact counts (2,) by wall and the cycle (n, k) of one lane where asked for."""
+    """Fill the impact counts (2,) by wall and the cycle (n, k near, k far) of one lane."""
     if counts is not None:
         for wall in range(2):
             counts[wall] = 0
             for p in range(len(beats)):
                 counts[wall] += beats[p, wall]
     if cycle is not None:
-        cycle[0], cycle[1] = period_of(section, TOLERANCE), 0
+        cycle[0], cycle[1], cycle[2] = period_of(section, TOLERANCE), 0, 0
         if beats is not None:
-            cycle[1] = impacts_of(beats, cycle[0])
+            for wall in range(2):
+                cycle[1 + wall] = impacts_of(beats, wall, cycle[0])
 
 
 @jit(parallel=True)
@@ -196,15 +260,18 @@ def run_lanes(
     counts,
     cycle,
     energy,
+    peak,
     clearance,
+    violation,
     status,
 ):
     """Run all chains of a block of cells (chains, links), each from its start (chains, 4).
 
     Outputs have the shape (chains, links, ...) or are None: `section` (periods, components),
-    `counts` (2,) impacts by wall, `cycle` (2,) n and k, `energy` (2,) [J], `clearance` (1,) [m];
-    `status` always. A lane that fails keeps its fill values, starts the next link of its chain
-    from rest, and touches nothing of its neighbours.
+    `counts` (2,) impacts by wall, `cycle` (3,) n and k at either wall, `energy` and `peak` (2,)
+    [J], `clearance` (1,) [m], `violation` (3,) [s, m, 1]; `status` always. A lane that fails keeps
+    its fill values, starts the next link of its chain from rest, and touches nothing of its
+    neighbours.
     """
     chains, links = cells.shape
     for chain in numba.prange(chains):
@@ -218,8 +285,9 @@ def run_lanes(
                 state[2] += cell.rest - cells[chain, link - 1].rest
             code = run_cell(
                 classical, has_damper, has_near, has_far, arc, resolution, cell, state, rows,
-                beats, None, lane_of(energy, chain, link), lane_of(clearance, chain, link),
-                transient, transient, periods,
+                beats, None, lane_of(energy, chain, link), lane_of(peak, chain, link),
+                lane_of(clearance, chain, link), lane_of(violation, chain, link),
+                transient, transient, periods, 1,
             )  # fmt: skip
             status[chain, link] = code
             if code == OK:

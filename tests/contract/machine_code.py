@@ -69,7 +69,9 @@ def compiled(system, method, want):
         None,
         np.zeros(2) if want == "energy" else None,
         None,
-        *(3, 3, 3),
+        None,
+        None,
+        *(3, 3, 3, 1),
     )
     (signature,) = set(lanes.run_cell.overloads) - known
     parts = libraries(lanes.run_cell.overloads[signature].library, [])

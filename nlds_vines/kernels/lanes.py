@@ -18,7 +18,9 @@ from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy
 from .orbit import OK, SIZE, begin, linear_orbit, orbit
 from .parts import damper_of, far_wall_of, near_wall_of, structure_of
 from .recurrence import TOLERANCE, impacts_of, period_of
+from .ride import ride_of
 from .runge_kutta import SCRATCH
+from .verdict import judge
 
 TOO_STIFF = 5  # more cells in a period than a lane may take (`flight.MOST_CELLS`)
 STABLE = 2.5  # a fixed step in units of 1/rate: beyond 2.8, errors of order four grow
@@ -34,7 +36,8 @@ def own_arc(arc):
 @jit
 def free_cell(
     arc, classical, ps, damper, near, far, limit, grid, resolution, state,
-    section, beats, rows, energy, peak, clearance, violation, transient, first, periods, stops,
+    early, section, beats, rows, energy, peak, clearance, violation,
+    transient, first, periods, stops,
 ):  # fmt: skip
     """Run a scene without walls (arguments as `run_cell`)."""
     start_energy(ps, damper, peak, state)
@@ -52,7 +55,8 @@ def free_cell(
 @jit
 def walled_cell(
     arc, classical, ps, damper, near, far, limit, grid, resolution, state,
-    section, beats, rows, energy, peak, clearance, violation, transient, first, periods, stops,
+    early, section, beats, rows, energy, peak, clearance, violation,
+    transient, first, periods, stops,
 ):  # fmt: skip
     """Run a scene with walls (arguments as `run_cell`)."""
     own, k = own_arc(arc), np.zeros(SCRATCH)
@@ -61,7 +65,7 @@ def walled_cell(
     begin(near, far, state)
     start_energy(ps, damper, peak, state)
     status = orbit(
-        classical, ps, damper, near, far, own, watch, None, None, None, peak, None, None, None,
+        classical, ps, damper, near, far, own, watch, early, None, None, peak, None, None, None,
         grid, 1, steps, state, k, first - transient, transient,
     )  # fmt: skip
     if status == OK:
@@ -79,7 +83,8 @@ def walled_cell(
 @chosen
 def cell_orbit(
     arc, classical, ps, damper, near, far, limit, grid, resolution, state,
-    section, beats, rows, energy, peak, clearance, violation, transient, first, periods, stops,
+    early, section, beats, rows, energy, peak, clearance, violation,
+    transient, first, periods, stops,
 ):  # fmt: skip
     """Run a scene with walls or one without: neither knows of the other."""
     return free_cell if arc is None else walled_cell
@@ -95,6 +100,7 @@ def run_cell(
     resolution,
     cell,
     state,
+    early,
     section,
     beats,
     rows,
@@ -112,7 +118,8 @@ def run_cell(
     `classical` None is the exact method, True fixed steps; `has_...` and `arc` are None for parts
     the scene has not. `resolution`: Runge-Kutta steps, of a period when `classical`, otherwise of
     a contact that has to be stepped. `peak` (2,) takes the largest energies of transient and
-    sampled periods together; `violation` (3,) time of the first, depth and number of the passages
+    sampled periods together, `early` (transient, components) the section of the transient;
+    `violation` (3,) time of the first, depth and number of the passages
     of the limit that the scene must keep. `first` numbers the first sampled period, for times;
     `section` takes `stops` equidistant states of each period.
     """
@@ -126,8 +133,8 @@ def run_cell(
         return TOO_STIFF
     return cell_orbit(
         arc, classical, ps, damper, near_wall_of(has_near, cell), far_wall_of(has_far, cell),
-        cell.limit, grid, resolution, state, section, beats, rows, energy, peak, clearance,
-        violation, transient, first, periods, stops,
+        cell.limit, grid, resolution, state, early, section, beats, rows, energy, peak,
+        clearance, violation, transient, first, periods, stops,
     )  # fmt: skip
 
 
@@ -202,15 +209,56 @@ def start_energy(ps, damper, energy, state):
 
 
 @chosen
-def section_rows(section, cycle, damper, chain, link, periods):
-    """Return the rows for the section points of one lane: its output, scratch, or None."""
-    if section is not None:
-        return lambda section, cycle, damper, chain, link, periods: section[chain, link]
-    if cycle is None:
-        return lambda section, cycle, damper, chain, link, periods: None
+def record_rows(evidence, damper, count):
+    """Return room for the section of a lane's whole course and of what a verdict adds, or None."""
+    if evidence is None:
+        return lambda evidence, damper, count: None
     if damper is None:
-        return lambda section, cycle, damper, chain, link, periods: np.empty((periods, 2))
-    return lambda section, cycle, damper, chain, link, periods: np.empty((periods, 4))
+        return lambda evidence, damper, count: np.empty((count, 2))
+    return lambda evidence, damper, count: np.empty((count, 4))
+
+
+@chosen
+def early_rows(record, transient):
+    """Return the rows for the section of the transient, or None where nobody asks."""
+    if record is None:
+        return lambda record, transient: None
+    return lambda record, transient: record[:transient]
+
+
+@chosen
+def section_rows(section, cycle, record, damper, chain, link, transient, periods):
+    """Return the rows for the section points of one lane: its output, scratch, or None."""
+
+    def recorded(section, cycle, record, damper, chain, link, transient, periods):
+        return record[transient : transient + periods]
+
+    def put_out(section, cycle, record, damper, chain, link, transient, periods):
+        return section[chain, link]
+
+    def absent(section, cycle, record, damper, chain, link, transient, periods):
+        return None
+
+    def two(section, cycle, record, damper, chain, link, transient, periods):
+        return np.empty((periods, 2))
+
+    def four(section, cycle, record, damper, chain, link, transient, periods):
+        return np.empty((periods, 4))
+
+    if record is not None:
+        return recorded
+    if section is not None:
+        return put_out
+    if cycle is None:
+        return absent
+    return two if damper is None else four
+
+
+@jit
+def put_section(section, record, rows, chain, link):
+    """Copy the sampled section of one lane to its output, if it stands elsewhere."""
+    if section is not None and record is not None:
+        section[chain, link] = rows
 
 
 @chosen
@@ -244,6 +292,66 @@ def summarise(section, beats, counts, cycle):
                 cycle[1 + wall] = impacts_of(beats, wall, cycle[0])
 
 
+@jit
+def linear_ride(arc, classical, ps, damper, near, far, jets, grid, resolution):
+    """Return the `Ride` of a scene without walls."""
+    return ride_of(classical, ps, damper, None, None, None, jets, grid, 1.0)
+
+
+@jit
+def walled_ride(arc, classical, ps, damper, near, far, jets, grid, resolution):
+    """Return the `Ride` of a scene with walls."""
+    steps = steps_for(classical, resolution)
+    return ride_of(classical, ps, damper, near, far, own_arc(arc), jets, grid, steps)
+
+
+@chosen
+def ride_for(arc, classical, ps, damper, near, far, jets, grid, resolution):
+    """Return the `Ride` of a scene with walls or without."""
+    return linear_ride if arc is None else walled_ride
+
+
+@jit
+def judge_cell(
+    classical, has_damper, has_near, has_far, arc, resolution, cell,
+    origin, state, record, length, hint, stages, evidence,
+):  # fmt: skip
+    """Say what the orbit of one cell is (`verdict.judge`; parts as `run_cell`)."""
+    ps = structure_of(cell)
+    damper = damper_of(has_damper, cell)
+    n = cells_of(ps, damper)
+    ride = ride_for(
+        arc, classical, ps, damper, near_wall_of(has_near, cell), far_wall_of(has_far, cell),
+        grid_of(ps, damper, n), grid_for(classical, ps, damper, n, resolution, 1), resolution,
+    )  # fmt: skip
+    return judge(ride, origin, state, record, length, hint, stages, evidence)
+
+
+@chosen
+def judge_lane(
+    evidence, record, classical, has_damper, has_near, has_far, arc, resolution, cell,
+    origin, state, cycle, stages, chain, link, length,
+):  # fmt: skip
+    """Fill the evidence of one lane, if anyone asks for it; returns a status."""
+
+    def judged(
+        evidence, record, classical, has_damper, has_near, has_far, arc, resolution, cell,
+        origin, state, cycle, stages, chain, link, length,
+    ):  # fmt: skip
+        return judge_cell(
+            classical, has_damper, has_near, has_far, arc, resolution, cell,
+            origin, state, record, length, cycle[chain, link, 0], stages, evidence[chain, link],
+        )  # fmt: skip
+
+    def unasked(
+        evidence, record, classical, has_damper, has_near, has_far, arc, resolution, cell,
+        origin, state, cycle, stages, chain, link, length,
+    ):  # fmt: skip
+        return OK
+
+    return unasked if evidence is None else judged
+
+
 @jit(parallel=True)
 def run_lanes(
     classical,
@@ -263,14 +371,17 @@ def run_lanes(
     peak,
     clearance,
     violation,
+    evidence,
+    stages,
     status,
 ):
     """Run all chains of a block of cells (chains, links), each from its start (chains, 4).
 
     Outputs have the shape (chains, links, ...) or are None: `section` (periods, components),
     `counts` (2,) impacts by wall, `cycle` (3,) n and k at either wall, `energy` and `peak` (2,)
-    [J], `clearance` (1,) [m], `violation` (3,) [s, m, 1]; `status` always. A lane that fails keeps
-    its fill values, starts the next link of its chain from rest, and touches nothing of its
+    [J], `clearance` (1,) [m], `violation` (3,) [s, m, 1], `evidence` (`verdict.COLUMNS`,), which
+    needs `cycle` and may take the further periods `stages`; `status` always. A lane that fails
+    keeps its fill values, starts the next link of its chain from rest, and touches nothing of its
     neighbours.
     """
     chains, links = cells.shape
@@ -278,19 +389,27 @@ def run_lanes(
         state = np.zeros(SIZE)
         state[:4] = starts[chain]
         for link in range(links):
-            rows = section_rows(section, cycle, has_damper, chain, link, periods)
+            record = record_rows(evidence, has_damper, transient + periods + stages.sum())
+            rows = section_rows(section, cycle, record, has_damper, chain, link, transient, periods)
             beats = beat_rows(counts, cycle, arc, periods)
             cell = cells[chain, link]
             if link > 0:  # the displacement is carried over, wherever the new rest may be
                 state[2] += cell.rest - cells[chain, link - 1].rest
+            origin = state.copy()
             code = run_cell(
-                classical, has_damper, has_near, has_far, arc, resolution, cell, state, rows,
+                classical, has_damper, has_near, has_far, arc, resolution, cell, state,
+                early_rows(record, transient), rows,
                 beats, None, lane_of(energy, chain, link), lane_of(peak, chain, link),
                 lane_of(clearance, chain, link), lane_of(violation, chain, link),
                 transient, transient, periods, 1,
             )  # fmt: skip
-            status[chain, link] = code
             if code == OK:
                 summarise(rows, beats, lane_of(counts, chain, link), lane_of(cycle, chain, link))
-            else:
+                put_section(section, record, rows, chain, link)
+                code = judge_lane(
+                    evidence, record, classical, has_damper, has_near, has_far, arc, resolution,
+                    cell, origin, state, cycle, stages, chain, link, transient + periods,
+                )  # fmt: skip
+            status[chain, link] = code
+            if code != OK:
                 state[:] = 0.0

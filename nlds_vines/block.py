@@ -11,6 +11,7 @@ import numpy as np
 from nlds_vines.arc import make_arc
 from nlds_vines.evidence import COLUMNS, JUDGED, arrays_of
 from nlds_vines.kernels import lanes
+from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.record import OK, Dataset, components, datasets, sizes
 from nlds_vines.regimes import EFFORTS
 from nlds_vines.scenes import SCENES, Scene
@@ -60,6 +61,7 @@ class Outputs:
     clearance: np.ndarray | None
     violation: np.ndarray | None
     evidence: np.ndarray | None
+    ends: np.ndarray
     status: np.ndarray
 
     @classmethod
@@ -67,12 +69,13 @@ class Outputs:
         """Allocate the buffers that the scan's `want` needs."""
         want, scene = set(scan.want), SCENES[scan.system.kind]
         walls, judged = bool(scene.walls), bool(want & JUDGED)
+        noted = scan.periods + (scan.transient if judged else 0)
 
         def rows(wanted: bool, *tail: int, dtype: Any = float) -> np.ndarray | None:
             return np.zeros((chains, links, *tail), dtype) if wanted else None
 
         return cls(
-            section=rows("section" in want, scan.periods, len(components(scan))),
+            section=rows("section" in want or judged, noted, len(components(scan))),
             counts=rows(("impacts" in want or judged) and walls, 2, dtype=np.int64),
             cycle=rows("impacts" in want or judged, 3, dtype=np.int64),
             energy=rows("energy" in want, 2),
@@ -80,6 +83,7 @@ class Outputs:
             clearance=rows("clearance" in want and walls, 1),
             violation=rows(scene.limit is not None, 3),
             evidence=rows(judged, COLUMNS),
+            ends=np.zeros((chains, links, 2, SIZE)),
             status=np.zeros((chains, links), np.int64),
         )
 
@@ -132,11 +136,31 @@ class Computer:
             outputs.peak,
             outputs.clearance,
             outputs.violation,
-            outputs.evidence,
-            self._stages,
+            outputs.ends,
             outputs.status,
         )
+        if outputs.evidence is not None:
+            self._judge(chains, outputs)
         return outputs
+
+    def _judge(self, chains: np.ndarray, outputs: Outputs) -> None:
+        """Fill the evidence of lanes that have run."""
+        classical, damper, near, far, arc = self._parts
+        lanes.judge_lanes(
+            classical,
+            damper,
+            near,
+            far,
+            arc,
+            RESOLUTION[self.scan.method],
+            chains.view(np.recarray),
+            outputs.ends,
+            outputs.section,
+            outputs.cycle,
+            self._stages,
+            outputs.evidence,
+            outputs.status,
+        )
 
     def _chains(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the chains of a block of cells and the start (x1, v1, r, s) of each."""
@@ -156,7 +180,7 @@ class Computer:
         status = outputs.status
         arrays = {"status": status}
         if outputs.section is not None:
-            arrays["section"] = outputs.section
+            arrays["section"] = outputs.section[:, :, -self.scan.periods :]
         if outputs.energy is not None:
             arrays["E1max"], arrays["E2max"] = outputs.energy[..., 0], outputs.energy[..., 1]
         if outputs.peak is not None:

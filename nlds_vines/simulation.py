@@ -10,7 +10,7 @@ import numpy as np
 
 from nlds_vines.block import RESOLUTION, cell_of, method_parts
 from nlds_vines.errors import RequestError, choice, number, whole
-from nlds_vines.kernels.lanes import run_cell
+from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.observe import COLUMNS, Rows
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.record import COMPONENTS, OK, STATUS

@@ -186,6 +186,16 @@ def wander(ride, state, tangent, logs, growth, record, first):
 
 
 @jit
+def longer(record, more):
+    """Return a copy of a section with room for more periods."""
+    grown = np.empty((len(record) + more, record.shape[1]))
+    for p in range(len(record)):
+        for c in range(record.shape[1]):
+            grown[p, c] = record[p, c]
+    return grown
+
+
+@jit
 def note_exponents(evidence, growth, periods, period, size):
     """Write all exponents [1/s]."""
     for i in range(size):
@@ -219,13 +229,14 @@ def passed_through_chaos(ride, origin, evidence, period):
 
 
 @jit
-def judge(ride, origin, state, record, length, hint, stages, evidence):
+def judge(ride, origin, state, record, hint, stages, evidence):
     """Say what an orbit is; see the columns of `evidence` (COLUMNS,).
 
-    origin, state: the states (SIZE,) at its begin and end; record (length + sum(stages), ...) its
-    section in the first `length` rows and room for more; hint: a period found by recurrence or 0;
-    stages: further periods allowed, stage by stage. Returns a status.
+    origin, state: the states (SIZE,) at its begin and end; record (periods, components) its section
+    all the way; hint: a period found by recurrence or 0; stages: further periods allowed, stage by
+    stage. Returns a status.
     """
+    length = len(record)
     evidence[:] = np.nan
     evidence[KIND], evidence[PERIOD], evidence[SETTLING] = UNDETERMINED, 0.0, -1.0
     period = ride.jets.h * ride.jets.n
@@ -242,6 +253,7 @@ def judge(ride, origin, state, record, length, hint, stages, evidence):
         if stage == len(stages):
             return OK
         logs = np.zeros(stages[stage])
+        record = longer(record, stages[stage])
         growth[:] = 0.0
         status = wander(ride, now, tangent, logs, growth, record, length)
         if status != OK:

@@ -17,7 +17,7 @@ FLOORS = (
     {"kernels", "_jit"},  # numbers in, numbers out
     {"errors", "parameters", "scenes", "system", "catalogue", "_resources", "_toml", "arc"},
     {"axes", "starts", "wants", "record", "scan", "regimes", "provenance", "durable"},
-    {"block", "simulation", "archive", "parts", "peers"},
+    {"block", "batch", "simulation", "archive", "folder", "parts", "peers"},
     {"engine", "figures"},
     {"bifurcation", "accuracy", "_command", "_scan_options", "__main__"},
 )

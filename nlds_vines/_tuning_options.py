@@ -23,7 +23,7 @@ def add_tuning_options(parser: Parser) -> None:
     group.add_argument("--band", metavar="LOW:HIGH:NUM", help="the peak over these omega [rad/s]")
     _repeated(group, "--over", "NAME=A,B,...", "the worst over these values; several combine")
     group.add_argument("--transient", type=int, metavar="PERIODS", help="discarded [300]")
-    group.add_argument("--periods", type=int, metavar="PERIODS", help="sampled [60]")
+    group.add_argument("--periods", type=int, metavar="PERIODS", help="sampled [60; no walls: 2]")
     group = parser.add_argument_group("how to search")
     group.add_argument("--search", metavar="METHOD", help=f"{' or '.join(SEARCHES)} [de]")
     group.add_argument("--population", type=int, metavar="N", help="designs in a generation [60]")

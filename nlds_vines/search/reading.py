@@ -12,7 +12,7 @@ from nlds_vines.axes import Axis
 from nlds_vines.catalogue import system_from
 from nlds_vines.errors import RequestError, at, choice, shown, string, table
 from nlds_vines.search.free import Free, tunable, usual
-from nlds_vines.search.request import SECTIONS, Search, Surface, Tuning
+from nlds_vines.search.request import SAMPLED, SAMPLED_FREE, SECTIONS, Search, Surface, Tuning
 from nlds_vines.system import System
 
 DEFAULT_SYSTEM = "ssul-set6"
@@ -50,7 +50,7 @@ def load_tuning(
             over=over,
             surface=_surface(_merged("surface", below, above)),
             search=Search(**_merged("search", below, above)),
-            **_merged("sampling", below, above),
+            **_sampling(system, _merged("sampling", below, above)),
         )
 
 
@@ -111,6 +111,11 @@ def _refuse_contradiction(layer: Document) -> None:
     for one, other in (keys[:2], keys[1:], keys[::2]):
         if both := sorted(layer.get(one, {}).keys() & layer.get(other, {}).keys()):
             raise RequestError(f"{both[0]} stands in [{one}] and in [{other}]: one of them only")
+
+
+def _sampling(system: System, given: Document) -> Document:
+    """Return the numbers of periods; of those sampled, as many as the scene needs by default."""
+    return {"periods": SAMPLED if system.scene.walls else SAMPLED_FREE} | dict(given)
 
 
 def _surface(entry: Document) -> Surface | None:

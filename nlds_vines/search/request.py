@@ -21,6 +21,10 @@ from nlds_vines.errors import RequestError, choice, number, string, whole
 from nlds_vines.search.free import Free, tunable
 from nlds_vines.system import System
 
+SAMPLED, SAMPLED_FREE = 60, 2
+"""Forcing periods sampled by default: with walls, where motions of many periods are common; without
+any, where the steady state repeats itself in every period."""
+
 SEARCHES = ("de", "cma")
 """The global searches: differential evolution; CMA-ES, which needs the extra `cma`."""
 
@@ -137,7 +141,7 @@ class Tuning:
     over: tuple[Axis, ...] = ()
     surface: Surface | None = None
     transient: int = 300
-    periods: int = 60
+    periods: int = SAMPLED
     search: Search = field(default_factory=Search)
 
     def __post_init__(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +52,7 @@ def run(
             with Progress(tuning.most_evaluations, quiet) as progress:
                 found = _findings(tuning, Log(tuning, journal, progress))
             spent = round(time.perf_counter() - began, 3)
-            more = {"threads": used, "seconds": spent, "replayed_evaluations": known}
+            more = {"threads": used, "seconds": spent, "replayed": known}
             _store(tuning, found, journal, more)
         except KeyboardInterrupt:
             journal.flush()
@@ -125,7 +126,7 @@ def _surface(
 
 
 def _store(
-    tuning: Tuning, found: layout.Findings, journal: Journal, more: dict[str, str | int | float]
+    tuning: Tuning, found: layout.Findings, journal: Journal, more: Mapping[str, float]
 ) -> None:
     """Write the archive, put it in its place and let the journal go."""
     journal.flush()

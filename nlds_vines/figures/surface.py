@@ -7,9 +7,10 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, ScalarFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from nlds_vines.archive import ArchiveView
 from nlds_vines.errors import RequestError
@@ -25,8 +26,8 @@ from nlds_vines.figures.style import (
 )
 from nlds_vines.parameters import PARAMETERS
 
-_HEIGHT = 11 * CM
-_FRAME = (LEFT + 0.02, 0.115, 0.665, 0.765)
+_HEIGHT = 11.6 * CM
+_FRAME = (LEFT + 0.02, 0.115, 0.665, 0.735)
 _WIDE = 8.0  # ratio of the largest to the smallest value from which shades go by the logarithm
 _INK = "#d7191c"
 
@@ -36,7 +37,7 @@ def tuning_surface(view: ArchiveView) -> Figure:
     """Return the surface of a tuning: shades and contours of E1max over two free parameters.
 
     The other parameters are those of the best optimum, which a star marks; circles mark the
-    near-equal ones, whose other parameters may differ.  Inadmissible designs are grey.
+    near-equal ones, which may lie off the surface.  Inadmissible designs are grey.
 
     Raises `RequestError` for a tuning without a surface.
     """
@@ -82,16 +83,24 @@ def _shade(figure: Figure, axes: Axes, view: ArchiveView) -> None:
         axes.contour(across, up, found, levels=levels, colors="white", linewidths=0.4)
     else:
         axes.contour(across, up, found, 8, colors="white", linewidths=0.4)
-    for set_scale, values in ((axes.set_xscale, across), (axes.set_yscale, up)):
-        if not _evenly(values):
-            set_scale("log")
+    if not _evenly(across):
+        axes.set_xscale("log")
+        _in_plain_numbers(axes.xaxis)
+    if not _evenly(up):
+        axes.set_yscale("log")
+        _in_plain_numbers(axes.yaxis)
     left, bottom, width, height = _FRAME
     bar = figure.colorbar(mesh, cax=figure.add_axes((left + width + 0.02, bottom, 0.023, height)))
     bar.set_label(quantity_label("E1max", view.units("surface")))
     if isinstance(norm, LogNorm):
-        bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        bar.ax.yaxis.set_major_formatter(ScalarFormatter())
-        bar.ax.minorticks_off()
+        _in_plain_numbers(bar.ax.yaxis)
+
+
+def _in_plain_numbers(axis: Axis) -> None:
+    """Mark 1, 2, 5, 10, ... on a logarithmic axis, written out."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _norm(found: np.ma.MaskedArray) -> Normalize:
@@ -105,23 +114,16 @@ def _mark(axes: Axes, view: ArchiveView) -> None:
     """Mark the optima: a star for the best, circles for those nearly as good."""
     x, y = (view[f"optimum_{name}"] for name in _names(view))
     style: dict[str, Any] = {"linestyle": "none", "clip_on": False, "zorder": 5}
-    ring: dict[str, Any] = {
-        "markerfacecolor": "none",
-        "markeredgecolor": _INK,
-        "markeredgewidth": 1.1,
-    }
-    star: dict[str, Any] = {
-        "markerfacecolor": _INK,
-        "markeredgecolor": "white",
-        "markeredgewidth": 0.6,
-    }
+    ring: dict[str, Any] = {"mfc": "none", "mec": _INK, "mew": 1.1}
+    star: dict[str, Any] = {"mfc": _INK, "mec": "white", "mew": 0.6}
     best = f"best: {view['optimum_objective'][0]:.4g} J"
     axes.plot(x[:1], y[:1], marker="*", markersize=11, label=best, **star, **style)
     if x.size > 1:
-        label = "nearly as good, perhaps at other values of what is held"
+        label = "nearly as good, perhaps off the surface"
         axes.plot(x[1:], y[1:], marker="o", markersize=6, label=label, **ring, **style)
     # above the frame, where it hides nothing
-    axes.legend(loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=2, frameon=False)
+    place: dict[str, Any] = {"bbox_to_anchor": (0.0, 1.0), "borderpad": 0, "borderaxespad": 0.4}
+    axes.legend(loc="lower left", ncols=2, frameon=False, handletextpad=0.2, **place)
 
 
 def _evenly(values: np.ndarray) -> bool:

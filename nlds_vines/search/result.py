@@ -17,6 +17,8 @@ from nlds_vines.search.log import STAGES
 from nlds_vines.search.reading import load_tuning
 from nlds_vines.search.request import Tuning
 
+_AT_BOUND = 1e-3  # of the range
+
 
 @dataclass(frozen=True)
 class Optimum:
@@ -99,8 +101,8 @@ class Tuned:
             value = self.parameters[item.name]
             if item.inert:
                 yield f"{item.name} does not enter the dynamics: any value is as good"
-            elif value in (item.low, item.high):
-                yield f"{item.name} stands at its bound {value:g}: the optimum may lie beyond"
+            elif not _AT_BOUND < item.unit(np.asarray(value)) < 1 - _AT_BOUND:
+                yield f"{item.name} stands at its bound {value:.4g}: the optimum may lie beyond"
 
 
 def tuned(path: str | os.PathLike[str]) -> Tuned:

@@ -88,8 +88,7 @@ def write_arrays(
         given = []
         for entry, values in contents:
             stored = values if entry.dtype == "str" else values.astype(entry.dtype)
-            if values.size:
-                file[entry.name][...] = _storable(stored)
+            file[entry.name][...] = _storable(stored)
             given.append((entry.name, (slice(None),) * values.ndim, _crc(stored)))
         _note_checksums(file)
     durable.seal(path)

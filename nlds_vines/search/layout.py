@@ -58,13 +58,14 @@ def scales(tuning: Tuning, found: Findings) -> list[Scale]:
 
 
 def contents(tuning: Tuning, found: Findings) -> list[Content]:
-    """Return the datasets of the archive with their values."""
-    return [
+    """Return the datasets of the archive with their values; none without any, as no optimum."""
+    possible = [
         *_evaluations(tuning, found),
         *_cases(tuning),
         *_optima(tuning, found),
         *_surface(tuning, found),
     ]
+    return [(entry, values) for entry, values in possible if values.size]
 
 
 def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:

@@ -128,8 +128,9 @@ def tuned(path: str | os.PathLike[str]) -> Tuned:
 
 
 def _optima(view: ArchiveView, tuning: Tuning) -> Iterator[Optimum]:
-    objective = view["optimum_objective"]
-    causes = view["perturbation"].tolist() if objective.size else []
+    if "optimum_objective" not in view:
+        return
+    objective, causes = view["optimum_objective"], view["perturbation"].tolist()
     for i in range(objective.size):
         yield Optimum(
             parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},

@@ -42,16 +42,16 @@ class Outcome:
 class Batch:
     """Runs batches of cells of one scene; what all batches share is prepared once."""
 
-    def __init__(self, scene: Scene, transient: int, periods: int) -> None:
-        """Prepare for cells of `scene`, with so many forcing periods discarded and sampled."""
+    def __init__(self, scene: Scene) -> None:
+        """Prepare for cells of `scene`."""
         self._parts = method_parts(METHOD, scene)
-        self._transient, self._periods = transient, periods
 
-    def run(self, cells: np.ndarray, starts: np.ndarray) -> Outcome:
+    def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
         """Run one lane for each cell on the current threads, all in one call of the kernel.
 
         Arguments: `cells` of dtype `CELL` and any shape; `starts` (x1, v1, r, s) as
-        `starts.random_states` has it, of that shape + (4,), zeros for rest.
+        `starts.random_states` has it, of that shape + (4,), zeros for rest; the forcing periods
+        discarded and sampled.
         """
         chains = np.ascontiguousarray(cells.reshape(-1, 1))
         energy = np.zeros((*chains.shape, 2))
@@ -66,8 +66,8 @@ class Batch:
             RESOLUTION[METHOD],
             chains.view(np.recarray),
             np.ascontiguousarray(starts.reshape(-1, 4)),
-            self._transient,
-            self._periods,
+            transient,
+            periods,
             None,
             None,
             None,

@@ -76,6 +76,7 @@ def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
     table += [
         Dataset("detuning", dims, "float64", "1", "factor on every omega", np.nan),
         Dataset("random_start", dims, "int32", "1", "random start; 0: from rest", 0),
+        Dataset("stretch", dims, "float64", "1", "factor on all numbers of periods", np.nan),
         Dataset("objective", dims, "float64", "J", "largest E1max of all cases", np.inf),
         Dataset("E2max", dims, "float64", "J", "the damper's energy in that case", np.nan),
         Dataset("worst_case", dims, "int32", "1", "number of that case", 0),

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from nlds_vines.search.journal import Journal
-from nlds_vines.search.objective import RESULTS, Objective, Trials
+from nlds_vines.search.objective import HOW, RESULTS, Objective, Trials
 from nlds_vines.search.progress import Progress
 from nlds_vines.search.request import Tuning
 
@@ -39,7 +39,7 @@ class Log:
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return everything evaluated so far, by column."""
-        names = (*self.tuning.names, "detuning", "random_start", *RESULTS, "stage", "seed")
+        names = (*self.tuning.names, *HOW, *RESULTS, "stage", "seed")
         table = np.concatenate(self._blocks) if self._blocks else np.empty((0, len(names)))
         return dict(zip(names, table.T, strict=True))
 

@@ -16,23 +16,29 @@ class Trials:
     """Designs to look at, (n,) each but for the points.
 
     Arguments: `points` (n, free parameters) in SI units; `detuning`, the factor on omega;
-    `start`, 0 for rest and i for the i-th random start.
+    `start`, 0 for rest and i for the i-th random start; `stretch`, the factor on the periods
+    discarded and sampled.
     """
 
     points: np.ndarray
     detuning: np.ndarray
     start: np.ndarray
+    stretch: np.ndarray
 
     @classmethod
     def at_rest(cls, points: np.ndarray) -> Trials:
         """Return designs as they are, their orbits begun at rest."""
-        return cls(points, np.ones(len(points)), np.zeros(len(points)))
+        one = np.ones(len(points))
+        return cls(points, one, np.zeros(len(points)), one)
 
     @property
     def table(self) -> np.ndarray:
         """All of it as numbers, one row for each trial."""
-        return np.column_stack([self.points, self.detuning, self.start])
+        return np.column_stack([self.points, self.detuning, self.start, self.stretch])
 
+
+HOW = ("detuning", "random_start", "stretch")
+"""The columns of a trial's table beside its parameters."""
 
 RESULTS = ("objective", "E2max", "status", "worst_case")
 """The columns of what comes of a trial: E1max [J] of its worst case, infinite where the design is
@@ -46,17 +52,22 @@ class Objective:
         """Prepare for designs of `tuning`."""
         self._tuning = tuning
         self._cases = tuning.cases()
-        self._batch = Batch(tuning.system.scene, tuning.transient, tuning.periods)
+        self._batch = Batch(tuning.system.scene)
         generator = np.random.default_rng(tuning.search.seed)
         self._draws = generator.uniform(-1.0, 1.0, size=(STARTS, 4))
 
     def results(self, trials: Trials) -> np.ndarray:
-        """Return `RESULTS` of each trial (n, 4): all designs and cases in one call of the kernel.
+        """Return `RESULTS` of each trial (n, 4): designs and cases of one length in one call.
 
         objective = max over the cases of E1max.
         """
-        cells = self._cells(trials)
-        return worst(self._batch.run(cells, self._starts(cells, trials)))
+        cells, found = self._cells(trials), np.empty((len(trials.points), len(RESULTS)))
+        starts = self._starts(cells, trials)
+        for stretch in np.unique(trials.stretch):
+            rows = trials.stretch == stretch
+            periods = (round(n * stretch) for n in (self._tuning.transient, self._tuning.periods))
+            found[rows] = worst(self._batch.run(cells[rows], starts[rows], *periods))
+        return found
 
     def _cells(self, trials: Trials) -> np.ndarray:
         """Return the numbers for kernels, (trials, cases)."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from nlds_vines.parameters import PARAMETERS
 from nlds_vines.search.objective import Trials
-from nlds_vines.search.request import DETUNING, SHIFT, STARTS, Tuning
+from nlds_vines.search.request import DETUNING, SHIFT, STARTS, STRETCH, Tuning
 
 
 def distinct(
@@ -33,20 +33,21 @@ def perturbations(tuning: Tuning) -> tuple[str, ...]:
     """Return what a winner has to stand, in words; the first is nothing."""
     shifted = [f"{name} {sign}{SHIFT:.0%}" for name in tuning.names for sign in "-+"]
     starts = [f"random start {i}" for i in range(1, STARTS + 1)]
-    return ("none", f"omega -{DETUNING:.0%}", f"omega +{DETUNING:.0%}", *shifted, *starts)
+    detuned = [f"omega {sign}{DETUNING:.0%}" for sign in "-+"]
+    return ("none", *detuned, f"{STRETCH} x the periods", *shifted, *starts)
 
 
 def perturbed(tuning: Tuning, point: np.ndarray) -> Trials:
     """Return a design [SI] under each of the `perturbations`; a band is shifted as a whole."""
-    shifts = np.zeros((2 * point.size, point.size))
-    for i in range(point.size):
-        shifts[2 * i : 2 * i + 2, i] = -SHIFT, SHIFT
-    count = 3 + len(shifts) + STARTS
+    count, first = len(perturbations(tuning)), 4
     points = np.tile(point, (count, 1))
-    points[3 : 3 + len(shifts)] *= 1 + shifts
-    for i, name in enumerate(tuning.names):  # not beyond what makes sense, as Poisson's ratio 0.5
+    for i, name in enumerate(tuning.names):
+        rows = slice(first + 2 * i, first + 2 * i + 2)
+        points[rows, i] *= 1 - SHIFT, 1 + SHIFT
+        # not beyond what makes sense, as Poisson's ratio 0.5
         points[:, i] = np.clip(points[:, i], PARAMETERS[name].low, PARAMETERS[name].high)
-    detuning, start = np.ones(count), np.zeros(count)
+    detuning, start, stretch = np.ones(count), np.zeros(count), np.ones(count)
     detuning[1:3] = 1 - DETUNING, 1 + DETUNING
+    stretch[3] = STRETCH
     start[count - STARTS :] = np.arange(1, STARTS + 1)
-    return Trials(points, detuning, start)
+    return Trials(points, detuning, start, stretch)

@@ -31,8 +31,9 @@ SEARCHES = ("de", "cma")
 MOST_LANES = 10**8
 """The most orbits that one tuning may ask for."""
 
-DETUNING, SHIFT, STARTS = 0.01, 0.02, 4
-"""What a winner must stand: frequencies 1 % off, parameters 2 % off, so many random starts."""
+DETUNING, SHIFT, STARTS, STRETCH = 0.01, 0.02, 4, 5
+"""What a winner must stand: frequencies 1 % off, parameters 2 % off, so many random starts, so many
+times the periods (which tells of an orbit that had not settled, or is irregular)."""
 
 _SAMPLING: Mapping[str, Callable[[object], int]] = {
     "transient": lambda value: whole("transient", value, 0),
@@ -206,7 +207,7 @@ class Tuning:
         search = self.search
         globally = search.population * (search.generations + 1)
         locally = search.optima * search.polish
-        robustness = search.optima * (1 + 2 + 2 * len(self.free) + STARTS)
+        robustness = search.optima * (1 + 2 + 2 * len(self.free) + STARTS + 1)
         surface = 0 if self.surface is None else self.surface.size**2
         return search.seeds * (globally + locally) + robustness + surface
 

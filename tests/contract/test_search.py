@@ -236,4 +236,4 @@ def test_xarray_opens_it(tmp_path):
     with xarray.open_dataset(tmp_path / "a.h5", engine="h5netcdf") as data:
         assert data["surface"].dims == ("surface_k2", "surface_c2")
         assert data["objective"].dims == ("evaluation",)
-        assert data["robustness"].sel(optimum=0).size == 3 + 4 + 4
+        assert data["robustness"].sel(optimum=0).size == 4 + 4 + 4

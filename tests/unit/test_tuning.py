@@ -135,7 +135,7 @@ def test_the_objective_is_the_peak_of_all_cases():
 
 def test_a_perturbed_trial_is_the_perturbed_system():
     tuning = load_tuning("tmd", {"over": {"P": {"values": [800.0, 400.0]}}})
-    trials = Trials(np.array([[600.0, 262.0]]), np.array([1.01]), np.array([2.0]))
+    trials = Trials(np.array([[600.0, 262.0]]), np.array([1.01]), np.array([2.0]), np.ones(1))
     found = Objective(tuning).results(trials)[0]
     system = nv.load_system("tmd", k2=600.0, c2=262.0, P=800.0, omega=6.28 * 1.01)
     orbit = nv.simulate(system, 2, transient=300, record=("section", "energy"))
@@ -146,8 +146,17 @@ def test_a_perturbed_trial_is_the_perturbed_system():
 def test_a_start_of_its_own_is_used():
     tuning = load_tuning("tmd", {"sampling": {"transient": 0}})
     points = np.tile([600.0, 262.0], (STARTS + 1, 1))
-    trials = Trials(points, np.ones(STARTS + 1), np.arange(STARTS + 1.0))
+    trials = Trials(points, np.ones(STARTS + 1), np.arange(STARTS + 1.0), np.ones(STARTS + 1))
     assert len(np.unique(Objective(tuning).results(trials)[:, 0])) == STARTS + 1
+
+
+def test_more_periods_tell_what_had_not_settled():
+    tuning = load_tuning("tmd", {"sampling": {"transient": 2, "periods": 2}})
+    one = np.ones(2)
+    trials = Trials(np.tile([600.0, 262.0], (2, 1)), one, 0 * one, np.array([50.0, 1.0]))
+    settled, early = Objective(tuning).results(trials)[:, 0]
+    assert settled == pytest.approx(635.107, abs=1e-3)
+    assert early < 0.9 * settled
 
 
 def test_a_design_that_fails_is_infinitely_bad():
@@ -188,12 +197,13 @@ def test_a_winner_is_disturbed_in_one_way_at_a_time():
     tuning = load_tuning("ssul-set6", {"set": {"C": 0.1}})
     names, trials = perturbations(tuning), perturbed(tuning, np.array([1000.0, 50.0]))
     rows = dict(zip(names, trials.table.tolist(), strict=True))
-    assert rows["none"] == [1000, 50, 1, 0]
-    assert rows["omega -1%"] == [1000, 50, 0.99, 0]
-    assert rows["k2 +2%"] == [1020, 50, 1, 0]
-    assert rows["c2 -2%"] == [1000, 49, 1, 0]
-    assert rows["random start 1"] == [1000, 50, 1, 1]
-    assert len(rows) == 3 + 2 * 2 + STARTS
+    assert rows["none"] == [1000, 50, 1, 0, 1]
+    assert rows["omega -1%"] == [1000, 50, 0.99, 0, 1]
+    assert rows["5 x the periods"] == [1000, 50, 1, 0, 5]
+    assert rows["k2 +2%"] == [1020, 50, 1, 0, 1]
+    assert rows["c2 -2%"] == [1000, 49, 1, 0, 1]
+    assert rows["random start 1"] == [1000, 50, 1, 1, 1]
+    assert len(rows) == 4 + 2 * 2 + STARTS
 
 
 def test_a_disturbed_design_stays_possible():

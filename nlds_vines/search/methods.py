@@ -112,12 +112,11 @@ def _cma(evaluate: Evaluate, dimension: int, search: Search, seed: int) -> None:
         options = {
             "bounds": [0.0, 1.0],
             "popsize": search.population,
-            "maxfevals": left,
             "seed": int(generator.integers(1, 2**31)),
             "verbose": -9,
         }
         strategy = cma.CMAEvolutionStrategy(generator.random(dimension), _FIRST_STEP, options)
-        while not strategy.stop():
+        while left >= search.population and not strategy.stop():
             points = np.array(strategy.ask())
             found = evaluate(np.clip(points, 0.0, 1.0))
             strategy.tell(list(points), np.minimum(found, _HOPELESS).tolist())

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nlds_vines import archive
+from nlds_vines import archive, durable
 from nlds_vines.engine import Interrupted, use_threads
 from nlds_vines.parameters import CONTACT
 from nlds_vines.provenance import attributes
@@ -132,9 +132,10 @@ def _store(
     journal.flush()
     temporary = journal.folder / "archive.tmp"
     attrs = attributes(tuning, {"content": "tuning", **more})
-    for name in {*tuning.names, "K"} if set(tuning.names) & {*CONTACT, "K"} else tuning.names:
-        attrs.pop(name, None)  # what is free has no value of its own
-    archive.write_arrays(
-        temporary, attrs, layout.scales(tuning, found), layout.contents(tuning, found)
-    )
+    derived = ("K",) if set(CONTACT) & set(tuning.names) else ()
+    for name in (*tuning.names, *derived):  # what is free has no value of its own
+        attrs.pop(name, None)
+    dims, contents = layout.scales(tuning, found), layout.contents(tuning, found)
+    with durable.in_one_line(f"write {journal.path} (the journal is intact, use --resume)"):
+        archive.write_arrays(temporary, attrs, dims, contents)
     journal.finish(temporary)

@@ -139,6 +139,29 @@ def test_the_result_is_what_the_archive_says(tmp_path):
     assert tune(tmp_path / "b.h5", str(tmp_path / "again.toml")) == bits(found.path)
 
 
+def test_what_is_free_has_no_value_among_the_attributes(tmp_path):
+    tune(tmp_path / "a.h5", *SSUL, "--free", "E2")
+    with nv.read(tmp_path / "a.h5") as view:
+        assert not {"k2", "c2", "C", "E2", "K"} & view.attrs.keys()
+        assert view.attrs["m2"] == 60.0
+        assert set(view["optimum_E2"] > 0) == {True}
+
+
+def test_a_full_disk_leaves_the_journal(tmp_path, monkeypatch, capsys):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("nlds_vines.durable.reserve", full)
+        assert main([*TMD, "-o", str(tmp_path / "a.h5"), "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert "No space left on device" in said
+    assert "use --resume" in said
+    tune(tmp_path / "a.h5", *TMD, "--resume")
+    with nv.read(tmp_path / "a.h5") as view:
+        assert view.attrs["replayed"] == view["objective"].size
+
+
 def test_nothing_admissible_is_told(tmp_path, capsys):
     stiff = ["--system", "tmd", *SMALL, "--free", "k2=1e13:1e14"]
     assert main([*stiff, "-o", str(tmp_path / "a.h5"), "--plot", str(tmp_path / "a.png")]) == 1

@@ -23,6 +23,10 @@ _HOMES = {
     "IntegrationError": "simulation",
     "simulate": "simulation",
     "bifurcation": "bifurcation",
+    "Tuned": "search.result",
+    "Tuning": "search.request",
+    "load_tuning": "search.reading",
+    "tune": "tuning",
     "read": "archive",
     "verify": "archive",
 }

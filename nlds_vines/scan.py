@@ -231,14 +231,7 @@ def _title(below: _Layer, above: _Layer, system: System, axes: tuple[Axis, ...])
 def _axis(layer: _Layer, name: str, entry: object) -> Axis:
     """Return the axis that an entry of `[vary]` means."""
     with at(f"{layer.place('vary')} {name}"):
-        found = table(name, entry, ("start", "stop", "num", "values"))
-        if found.keys() == {"values"}:
-            return Axis(name, found["values"])
-        if found.keys() == {"start", "stop", "num"}:
-            return Axis.spaced(name, **found)
-        raise RequestError(
-            f"{', '.join(found) or 'nothing'} given; allowed: start, stop and num, or values alone"
-        )
+        return Axis.of(name, entry)
 
 
 def _system(below: _Layer, above: _Layer, varying: _Layer) -> System:

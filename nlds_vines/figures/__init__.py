@@ -10,15 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+from matplotlib.figure import Figure
 
-from nlds_vines.archive import read
+from nlds_vines.archive import ArchiveView, read
 from nlds_vines.durable import in_one_line
 from nlds_vines.errors import RequestError
 from nlds_vines.figures.diagram import diagram
 from nlds_vines.figures.maps import regime_map
 from nlds_vines.figures.style import STYLE
+from nlds_vines.figures.surface import tuning_surface
 
-__all__ = ["FORMATS", "diagram", "regime_map", "save"]
+__all__ = ["FORMATS", "diagram", "regime_map", "save", "tuning_surface"]
 
 FORMATS = {"png": 200, "pdf": 600, "svg": 600}
 """What a picture may be, by the suffix of its name, and its resolution in dots per inch; in the
@@ -26,7 +28,7 @@ vector formats that of the clouds of dots alone."""
 
 
 def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]) -> Path:
-    """Draw what an archive holds: a diagram for one varied parameter, a map for two.
+    """Draw what an archive holds: one varied parameter, two, or the surface of a tuning.
 
     The suffix of `plot_path` chooses the format, one of `FORMATS`.  The picture takes its name
     only when it is whole, carries the scan's hash in its metadata, and has the same bytes
@@ -40,7 +42,7 @@ def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
     if form not in FORMATS:
         raise RequestError(f"{path}: a picture is one of .{', .'.join(FORMATS)}")
     with read(archive_path) as view:
-        figure = diagram(view) if len(view.axes) == 1 else regime_map(view)
+        figure = _figure(view)
         title, scan_hash = str(view.attrs["title"]), str(view.attrs["scan_hash"])
     temporary = path.with_name(f"{path.name}.tmp")
     # without salt of one's own, the names inside an SVG are drawn by lot
@@ -53,6 +55,12 @@ def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
         finally:
             temporary.unlink(missing_ok=True)
     return path
+
+
+def _figure(view: ArchiveView) -> Figure:
+    if view.attrs.get("content") == "tuning":
+        return tuning_surface(view)
+    return diagram(view) if len(view.axes) == 1 else regime_map(view)
 
 
 def _metadata(form: str, title: str, scan_hash: str) -> dict[str, str | None]:

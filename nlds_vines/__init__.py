@@ -23,6 +23,9 @@ _HOMES = {
     "IntegrationError": "simulation",
     "simulate": "simulation",
     "bifurcation": "bifurcation",
+    "portrait": "portrait",
+    "spectrum": "spectra",
+    "Spectrum": "spectra",
     "read": "archive",
     "verify": "archive",
 }

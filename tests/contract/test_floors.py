@@ -17,9 +17,10 @@ FLOORS = (
     {"kernels", "_jit"},  # numbers in, numbers out
     {"errors", "parameters", "scenes", "system", "catalogue", "_resources", "_toml", "arc"},
     {"axes", "starts", "wants", "record", "scan", "regimes", "provenance", "durable"},
-    {"block", "simulation", "archive", "parts", "peers"},
+    {"signals", "spectra", "recipe"},
+    {"block", "simulation", "archive", "parts", "peers", "views"},
     {"engine", "figures"},
-    {"bifurcation", "accuracy", "_command", "_scan_options", "__main__"},
+    {"bifurcation", "accuracy", "portrait", "_command", "_scan_options", "__main__"},
 )
 """From the bottom up; a module of one floor imports from its own and from those below."""
 

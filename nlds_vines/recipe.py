@@ -1,20 +1,15 @@
-"""What a portrait shows: a system or several, windows of forcing periods, panels.
-
-`load_recipe` reads one from TOML and checks it once; what comes out is sound.
-"""
+"""What a portrait shows: a system or several, windows of forcing periods, panels."""
 
 from __future__ import annotations
 
-import os
+import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import pairwise
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from nlds_vines._toml import read_toml
-from nlds_vines.catalogue import load_system, system_from
-from nlds_vines.errors import RequestError, at, choice, number, shown, string, table, whole
+from nlds_vines._toml import toml_text
+from nlds_vines.errors import RequestError, choice, shown, string, whole
+from nlds_vines.parameters import PARAMETERS
 from nlds_vines.record import COMPONENTS
 from nlds_vines.scan import METHODS
 from nlds_vines.scenes import Scene
@@ -94,14 +89,12 @@ class Recipe:
     show: int = SHOW
     signal: str = ""
     taper: str = "rectangular"
-    _scenes: tuple[Scene, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
         whole("number of columns", len(self.columns), 1, MOST_COLUMNS)
-        scenes = tuple(column.system.scene for column in self.columns)
-        object.__setattr__(self, "_scenes", scenes)
+        scenes = self._scenes
         object.__setattr__(self, "panels", self._possible(_words("panels", self.panels, PANELS)))
         whole("samples", self.samples, 2, 10**6)
         whole("show", self.show, 1)
@@ -114,6 +107,10 @@ class Recipe:
         self._check_start()
         for run in self.runs():
             self._check_run(run)
+
+    @property
+    def _scenes(self) -> tuple[Scene, ...]:
+        return tuple(column.system.scene for column in self.columns)
 
     def _possible(self, panels: tuple[str, ...]) -> tuple[str, ...]:
         """Return the panels that can be filled; refuse a choice of which nothing remains."""
@@ -153,6 +150,24 @@ class Recipe:
                 groups.append([column])
         return tuple(tuple(group) for group in groups)
 
+    @property
+    def hash(self) -> str:
+        """SHA-256 of all that determines the picture."""
+        columns = {
+            f"column {i}": {
+                "name": column.name,
+                "window": list(column.window),
+                "kind": column.system.kind,
+                "parameters": dict(column.system.parameters),
+            }
+            for i, column in enumerate(self.columns)
+        }
+        words = ("title", "samples", "method", "show", "signal", "taper")
+        settings = {name: getattr(self, name) for name in words}
+        start = "rest" if self.start is None else list(self.start)
+        document = {**settings, "panels": list(self.panels), "start": start, **columns}
+        return hashlib.sha256(toml_text(document).encode()).hexdigest()
+
 
 def span(run: Sequence[Column]) -> Window:
     """Return the periods from the first to the last that columns of one run show."""
@@ -182,147 +197,17 @@ def checked_window(what: str, value: object) -> Window:
     return Window(begin, whole(f"end of {what}", pair[1], begin + 1))
 
 
-_KEYS: Mapping[str, tuple[str, ...] | None] = {
-    "set": None,  # the system knows which parameters it has
-    "start": ("policy", "state"),
-    "sampling": ("transient", "periods", "windows", "samples", "method"),
-    "portrait": ("panels", "show", "signal", "taper"),
-}
-_TOP = ("title", "system", *_KEYS, "column")
-
-
-def load_recipe(
-    source: str | os.PathLike[str] | Mapping[str, Any] | System | None = None,
-    changes: Mapping[str, Any] | None = None,
-) -> Recipe:
-    """Return the recipe that a source means, checked throughout.
-
-    Arguments:
-        source: path of a TOML file (.toml), name of a system, the document in a file as nested
-            tables, a `System`, or None for SSul NES Set 6 as it stands in the catalogue.
-        changes: a document of the same form that overrides it entry by entry.
-
-    Raises `RequestError`, one line that names place, key, value and what is allowed.
-    """
-    where, document = _open(source)
-    with at(where):
-        below = _checked(document)
-    above = _checked(changes or {})
-    merged = {key: {**below.get(key, {}), **above.get(key, {})} for key in _KEYS}
-    if above.get("sampling", {}).keys() & {"transient", "periods"}:
-        merged["sampling"].pop("windows", None)  # what was asked for last is meant
-        _refuse_both(above["sampling"])
-    with at(where):
-        columns = _columns(below, above, merged)
-        return Recipe(
-            _title(below, above, columns),
-            columns,
-            start=_start(merged["start"]),
-            **{k: merged["sampling"][k] for k in ("samples", "method") if k in merged["sampling"]},
-            **merged["portrait"],
-        )
-
-
-def _open(source: object) -> tuple[str, Mapping[str, Any]]:
-    """Return the name of a source's place, empty if there is none, and the document in it."""
-    if source is None:
-        return "", {"system": SYSTEM}
-    if isinstance(source, System):
-        return "", {"system": source}
-    if isinstance(source, Mapping):
-        return "recipe", source
-    if isinstance(source, str) and not source.endswith(".toml"):
-        return "", {"system": load_system(source)}
-    if isinstance(source, str | os.PathLike):
-        return str(source), read_toml(Path(source))
-    raise RequestError(f"recipe = {shown(source)} must be a path, a name, a table or a System")
-
-
-def _checked(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return a document whose tables hold none but known keys."""
-    table("the recipe", document, _TOP)
-    for key, allowed in _KEYS.items():
-        table(f"[{key}]", document.get(key, {}), allowed)
-    columns = document.get("column", [])
-    if not isinstance(columns, Sequence) or isinstance(columns, str):
-        raise RequestError(f"column = {shown(columns)} must be a list of tables [[column]]")
-    for entry in columns:
-        table("[[column]]", entry, ("name", "set", "window"))
-    _refuse_both(document.get("sampling", {}))
-    return document
-
-
-def _refuse_both(sampling: Mapping[str, Any]) -> None:
-    if "windows" in sampling and sampling.keys() & {"transient", "periods"}:
-        raise RequestError("windows beside transient or periods: give windows, or the other two")
-
-
-def _columns(
-    below: Mapping[str, Any], above: Mapping[str, Any], merged: Mapping[str, Any]
-) -> tuple[Column, ...]:
-    """Return the columns: each entry of [[column]], in each of the windows unless it has its own."""
-    system = system_from(above.get("system", below.get("system")))
-    asked = above.get("sampling", {}).keys() & {"windows", "transient", "periods"}
-    windows, found = _windows(merged["sampling"]), []
-    for entry in below.get("column", []) or [{}]:
-        own = {**below.get("set", {}), **table("set", entry.get("set", {})), **above.get("set", {})}
-        one = system.with_(**own)
-        given = "window" in entry and not asked
-        for window in [checked_window("window", entry["window"])] if given else windows:
-            name = string("name", entry.get("name", ""))
-            found.append(Column(one, window, name))
-    return tuple(found)
-
-
-def _windows(sampling: Mapping[str, Any]) -> list[Window]:
-    """Return the windows of a run, in the order of time."""
-    if "windows" not in sampling:
-        transient = whole("transient", sampling.get("transient", TRANSIENT), 0)
-        return [Window(transient, transient + whole("periods", sampling.get("periods", PERIODS), 1))]
-    value = sampling["windows"]
-    if not isinstance(value, Sequence) or isinstance(value, str) or not value:
-        raise RequestError(f"windows = {shown(value)} must be a list of pairs [begin, end]")
-    found = [checked_window("window", pair) for pair in value]
-    for first, second in pairwise(found):
-        if second.begin < first.end:
-            raise RequestError(
-                f"windows {first.begin}:{first.end} and {second.begin}:{second.end} "
-                "must follow each other in time"
-            )
-    return found
-
-
-def _start(entry: Mapping[str, Any]) -> tuple[float, ...] | None:
-    if "state" not in entry:
-        choice("policy", entry.get("policy", "rest"), ("rest",))
-        return None
-    if "policy" in entry:
-        raise RequestError("[start] policy beside state: give one of them")
-    values = entry["state"]
-    if not isinstance(values, Sequence) or isinstance(values, str):
-        raise RequestError(f"state = {shown(values)} must be a list of numbers")
-    return tuple(number("state", value) for value in values)
-
-
-def _title(
-    below: Mapping[str, Any], above: Mapping[str, Any], columns: Sequence[Column]
-) -> str:
-    """Return the title given, or one made of the system where none is or it is true no more."""
-    for document in (above, below):
-        outdated = document is below and above.keys() & {"system", "set"}
-        if "title" in document and not outdated:
-            return string("title", document["title"])
-    system = columns[0].system
-    same = all(column.system == system for column in columns)
-    return described(system) if same else (system.title or system.name)
-
-
 def described(system: System) -> str:
     """Return a system in one line: its title, what was set, the frequency of the force."""
-    title = system.title or system.name
     changed = (name for name, text in system.sources.items() if text == "set by the user")
-    names = dict.fromkeys([*changed, "omega"])
-    return ", ".join([title, *(f"{name} = {system.parameters[name]:g}" for name in names)])
+    names = dict.fromkeys([*(name for name in changed if name != "omega"), "omega"])
+    return ", ".join([system.title or system.name, *(_described(system, name) for name in names)])
+
+
+def _described(system: System, name: str) -> str:
+    entry = PARAMETERS[name]
+    unit = "" if entry.unit == "1" else f" {entry.unit}"
+    return f"{entry.symbol} = {system.parameters[name]:g}{unit}"
 
 
 def _words(what: str, value: object, allowed: Mapping[str, Any]) -> tuple[str, ...]:

@@ -96,9 +96,8 @@ _OF_DAMPER = ("x2", "v2", "u", "force", "E2")
 
 
 def signals_of(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the signals that a scene has: without a damper no x2, no walls no force."""
-    without = () if scene.damper else _OF_DAMPER
-    without += () if scene.walls else ("force",)
+    """Return the names of the signals that a scene has: no x2 without a damper, for example."""
+    without = (() if scene.damper else _OF_DAMPER) + (() if scene.walls else ("force",))
     return tuple(name for name in SIGNALS if name not in without)
 
 

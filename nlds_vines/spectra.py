@@ -117,6 +117,19 @@ class Spectrum:
             return 0.0
         return float(power[~self._comb(n)[1:]].sum() / total)
 
+    def bins_holding(self, share: float = 0.99) -> int:
+        """Return how few bins hold a `share` (0 to 1) of the power, the mean not counted.
+
+        It needs no comb: an orbit of a long or unknown period has few such bins, and as many in a
+        window twice as long; where the spectrum is broad, they grow with the window.
+        """
+        if not 0 < number("share", share) <= 1:
+            raise RequestError(f"share = {share!r}; allowed: above 0, up to 1")
+        sums = np.cumsum(np.sort(self.power[1:])[::-1])
+        if sums[-1] == 0:
+            return 0
+        return int(np.searchsorted(sums, share * sums[-1])) + 1
+
     def _width(self) -> int:
         return 2 * TAPERS[self.window].reach + 1
 

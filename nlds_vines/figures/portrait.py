@@ -1,0 +1,318 @@
+"""One orbit in full: what each panel of a portrait shows (Figures 9 to 12)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from math import ceil
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from nlds_vines.figures.page import HEAD, LEFT, NAMES, OVER_TIME, Place, make_page
+from nlds_vines.figures.style import CM, GREEN, STYLE, WIDTH
+from nlds_vines.recipe import Recipe, panels_of
+from nlds_vines.signals import (
+    SIGNALS,
+    contact_forces,
+    energy_of_damper,
+    energy_of_structure,
+    harmonic_force,
+    relative_displacement,
+)
+from nlds_vines.spectra import Spectrum
+from nlds_vines.views import View
+
+STRUCTURE, DAMPER, OBSTACLE, FORCE, BLUE = "#7a7a7a", "#000000", "#d55e00", "#0072b2", "#0072b2"
+"""Colours of the bodies, near the paper's grey, black and red; of the harmonic force; of E2."""
+
+STRUCK: Mapping[str, dict[str, Any]] = {
+    "obstacle": {"color": OBSTACLE, "linewidth": 0.9},
+    "structure": {"color": STRUCTURE, "linewidth": 0.9},
+    "limit": {"color": OBSTACLE, "linewidth": 0.8, "linestyle": (0, (4, 2))},
+}
+"""How what the damper strikes, or must not reach, is drawn."""
+
+MOST_VECTOR = 40_000
+"""The most states of a curve that vector formats hold as a path; a longer one becomes dots."""
+
+DEPTH = 100.0
+"""The lowest line of a spectrum that is drawn, in decibels below the highest of the page."""
+
+AUDIBLE = 1.0e-4
+"""The amplitude, relative to the largest, above which a line should be on the page."""
+
+SHORTEST, LONGEST = 4, 8
+"""Up to which multiple of the forcing frequency spectra are shown: at least, at most."""
+
+SILENT = 400.0
+"""Decibels below one unit that stand for an amplitude of exactly zero."""
+
+_THIN = 0.8
+
+
+@matplotlib.rc_context(STYLE)
+def portrait(recipe: Recipe, views: Sequence[View]) -> Figure:
+    """Return the page of a recipe, drawn from the views of its columns.
+
+    Time histories begin with the window and are at most `recipe.show` periods long.  Phase planes
+    hold one cycle of a periodic orbit, all of any other.  Values of one row share their scale,
+    phase planes excepted.
+    """
+    figure, rows = make_page(recipe.panels, views)
+    for row in rows:
+        for place in row:
+            if place.panel in panels_of([place.view.column.system.scene]):
+                _PANELS[place.panel](place, recipe)
+                _finish(place, row, recipe)
+            else:
+                place.axes.set_axis_off()
+        _limit_values(row)
+    tall = figure.get_figheight() / CM
+    figure.text(LEFT * CM / WIDTH, 1 - 0.2 / tall, recipe.title, va="top")
+    for place in rows[0]:
+        if place.first or len(views) > 1:
+            left, top = place.axes.get_position().x0, 1 - (HEAD + NAMES - 0.12) / tall
+            figure.text(left, top, _heading(place.view), va="bottom", fontsize=8)
+    return figure
+
+
+def _heading(view: View) -> str:
+    begin, end = view.column.window
+    label = view.label if view.period else "no period found"
+    return f"{view.column.name or label}, periods {begin} to {end}"
+
+
+def _finish(place: Place, row: Sequence[Place], recipe: Recipe) -> None:
+    """Add axis of time, legend and ticks that all panels have in common."""
+    axes = place.axes
+    axes.tick_params(top=True, right=True)
+    axes.yaxis.set_major_locator(_ticks(5))
+    if place.panel in OVER_TIME:
+        if axes.xaxis.get_tick_params()["labelbottom"]:
+            axes.set_xlabel("time $t/T$ [forcing periods]")
+        begin, end = place.view.column.window
+        axes.set_xlim(begin, min(end, begin + recipe.show))
+        axes.xaxis.set_major_locator(_ticks(12 // len(row), integer=True))
+    if not place.first and not place.panel.startswith("phase"):
+        axes.set_ylabel("")
+    if place.last and axes.get_legend_handles_labels()[1]:
+        axes.legend(
+            loc="upper left", bbox_to_anchor=(1.0, 1.04), frameon=False, handlelength=1.1,
+            handletextpad=0.5, borderaxespad=0.4, borderpad=0.2, labelspacing=0.35,
+        )  # fmt: skip
+
+
+def _ticks(most: int, integer: bool = False) -> MaxNLocator:
+    """Return the rule for ticks at round numbers, at `most` so many intervals."""
+    return MaxNLocator(most, integer=integer, steps=[1, 2, 5, 10])
+
+
+def _shown(view: View, recipe: Recipe) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return periods, times [s] and states of what a time history shows."""
+    count = recipe.show * view.samples
+    time = view.time[:count]
+    return time / view.column.system.period, time, view.states[:count]
+
+
+def _over_time(place: Place, label: str, curves: Iterable[tuple[Any, Any, dict[str, Any]]]) -> None:
+    for across, values, look in curves:
+        place.axes.plot(across, values, **{"linewidth": _THIN, **look})
+    place.axes.set_ylabel(label)
+
+
+def _bodies(place: Place, recipe: Recipe, column: int, symbol: str, label: str) -> None:
+    """Draw one component of structure and damper over time."""
+    across, _, states = _shown(place.view, recipe)
+    curves = [(across, states[:, column], {"color": STRUCTURE, "label": f"${symbol}_1$"})]
+    if place.view.column.system.scene.damper:
+        curves.append((across, states[:, column + 2], {"color": DAMPER, "label": f"${symbol}_2$"}))
+    _over_time(place, label, curves)
+
+
+def _struck(view: View) -> Mapping[str, float]:
+    """Return where what the damper strikes is drawn, as x2 - x1 [m]; not the structure itself."""
+    system = view.column.system
+    return {name: float(u) for name, u in system.scene.obstacle(system.parameters).items()}
+
+
+def _displacement(place: Place, recipe: Recipe) -> None:
+    _bodies(place, recipe, 0, "x", "displacement [m]")
+    across, _, states = _shown(place.view, recipe)
+    for name, u in _struck(place.view).items():
+        if name != "structure":
+            place.axes.plot(across, states[:, 0] + u, label=name, **STRUCK[name])
+
+
+def _velocity(place: Place, recipe: Recipe) -> None:
+    _bodies(place, recipe, 1, r"\dot{x}", "velocity [m/s]")
+
+
+def _relative(place: Place, recipe: Recipe) -> None:
+    across, _, states = _shown(place.view, recipe)
+    u = relative_displacement(place.view.column.system, states)
+    look = {"color": DAMPER, "label": "$x_2-x_1$"}
+    _over_time(place, "$x_2-x_1$ [m]", [(across, u, look)])
+    for name, height in _struck(place.view).items():
+        place.axes.axhline(height, label=name, **STRUCK[name])
+
+
+def _force(place: Place, recipe: Recipe) -> None:
+    across, time, states = _shown(place.view, recipe)
+    system = place.view.column.system
+    outer = harmonic_force(system, time) / 1000
+    harmonic = {"color": FORCE, "linestyle": (0, (3, 1.5)), "label": r"$P\,\cos\,\omega t$"}
+    curves: list[tuple[Any, Any, dict[str, Any]]] = [(across, outer, harmonic)]
+    for name, values in contact_forces(system, states).items():
+        curves.append((across, values / 1000, {**STRUCK[name], "label": name}))
+    _over_time(place, "force [kN]", curves)
+
+
+def _energy(place: Place, recipe: Recipe) -> None:
+    _energies(place, recipe, "energy [J]", (1, 2))
+
+
+def _energy1(place: Place, recipe: Recipe) -> None:
+    _energies(place, recipe, "$E_1$ [J]", (1,))
+
+
+def _energy2(place: Place, recipe: Recipe) -> None:
+    _energies(place, recipe, "$E_2$ [J]", (2,))
+
+
+def _energies(place: Place, recipe: Recipe, label: str, bodies: tuple[int, ...]) -> None:
+    across, _, states = _shown(place.view, recipe)
+    system, curves = place.view.column.system, []
+    if 1 in bodies:
+        found = energy_of_structure(system, states)
+        curves.append((across, found, {"color": GREEN, "label": "$E_1$"}))
+    if 2 in bodies and system.scene.damper:
+        found = energy_of_damper(system, states)
+        curves.append((across, found, {"color": BLUE, "label": "$E_2$"}))
+    _over_time(place, label, curves)
+    place.axes.set_ylim(bottom=0)
+
+
+def _closed(view: View) -> np.ndarray:
+    """Return the states of one cycle, with the one before so that a periodic curve closes."""
+    return view.states[-(view.cycle * view.samples + 1) :]
+
+
+def _curve(axes: Axes, across: np.ndarray, values: np.ndarray, colour: str, label: str) -> None:
+    """Draw a phase trajectory, thinner and lighter the longer it is."""
+    long = across.size > MOST_VECTOR
+    width, alpha = (0.3, 0.65) if long else (_THIN, 1.0)
+    # a path of this length exceeds the memory of the raster engine in one piece
+    with matplotlib.rc_context({"agg.path.chunksize": 10_000}):
+        axes.plot(
+            across, values, color=colour, linewidth=width, alpha=alpha, rasterized=long, label=label
+        )
+
+
+def _points(place: Place, body: int) -> None:
+    """Draw the stroboscopic section of a body: n points of an nT orbit, all of any other."""
+    section, n = place.view.section, place.view.period
+    size = 3.4 if 0 < n < 40 else 1.7
+    look: dict[str, Any] = {"marker": "o", "markeredgewidth": 0, "linestyle": "none"}
+    points = section[-n:, 2 * body], section[-n:, 2 * body + 1]  # all where n is 0
+    place.axes.plot(*points, color=OBSTACLE, markersize=size, zorder=5, label="$t=nT$", **look)
+
+
+def _plane(axes: Axes, symbol: str) -> None:
+    axes.set_xlabel(f"${symbol}$ [m]")
+    axes.set_ylabel(rf"$\dot{{{symbol[0]}}}{symbol[1:]}$ [m/s]")
+    axes.xaxis.set_major_locator(_ticks(6))
+
+
+def _phase(place: Place, recipe: Recipe) -> None:
+    states, axes = _closed(place.view), place.axes
+    _curve(axes, states[:, 0], states[:, 1], STRUCTURE, "structure")
+    if place.view.column.system.scene.damper:
+        _curve(axes, states[:, 2], states[:, 3], DAMPER, "damper")
+    _struck_planes(place, states)
+    axes.set_xlabel("displacement [m]")
+    axes.set_ylabel("velocity [m/s]")
+
+
+def _phase1(place: Place, recipe: Recipe) -> None:
+    states = _closed(place.view)
+    _curve(place.axes, states[:, 0], states[:, 1], STRUCTURE, "structure")
+    _points(place, 0)
+    _plane(place.axes, "x_1")
+
+
+def _phase2(place: Place, recipe: Recipe) -> None:
+    states = _closed(place.view)
+    _curve(place.axes, states[:, 2], states[:, 3], DAMPER, "damper")
+    _struck_planes(place, states)
+    _points(place, 1)
+    _plane(place.axes, "x_2")
+
+
+def _struck_planes(place: Place, states: np.ndarray) -> None:
+    """Draw the motion of what the damper strikes, x1 + u, in its phase plane."""
+    if place.view.period == 0:
+        return  # a tangle of its own over that of the damper would hide both
+    for name, u in _struck(place.view).items():
+        place.axes.plot(states[:, 0] + u, states[:, 1], label=name, **STRUCK[name])
+
+
+def _spectrum(place: Place, recipe: Recipe) -> None:
+    found = place.view.spectrum
+    with np.errstate(divide="ignore"):
+        heights = np.maximum(found.decibels(), -SILENT)
+    place.axes.plot(found.order[1:], heights[1:], color=DAMPER, linewidth=0.5)
+    omega = place.view.column.system.parameters["omega"]
+    place.axes.set_xlabel(rf"frequency [multiples of $\omega$ = {omega:g} rad/s]")
+    name, unit = found.quantity, SIGNALS[found.quantity].unit
+    symbol = {"force": "F", "u": "x_2-x_1"}.get(name, f"{name[0]}_{name[1:]}")
+    place.axes.set_ylabel(f"$|{symbol}|$ [dB re 1 {unit}]")
+    if place.view.share is not None:
+        look: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 7.5}
+        place.axes.text(0.985, 0.95, _share(place.view), transform=place.axes.transAxes, **look)
+
+
+def _share(view: View) -> str:
+    """Return the broadband share in words; one of round-off by its order of magnitude."""
+    share, n = view.share or 0.0, max(view.period, 1)
+    value = f"{share:.1%}" if share >= 5e-4 or share == 0 else f"{share:.0e}"
+    return f"power outside {n if n > 1 else ''}T lines: {value}"
+
+
+def _limit_values(row: Sequence[Place]) -> None:
+    """Fix the scales that a row shares: room for letters, and how much of spectra is shown."""
+    axes = row[0].axes
+    if row[0].panel in OVER_TIME:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + 0.12 * (high - low))
+    if row[0].panel == "spectrum":
+        found = [place.view.spectrum for place in row]
+        highest = max(float(s.decibels()[1:].max()) for s in found)
+        if highest > -SILENT:
+            axes.set_ylim(highest - DEPTH, highest + 0.2 * DEPTH)
+        for place in row:
+            place.axes.set_xlim(0, max(_audible(s) for s in found))
+
+
+def _audible(found: Spectrum) -> int:
+    """Return the frequency, in whole multiples of the force's, up to which a spectrum is shown."""
+    loud = found.order[1:][found.amplitude[1:] > AUDIBLE * found.amplitude[1:].max()]
+    return min(max(SHORTEST, ceil(loud[-1] + 0.2) if loud.size else 0), LONGEST)
+
+
+_PANELS: Mapping[str, Callable[[Place, Recipe], None]] = {
+    "displacement": _displacement,
+    "velocity": _velocity,
+    "relative": _relative,
+    "force": _force,
+    "energy": _energy,
+    "energy1": _energy1,
+    "energy2": _energy2,
+    "phase": _phase,
+    "phase1": _phase1,
+    "phase2": _phase2,
+    "spectrum": _spectrum,
+}

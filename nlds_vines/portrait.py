@@ -36,7 +36,7 @@ from nlds_vines.system import System
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from nlds_vines.views import View
+    from nlds_vines.view import View
 
 _NAME = "portrait"
 _EXAMPLES = f"""\
@@ -70,7 +70,7 @@ def portrait(
         plot: where to save it (.png, .pdf or .svg), if anywhere.
         options: what the command's options change: `windows`, pairs (begin, end) of forcing
             periods, or `transient` and `periods`; `panels`, `start` (x1, v1, x2, v2) [m, m/s],
-            `samples`, `method`, `show`, `signal`, `taper`.
+            `samples`, `method`, `show`, `signal`, `taper`, `comb`.
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed, and
     `IntegrationError` where the orbit ends early.
@@ -122,12 +122,11 @@ def _run(recipe: Recipe, plot: Path, quiet: bool) -> int:
 
 def _drawn(recipe: Recipe, plot: Path | None) -> tuple[list[View], Figure]:
     """Return the views of a recipe and the page drawn from them, saved if there is a path."""
-    from nlds_vines.views import views_of
-
-    views = views_of(recipe)
     from nlds_vines import figures
     from nlds_vines.figures.portrait import portrait as draw
+    from nlds_vines.viewing import views_of
 
+    views = views_of(recipe)
     figure = draw(recipe, views)
     if plot is not None:
         figures.save_figure(figure, plot, recipe.title, ("recipe_hash", recipe.hash))
@@ -170,6 +169,7 @@ def _parser() -> Parser:
     add("--show", type=int, metavar="PERIODS", help=f"of a time history [{SHOW}]")
     add("--signal", metavar="NAME", help="that the spectrum is of [x2, or x1]")
     add("--taper", metavar="NAME", help=f"of the spectrum: {' or '.join(TAPERS)}")
+    add("--comb", type=int, metavar="N", help="nT whose lines are not broadband [as found, or T]")
     add("--dry-run", action="store_true", help="only say what would be done")
     add("--quiet", action="store_true", help="say nothing")
     return parser
@@ -177,7 +177,7 @@ def _parser() -> Parser:
 
 def _changes(options: argparse.Namespace) -> dict[str, Any]:
     """Return what the options change in a recipe, as a document of the same form."""
-    names = ("transient", "periods", "samples", "method", "show", "signal", "taper")
+    names = ("transient", "periods", "samples", "method", "show", "signal", "taper", "comb")
     given = {name: getattr(options, name) for name in names}
     for name in ("windows", "panels"):
         text = getattr(options, name)

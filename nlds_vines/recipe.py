@@ -76,6 +76,8 @@ class Recipe:
         samples: states in each forcing period; method: one of `METHODS`.
         show: the most periods drawn in a time history, from the beginning of its window.
         signal: what the spectrum is of, by default x2, or x1 without a damper; taper: its window.
+        comb: n of the nT whose lines do not count as broadband; 0 for the period that is found, or
+            T where none is.
 
     Raises `RequestError` for anything else.
     """
@@ -89,6 +91,7 @@ class Recipe:
     show: int = SHOW
     signal: str = ""
     taper: str = "rectangular"
+    comb: int = 0
 
     def __post_init__(self) -> None:
         """Check everything."""
@@ -98,6 +101,7 @@ class Recipe:
         object.__setattr__(self, "panels", self._possible(_words("panels", self.panels, PANELS)))
         whole("samples", self.samples, 2, 10**6)
         whole("show", self.show, 1)
+        whole("comb", self.comb, 0, min(c.window.end - c.window.begin for c in self.columns))
         choice("method", self.method, METHODS)
         choice("taper", self.taper, TAPERS)
         usual = "x2" if all(scene.damper for scene in scenes) else "x1"
@@ -162,7 +166,7 @@ class Recipe:
             }
             for i, column in enumerate(self.columns)
         }
-        words = ("title", "samples", "method", "show", "signal", "taper")
+        words = ("title", "samples", "method", "show", "signal", "taper", "comb")
         settings = {name: getattr(self, name) for name in words}
         start = "rest" if self.start is None else list(self.start)
         document = {**settings, "panels": list(self.panels), "start": start, **columns}

@@ -27,7 +27,7 @@ _KEYS: Mapping[str, tuple[str, ...] | None] = {
     "set": None,  # the system knows which parameters it has
     "start": ("policy", "state"),
     "sampling": ("transient", "periods", "windows", "samples", "method"),
-    "portrait": ("panels", "show", "signal", "taper"),
+    "portrait": ("panels", "show", "signal", "taper", "comb"),
 }
 _TOP = ("title", "system", *_KEYS, "column")
 

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nlds_vines.figures.style import CM, WIDTH
-from nlds_vines.views import View
+from nlds_vines.view import View
 
 LEFT, RIGHT, GAP = 1.45, 1.75, 1.3
 """Room for the labels on the left, the legends on the right, the ticks between two columns."""
@@ -21,6 +21,9 @@ LEFT, RIGHT, GAP = 1.45, 1.75, 1.3
 HEAD, NAMES, FOOT, SEAM = 0.6, 0.5, 1.05, 0.2
 """Room for the title, for the names of the columns, below a row that has an axis of its own, and
 between two rows that share it."""
+
+CROWD = 2
+"""Columns beyond which their names need two lines, and labels have to be short."""
 
 OVER_TIME = ("displacement", "velocity", "relative", "force", "energy", "energy1", "energy2")
 """The panels over time."""
@@ -59,9 +62,10 @@ def make_page(panels: Sequence[str], views: Sequence[View]) -> tuple[Figure, lis
     rows = rows_of(panels, views)
     heights = [_height(row) for row in rows]
     feet = [_foot(row, following) for row, following in pairwise([*rows, []])]
-    tall = HEAD + NAMES + sum(heights) + sum(feet)
+    head = HEAD + (NAMES if len(views) <= CROWD else 1.7 * NAMES)
+    tall = head + sum(heights) + sum(feet)
     figure = Figure(figsize=(WIDTH, tall * CM))
-    top, places = tall - HEAD - NAMES, []
+    top, places = tall - head, []
     for row, height, foot in zip(rows, heights, feet, strict=True):
         places.append(_row(figure, row, top - height, height, tall))
         top -= height + foot

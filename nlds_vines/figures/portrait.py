@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from math import ceil
 from typing import Any
 
 import matplotlib
@@ -12,19 +11,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from nlds_vines.figures.page import HEAD, LEFT, NAMES, OVER_TIME, Place, make_page
+from nlds_vines.figures.page import CROWD, LEFT, OVER_TIME, Place, make_page
+from nlds_vines.figures.spectrum import draw_spectrum, limit_spectra
 from nlds_vines.figures.style import CM, GREEN, STYLE, WIDTH
 from nlds_vines.recipe import Recipe, panels_of
 from nlds_vines.signals import (
-    SIGNALS,
     contact_forces,
     energy_of_damper,
     energy_of_structure,
     harmonic_force,
     relative_displacement,
 )
-from nlds_vines.spectra import Spectrum
-from nlds_vines.views import View
+from nlds_vines.view import View
 
 STRUCTURE, DAMPER, OBSTACLE, FORCE, BLUE = "#7a7a7a", "#000000", "#d55e00", "#0072b2", "#0072b2"
 """Colours of the bodies, near the paper's grey, black and red; of the harmonic force; of E2."""
@@ -39,17 +37,8 @@ STRUCK: Mapping[str, dict[str, Any]] = {
 MOST_VECTOR = 40_000
 """The most states of a curve that vector formats hold as a path; a longer one becomes dots."""
 
-DEPTH = 100.0
-"""The lowest line of a spectrum that is drawn, in decibels below the highest of the page."""
-
-AUDIBLE = 1.0e-4
-"""The amplitude, relative to the largest, above which a line should be on the page."""
-
-SHORTEST, LONGEST = 4, 8
-"""Up to which multiple of the forcing frequency spectra are shown: at least, at most."""
-
-SILENT = 400.0
-"""Decibels below one unit that stand for an amplitude of exactly zero."""
+TANGLED = 160
+"""The most forcing periods of a phase trajectory: more of a tangle is only ink."""
 
 _THIN = 0.8
 
@@ -59,8 +48,8 @@ def portrait(recipe: Recipe, views: Sequence[View]) -> Figure:
     """Return the page of a recipe, drawn from the views of its columns.
 
     Time histories begin with the window and are at most `recipe.show` periods long.  Phase planes
-    hold one cycle of a periodic orbit, all of any other.  Values of one row share their scale,
-    phase planes excepted.
+    hold one cycle of a periodic orbit, up to `TANGLED` periods of any other.  Values of one row
+    share their scale, phase planes excepted.
     """
     figure, rows = make_page(recipe.panels, views)
     for row in rows:
@@ -70,20 +59,23 @@ def portrait(recipe: Recipe, views: Sequence[View]) -> Figure:
                 _finish(place, row, recipe)
             else:
                 place.axes.set_axis_off()
-        _limit_values(row)
+        _leave_room(row)
+        if row[0].panel == "spectrum":
+            limit_spectra(row)
     tall = figure.get_figheight() / CM
     figure.text(LEFT * CM / WIDTH, 1 - 0.2 / tall, recipe.title, va="top")
     for place in rows[0]:
         if place.first or len(views) > 1:
-            left, top = place.axes.get_position().x0, 1 - (HEAD + NAMES - 0.12) / tall
-            figure.text(left, top, _heading(place.view), va="bottom", fontsize=8)
+            left, bottom = place.axes.get_position().x0, place.axes.get_position().y1 + 0.12 / tall
+            heading = _heading(place.view, "\n" if len(views) > CROWD else ", ")
+            figure.text(left, bottom, heading, va="bottom", fontsize=8)
     return figure
 
 
-def _heading(view: View) -> str:
+def _heading(view: View, joint: str) -> str:
     begin, end = view.column.window
     label = view.label if view.period else "no period found"
-    return f"{view.column.name or label}, periods {begin} to {end}"
+    return f"{view.column.name or label}{joint}periods {begin} to {end}"
 
 
 def _finish(place: Place, row: Sequence[Place], recipe: Recipe) -> None:
@@ -93,7 +85,8 @@ def _finish(place: Place, row: Sequence[Place], recipe: Recipe) -> None:
     axes.yaxis.set_major_locator(_ticks(5))
     if place.panel in OVER_TIME:
         if axes.xaxis.get_tick_params()["labelbottom"]:
-            axes.set_xlabel("time $t/T$ [forcing periods]")
+            words = "" if len(row) > CROWD else "time "
+            axes.set_xlabel(f"{words}$t/T$ [forcing periods]")
         begin, end = place.view.column.window
         axes.set_xlim(begin, min(end, begin + recipe.show))
         axes.xaxis.set_major_locator(_ticks(12 // len(row), integer=True))
@@ -166,8 +159,10 @@ def _force(place: Place, recipe: Recipe) -> None:
     outer = harmonic_force(system, time) / 1000
     harmonic = {"color": FORCE, "linestyle": (0, (3, 1.5)), "label": r"$P\,\cos\,\omega t$"}
     curves: list[tuple[Any, Any, dict[str, Any]]] = [(across, outer, harmonic)]
-    for name, values in contact_forces(system, states).items():
-        curves.append((across, values / 1000, {**STRUCK[name], "label": name}))
+    found = contact_forces(system, states)
+    for name, values in found.items():
+        label = name if len(found) > 1 else "contact"
+        curves.append((across, values / 1000, {**STRUCK[name], "label": label}))
     _over_time(place, "force [kN]", curves)
 
 
@@ -198,13 +193,13 @@ def _energies(place: Place, recipe: Recipe, label: str, bodies: tuple[int, ...])
 
 def _closed(view: View) -> np.ndarray:
     """Return the states of one cycle, with the one before so that a periodic curve closes."""
-    return view.states[-(view.cycle * view.samples + 1) :]
+    return view.states[-(min(view.cycle, TANGLED) * view.samples + 1) :]
 
 
 def _curve(axes: Axes, across: np.ndarray, values: np.ndarray, colour: str, label: str) -> None:
     """Draw a phase trajectory, thinner and lighter the longer it is."""
     long = across.size > MOST_VECTOR
-    width, alpha = (0.3, 0.65) if long else (_THIN, 1.0)
+    width, alpha = (0.25, 0.6) if long else (_THIN, 1.0)
     # a path of this length exceeds the memory of the raster engine in one piece
     with matplotlib.rc_context({"agg.path.chunksize": 10_000}):
         axes.plot(
@@ -260,47 +255,11 @@ def _struck_planes(place: Place, states: np.ndarray) -> None:
         place.axes.plot(states[:, 0] + u, states[:, 1], label=name, **STRUCK[name])
 
 
-def _spectrum(place: Place, recipe: Recipe) -> None:
-    found = place.view.spectrum
-    with np.errstate(divide="ignore"):
-        heights = np.maximum(found.decibels(), -SILENT)
-    place.axes.plot(found.order[1:], heights[1:], color=DAMPER, linewidth=0.5)
-    omega = place.view.column.system.parameters["omega"]
-    place.axes.set_xlabel(rf"frequency [multiples of $\omega$ = {omega:g} rad/s]")
-    name, unit = found.quantity, SIGNALS[found.quantity].unit
-    symbol = {"force": "F", "u": "x_2-x_1"}.get(name, f"{name[0]}_{name[1:]}")
-    place.axes.set_ylabel(f"$|{symbol}|$ [dB re 1 {unit}]")
-    if place.view.share is not None:
-        look: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 7.5}
-        place.axes.text(0.985, 0.95, _share(place.view), transform=place.axes.transAxes, **look)
-
-
-def _share(view: View) -> str:
-    """Return the broadband share in words; one of round-off by its order of magnitude."""
-    share, n = view.share or 0.0, max(view.period, 1)
-    value = f"{share:.1%}" if share >= 5e-4 or share == 0 else f"{share:.0e}"
-    return f"power outside {n if n > 1 else ''}T lines: {value}"
-
-
-def _limit_values(row: Sequence[Place]) -> None:
-    """Fix the scales that a row shares: room for letters, and how much of spectra is shown."""
-    axes = row[0].axes
+def _leave_room(row: Sequence[Place]) -> None:
+    """Leave room for the letters above what panels over time show."""
     if row[0].panel in OVER_TIME:
-        low, high = axes.get_ylim()
-        axes.set_ylim(low, high + 0.12 * (high - low))
-    if row[0].panel == "spectrum":
-        found = [place.view.spectrum for place in row]
-        highest = max(float(s.decibels()[1:].max()) for s in found)
-        if highest > -SILENT:
-            axes.set_ylim(highest - DEPTH, highest + 0.2 * DEPTH)
-        for place in row:
-            place.axes.set_xlim(0, max(_audible(s) for s in found))
-
-
-def _audible(found: Spectrum) -> int:
-    """Return the frequency, in whole multiples of the force's, up to which a spectrum is shown."""
-    loud = found.order[1:][found.amplitude[1:] > AUDIBLE * found.amplitude[1:].max()]
-    return min(max(SHORTEST, ceil(loud[-1] + 0.2) if loud.size else 0), LONGEST)
+        low, high = row[0].axes.get_ylim()
+        row[0].axes.set_ylim(low, high + 0.2 * (high - low))
 
 
 _PANELS: Mapping[str, Callable[[Place, Recipe], None]] = {
@@ -314,5 +273,5 @@ _PANELS: Mapping[str, Callable[[Place, Recipe], None]] = {
     "phase": _phase,
     "phase1": _phase1,
     "phase2": _phase2,
-    "spectrum": _spectrum,
+    "spectrum": draw_spectrum,
 }

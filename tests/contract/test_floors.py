@@ -17,8 +17,8 @@ FLOORS = (
     {"kernels", "_jit"},  # numbers in, numbers out
     {"errors", "parameters", "scenes", "system", "catalogue", "_resources", "_toml", "arc"},
     {"axes", "starts", "wants", "record", "scan", "regimes", "provenance", "durable"},
-    {"signals", "spectra", "recipe", "recipe_file"},
-    {"block", "simulation", "archive", "parts", "peers", "views"},
+    {"signals", "spectra", "recipe", "recipe_file", "view"},
+    {"block", "simulation", "archive", "parts", "peers", "viewing"},
     {"engine", "figures"},
     {"bifurcation", "accuracy", "portrait", "_command", "_scan_options", "__main__"},
 )

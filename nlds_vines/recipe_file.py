@@ -125,7 +125,7 @@ def _windows(sampling: Mapping[str, Any]) -> list[Window]:
     value = sampling["windows"]
     if not isinstance(value, Sequence) or isinstance(value, str) or not value:
         raise RequestError(f"windows = {shown(value)} must be a list of pairs [begin, end]")
-    found = [checked_window("window", pair) for pair in value]
+    found = [checked_window("windows", pair) for pair in value]
     for first, second in pairwise(found):
         if second.begin < first.end:
             raise RequestError(

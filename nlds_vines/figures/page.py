@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from nlds_vines.figures.style import CM, WIDTH
 from nlds_vines.view import View
 
-LEFT, RIGHT, GAP = 1.45, 1.75, 1.3
+LEFT, RIGHT, GAP = 1.45, 1.85, 1.3
 """Room for the labels on the left, the legends on the right, the ticks between two columns."""
 
 HEAD, NAMES, FOOT, SEAM = 0.6, 0.5, 1.05, 0.2
@@ -62,7 +62,7 @@ def make_page(panels: Sequence[str], views: Sequence[View]) -> tuple[Figure, lis
     rows = rows_of(panels, views)
     heights = [_height(row) for row in rows]
     feet = [_foot(row, following) for row, following in pairwise([*rows, []])]
-    head = HEAD + (NAMES if len(views) <= CROWD else 1.7 * NAMES)
+    head = HEAD + (NAMES if len(views) <= CROWD else 2.2 * NAMES)
     tall = head + sum(heights) + sum(feet)
     figure = Figure(figsize=(WIDTH, tall * CM))
     top, places = tall - head, []

@@ -37,6 +37,13 @@ STRUCK: Mapping[str, dict[str, Any]] = {
 MOST_VECTOR = 40_000
 """The most states of a curve that vector formats hold as a path; a longer one becomes dots."""
 
+MOST_THICK = 8_000
+"""States of a curve from which it is drawn thinner."""
+
+PLAIN = 6
+"""The longest period n whose phase plane also shows the motion of what the damper strikes: of a
+longer one, the curves would hide each other."""
+
 TANGLED = 160
 """The most forcing periods of a phase trajectory: more of a tangle is only ink."""
 
@@ -197,9 +204,9 @@ def _closed(view: View) -> np.ndarray:
 
 
 def _curve(axes: Axes, across: np.ndarray, values: np.ndarray, colour: str, label: str) -> None:
-    """Draw a phase trajectory, thinner and lighter the longer it is."""
+    """Draw a phase trajectory, thinner the longer it is, and so long a one as dots."""
     long = across.size > MOST_VECTOR
-    width, alpha = (0.25, 0.6) if long else (_THIN, 1.0)
+    width, alpha = (0.25, 0.6) if long else (_THIN if across.size < MOST_THICK else 0.4, 1.0)
     # a path of this length exceeds the memory of the raster engine in one piece
     with matplotlib.rc_context({"agg.path.chunksize": 10_000}):
         axes.plot(
@@ -249,8 +256,8 @@ def _phase2(place: Place, recipe: Recipe) -> None:
 
 def _struck_planes(place: Place, states: np.ndarray) -> None:
     """Draw the motion of what the damper strikes, x1 + u, in its phase plane."""
-    if place.view.period == 0:
-        return  # a tangle of its own over that of the damper would hide both
+    if not 0 < place.view.period <= PLAIN:
+        return
     for name, u in _struck(place.view).items():
         place.axes.plot(states[:, 0] + u, states[:, 1], label=name, **STRUCK[name])
 
@@ -259,7 +266,7 @@ def _leave_room(row: Sequence[Place]) -> None:
     """Leave room for the letters above what panels over time show."""
     if row[0].panel in OVER_TIME:
         low, high = row[0].axes.get_ylim()
-        row[0].axes.set_ylim(low, high + 0.2 * (high - low))
+        row[0].axes.set_ylim(low, high + 0.28 * (high - low))
 
 
 _PANELS: Mapping[str, Callable[[Place, Recipe], None]] = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from nlds_vines.recipe import Column
 from nlds_vines.regimes import name_of
 from nlds_vines.signals import SIGNALS, signals_of
 from nlds_vines.spectra import Spectrum
+
+if TYPE_CHECKING:
+    from nlds_vines.simulation import Violation
 
 MOST = 0.99
 """Of the power: in how few bins it lies, is told."""
@@ -29,6 +33,7 @@ class View:
         period: n of nT by recurrence of the section to a `tolerance`, 0 where there was none of
             up to `longest`.
         comb: n of the nT whose lines do not count as broadband.
+        violation: of the scene's limit in the whole run, None for a scene without one.
         spectrum: of the recipe's signal, over as many last periods as the comb divides.
     """
 
@@ -42,6 +47,7 @@ class View:
     longest: int
     comb: int
     spectrum: Spectrum
+    violation: Violation | None = None
 
     @property
     def section(self) -> np.ndarray:
@@ -83,6 +89,8 @@ class View:
         if self.column.system.scene.walls:
             rate = len(self.touches) / len(self.section)
             yield f"  impacts per period: {rate:.4g} ({len(self.touches)} in the window)"
+        if self.violation is not None:
+            yield f"  limit of the scene, in the whole run: {self._limit(self.violation)}"
         for name in ("E1", "E2"):
             if name in signals_of(self.column.system.scene):
                 highest = SIGNALS[name].of(self.column.system, self.states).max()
@@ -96,6 +104,12 @@ class View:
         if self.longest == 0:
             return "the window is too short to tell"
         return f"no period of up to {self.longest} found; that alone proves no chaos"
+
+    def _limit(self, found: Violation) -> str:
+        if found.number == 0:
+            return "kept"
+        times = f"{found.number} time{'s' if found.number > 1 else ''}"
+        return f"violated {times}, by up to {found.depth:.4g} m, first at {found.time:.6g} s"
 
     def _spectrum(self) -> str:
         found, n = self.spectrum, self.comb

@@ -65,6 +65,7 @@ def _view(recipe: Recipe, run: Sequence[Column], orbit: Orbit, column: Column) -
         longest=len(section) // REPEATS,
         comb=comb,
         spectrum=_spectrum(recipe, column, states, comb),
+        violation=orbit.violation,
     )
 
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from nlds_vines.portrait import main
 from nlds_vines.recipe import PANELS, USUAL, Column, Recipe, Window
 from nlds_vines.recipe_file import load_recipe
 from nlds_vines.scenes import SCENES
+from nlds_vines.system import System
 from nlds_vines.viewing import views_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -126,6 +128,30 @@ def test_walls_are_drawn_by_their_own_lines_and_forces():
     assert curves["obstacle"].max() == 0 > curves["obstacle"].min()
     assert curves[r"$P\,\cos\,\omega t$"].max() == pytest.approx(0.8)
     assert len(view.touches) == 24
+
+
+@pytest.mark.parametrize(
+    ("kind", "own", "lines"),
+    [
+        ("ssvi-b", {}, {"structure": 0.0, "obstacle": 0.42}),
+        ("ssvi-c", {"L": 0.1}, {"limit": -0.1, "obstacle": 0.42}),
+    ],
+)
+def test_limits_are_lines_too_and_have_no_force(kind, own, lines):
+    recipe = recipe_of(OF_KIND["ssbl"], panels=ALL)
+    (view,) = views_of(recipe)
+    system = System(kind, {**OF_KIND["ssbl"].parameters, **own})
+    column = Column(system, view.column.window)  # the orbit does not matter here, the scene does
+    seen = replace(view, column=column, violation=simulation.Violation(2, 1.5, 0.01))
+    assert "violated 2 times, by up to 0.01 m, first at 1.5 s" in "\n".join(seen.lines())
+    kept = replace(seen, violation=simulation.Violation(0, np.nan, 0.0))
+    assert "in the whole run: kept" in "\n".join(kept.lines())
+    figure = draw(replace(recipe, columns=(column,)), [seen])
+    panels = panels_by_label(figure)
+    relative = panels["$x_2-x_1$ [m]"].get_lines()[1:]
+    assert {line.get_label(): line.get_ydata()[0] for line in relative} == pytest.approx(lines)
+    names = [line.get_label() for line in panels["force [kN]"].get_lines()]
+    assert names == [r"$P\,\cos\,\omega t$", "contact"]
 
 
 def test_a_spectrum_is_cut_off_below_its_highest_line():

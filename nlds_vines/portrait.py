@@ -25,7 +25,7 @@ from nlds_vines._command import (
     run_command,
 )
 from nlds_vines.catalogue import load_system
-from nlds_vines.errors import at
+from nlds_vines.errors import RequestError, at
 from nlds_vines.recipe import PANELS, PERIODS, SAMPLES, SHOW, TRANSIENT, Recipe, span
 from nlds_vines.recipe_file import load_recipe
 from nlds_vines.scan import METHODS
@@ -75,6 +75,8 @@ def portrait(
     Raises `RequestError` where anything asked for is wrong, before anything is computed, and
     `IntegrationError` where the orbit ends early.
     """
+    if isinstance(source, Recipe) and options:
+        raise RequestError(f"{', '.join(options)} given beside a Recipe: they stand in it already")
     recipe = source if isinstance(source, Recipe) else load_recipe(source, _document(options))
     path = None if plot is None else Path(plot)
     if path is not None:

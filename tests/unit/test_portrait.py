@@ -411,4 +411,6 @@ def test_the_function_refuses_as_the_command_does(folder):
         nv.portrait("tmd", pannels=["energy"])
     with pytest.raises(RequestError, match="recipe = 3"):
         nv.portrait(3)
+    with pytest.raises(RequestError, match="show given beside a Recipe"):
+        nv.portrait(load_recipe("tmd"), show=3)
     assert not list(folder.glob("x*"))

@@ -27,6 +27,9 @@ _HOMES = {
     "Tuning": "search.request",
     "load_tuning": "search.reading",
     "tune": "tuning",
+    "portrait": "portrait",
+    "spectrum": "spectra",
+    "Spectrum": "spectra",
     "read": "archive",
     "verify": "archive",
 }

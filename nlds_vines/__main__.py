@@ -13,6 +13,7 @@ from nlds_vines.provenance import version
 COMMANDS = {
     "bifurcation": ("nlds_vines.bifurcation", "scan one parameter or two"),
     "tuning": ("nlds_vines.tuning", "search for the best damper"),
+    "portrait": ("nlds_vines.portrait", "one orbit in full"),
     "accuracy": ("nlds_vines.accuracy", "error against run time of every method"),
 }
 """The sister commands: the module of each, whose `main` takes the arguments, and its purpose."""

@@ -20,7 +20,7 @@ from nlds_vines.figures.maps import regime_map
 from nlds_vines.figures.style import STYLE
 from nlds_vines.figures.surface import tuning_surface
 
-__all__ = ["FORMATS", "diagram", "regime_map", "save", "tuning_surface"]
+__all__ = ["FORMATS", "diagram", "regime_map", "save", "save_figure", "tuning_surface"]
 
 FORMATS = {"png": 200, "pdf": 600, "svg": 600}
 """What a picture may be, by the suffix of its name, and its resolution in dots per inch; in the
@@ -38,18 +38,33 @@ def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
     to draw, and for a place that cannot be written.
     """
     path = Path(plot_path)
-    form = path.suffix.lower().removeprefix(".")
-    if form not in FORMATS:
-        raise RequestError(f"{path}: a picture is one of .{', .'.join(FORMATS)}")
+    check_format(path)
     with read(archive_path) as view:
         figure = _figure(view)
         title, scan_hash = str(view.attrs["title"]), str(view.attrs["scan_hash"])
+    return save_figure(figure, path, title, ("scan_hash", scan_hash))
+
+
+def check_format(path: Path) -> str:
+    """Return the format that a picture's suffix means; raises `RequestError` for another one."""
+    form = path.suffix.lower().removeprefix(".")
+    if form not in FORMATS:
+        raise RequestError(f"{path}: a picture is one of .{', .'.join(FORMATS)}")
+    return form
+
+
+def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str]) -> Path:
+    """Save a figure with its title and its `origin`, the name and value of a hash; same manners.
+
+    Raises `RequestError` for another suffix and for a place that cannot be written.
+    """
+    form, (name, digest) = check_format(path), origin
     temporary = path.with_name(f"{path.name}.tmp")
     # without salt of one's own, the names inside an SVG are drawn by lot
-    salt: dict[Any, Any] = {"svg.hashsalt": scan_hash}
+    salt: dict[Any, Any] = {"svg.hashsalt": digest}
     with in_one_line(f"write {path}"), matplotlib.rc_context({**STYLE, **salt}):
         try:
-            metadata = _metadata(form, title, scan_hash)
+            metadata = _metadata(form, title, name, digest)
             figure.savefig(temporary, format=form, dpi=FORMATS[form], metadata=metadata)
             os.replace(temporary, path)
         finally:
@@ -63,11 +78,11 @@ def _figure(view: ArchiveView) -> Figure:
     return diagram(view) if len(view.axes) == 1 else regime_map(view)
 
 
-def _metadata(form: str, title: str, scan_hash: str) -> dict[str, str | None]:
+def _metadata(form: str, title: str, name: str, digest: str) -> dict[str, str | None]:
     """Return title and origin in the words of each format; without a date, so that bytes repeat."""
-    origin = f"scan_hash {scan_hash}"
+    origin = f"{name} {digest}"
     if form == "png":
-        return {"Title": title, "scan_hash": scan_hash}
+        return {"Title": title, name: digest}
     if form == "pdf":
         return {"Title": title, "Subject": origin, "CreationDate": None}
     return {"Title": title, "Description": origin, "Date": None}

@@ -17,11 +17,13 @@ FLOORS = (
     {"kernels", "_jit"},  # numbers in, numbers out
     {"errors", "parameters", "scenes", "system", "catalogue", "_resources", "_toml", "arc"},
     {"axes", "starts", "wants", "record", "scan", "regimes", "provenance", "durable"},
-    {"block", "batch", "simulation", "archive", "folder", "parts", "peers"},
+    {"signals", "spectra", "recipe", "recipe_file", "view"},
+    {"block", "batch", "evidence", "simulation", "viewing", "archive", "folder", "parts", "peers"},
     {"engine", "search", "figures"},
     {
         "bifurcation",
         "accuracy",
+        "portrait",
         "tuning",
         "_command",
         "_scan_options",

@@ -22,6 +22,8 @@ _HOMES = {
     "Orbit": "simulation",
     "IntegrationError": "simulation",
     "simulate": "simulation",
+    "Regime": "classification",
+    "classify": "classification",
     "bifurcation": "bifurcation",
     "Tuned": "search.result",
     "Tuning": "search.request",

@@ -102,15 +102,21 @@ class Computer:
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
         cells = self._cells[block.selection]
-        chains, starts = self._chains(cells)
-        outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
-        arrays = self._arrays(outputs, chains)
+        arrays = self.lanes(*self._chains(cells))
         length = sizes(self.scan)
         table = {dataset.name: dataset for dataset in datasets(self.scan)}
         return {
-            name: self._in_place(values, cells.shape, table[name], length)
-            for name, values in arrays.items()
+            name: self._in_place(arrays[name], cells.shape, dataset, length)
+            for name, dataset in table.items()
         }
+
+    def lanes(self, chains: np.ndarray, starts: np.ndarray) -> dict[str, np.ndarray]:
+        """Return everything found out about chains of cells (chains, links) from their starts.
+
+        By name of the dataset, each (chains, links, tail); some may be more than the scan wants.
+        """
+        outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
+        return self._arrays(outputs, chains)
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads."""
@@ -200,10 +206,9 @@ class Computer:
         if outputs.evidence is not None:
             size = len(components(self.scan))
             arrays |= arrays_of(status, outputs.evidence, counts, cells, size)
-        return {
-            dataset.name: _failed_filled(arrays[dataset.name], dataset, status)
-            for dataset in datasets(self.scan)
-        }
+        for dataset in datasets(self.scan):
+            _failed_filled(arrays[dataset.name], dataset, status)
+        return arrays
 
     def _in_place(
         self, values: np.ndarray, shape: tuple[int, ...], dataset: Dataset, length: dict[str, int]

@@ -34,7 +34,7 @@ def free_cell(
 ):  # fmt: skip
     """Run a scene without walls (arguments as `run_cell`)."""
     start_energy(ps, damper, peak, state)
-    status = linear_orbit(classical, ps, damper, None, peak, None, None, grid, 1, state, transient)
+    status = linear_orbit(classical, ps, damper, early, peak, None, None, grid, 1, state, transient)
     if status == OK:
         start_energy(ps, damper, energy, state)
         status = linear_orbit(

@@ -54,7 +54,7 @@ def place(ride, record, p, y):
     y[:] = 0.0
     y[0], y[1] = record[p, 0], record[p, 1]
     if ride.size == 4:
-        y[2], y[3] = y[0] - record[p, 2] + ride.damper.rest, y[1] - record[p, 3]
+        y[2], y[3] = y[0] - record[p, 2] + ride.rest, y[1] - record[p, 3]
 
 
 @jit

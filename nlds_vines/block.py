@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from nlds_vines.parts import Block
     from nlds_vines.scan import Scan
 
+NOTED = 4096
+"""Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
+
 RESOLUTION: Mapping[str, float] = {"exact": 28.0, "rk4": 512.0}
 """Runge-Kutta steps: of a contact that must be stepped (exact), of a forcing period (rk4)."""
 
@@ -61,7 +64,7 @@ class Outputs:
     clearance: np.ndarray | None
     violation: np.ndarray | None
     evidence: np.ndarray | None
-    ends: np.ndarray
+    ends: np.ndarray | None
     status: np.ndarray
 
     @classmethod
@@ -69,7 +72,7 @@ class Outputs:
         """Allocate the buffers that the scan's `want` needs."""
         want, scene = set(scan.want), SCENES[scan.system.kind]
         walls, judged = bool(scene.walls), bool(want & JUDGED)
-        noted = scan.periods + (scan.transient if judged else 0)
+        noted = scan.periods + (min(scan.transient, NOTED) if judged else 0)
 
         def rows(wanted: bool, *tail: int, dtype: Any = float) -> np.ndarray | None:
             return np.zeros((chains, links, *tail), dtype) if wanted else None
@@ -83,7 +86,7 @@ class Outputs:
             clearance=rows("clearance" in want and walls, 1),
             violation=rows(scene.limit is not None, 3),
             evidence=rows(judged, COLUMNS),
-            ends=np.zeros((chains, links, 2, SIZE)),
+            ends=rows(judged, 2, SIZE),
             status=np.zeros((chains, links), np.int64),
         )
 
@@ -205,7 +208,11 @@ class Computer:
             arrays["impact_rate"] = counts.sum(axis=-1) / self.scan.periods
         if outputs.evidence is not None:
             size = len(components(self.scan))
-            arrays |= arrays_of(status, outputs.evidence, counts, cells, size)
+            found = arrays_of(status, outputs.evidence, counts, cells, size)
+            unnoted = max(self.scan.transient - NOTED, 0)
+            found["settling"][found["settling"] >= 0] += unnoted
+            found["watched"] += unnoted
+            arrays |= found
         for dataset in datasets(self.scan):
             _failed_filled(arrays[dataset.name], dataset, status)
         return arrays

@@ -102,5 +102,8 @@ def test_nothing_is_allocated_that_was_not_asked_for():
     assert allocated("ssul-set6", "clearance") == {"clearance", "status"}
     assert allocated("tmd", "section") == {"section", "status"}
     assert allocated("ssul-set6", "section") == {"section", "status"}
-    assert allocated("tmd", "regime") == {"cycle", "status"}
+    judged = {"section", "cycle", "ends", "evidence", "status"}
+    assert allocated("tmd", "regime") == judged
+    assert allocated("ssul-set6", "settling") == judged | {"counts"}
+    assert allocated("ssul-set6", "peak") == {"peak", "status"}
     assert allocated("ssul-set6", "impacts") == {"counts", "cycle", "status"}

@@ -2,19 +2,43 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
+from importlib.resources import as_file, files
 from pathlib import Path
 
-_FOLDER_IN_CLONE = {"dampers.toml": "data", "figure8.toml": "scans"}
+_FOLDER_IN_CLONE = {"dampers.toml": "data"}  # all else stands in `scans`
+_RECIPES = ("figure*.toml", "study-*.toml")
 
 
 def resource_text(name: str) -> str:
-    """Return the text of the packaged file `name`, `dampers.toml` or `figure8.toml`.
+    """Return the text of the packaged file `name`: `dampers.toml`, or a recipe of a figure.
 
     A wheel carries them in `nlds_vines/_data`; in a clone they stay in `data` and `scans`.
     """
-    packed = files("nlds_vines") / "_data" / name
-    if packed.is_file():
-        return packed.read_text(encoding="utf-8")
-    root = Path(__file__).resolve().parent.parent
-    return (root / _FOLDER_IN_CLONE[name] / name).read_text(encoding="utf-8")
+    return resource_path(name).read_text(encoding="utf-8")
+
+
+def resource_path(name: str) -> Path:
+    """Return the path of the packaged file `name`, which need not exist."""
+    packed = _packed()
+    if packed is not None:
+        return packed / name
+    return _clone() / _FOLDER_IN_CLONE.get(name, "scans") / name
+
+
+def recipe_paths() -> list[Path]:
+    """Return the recipes that travel with the package: the paper's figures, and studies of ours."""
+    folder = _packed() or _clone() / "scans"
+    return sorted(path for pattern in _RECIPES for path in folder.glob(pattern))
+
+
+def _packed() -> Path | None:
+    """Return the folder of the files in an installed wheel; None in a clone."""
+    folder = files("nlds_vines") / "_data"
+    if not folder.is_dir():
+        return None
+    with as_file(folder) as path:
+        return path
+
+
+def _clone() -> Path:
+    return Path(__file__).resolve().parent.parent

@@ -1,4 +1,4 @@
-"""Archive -> picture: bifurcation diagrams and maps of regimes, from the archive alone.
+"""Archive -> picture: bifurcation diagrams, maps, pages of curves, from archives alone.
 
 Nothing is computed here, and no kernel is ever loaded.  The only part that imports matplotlib.
 """
@@ -6,19 +6,24 @@ Nothing is computed here, and no kernel is ever loaded.  The only part that impo
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import matplotlib
+from matplotlib.figure import Figure
 
 from nlds_vines.archive import read
 from nlds_vines.durable import in_one_line
 from nlds_vines.errors import RequestError
+from nlds_vines.figures.curves import page
 from nlds_vines.figures.diagram import diagram
 from nlds_vines.figures.maps import regime_map
 from nlds_vines.figures.style import STYLE
+from nlds_vines.recipes import Curve, Recipe
 
-__all__ = ["FORMATS", "diagram", "regime_map", "save"]
+__all__ = ["FORMATS", "diagram", "page", "regime_map", "save", "save_page"]
 
 FORMATS = {"png": 200, "pdf": 600, "svg": 600}
 """What a picture may be, by the suffix of its name, and its resolution in dots per inch; in the
@@ -36,12 +41,37 @@ def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
     to draw, and for a place that cannot be written.
     """
     path = Path(plot_path)
-    form = path.suffix.lower().removeprefix(".")
-    if form not in FORMATS:
-        raise RequestError(f"{path}: a picture is one of .{', .'.join(FORMATS)}")
+    form = _form(path)
     with read(archive_path) as view:
         figure = diagram(view) if len(view.axes) == 1 else regime_map(view)
         title, scan_hash = str(view.attrs["title"]), str(view.attrs["scan_hash"])
+    return _write(figure, path, form, title, scan_hash)
+
+
+def save_page(
+    recipe: Recipe, archive_of: Callable[[Curve], Path], plot_path: str | os.PathLike[str]
+) -> Path:
+    """Draw the page of a recipe of curves as `save` draws an archive; returns its path.
+
+    Arguments: `archive_of` returns the path of a curve's archive.  The hash in the picture is
+    that of all its scans.
+    """
+    path = Path(plot_path)
+    form = _form(path)
+    figure = page(recipe, archive_of)
+    hashes = "".join(curve.scan.hash for curve in recipe.curves)
+    return _write(figure, path, form, recipe.title, sha256(hashes.encode()).hexdigest())
+
+
+def _form(path: Path) -> str:
+    form = path.suffix.lower().removeprefix(".")
+    if form not in FORMATS:
+        raise RequestError(f"{path}: a picture is one of .{', .'.join(FORMATS)}")
+    return form
+
+
+def _write(figure: Figure, path: Path, form: str, title: str, scan_hash: str) -> Path:
+    """Write a picture whole or not at all; returns its path."""
     temporary = path.with_name(f"{path.name}.tmp")
     # without salt of one's own, the names inside an SVG are drawn by lot
     salt: dict[Any, Any] = {"svg.hashsalt": scan_hash}

@@ -220,9 +220,7 @@ def _command(argv: Sequence[str]) -> int:
     try:
         failed = job.run()
     except engine.Interrupted:
-        complain(
-            _NAME, "interrupted: what is computed is kept; the same command goes on from there"
-        )
+        complain(_NAME, "interrupted: the same command goes on from what is computed")
         return INTERRUPTED
     return LANES_FAILED if failed else DONE
 

@@ -12,8 +12,10 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.textpath import TextPath
 
 from nlds_vines.archive import ArchiveView, read
 from nlds_vines.errors import RequestError
@@ -32,10 +34,12 @@ BASE = "#b03a00"
 
 _DOTS = (0, (1, 1.6))  # E2max
 _SHARES = {1: 7.2 * CM, 2: 4.9 * CM, 3: 5.4 * CM, 4: 4.2 * CM}  # panel height by columns, inches
-_SIDE, _EDGE, _GAP = 1.45 * CM, 0.35 * CM, 0.3 * CM  # inches
+_SIDE, _EDGE, _GAP = 1.45 * CM, 0.35 * CM, 0.6 * CM  # inches
 _HEAD, _FOOT, _ROW, _LEGEND = 0.65 * CM, 1.05 * CM, 0.5 * CM, 0.42 * CM
-_ROOM = 108  # letters of a legend's row at 16 cm, the handles included
-_HANDLE = 9  # letters that a handle takes
+_HANDLE = 36  # points that the line of an entry takes, and the space around it
+_VISIBLE = 0.008  # of the axis: a narrower window gets no dashed bounds, which would hide it
+_ABOVE = 1.1  # room above the highest curve
+_BOUND: dict[str, Any] = {"color": "#666666", "lw": 0.6, "ls": (0, (4, 2)), "zorder": 1}
 
 
 @matplotlib.rc_context(STYLE)
@@ -61,7 +65,7 @@ def page(recipe: Recipe, archive_of: Callable[[Curve], Path]) -> Figure:
             _draw(frame, content, recipe.damper_energy)
             _name(frame, panel, len(frames))
         _label_axes(frames, recipe, views[0][0][1])
-    frames[0].set_ylim(bottom=0)
+    frames[0].set_ylim(0, _ABOVE * max(frame.dataLim.y1 for frame in frames))
     return figure
 
 
@@ -102,12 +106,20 @@ def _frames(recipe: Recipe) -> tuple[Figure, list[Axes]]:
 
 
 def _per_row(labels: Sequence[str]) -> int:
-    """Return how many entries of a legend stand side by side: columns are as wide as their widest.
+    """Return how many entries of a legend stand side by side; they fill it column by column."""
+    widths = [_HANDLE + _text_width(label) for label in labels]
+    for columns in range(len(labels), 1, -1):
+        rows = ceil(len(widths) / columns)
+        needed = sum(max(widths[i : i + rows]) for i in range(0, len(widths), rows))
+        if needed <= 72 * (WIDTH - _SIDE - _EDGE):
+            return columns
+    return 1
 
-    Letters of mathematics are counted as they are written less what is not printed.
-    """
-    widest = max(len(label.replace(r"\mathrm", "").replace(r"\cdot", ".")) for label in labels)
-    return max(1, min(len(labels), _ROOM // (widest + _HANDLE)))
+
+def _text_width(text: str) -> float:
+    """Return the width of a text of the legend in points."""
+    font = FontProperties(family=STYLE["font.family"], size=STYLE["legend.fontsize"])
+    return float(TextPath((0, 0), text, prop=font).get_extents().width)
 
 
 def _handles(recipe: Recipe) -> list[Any]:
@@ -164,8 +176,11 @@ def _shade(frame: Axes, view: ArchiveView) -> None:
     for band in found:
         if band.label == "impacts":
             frame.axvspan(band.low, band.high, color=IMPACTS, linewidth=0, zorder=0)
-    for band in found[1:]:
-        frame.axvline(band.low, color="#666666", linewidth=0.6, linestyle=(0, (4, 2)), zorder=1)
+        elif band.width >= _VISIBLE * (values[-1] - values[0]):
+            for bound in (band.low, band.high):
+                frame.axvline(
+                    bound, color="#666666", linewidth=0.6, linestyle=(0, (4, 2)), zorder=1
+                )
 
 
 def _mark_resonances(frame: Axes, curves: Sequence[Curve]) -> None:

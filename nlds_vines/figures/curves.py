@@ -107,10 +107,10 @@ def _frames(recipe: Recipe) -> tuple[Figure, list[Axes]]:
 
 def _per_row(labels: Sequence[str]) -> int:
     """Return how many entries of a legend stand side by side; they fill it column by column."""
-    widths = [_HANDLE + _text_width(label) for label in labels]
-    for columns in range(len(labels), 1, -1):
-        rows = ceil(len(widths) / columns)
-        needed = sum(max(widths[i : i + rows]) for i in range(0, len(widths), rows))
+    widths = np.array([_HANDLE + _text_width(label) for label in labels])
+    for rows in range(1, len(labels)):
+        columns = ceil(len(labels) / rows)
+        needed = sum(column.max() for column in np.array_split(widths, columns))
         if needed <= 72 * (WIDTH - _SIDE - _EDGE):
             return columns
     return 1

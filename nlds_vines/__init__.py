@@ -23,6 +23,7 @@ _HOMES = {
     "IntegrationError": "simulation",
     "simulate": "simulation",
     "bifurcation": "bifurcation",
+    "reproduce_paper": "reproduce",
     "read": "archive",
     "verify": "archive",
 }

@@ -12,6 +12,7 @@ from nlds_vines.provenance import version
 
 COMMANDS = {
     "bifurcation": ("nlds_vines.bifurcation", "scan one parameter or two"),
+    "reproduce": ("nlds_vines.reproduce", "the paper, figure by figure, and its claims checked"),
     "accuracy": ("nlds_vines.accuracy", "error against run time of every method"),
 }
 """The sister commands: the module of each, whose `main` takes the arguments, and its purpose."""

@@ -1,4 +1,4 @@
-"""The steady state without impacts in closed form: transfer functions, largest energies, windows."""
+"""The steady state without impacts in closed form: amplitudes, energies, where it clears."""
 
 from __future__ import annotations
 

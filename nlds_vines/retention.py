@@ -1,4 +1,4 @@
-"""Retention of tuning: what a damper loses when the structure or the force is not as it was tuned."""
+"""Retention of tuning: what a damper loses when structure or force are not as tuned."""
 
 from __future__ import annotations
 

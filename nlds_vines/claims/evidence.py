@@ -84,12 +84,21 @@ Check = Callable[[Evidence], Finding]
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim: where it stands, what it says in words of ours, its check, the picture to see."""
+    """One claim of the paper.
+
+    Arguments:
+        where: the section, table or equation it stands in.
+        says: what it says, in words of ours.
+        figure: short name of the recipe whose picture shows it.
+        check: what is measured, and the verdict.
+        rule: what a vague word (similar, slight) is taken to mean.
+    """
 
     where: str
     says: str
     figure: str
     check: Check
+    rule: str = ""
 
 
 def judge(claim: Claim, evidence: Evidence) -> Finding:

@@ -129,6 +129,9 @@ def _unsaid(text: str) -> Callable[[Evidence], Finding]:
     return lambda evidence: Finding(Verdict.OPEN, text)
 
 
+_STAYS = (
+    f"at least {100 * HIGH:g} % off each peak, within {100 * LITTLE:g} points of each damper's own"
+)
 _C1, _P = (352.0, 452.0, 552.0), (600.0, 800.0, 1000.0)
 
 RETENTION = (
@@ -139,9 +142,21 @@ RETENTION = (
         "4",
         _unsaid("not printed but for the tuning's: ours are 3.0, 3.3, 3.6, 4.3, 4.6 and 5.0e4 N/m"),
     ),
-    Claim("4.1", "A stiffer structure costs none of the three much.", "4", _up),
-    Claim("4.1", "Then the three behave alike.", "4", _up_alike),
-    Claim("4.1", "A softer structure costs all three much.", "4", _down),
+    Claim(
+        "4.1",
+        "A stiffer structure costs none of the three much.",
+        "4",
+        _up,
+        f"no peak more than {100 * LITTLE:g} % up",
+    ),
+    Claim("4.1", "Then the three behave alike.", "4", _up_alike, f"ratios within {LITTLE:g}"),
+    Claim(
+        "4.1",
+        "A softer structure costs all three much.",
+        "4",
+        _down,
+        f"each peak {100 * MUCH:g} % up at the softest",
+    ),
     Claim("4.1", "Then the SSul NES loses most and the TMD least.", "5", _down_order),
     Claim(
         "4.2",

@@ -15,11 +15,21 @@ FIGURES = [path for path in SOURCES if path.parent.name == "figures"]
 
 FLOORS = (
     {"kernels", "_jit"},  # numbers in, numbers out
-    {"errors", "parameters", "scenes", "system", "catalogue", "_resources", "_toml", "arc"},
-    {"axes", "starts", "wants", "record", "scan", "regimes", "provenance", "durable"},
+    {
+        "errors",
+        "parameters",
+        "scenes",
+        "system",
+        "catalogue",
+        "_resources",
+        "_toml",
+        "arc",
+        "linear",
+    },
+    {"axes", "starts", "wants", "record", "scan", "regimes", "provenance", "durable", "recipes"},
     {"block", "simulation", "archive", "parts", "peers"},
-    {"engine", "figures"},
-    {"bifurcation", "accuracy", "_command", "_scan_options", "__main__"},
+    {"engine", "figures", "claims", "retention", "report"},
+    {"bifurcation", "reproduce", "accuracy", "_command", "_scan_options", "__main__"},
 )
 """From the bottom up; a module of one floor imports from its own and from those below."""
 

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from nlds_vines.catalogue import catalogue
 from nlds_vines.claims.evidence import (
     Claim,
     Data,
@@ -17,6 +18,8 @@ from nlds_vines.claims.evidence import (
     spans,
     tuning_frequency,
 )
+from nlds_vines.linear import response
+from nlds_vines.system import System
 
 SETS = tuple(f"ssul-set{number}" for number in range(1, 7))
 SET6, FREED = "ssul-set6", "tmd_k2=2083_c2=112"
@@ -175,11 +178,12 @@ def _rounding(evidence: Evidence) -> Finding:
 
 def _tmd_optimal(evidence: Evidence) -> Finding:
     printed, free = evidence("free-tmd", "tmd"), evidence("free-tmd", FREED)
-    tuned, p = tuning_frequency(), free.system.parameters
+    p = free.system.parameters
     text = (
-        f"with k2 = {p['k2']:g} N/m, c2 = {p['c2']:g} N s/m the peak is {free.peak()[0]:.1f} J instead of "
-        f"{printed.peak()[0]:.1f} J, and at {tuned:g} rad/s {free.at(tuned):.1f} J instead of "
-        f"{printed.at(tuned):.1f} J: Table 2 rests on bounds that are not printed"
+        f"with k2 = {p['k2']:g} N/m, c2 = {p['c2']:g} N s/m the peak is "
+        f"{free.peak()[0]:.1f} J instead of {printed.peak()[0]:.1f} J, and at "
+        f"{tuning_frequency():g} rad/s {free.at(tuning_frequency()):.1f} J instead of "
+        f"{printed.at(tuning_frequency()):.1f} J: Table 2 rests on bounds that are not printed"
     )
     return decided(free.peak()[0] >= printed.peak()[0], text)
 
@@ -187,11 +191,21 @@ def _tmd_optimal(evidence: Evidence) -> Finding:
 def _best_of_all(evidence: Evidence) -> Finding:
     ours, free = evidence("free-tmd", SET6), evidence("free-tmd", FREED)
     tuned = tuning_frequency()
+    light = _absorber(free.system, tuned)
+    there = float(response(light, np.array([tuned])).E1max[0])
     text = (
         f"peak {ours.peak()[0]:.1f} J against {free.peak()[0]:.1f} J of the TMD freed of bounds; "
-        f"at {tuned:g} rad/s {ours.at(tuned):.1f} J against {free.at(tuned):.1f} J"
+        f"at {tuned:g} rad/s {ours.at(tuned):.1f} J against {free.at(tuned):.1f} J, but a TMD with "
+        f"k2 = m2 omega^2 = {light.parameters['k2']:.0f} N/m and the sets' least "
+        f"c2 = {light.parameters['c2']:g} N s/m has {there:.1f} J there (closed form)"
     )
     return decided(ours.peak()[0] <= free.peak()[0], text)
+
+
+def _absorber(tmd: System, omega: float) -> System:
+    """Return a TMD in resonance with the force, as little damped as any of the published sets."""
+    least = min(catalogue()[name].parameters["c2"] for name in SETS)
+    return tmd.with_(k2=tmd.parameters["m2"] * omega**2, c2=least)
 
 
 DAMPERS = (
@@ -259,7 +273,7 @@ COMPARISON = (
     Claim("Table 2", "The TMD of Table 2 is the optimal one.", "free-tmd", _tmd_optimal),
     Claim(
         "3.2, 7",
-        "The SSul NES is the most effective damper, against any TMD of its mass.",
+        "An optimal SSul NES is more effective than an optimal TMD of its mass.",
         "free-tmd",
         _best_of_all,
     ),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from importlib.resources import as_file, files
+from importlib.resources import files
 from pathlib import Path
 
 _FOLDER_IN_CLONE = {"dampers.toml": "data"}  # all else stands in `scans`
@@ -19,25 +19,21 @@ def resource_text(name: str) -> str:
 
 def resource_path(name: str) -> Path:
     """Return the path of the packaged file `name`, which need not exist."""
-    packed = _packed()
-    if packed is not None:
-        return packed / name
+    packed = _packed() / name
+    if packed.is_file():
+        return packed
     return _clone() / _FOLDER_IN_CLONE.get(name, "scans") / name
 
 
 def recipe_paths() -> list[Path]:
     """Return the recipes that travel with the package: the paper's figures, and studies of ours."""
-    folder = _packed() or _clone() / "scans"
+    folder = _packed() if _packed().is_dir() else _clone() / "scans"
     return sorted(path for pattern in _RECIPES for path in folder.glob(pattern))
 
 
-def _packed() -> Path | None:
-    """Return the folder of the files in an installed wheel; None in a clone."""
-    folder = files("nlds_vines") / "_data"
-    if not folder.is_dir():
-        return None
-    with as_file(folder) as path:
-        return path
+def _packed() -> Path:
+    """Return the folder of the files in an installed wheel; a clone has none."""
+    return Path(str(files("nlds_vines") / "_data"))
 
 
 def _clone() -> Path:

@@ -77,7 +77,7 @@ def _damper_energy(evidence: Evidence) -> Finding:
 def _wide_impacts(evidence: Evidence) -> Finding:
     data = evidence("2b", SET6)
     share = float(np.mean(data["impacts"] > 0))
-    first, last = spans(data.omega, data["impacts"] > 0)[0]
+    first, last = next(iter(spans(data.omega, data["impacts"] > 0)), (0.0, 0.0))
     text = (
         f"without a gap from {first:.3f} to {last:.3f} rad/s; {100 * share:.0f} % of 5 to 8 rad/s"
     )

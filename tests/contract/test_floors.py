@@ -142,6 +142,13 @@ def test_figures_call_no_kernel():
         assert not inside(path) & {"kernels", "_jit", "block", "engine", "simulation"}
 
 
+def test_claims_and_report_know_archives_only():
+    judges = [path for path in SOURCES if name_of(path).split(".")[0] in ("claims", "report")]
+    assert len(judges) > 5
+    for path in (*judges, PACKAGE / "retention.py"):
+        assert not inside(path) & {"kernels", "_jit", "block", "engine", "simulation", "figures"}
+
+
 def test_one_module_decides_how_kernels_are_compiled():
     assert who_imports("numba.core") | who_imports("numba.extending") == {"_jit"}
     assert who_imports("numba") == {"_jit", "engine", "kernels.lanes"}  # threads, prange

@@ -14,9 +14,9 @@ from nlds_vines.claims.contact import SPECIAL
 from nlds_vines.claims.dampers import FREED, SET6, SETS
 from nlds_vines.claims.evidence import tuning_frequency
 from nlds_vines.durable import in_one_line
+from nlds_vines.pages import Page, packaged_pages
 from nlds_vines.parameters import PARAMETERS
 from nlds_vines.provenance import version
-from nlds_vines.recipes import Recipe, packaged_recipes
 from nlds_vines.retention import retained
 
 RETENTION = (("4", "k1"), ("6", "c1"), ("7", "P"))
@@ -52,7 +52,7 @@ def write(path: Path, archives: Path, picture: str) -> None:
 
     Raises `RequestError` where the report cannot be written or an archive cannot be read.
     """
-    recipes = packaged_recipes()
+    recipes = packaged_pages()
     text = "\n".join(_Report(recipes, archived(recipes, archives), path.parent, picture).lines())
     temporary = path.with_name(f"{path.name}.tmp")
     with in_one_line(f"write {path}"):
@@ -67,7 +67,7 @@ def write(path: Path, archives: Path, picture: str) -> None:
 class _Report:
     """What the report is made of."""
 
-    recipes: Mapping[str, Recipe]
+    recipes: Mapping[str, Page]
     evidence: Evidence
     folder: Path
     picture: str

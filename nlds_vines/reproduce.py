@@ -27,7 +27,7 @@ from nlds_vines._command import (
     run_command,
 )
 from nlds_vines.errors import RequestError, choice, shown, unknown, whole
-from nlds_vines.recipes import Recipe, load_recipe, packaged_recipes
+from nlds_vines.pages import Page, load_page, packaged_pages
 from nlds_vines.scan import Scan
 
 _NAME = "reproduce"
@@ -82,7 +82,7 @@ def draw_recipe(path: str | os.PathLike[str], output: str | os.PathLike[str] = "
 
     What the scripts in `scans` do: config in, archives in, picture out.
     """
-    job = _Job((load_recipe(Path(path)),), Path(output), "png", None, False, False, report=False)
+    job = _Job((load_page(Path(path)),), Path(output), "png", None, False, False, report=False)
     job.run()
     return job.picture_path(job.recipes[0])
 
@@ -99,7 +99,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 class _Job:
     """Recipes and where their pictures go; checked when made, before anything heavy is loaded."""
 
-    recipes: tuple[Recipe, ...]
+    recipes: tuple[Page, ...]
     folder: Path
     picture: str
     threads: int | None
@@ -126,7 +126,7 @@ class _Job:
         """Where the report goes."""
         return self.folder / _REPORT
 
-    def picture_path(self, recipe: Recipe) -> Path:
+    def picture_path(self, recipe: Page) -> Path:
         """Return where the picture of a recipe goes."""
         return self.folder / f"{recipe.name}.{self.picture}"
 
@@ -139,8 +139,7 @@ class _Job:
         """Compute, draw and report; return how many orbits failed."""
         (self.folder / _ARCHIVES).mkdir(parents=True, exist_ok=True)
         failed = sum(self._compute(number) for number in range(len(self.scans)))
-        for recipe in self.recipes:
-            self._draw(recipe)
+        failed += sum(self._draw(recipe) for recipe in self.recipes)
         if self.report:
             from nlds_vines import report
 
@@ -169,27 +168,32 @@ class _Job:
             complain(_NAME, f"{report.failed_lanes} of {scan.lanes} orbits failed: {where}")
         return report.failed_lanes
 
-    def _draw(self, recipe: Recipe) -> None:
-        """Draw the picture of a recipe."""
+    def _draw(self, recipe: Page) -> int:
+        """Draw the picture of a recipe; return how many orbits could not be followed for it."""
         path = self.picture_path(recipe)
         if recipe.kind == "portrait":
-            self._draw_portrait(recipe, path)
+            return self._draw_portrait(recipe, path)
+        from nlds_vines import figures
+
+        archives = self.folder / _ARCHIVES
+        if recipe.kind == "scan":
+            figures.save(archives / recipe.archive(recipe.curves[0]), path)
         else:
-            from nlds_vines import figures
-
-            archives = self.folder / _ARCHIVES
-            if recipe.kind == "scan":
-                figures.save(archives / recipe.archive(recipe.curves[0]), path)
-            else:
-                figures.save_page(recipe, lambda curve: archives / recipe.archive(curve), path)
+            figures.save_page(recipe, lambda curve: archives / recipe.archive(curve), path)
         self._say(str(path))
+        return 0
 
-    def _draw_portrait(self, recipe: Recipe, path: Path) -> None:
-        """Hand the recipe of an orbit to the command that draws it."""
-        archive = self.folder / _ARCHIVES / f"{recipe.name}.h5"
-        arguments = [str(recipe.path), "-o", str(archive), "--plot", str(path), "--overwrite"]
-        if import_module(_PORTRAIT).main(arguments) != DONE:
+    def _draw_portrait(self, recipe: Page, path: Path) -> int:
+        """Hand the recipe of an orbit to the command that draws it; return 1 if it failed."""
+        arguments = [str(recipe.path), "--plot", str(path)]
+        if self.quiet:
+            arguments.append("--quiet")
+        status = import_module(_PORTRAIT).main(arguments)
+        if status == INTERRUPTED:
+            raise KeyboardInterrupt
+        if status not in (DONE, LANES_FAILED):
             raise RequestError(f"{recipe.path} could not be drawn: see above")
+        return int(status == LANES_FAILED)
 
     def _say(self, text: str) -> None:
         if not self.quiet:
@@ -199,8 +203,8 @@ class _Job:
         """Return what the run would do, a line for each recipe and one for all of it."""
         lines = []
         for recipe in self.recipes:
-            orbits = sum(curve.scan.lanes for curve in recipe.curves)
-            lines.append(f"{self.picture_path(recipe)}: {recipe.title}, {orbits} orbits")
+            orbits = sum(curve.scan.lanes for curve in recipe.curves) or 1
+            lines.append(f"{self.picture_path(recipe)}: {recipe.title}; orbits: {orbits}")
         there = sum((self.folder / _ARCHIVES / name).exists() for name in self.scans)
         there = 0 if self.overwrite else there
         todo = sum(scan.lanes * (scan.transient + scan.periods) for scan in self.scans.values())
@@ -227,7 +231,7 @@ def _command(argv: Sequence[str]) -> int:
 
 def _job(options: argparse.Namespace) -> _Job:
     """Return the job that the command line means."""
-    own = tuple(load_recipe(Path(path)) for path in options.recipes)
+    own = tuple(load_page(Path(path)) for path in options.recipes)
     if own and options.only is not None:
         raise RequestError("--only chooses among the paper's figures: leave out the recipes")
     only = [] if options.only is None else options.only.split(",")
@@ -242,9 +246,9 @@ def _job(options: argparse.Namespace) -> _Job:
     )
 
 
-def _chosen(only: Sequence[str]) -> tuple[Recipe, ...]:
+def _chosen(only: Sequence[str]) -> tuple[Page, ...]:
     """Return the packaged recipes of these names, in the paper's order; all for none."""
-    known = packaged_recipes()
+    known = packaged_pages()
     for name in only:
         if name not in known:
             raise unknown("figure", name, known)

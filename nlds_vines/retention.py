@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from nlds_vines.catalogue import catalogue
 from nlds_vines.claims.evidence import Data, Evidence
-from nlds_vines.recipes import Curve, Recipe
+from nlds_vines.pages import Curve, Page
 
 ALONE = "none"
 """The system without a damper, which everything is measured against."""
@@ -36,7 +36,7 @@ class Retained:
     left: float
 
 
-def retained(recipe: Recipe, parameter: str, evidence: Evidence, short: str) -> list[Retained]:
+def retained(recipe: Page, parameter: str, evidence: Evidence, short: str) -> list[Retained]:
     """Return a row for every damper and value on a page where one parameter changes.
 
     Arguments: the `recipe` and its `short` name, the `parameter` that its panels or its curves

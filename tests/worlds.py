@@ -12,8 +12,8 @@ import numpy as np
 from nlds_vines.claims import Data, Missing
 from nlds_vines.claims.evidence import Evidence
 from nlds_vines.linear import response
+from nlds_vines.pages import Page, packaged_pages
 from nlds_vines.parts import Block, Parts
-from nlds_vines.recipes import Recipe, packaged_recipes
 from nlds_vines.record import datasets, filled, sizes
 from nlds_vines.scan import Scan
 from nlds_vines.system import System
@@ -25,8 +25,8 @@ BASE = 3.95e4  # N/m
 
 
 @cache
-def recipes() -> dict[str, Recipe]:
-    return packaged_recipes()
+def recipes() -> dict[str, Page]:
+    return packaged_pages()
 
 
 def bell(omega, height, centre, width=0.25):

@@ -12,7 +12,7 @@ import numpy as np
 
 from nlds_vines.archive import read
 from nlds_vines.catalogue import catalogue
-from nlds_vines.recipes import Recipe
+from nlds_vines.pages import Page
 from nlds_vines.system import System
 
 CLOSE = 1e-9
@@ -114,7 +114,7 @@ def decided(holds: bool | np.bool_, text: str) -> Finding:
     return Finding(Verdict.AGREE if holds else Verdict.DIFFER, text)
 
 
-def archived(recipes: Mapping[str, Recipe], folder: Path) -> Evidence:
+def archived(recipes: Mapping[str, Page], folder: Path) -> Evidence:
     """Return the evidence that lies in the archives of a folder."""
 
     @cache

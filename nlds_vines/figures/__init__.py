@@ -1,4 +1,4 @@
-"""Archive -> picture: bifurcation diagrams, maps, pages of curves, from archives alone.
+"""Archive -> picture: bifurcation diagrams, pages of curves and maps of regimes, from the archive alone.
 
 Nothing is computed here, and no kernel is ever loaded.  The only part that imports matplotlib.
 """
@@ -14,16 +14,17 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
-from nlds_vines.archive import read
+from nlds_vines.archive import ArchiveView, read
 from nlds_vines.durable import in_one_line
 from nlds_vines.errors import RequestError
 from nlds_vines.figures.curves import page
 from nlds_vines.figures.diagram import diagram
 from nlds_vines.figures.maps import regime_map
 from nlds_vines.figures.style import STYLE
-from nlds_vines.recipes import Curve, Recipe
+from nlds_vines.figures.surface import tuning_surface
+from nlds_vines.pages import Curve, Page
 
-__all__ = ["FORMATS", "diagram", "page", "regime_map", "save", "save_page"]
+__all__ = ["FORMATS", "diagram", "regime_map", "save", "save_figure", "tuning_surface"]
 
 FORMATS = {"png": 200, "pdf": 600, "svg": 600}
 """What a picture may be, by the suffix of its name, and its resolution in dots per inch; in the
@@ -31,7 +32,7 @@ vector formats that of the clouds of dots alone."""
 
 
 def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]) -> Path:
-    """Draw what an archive holds: a diagram for one varied parameter, a map for two.
+    """Draw what an archive holds: one varied parameter, two, or the surface of a tuning.
 
     The suffix of `plot_path` chooses the format, one of `FORMATS`.  The picture takes its name
     only when it is whole, carries the scan's hash in its metadata, and has the same bytes
@@ -41,43 +42,49 @@ def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
     to draw, and for a place that cannot be written.
     """
     path = Path(plot_path)
-    form = _form(path)
+    check_format(path)
     with read(archive_path) as view:
-        figure = diagram(view) if len(view.axes) == 1 else regime_map(view)
+        figure = _figure(view)
         title, scan_hash = str(view.attrs["title"]), str(view.attrs["scan_hash"])
-    return _write(figure, path, form, title, scan_hash)
+    return save_figure(figure, path, title, ("scan_hash", scan_hash))
 
 
 def save_page(
-    recipe: Recipe, archive_of: Callable[[Curve], Path], plot_path: str | os.PathLike[str]
+    recipe: Page, archive_of: Callable[[Curve], Path], plot_path: str | os.PathLike[str]
 ) -> Path:
-    """Draw the page of a recipe of curves as `save` draws an archive; returns its path.
+    """Draw a page of curves as `save` draws an archive; returns the picture's path.
 
     Arguments: `archive_of` returns the path of a curve's archive.  The hash in the picture is
     that of all its scans.
     """
     path = Path(plot_path)
-    form = _form(path)
+    check_format(path)
     figure = page(recipe, archive_of)
     hashes = "".join(curve.scan.hash for curve in recipe.curves)
-    return _write(figure, path, form, recipe.title, sha256(hashes.encode()).hexdigest())
+    origin = ("scan_hash", sha256(hashes.encode()).hexdigest())
+    return save_figure(figure, path, recipe.title, origin)
 
 
-def _form(path: Path) -> str:
+def check_format(path: Path) -> str:
+    """Return the format that a picture's suffix means; raises `RequestError` for another one."""
     form = path.suffix.lower().removeprefix(".")
     if form not in FORMATS:
         raise RequestError(f"{path}: a picture is one of .{', .'.join(FORMATS)}")
     return form
 
 
-def _write(figure: Figure, path: Path, form: str, title: str, scan_hash: str) -> Path:
-    """Write a picture whole or not at all; returns its path."""
+def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str]) -> Path:
+    """Save a figure with its title and its `origin`, the name and value of a hash; same manners.
+
+    Raises `RequestError` for another suffix and for a place that cannot be written.
+    """
+    form, (name, digest) = check_format(path), origin
     temporary = path.with_name(f"{path.name}.tmp")
     # without salt of one's own, the names inside an SVG are drawn by lot
-    salt: dict[Any, Any] = {"svg.hashsalt": scan_hash}
+    salt: dict[Any, Any] = {"svg.hashsalt": digest}
     with in_one_line(f"write {path}"), matplotlib.rc_context({**STYLE, **salt}):
         try:
-            metadata = _metadata(form, title, scan_hash)
+            metadata = _metadata(form, title, name, digest)
             figure.savefig(temporary, format=form, dpi=FORMATS[form], metadata=metadata)
             os.replace(temporary, path)
         finally:
@@ -85,11 +92,17 @@ def _write(figure: Figure, path: Path, form: str, title: str, scan_hash: str) ->
     return path
 
 
-def _metadata(form: str, title: str, scan_hash: str) -> dict[str, str | None]:
+def _figure(view: ArchiveView) -> Figure:
+    if view.attrs.get("content") == "tuning":
+        return tuning_surface(view)
+    return diagram(view) if len(view.axes) == 1 else regime_map(view)
+
+
+def _metadata(form: str, title: str, name: str, digest: str) -> dict[str, str | None]:
     """Return title and origin in the words of each format; without a date, so that bytes repeat."""
-    origin = f"scan_hash {scan_hash}"
+    origin = f"{name} {digest}"
     if form == "png":
-        return {"Title": title, "scan_hash": scan_hash}
+        return {"Title": title, name: digest}
     if form == "pdf":
         return {"Title": title, "Subject": origin, "CreationDate": None}
     return {"Title": title, "Description": origin, "Date": None}

@@ -21,7 +21,7 @@ from nlds_vines.archive import ArchiveView, read
 from nlds_vines.errors import RequestError
 from nlds_vines.figures.bands import bands
 from nlds_vines.figures.style import CM, STYLE, WIDTH, axis_label, quantity_label, setting_label
-from nlds_vines.recipes import Curve, Panel, Recipe
+from nlds_vines.pages import Curve, Page, Panel
 
 IMPACTS = "#fff7c2"
 """Light yellow, as in Figure 2b: where there are impacts."""
@@ -43,7 +43,7 @@ _BOUND: dict[str, Any] = {"color": "#666666", "lw": 0.6, "ls": (0, (4, 2)), "zor
 
 
 @matplotlib.rc_context(STYLE)
-def page(recipe: Recipe, archive_of: Callable[[Curve], Path]) -> Figure:
+def page(recipe: Page, archive_of: Callable[[Curve], Path]) -> Figure:
     """Return the page of a recipe of curves, drawn from the archives that `archive_of` names.
 
     E1max is drawn as the recipe says, E2max (where asked for) dotted in the same colour; a
@@ -69,7 +69,7 @@ def page(recipe: Recipe, archive_of: Callable[[Curve], Path]) -> Figure:
     return figure
 
 
-def _frames(recipe: Recipe) -> tuple[Figure, list[Axes]]:
+def _frames(recipe: Page) -> tuple[Figure, list[Axes]]:
     """Return a figure with the panels, which share both axes; title and legend stand above."""
     columns = min(recipe.columns, len(recipe.panels))
     rows = ceil(len(recipe.panels) / columns)
@@ -122,7 +122,7 @@ def _text_width(text: str) -> float:
     return float(TextPath((0, 0), text, prop=font).get_extents().width)
 
 
-def _handles(recipe: Recipe) -> list[Any]:
+def _handles(recipe: Page) -> list[Any]:
     """Return the entries of the legend: the curves of the first panel, and what else is drawn."""
     first = recipe.panels[0]
     found: list[Any] = [
@@ -209,7 +209,7 @@ def _name(frame: Axes, panel: Panel, count: int) -> None:
     frame.set_title(text, fontsize=8.5, loc="left", pad=3, color=BASE if panel.base else "black")
 
 
-def _label_axes(frames: Sequence[Axes], recipe: Recipe, view: ArchiveView) -> None:
+def _label_axes(frames: Sequence[Axes], recipe: Page, view: ArchiveView) -> None:
     """Label the outer axes of a page; in narrow panels the frequency's words are left out."""
     columns = min(recipe.columns, len(frames))
     across = axis_label(view.axes[0])

@@ -26,7 +26,7 @@ FLOORS = (
         "arc",
         "linear",
     },
-    {"axes", "starts", "wants", "record", "scan", "regimes", "provenance", "durable", "recipes"},
+    {"axes", "starts", "wants", "record", "scan", "regimes", "provenance", "durable", "pages"},
     {"block", "simulation", "archive", "parts", "peers"},
     {"engine", "figures", "claims", "retention", "report"},
     {"bifurcation", "reproduce", "accuracy", "_command", "_scan_options", "__main__"},

@@ -16,7 +16,7 @@ from nlds_vines import engine, figures, report
 from nlds_vines.archive import verify
 from nlds_vines.errors import RequestError
 from nlds_vines.figures import curves as drawing
-from nlds_vines.recipes import load_recipe
+from nlds_vines.pages import load_page
 from nlds_vines.reproduce import main, reproduce_paper
 
 PAGE = """
@@ -205,10 +205,10 @@ def test_a_portrait_is_handed_to_its_command(here, monkeypatch, capsys):
     monkeypatch.setattr(module, "find_spec", lambda name: ModuleSpec(name, None))
     assert main(["orbit.toml", "-o", "out"]) == 0
     (arguments,) = asked
-    assert arguments[0] == "orbit.toml"
-    assert arguments[arguments.index("--plot") + 1] == "out/orbit.png"
-    fake.main = lambda arguments: 2
-    assert main(["orbit.toml", "-o", "out"]) == 2
+    assert arguments == ["orbit.toml", "--plot", "out/orbit.png"]
+    for status in (1, 2, 130):  # an orbit lost, a wrong request, Ctrl-C
+        fake.main = lambda arguments, status=status: status
+        assert main(["orbit.toml", "-o", "out"]) == status
 
 
 # ---- the report ----------------------------------------------------------------------------------
@@ -367,4 +367,4 @@ def test_one_figure_by_name(tmp_path, monkeypatch):
         reproduce_paper(tmp_path / "out", only=["2b"])
     with pytest.raises(RequestError, match="unknown figure"):
         reproduce_paper(tmp_path / "out", only=["x"])
-    assert load_recipe(Path(worlds.recipes()["2b"].path)).name == "figure2b"
+    assert load_page(Path(worlds.recipes()["2b"].path)).name == "figure2b"

@@ -1,4 +1,4 @@
-"""Recipes of pictures: a TOML file names the curves of a page and what to compute for them.
+"""Pages: a recipe in TOML names the curves of a picture and what to compute for them.
 
 A recipe with `[[curves]]` is a page of panels; every curve stands in every panel, and each of the
 two may name a system and set parameters.  A scan file is the recipe of its own diagram or map, and
@@ -20,7 +20,7 @@ from nlds_vines.catalogue import FILE_KEYS, catalogue
 from nlds_vines.errors import RequestError, at, choice, shown, string, table, unknown, whole
 from nlds_vines.scan import Scan, load_scan
 
-__all__ = ["COLOURS", "Curve", "Panel", "Recipe", "load_recipe", "packaged_recipes", "short_name"]
+__all__ = ["COLOURS", "Curve", "Page", "Panel", "load_page", "packaged_pages", "short_name"]
 
 COLOURS: Mapping[str, str] = MappingProxyType(
     {
@@ -85,8 +85,8 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Recipe:
-    """What a picture needs.
+class Page:
+    """What a picture needs, as its recipe says.
 
     Arguments:
         path: of the TOML file.
@@ -136,24 +136,24 @@ def curve_name(scan: Scan) -> str:
     return "_".join([system.name, *(f"{key}={value:g}" for key, value in changed.items())])
 
 
-def packaged_recipes() -> dict[str, Recipe]:
+def packaged_pages() -> dict[str, Page]:
     """Return the recipes that travel with the package, by short name, figures before studies."""
     found = {short_name(path.stem): path for path in sorted(recipe_paths(), key=_order)}
-    return {name: load_recipe(path) for name, path in found.items()}
+    return {name: load_page(path) for name, path in found.items()}
 
 
-def load_recipe(path: Path) -> Recipe:
+def load_page(path: Path) -> Page:
     """Return the recipe in a TOML file, checked throughout.
 
     Raises `RequestError`, one line that names file, place and key.
     """
     document = read_toml(path)
     if "portrait" in document:  # its own command reads and checks it
-        return Recipe(path, "portrait", _title(path, document))
+        return Page(path, "portrait", _title(path, document))
     if "curves" in document:
         return _page(path, document)
     scan = load_scan(path)
-    return Recipe(path, "scan", scan.title, (Panel((Curve(scan),)),))
+    return Page(path, "scan", scan.title, (Panel((Curve(scan),)),))
 
 
 def _order(path: Path) -> tuple[bool, int, str]:
@@ -166,7 +166,7 @@ def _title(path: Path, document: Mapping[str, Any]) -> str:
         return string("title", document.get("title", path.stem))
 
 
-def _page(path: Path, document: Mapping[str, Any]) -> Recipe:
+def _page(path: Path, document: Mapping[str, Any]) -> Page:
     """Return the recipe of a page of curves."""
     with at(str(path)):
         table("the recipe", document, _KEYS)
@@ -178,7 +178,7 @@ def _page(path: Path, document: Mapping[str, Any]) -> Recipe:
         frames = _entries(document, "panels", _PANEL_KEYS) or [{}]
         curves = _entries(document, "curves", _CURVE_KEYS)
         panels = tuple(_panel(shared, frame, curves) for frame in frames)
-    return Recipe(path, "curves", _title(path, document), panels, columns, damper_energy)
+    return Page(path, "curves", _title(path, document), panels, columns, damper_energy)
 
 
 def _entries(

@@ -24,6 +24,13 @@ _HOMES = {
     "simulate": "simulation",
     "bifurcation": "bifurcation",
     "reproduce_paper": "reproduce",
+    "Tuned": "search.result",
+    "Tuning": "search.request",
+    "load_tuning": "search.reading",
+    "tune": "tuning",
+    "portrait": "portrait",
+    "spectrum": "spectra",
+    "Spectrum": "spectra",
     "read": "archive",
     "verify": "archive",
 }

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.arc import make_arc
+from nlds_vines.evidence import COLUMNS, JUDGED, arrays_of
 from nlds_vines.kernels import lanes
+from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.record import OK, Dataset, components, datasets, sizes
-from nlds_vines.regimes import flags_of, labels_of
+from nlds_vines.regimes import EFFORTS
 from nlds_vines.scenes import SCENES, Scene
 from nlds_vines.starts import random_states, start_states
 from nlds_vines.system import System
@@ -58,25 +60,30 @@ class Outputs:
     peak: np.ndarray | None
     clearance: np.ndarray | None
     violation: np.ndarray | None
+    evidence: np.ndarray | None
+    ends: np.ndarray
     status: np.ndarray
 
     @classmethod
     def of(cls, scan: Scan, chains: int, links: int) -> Outputs:
         """Allocate the buffers that the scan's `want` needs."""
         want, scene = set(scan.want), SCENES[scan.system.kind]
-        walls = bool(scene.walls)
+        walls, judged = bool(scene.walls), bool(want & JUDGED)
+        noted = scan.periods + (scan.transient if judged else 0)
 
         def rows(wanted: bool, *tail: int, dtype: Any = float) -> np.ndarray | None:
             return np.zeros((chains, links, *tail), dtype) if wanted else None
 
         return cls(
-            section=rows("section" in want, scan.periods, len(components(scan))),
-            counts=rows("impacts" in want and walls, 2, dtype=np.int64),
-            cycle=rows(bool(want & {"impacts", "regime"}), 3, dtype=np.int64),
+            section=rows("section" in want or judged, noted, len(components(scan))),
+            counts=rows(("impacts" in want or judged) and walls, 2, dtype=np.int64),
+            cycle=rows("impacts" in want or judged, 3, dtype=np.int64),
             energy=rows("energy" in want, 2),
             peak=rows("peak" in want, 2),
             clearance=rows("clearance" in want and walls, 1),
             violation=rows(scene.limit is not None, 3),
+            evidence=rows(judged, COLUMNS),
+            ends=np.zeros((chains, links, 2, SIZE)),
             status=np.zeros((chains, links), np.int64),
         )
 
@@ -90,13 +97,14 @@ class Computer:
         self._cells = scan.cells()
         self._draws = start_states(scan) if scan.start.policy == "random" else None
         self._parts = method_parts(scan.method, scan.system.scene)
+        self._stages = np.array(EFFORTS[scan.effort], dtype=np.int64)
 
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
         cells = self._cells[block.selection]
         chains, starts = self._chains(cells)
         outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
-        arrays = self._arrays(outputs)
+        arrays = self._arrays(outputs, chains)
         length = sizes(self.scan)
         table = {dataset.name: dataset for dataset in datasets(self.scan)}
         return {
@@ -128,9 +136,31 @@ class Computer:
             outputs.peak,
             outputs.clearance,
             outputs.violation,
+            outputs.ends,
             outputs.status,
         )
+        if outputs.evidence is not None:
+            self._judge(chains, outputs)
         return outputs
+
+    def _judge(self, chains: np.ndarray, outputs: Outputs) -> None:
+        """Fill the evidence of lanes that have run."""
+        classical, damper, near, far, arc = self._parts
+        lanes.judge_lanes(
+            classical,
+            damper,
+            near,
+            far,
+            arc,
+            RESOLUTION[self.scan.method],
+            chains.view(np.recarray),
+            outputs.ends,
+            outputs.section,
+            outputs.cycle,
+            self._stages,
+            outputs.evidence,
+            outputs.status,
+        )
 
     def _chains(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the chains of a block of cells and the start (x1, v1, r, s) of each."""
@@ -145,12 +175,12 @@ class Computer:
         states = random_states(cells, self._draws, self.scan.system.scene)
         return chains, np.ascontiguousarray(states.reshape(-1, 4))
 
-    def _arrays(self, outputs: Outputs) -> dict[str, np.ndarray]:
+    def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
         """Return the datasets in the order of the lanes (chains, links, tail)."""
-        want, status = set(self.scan.want), outputs.status
+        status = outputs.status
         arrays = {"status": status}
         if outputs.section is not None:
-            arrays["section"] = outputs.section
+            arrays["section"] = outputs.section[:, :, -self.scan.periods :]
         if outputs.energy is not None:
             arrays["E1max"], arrays["E2max"] = outputs.energy[..., 0], outputs.energy[..., 1]
         if outputs.peak is not None:
@@ -161,15 +191,15 @@ class Computer:
         if outputs.clearance is not None:
             arrays["clearance"] = outputs.clearance[..., 0]
         if outputs.cycle is not None:
-            period, by_wall = outputs.cycle[..., 0], outputs.cycle[..., 1:]
-            impacts = by_wall.sum(axis=-1)
-            arrays["impacts"], arrays["impacts_by_wall"] = impacts, by_wall
-            if "regime" in want:
-                arrays["period"] = period
-                arrays["regime"] = flags_of(status, period)
-                arrays["label"] = labels_of(status, period, impacts)
+            by_wall = outputs.cycle[..., 1:]
+            arrays["impacts"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
+        counts = np.zeros((*status.shape, 2), np.int64)
         if outputs.counts is not None:
-            arrays["impact_rate"] = outputs.counts.sum(axis=-1) / self.scan.periods
+            counts = outputs.counts
+            arrays["impact_rate"] = counts.sum(axis=-1) / self.scan.periods
+        if outputs.evidence is not None:
+            size = len(components(self.scan))
+            arrays |= arrays_of(status, outputs.evidence, counts, cells, size)
         return {
             dataset.name: _failed_filled(arrays[dataset.name], dataset, status)
             for dataset in datasets(self.scan)

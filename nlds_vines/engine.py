@@ -82,7 +82,7 @@ def run(
     `threads` None takes all processors.  Raises `Interrupted` on Ctrl-C, with every finished block
     kept for `resume`, and `RequestError` where the archive cannot be had.
     """
-    used = _use_threads(threads)
+    used = use_threads(threads)
     began = time.perf_counter()
     report = Report(Path(output), scan.lanes)
     with Parts.open(output, scan, resume=resume, overwrite=overwrite) as parts:
@@ -148,7 +148,7 @@ def result_bytes(scan: Scan) -> int:
     return sum(item[d.dtype] * math.prod(length[dim] for dim in d.dims) for d in datasets(scan))
 
 
-def _use_threads(threads: int | None) -> int:
+def use_threads(threads: int | None) -> int:
     """Let kernels use so many threads, at most those that there are; return how many."""
     most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # set at run time
     used = most if threads is None else min(threads, most)
@@ -240,7 +240,7 @@ class Estimate:
 
 def estimate(scan: Scan, threads: int | None = None) -> Estimate:
     """Return what a scan would take on this machine, by running a small sample of its cells."""
-    used = _use_threads(threads)
+    used = use_threads(threads)
     computer = Computer(replace(scan, periods=SAMPLE_PERIODS))
     cells = scan.cells().ravel()
     chosen = cells[np.linspace(0, cells.size - 1, min(SAMPLE_LANES, cells.size)).astype(int)]

@@ -13,6 +13,7 @@ from nlds_vines.scenes import SCENES
 
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
+    from nlds_vines.search.request import Tuning
 
 Value = str | int | float
 
@@ -23,8 +24,8 @@ LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "h5py")
 """The packages whose versions may change a bit of a result or of a file."""
 
 
-def attributes(scan: Scan, more: Mapping[str, Value]) -> dict[str, Value]:
-    """Return the attributes of the archive of a scan.
+def attributes(scan: Scan | Tuning, more: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the attributes of the archive of a scan, or of a tuning.
 
     Every parameter stands under its own name in SI units, `K` [N/m^1.5] wherever there is a
     contact; every assumption as `assumption_<parameter>`.  `more` is what only the run knows

@@ -19,7 +19,17 @@ from nlds_vines.scenes import SCENES
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
 
-WANTS = ("section", "impacts", "energy", "peak", "regime", "clearance")
+WANTS = (
+    "section",
+    "impacts",
+    "energy",
+    "peak",
+    "regime",
+    "lyapunov",
+    "settling",
+    "evidence",
+    "clearance",
+)
 """What `[record] want` may ask for."""
 
 COMPONENTS = ("x1", "v1", "x2", "v2")
@@ -109,6 +119,15 @@ def components(scan: Scan) -> tuple[str, ...]:
     return COMPONENTS if SCENES[scan.system.kind].damper else COMPONENTS[:2]
 
 
+def _state_scales(scan: Scan) -> Iterator[Scale]:
+    """Yield the dimensions that count what belongs to a state: one for each of its components."""
+    count = len(components(scan))
+    order = np.arange(1, count + 1, dtype=np.int32)
+    yield Scale("multiplier", order, "1", "Floquet multiplier, the largest modulus first")
+    yield Scale("exponent", order, "1", "Lyapunov exponent, the largest first")
+    yield Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number")
+
+
 def _wall_scale(names: tuple[str, ...]) -> tuple[Scale, ...]:
     return (Scale("wall", np.array(names), "1", "what is struck"),) if names else ()
 
@@ -139,6 +158,7 @@ def scales(scan: Scan) -> tuple[Scale, ...]:
         Scale("cycle", cycles, "1", "sampled forcing period, counted after the transient"),
         Scale("component", np.array(components(scan)), "1", "component of the state"),
         *_wall_scale(struck(scan)),
+        *(_state_scales(scan) if "evidence" in scan.want else ()),
     )
 
 
@@ -146,7 +166,11 @@ def sizes(scan: Scan) -> dict[str, int]:
     """Return the length of every dimension that a dataset of this scan may have."""
     axes = {axis.name: axis.values.size for axis in scan.axes}
     tail = {"start": scan.starts, "cycle": scan.periods, "component": len(components(scan))}
-    return axes | tail | ({"wall": len(struck(scan))} if struck(scan) else {})
+    if struck(scan):
+        tail |= {"wall": len(struck(scan))}
+    if "evidence" in scan.want:
+        tail |= {"multiplier": tail["component"], "exponent": tail["component"], "part": 2}
+    return axes | tail
 
 
 def datasets(scan: Scan) -> tuple[Dataset, ...]:
@@ -163,6 +187,9 @@ def datasets(scan: Scan) -> tuple[Dataset, ...]:
         "energy": _energy(lanes, scene.damper, "max", "steady-state maximum"),
         "peak": _energy(lanes, scene.damper, "peak", "maximum, the transient included,"),
         "regime": _regime(lanes, bool(scene.walls)),
+        "lyapunov": _lyapunov(lanes),
+        "settling": _settling(lanes),
+        "evidence": _evidence(lanes, bool(scene.walls)),
         "clearance": _clearance(lanes) if scene.walls else (),
     }
     wanted = (dataset for want in WANTS if want in scan.want for dataset in makers[want])
@@ -244,6 +271,42 @@ def _regime(lanes: tuple[str, ...], walls: bool) -> Iterator[Dataset]:
         yield _count(lanes)
     yield Dataset("regime", lanes, "int8", "1", "kind of the steady state", 0, FLAGS)
     yield Dataset("label", lanes, "str", "1", "regime in words: nT,k, chaos, undetermined ...", "")
+
+
+def _lyapunov(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    width = "half the width of its 99 % interval; 0 where it follows from Floquet multipliers"
+    return (
+        Dataset("lyapunov", lanes, "float64", "1/s", "largest Lyapunov exponent", np.nan),
+        Dataset("lyapunov_width", lanes, "float64", "1/s", width, np.nan),
+    )
+
+
+def _settling(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    text = "forcing periods until the section obeys the final orbit's own law; -1 if never"
+    return (Dataset("settling", lanes, "int32", "1", text, -1),)
+
+
+def _evidence(lanes: tuple[str, ...], walls: bool) -> Iterator[Dataset]:
+    """What a verdict rests on; NaN where it does not apply."""
+
+    def number(name: str, units: str, text: str) -> Dataset:
+        return Dataset(name, lanes, "float64", units, text, np.nan)
+
+    yield number("residual", "1", "what does not close of a periodic orbit, relative to it")
+    dims = (*lanes, "multiplier", "part")
+    text = "Floquet multipliers of the nT orbit"
+    yield Dataset("multipliers", dims, "float64", "1", text, np.nan)
+    text = "all Lyapunov exponents"
+    yield Dataset("exponents", (*lanes, "exponent"), "float64", "1/s", text, np.nan)
+    text = "a point of the periodic orbit's section, after the last period watched"
+    yield Dataset("orbit_point", (*lanes, "component"), "float64", "m, m/s", text, np.nan)
+    yield number("averaging", "1", "digits to which time averages of its two halves agree")
+    yield number("watched", "1", "forcing periods looked at, from the start of the orbit")
+    yield number("transient_lyapunov", "1/s", "largest exponent before settling, where it is late")
+    yield number("transient_lyapunov_width", "1/s", "half the width of its 99 % interval")
+    if walls:
+        yield number("orbit_clearance", "m", "smallest near miss of the periodic orbit")
+        yield number("softest_impact", "m/s", "smallest approach speed of the periodic orbit")
 
 
 def _clearance(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:

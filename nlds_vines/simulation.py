@@ -10,10 +10,10 @@ import numpy as np
 
 from nlds_vines.block import RESOLUTION, cell_of, method_parts
 from nlds_vines.errors import RequestError, choice, number, whole
-from nlds_vines.kernels.lanes import run_cell
+from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.observe import COLUMNS, Rows
 from nlds_vines.kernels.orbit import SIZE
-from nlds_vines.record import COMPONENTS, OK, STATUS, WANTS
+from nlds_vines.record import COMPONENTS, OK, STATUS
 from nlds_vines.scan import METHODS
 from nlds_vines.scenes import Scene
 from nlds_vines.system import System
@@ -34,7 +34,7 @@ IMPACT = np.dtype(
 """A row of `Orbit.impacts`: what is struck, obstacle or structure; times [s]; approach speed
 [m/s]; peak force [N]; depth [m]; what E1 and E2 gain from touch to release [J]."""
 
-RECORDS = (*(want for want in WANTS if want != "regime"), "trajectory")
+RECORDS = ("section", "impacts", "energy", "peak", "clearance", "trajectory")
 """What `simulate` can record."""
 
 SAMPLES = 512
@@ -179,7 +179,7 @@ class _Buffers:
         """Run the orbit from `state`, which becomes the last one; returns a status."""
         classical, damper, near, far, arc = parts
         return run_cell(
-            classical, damper, near, far, arc, resolution, cell, state,
+            classical, damper, near, far, arc, resolution, cell, state, None,
             self.states, None, self.rows, self.energy, self.peak, self.clearance, self.violation,
             transient, transient, periods, self.stops,
         )  # fmt: skip

@@ -13,9 +13,9 @@ import numpy as np
 
 from nlds_vines.arc import make_arc
 from nlds_vines.catalogue import load_system
+from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.contact import RELEASED, contact
 from nlds_vines.kernels.impact import short_impact
-from nlds_vines.kernels.lanes import run_cell
 from nlds_vines.kernels.observe import COLUMNS, Rows
 from nlds_vines.kernels.orbit import OK, SIZE
 from nlds_vines.kernels.parts import damper_in, structure_of, wall_at
@@ -143,7 +143,7 @@ def run_cell_rows(
     section, rows = np.empty((periods, 4)), Rows(np.empty((4000, COLUMNS)), np.zeros(1, np.int64))
     code = run_cell(
         classical, True, True, True, make_arc(), float(resolution), cell,
-        state, section, None, rows, None, None, None, None, 0, 0, periods, 1,
+        state, None, section, None, rows, None, None, None, None, 0, 0, periods, 1,
     )  # fmt: skip
     assert code == OK
     return section, rows.data[: rows.filled[0]]

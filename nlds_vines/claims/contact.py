@@ -28,24 +28,32 @@ def _mass(evidence: Evidence) -> Finding:
     return decided(abs(share - 0.06) < 1e-9 and abs(own - p["omega"]) < 0.01 * own, text)
 
 
-def holding(data: Data) -> list[float]:
+def holding(data: Data) -> tuple[list[float], list[float]]:
     """Return the K [N/m^1.5] at which all three special regimes are found at once.
 
-    3T,3; no period; and, in the end, T without impacts.
+    First: 3T,3 in the end; irregular, which is chaos or of no known kind; T without impacts in
+    the end.  Second, those of them that carry the published words: chaos, and transient chaos.
     """
     three, chaos, settled = (data.place(omega) for omega in SPECIAL)
-    period, impacts = data["period"], data["impacts"]
-    holds = (period[three] == 3) & (impacts[three] == 3) & (period[chaos] == 0)
-    holds &= (period[settled] == 1) & (impacts[settled] == 0)
-    return [float(k) for k in data.axes["K"][holds]]
+    period, impacts, label = data["period"], data["impacts"], data["label"].astype(str)
+    found = (period[three] == 3) & (impacts[three] == 3)
+    found &= np.isin(label[chaos], ("chaos", "undetermined"))
+    found &= (period[settled] == 1) & (impacts[settled] == 0)
+    worded = found & (label[three] == "3T,3") & (label[chaos] == "chaos")
+    worded &= np.char.startswith(label[settled], "transient chaos")
+    return data.axes["K"][found].tolist(), data.axes["K"][worded].tolist()
 
 
 def _together(evidence: Evidence) -> Finding:
-    found = holding(evidence("stiffness", "ssul-set6"))
+    found, worded = holding(evidence("stiffness", "ssul-set6"))
     if not found:
         return Finding(Verdict.DIFFER, "for no K of the grid")
-    text = f"for {len(found)} values of K, all within {min(found):.3g} to {max(found):.3g} N/m^1.5"
-    return Finding(Verdict.AGREE, f"{text}; not for the K that follows from the assumed constants")
+    exact = ", ".join(f"{K:.3g}" for K in worded) or "none"
+    text = (
+        f"for {len(found)} values of K from {min(found):.3g} to {max(found):.3g} N/m^1.5; "
+        f"with the published words for all three at {exact}"
+    )
+    return Finding(Verdict.AGREE, text)
 
 
 CONTACT = (

@@ -1,4 +1,4 @@
-"""Archive -> picture: bifurcation diagrams, pages of curves and maps of regimes, from the archive alone.
+"""Archive -> picture: diagrams, maps of regimes, pages of curves, from archives alone.
 
 Nothing is computed here, and no kernel is ever loaded.  The only part that imports matplotlib.
 """
@@ -24,7 +24,16 @@ from nlds_vines.figures.style import STYLE
 from nlds_vines.figures.surface import tuning_surface
 from nlds_vines.pages import Curve, Page
 
-__all__ = ["FORMATS", "diagram", "regime_map", "save", "save_figure", "tuning_surface"]
+__all__ = [
+    "FORMATS",
+    "diagram",
+    "page",
+    "regime_map",
+    "save",
+    "save_figure",
+    "save_page",
+    "tuning_surface",
+]
 
 FORMATS = {"png": 200, "pdf": 600, "svg": 600}
 """What a picture may be, by the suffix of its name, and its resolution in dots per inch; in the

@@ -56,8 +56,12 @@ _LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
 def axis_label(parameter: str) -> str:
     """Return meaning, symbol and unit of a varied parameter: what stands along its axis."""
     entry = PARAMETERS[parameter]
-    symbol = "".join(_LATEX.get(letter, letter) for letter in entry.symbol)
-    return _labelled(entry.meaning, symbol, entry.unit)
+    return _labelled(entry.meaning, latex_symbol(parameter), entry.unit)
+
+
+def latex_symbol(parameter: str) -> str:
+    """Return the symbol of a parameter as mathematics: the fonts lack the plain subscripts."""
+    return "".join(_LATEX.get(letter, letter) for letter in PARAMETERS[parameter].symbol)
 
 
 def quantity_label(name: str, unit: str) -> str:

@@ -236,7 +236,7 @@ def orbit(
                 x = place - j
                 if rows is not None:
                     note_release(ps, damper, rows, began + place * grid.h, x1, v1, r, s)
-            if section is not None:
+            if section is not None and p * stops + i < len(section):
                 note_section(damper, section, p * stops + i, x1, v1, r, s)
         if not sane(x1, v1, r, s):
             return DIVERGED
@@ -283,7 +283,7 @@ def linear_orbit(
             x1, v1, r, s = fly_share(
                 classical, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s
             )
-            if section is not None:
+            if section is not None and p * stops + i < len(section):
                 note_section(damper, section, p * stops + i, x1, v1, r, s)
         if tangent is not None:
             carry(jets, tangent, grid.h * grid.n)

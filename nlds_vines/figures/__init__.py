@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from nlds_vines.archive import ArchiveView, read
 from nlds_vines.durable import in_one_line
 from nlds_vines.errors import RequestError
-from nlds_vines.figures.curves import page
+from nlds_vines.figures.curves import draw_page
 from nlds_vines.figures.diagram import diagram
 from nlds_vines.figures.maps import regime_map
 from nlds_vines.figures.style import STYLE
@@ -68,7 +68,7 @@ def save_page(
     """
     path = Path(plot_path)
     check_format(path)
-    figure = page(recipe, archive_of)
+    figure = draw_page(recipe, archive_of)
     hashes = "".join(curve.scan.hash for curve in recipe.curves)
     origin = ("scan_hash", sha256(hashes.encode()).hexdigest())
     return save_figure(figure, path, recipe.title, origin)

@@ -43,7 +43,7 @@ _BOUND: dict[str, Any] = {"color": "#666666", "lw": 0.6, "ls": (0, (4, 2)), "zor
 
 
 @matplotlib.rc_context(STYLE)
-def page(recipe: Page, archive_of: Callable[[Curve], Path]) -> Figure:
+def draw_page(recipe: Page, archive_of: Callable[[Curve], Path]) -> Figure:
     """Return the page of a recipe of curves, drawn from the archives that `archive_of` names.
 
     E1max is drawn as the recipe says, E2max (where asked for) dotted in the same colour; a

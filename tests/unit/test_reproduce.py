@@ -264,7 +264,7 @@ def test_a_report_that_cannot_be_written_leaves_nothing(tmp_path, archives):
 
 def page_of(short, archives):
     recipe = worlds.recipes()[short]
-    return recipe, figures.page(recipe, lambda curve: archives / recipe.archive(curve))
+    return recipe, figures.draw_page(recipe, lambda curve: archives / recipe.archive(curve))
 
 
 def test_curves_are_the_archives_energies_solid_and_dotted(archives):
@@ -292,7 +292,7 @@ def test_impacts_are_yellow_and_windows_without_them_stand_between_dashed_lines(
     free = ((omega > 7.5) & (omega < 7.7)) | ((omega > 7.899) & (omega < 7.901))
     numbers = {"E1max": omega, "E2max": omega, "impacts": np.where(free, 0, 120)}
     path = worlds.write_archive(tmp_path / "a.h5", curve.scan, numbers)
-    (frame,) = figures.page(recipe, lambda _: path).axes
+    (frame,) = figures.draw_page(recipe, lambda _: path).axes
     yellow = [patch for patch in frame.patches if to_hex(patch.get_facecolor()) == drawing.IMPACTS]
     spans = [(p.get_x(), p.get_x() + p.get_width()) for p in yellow]
     assert [tuple(np.round(span, 2)) for span in spans] == [(5.0, 7.5), (7.7, 7.9), (7.9, 8.0)]
@@ -337,6 +337,12 @@ def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):
     assert widths.index(max(widths)) == 3
 
 
+def test_no_module_of_the_pictures_hides_what_they_offer():
+    import nlds_vines.figures.portrait  # noqa: F401  # it loads modules of its own
+
+    assert all(not isinstance(getattr(figures, n), ModuleType) for n in figures.__all__)
+
+
 def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archives):
     recipe = worlds.recipes()["3"]
     paths = [tmp_path / name for name in ("a.png", "b.png")]
@@ -344,7 +350,7 @@ def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archive
         figures.save_page(recipe, lambda curve: archives / recipe.archive(curve), path)
     assert paths[0].read_bytes() == paths[1].read_bytes()
     with pytest.raises(RequestError, match="kind 'scan'"):
-        figures.page(worlds.recipes()["8"], never)
+        figures.draw_page(worlds.recipes()["8"], never)
     with pytest.raises(RequestError, match=r"\.png"):
         figures.save_page(recipe, never, tmp_path / "a.gif")
 

@@ -79,7 +79,7 @@ class _Report:
         yield (
             f"Made by `nlds-vines reproduce`, nlds_vines {version('nlds-vines')}; not written by "
             "hand. The claims are the paper's in our words. Every number comes from an archive "
-            "in the folder beside this report."
+            "in the folder beside this report, or from a closed form where that is said."
         )
         yield ""
         yield from self._claims()

@@ -185,14 +185,13 @@ class _Job:
 
     def _draw_portrait(self, recipe: Page, path: Path) -> int:
         """Hand the recipe of an orbit to the command that draws it; return 1 if it failed."""
-        arguments = [str(recipe.path), "--plot", str(path)]
-        if self.quiet:
-            arguments.append("--quiet")
+        arguments = [str(recipe.path), "--plot", str(path), "--quiet"]
         status = import_module(_PORTRAIT).main(arguments)
         if status == INTERRUPTED:
             raise KeyboardInterrupt
         if status not in (DONE, LANES_FAILED):
             raise RequestError(f"{recipe.path} could not be drawn: see above")
+        self._say(str(path))
         return int(status == LANES_FAILED)
 
     def _say(self, text: str) -> None:

@@ -64,9 +64,7 @@ def _up(evidence: Evidence) -> Finding:
 def _up_alike(evidence: Evidence) -> Finding:
     found = {damper: ratios(evidence, damper, _stiffer()) for damper in DAMPERS}
     apart = max(max(column) - min(column) for column in zip(*found.values(), strict=True))
-    text = (
-        f"the ratios of the three differ by up to {apart:.2f}: the SSul NES first gains, then loses"
-    )
+    text = f"the ratios of the three differ by up to {apart:.2f}: {_shown(found)}"
     return decided(apart <= LITTLE, text)
 
 

@@ -27,7 +27,7 @@ from nlds_vines.pages import Curve, Page
 __all__ = [
     "FORMATS",
     "diagram",
-    "page",
+    "draw_page",
     "regime_map",
     "save",
     "save_figure",

@@ -205,7 +205,7 @@ def test_a_portrait_is_handed_to_its_command(here, monkeypatch, capsys):
     monkeypatch.setattr(module, "find_spec", lambda name: ModuleSpec(name, None))
     assert main(["orbit.toml", "-o", "out"]) == 0
     (arguments,) = asked
-    assert arguments == ["orbit.toml", "--plot", "out/orbit.png"]
+    assert arguments == ["orbit.toml", "--plot", "out/orbit.png", "--quiet"]
     for status in (1, 2, 130):  # an orbit lost, a wrong request, Ctrl-C
         fake.main = lambda arguments, status=status: status
         assert main(["orbit.toml", "-o", "out"]) == status

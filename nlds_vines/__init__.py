@@ -25,6 +25,7 @@ _HOMES = {
     "Regime": "classification",
     "classify": "classification",
     "bifurcation": "bifurcation",
+    "reproduce_paper": "reproduce",
     "Tuned": "search.result",
     "Tuning": "search.request",
     "load_tuning": "search.reading",

@@ -12,6 +12,9 @@ from nlds_vines.provenance import version
 
 COMMANDS = {
     "bifurcation": ("nlds_vines.bifurcation", "scan one parameter or two"),
+    "tuning": ("nlds_vines.tuning", "search for the best damper"),
+    "portrait": ("nlds_vines.portrait", "one orbit in full"),
+    "reproduce": ("nlds_vines.reproduce", "the paper, figure by figure, and its claims checked"),
     "accuracy": ("nlds_vines.accuracy", "error against run time of every method"),
     "status": ("nlds_vines.status", "how a scan under way stands"),
     "consolidate": ("nlds_vines.consolidation", "join the parts of shards into an archive"),

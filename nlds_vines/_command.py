@@ -94,6 +94,15 @@ def check_writable(what: str, path: Path) -> None:
         raise RequestError(f"{what} {shown(str(path))} cannot be written: {reason}") from None
 
 
+def refuse_existing(archive: Path, *, resume: bool, overwrite: bool) -> None:
+    """Raise `RequestError` where an archive exists and it was not said what to do with it."""
+    if os.path.lexists(archive) and not (resume or overwrite):
+        raise RequestError(
+            f"output {shown(str(archive))} exists: --resume continues it, "
+            "--overwrite replaces it, -o names another file"
+        )
+
+
 def check_plot(path: Path) -> None:
     """Raise `RequestError` unless a picture of this path can be drawn and written."""
     if path.suffix.lower() not in PLOT_SUFFIXES:

@@ -10,6 +10,7 @@ from nlds_vines._command import Parser, assignments, parsed
 from nlds_vines.catalogue import load_system
 from nlds_vines.errors import RequestError, at, shown
 from nlds_vines.record import WANTS
+from nlds_vines.regimes import EFFORTS
 from nlds_vines.scan import METHODS
 
 
@@ -26,6 +27,7 @@ def add_scan_options(parser: Parser) -> None:
     group.add_argument("--periods", type=int, metavar="PERIODS", help="sampled")
     group.add_argument("--record", metavar="A,B,C", help=f"of {', '.join(WANTS)}")
     group.add_argument("--method", metavar="METHOD", help=" or ".join(METHODS))
+    group.add_argument("--effort", metavar="EFFORT", help=f"of verdicts: {', '.join(EFFORTS)}")
 
 
 def changes(options: argparse.Namespace) -> dict[str, Any]:
@@ -33,7 +35,9 @@ def changes(options: argparse.Namespace) -> dict[str, Any]:
 
     Raises `RequestError` for an option that cannot be read as its form demands.
     """
-    sampling = {name: getattr(options, name) for name in ("transient", "periods", "method")}
+    sampling = {
+        name: getattr(options, name) for name in ("transient", "periods", "method", "effort")
+    }
     found: dict[str, Any] = {
         "set": _settings(options.set),
         "vary": _axes(options.vary),

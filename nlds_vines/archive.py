@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import os
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +23,7 @@ import numpy as np
 from nlds_vines import durable
 from nlds_vines.errors import RequestError
 from nlds_vines.provenance import SCHEMA, attributes
-from nlds_vines.record import Dataset, datasets, most_bytes, scales, sizes
+from nlds_vines.record import Dataset, Scale, datasets, most_bytes, scales, sizes
 
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
@@ -57,16 +57,49 @@ def write(
     durable.reserve(path, most_bytes(scan) + _OVERHEAD)
     # v110 checksums the metadata too, and is read by every netCDF-4 library of this decade
     with h5py.File(path, "w", libver=("v110", "v110"), **_CACHE) as file:
-        _create(file, scan)
+        _create(file, datasets(scan), scales(scan), sizes(scan))
         given = []
         for name, cells, values in pieces:
             file[name][cells] = _storable(values)
             given.append((name, cells, _crc(values)))
         file.attrs.update(attributes(scan, {**_HDF5, **provenance}))
-        for dataset in filter(_is_text, file.values()):
-            dataset.attrs["crc32"] = np.uint32(_whole_crc(dataset))
+        _note_checksums(file)
     durable.seal(path)
     _compare(path, given)
+
+
+def write_arrays(
+    path: Path,
+    attrs: Mapping[str, str | int | float],
+    dims: Sequence[Scale],
+    contents: Sequence[tuple[Dataset, np.ndarray]],
+) -> None:
+    """Write an archive of whole arrays to `path`, sealed, forced to the disk and checked.
+
+    Arguments: the attributes of the file, those of provenance among them; the scales of all
+    dimensions; each dataset's description with its values, of any dimensions there are.
+
+    Raises as `write` does.
+    """
+    length = {scale.name: scale.values.size for scale in dims}
+    durable.reserve(path, sum(values.nbytes for _, values in contents) + _OVERHEAD)
+    with h5py.File(path, "w", libver=("v110", "v110"), **_CACHE) as file:
+        file.attrs.update({**_HDF5, **attrs})
+        _create(file, [entry for entry, _ in contents], dims, length)
+        given = []
+        for entry, values in contents:
+            stored = values if entry.dtype == "str" else values.astype(entry.dtype)
+            file[entry.name][...] = _storable(stored)
+            given.append((entry.name, (slice(None),) * values.ndim, _crc(stored)))
+        _note_checksums(file)
+    durable.seal(path)
+    _compare(path, given)
+
+
+def _note_checksums(file: h5py.File) -> None:
+    """Give every dataset of strings its CRC-32: no filter of HDF5 reaches their bytes."""
+    for dataset in filter(_is_text, file.values()):
+        dataset.attrs["crc32"] = np.uint32(_whole_crc(dataset))
 
 
 @dataclass(frozen=True)
@@ -204,11 +237,12 @@ def _schema(file: h5py.File) -> int | None:
         return None
 
 
-def _create(file: h5py.File, scan: Scan) -> None:
-    """Create the datasets of a scan, empty, and the scales of those dimensions that they have."""
-    table, length = datasets(scan), sizes(scan)
+def _create(
+    file: h5py.File, table: Sequence[Dataset], dims: Sequence[Scale], length: Mapping[str, int]
+) -> None:
+    """Create the datasets of a table, empty, and the scales of those dimensions that they have."""
     present = {dim for dataset in table for dim in dataset.dims}
-    for name, values, units, long_name in scales(scan):
+    for name, values, units, long_name in dims:
         if name in present:
             values = _storable(values)
             scale = _dataset(file, name, values.shape, values.dtype)
@@ -218,7 +252,8 @@ def _create(file: h5py.File, scan: Scan) -> None:
     for entry in table:
         shape = tuple(length[dim] for dim in entry.dims)
         dtype = _STRING if entry.dtype == "str" else np.dtype(entry.dtype)
-        dataset = _dataset(file, entry.name, shape, dtype, entry.fill, compress=bool(entry.tail))
+        sampled = "cycle" in entry.dims
+        dataset = _dataset(file, entry.name, shape, dtype, entry.fill, compress=sampled)
         dataset.attrs.update(_attributes(entry))
         for axis, dim in zip(dataset.dims, entry.dims, strict=True):
             axis.attach_scale(file[dim])

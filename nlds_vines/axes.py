@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, number, shown, string, whole
+from nlds_vines.errors import RequestError, number, shown, string, table, whole
 
 MOST_VALUES = 10**7
 """The most values that one axis may have."""
@@ -48,6 +48,21 @@ class Axis:
             raise RequestError(f"start = {first!r} must not be greater than stop = {last!r}")
         with np.errstate(all="ignore"):
             return cls(name, np.linspace(first, last, count))
+
+    @classmethod
+    def of(cls, name: str, entry: object) -> Axis:
+        """Return the axis that a table of a file means: start, stop and num, or values alone.
+
+        Raises `RequestError` for a table of other keys and, as `Axis`, for faulty numbers.
+        """
+        found = table(name, entry, ("start", "stop", "num", "values"))
+        if found.keys() == {"values"}:
+            return cls(name, found["values"])
+        if found.keys() == {"start", "stop", "num"}:
+            return cls.spaced(name, **found)
+        raise RequestError(
+            f"{', '.join(found) or 'nothing'} given; allowed: start, stop and num, or values alone"
+        )
 
     def __eq__(self, other: object) -> bool:
         """Two axes are equal where name and all values are."""

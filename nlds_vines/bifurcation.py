@@ -22,6 +22,7 @@ from nlds_vines._command import (
     check_plot,
     check_writable,
     complain,
+    refuse_existing,
     run_command,
 )
 from nlds_vines._run_options import RunOptions, add_run_options, run_options
@@ -137,11 +138,7 @@ class Job:
 
         And where a scan cannot fit into memory or onto the disk.
         """
-        if os.path.lexists(self.archive) and not (self.how.resume or self.how.overwrite):
-            raise RequestError(
-                f"output {shown(str(self.archive))} exists: --resume continues it, "
-                "--overwrite replaces it, -o names another file"
-            )
+        refuse_existing(self.archive, resume=self.how.resume, overwrite=self.how.overwrite)
         refuse_without_room(self.scan, self.archive)
 
     def run(self) -> Report:

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.arc import make_arc
+from nlds_vines.evidence import COLUMNS, arrays_of
 from nlds_vines.kernels import lanes
-from nlds_vines.record import OK, Dataset, components, datasets, sizes
-from nlds_vines.regimes import flags_of, labels_of
+from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.record import JUDGED, NOTED, OK, Dataset, components, datasets, noted, sizes
+from nlds_vines.regimes import EFFORTS
 from nlds_vines.scenes import SCENES, Scene
 from nlds_vines.starts import random_states, start_states
 from nlds_vines.system import System
@@ -55,24 +57,37 @@ class Outputs:
     counts: np.ndarray | None
     cycle: np.ndarray | None
     energy: np.ndarray | None
+    peak: np.ndarray | None
     clearance: np.ndarray | None
+    violation: np.ndarray | None
+    evidence: np.ndarray | None
+    ends: np.ndarray | None
     status: np.ndarray
 
     @classmethod
-    def of(cls, scan: Scan, chains: int, links: int) -> Outputs:
-        """Allocate the buffers that the scan's `want` needs."""
-        want, walls = set(scan.want), bool(SCENES[scan.system.kind].walls)
+    def of(cls, scan: Scan, shape: tuple[int, int], transient: int, periods: int) -> Outputs:
+        """Allocate the buffers that the scan's `want` needs for (chains, links) of so many periods.
+
+        `cut.lane_bytes` tells what they take.
+        """
+        want, scene = set(scan.want), SCENES[scan.system.kind]
+        walls, judged = bool(scene.walls), bool(want & JUDGED)
+        kept = noted(want, transient, periods)
 
         def rows(wanted: bool, *tail: int, dtype: Any = float) -> np.ndarray | None:
-            return np.zeros((chains, links, *tail), dtype) if wanted else None
+            return np.zeros((*shape, *tail), dtype) if wanted else None
 
         return cls(
-            section=rows("section" in want, scan.periods, len(components(scan))),
-            counts=rows("impacts" in want and walls, 2, dtype=np.int64),
-            cycle=rows(bool(want & {"impacts", "regime"}), 2, dtype=np.int64),
+            section=rows(kept > 0, kept, len(components(scan))),
+            counts=rows(("impacts" in want or judged) and walls, 2, dtype=np.int64),
+            cycle=rows("impacts" in want or judged, 3, dtype=np.int64),
             energy=rows("energy" in want, 2),
+            peak=rows("peak" in want, 2),
             clearance=rows("clearance" in want and walls, 1),
-            status=np.zeros((chains, links), np.int64),
+            violation=rows(scene.limit is not None, 3),
+            evidence=rows(judged, COLUMNS),
+            ends=rows(judged, 2, SIZE),
+            status=np.zeros(shape, np.int64),
         )
 
 
@@ -85,23 +100,30 @@ class Computer:
         self._cells = scan.cells()
         self._draws = start_states(scan) if scan.start.policy == "random" else None
         self._parts = method_parts(scan.method, scan.system.scene)
+        self._stages = np.array(EFFORTS[scan.effort], dtype=np.int64)
 
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
         cells = self._cells[block.selection]
-        chains, starts = self._chains(cells)
-        outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
-        arrays = self._arrays(outputs)
+        arrays = self.lanes(*self._chains(cells))
         length = sizes(self.scan)
         table = {dataset.name: dataset for dataset in datasets(self.scan)}
         return {
-            name: self._in_place(values, cells.shape, table[name], length)
-            for name, values in arrays.items()
+            name: self._in_place(arrays[name], cells.shape, dataset, length)
+            for name, dataset in table.items()
         }
+
+    def lanes(self, chains: np.ndarray, starts: np.ndarray) -> dict[str, np.ndarray]:
+        """Return everything found out about chains of cells (chains, links) from their starts.
+
+        By name of the dataset, each (chains, links, tail); some may be more than the scan wants.
+        """
+        outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
+        return self._arrays(outputs, chains)
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads."""
-        outputs = Outputs.of(self.scan, *chains.shape)
+        outputs = Outputs.of(self.scan, (len(chains), chains.shape[1]), transient, periods)
         if outputs.clearance is not None:
             outputs.clearance[:] = np.inf
         classical, damper, near, far, arc = self._parts
@@ -120,10 +142,34 @@ class Computer:
             outputs.counts,
             outputs.cycle,
             outputs.energy,
+            outputs.peak,
             outputs.clearance,
+            outputs.violation,
+            outputs.ends,
             outputs.status,
         )
+        if outputs.evidence is not None:
+            self._judge(chains, outputs)
         return outputs
+
+    def _judge(self, chains: np.ndarray, outputs: Outputs) -> None:
+        """Fill the evidence of lanes that have run."""
+        classical, damper, near, far, arc = self._parts
+        lanes.judge_lanes(
+            classical,
+            damper,
+            near,
+            far,
+            arc,
+            RESOLUTION[self.scan.method],
+            chains.view(np.recarray),
+            outputs.ends,
+            outputs.section,
+            outputs.cycle,
+            self._stages,
+            outputs.evidence,
+            outputs.status,
+        )
 
     def _chains(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the chains of a block of cells and the start (x1, v1, r, s) of each."""
@@ -138,29 +184,38 @@ class Computer:
         states = random_states(cells, self._draws, self.scan.system.scene)
         return chains, np.ascontiguousarray(states.reshape(-1, 4))
 
-    def _arrays(self, outputs: Outputs) -> dict[str, np.ndarray]:
+    def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
         """Return the datasets in the order of the lanes (chains, links, tail)."""
-        want, status = set(self.scan.want), outputs.status
+        status = outputs.status
         arrays = {"status": status}
         if outputs.section is not None:
-            arrays["section"] = outputs.section
+            arrays["section"] = outputs.section[:, :, -self.scan.periods :]
         if outputs.energy is not None:
             arrays["E1max"], arrays["E2max"] = outputs.energy[..., 0], outputs.energy[..., 1]
+        if outputs.peak is not None:
+            arrays["E1peak"], arrays["E2peak"] = outputs.peak[..., 0], outputs.peak[..., 1]
+        if outputs.violation is not None:
+            names = ("first_violation", "violation_depth", "violations")
+            arrays |= dict(zip(names, np.moveaxis(outputs.violation, -1, 0), strict=True))
         if outputs.clearance is not None:
             arrays["clearance"] = outputs.clearance[..., 0]
         if outputs.cycle is not None:
-            period, impacts = outputs.cycle[..., 0], outputs.cycle[..., 1]
-            arrays["impacts"] = impacts
-            if "regime" in want:
-                arrays["period"] = period
-                arrays["regime"] = flags_of(status, period)
-                arrays["label"] = labels_of(status, period, impacts)
+            by_wall = outputs.cycle[..., 1:]
+            arrays["impacts"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
+        counts = np.zeros((*status.shape, 2), np.int64)
         if outputs.counts is not None:
-            arrays["impact_rate"] = outputs.counts.sum(axis=-1) / self.scan.periods
-        return {
-            dataset.name: _failed_filled(arrays[dataset.name], dataset, status)
-            for dataset in datasets(self.scan)
-        }
+            counts = outputs.counts
+            arrays["impact_rate"] = counts.sum(axis=-1) / self.scan.periods
+        if outputs.evidence is not None:
+            size = len(components(self.scan))
+            found = arrays_of(status, outputs.evidence, counts, cells, size)
+            unnoted = max(self.scan.transient - NOTED, 0)
+            found["settling"][found["settling"] >= 0] += unnoted
+            found["watched"] += unnoted
+            arrays |= found
+        for dataset in datasets(self.scan):
+            _failed_filled(arrays[dataset.name], dataset, status)
+        return arrays
 
     def _in_place(
         self, values: np.ndarray, shape: tuple[int, ...], dataset: Dataset, length: dict[str, int]

@@ -112,7 +112,7 @@ class _Blocks:
         self._longest = 0.0
         self._stalls = 0
         self._moved = time.monotonic()
-        self._where = str(parts.folder.resolve()), parts.files.hash
+        self._where = str(parts.folder.resolve()), parts.scan.hash
         self._threads = threads
 
     def run(self, stop: Stop) -> None:

@@ -15,15 +15,16 @@ from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
 from nlds_vines.errors import RequestError, shown
-from nlds_vines.record import datasets, sizes
+from nlds_vines.record import components, datasets, noted, sizes
 
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
 
 BLOCK_PERIODS = 200_000  # forcing periods in a block: some tenths of a second
 MOST_BLOCKS = 4000
-BLOCK_BYTES = 1 << 27  # of results in one block
+BLOCK_BYTES = 1 << 27  # of one block, while it is computed
 MOST_SHARDS = 10_000
+_LANE_BYTES = 1024  # of one orbit's numbers: counts, energies, evidence, ends, status
 
 
 @dataclass(frozen=True)
@@ -119,10 +120,29 @@ def result_bytes(scan: Scan) -> int:
     return sum(item[d.dtype] * math.prod(length[dim] for dim in d.dims) for d in datasets(scan))
 
 
+def lane_bytes(scan: Scan) -> int:
+    """Return the size of one orbit's buffers while it is computed, its section foremost.
+
+    For a verdict that is longer than what is stored: part of the transient belongs to it.
+    """
+    rows = noted(scan.want, scan.transient, scan.periods)
+    return 8 * rows * len(components(scan)) + _LANE_BYTES
+
+
 def block_bytes(scan: Scan) -> int:
     """Return the size of the results of the largest block."""
     total = math.prod(scan.shape)
-    return result_bytes(scan) * min(total, math.prod(_block_sides(scan))) // total
+    return result_bytes(scan) * _largest(scan) // total
+
+
+def work_bytes(scan: Scan) -> int:
+    """Return the size of the buffers of the largest block, while it is computed."""
+    return lane_bytes(scan) * scan.starts * _largest(scan)
+
+
+def _largest(scan: Scan) -> int:
+    """Return the most cells of a block."""
+    return min(math.prod(scan.shape), math.prod(_block_sides(scan)))
 
 
 def _block_sides(scan: Scan) -> tuple[int, int]:
@@ -137,7 +157,7 @@ def _block_cells(scan: Scan) -> int:
     per_cell = scan.starts * (scan.transient + scan.periods)
     total = math.prod(scan.shape)
     by_time = max(BLOCK_PERIODS // per_cell, math.ceil(total / MOST_BLOCKS))
-    by_size = BLOCK_BYTES // max(1, result_bytes(scan) // total)
+    by_size = BLOCK_BYTES // (scan.starts * lane_bytes(scan))
     return max(1, min(by_time, by_size))
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from nlds_vines import archive, interrupts, provenance
 from nlds_vines.block import Computer
-from nlds_vines.cut import Block, Shard, block_bytes, blocks_of, result_bytes
+from nlds_vines.cut import Block, Shard, blocks_of, result_bytes, work_bytes
 from nlds_vines.parts import Parts
 from nlds_vines.progress import COUNTED, Progress, Tally, duration, size
 from nlds_vines.scan import Scan
@@ -221,7 +221,7 @@ class Estimate:
             f"orbits:   {scan.lanes} ({grid} cells, {scan.starts} start each)",
             f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
             f"results:  {size(result_bytes(scan))} before compression",
-            f"memory:   {size(block_bytes(scan))} of results at a time, "
+            f"memory:   {size(work_bytes(scan))} of results at a time, "
             f"{len(list(blocks_of(scan)))} blocks",
             f"time:     about {duration(self.seconds)} on {self.threads} threads, "
             "from a sample run here",

@@ -1,4 +1,4 @@
-"""The manifest of a folder of parts: whose scan this is, and what it takes to finish it."""
+"""The manifest of a folder of parts: whose run this is, and what it takes to finish it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from nlds_vines import durable
 from nlds_vines._toml import parse_toml
@@ -21,13 +21,31 @@ if TYPE_CHECKING:
 NAME = "manifest.json"
 """The manifest's name in the folder of parts."""
 
+SCAN, TUNING = "scan", "tuning"
+"""What may be under way: a scan, in blocks; the search of a tuning, design by design."""
+
+
+class Request(Protocol):
+    """What is computed: a title for people, and all that determines the numbers."""
+
+    @property
+    def title(self) -> str:
+        """One line for people."""
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of what determines the numbers."""
+
+    def to_toml(self) -> str:
+        """Return the file that means exactly this request."""
+
 
 @dataclass(frozen=True)
 class Manifest:
     """Whose parts these are.
 
-    Arguments: `toml` and `scan_hash` are the scan's; `argv` and `began` (UTC) tell of the run that
-    began it; `overwrite` says that it was told to replace an archive.
+    Arguments: `toml` and `scan_hash` are the request's, `content` is its kind; `argv` and `began`
+    (UTC) tell of the run that began it; `overwrite` says that it was told to replace an archive.
     """
 
     title: str
@@ -36,11 +54,13 @@ class Manifest:
     argv: list[str]
     began: str
     overwrite: bool = False
+    content: str = SCAN
 
     @classmethod
-    def of(cls, scan: Scan, scan_hash: str, overwrite: bool = False) -> Manifest:
-        """Return the manifest of a scan that this process begins."""
-        return cls(scan.title, scan_hash, scan.to_toml(), sys.argv, now(), overwrite)
+    def of(cls, request: Request, content: str = SCAN, overwrite: bool = False) -> Manifest:
+        """Return the manifest of a request that this process begins."""
+        toml = request.to_toml()
+        return cls(request.title, request.hash, toml, sys.argv, now(), overwrite, content)
 
     @classmethod
     def read(cls, folder: Path) -> Manifest | None:
@@ -62,5 +82,7 @@ class Manifest:
 
     @cached_property
     def scan(self) -> Scan:
-        """The scan itself."""
+        """The scan itself; `RequestError` where it is none."""
+        if self.content != SCAN:
+            raise RequestError(f"{self.title!r} under way is a {self.content}, not a scan")
         return load_scan(parse_toml(self.toml, NAME))

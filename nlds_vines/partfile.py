@@ -1,8 +1,8 @@
-"""Part files: the sealed results of one block each, in the folder of a scan under way.
+"""Part files: sealed results, piece by piece, in the folder of a run under way.
 
-A part is one line of JSON (which block of which scan, made by what, which arrays), the bytes of the
-arrays one after the other, and a seal.  Existence proves nothing: a part counts when its seal, its
-scan, its rectangle, its arrays and its makers are right.
+A part is one line of JSON (which part of what, made by what, which arrays), the bytes of the arrays
+one after the other, and a seal.  Existence proves nothing: a part counts when its seal, its
+identity, its arrays and its makers are right.  Those of a scan hold a block each (`PartFiles`).
 """
 
 from __future__ import annotations
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 PATTERN = "block-*.part"
 """The names of part files."""
 
+UNSOUND = (ValueError, KeyError, TypeError)
+"""What is raised by a part that does not verify; it says what is wrong with it."""
+
 
 @dataclass(frozen=True)
 class Made:
@@ -49,6 +52,54 @@ class Part:
     arrays: dict[str, np.ndarray]
     made: Made
 
+    def by_us(self) -> Part:
+        """Return the part itself; ValueError if other versions made it."""
+        if self.made.by != makers():
+            raise ValueError("it was made by another version of the program or its libraries")
+        return self
+
+
+def path_of(folder: Path, index: int) -> Path:
+    """Return the path of the part of a number."""
+    return folder / f"block-{index:06d}.part"
+
+
+def store(
+    path: Path,
+    identity: list[Any],
+    arrays: Mapping[str, np.ndarray],
+    *,
+    seconds: float,
+    threads: int,
+) -> Part:
+    """Store contiguous arrays as a part: after this returns, it survives a power cut.
+
+    Arguments: `identity`, as JSON has it, is what `fetch` must ask for; the rest as in `Made`.
+
+    Returns the part as it stands in the file.  Raises OSError if it cannot be written.
+    """
+    made = Made(makers(), round(seconds, 6), threads)
+    head = {
+        "block": identity,
+        "made": vars(made),
+        "arrays": [[name, a.dtype.str, a.shape] for name, a in arrays.items()],
+    }
+    line = json.dumps(head).encode() + b"\n"
+    durable.write(path, line, *(_bytes(array) for array in arrays.values()))
+    return Part(dict(arrays), made)
+
+
+def fetch(path: Path, identity: list[Any]) -> Part:
+    """Return a verified part; one of `UNSOUND` says what is wrong with it, OSError that it is not.
+
+    Its arrays cannot be written to.
+    """
+    data = memoryview(durable.read(path))
+    head, start = _header(data)
+    if head["block"] != identity:
+        raise ValueError("it is of another scan or another block")
+    return Part(dict(_arrays(data, head["arrays"], start)), Made(**head["made"]))
+
 
 class PartFiles:
     """The part files of one scan in one folder; no lock is held, whoever writes them."""
@@ -58,14 +109,9 @@ class PartFiles:
         self.folder = folder
         self.scan = scan
 
-    @cached_property
-    def hash(self) -> str:
-        """The hash of the scan, which hashes every value of every axis: once will do."""
-        return self.scan.hash
-
     def path(self, block: Block) -> Path:
         """Return the path of the part of a block."""
-        return self.folder / f"block-{block.index:06d}.part"
+        return path_of(self.folder, block.index)
 
     def there(self, blocks: Iterable[Block]) -> list[Block]:
         """Return the blocks that have a part, sound or not."""
@@ -76,14 +122,10 @@ class PartFiles:
         return [block for block in blocks if self.path(block).name in names]
 
     def load(self, block: Block) -> Part:
-        """Return the verified part of a block; ValueError says what is wrong with it."""
-        data = memoryview(durable.read(self.path(block)))
-        head, start = _header(data)
-        if head["block"] != self._identity(block):
-            raise ValueError("it is of another scan or another block")
-        arrays = dict(_arrays(data, head["arrays"], start))
-        self._check(block, arrays)
-        return Part(arrays, Made(**head["made"]))
+        """Return the verified part of a block; one of `UNSOUND` says what is wrong with it."""
+        part = fetch(self.path(block), self._identity(block))
+        self._check(block, part.arrays)
+        return part
 
     def peek(self, block: Block, wanted: Iterable[str]) -> Part:
         """Return the `wanted` arrays of a part as they stand, without looking at the seal.
@@ -106,19 +148,16 @@ class PartFiles:
         """
         content = {name: self._as_stored(name, array) for name, array in arrays.items()}
         self._check(block, content)
-        made = Made(makers(), round(seconds, 6), threads)
-        head = {
-            "block": self._identity(block),
-            "made": vars(made),
-            "arrays": [[name, a.dtype.str, a.shape] for name, a in content.items()],
-        }
-        line = json.dumps(head).encode() + b"\n"
-        durable.write(self.path(block), line, *(_bytes(array) for array in content.values()))
-        return Part(content, made)
+        identity = self._identity(block)
+        return store(self.path(block), identity, content, seconds=seconds, threads=threads)
 
     def _identity(self, block: Block) -> list[Any]:
         """Return what makes a part the part of this block of this scan."""
-        return [self.hash, block.index, [[int(first), int(stop)] for first, stop in block.slices]]
+        return [
+            self.scan.hash,
+            block.index,
+            [[int(first), int(stop)] for first, stop in block.slices],
+        ]
 
     def _as_stored(self, name: str, array: np.ndarray) -> np.ndarray:
         dtype = self._table[name].dtype if name in self._table else None

@@ -18,6 +18,7 @@ from nlds_vines.scenes import SCENES
 
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
+    from nlds_vines.search.request import Tuning
 
 Value = str | int | float
 
@@ -30,8 +31,8 @@ LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "h5py")
 _PACKAGE = Path(__file__).parent
 
 
-def attributes(scan: Scan, more: Mapping[str, Value]) -> dict[str, Value]:
-    """Return the attributes of the archive of a scan.
+def attributes(scan: Scan | Tuning, more: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the attributes of the archive of a scan, or of a tuning.
 
     Every parameter stands under its own name in SI units, `K` [N/m^1.5] wherever there is a
     contact; every assumption as `assumption_<parameter>`.  `more` is what only the run knows
@@ -50,7 +51,7 @@ def attributes(scan: Scan, more: Mapping[str, Value]) -> dict[str, Value]:
         **{name: float(value) for name, value in system.parameters.items()},
         **({"K": float(system.K)} if SCENES[system.kind].walls else {}),
         **{f"assumption_{name}": text for name, text in system.assumptions.items()},
-        "seed": scan.start.seed,
+        "seed": scan.seed,
         "argv": json.dumps(sys.argv),
         "commit": commit(),
         **makers(),

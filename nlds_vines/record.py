@@ -6,7 +6,7 @@ codes from it and the pictures their units: none of them can drift away from the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import prod
 from typing import TYPE_CHECKING, NamedTuple
@@ -19,8 +19,24 @@ from nlds_vines.scenes import SCENES
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
 
-WANTS = ("section", "impacts", "energy", "regime", "clearance")
+WANTS = (
+    "section",
+    "impacts",
+    "energy",
+    "peak",
+    "regime",
+    "lyapunov",
+    "settling",
+    "evidence",
+    "clearance",
+)
 """What `[record] want` may ask for."""
+
+JUDGED = frozenset({"regime", "lyapunov", "settling", "evidence"})
+"""Of `WANTS`, what rests on a verdict."""
+
+NOTED = 4096
+"""Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
 
 COMPONENTS = ("x1", "v1", "x2", "v2")
 """The state in the order in which kernels and archives hold it [m, m/s, m, m/s]."""
@@ -104,9 +120,35 @@ class Scale(NamedTuple):
     long_name: str
 
 
+def noted(want: Collection[str], transient: int, periods: int) -> int:
+    """Return for how many periods of an orbit its section is kept while it is computed."""
+    judged = not JUDGED.isdisjoint(want)
+    sampled = periods if judged or "section" in want else 0
+    return sampled + (min(transient, NOTED) if judged else 0)
+
+
 def components(scan: Scan) -> tuple[str, ...]:
     """Return the names of the state's components: without a damper only x1 and v1."""
     return COMPONENTS if SCENES[scan.system.kind].damper else COMPONENTS[:2]
+
+
+def _state_scales(scan: Scan) -> Iterator[Scale]:
+    """Yield the dimensions that count what belongs to a state: one for each of its components."""
+    count = len(components(scan))
+    order = np.arange(1, count + 1, dtype=np.int32)
+    yield Scale("multiplier", order, "1", "Floquet multiplier, the largest modulus first")
+    yield Scale("exponent", order, "1", "Lyapunov exponent, the largest first")
+    yield Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number")
+
+
+def _wall_scale(names: tuple[str, ...]) -> tuple[Scale, ...]:
+    return (Scale("wall", np.array(names), "1", "what is struck"),) if names else ()
+
+
+def struck(scan: Scan) -> tuple[str, ...]:
+    """Return what the walls of a scene belong to where it has two of them; otherwise nothing."""
+    scene = SCENES[scan.system.kind]
+    return tuple(scene.struck[wall] for wall in scene.walls) if len(scene.walls) > 1 else ()
 
 
 def starts(scan: Scan) -> tuple[str, ...]:
@@ -128,6 +170,8 @@ def scales(scan: Scan) -> tuple[Scale, ...]:
         Scale("start", np.array(starts(scan), dtype=np.str_), "1", "start of the orbit"),
         Scale("cycle", cycles, "1", "sampled forcing period, counted after the transient"),
         Scale("component", np.array(components(scan)), "1", "component of the state"),
+        *_wall_scale(struck(scan)),
+        *(_state_scales(scan) if "evidence" in scan.want else ()),
     )
 
 
@@ -135,6 +179,10 @@ def sizes(scan: Scan) -> dict[str, int]:
     """Return the length of every dimension that a dataset of this scan may have."""
     axes = {axis.name: axis.values.size for axis in scan.axes}
     tail = {"start": scan.starts, "cycle": scan.periods, "component": len(components(scan))}
+    if struck(scan):
+        tail |= {"wall": len(struck(scan))}
+    if "evidence" in scan.want:
+        tail |= {"multiplier": tail["component"], "exponent": tail["component"], "part": 2}
     return axes | tail
 
 
@@ -148,13 +196,18 @@ def datasets(scan: Scan) -> tuple[Dataset, ...]:
     scene = SCENES[scan.system.kind]
     makers = {
         "section": _section(lanes),
-        "impacts": _impacts(lanes) if scene.walls else (),
-        "energy": _energy(lanes, scene.damper),
+        "impacts": _impacts(lanes, len(scene.walls)),
+        "energy": _energy(lanes, scene.damper, "max", "steady-state maximum"),
+        "peak": _energy(lanes, scene.damper, "peak", "maximum, the transient included,"),
         "regime": _regime(lanes, bool(scene.walls)),
+        "lyapunov": _lyapunov(lanes),
+        "settling": _settling(lanes),
+        "evidence": _evidence(lanes, bool(scene.walls)),
         "clearance": _clearance(lanes) if scene.walls else (),
     }
     wanted = (dataset for want in WANTS if want in scan.want for dataset in makers[want])
-    by_name = {dataset.name: dataset for dataset in (*wanted, _status(lanes))}
+    always = (*(_violations(lanes) if scene.limit else ()), _status(lanes))
+    by_name = {dataset.name: dataset for dataset in (*wanted, *always)}
     return tuple(by_name.values())
 
 
@@ -195,17 +248,33 @@ def _count(lanes: tuple[str, ...]) -> Dataset:
     return Dataset("impacts", lanes, "int32", "1", text, -1)
 
 
-def _impacts(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
-    text = "impacts per forcing period"
-    return (_count(lanes), Dataset("impact_rate", lanes, "float64", "1", text, np.nan))
+def _impacts(lanes: tuple[str, ...], walls: int) -> Iterator[Dataset]:
+    if walls:
+        yield _count(lanes)
+        text = "impacts per forcing period"
+        yield Dataset("impact_rate", lanes, "float64", "1", text, np.nan)
+    if walls > 1:
+        text = "impacts by what is struck, counted as `impacts`"
+        yield Dataset("impacts_by_wall", (*lanes, "wall"), "int32", "1", text, -1)
 
 
-def _energy(lanes: tuple[str, ...], damper: bool) -> tuple[Dataset, ...]:
-    text = "steady-state maximum of the {}'s energy E{}, equation (6)"
+def _energy(lanes: tuple[str, ...], damper: bool, suffix: str, which: str) -> tuple[Dataset, ...]:
+    text = "{} of the {}'s energy E{}, equation (6)"
     bodies = ("primary structure", "damper") if damper else ("primary structure",)
     return tuple(
-        Dataset(f"E{i}max", lanes, "float64", "J", text.format(body, i), np.nan)
+        Dataset(f"E{i}{suffix}", lanes, "float64", "J", text.format(which, body, i), np.nan)
         for i, body in enumerate(bodies, start=1)
+    )
+
+
+def _violations(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    """What a scene reports whose damper must not come too near the structure."""
+    number = "how often the damper came where it must not, the transient included"
+    first, depth = "time of the first violation; NaN if there was none", "deepest violation"
+    return (
+        Dataset("violations", lanes, "int32", "1", number, -1),
+        Dataset("first_violation", lanes, "float64", "s", first, np.nan),
+        Dataset("violation_depth", lanes, "float64", "m", depth, np.nan),
     )
 
 
@@ -215,6 +284,42 @@ def _regime(lanes: tuple[str, ...], walls: bool) -> Iterator[Dataset]:
         yield _count(lanes)
     yield Dataset("regime", lanes, "int8", "1", "kind of the steady state", 0, FLAGS)
     yield Dataset("label", lanes, "str", "1", "regime in words: nT,k, chaos, undetermined ...", "")
+
+
+def _lyapunov(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    width = "half the width of its 99 % interval; 0 where it follows from Floquet multipliers"
+    return (
+        Dataset("lyapunov", lanes, "float64", "1/s", "largest Lyapunov exponent", np.nan),
+        Dataset("lyapunov_width", lanes, "float64", "1/s", width, np.nan),
+    )
+
+
+def _settling(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    text = "forcing periods until the section obeys the final orbit's own law; -1 if never"
+    return (Dataset("settling", lanes, "int32", "1", text, -1),)
+
+
+def _evidence(lanes: tuple[str, ...], walls: bool) -> Iterator[Dataset]:
+    """What a verdict rests on; NaN where it does not apply."""
+
+    def number(name: str, units: str, text: str) -> Dataset:
+        return Dataset(name, lanes, "float64", units, text, np.nan)
+
+    yield number("residual", "1", "what does not close of a periodic orbit, relative to it")
+    dims = (*lanes, "multiplier", "part")
+    text = "Floquet multipliers of the nT orbit"
+    yield Dataset("multipliers", dims, "float64", "1", text, np.nan)
+    text = "all Lyapunov exponents"
+    yield Dataset("exponents", (*lanes, "exponent"), "float64", "1/s", text, np.nan)
+    text = "a point of the periodic orbit's section, after the last period watched"
+    yield Dataset("orbit_point", (*lanes, "component"), "float64", "m, m/s", text, np.nan)
+    yield number("averaging", "1", "digits to which time averages of its two halves agree")
+    yield number("watched", "1", "forcing periods looked at, from the start of the orbit")
+    yield number("transient_lyapunov", "1/s", "largest exponent before settling, where it is late")
+    yield number("transient_lyapunov_width", "1/s", "half the width of its 99 % interval")
+    if walls:
+        yield number("orbit_clearance", "m", "smallest near miss of the periodic orbit")
+        yield number("softest_impact", "m/s", "smallest approach speed of the periodic orbit")
 
 
 def _clearance(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:

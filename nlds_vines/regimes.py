@@ -1,36 +1,59 @@
-"""What an orbit is, in the paper's words: labels `nT,k` from period and impact count."""
+"""What an orbit is, in the paper's words, and how much work a verdict may cost."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import numpy as np
 
 from nlds_vines.record import FLAGS, OK
 
+EFFORTS: Mapping[str, tuple[int, ...]] = {
+    "quick": (),
+    "standard": (600, 2400),
+    "thorough": (600, 2400, 9600, 38400),
+}
+"""Forcing periods that a verdict may add to a scan's own, stage by stage, by name of the effort.
+
+Only what a stage could not tell goes on to the next: more effort never changes a label, it can only
+find one."""
+
+_WORDS = {
+    FLAGS["undetermined"]: "undetermined",
+    FLAGS["quasiperiodic"]: "quasiperiodic",
+    FLAGS["chaotic"]: "chaos",
+    FLAGS["failed"]: "failed",
+}
+TRANSIENT = "transient chaos to "
+"""How a label begins whose orbit was chaotic for long before it settled."""
+
 
 def name_of(period: int, impacts: int) -> str:
-    """Return the paper's name of a periodic regime: `T,1`, `3T,3`; `undetermined` for period 0."""
-    if period == 0:
-        return "undetermined"
+    """Return the paper's name of a periodic regime of period n > 0: `T,1`, `3T,3`."""
     return f"{'' if period == 1 else period}T,{impacts}"
 
 
-def labels_of(status: np.ndarray, period: np.ndarray, impacts: np.ndarray) -> np.ndarray:
-    """Return the label of every lane.
+def label_of(regime: int, period: int, impacts: int) -> str:
+    """Return the label of one orbit from its regime (of `record.FLAGS`), n and k of nT,k."""
+    if regime in _WORDS:
+        return _WORDS[regime]
+    before = TRANSIENT if regime == FLAGS["transient_chaos"] else ""
+    return before + name_of(period, impacts)
 
-    Arguments: integer arrays of one shape: `status` (of `record.STATUS`), `period` n of nT
-    (0: none found) and `impacts` k per nT.  Returns strings in an object array of that shape.
 
-    A period is claimed by recurrence of the section alone; what does not recur is `undetermined`
-    here, for want of evidence of anything else.
+def labels_of(regime: np.ndarray, period: np.ndarray, impacts: np.ndarray) -> np.ndarray:
+    """Return the label of every lane, strings in an object array.
+
+    Arguments: integer arrays of one shape: `regime` (of `record.FLAGS`), `period` n of nT (0 where
+    there is none) and `impacts` k per nT.
     """
-    pairs, index = np.unique(
-        np.stack([status, period, impacts], axis=-1).reshape(-1, 3), axis=0, return_inverse=True
+    triples, index = np.unique(
+        np.stack([regime, period, impacts], axis=-1).reshape(-1, 3), axis=0, return_inverse=True
     )
-    names = [name_of(n, k) if code == OK else "failed" for code, n, k in pairs.tolist()]
-    return np.array(names, dtype=object)[index.ravel()].reshape(status.shape)
+    names = [label_of(*triple) for triple in triples.tolist()]
+    return np.array(names, dtype=object)[index.ravel()].reshape(regime.shape)
 
 
-def flags_of(status: np.ndarray, period: np.ndarray) -> np.ndarray:
-    """Return the regime of every lane as a code of `record.FLAGS` (arguments as `labels_of`)."""
-    found = np.where(period > 0, FLAGS["periodic"], FLAGS["undetermined"])
-    return np.where(status == OK, found, FLAGS["failed"]).astype(np.int8)
+def flags_of(status: np.ndarray, kind: np.ndarray) -> np.ndarray:
+    """Return the regime of every lane (of `record.FLAGS`): its verdict, or that it failed."""
+    return np.where(status == OK, kind, FLAGS["failed"]).astype(np.int8)

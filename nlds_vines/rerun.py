@@ -15,6 +15,7 @@ from nlds_vines._run_options import add_run_options, run_options
 from nlds_vines._toml import parse_toml
 from nlds_vines.bifurcation import Job, carry_out
 from nlds_vines.errors import RequestError, shown
+from nlds_vines.manifest import SCAN
 from nlds_vines.scan import load_scan
 
 if TYPE_CHECKING:
@@ -47,6 +48,8 @@ def scan_in(path: Path) -> Scan:
 
     with archive.read(path) as view:
         attrs = view.attrs
+    if attrs.get("content", SCAN) != SCAN:
+        raise RequestError(f"{path} holds a {attrs['content']}, not a scan")
     scan = load_scan(parse_toml(str(attrs["scan"]), f"{path}: its scan"))
     if scan.hash != attrs["scan_hash"]:
         raise RequestError(

@@ -9,7 +9,7 @@ from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nlds_vines.cut import block_bytes
+from nlds_vines.cut import block_bytes, work_bytes
 from nlds_vines.errors import RequestError
 from nlds_vines.record import most_bytes
 from nlds_vines.system import CELL
@@ -17,7 +17,7 @@ from nlds_vines.system import CELL
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
 
-_COPIES = 3  # of a block's results: as computed, as stored, and of the block before
+_BLOCKS = 2  # in memory: one that is being computed, and the one before, that is being stored
 _CELL_COPIES = 2
 _PROGRAM = 200_000_000  # bytes, with compiler and caches
 
@@ -31,7 +31,7 @@ def refuse_without_room(scan: Scan, archive: Path) -> None:
     needed, free = _memory(scan), free_memory()
     if free is not None and needed > free:
         raise RequestError(
-            f"the scan needs {_gigabytes(needed)} of memory for one block of results, "
+            f"the scan needs {_gigabytes(needed)} of memory for a block of orbits, "
             f"{_gigabytes(free)} are free: record less, sample fewer periods or begin fewer orbits"
         )
     needed, free = 2 * most_bytes(scan) - _kept(archive), free_disk(archive.parent)
@@ -72,9 +72,13 @@ def _limits() -> Iterator[int]:
 
 
 def _memory(scan: Scan) -> int:
-    """Return how many bytes a run needs at most, beside the program itself a block and the grid."""
+    """Return how many bytes a run needs at most, beside the program itself two blocks and the grid.
+
+    A block counts as it is computed, which for a verdict is more than what is stored of it.
+    """
     grid = prod(scan.shape) * CELL.itemsize
-    return _COPIES * block_bytes(scan) + _CELL_COPIES * grid + _PROGRAM
+    blocks = _BLOCKS * work_bytes(scan) + block_bytes(scan)
+    return blocks + _CELL_COPIES * grid + _PROGRAM
 
 
 def _kept(archive: Path) -> int:

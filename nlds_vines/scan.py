@@ -9,6 +9,7 @@ import hashlib
 import os
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from nlds_vines._toml import parse_toml, read_toml, toml_text
 from nlds_vines.axes import Axis
 from nlds_vines.catalogue import FILE_KEYS, system_from
 from nlds_vines.errors import RequestError, at, choice, shown, string, table, whole
+from nlds_vines.regimes import EFFORTS
 from nlds_vines.scenes import Scene
 from nlds_vines.starts import Start, random_states, start_states
 from nlds_vines.system import System, refuse_contradiction
@@ -37,6 +39,7 @@ _SAMPLING: Mapping[str, Callable[[object], Any]] = {
     "transient": lambda value: whole("transient", value, 0),
     "periods": lambda value: whole("periods", value, 1),
     "method": lambda value: choice("method", value, METHODS),
+    "effort": lambda value: choice("effort", value, EFFORTS),
 }
 _KEYS: Mapping[str, tuple[str, ...] | None] = {
     "set": None,  # the system knows which parameters it has
@@ -60,6 +63,7 @@ class Scan:
         start: where the orbits of each cell begin.
         transient, periods: forcing periods discarded (>= 0) and sampled (>= 1).
         method: one of `METHODS`.
+        effort: one of `EFFORTS`, which a verdict may cost.
 
     Raises `RequestError` for anything else, and for a varied value that the system refuses.
     """
@@ -72,6 +76,7 @@ class Scan:
     transient: int = 600
     periods: int = 120
     method: str = "exact"
+    effort: str = "standard"
 
     def __post_init__(self) -> None:
         """Check everything."""
@@ -138,6 +143,11 @@ class Scan:
         return toml_text(self.document())
 
     @property
+    def seed(self) -> int:
+        """The seed of random starts."""
+        return self.start.seed
+
+    @cached_property
     def hash(self) -> str:
         """SHA-256 of what determines the numbers: the canonical TOML without its prose."""
         document = self.document() | {"title": ""}
@@ -227,14 +237,7 @@ def _title(below: _Layer, above: _Layer, system: System, axes: tuple[Axis, ...])
 def _axis(layer: _Layer, name: str, entry: object) -> Axis:
     """Return the axis that an entry of `[vary]` means."""
     with at(f"{layer.place('vary')} {name}"):
-        found = table(name, entry, ("start", "stop", "num", "values"))
-        if found.keys() == {"values"}:
-            return Axis(name, found["values"])
-        if found.keys() == {"start", "stop", "num"}:
-            return Axis.spaced(name, **found)
-        raise RequestError(
-            f"{', '.join(found) or 'nothing'} given; allowed: start, stop and num, or values alone"
-        )
+        return Axis.of(name, entry)
 
 
 def _system(below: _Layer, above: _Layer, varying: _Layer) -> System:

@@ -18,12 +18,13 @@ from nlds_vines.parameters import CONTACT, PARAMETERS
 from nlds_vines.scenes import SCENES, Scene
 
 _COPIED = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega")
-_DERIVED = ("K", "near", "far", "rest")
+_DERIVED = ("K", "near", "far", "rest", "limit")
 
 CELL = np.dtype([(name, np.float64) for name in _COPIED + _DERIVED])
 """One cell of a scan in numbers: the parameters of equation (5), the contact stiffness K
-[N/m^1.5], the spring's shortenings `near` and `far` [m] at which the walls are touched, and its
-rest offset `rest` [m].  A field that the scene does not have is 0 and never looked at."""
+[N/m^1.5], the spring's shortenings `near` and `far` [m] at which the walls are touched, its rest
+offset `rest` [m] and the shortening `limit` [m] that must not be reached.  A field that the scene
+does not have is 0 and never looked at."""
 
 
 def hertz_stiffness(p: Mapping[str, Any]) -> Any:
@@ -201,14 +202,18 @@ def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
     with np.errstate(over="ignore"):
         if scene.walls:
             found["K"] = values["K"] if "K" in values else _checked_stiffness(values)
-        for name, part in zip(
-            ("near", "far", "rest"), (scene.gap_near, scene.gap_far, scene.rest), strict=True
-        ):
+        parts = {"near": scene.gap_near, "far": scene.gap_far, "rest": scene.rest}
+        for name, part in {**parts, "limit": scene.limit}.items():
             if part is not None:
                 found[name] = part(values)
     for name, value in found.items():
         if not np.all(np.isfinite(value)):
             raise RequestError(f"parameters out of all proportion: {name} is not finite")
+    if np.any(np.asarray(found.get("limit", 1.0)) <= 0):
+        raise RequestError(
+            f"D = {float(np.min(values['D']))!r}: at rest the damper of kind {scene.kind!r} would "
+            "be where it must not come; D, or D + L, must be > 0"
+        )
     return found
 
 

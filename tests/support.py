@@ -13,10 +13,10 @@ import numpy as np
 
 from nlds_vines.arc import make_arc
 from nlds_vines.catalogue import load_system
+from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.contact import RELEASED, contact
 from nlds_vines.kernels.impact import short_impact
-from nlds_vines.kernels.lanes import run_cell
-from nlds_vines.kernels.observe import Rows
+from nlds_vines.kernels.observe import COLUMNS, Rows
 from nlds_vines.kernels.orbit import OK, SIZE
 from nlds_vines.kernels.parts import damper_in, structure_of, wall_at
 from nlds_vines.kernels.runge_kutta import SCRATCH as STEP_SCRATCH
@@ -116,9 +116,9 @@ class Approach:
 
     def step(self, parts: Any, steps: float, classical: bool | None = None) -> Impact:
         """Follow the contact by Runge-Kutta steps of order eight, or four if `classical`."""
-        rows = Rows(np.zeros((1, 6)), np.zeros(1, np.int64))
+        rows = Rows(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
         event, _, s, x1, v1, took, depth = contact(
-            classical, *parts, None, rows, float(steps), 1.0, np.cos(self.phase),
+            classical, *parts, None, rows, None, float(steps), 1.0, np.cos(self.phase),
             np.sin(self.phase), 0.0, self.speed, self.x1, self.v1, 1.0e3, np.zeros(STEP_SCRATCH),
         )  # fmt: skip
         assert event == RELEASED
@@ -140,10 +140,10 @@ def run_cell_rows(
     """Follow a damper between two walls from (x1, v1, r, s); return section and impact rows."""
     state = np.zeros(SIZE)
     state[:4] = start
-    section, rows = np.empty((periods, 4)), Rows(np.empty((4000, 6)), np.zeros(1, np.int64))
+    section, rows = np.empty((periods, 4)), Rows(np.empty((4000, COLUMNS)), np.zeros(1, np.int64))
     code = run_cell(
         classical, True, True, True, make_arc(), float(resolution), cell,
-        state, section, None, rows, None, None, 0, 0, periods,
+        state, None, section, None, rows, None, None, None, None, 0, 0, periods, 1,
     )  # fmt: skip
     assert code == OK
     return section, rows.data[: rows.filled[0]]

@@ -1,4 +1,4 @@
-"""Archive -> picture: bifurcation diagrams and maps of regimes, from the archive alone.
+"""Archive -> picture: diagrams, maps of regimes, pages of curves, from archives alone.
 
 Nothing is computed here, and no kernel is ever loaded.  The only part that imports matplotlib.
 """
@@ -6,19 +6,34 @@ Nothing is computed here, and no kernel is ever loaded.  The only part that impo
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import matplotlib
+from matplotlib.figure import Figure
 
-from nlds_vines.archive import read
+from nlds_vines.archive import ArchiveView, read
 from nlds_vines.durable import in_one_line
 from nlds_vines.errors import RequestError
+from nlds_vines.figures.curves import draw_page
 from nlds_vines.figures.diagram import diagram
 from nlds_vines.figures.maps import regime_map
 from nlds_vines.figures.style import STYLE
+from nlds_vines.figures.surface import tuning_surface
+from nlds_vines.pages import Curve, Page
 
-__all__ = ["FORMATS", "diagram", "regime_map", "save"]
+__all__ = [
+    "FORMATS",
+    "diagram",
+    "draw_page",
+    "regime_map",
+    "save",
+    "save_figure",
+    "save_page",
+    "tuning_surface",
+]
 
 FORMATS = {"png": 200, "pdf": 600, "svg": 600}
 """What a picture may be, by the suffix of its name, and its resolution in dots per inch; in the
@@ -26,7 +41,7 @@ vector formats that of the clouds of dots alone."""
 
 
 def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]) -> Path:
-    """Draw what an archive holds: a diagram for one varied parameter, a map for two.
+    """Draw what an archive holds: one varied parameter, two, or the surface of a tuning.
 
     The suffix of `plot_path` chooses the format, one of `FORMATS`.  The picture takes its name
     only when it is whole, carries the scan's hash in its metadata, and has the same bytes
@@ -36,18 +51,49 @@ def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
     to draw, and for a place that cannot be written.
     """
     path = Path(plot_path)
+    check_format(path)
+    with read(archive_path) as view:
+        figure = _figure(view)
+        title, scan_hash = str(view.attrs["title"]), str(view.attrs["scan_hash"])
+    return save_figure(figure, path, title, ("scan_hash", scan_hash))
+
+
+def save_page(
+    recipe: Page, archive_of: Callable[[Curve], Path], plot_path: str | os.PathLike[str]
+) -> Path:
+    """Draw a page of curves as `save` draws an archive; returns the picture's path.
+
+    Arguments: `archive_of` returns the path of a curve's archive.  The hash in the picture is
+    that of all its scans.
+    """
+    path = Path(plot_path)
+    check_format(path)
+    figure = draw_page(recipe, archive_of)
+    hashes = "".join(curve.scan.hash for curve in recipe.curves)
+    origin = ("scan_hash", sha256(hashes.encode()).hexdigest())
+    return save_figure(figure, path, recipe.title, origin)
+
+
+def check_format(path: Path) -> str:
+    """Return the format that a picture's suffix means; raises `RequestError` for another one."""
     form = path.suffix.lower().removeprefix(".")
     if form not in FORMATS:
         raise RequestError(f"{path}: a picture is one of .{', .'.join(FORMATS)}")
-    with read(archive_path) as view:
-        figure = diagram(view) if len(view.axes) == 1 else regime_map(view)
-        title, scan_hash = str(view.attrs["title"]), str(view.attrs["scan_hash"])
+    return form
+
+
+def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str]) -> Path:
+    """Save a figure with its title and its `origin`, the name and value of a hash; same manners.
+
+    Raises `RequestError` for another suffix and for a place that cannot be written.
+    """
+    form, (name, digest) = check_format(path), origin
     temporary = path.with_name(f"{path.name}.tmp")
     # without salt of one's own, the names inside an SVG are drawn by lot
-    salt: dict[Any, Any] = {"svg.hashsalt": scan_hash}
+    salt: dict[Any, Any] = {"svg.hashsalt": digest}
     with in_one_line(f"write {path}"), matplotlib.rc_context({**STYLE, **salt}):
         try:
-            metadata = _metadata(form, title, scan_hash)
+            metadata = _metadata(form, title, name, digest)
             figure.savefig(temporary, format=form, dpi=FORMATS[form], metadata=metadata)
             os.replace(temporary, path)
         finally:
@@ -55,11 +101,17 @@ def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
     return path
 
 
-def _metadata(form: str, title: str, scan_hash: str) -> dict[str, str | None]:
+def _figure(view: ArchiveView) -> Figure:
+    if view.attrs.get("content") == "tuning":
+        return tuning_surface(view)
+    return diagram(view) if len(view.axes) == 1 else regime_map(view)
+
+
+def _metadata(form: str, title: str, name: str, digest: str) -> dict[str, str | None]:
     """Return title and origin in the words of each format; without a date, so that bytes repeat."""
-    origin = f"scan_hash {scan_hash}"
+    origin = f"{name} {digest}"
     if form == "png":
-        return {"Title": title, "scan_hash": scan_hash}
+        return {"Title": title, name: digest}
     if form == "pdf":
         return {"Title": title, "Subject": origin, "CreationDate": None}
     return {"Title": title, "Description": origin, "Date": None}

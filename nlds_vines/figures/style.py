@@ -56,13 +56,29 @@ _LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
 def axis_label(parameter: str) -> str:
     """Return meaning, symbol and unit of a varied parameter: what stands along its axis."""
     entry = PARAMETERS[parameter]
-    symbol = "".join(_LATEX.get(letter, letter) for letter in entry.symbol)
-    return _labelled(entry.meaning, symbol, entry.unit)
+    return _labelled(entry.meaning, latex_symbol(parameter), entry.unit)
+
+
+def latex_symbol(parameter: str) -> str:
+    """Return the symbol of a parameter as mathematics: the fonts lack the plain subscripts."""
+    return "".join(_LATEX.get(letter, letter) for letter in PARAMETERS[parameter].symbol)
 
 
 def quantity_label(name: str, unit: str) -> str:
     """Return meaning, symbol and unit of a component of the state or of a recorded number."""
     return _labelled(*_QUANTITIES[name], unit)
+
+
+def setting_label(parameter: str, value: float) -> str:
+    """Return symbol, value and unit of a parameter that is set, as mathematics: k1 = 3.95e4 N/m."""
+    entry = PARAMETERS[parameter]
+    symbol = "".join(_LATEX.get(letter, letter) for letter in entry.symbol)
+    digits, _, power = f"{value:.6e}".partition("e")
+    shown = f"{value:g}"
+    if not 1e-3 <= abs(value) < 1e4 and value:
+        shown = rf"{float(digits):g}\cdot10^{{{int(power)}}}"
+    unit = f" {entry.unit}" if entry.unit != "1" else ""
+    return f"${symbol}={shown}${unit}"
 
 
 def start_colours(starts: Sequence[str]) -> list[str]:

@@ -23,7 +23,7 @@ FAINT = 1.0e-16
 
 
 @jit
-def kick(ps, damper, wall, c, k):
+def kick(tangent, ps, damper, wall, c, k):
     """Move row Y past a touch without speed, which theta alone could not leave; return the time.
 
     Under an external acceleration a the depth grows as a t^2 / 2; until the Hertz force is felt at
@@ -40,15 +40,19 @@ def kick(ps, damper, wall, c, k):
     t = (speed - s) / outside
     k[rk.Y], k[rk.Y + 1] = math.sqrt(depth), speed
     k[rk.Y + 2], k[rk.Y + 3] = x1 + t * (v1 + 0.5 * t * dv), v1 + t * dv
+    if tangent is not None:
+        for i in range(rk.WIDTH + rk.Y, rk.WIDTH + rk.Y + rk.TANGENT, 4):
+            k[i] += t * k[i + 1]
+            k[i + 2] += t * k[i + 3]
     return t
 
 
 @jit
-def stop_at(classical, ps, damper, wall, c, d, h, left, k):
+def stop_at(classical, tangent, ps, damper, wall, c, d, h, left, k):
     """Write row NEW at the instant `left` after row Y, which lies within a step h."""
     low, high, size = 0.0, h, h
     for _ in range(80):
-        rk.step(classical, ps, damper, wall, c, d, False, size, k)
+        rk.step(classical, tangent, ps, damper, wall, c, d, False, size, k)
         miss = left - k[rk.NEW + 4]
         if abs(miss) <= 1.0e-16 * left or high - low <= 1.0e-16 * h:
             return
@@ -71,7 +75,7 @@ def deepest(classical, ps, damper, wall, c, d, h, k):
     x = h * s0 / (s0 - k[rk.NEW + 1])
     ds, q, s = -1.0, 0.0, 0.0
     for _ in range(2):
-        rk.step(classical, ps, damper, wall, c, d, False, x, k)
+        rk.step(classical, None, ps, damper, wall, c, d, False, x, k)
         q, s, x1, v1 = k[rk.NEW], k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3]
         cosine, sine = turn(ps.omega * k[rk.NEW + 4])
         z, drive = q * q, c * cosine - d * sine
@@ -97,18 +101,24 @@ def lands(outside, h, k):
 
 
 @jit
-def contact(classical, ps, damper, wall, energy, depths, steps, rate, c, d, q, s, x1, v1, stop, k):
+def contact(
+    classical, ps, damper, wall, energy, depths, tangent, steps, rate, c, d, q, s, x1, v1, stop, k
+):
     """Follow a contact from (q = sqrt(z), s, x1, v1) to its release or for the time `stop`.
 
-    c, d: cos and sin of the forcing's phase at the start; `steps` per free impact; `energy` and
-    `depths` are buffers or None. Returns (event, q, s, x1, v1, elapsed [s], depth [m]) with event
-    RELEASED, STOPPED or EXHAUSTED (too many steps), the depth 0 where it is not asked for.
+    c, d: cos and sin of the forcing's phase at the start; `steps` per free impact; `energy`,
+    `depths` and `tangent` are buffers or None. Returns (event, q, s, x1, v1, elapsed [s],
+    depth [m]) with event RELEASED, STOPPED or EXHAUSTED (too many steps), the depth 0 where it is
+    not asked for.
     """
     k[rk.Y], k[rk.Y + 1], k[rk.Y + 2], k[rk.Y + 3], k[rk.Y + 4] = q, s, x1, v1, 0.0
     elapsed, depth, seen, cube, root = 0.0, 0.0, -1.0, 0.0, 0.0
+    if tangent is not None:
+        for i in range(rk.TANGENT):
+            k[rk.Y + rk.WIDTH + i] = tangent[i]
     for count in range(MOST_STEPS):
         if count == 0:
-            elapsed = kick(ps, damper, wall, c, k)
+            elapsed = kick(tangent, ps, damper, wall, c, k)
             c, d = turned(c, d, ps.omega * elapsed)
         outside = outside_of(ps, damper, wall, c, k)
         q, s = k[rk.Y], k[rk.Y + 1]
@@ -120,20 +130,20 @@ def contact(classical, ps, damper, wall, energy, depths, steps, rate, c, d, q, s
         h = min(h, LONGEST_ANGLE / (rate * root))
         landing = lands(outside, h, k)
         if landing:
-            rk.step(classical, ps, damper, wall, c, d, True, -q, k)
+            rk.step(classical, tangent, ps, damper, wall, c, d, True, -q, k)
             landing = elapsed + k[rk.NEW + 4] <= stop
         if not landing:
-            rk.step(classical, ps, damper, wall, c, d, False, h, k)
+            rk.step(classical, tangent, ps, damper, wall, c, d, False, h, k)
             for _ in range(MOST_HALVINGS):
                 if k[rk.NEW] > 0.0:
                     break
                 h *= 0.5
-                rk.step(classical, ps, damper, wall, c, d, False, h, k)
+                rk.step(classical, tangent, ps, damper, wall, c, d, False, h, k)
             if not k[rk.NEW] > 0.0:
                 break
         stopped = elapsed + k[rk.NEW + 4] > stop
         if stopped:
-            stop_at(classical, ps, damper, wall, c, d, h, stop - elapsed, k)
+            stop_at(classical, tangent, ps, damper, wall, c, d, h, stop - elapsed, k)
         if energy is not None:
             note_step(classical, ps, damper, wall, energy, c, d, landing, -q if landing else h, k)
         if depths is not None and s > 0.0 and k[rk.NEW + 1] <= 0.0:
@@ -143,6 +153,9 @@ def contact(classical, ps, damper, wall, energy, depths, steps, rate, c, d, q, s
             for i in range(rk.WIDTH):
                 k[rk.NEW + i] = k[rk.SAVE + i]
         elapsed += k[rk.NEW + 4]
+        if tangent is not None:
+            for i in range(rk.TANGENT):
+                tangent[i] = k[rk.Y + rk.WIDTH + i] = k[rk.NEW + rk.WIDTH + i]
         if landing:
             return RELEASED, 0.0, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth
         if stopped:

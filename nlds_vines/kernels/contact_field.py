@@ -39,11 +39,13 @@ def turned(c, d, angle):
 
 
 @jit
-def slope(ps, damper, wall, c, d, landing, k, y, out):
+def slope(tangent, ps, damper, wall, c, d, landing, k, y, out):
     """Write the derivative of the row k[y:] = (q, s, x1, v1, tau) into the row k[out:].
 
     c, d are cos and sin of the phase at tau = 0. Derivatives are by theta, or, when `landing`, by
-    q, which must then be moving.
+    q, which must then be moving. With `tangent`, four variations (x1, v1, r, s) at fixed time
+    follow in the row: they obey the equation linearised, with the contact's stiffness
+    3/2 K sqrt(z) = 3/2 K q, as polynomial as the rest.
     """
     q, s, x1, v1 = k[y], k[y + 1], k[y + 2], k[y + 3]
     cosine, sine = turn(ps.omega * k[y + 4])
@@ -60,3 +62,12 @@ def slope(ps, damper, wall, c, d, landing, k, y, out):
     k[out + 2] = weight * v1
     k[out + 3] = weight * dv
     k[out + 4] = weight
+    if tangent is not None:
+        stiffness = 1.5 * wall.K * q
+        for i in range(5, 21, 4):
+            a, b, r, u = k[y + i], k[y + i + 1], k[y + i + 2], k[y + i + 3]
+            db, du = accelerations(ps, damper, a, b, r, u, 0.0, stiffness * r)
+            k[out + i] = weight * b
+            k[out + i + 1] = weight * db
+            k[out + i + 2] = weight * u
+            k[out + i + 3] = weight * du

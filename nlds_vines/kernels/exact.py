@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from .._jit import jit
 from .flight import CELLS, at, look, phase_at, step
-from .observe import note_energy
+from .observe import LEVEL, note_energy
 from .parts import scale_of
 from .peaks import ALL, factor_bends, note_peaks, suspects
-from .touch import LOST, NOWHERE, first_touch, nearest_miss
+from .touch import LOST, NOWHERE, first_touch, nearest_miss, note_limit
 
 SECTION, TOUCH_NEAR, TOUCH_FAR, ASTRAY = 0, 1, 2, 3  # events that end a flight
 SPAN = 4  # cells for which one bound of the motion is used
@@ -90,14 +90,14 @@ def phase_of(ps, grid, j, x):
 
 
 @jit
-def fly(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
-    """Fly from place x of cell j to the next touch or to the end of the period.
+def fly(ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s):
+    """Fly from place x of cell j to the next touch or to the start of the cell `stop`.
 
     Returns (event, j, x, x1, v1, r, s) with event SECTION, TOUCH_NEAR or TOUCH_FAR, or ASTRAY where
     a touch could not be told from a miss.
     """
-    while j < grid.n:
-        last = min(j + SPAN, grid.n)
+    while j < stop:
+        last = min(j + SPAN, stop)
         ahead = grid.push * grid.h * (last - j)
         scale = scale_of(ps, damper, x1, v1, r, s) + ahead
         bend, jerk, second, swell = bounds_of(ps, grid, scale)
@@ -111,6 +111,8 @@ def fly(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
                 doubt = suspected != 0
             if clearance is not None:
                 doubt = doubt or may_miss(near, far, clearance, r, y[2], 0.125 * bend)
+            if watch is not None:
+                doubt = doubt or max(r, y[2]) + 0.125 * bend >= watch[LEVEL]
             if doubt:
                 cosine, sine = phase_of(ps, grid, j, x)
                 look(grid, x1, v1, r, s, cosine, sine)
@@ -124,6 +126,9 @@ def fly(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
                     return event, j, x, x1, v1, r, s
                 if energy is not None:
                     note_peaks(ps, damper, energy, grid, cosine, sine, min(place, end), suspected)
+                if watch is not None:
+                    w, reached = grid.table, min(place, end)
+                    note_limit(w, watch, j + x, grid.h, reached, bend, jerk)
                 if event != SECTION:
                     x1, v1, r, s = at(grid.table, place)
                     return event, j, x + place, x1, v1, r, s

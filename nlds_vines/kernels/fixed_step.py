@@ -16,7 +16,7 @@ import numpy as np
 from .._jit import jit
 from .exact import SECTION, TOUCH_FAR, TOUCH_NEAR
 from .flight import rate_of
-from .observe import note_energy, powers_at
+from .observe import BEYOND, EXCESS, LEVEL, PERIOD, note_energy, note_violation, powers_at
 from .parts import accelerations
 
 
@@ -172,15 +172,30 @@ def note_miss(ps, damper, near, far, clearance, grid, j, x, length, x1, v1, r, s
 
 
 @jit
+def note_limit_fixed(ps, damper, watch, grid, j, x, length, x1, v1, r, s, y):
+    """Note how the limit of r is kept over a step (see `touch.note_limit`)."""
+    level, top, highest = watch[LEVEL], length, max(r, y[2])
+    if s > 0.0 > y[3]:
+        top = turn_in(ps, damper, grid, j, x, length, x1, v1, r, s, y)
+        highest = step_to(ps, damper, grid, j, x, top, x1, v1, r, s)[2]
+    if watch[BEYOND] == 0.0 and highest > level:
+        at = cut(ps, damper, grid, j, x, 0.0, top, 1.0, level, x1, v1, r, s)
+        note_violation(watch, watch[PERIOD] + (j + x + at) * grid.h)
+    if watch[BEYOND] != 0.0:
+        watch[EXCESS] = max(watch[EXCESS], highest - level)
+        watch[BEYOND] = 1.0 if y[2] > level else 0.0
+
+
+@jit
 def meets(sign, wall, r, s, y):
     """Tell whether a step from (r, s) to y may touch a wall: a side beyond it, or a turn."""
     return sign * r >= wall.gap or sign * y[2] > wall.gap or (sign * s > 0.0 and sign * y[3] < 0.0)
 
 
 @jit
-def fly_fixed(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
-    """Fly from place x of step j to the next touch or to the end of the period, as `exact.fly`."""
-    while j < grid.n:
+def fly_fixed(ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s):
+    """Fly from place x of step j to the next touch or to the step `stop`, as `exact.fly`."""
+    while j < stop:
         length, event = 1.0 - x, SECTION
         y = step_to(ps, damper, grid, j, x, length, x1, v1, r, s)
         if near is not None and meets(1.0, near, r, s, y):
@@ -195,6 +210,8 @@ def fly_fixed(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s
             y = step_to(ps, damper, grid, j, x, length, x1, v1, r, s)
         if energy is not None:
             note_turns(ps, damper, energy, grid, j, x, length, x1, v1, r, s, y)
+        if watch is not None:
+            note_limit_fixed(ps, damper, watch, grid, j, x, length, x1, v1, r, s, y)
         if clearance is not None and event == SECTION:
             note_miss(ps, damper, near, far, clearance, grid, j, x, length, x1, v1, r, s, y)
         x1, v1, r, s = y

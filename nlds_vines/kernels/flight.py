@@ -209,23 +209,55 @@ def step(damper, w, j, x1, v1, r, s):
 
 
 @jit
-def period_map(ps, damper, grid):
-    """Return the table whose only cell is a whole period without contact.
+def coarse_map(ps, damper, grid, stops):
+    """Return the table whose `stops` cells are equal shares of a period without contact.
 
-    What a scene without walls needs for its sections: one product a period.
+    What a scene without walls needs for its sections: one product for each of them.
     """
-    whole, silent, y = np.zeros(CELLS + 6), grid.table.copy(), np.zeros(4)
+    coarse, silent, y = np.zeros(CELLS + 6 * stops), grid.table.copy(), np.zeros(4)
     silent[CELLS:] = 0.0
-    for i in range(5):
+    share = grid.n // stops
+    for i in range(4 + stops):
         y[:] = 0.0
         if i < 4:
             y[i] = 1.0
         w = silent if i < 4 else grid.table
-        for j in range(grid.n):
+        first = 0 if i < 4 else (i - 4) * share
+        for j in range(first, first + share):
             y[0], y[1], y[2], y[3] = step(damper, w, j, y[0], y[1], y[2], y[3])
-        first = STEP + 4 * i if i < 4 else CELLS
-        whole[first : first + 4] = y
-    return whole
+        place = STEP + 4 * i if i < 4 else CELLS + 6 * (i - 4)
+        coarse[place : place + 4] = y
+    return coarse
+
+
+@jit
+def carry(grid, tangent, time):
+    """Carry four tangent vectors (16,), one after the other, along a flight of `time` [s].
+
+    y' = A y + forcing, so that a variation of y obeys the same equation without forcing wherever
+    the flight is.
+    """
+    w = grid.table
+    cells = int(time / grid.h)
+    x = time / grid.h - cells
+    for i in range(0, 16, 4):
+        a, b, c, d = tangent[i], tangent[i + 1], tangent[i + 2], tangent[i + 3]
+        for _ in range(cells):
+            a, b, c, d = (
+                (w[0] * a + w[4] * b) + (w[8] * c + w[12] * d),
+                (w[1] * a + w[5] * b) + (w[9] * c + w[13] * d),
+                (w[2] * a + w[6] * b) + (w[10] * c + w[14] * d),
+                (w[3] * a + w[7] * b) + (w[11] * c + w[15] * d),
+            )
+        for row in range(4):
+            total = 0.0
+            for k in range(ORDER, -1, -1):
+                at_k = TAYLOR + 4 * k + row
+                total = total * x + (
+                    (w[at_k] * a + w[at_k + TERMS] * b)
+                    + (w[at_k + 2 * TERMS] * c + w[at_k + 3 * TERMS] * d)
+                )
+            tangent[i + row] = total
 
 
 @jit

@@ -1,8 +1,11 @@
-"""The only parallel loop: one lane per chain of cells, each writing its own output rows.
+"""The only parallel loops: one lane per chain of cells, each writing its own output rows.
 
 A chain is a single cell, or, where a scan follows an attractor, the cells of an axis in the order
 of the sweep, each starting from the last state of the one before. Nothing is shared between lanes,
 so that results do not depend on the number of threads or on how a scan is cut into blocks.
+
+Running and judging are two loops: what a verdict needs does not depend on what else is recorded,
+and is compiled once for all of it.
 """
 
 from __future__ import annotations
@@ -11,143 +14,31 @@ import numba
 import numpy as np
 
 from .._jit import chosen, jit
-from .fixed_step import fixed_grid_of
-from .flight import cells_of, grid_of
-from .impact import Arc
-from .observe import note_energy
-from .orbit import OK, SIZE, begin, linear_orbit, orbit
-from .parts import damper_of, far_wall_of, near_wall_of, structure_of
+from .cells import judge_cell, run_cell
+from .orbit import OK, SIZE
 from .recurrence import TOLERANCE, impacts_of, period_of
-from .runge_kutta import SCRATCH
-
-TOO_STIFF = 5  # more cells in a period than a lane may take (`flight.MOST_CELLS`)
-STABLE = 2.5  # a fixed step in units of 1/rate: beyond 2.8, errors of order four grow
-STEPS_RATIO = 4.0  # fixed steps of a period to those of a free impact
-
-
-@jit
-def own_arc(arc):
-    """Return the arc with scratch rows of this lane's own."""
-    return Arc(arc.n, arc.length, arc.settled, arc.cover, arc.table.copy())
-
-
-@jit
-def free_cell(
-    arc, classical, ps, damper, near, far,
-    grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,
-):  # fmt: skip
-    """Run a scene without walls (arguments as `run_cell`)."""
-    status = linear_orbit(classical, ps, damper, None, None, grid, state, transient)
-    if status == OK:
-        start_energy(ps, damper, energy, state)
-        status = linear_orbit(classical, ps, damper, section, energy, grid, state, periods)
-    return status
-
-
-@jit
-def walled_cell(
-    arc, classical, ps, damper, near, far,
-    grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,
-):  # fmt: skip
-    """Run a scene with walls (arguments as `run_cell`)."""
-    own, k = own_arc(arc), np.zeros(SCRATCH)
-    steps = steps_for(classical, resolution)
-    begin(near, far, state)
-    status = orbit(
-        classical, ps, damper, near, far, own, None, None, None, None, None,
-        grid, steps, state, k, 0, transient,
-    )  # fmt: skip
-    if status == OK:
-        start_energy(ps, damper, energy, state)
-        status = orbit(
-            classical, ps, damper, near, far, own, section, beats, rows, energy, clearance,
-            grid, steps, state, k, first, periods,
-        )  # fmt: skip
-    return status
 
 
 @chosen
-def cell_orbit(
-    arc, classical, ps, damper, near, far,
-    grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,
-):  # fmt: skip
-    """Run a scene with walls or one without: neither knows of the other."""
-    return free_cell if arc is None else walled_cell
-
-
-@jit
-def run_cell(
-    classical,
-    has_damper,
-    has_near,
-    has_far,
-    arc,
-    resolution,
-    cell,
-    state,
-    section,
-    beats,
-    rows,
-    energy,
-    clearance,
-    transient,
-    first,
-    periods,
-):
-    """Run one orbit: settle unobserved, then note what has a buffer. Returns a status.
-
-    `classical` None is the exact method, True fixed steps; `has_...` and `arc` are None for parts
-    the scene has not. `resolution`: Runge-Kutta steps, of a period when `classical`, otherwise of
-    a contact that has to be stepped. `first` numbers the first period, for the times in `rows`.
-    """
-    ps = structure_of(cell)
-    damper = damper_of(has_damper, cell)
-    n = cells_of(ps, damper)
-    if n < 0:
-        return TOO_STIFF
-    grid = grid_for(classical, ps, damper, n, resolution)
-    if classical is not None and grid.h * grid.rate > STABLE:
-        return TOO_STIFF
-    return cell_orbit(
-        arc, classical, ps, damper, near_wall_of(has_near, cell), far_wall_of(has_far, cell),
-        grid, resolution, state, section, beats, rows, energy, clearance, transient, first, periods,
-    )  # fmt: skip
+def early_rows(section, periods, chain, link):
+    """Return the rows for the section of the transient: as many as there is room for, or None."""
+    if section is None:
+        return lambda section, periods, chain, link: None
+    return lambda section, periods, chain, link: section[chain, link, : section.shape[2] - periods]
 
 
 @chosen
-def grid_for(classical, ps, damper, n, resolution):
-    """Return the grid of the method: exact cells, or fixed steps."""
-    if classical is None:
-        return lambda classical, ps, damper, n, resolution: grid_of(ps, damper, n)
-    return lambda classical, ps, damper, n, resolution: fixed_grid_of(ps, damper, int(resolution))
-
-
-@jit
-def steps_for(classical, resolution):
-    """Return the Runge-Kutta steps of a free impact."""
-    if classical is None:
-        return resolution
-    return resolution / STEPS_RATIO
-
-
-@jit
-def start_energy(ps, damper, energy, state):
-    """Let the largest energies begin with the state at which noting begins."""
-    if energy is not None:
-        energy[0], energy[1] = 0.0, 0.0
-        note_energy(ps, damper, energy, state[0], state[1], state[2], state[3])
-
-
-@chosen
-def section_rows(section, cycle, damper, chain, link, periods):
+def section_rows(section, cycle, damper, periods, chain, link):
     """Return the rows for the section points of one lane: its output, scratch, or None."""
     if section is not None:
-        return lambda section, cycle, damper, chain, link, periods: section[chain, link]
+        return lambda section, cycle, damper, periods, chain, link: section[
+            chain, link, section.shape[2] - periods :
+        ]
     if cycle is None:
-        return lambda section, cycle, damper, chain, link, periods: None
+        return lambda section, cycle, damper, periods, chain, link: None
     if damper is None:
-        return lambda section, cycle, damper, chain, link, periods: np.empty((periods, 2))
-    return lambda section, cycle, damper, chain, link, periods: np.empty((periods, 4))
+        return lambda section, cycle, damper, periods, chain, link: np.empty((periods, 2))
+    return lambda section, cycle, damper, periods, chain, link: np.empty((periods, 4))
 
 
 @chosen
@@ -168,16 +59,24 @@ def lane_of(values, chain, link):
 
 @jit
 def summarise(section, beats, counts, cycle):
-    """Fill the impact counts (2,) by wall and the cycle (n, k) of one lane where asked for."""
+    """Fill the impact counts (2,) by wall and the cycle (n, k near, k far) of one lane."""
     if counts is not None:
         for wall in range(2):
             counts[wall] = 0
             for p in range(len(beats)):
                 counts[wall] += beats[p, wall]
     if cycle is not None:
-        cycle[0], cycle[1] = period_of(section, TOLERANCE), 0
+        cycle[0], cycle[1], cycle[2] = period_of(section, TOLERANCE), 0, 0
         if beats is not None:
-            cycle[1] = impacts_of(beats, cycle[0])
+            for wall in range(2):
+                cycle[1 + wall] = impacts_of(beats, wall, cycle[0])
+
+
+@jit
+def note_end(ends, chain, link, which, state):
+    """Keep the state at one end of an orbit, where asked for."""
+    if ends is not None:
+        ends[chain, link, which] = state
 
 
 @jit(parallel=True)
@@ -196,33 +95,74 @@ def run_lanes(
     counts,
     cycle,
     energy,
+    peak,
     clearance,
+    violation,
+    ends,
     status,
 ):
     """Run all chains of a block of cells (chains, links), each from its start (chains, 4).
 
-    Outputs have the shape (chains, links, ...) or are None: `section` (periods, components),
-    `counts` (2,) impacts by wall, `cycle` (2,) n and k, `energy` (2,) [J], `clearance` (1,) [m];
-    `status` always. A lane that fails keeps its fill values, starts the next link of its chain
-    from rest, and touches nothing of its neighbours.
+    Outputs have the shape (chains, links, ...) or are None: `section` (periods, components), or
+    (transient + periods, components) to hold the transient's too, `counts` (2,) impacts by wall,
+    `cycle` (3,) n and k at either wall, `energy` and `peak` (2,) [J], `clearance` (1,) [m],
+    `violation` (3,) [s, m, 1]; `ends` (2, SIZE), the states at begin and end; `status` always.
+    A lane that fails keeps its fill values, starts the next link of its chain from rest, and
+    touches nothing of its neighbours.
     """
     chains, links = cells.shape
     for chain in numba.prange(chains):
         state = np.zeros(SIZE)
         state[:4] = starts[chain]
         for link in range(links):
-            rows = section_rows(section, cycle, has_damper, chain, link, periods)
+            rows = section_rows(section, cycle, has_damper, periods, chain, link)
             beats = beat_rows(counts, cycle, arc, periods)
             cell = cells[chain, link]
             if link > 0:  # the displacement is carried over, wherever the new rest may be
                 state[2] += cell.rest - cells[chain, link - 1].rest
+            note_end(ends, chain, link, 0, state)
             code = run_cell(
-                classical, has_damper, has_near, has_far, arc, resolution, cell, state, rows,
-                beats, None, lane_of(energy, chain, link), lane_of(clearance, chain, link),
-                transient, transient, periods,
+                classical, has_damper, has_near, has_far, arc, resolution, cell, state,
+                early_rows(section, periods, chain, link), rows,
+                beats, None, lane_of(energy, chain, link), lane_of(peak, chain, link),
+                lane_of(clearance, chain, link), lane_of(violation, chain, link),
+                transient, transient, periods, 1,
             )  # fmt: skip
+            note_end(ends, chain, link, 1, state)
             status[chain, link] = code
             if code == OK:
                 summarise(rows, beats, lane_of(counts, chain, link), lane_of(cycle, chain, link))
             else:
                 state[:] = 0.0
+
+
+@jit(parallel=True)
+def judge_lanes(
+    classical,
+    has_damper,
+    has_near,
+    has_far,
+    arc,
+    resolution,
+    cells,
+    ends,
+    section,
+    cycle,
+    stages,
+    evidence,
+    status,
+):
+    """Say what the orbits are that `run_lanes` has run with a section of their whole course.
+
+    `stages`: further periods that a verdict may take, stage by stage. Fills `evidence` (chains,
+    links, `verdict.COLUMNS`); a lane that fails in a further stage gets another `status`.
+    """
+    chains, links = cells.shape
+    for lane in numba.prange(chains * links):
+        chain, link = lane // links, lane % links
+        if status[chain, link] == OK:
+            status[chain, link] = judge_cell(
+                classical, has_damper, has_near, has_far, arc, resolution, cells[chain, link],
+                ends[chain, link, 0], ends[chain, link, 1], section[chain, link],
+                cycle[chain, link, 0], stages, evidence[chain, link],
+            )  # fmt: skip

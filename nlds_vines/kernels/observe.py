@@ -4,6 +4,7 @@
 `clearance`  (1,) smallest near miss so far [m]
 `touches`    (2,) impacts so far at the near and the far wall
 `rows`       impacts one by one, see `Rows`
+`watch`      (6,) a limit of the spring's shortening and how it was kept, see LEVEL
 """
 
 from __future__ import annotations
@@ -18,14 +19,19 @@ from .contact_field import turn
 
 
 class Rows(NamedTuple):
-    """Impacts one by one: wall, touch time, release time, approach speed, peak force, depth."""
+    """Impacts one by one, a row of the columns WALL ... GAIN2 for each."""
 
-    data: np.ndarray  # (capacity, 6)
+    data: np.ndarray  # (capacity, COLUMNS)
     filled: np.ndarray  # (1,) rows begun, also beyond the capacity
 
 
 PRECISE = 1.0e-7  # place of a peak in a step or cell: its height errs by the square
-WALL, TOUCH, RELEASE, SPEED, FORCE, DEPTH = range(6)
+# wall, times of touch and release, approach speed, peak force, depth, what E1 and E2 gain meanwhile
+WALL, TOUCH, RELEASE, SPEED, FORCE, DEPTH, GAIN1, GAIN2 = range(8)
+COLUMNS = 8
+
+# limit of r [m], period under way, time of the first violation [s], depth [m], number, beyond now
+LEVEL, PERIOD, FIRST, EXCESS, NUMBER, BEYOND = range(6)
 
 
 @jit
@@ -47,13 +53,15 @@ def note_energy(ps, damper, energy, x1, v1, r, s):
 
 
 @jit
-def note_touch(rows, wall, time, speed):
+def note_touch(ps, damper, rows, wall, time, x1, v1, r, s):
     """Begin the row of an impact; its release stays NaN until `note_release`."""
     i = rows.filled[0]
     rows.filled[0] = i + 1
     if i < len(rows.data):
         rows.data[i, WALL], rows.data[i, TOUCH], rows.data[i, RELEASE] = wall, time, np.nan
-        rows.data[i, SPEED], rows.data[i, FORCE], rows.data[i, DEPTH] = speed, 0.0, 0.0
+        rows.data[i, SPEED], rows.data[i, FORCE], rows.data[i, DEPTH] = abs(s), 0.0, 0.0
+        e1, e2 = energies(ps, damper, x1, v1, r, s)
+        rows.data[i, GAIN1], rows.data[i, GAIN2] = -e1, -e2
 
 
 @jit
@@ -65,11 +73,23 @@ def note_depth(rows, K, depth):
 
 
 @jit
-def note_release(rows, time):
+def note_release(ps, damper, rows, time, x1, v1, r, s):
     """Complete the row of the impact under way."""
     i = rows.filled[0] - 1
     if 0 <= i < len(rows.data):
         rows.data[i, RELEASE] = time
+        e1, e2 = energies(ps, damper, x1, v1, r, s)
+        rows.data[i, GAIN1] += e1
+        rows.data[i, GAIN2] += e2
+
+
+@jit
+def note_violation(watch, time):
+    """Count a passage of the limit; the first one with its time [s]."""
+    if watch[NUMBER] == 0.0:
+        watch[FIRST] = time
+    watch[NUMBER] += 1.0
+    watch[BEYOND] = 1.0
 
 
 @jit
@@ -116,7 +136,7 @@ def seek(classical, ps, damper, wall, c, d, landing, h, k, which, f0, f1):
     low, high = 0.0, 1.0
     for _ in range(40):
         x = low + (high - low) * f0 / (f0 - f1)
-        rk.step(classical, ps, damper, wall, c, d, landing, x * h, k)
+        rk.step(classical, None, ps, damper, wall, c, d, landing, x * h, k)
         f = powers(ps, damper, wall, c, d, k, rk.NEW)[which]
         if f == 0.0:
             return

@@ -12,9 +12,10 @@ from .._jit import chosen, jit
 from .contact import EXHAUSTED, RELEASED, STOPPED, contact
 from .exact import ASTRAY, SECTION, TOUCH_NEAR, fly
 from .fixed_step import fly_fixed
-from .flight import period_map, phase_at, step
+from .flight import carry, coarse_map, phase_at, step
 from .impact import short_impact
 from .observe import (
+    PERIOD,
     energies,
     note_depth,
     note_energy,
@@ -46,14 +47,22 @@ def begin(near, far, state):
 
 
 @chosen
-def fly_on(classical, ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
+def fly_on(
+    classical, ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s
+):
     """Fly to the next event by the method asked for."""
 
-    def exact(classical, ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
-        return fly(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s)
+    def exact(
+        classical, ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s
+    ):
+        return fly(ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s)
 
-    def fixed(classical, ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s):
-        return fly_fixed(ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s)
+    def fixed(
+        classical, ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s
+    ):
+        return fly_fixed(
+            ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s
+        )
 
     return exact if classical is None else fixed
 
@@ -90,20 +99,22 @@ def bump(ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
 
 
 @chosen
-def shortcut(classical, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
+def shortcut(classical, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
     """Return `bump`, or that there is none where every contact is stepped."""
 
-    def exact(classical, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
+    def solved(classical, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
         return bump(ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1)
 
-    def fixed(classical, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
+    def stepped(classical, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
         return False, s, x1, v1, 0.0, 0.0
 
-    return exact if classical is None else fixed
+    return solved if classical is None and tangent is None else stepped
 
 
 @jit
-def meet(classical, ps, damper, wall, sign, arc, energy, depths, steps, rate, c, d, left, now, k):
+def meet(
+    classical, ps, damper, wall, sign, arc, energy, depths, tangent, steps, rate, c, d, left, now, k
+):
     """Follow a contact from `now` = (q, s, x1, v1) to release or for the time `left`.
 
     For a wall that pushes towards -x2 (sign -1) everything is mirrored on the way in and out.
@@ -112,13 +123,14 @@ def meet(classical, ps, damper, wall, sign, arc, energy, depths, steps, rate, c,
     q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
     c, d = sign * c, sign * d
     solved, out, a1, b1, took, depth = shortcut(
-        classical, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1
+        classical, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1
     )
     if solved:
         return RELEASED, 0.0, sign * out, sign * a1, sign * b1, took, depth
     event, q, s, x1, v1, took, depth = contact(
-        classical, ps, damper, wall, energy, depths, steps, rate, c, d, q, s, x1, v1, left, k
-    )
+        classical, ps, damper, wall, energy, depths, tangent,
+        steps, rate, c, d, q, s, x1, v1, left, k,
+    )  # fmt: skip
     return event, q, sign * s, sign * x1, sign * v1, took, depth
 
 
@@ -146,12 +158,16 @@ def orbit(
     near,
     far,
     arc,
+    watch,
     section,
     beats,
     rows,
     energy,
     clearance,
+    tangent,
+    jets,
     grid,
+    stops,
     steps,
     state,
     k,
@@ -160,69 +176,68 @@ def orbit(
 ):
     """Advance `state` by `periods` forcing periods and note what has a buffer.
 
-    `classical` None is the exact method, otherwise fixed steps; `section` (periods, components),
-    `beats` (periods, 2) impacts per period and wall; `first` is the number of the first period,
-    for the times in `rows`. Returns a status: OK, DIVERGED or BUDGET.
+    `classical` None is the exact method, otherwise fixed steps; `section` (stops periods,
+    components) holds `stops` equidistant states of each period, the last at its end, and grid.n
+    must be a multiple of that; `beats` (periods, 2) impacts per period and wall; `tangent` (16,)
+    four tangent vectors one after the other, which the exact grid `jets` helps to carry; `first` is
+    the number of the first period, for times. Returns a status: OK, DIVERGED or BUDGET.
     """
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
     for p in range(periods):
         j, x, count = 0, 0.0, 0
-        while True:
-            if mode == FLYING:
-                event, j, x, x1, v1, r, s = fly_on(
-                    classical, ps, damper, near, far, energy, clearance, grid, j, x, x1, v1, r, s
-                )
-                if event == SECTION:
-                    break
-                if event == ASTRAY:
-                    return BUDGET
-                mode, q, count = event, 0.0, count + 1
-                if beats is not None:
-                    beats[p, mode - TOUCH_NEAR] += 1
+        began = (first + p) * (grid.h * grid.n)
+        if watch is not None:
+            watch[PERIOD] = began
+        for i in range(stops):
+            stop = grid.n * (i + 1) // stops
+            while True:
+                if mode == FLYING:
+                    place = j + x
+                    event, j, x, x1, v1, r, s = fly_on(
+                        classical, ps, damper, near, far, watch, energy, clearance,
+                        grid, stop, j, x, x1, v1, r, s,
+                    )  # fmt: skip
+                    if tangent is not None:
+                        carry(jets, tangent, (j + x - place) * grid.h)
+                    if event == SECTION:
+                        break
+                    if event == ASTRAY:
+                        return BUDGET
+                    mode, q, count = event, 0.0, count + 1
+                    if beats is not None:
+                        beats[p, mode - TOUCH_NEAR] += 1
+                    if rows is not None:
+                        time = began + (j + x) * grid.h
+                        note_touch(ps, damper, rows, mode - TOUCH_NEAR, time, x1, v1, r, s)
+                    if count > MOST_TOUCHES:
+                        return BUDGET
+                sign = 1.0 if mode == TOUCH_NEAR else -1.0
+                wall = wall_of(near, far, mode)
+                c, d = phase_at(ps, grid, j, x)
+                left = (stop - j - x) * grid.h
+                event, q, s, x1, v1, took, depth = meet(
+                    classical, ps, damper, wall, sign, arc, energy, rows, tangent,
+                    steps, grid.rate, c, d, left, (q, s, x1, v1), k,
+                )  # fmt: skip
+                r = sign * (wall.gap + q * q)
+                if energy is not None:
+                    note_energy(ps, damper, energy, x1, v1, r, s)
                 if rows is not None:
-                    time = (first + p) * (grid.h * grid.n) + (j + x) * grid.h
-                    note_touch(rows, mode - TOUCH_NEAR, time, abs(s))
-                if count > MOST_TOUCHES:
+                    note_depth(rows, wall.K, depth)
+                if not sane(x1, v1, r, s):
+                    return DIVERGED
+                if event == EXHAUSTED:
                     return BUDGET
-            sign = 1.0 if mode == TOUCH_NEAR else -1.0
-            wall = wall_of(near, far, mode)
-            c, d = phase_at(ps, grid, j, x)
-            left = (grid.n - j - x) * grid.h
-            event, q, s, x1, v1, took, depth = meet(
-                classical,
-                ps,
-                damper,
-                wall,
-                sign,
-                arc,
-                energy,
-                rows,
-                steps,
-                grid.rate,
-                c,
-                d,
-                left,
-                (q, s, x1, v1),
-                k,
-            )
-            r = sign * (wall.gap + q * q)
-            if energy is not None:
-                note_energy(ps, damper, energy, x1, v1, r, s)
-            if rows is not None:
-                note_depth(rows, wall.K, depth)
-            if not sane(x1, v1, r, s):
-                return DIVERGED
-            if event == EXHAUSTED:
-                return BUDGET
-            if event == STOPPED:
-                break
-            place = j + x + took / grid.h
-            mode, j = FLYING, min(int(place), grid.n - 1)
-            x = place - j
-            if rows is not None:
-                note_release(rows, (first + p) * (grid.h * grid.n) + place * grid.h)
-        if section is not None:
-            note_section(damper, section, p, x1, v1, r, s)
+                if event == STOPPED:
+                    j, x = stop, 0.0
+                    break
+                place = j + x + took / grid.h
+                mode, j = FLYING, min(int(place), stop - 1)
+                x = place - j
+                if rows is not None:
+                    note_release(ps, damper, rows, began + place * grid.h, x1, v1, r, s)
+            if section is not None and p * stops + i < len(section):
+                note_section(damper, section, p * stops + i, x1, v1, r, s)
         if not sane(x1, v1, r, s):
             return DIVERGED
     state[0], state[1], state[2], state[3], state[4], state[5] = x1, v1, r, s, q, mode
@@ -230,37 +245,48 @@ def orbit(
 
 
 @chosen
-def maps_of(classical, energy, ps, damper, grid):
-    """Return the map of a whole period where nobody looks inside it, otherwise nothing."""
+def maps_of(classical, energy, ps, damper, grid, stops):
+    """Return the map from stop to stop where nobody looks in between, otherwise nothing."""
     if classical is None and energy is None:
-        return lambda classical, energy, ps, damper, grid: period_map(ps, damper, grid)
-    return lambda classical, energy, ps, damper, grid: None
+        return lambda classical, energy, ps, damper, grid, stops: coarse_map(
+            ps, damper, grid, stops
+        )
+    return lambda classical, energy, ps, damper, grid, stops: None
 
 
 @chosen
-def fly_period(classical, ps, damper, energy, maps, grid, x1, v1, r, s):
-    """Advance a scene without walls by one period: by its map where nobody looks inside."""
+def fly_share(classical, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
+    """Advance a scene without walls by share i of a period: by its map if nobody looks inside."""
 
-    def mapped(classical, ps, damper, energy, maps, grid, x1, v1, r, s):
-        return step(damper, maps, 0, x1, v1, r, s)
+    def mapped(classical, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
+        return step(damper, maps, i, x1, v1, r, s)
 
-    def flown(classical, ps, damper, energy, maps, grid, x1, v1, r, s):
-        return fly_on(classical, ps, damper, None, None, energy, None, grid, 0, 0.0, x1, v1, r, s)[
-            3:
-        ]
+    def flown(classical, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
+        first, stop = grid.n * i // stops, grid.n * (i + 1) // stops
+        return fly_on(
+            classical, ps, damper, None, None, None, energy, None, grid, stop, first, 0.0,
+            x1, v1, r, s,
+        )[3:]  # fmt: skip
 
     return flown if maps is None else mapped
 
 
 @jit
-def linear_orbit(classical, ps, damper, section, energy, grid, state, periods):
+def linear_orbit(
+    classical, ps, damper, section, energy, tangent, jets, grid, stops, state, periods
+):
     """Advance a scene without walls (arguments and result as those of `orbit`)."""
     x1, v1, r, s = state[0], state[1], state[2], state[3]
-    maps = maps_of(classical, energy, ps, damper, grid)
+    maps = maps_of(classical, energy, ps, damper, grid, stops)
     for p in range(periods):
-        x1, v1, r, s = fly_period(classical, ps, damper, energy, maps, grid, x1, v1, r, s)
-        if section is not None:
-            note_section(damper, section, p, x1, v1, r, s)
+        for i in range(stops):
+            x1, v1, r, s = fly_share(
+                classical, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s
+            )
+            if section is not None and p * stops + i < len(section):
+                note_section(damper, section, p * stops + i, x1, v1, r, s)
+        if tangent is not None:
+            carry(jets, tangent, grid.h * grid.n)
         if not sane(x1, v1, r, s):
             return DIVERGED
     state[0], state[1], state[2], state[3] = x1, v1, r, s

@@ -34,23 +34,23 @@ def period_of(section, tolerance):
 
 
 @jit
-def count(beats, first, last):
-    """Return the impacts of periods first to last - 1 at both walls."""
+def count(beats, wall, first, last):
+    """Return the impacts of periods first to last - 1 at one wall."""
     total = 0
     for p in range(first, last):
-        total += beats[p, 0] + beats[p, 1]
+        total += beats[p, wall]
     return total
 
 
 @jit
-def impacts_of(beats, n):
-    """Return the impacts k per nT; for n = 0 those of the whole window (see `period_of`).
+def impacts_of(beats, wall, n):
+    """Return the impacts k per nT at one wall; for n = 0 those of the whole window.
 
     Counted over as many whole cycles as the last half of the window holds, so that an impact that
     falls on the very instant of a section, now before it and now after, is not counted amiss.
     """
     periods = len(beats)
     if n == 0:
-        return count(beats, 0, periods)
+        return count(beats, wall, 0, periods)
     cycles = max(1, periods // (2 * n))
-    return round(count(beats, periods - cycles * n, periods) / cycles)
+    return round(count(beats, wall, periods - cycles * n, periods) / cycles)

@@ -1,7 +1,7 @@
 """One step of the regularised contact: order eight (Dormand and Prince) and classical order four.
 
-Rows of a scratch array hold the stages, eight numbers apart, of which the first five are used. The
-stages are written out: a loop over a tableau is about ten times slower. Coefficients of order
+Rows of a scratch array hold the stages: five numbers, and sixteen of variations where asked for.
+The stages are written out: a loop over a tableau is about ten times slower. Coefficients of order
 eight: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), DOP853.
 """
 
@@ -11,9 +11,11 @@ from .._jit import chosen, jit
 from .contact_field import slope
 
 WIDTH = 5  # q, s, x1, v1, tau
-Y, NEW, STAGE, SAVE = 0, 8, 16, 24  # rows: before a step, after it, within it, and one to keep
-K1, K2, K3, K4, K5, K6, K7, K8, K9, K10, K11, K12 = (32 + 8 * i for i in range(12))
-SCRATCH = 32 + 8 * 12
+TANGENT = 16  # numbers of four variations, which may follow
+ROW = 24  # distance of the rows
+Y, NEW, STAGE, SAVE = 0, ROW, 2 * ROW, 3 * ROW  # before a step, after it, within it, one to keep
+K1, K2, K3, K4, K5, K6, K7, K8, K9, K10, K11, K12 = (ROW * (4 + i) for i in range(12))
+SCRATCH = ROW * 16
 
 A2_1 = 0.05260015195876773
 A3_1 = 0.0197250569845379
@@ -75,31 +77,39 @@ B11 = 0.20136540080403034
 B12 = 0.04471061572777259
 
 
+@chosen
+def width_of(tangent):
+    """Return how many numbers of a row are in use: a constant of the compiled code."""
+    if tangent is None:
+        return lambda tangent: WIDTH
+    return lambda tangent: WIDTH + TANGENT
+
+
 @jit
-def eighth(ps, damper, wall, c, d, landing, h, k):
+def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
     """Advance row Y by a step h of order eight and write row NEW (see `slope` for the rest)."""
-    slope(ps, damper, wall, c, d, landing, k, Y, K1)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(Y), int(K1))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A2_1 * k[K1 + i])
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K2)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K2))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A3_1 * k[K1 + i] + A3_2 * k[K2 + i])
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K3)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K3))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A4_1 * k[K1 + i] + A4_3 * k[K3 + i])
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K4)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K4))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A5_1 * k[K1 + i] + A5_3 * k[K3 + i] + A5_4 * k[K4 + i])
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K5)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K5))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A6_1 * k[K1 + i] + A6_4 * k[K4 + i] + A6_5 * k[K5 + i])
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K6)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K6))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A7_1 * k[K1 + i] + A7_4 * k[K4 + i] + A7_5 * k[K5 + i] + A7_6 * k[K6 + i]
         )
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K7)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K7))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A8_1 * k[K1 + i]
             + A8_4 * k[K4 + i]
@@ -107,8 +117,8 @@ def eighth(ps, damper, wall, c, d, landing, h, k):
             + A8_6 * k[K6 + i]
             + A8_7 * k[K7 + i]
         )
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K8)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K8))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A9_1 * k[K1 + i]
             + A9_4 * k[K4 + i]
@@ -117,8 +127,8 @@ def eighth(ps, damper, wall, c, d, landing, h, k):
             + A9_7 * k[K7 + i]
             + A9_8 * k[K8 + i]
         )
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K9)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K9))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A10_1 * k[K1 + i]
             + A10_4 * k[K4 + i]
@@ -128,8 +138,8 @@ def eighth(ps, damper, wall, c, d, landing, h, k):
             + A10_8 * k[K8 + i]
             + A10_9 * k[K9 + i]
         )
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K10)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K10))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A11_1 * k[K1 + i]
             + A11_4 * k[K4 + i]
@@ -140,8 +150,8 @@ def eighth(ps, damper, wall, c, d, landing, h, k):
             + A11_9 * k[K9 + i]
             + A11_10 * k[K10 + i]
         )
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K11)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K11))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A12_1 * k[K1 + i]
             + A12_4 * k[K4 + i]
@@ -153,8 +163,8 @@ def eighth(ps, damper, wall, c, d, landing, h, k):
             + A12_10 * k[K10 + i]
             + A12_11 * k[K11 + i]
         )
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K12)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K12))
+    for i in range(width_of(tangent)):
         k[NEW + i] = k[i] + h * (
             B1 * k[K1 + i]
             + B6 * k[K6 + i]
@@ -168,30 +178,30 @@ def eighth(ps, damper, wall, c, d, landing, h, k):
 
 
 @jit
-def fourth(ps, damper, wall, c, d, landing, h, k):
+def fourth(tangent, ps, damper, wall, c, d, landing, h, k):
     """Advance row Y by a classical Runge-Kutta step h of order four and write row NEW."""
-    slope(ps, damper, wall, c, d, landing, k, Y, K1)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(Y), int(K1))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + 0.5 * h * k[K1 + i]
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K2)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K2))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + 0.5 * h * k[K2 + i]
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K3)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K3))
+    for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * k[K3 + i]
-    slope(ps, damper, wall, c, d, landing, k, STAGE, K4)
-    for i in range(WIDTH):
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K4))
+    for i in range(width_of(tangent)):
         k[NEW + i] = k[i] + h / 6.0 * (k[K1 + i] + 2.0 * (k[K2 + i] + k[K3 + i]) + k[K4 + i])
 
 
 @chosen
-def step(classical, ps, damper, wall, c, d, landing, h, k):
+def step(classical, tangent, ps, damper, wall, c, d, landing, h, k):
     """Advance by the order asked for: `classical` None means eight, otherwise four."""
 
-    def high(classical, ps, damper, wall, c, d, landing, h, k):
-        eighth(ps, damper, wall, c, d, landing, h, k)
+    def high(classical, tangent, ps, damper, wall, c, d, landing, h, k):
+        eighth(tangent, ps, damper, wall, c, d, landing, h, k)
 
-    def low(classical, ps, damper, wall, c, d, landing, h, k):
-        fourth(ps, damper, wall, c, d, landing, h, k)
+    def low(classical, tangent, ps, damper, wall, c, d, landing, h, k):
+        fourth(tangent, ps, damper, wall, c, d, landing, h, k)
 
     return high if classical is None else low

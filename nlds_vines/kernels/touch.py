@@ -18,6 +18,7 @@ import math
 
 from .._jit import jit
 from .flight import COEF, ORDER
+from .observe import BEYOND, EXCESS, LEVEL, PERIOD, note_violation
 
 R = COEF + 2  # place of r in the table
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
@@ -105,6 +106,28 @@ def summit(w, x, end, sign):
             return x
         x += move
     return x
+
+
+@jit
+def note_limit(w, watch, begin, h, end, bend, jerk):
+    """Note how the limit `watch` (`observe.LEVEL`) of r is kept over [0, end] of the cell.
+
+    begin: cells from the start of the period to that of the polynomial; h [s] a cell. Each passage
+    is counted at its place, each excursion beyond measured at its summit.
+    """
+    level, x = watch[LEVEL], 0.0
+    for _ in range(MOST_STEPS):
+        if watch[BEYOND] == 0.0:
+            x = first_touch(w, x, end, 1.0, level, bend, jerk)
+            if not 0.0 <= x <= end:
+                return
+            note_violation(watch, watch[PERIOD] + (begin + x) * h)
+        x = summit(w, x, end, 1.0)
+        watch[EXCESS] = max(watch[EXCESS], gap_jet(w, x, 1.0)[0] - level)
+        x = first_touch(w, x, end, -1.0, -level, bend, jerk)
+        if not 0.0 <= x <= end:
+            return
+        watch[BEYOND] = 0.0
 
 
 @jit

@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 
-from nlds_vines.scenes import none, ssul, tmd
+from nlds_vines.scenes import none, ssbl, ssul, ssvi_b, ssvi_c, tmd
 from nlds_vines.scenes.base import Scene
 
-SCENES: Mapping[str, Scene] = {module.SCENE.kind: module.SCENE for module in (none, tmd, ssul)}
+_MODULES = (none, tmd, ssul, ssbl, ssvi_b, ssvi_c)
+
+SCENES: Mapping[str, Scene] = {module.SCENE.kind: module.SCENE for module in _MODULES}
 """All scenes by kind."""
 
 __all__ = ["SCENES", "Scene"]

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from nlds_vines.parameters import CONTACT
 
 Values = Mapping[str, Any]
 """Parameters by name; each a float, or an array where it varies."""
+
+_OBSTACLE = {"near": "obstacle", "far": "obstacle"}
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,11 @@ class Scene:
     -x2 where -r = `gap_far`.  Each of these is a function of the parameters by name (floats or
     arrays alike) that returns metres, and is None where there is no such part.
 
-    `obstacle` returns the positions u [m] of the lines that a picture shows, by name.
+    A damper that must not reach something without a wall in between has a `limit`: the shortening
+    r [m] that must not be reached; where it is, that is reported and is no impact.
+
+    `obstacle` returns the positions u [m] of the lines that a picture shows, by name; `struck`
+    says in words what the near and the far wall belong to.
     """
 
     kind: str
@@ -30,7 +36,9 @@ class Scene:
     rest: Callable[[Values], Any] | None = None
     gap_near: Callable[[Values], Any] | None = None
     gap_far: Callable[[Values], Any] | None = None
+    limit: Callable[[Values], Any] | None = None
     obstacle: Callable[[Values], Mapping[str, Any]] = lambda p: {}
+    struck: Mapping[str, str] = field(default_factory=lambda: _OBSTACLE)
 
     @property
     def damper(self) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 
 from nlds_vines import load_system
 from nlds_vines.block import RESOLUTION, cell_of, method_parts
-from nlds_vines.kernels import lanes, orbit
+from nlds_vines.kernels import cells, orbit
 
 CASES = {
     "tmd": ("tmd", "exact", "section"),
@@ -58,24 +58,27 @@ def contracts(text):
 def compiled(system, method, want):
     """Run three periods of a system and return the code that this compiled."""
     system = load_system(system)
-    known, loop_known = set(lanes.run_cell.overloads), {f: set(f.overloads) for f in loops()}
-    lanes.run_cell(
+    known, loop_known = set(cells.run_cell.overloads), {f: set(f.overloads) for f in loops()}
+    cells.run_cell(
         *method_parts(method, system.scene),
         RESOLUTION[method],
         cell_of(system),
         np.zeros(orbit.SIZE),
+        None,
         np.empty((3, 4)) if want == "section" else None,
         None,
         None,
         np.zeros(2) if want == "energy" else None,
         None,
-        *(3, 3, 3),
+        None,
+        None,
+        *(3, 3, 3, 1),
     )
-    (signature,) = set(lanes.run_cell.overloads) - known
-    parts = libraries(lanes.run_cell.overloads[signature].library, [])
+    (signature,) = set(cells.run_cell.overloads) - known
+    parts = libraries(cells.run_cell.overloads[signature].library, [])
     symbols = {function.name for part in parts for function in part.get_defined_functions()}
     kernels = {symbol for symbol in symbols if KERNEL.match(symbol)}
-    text = lanes.run_cell.inspect_llvm(signature)
+    text = cells.run_cell.inspect_llvm(signature)
     loop = [f.inspect_llvm(s) for f in loops() for s in set(f.overloads) - loop_known[f]]
     return {
         "kernels": sorted({kernel_of(symbol) for symbol in kernels}),

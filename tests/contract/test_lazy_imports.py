@@ -56,6 +56,18 @@ def test_sister_commands_load_nothing_heavy(command, arguments, status, tmp_path
     assert not modules & set(HEAVY)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [(["--help"], 0), (["--dry-run"], 0), (["--free", "k2=2:1"], 2), (["-o", "old.h5"], 2)],
+)
+def test_tuning_loads_nothing_heavy_before_it_must(arguments, status, tmp_path):
+    (tmp_path / "old.h5").write_bytes(b"")
+    found, modules = loaded(tmp_path, "-m", "nlds_vines", "tuning", *arguments)
+    assert found == status
+    assert "nlds_vines" in modules
+    assert not modules & set(HEAVY)
+
+
 @pytest.mark.parametrize("option", ["--help", "--version"])
 def test_the_console_script_itself_loads_nothing_heavy(option, tmp_path):
     found, modules = loaded(tmp_path, "-m", "nlds_vines", option)

@@ -92,7 +92,7 @@ def test_floating_point_is_strict(code):
 def allocated(system, *want):
     """Return the names of the buffers that a scan of this request has."""
     scan = load_scan(None, {"system": system, "record": {"want": list(want)}})
-    outputs = Outputs.of(scan, 2, 3)
+    outputs = Outputs.of(scan, (2, 3), scan.transient, scan.periods)
     buffers = {field.name: getattr(outputs, field.name) for field in fields(outputs)}
     return {name for name, buffer in buffers.items() if buffer is not None}
 
@@ -102,5 +102,8 @@ def test_nothing_is_allocated_that_was_not_asked_for():
     assert allocated("ssul-set6", "clearance") == {"clearance", "status"}
     assert allocated("tmd", "section") == {"section", "status"}
     assert allocated("ssul-set6", "section") == {"section", "status"}
-    assert allocated("tmd", "regime") == {"cycle", "status"}
+    judged = {"section", "cycle", "ends", "evidence", "status"}
+    assert allocated("tmd", "regime") == judged
+    assert allocated("ssul-set6", "settling") == judged | {"counts"}
+    assert allocated("ssul-set6", "peak") == {"peak", "status"}
     assert allocated("ssul-set6", "impacts") == {"counts", "cycle", "status"}

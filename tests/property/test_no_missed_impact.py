@@ -155,7 +155,7 @@ def touches(numbers, start, periods, certified=True):
     x1, v1, x2, v2 = start
     y = x1, v1, x1 - x2 + numbers["V"] + numbers["C"], v1 - v2
     for _ in range(periods):
-        event, _, _, *y = fly(ps, damper, wall, None, None, None, grid, 0, 0.0, *y)
+        event, _, _, *y = fly(ps, damper, wall, None, None, None, None, grid, grid.n, 0, 0.0, *y)
         if event != SECTION:
             return True
     return False

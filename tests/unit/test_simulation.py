@@ -42,7 +42,7 @@ def assert_as_twin(numbers, start, periods, options, bound=1e-8, steps=4096):
 
 def assert_rows(impacts, rows, K, bound):
     assert len(impacts) == len(rows)
-    assert set(impacts["wall"]) <= {"near"}
+    assert set(impacts["wall"]) <= {"obstacle"}
     over = ~np.isnan(impacts["release"])  # the deepest point of the others is still to come
     for column, name in enumerate(("touch", "release", "speed", "depth"), start=1):
         kept = over if name == "depth" else slice(None)

@@ -1,0 +1,13 @@
+"""Figure 10: chaos at 7.400 rad/s.
+
+`python scans/figure10.py [OPTION ...]` draws figure10.png; the options are those of the command
+`nlds-vines portrait`, which this is with the recipe beside it.
+"""
+
+import sys
+from pathlib import Path
+
+from nlds_vines.portrait import main
+
+if __name__ == "__main__":
+    sys.exit(main([str(Path(__file__).with_suffix(".toml")), *sys.argv[1:]]))

@@ -1,0 +1,262 @@
+"""A search gives the same bits again, survives an interrupt, and logs all that it looked at."""
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines import figures
+from nlds_vines.search.log import STAGES
+from nlds_vines.search.objective import Objective
+from nlds_vines.tuning import main
+
+SMALL = ["--population", "8", "--generations", "5", "--polish", "12", "--optima", "2"]
+TMD = ["--system", "tmd", *SMALL, "--band", "5.5:7:4", "--surface", "k2,c2", "--surface-size", "3"]
+SSUL = ["--transient", "40", "--periods", "20", "--free", "k2=100:1500", *SMALL]
+
+
+def tune(path, *arguments):
+    """Run the command quietly and return what its archive holds, to the last bit."""
+    assert main([*arguments, "-o", str(path), "--quiet"]) == 0
+    return bits(path)
+
+
+def bits(path):
+    with nv.read(path) as view:
+        return {name: view[name].tolist() for name in view.names}
+
+
+@pytest.fixture
+def interrupt(monkeypatch):
+    """Return a function that lets the next search be interrupted at its n-th batch."""
+    real, calls = Objective.results, []
+
+    def after(most):
+        calls.clear()
+
+        def results(self, trials):
+            if len(calls) == most:
+                raise KeyboardInterrupt
+            calls.append(len(trials.points))
+            return real(self, trials)
+
+        monkeypatch.setattr(Objective, "results", results)
+        return calls
+
+    return after
+
+
+@pytest.mark.parametrize("arguments", [TMD, SSUL], ids=["tmd", "ssul"])
+def test_threads_do_not_matter_and_seeds_do(arguments, tmp_path):
+    first = tune(tmp_path / "a.h5", *arguments, "--threads", "1")
+    assert tune(tmp_path / "b.h5", *arguments, "--threads", "2") == first
+    other = tune(tmp_path / "c.h5", *arguments, "--seed", "1")
+    assert other["k2"] != first["k2"]
+    assert nv.verify(tmp_path / "a.h5") == []
+
+
+@pytest.mark.parametrize("batches", [0, 1, 4, 15, 22])
+def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, interrupt, capsys):
+    whole = interrupt(None)
+    reference = tune(tmp_path / "a.h5", *TMD)
+    assert len(whole) > 22
+    total = sum(whole)
+    path = tmp_path / "b.h5"
+    interrupt(batches)
+    assert main([*TMD, "-o", str(path), "--quiet"]) == 130
+    said = capsys.readouterr().err
+    assert "--resume" in said
+    assert said.count("\n") == 1
+    assert not path.exists()
+    assert main([*TMD, "-o", str(path), "--quiet"]) == 2  # not without saying what to do
+    calls = interrupt(None)
+    assert tune(path, *TMD, "--resume") == reference
+    with nv.read(path) as view:
+        done = view.attrs["replayed"]
+    assert sum(calls) == total - done
+    assert (done > 0) == (batches > 0)
+    assert not path.with_name("b.h5.parts").exists()
+
+
+def test_a_damaged_journal_is_not_believed(tmp_path, interrupt, monkeypatch, capsys):
+    monkeypatch.setattr("nlds_vines.search.journal.FLUSH_EVERY", 0.0)
+    reference = tune(tmp_path / "a.h5", *TMD)
+    interrupt(6)
+    assert main([*TMD, "-o", str(tmp_path / "b.h5"), "--quiet"]) == 130
+    part = tmp_path / "b.h5.parts" / "block-000002.part"
+    data = bytearray(part.read_bytes())
+    data[len(data) // 2] ^= 1
+    part.write_bytes(data)
+    interrupt(None)
+    assert tune(tmp_path / "b.h5", *TMD, "--resume") == reference
+    assert "block-000002.part and what follows is computed again" in capsys.readouterr().err
+    with nv.read(tmp_path / "b.h5") as view:
+        assert view.attrs["replayed"] == 16
+
+
+def test_an_existing_archive_is_only_touched_when_told_to(tmp_path, interrupt, capsys):
+    path = tmp_path / "a.h5"
+    first = tune(path, *TMD)
+    assert main([*TMD, "-o", str(path)]) == 2
+    assert "--overwrite replaces it" in capsys.readouterr().err
+    calls = interrupt(None)
+    assert tune(path, *TMD, "--resume") == first
+    assert calls == []
+    assert main([*TMD, "--seed", "5", "-o", str(path), "--resume"]) == 2
+    assert tune(path, *TMD, "--seed", "5", "--overwrite") != first
+
+
+def test_every_evaluation_is_logged_with_what_it_found(tmp_path, interrupt):
+    calls = interrupt(None)
+    tune(tmp_path / "a.h5", *TMD, "--seeds", "2")
+    with nv.read(tmp_path / "a.h5") as view:
+        found = {name: view[name] for name in view.names}
+        assert view.flags("stage") == {code: name for name, code in STAGES.items()}
+        assert view["search"].tolist() == [0, 1]
+    assert sum(calls) == found["objective"].size
+    assert set(found["stage"]) == set(STAGES.values())
+    assert np.count_nonzero(found["stage"] == STAGES["surface"]) == 9
+    for i in (0, 17, found["objective"].size - 1):
+        omega = found["case_omega"][found["worst_case"][i]]
+        system = nv.load_system("tmd", k2=found["k2"][i], c2=found["c2"][i], omega=omega)
+        orbit = nv.simulate(system, 2, transient=300, record=("section", "energy"))
+        assert orbit.E1max == found["objective"][i]
+
+
+def test_the_result_is_what_the_archive_says(tmp_path):
+    search = {"population": 8, "generations": 5, "polish": 12, "seeds": 3}
+    found = nv.tune("tmd", tmp_path / "a.h5", search=search, over={"P": {"values": [600, 900]}})
+    with nv.read(found.path) as view:
+        searched = view["stage"] <= STAGES["polish"]
+        assert found.objective == view["objective"][searched].min()
+        assert found.evaluations == searched.size
+        request = view.attrs["scan"]
+    assert found.objective == min(found.spread.values())
+    assert found.optima[0].robustness["none"] == found.objective
+    assert found.best.worst == max(found.best.robustness.values()) >= found.objective
+    assert found.best.robustness[found.best.cause] == found.best.worst
+    assert any(line.startswith("3 seeds: best") for line in found.lines())
+    (tmp_path / "again.toml").write_text(request)  # what is stored repeats it
+    assert tune(tmp_path / "b.h5", str(tmp_path / "again.toml")) == bits(found.path)
+
+
+def test_what_is_free_has_no_value_among_the_attributes(tmp_path):
+    tune(tmp_path / "a.h5", *SSUL, "--free", "E2")
+    with nv.read(tmp_path / "a.h5") as view:
+        assert not {"k2", "c2", "C", "E2", "K"} & view.attrs.keys()
+        assert view.attrs["m2"] == 60.0
+        assert set(view["optimum_E2"] > 0) == {True}
+
+
+def test_a_full_disk_leaves_the_journal(tmp_path, monkeypatch, capsys):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("nlds_vines.durable.reserve", full)
+        assert main([*TMD, "-o", str(tmp_path / "a.h5"), "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert "No space left on device" in said
+    assert "use --resume" in said
+    tune(tmp_path / "a.h5", *TMD, "--resume")
+    with nv.read(tmp_path / "a.h5") as view:
+        assert view.attrs["replayed"] == view["objective"].size
+
+
+def test_nothing_admissible_is_told(tmp_path, capsys):
+    stiff = ["--system", "tmd", *SMALL, "--free", "k2=1e13:1e14"]
+    assert main([*stiff, "-o", str(tmp_path / "a.h5"), "--plot", str(tmp_path / "a.png")]) == 1
+    out, err = capsys.readouterr()
+    assert "designs were inadmissible" in out
+    assert "no design was admissible" in err
+    assert "optimum_objective" not in bits(tmp_path / "a.h5")
+    assert not (tmp_path / "a.png").exists()
+
+
+def test_a_parameter_that_does_nothing_is_called_so(tmp_path, capsys):
+    path = str(tmp_path / "a.h5")
+    assert main([*SSUL, "--free", "V", "-o", path]) == 0
+    assert "V does not enter the dynamics" in capsys.readouterr().out
+    assert main(["--free", "V", "--dry-run"]) == 0
+    assert "V from 0 to 0.5 (does not enter the dynamics" in capsys.readouterr().out
+
+
+def test_a_dry_run_writes_nothing(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["--band", "5:8:61", "--dry-run", "--plot", "a.png"]) == 0
+    said = capsys.readouterr().out
+    assert "61 values of omega" in said
+    assert "k2 from 10 to 10000, logarithmic" in said
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--free", "k2=5"], "--free k2 = '5' must be LOW:HIGH"),
+        (["--free", "k2=a:b"], "--free k2 = 'a' must be a number"),
+        (["--free", "k2", "--free", "k2=1:2"], "given twice"),
+        (["--free", "omega"], "unknown free parameter 'omega'"),
+        (["--band", "5:8"], "--band '5:8' must be LOW:HIGH:NUM"),
+        (["--band", "5:8:x"], "--band = 'x' must be a whole number"),
+        (["--band", "5:8:3", "--over", "omega=5,6"], "exclude each other"),
+        (["--band", "8:5:3"], "start = 8.0 must not be greater"),
+        (["--over", "P=1,x"], "--over P = 'x' must be a number"),
+        (["--surface", "k2"], "must be two names"),
+        (["--system", "none"], "no damper"),
+        (["--set", "k2=1", "--set", "c2=1", "--plot", "a.png"], "two free parameters"),
+        (["--plot", "a.gif"], "must end in one of"),
+        (["--threads", "0"], "threads = 0"),
+        (["nothing.toml"], "cannot be read"),
+        (["--sed", "3"], "did you mean '--seed'"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(arguments, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert said in err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("form", ["png", "svg"])
+def test_the_surface_is_drawn_alike_every_time(form, tmp_path):
+    tune(tmp_path / "a.h5", *TMD)
+    pictures = [tmp_path / f"{name}.{form}" for name in "ab"]
+    for picture in pictures:
+        figures.save(tmp_path / "a.h5", picture)
+    assert pictures[0].read_bytes() == pictures[1].read_bytes()
+
+
+def test_the_surface_shows_parameters_values_and_optima(tmp_path):
+    tune(tmp_path / "a.h5", *TMD)
+    with nv.read(tmp_path / "a.h5") as view:
+        axes, bar = figures.tuning_surface(view).axes
+        (mesh,) = (
+            item
+            for item in axes.collections
+            if item.get_array() is not None and item.get_array().size == 9
+        )
+        assert mesh.get_array().ravel().tolist() == view["surface"].T.ravel().tolist()
+        assert "k_2$ [N/m]" in axes.get_xlabel()
+        assert "c_2$ [N s/m]" in axes.get_ylabel()
+        assert "[J]" in bar.get_ylabel()
+        star = axes.lines[0].get_xydata()[0].tolist()
+        assert star == [view["optimum_k2"][0], view["optimum_c2"][0]]
+    assert axes.get_xscale() == axes.get_yscale() == "log"
+
+
+def test_a_tuning_without_a_surface_is_not_drawn(tmp_path):
+    tune(tmp_path / "a.h5", "--system", "tmd", *SMALL)
+    with pytest.raises(nv.RequestError, match="holds no surface"):
+        figures.save(tmp_path / "a.h5", tmp_path / "a.png")
+
+
+def test_xarray_opens_it(tmp_path):
+    xarray = pytest.importorskip("xarray")
+    tune(tmp_path / "a.h5", *TMD)
+    with xarray.open_dataset(tmp_path / "a.h5", engine="h5netcdf") as data:
+        assert data["surface"].dims == ("surface_k2", "surface_c2")
+        assert data["objective"].dims == ("evaluation",)
+        assert data["robustness"].sel(optimum=0).size == 4 + 4 + 4

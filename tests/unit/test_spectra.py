@@ -1,0 +1,236 @@
+"""Spectra: lines with their amplitude, no leakage in step with the force, the broadband share."""
+
+import numpy as np
+import pytest
+from support import FULL
+
+import nlds_vines as nv
+from nlds_vines.errors import RequestError
+from nlds_vines.signals import SIGNALS, contact_forces
+from nlds_vines.spectra import TAPERS, spectrum_of
+
+SAMPLES, PERIODS, OMEGA = 64, 24, 7.4
+TIME = np.arange(1, SAMPLES * PERIODS + 1) / SAMPLES  # in forcing periods, as of a trajectory
+RECORD = ["trajectory", "impacts"]
+
+
+def wave(order, amplitude=1.0, phase=0.3):
+    return amplitude * np.cos(2 * np.pi * order * TIME + phase)
+
+
+def of(values, **options):
+    return spectrum_of(values, SAMPLES, OMEGA, **options)
+
+
+def noise(seed=1, count=TIME.size):
+    return np.random.default_rng(seed).normal(size=count)
+
+
+# ---- lines ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("window", TAPERS)
+def test_a_line_has_its_amplitude_at_its_frequency(window):
+    found = of(5.0 + wave(1, 0.25) + wave(1 / 3, 2.0) + wave(7, 0.01), window=window)
+    for order, amplitude in ((0, 5.0), (1 / 3, 2.0), (1, 0.25), (7, 0.01)):
+        (place,) = np.flatnonzero(np.isclose(found.order, order))
+        assert found.amplitude[place] == pytest.approx(amplitude, rel=1e-12)
+        assert found.frequency[place] == pytest.approx(order * OMEGA)
+
+
+def test_nothing_leaks_from_the_lines_of_an_orbit_of_three_periods():
+    found = of(sum(wave(k / 3, 1 / k, k) for k in range(1, 40)))
+    beside = np.ones(found.order.size, bool)
+    beside[:: PERIODS // 3] = False
+    assert found.amplitude[beside].max() < 1e-12
+    assert found.amplitude[~beside][1:40].min() > 0.02
+
+
+def test_a_line_between_bins_leaks_less_far_with_hann():
+    values = wave(2 + 0.5 / PERIODS)
+    far = {window: of(values, window=window).amplitude[200:400].max() for window in TAPERS}
+    assert far["hann"] < 1e-4 < 1e-3 < far["rectangular"]
+
+
+def test_decibels_have_a_reference():
+    found = of(wave(1, 0.02))
+    assert found.decibels()[PERIODS] == pytest.approx(20 * np.log10(0.02))
+    assert found.decibels(0.02)[PERIODS] == pytest.approx(0.0, abs=1e-9)
+    with pytest.raises(RequestError, match="reference = 0"):
+        found.decibels(0.0)
+
+
+def test_the_nyquist_frequency_counts_once():
+    found = of(np.where(np.arange(TIME.size) % 2, 1.0, -1.0))
+    assert found.amplitude[-1] == pytest.approx(1.0)
+    assert found.power.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("samples", [64, 65])
+def test_the_power_is_the_variance(samples):
+    values = noise(count=samples * 9)
+    found = spectrum_of(values, samples, OMEGA)
+    assert found.power.sum() == pytest.approx(values.var(), rel=1e-12)
+    tapered = spectrum_of(values, samples, OMEGA, window="hann")
+    weights = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(values.size) / values.size)
+    weighted = (weights * (values - values.mean())) ** 2
+    assert tapered.power.sum() == pytest.approx(weighted.sum() / (weights**2).sum(), rel=1e-12)
+
+
+def test_resolution_and_bandwidth_are_stated():
+    assert of(wave(1)).resolution == of(wave(1)).bandwidth == 1 / PERIODS
+    assert of(wave(1), window="hann").bandwidth == pytest.approx(1.5 / PERIODS)
+
+
+# ---- broadband share -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("window", TAPERS)
+@pytest.mark.parametrize("n", [1, 2, 3, 4])
+def test_the_lines_of_an_orbit_are_not_broadband(window, n):
+    found = of(3.0 + sum(wave(k / n, 0.5**k, k) for k in range(1, 9)), window=window)
+    assert found.broadband_share(n) < 1e-24
+    if n > 1:
+        assert found.broadband_share() > 0.1  # subharmonics are no harmonics of the force
+    assert found.broadband_share() == found.broadband_share(1)
+
+
+@pytest.mark.parametrize(("window", "width"), [("rectangular", 1), ("hann", 3)])
+def test_noise_is_broadband_but_for_what_falls_on_the_comb(window, width):
+    found = of(noise() + 100.0, window=window)
+    for n in (1, 2, 4):
+        assert found.broadband_share(n) == pytest.approx(1 - n * width / PERIODS, abs=0.04)
+
+
+@pytest.mark.parametrize("window", TAPERS)
+def test_the_share_is_that_of_the_noise_beside_the_lines(window):
+    found = of(wave(1, 1.0) + 0.1 * noise(), window=window)
+    width = 2 * TAPERS[window].reach + 1
+    expected = 0.01 / 0.51 * (1 - width / PERIODS)
+    assert found.broadband_share(1) == pytest.approx(expected, rel=0.15)
+
+
+def test_folded_harmonics_stay_on_the_lines():
+    assert of(wave(1) + wave(SAMPLES + 1 / 3) + wave(5 * SAMPLES - 2)).broadband_share(3) < 1e-20
+
+
+def test_a_comb_must_suit_the_periods():
+    found = of(wave(1))
+    for n in (5, 24, -1):
+        with pytest.raises(RequestError, match=f"n = {n}"):
+            found.broadband_share(n)
+    with pytest.raises(RequestError, match="n = 6 does not suit"):
+        of(wave(1), window="hann").broadband_share(6)
+
+
+def test_few_bins_hold_a_line_and_many_a_noise():
+    assert of(wave(1) + wave(2 / 3)).bins_holding(0.99) == 2
+    assert of(wave(1), window="hann").bins_holding(1.0) >= 3
+    assert of(noise()).bins_holding(0.9) > TIME.size / 8
+    with pytest.raises(RequestError, match="share = 0"):
+        of(wave(1)).bins_holding(0.0)
+
+
+def test_a_constant_has_no_spectrum():
+    found = of(np.full(TIME.size, 0.1))
+    assert found.amplitude[0] == pytest.approx(0.1)
+    assert not found.power.any()
+    assert found.broadband_share() == found.bins_holding() == 0
+    assert np.isneginf(found.decibels()[1:]).all()
+
+
+@pytest.mark.parametrize(
+    ("values", "named"),
+    [
+        (np.ones(65), "no whole number of periods"),
+        (np.ones((64, 2)), r"\(64, 2\)"),
+        (np.full(64, np.nan), "finite"),
+    ],
+)
+def test_wrong_values_are_refused(values, named):
+    with pytest.raises(RequestError, match=named):
+        of(values)
+    with pytest.raises(RequestError, match="'kaiser'"):
+        of(np.ones(64), window="kaiser")
+
+
+# ---- orbits --------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def orbits():
+    """Return orbits with K = 2.5e7: 3T,3, chaos, and a transient that became T,0."""
+    found = {}
+    for omega in (7.375, 7.4, 7.575):
+        system = nv.load_system("ssul-set6", omega=omega, K=2.5e7)
+        found[omega] = nv.simulate(system, 180, transient=4000, record=RECORD, samples=256)
+    return found
+
+
+@pytest.mark.parametrize("signal", ["x1", "v1", "x2", "v2", "u", "force", "E1", "E2"])
+@pytest.mark.parametrize("window", TAPERS)
+def test_a_periodic_orbit_is_not_broadband_and_a_chaotic_one_is(orbits, signal, window):
+    share = {
+        omega: nv.spectrum(orbit, signal, window=window).broadband_share(3)
+        for omega, orbit in orbits.items()
+    }
+    assert share[7.375] < 1e-12
+    assert share[7.575] < 1e-12
+    assert share[7.4] > (0.7 if signal == "force" else 1e-4)
+
+
+def test_the_spectrum_of_a_simple_orbit_is_its_transfer_function():
+    system = nv.load_system("none")
+    orbit = nv.simulate(system, 4, transient=300, record=["trajectory"], samples=32)
+    found = nv.spectrum(orbit, "x1")
+    p = system.parameters
+    w = p["omega"]
+    expected = p["P"] / abs(p["k1"] - p["m1"] * w * w + 1j * w * p["c1"])
+    assert found.amplitude[4] == pytest.approx(expected, rel=1e-9)
+    assert (found.samples, found.periods, found.unit, found.quantity) == (32, 4, "m", "x1")
+
+
+def test_the_contact_force_agrees_with_the_impacts(orbits):
+    orbit = orbits[7.375]
+    system = orbit.system
+    (force,) = contact_forces(system, orbit.trajectory).values()
+    peaks = orbit.impacts["force"]
+    assert force.min() == 0.0
+    assert 0.9 * peaks.max() < force.max() <= peaks.max() * (1 + 1e-9)
+    closed = np.zeros(force.size, bool)
+    for hit in orbit.impacts:
+        closed |= (orbit.time > hit["touch"]) & (orbit.time < hit["release"])
+    assert (force[~closed] == 0).all()
+    assert (force[closed] > 0).all()
+
+
+def test_walls_push_the_damper_away_from_themselves():
+    system = nv.load_system("ssbl", C=0.4, D=0.1, K=1e6)
+    states = np.zeros((3, 4))
+    states[:, 2] = -0.01, 0.2, 0.52  # at the structure, free, at the obstacle
+    force = contact_forces(system, states)
+    np.testing.assert_allclose(force["structure"], [1e6 * 0.01**1.5, 0, 0], rtol=1e-12)
+    np.testing.assert_allclose(force["obstacle"], [0, 0, -1e6 * 0.02**1.5], rtol=1e-12)
+    both = SIGNALS["force"].of(system, states)
+    np.testing.assert_array_equal(both, force["structure"] + force["obstacle"])
+
+
+def test_the_energies_are_those_that_are_recorded(orbits):
+    system = orbits[7.375].system
+    states = orbits[7.375].trajectory
+    # the maxima exact in time are those of the samples, but for what lies between two samples
+    exact = nv.simulate(system, 180, transient=4000, record=FULL)
+    for name, highest in (("E1", exact.E1max), ("E2", exact.E2max)):
+        assert 0.99 * highest < SIGNALS[name].of(system, states).max() <= highest * (1 + 1e-9)
+
+
+def test_an_orbit_without_trajectory_or_signal_is_refused():
+    bare = nv.simulate(nv.load_system("none"), 2)
+    with pytest.raises(RequestError, match="no trajectory"):
+        nv.spectrum(bare)
+    with pytest.raises(RequestError, match=r"'x2' .* does not exist in kind 'none'"):
+        nv.spectrum(bare, "x2")
+    with pytest.raises(RequestError, match="'x3'"):
+        nv.spectrum(bare, "x3")
+    with pytest.raises(RequestError, match="one state"):
+        nv.spectrum(nv.simulate(nv.load_system("none"), 1, record=["trajectory"], samples=1))

@@ -1,0 +1,313 @@
+"""Tuning: what a request means, what a design is worth, which optima are told apart."""
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines._toml import parse_toml
+from nlds_vines.batch import Outcome
+from nlds_vines.errors import RequestError
+from nlds_vines.record import DIVERGED, OK, TOO_STIFF
+from nlds_vines.search.free import BOUNDS, Free, units_of, values_of
+from nlds_vines.search.journal import Journal
+from nlds_vines.search.methods import latin_hypercube, polish, search_globally
+from nlds_vines.search.objective import Objective, Trials, worst
+from nlds_vines.search.optima import distinct, perturbations, perturbed
+from nlds_vines.search.reading import load_tuning
+from nlds_vines.search.request import STARTS, Search
+
+TABLE_1_BEST = 81.8492  # J, the least E1max of the paper's sets at 6.28 rad/s: set 5
+
+
+def bounds(low, high):
+    return {"low": low, "high": high}
+
+
+@pytest.mark.parametrize(
+    ("system", "names"), [("ssul-set6", ("k2", "c2", "C")), ("tmd", ("k2", "c2")), (None, None)]
+)
+def test_all_parameters_of_a_damper_are_free_by_default(system, names):
+    tuning = load_tuning(system)
+    assert tuning.names == (names or ("k2", "c2", "C"))
+    for item in tuning.free:
+        assert (item.low, item.high) == BOUNDS[item.name][:2]
+
+
+def test_what_is_set_or_varied_is_not_free():
+    tuning = load_tuning("ssul-set6", {"set": {"c2": 50.0}, "over": {"C": {"values": [0.1]}}})
+    assert tuning.names == ("k2",)
+    assert tuning.system.parameters["c2"] == 50.0
+
+
+def test_more_can_be_free_and_bounds_can_be_narrower():
+    tuning = load_tuning("ssul-set6", {"free": {"E2": {}, "k2": bounds(100, 900)}})
+    assert tuning.names == ("k2", "c2", "C", "E2")
+    assert (tuning.free[0].low, tuning.free[0].high) == (100.0, 900.0)
+    file = {"system": "ssul-set6", "free": {"C": {}}}  # a file says what is free, exactly
+    assert load_tuning(file).names == ("C",)
+    assert load_tuning(file, {"set": {"C": 0.1}, "free": {"k2": {}}}).names == ("k2",)
+
+
+def test_the_canonical_file_means_the_same():
+    tuning = load_tuning(
+        "ssul-set5",
+        {
+            "free": {"K": bounds(1e7, 4e7)},
+            "over": {"omega": {"start": 5.0, "stop": 8.0, "num": 4}, "P": {"values": [800, 600]}},
+            "search": {"seeds": 2, "within": 0.1},
+            "surface": {"parameters": ["C", "k2"], "size": 7},
+            "sampling": {"transient": 10},
+        },
+    )
+    again = load_tuning(parse_toml(tuning.to_toml(), "here"))
+    assert again == tuning
+    assert again.hash == tuning.hash
+    assert load_tuning(again, {"search": {"seed": 1}}).hash != tuning.hash
+    assert tuning.case_count == 8
+    assert tuning.cases()["P"].tolist() == [600, 800] * 4
+    assert tuning.title.endswith("omega from 5 to 8, P from 600 to 800")
+
+
+@pytest.mark.parametrize(
+    ("source", "changes", "said"),
+    [
+        ("none", {}, "no damper"),
+        ("ssul-set6", {"free": {"k3": {}}}, "did you mean 'k2'"),
+        ("ssul-set6", {"free": {"P": {}}}, "unknown free parameter 'P'"),
+        ("ssul-set6", {"free": {"nu2": {}}}, "nu2 has no default bounds"),
+        ("ssul-set6", {"free": {"k2": bounds(5.0, 5.0)}}, "the low bound must be the lesser"),
+        ("ssul-set6", {"free": {"k2": bounds(-5.0, 5.0)}}, "k2 = -5.0 is not allowed"),
+        ("ssul-set6", {"free": {"k2": bounds("a", 5.0)}}, "must be a number"),
+        ("ssul-set6", {"free": {"k2": {"max": 5.0}}}, "unknown key 'max'"),
+        ("ssul-set6", {"free": {"K": {}, "E2": {}}}, "K beside E2"),
+        ("ssul-set6", {"free": {"k2": {}}, "set": {"k2": 1.0}}, "one of them only"),
+        ("ssul-set6", {"over": {"k4": {"values": [1.0]}}}, "unknown parameter 'k4'"),
+        ("ssul-set6", {"over": {"P": {"values": [-1.0]}}}, "P = -1.0 is not allowed"),
+        ("ssul-set6", {"over": {"P": {"start": 1.0}}}, "start, stop and num"),
+        ("ssul-set6", {"set": {"k2": 1, "c2": 1, "C": 1}}, "nothing is free"),
+        ("ssul-set6", {"set": {"k2": 1, "c2": 1, "C": 1}, "free": {"V": {}}}, "V alone"),
+        ("ssul-set6", {"surface": {"parameters": ["k2", "V"]}}, "unknown parameter of the surface"),
+        ("ssul-set6", {"surface": {"parameters": ["k2", "k2"]}}, "two different"),
+        ("ssul-set6", {"surface": {"size": 5}}, "must be two names"),
+        ("ssul-set6", {"search": {"population": 2}}, "population = 2"),
+        ("ssul-set6", {"search": {"within": 1.5}}, "between 0 and 1"),
+        ("ssul-set6", {"search": {"method": "grid"}}, "unknown search method 'grid'"),
+        ("ssul-set6", {"search": {"generations": 10**5, "population": 10**5}}, "allowed: up to"),
+        ("ssul-set6", {"sampling": {"method": "rk4"}}, "unknown key 'method'"),
+        ("ssul-set9", {}, "did you mean 'ssul-set"),
+        (3, {}, "must be a path"),
+        ({"free": []}, {}, "must be a table"),
+    ],
+)
+def test_a_wrong_request_is_one_line(source, changes, said):
+    with pytest.raises(RequestError, match=r"^[^\n]+$") as error:
+        load_tuning(source, changes)
+    assert said in str(error.value)
+
+
+@pytest.mark.parametrize("free", [Free("k2", 10.0, 1e4), Free("C", -0.1, 0.5), Free("k2", 0, 9)])
+def test_places_and_values_belong_together(free):
+    places = np.linspace(0, 1, 101)
+    values = free.value(places)
+    assert (values[0], values[-1]) == pytest.approx((free.low, free.high), rel=1e-14)
+    assert free.low <= values.min() <= values.max() <= free.high
+    assert np.all(np.diff(values) > 0)
+    assert free.unit(values) == pytest.approx(places, abs=1e-12)
+    ratios = values[1:] / np.where(values[:-1] == 0, np.nan, values[:-1])
+    assert free.logarithmic == bool(np.ptp(ratios[1:]) < 1e-9)
+
+
+def test_designs_and_the_unit_cube_belong_together():
+    free = load_tuning("ssul-set6").free
+    units = np.random.default_rng(0).random((20, 3))
+    assert units_of(free, values_of(free, units)) == pytest.approx(units, abs=1e-12)
+
+
+def test_the_objective_is_the_peak_of_all_cases():
+    tuning = load_tuning("tmd", {"over": {"omega": {"values": [6.28, 6.21]}}})
+    found = Objective(tuning).results(Trials.at_rest(np.array([[600.0, 262.0]])))
+    assert found[0, 0] == pytest.approx(660.435, abs=1e-3)  # exact, from the transfer function
+    assert found[0, 2:].tolist() == [OK, 0]
+    tuning = load_tuning("tmd", {"over": {"omega": {"values": [6.28]}}})
+    found = Objective(tuning).results(Trials.at_rest(np.array([[600.0, 262.0]])))
+    assert found[0, 0] == pytest.approx(635.107, abs=1e-3)
+
+
+def test_a_perturbed_trial_is_the_perturbed_system():
+    tuning = load_tuning("tmd", {"over": {"P": {"values": [800.0, 400.0]}}})
+    trials = Trials(np.array([[600.0, 262.0]]), np.array([1.01]), np.array([2.0]), np.ones(1))
+    found = Objective(tuning).results(trials)[0]
+    system = nv.load_system("tmd", k2=600.0, c2=262.0, P=800.0, omega=6.28 * 1.01)
+    orbit = nv.simulate(system, 2, transient=300, record=("section", "energy"))
+    assert found[0] == pytest.approx(orbit.E1max, rel=1e-9)  # settled, wherever it began
+    assert found[3] == 1  # the cases in ascending order of P
+
+
+def test_a_start_of_its_own_is_used():
+    tuning = load_tuning("tmd", {"sampling": {"transient": 0}})
+    points = np.tile([600.0, 262.0], (STARTS + 1, 1))
+    trials = Trials(points, np.ones(STARTS + 1), np.arange(STARTS + 1.0), np.ones(STARTS + 1))
+    assert len(np.unique(Objective(tuning).results(trials)[:, 0])) == STARTS + 1
+
+
+def test_more_periods_tell_what_had_not_settled():
+    tuning = load_tuning("tmd", {"sampling": {"transient": 2, "periods": 2}})
+    one = np.ones(2)
+    trials = Trials(np.tile([600.0, 262.0], (2, 1)), one, 0 * one, np.array([50.0, 1.0]))
+    settled, early = Objective(tuning).results(trials)[:, 0]
+    assert settled == pytest.approx(635.107, abs=1e-3)
+    assert early < 0.9 * settled
+
+
+def test_a_design_that_fails_is_infinitely_bad():
+    tuning = load_tuning("tmd", {"free": {"k2": bounds(1.0, 1e12)}})
+    points = np.array([[600.0, 262.0], [1e12, 262.0], [700.0, 200.0]])
+    found = Objective(tuning).results(Trials.at_rest(points))
+    assert found[1, 0] == np.inf
+    assert found[:, 2].tolist() == [OK, TOO_STIFF, OK]
+    assert np.isfinite(found[[0, 2], 0]).all()
+
+
+def test_one_failed_case_condemns_a_design_and_no_number_is_made_of_it():
+    outcome = Outcome(
+        E1max=np.array([[1.0, 5.0], [9.0, np.nan], [3.0, 2.0]]),
+        E2max=np.array([[7.0, 8.0], [1.0, 1.0], [4.0, 6.0]]),
+        status=np.array([[OK, OK], [OK, OK], [OK, DIVERGED]]),
+        violations=np.zeros((3, 2)),
+    )
+    found = worst(outcome)
+    assert found[:, 0].tolist() == [5.0, np.inf, np.inf]
+    assert found[:, 2].tolist() == [OK, OK, DIVERGED]
+    assert found[:, 3].tolist() == [1, 1, 1]
+    assert found[0, 1] == 8.0
+    assert np.isnan(found[1:, 1]).all()
+
+
+def test_a_broken_constraint_condemns_a_design():
+    numbers, broken = np.ones((2, 2)), np.array([[0.0, 0.0], [0.0, 3.0]])
+    found = worst(Outcome(numbers, numbers, np.full((2, 2), OK), broken))
+    assert found[:, 0].tolist() == [1.0, np.inf]
+
+
+def test_near_equal_optima_lie_apart():
+    units = np.array([[0.1, 0.1], [0.12, 0.1], [0.9, 0.9], [0.5, 0.5], [0.9, 0.88], [0.1, 0.9]])
+    values = np.array([10.0, 10.01, 10.1, 20.0, 10.05, np.inf])
+    assert distinct(units, values, 0.02, 0.1, 9).tolist() == [0, 4]
+    assert distinct(units, values, 0.02, 0.01, 9).tolist() == [0, 1, 4, 2]
+    assert distinct(units, values, 0.02, 0.01, 3).tolist() == [0, 1, 4]
+    assert distinct(units, values, 0.99, 0.1, 9).tolist() == [0, 4]
+    assert distinct(units, values + 1e3, 0.02, 0.1, 9).tolist() == [0, 4, 3]
+    assert distinct(units, np.full(6, np.inf), 0.02, 0.1, 9).size == 0
+
+
+def test_a_winner_is_disturbed_in_one_way_at_a_time():
+    tuning = load_tuning("ssul-set6", {"set": {"C": 0.1}})
+    names, trials = perturbations(tuning), perturbed(tuning, np.array([1000.0, 50.0]))
+    rows = dict(zip(names, trials.table.tolist(), strict=True))
+    assert rows["none"] == [1000, 50, 1, 0, 1]
+    assert rows["omega -1%"] == [1000, 50, 0.99, 0, 1]
+    assert rows["5 x the periods"] == [1000, 50, 1, 0, 5]
+    assert rows["k2 +2%"] == [1020, 50, 1, 0, 1]
+    assert rows["c2 -2%"] == [1000, 49, 1, 0, 1]
+    assert rows["random start 1"] == [1000, 50, 1, 1, 1]
+    assert len(rows) == 4 + 2 * 2 + STARTS
+
+
+def test_a_disturbed_design_stays_possible():
+    tuning = load_tuning("ssul-set6", {"free": {"nu2": bounds(0.1, 0.5)}})
+    assert tuning.names[-1] == "nu2"
+    points = perturbed(tuning, np.array([500.0, 50.0, 0.1, 0.5])).points
+    assert points[:, 3].max() == 0.5
+    assert points[:, 3].min() == 0.49
+
+
+def bowl(target):
+    """Return an objective with its least value 3 at `target`, and the list of what was asked."""
+    asked = []
+
+    def evaluate(points):
+        asked.append(points.copy())
+        return 3 + np.abs(points - target).sum(axis=1)
+
+    return evaluate, asked
+
+
+def test_whole_generations_are_asked_for_at_once():
+    evaluate, asked = bowl([0.2, 0.7, 0.9])
+    search_globally(evaluate, 3, Search(population=20, generations=30), seed=1)
+    assert {len(points) for points in asked} == {20}
+    assert len(asked) <= 31
+    best = min(np.concatenate(asked), key=lambda p: np.abs(p - [0.2, 0.7, 0.9]).sum())
+    assert best == pytest.approx([0.2, 0.7, 0.9], abs=0.02)
+
+
+@pytest.mark.parametrize("start", [[0.22, 0.68], [1.0, 1.0], [0.0, 0.7]])
+def test_the_local_search_stays_inside_and_within_its_budget(start):
+    evaluate, asked = bowl([0.2, 0.7])
+    polish(evaluate, np.array(start), 150)
+    points = np.concatenate(asked)
+    assert len(points) <= 150
+    assert points.min() >= 0
+    assert points.max() <= 1
+    assert points[np.abs(points - [0.2, 0.7]).sum(axis=1).argmin()] == pytest.approx(
+        [0.2, 0.7], abs=1e-3
+    )
+    asked.clear()
+    polish(evaluate, np.array(start), 0)
+    assert asked == []
+
+
+def test_the_first_generation_fills_every_slice():
+    points = latin_hypercube(10, 3, np.random.default_rng(0))
+    for column in points.T:
+        assert sorted((column * 10).astype(int)) == list(range(10))
+
+
+def test_cma_is_refused_where_it_is_not_installed(monkeypatch, tmp_path):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(RequestError, match=r"pip install 'nlds-vines\[cma\]'"):
+        nv.tune("tmd", tmp_path / "a.h5", search={"method": "cma"})
+
+
+def test_cma_finds_a_bowl_where_it_is_installed():
+    pytest.importorskip("cma")
+    evaluate, asked = bowl([0.2, 0.7])
+    search_globally(evaluate, 2, Search(method="cma", population=8, generations=60), seed=1)
+    points = np.concatenate(asked)
+    assert len(points) <= 8 * 61
+    assert points.min() >= 0
+    assert points.max() <= 1
+    assert np.abs(points - [0.2, 0.7]).sum(axis=1).min() < 1e-2
+
+
+def test_a_journal_that_fits_no_more_is_refused(tmp_path):
+    tuning = load_tuning("tmd")
+    asked, found = np.ones((2, 4)), np.zeros((2, 4))
+    with Journal.open(tmp_path / "a.h5", tuning) as journal:
+        assert journal.begin(1) == 0
+        journal.note(asked, found)
+        journal.flush()
+    with Journal.open(tmp_path / "a.h5", tuning, resume=True) as journal:
+        assert journal.begin(1) == 2
+        with pytest.raises(RequestError, match="does not fit this search"):
+            journal.recall(2 * asked)
+        assert np.array_equal(journal.recall(asked), found)
+        assert journal.recall(asked) is None
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("k2", [bounds(10.0, 1e4), bounds(100.0, 1500.0)])
+def test_every_seed_beats_table_1(k2, tmp_path):
+    found = nv.tune("ssul-set1", tmp_path / "a.h5", free={"k2": k2}, search={"seeds": 5})
+    assert len(found.spread) == 5
+    assert max(found.spread.values()) <= TABLE_1_BEST
+    assert found.objective == min(found.spread.values())
+
+
+@pytest.mark.long
+def test_every_seed_finds_the_best_linear_damper_of_a_band(tmp_path):
+    band = {"omega": {"start": 5.0, "stop": 8.0, "num": 61}}
+    found = nv.tune("tmd", tmp_path / "a.h5", over=band, search={"seeds": 5})
+    assert max(found.spread.values()) <= 161.0
+    assert found.parameters["k2"] == pytest.approx(2083, rel=0.01)
+    assert found.parameters["c2"] == pytest.approx(112, rel=0.03)

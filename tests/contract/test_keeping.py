@@ -5,6 +5,8 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import h5py
@@ -16,7 +18,8 @@ import nlds_vines as nv
 from nlds_vines import cut as cutting
 from nlds_vines import provenance, room
 from nlds_vines.__main__ import main
-from nlds_vines.cut import Shard, block_bytes, blocks_of, result_bytes
+from nlds_vines.block import Outputs
+from nlds_vines.cut import Shard, block_bytes, blocks_of, lane_bytes, result_bytes, work_bytes
 from nlds_vines.errors import RequestError
 from nlds_vines.parts import Parts
 from nlds_vines.progress import Progress, Tally
@@ -138,6 +141,25 @@ def test_the_largest_block_is_as_large_as_it_is_said():
             scan = make_scan(vary=vary, start={"policy": policy})
             cells = max(block.cells for block in blocks_of(scan))
             assert block_bytes(scan) >= result_bytes(scan) * cells // (scan.lanes // scan.starts)
+
+
+@pytest.mark.parametrize("system", ["none", "tmd", "ssul-set6", "ssbl"])
+@pytest.mark.parametrize("want", [["section"], ["energy"], ["regime", "energy"], ["settling"]])
+def test_what_a_block_takes_is_not_more_than_is_said(system, want):
+    scan = replace(make_scan(want, system=system), transient=5000)
+    outputs = Outputs.of(scan, (7, 1), scan.transient, scan.periods)
+    taken = sum(array.nbytes for array in vars(outputs).values() if array is not None)
+    assert taken <= 7 * lane_bytes(scan) <= taken + 7 * 1024
+
+
+def test_a_verdict_makes_smaller_blocks():
+    omega, force = ({"start": low, "stop": 9.0, "num": 3000} for low in (5.0, 1.0))
+    cells = []
+    for want in ("energy", "regime"):
+        scan = replace(make_scan([want], vary={"omega": omega, "P": force}), transient=5000)
+        cells.append(max(block.cells for block in islice(blocks_of(scan), 100)))
+        assert cells[-1] * lane_bytes(scan) <= work_bytes(scan) <= 1 << 27
+    assert cells[1] < cells[0]
 
 
 # ---- where it comes from -------------------------------------------------------------------------

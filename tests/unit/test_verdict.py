@@ -1,5 +1,6 @@
 """Verdicts: what each label needs, on sequences made up and on orbits whose nature is known."""
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -32,11 +33,11 @@ def decided(values, largest, width):
 
 
 def test_the_codes_are_those_of_the_archive():
-    assert verdict.UNDETERMINED == FLAGS["undetermined"]
-    assert verdict.PERIODIC == FLAGS["periodic"]
-    assert verdict.QUASIPERIODIC == FLAGS["quasiperiodic"]
-    assert verdict.CHAOTIC == FLAGS["chaotic"]
-    assert verdict.TRANSIENT == FLAGS["transient_chaos"]
+    assert FLAGS["undetermined"] == verdict.UNDETERMINED
+    assert FLAGS["periodic"] == verdict.PERIODIC
+    assert FLAGS["quasiperiodic"] == verdict.QUASIPERIODIC
+    assert FLAGS["chaotic"] == verdict.CHAOTIC
+    assert FLAGS["transient_chaos"] == verdict.TRANSIENT
 
 
 def test_chaos_needs_an_interval_above_zero():
@@ -68,7 +69,7 @@ def test_labels_are_the_papers_words():
 
 def test_efforts_only_add_stages():
     stages = list(EFFORTS.values())
-    for less, more in zip(stages, stages[1:], strict=False):
+    for less, more in itertools.pairwise(stages):
         assert more[: len(less)] == less
 
 

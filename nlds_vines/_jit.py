@@ -56,9 +56,10 @@ def jit(
 
     `parallel=True` belongs to the loops over lanes and nowhere else. `dissolved=True` is for large
     functions with one caller: they become part of its text before anything is compiled. (Every
-    function is compiled together with all that it calls, once on each level of calls.) With the environment
-    variable NUMBA_DISABLE_JIT=1 the function is returned as it is: slow, readable, debuggable,
-    and equal to the last bit.
+    function is compiled together with all that it calls, once on each level of calls.)
+
+    With the environment variable NUMBA_DISABLE_JIT=1 the function is returned as it is: slow,
+    readable, debuggable, and equal to the last bit.
     """
     if function is None:
         return lambda f: jit(f, parallel=parallel, dissolved=dissolved)

@@ -40,6 +40,11 @@ class Scene:
     obstacle: Callable[[Values], Mapping[str, Any]] = lambda p: {}
     struck: Mapping[str, str] = field(default_factory=lambda: _OBSTACLE)
 
+    def __post_init__(self) -> None:
+        """Refuse a limit that nobody would watch: flights without a wall look at no instant."""
+        if self.limit is not None and not self.walls:
+            raise ValueError(f"scene {self.kind!r} has a limit and no wall: nothing watches it")
+
     @property
     def damper(self) -> bool:
         """Whether a damper is joined to the structure."""

@@ -29,9 +29,10 @@ METHODS = {
 def test_the_named_system_follows_the_reference(options, bound):
     """Between two walls as accurate as at one."""
     system = load_system("ssbl", omega=6.05)
-    for name, value in REFERENCE.numbers.items():
-        found = system.K if name == "K" else system.parameters[name]
-        assert found == pytest.approx(value, rel=1e-13), name
+    for name, value in system.parameters.items():
+        if name in REFERENCE.numbers:
+            assert value == REFERENCE.numbers[name], name
+    assert system.K == pytest.approx(REFERENCE.numbers["K"], rel=1e-13)
     orbit = simulate(system, 30, **options)
     errors = np.abs(orbit.section - REFERENCE.states[:30]).max(axis=1) / REFERENCE.growth[:30]
     assert errors.max() <= bound
@@ -42,23 +43,23 @@ def test_the_named_system_follows_the_reference(options, bound):
 
 def test_exact_flight_converges_geometrically_between_two_walls():
     """(The order of the fixed steps there is in `test_order.py`.)"""
-    nodes = np.array([5, 6, 7, 8, 9, 10])
+    nodes = np.arange(5, 13)
     system = system_of("ssbl", REFERENCE.numbers)
     sections = [simulate(system, 10, nodes=int(n)).section for n in nodes]
     errors = [np.abs(section[-1] - REFERENCE.states[9]).max() for section in sections]
-    assert np.exp(-np.polyfit(nodes, np.log(errors), 1)[0]) >= 5
+    assert np.exp(-np.polyfit(nodes, np.log(errors), 1)[0]) >= 4.5
     finest = simulate(system, 10, nodes=16, resolution=64.0).section
     assert np.abs(finest[-1] - REFERENCE.states[9]).max() <= 1e-12
 
 
 @pytest.mark.parametrize(
-    ("boundary", "bracket", "inward"), [(5.265, (5.0, 5.6), 1), (7.098, (6.8, 7.3), -1)]
+    ("boundary", "bracket", "inward"), [(5.2658, (5.0, 5.6), 1), (7.0981, (6.8, 7.3), -1)]
 )
 def test_where_the_impact_free_orbit_is_admissible(boundary, bracket, inward):
     """Its spring is shortened, and lengthened, by less than D and C: linear algebra."""
     gap = min(SSBL["C"], SSBL["D"])
     exact = brentq(lambda omega: shortening({**SSBL, "omega": omega}) - gap, *bracket)
-    assert round(exact, 3) == boundary
+    assert round(exact, 4) == boundary
     for side in (1, -1):
         p = {**SSBL, "omega": exact * (1 + side * inward * 1e-7)}
         orbit = simulate(system_of("ssbl", p), 20, start=steady_state(p, p["D"]))
@@ -87,7 +88,7 @@ def test_regimes_of_the_bilateral_damper():
             "system": "ssbl",
             "vary": {"omega": {"values": list(expected)}},
             "sampling": {"transient": 400, "periods": 60},
-            "record": {"want": ["regime"]},
+            "record": {"want": ["impacts", "regime"]},
         }
     )
     found = Computer(scan).block(Block(0, ((0, scan.lanes),)))

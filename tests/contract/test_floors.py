@@ -23,6 +23,7 @@ FLOORS = (
     {
         "bifurcation",
         "accuracy",
+        "costs",
         "portrait",
         "tuning",
         "_command",

@@ -56,7 +56,7 @@ def start_of(numbers, rng, r):
 def grazing_case(rng):
     """Return a case whose limit is an extreme of r times 1 +- 1e-9 .. 1e-3."""
     while True:
-        kind, numbers, start, periods = random_case(rng)
+        _, numbers, start, periods = random_case(rng)
         numbers["L"] = FAR_AWAY
         course = follow(model_of(numbers, watched=True), start, periods)
         tops = course.misses[course.misses[:, 0] == 0, 2] + FAR_AWAY + numbers["D"]

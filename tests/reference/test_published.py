@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from support import counts_by_period, references, system_of
-from test_exact_facts import shortening, steady_state
+from support import counts_by_period, references, shortening, steady_state, system_of
 
 from nlds_vines.batch import Batch
 from nlds_vines.block import Computer
@@ -32,7 +31,7 @@ def test_the_named_system_follows_the_reference(options, bound):
     for name, value in system.parameters.items():
         if name in REFERENCE.numbers:
             assert value == REFERENCE.numbers[name], name
-    assert system.K == pytest.approx(REFERENCE.numbers["K"], rel=1e-13)
+    assert pytest.approx(REFERENCE.numbers["K"], rel=1e-13) == system.K
     orbit = simulate(system, 30, **options)
     errors = np.abs(orbit.section - REFERENCE.states[:30]).max(axis=1) / REFERENCE.growth[:30]
     assert errors.max() <= bound

@@ -82,7 +82,7 @@ def after(system, periods):
     return user_to_kernel(system, simulate(system, periods).state)
 
 
-PRELOADED = {**SET6, "C": -0.2, "K": 1e6, "P": 400.0}
+PRELOADED = {**SET6, "C": -0.2, "K": 1e6, "P": 100.0}
 CASES = {
     # system, periods from rest, periods ridden, impacts by wall meanwhile
     "an impact a period": (system_of("ssul", SET6), 20, 2, (2, 0)),
@@ -90,7 +90,7 @@ CASES = {
     "it begins inside a contact": (system_of("ssul", SET6), 4, 1, (1, 0)),
     "a soft wall": (system_of("ssul", {**SET6, "K": 1e4}), 10, 2, None),
     "it rests on the wall": (system_of("ssul", PRELOADED), 60, 2, (0, 0)),
-    "it leaves the wall slowly": (system_of("ssul", {**PRELOADED, "C": -0.05}), 60, 2, None),
+    "it is pressed back soon": (system_of("ssul", {**PRELOADED, "P": 250.0}), 60, 2, (4, 0)),
     "two walls": (system_of("ssbl", SSBL), 20, 1, (1, 1)),
     "no wall": (load_system("tmd"), 3, 2, None),
 }
@@ -176,7 +176,7 @@ def test_lengths_along_triangular_matrices():
     rides.unit(tangent)
     for _ in range(50):
         upper = np.triu(rng.normal(size=(4, 4)))
-        np.fill_diagonal(upper, 10.0 ** (rng.uniform(0, 1, 4) + (3, 1, -1, -3)))
+        np.fill_diagonal(upper, 10.0 ** (np.array([3, 1, -1, -3]) + rng.uniform(0, 1, 4)))
         other = np.linalg.qr(rng.normal(size=(4, 4)))[0]
         multiplied(tangent, other @ upper @ frame.T)
         rides.orthonormalise(tangent, 4, growth)
@@ -213,19 +213,14 @@ def test_exponents_add_up_along_any_orbit(kind, changes):
     assert exponents[0] > exponents[-1]
 
 
-def labelled(num):
-    """Return the default diagram with its evidence, on a grid of its own."""
-    changes = {
-        "vary": {"omega": {"start": 5.0, "stop": 8.0, "num": num}},
-        "record": {"want": ["regime", "evidence"]},
-    }
-    scan = load_scan(None, changes)
+def labelled():
+    """Return the default diagram with its evidence."""
+    scan = load_scan(None, {"record": {"want": ["regime", "evidence"]}})
     return scan, Computer(scan).block(Block(0, ((0, scan.lanes),)))
 
 
-@pytest.mark.parametrize("num", [49, pytest.param(1201, marks=pytest.mark.long)])
-def test_multipliers_and_exponents_of_every_labelled_orbit(num):
-    scan, found = labelled(num)
+def test_multipliers_and_exponents_of_every_labelled_orbit():
+    scan, found = labelled()
     omega, n = scan.axes[0].values, found["period"][:, 0]
     periodic = n > 0
     assert periodic.mean() > 0.9

@@ -6,6 +6,7 @@ import statistics
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from nlds_vines.wants import possible_want
 
 SCENES = ("none", "tmd", "ssul-set6", "ssbl", "ssvi-b")
 RECORDED = ("section", "impacts", "energy", "peak", "clearance", "trajectory", "regime")
-TRANSIENT = 600  # periods before those that are measured
+TRANSIENT = 600  # periods before those in which impacts are counted and a period is looked for
 TIMED, FEWER = 20_000, 1_000  # periods to time over; a trajectory has many states
 DIAGRAM = 720  # periods of an orbit of the default diagram, whose regime is judged
 REPEATS = 7
@@ -26,40 +27,59 @@ class Part:
     """Something to time: `run(periods)` follows the orbit and notes what the name says."""
 
     name: str
+    system: System
     run: Callable[[int], object]
     periods: int
 
 
 def parts(system: System) -> Iterator[Part]:
-    """Yield the bare orbit of `system`, then what can be recorded of it, then bare orbits of others.
+    """Yield the bare orbit of `system`, what can be recorded of it, and bare orbits of others.
 
-    The others are scenes of the catalogue at the same frequency.
+    The others are other scenes at the same frequency.
     """
-    yield Part(f"{system.name}, nothing recorded", _recording(system), TIMED)
+    yield Part(f"{system.name}, nothing recorded", system, _recording(system), TIMED)
     for word in RECORDED:
         if word == "regime":
-            yield Part("+ regime", _judging(system), DIAGRAM * (TIMED // DIAGRAM))
+            yield Part("+ regime", system, _judging(system), DIAGRAM * (TIMED // DIAGRAM))
         elif word == "trajectory" or word in possible_want((word,), system.scene):
             periods = FEWER if word == "trajectory" else TIMED
-            yield Part(f"+ {word}", _recording(system, word), periods)
+            yield Part(f"+ {word}", system, _recording(system, word), periods)
     for name in SCENES:
         other = _at_frequency(name, system.parameters["omega"])
         if other.name != system.name:
-            yield Part(f"{name}, nothing recorded", _recording(other), TIMED)
+            yield Part(f"{name}, nothing recorded", other, _recording(other), TIMED)
 
 
 def report(system: System) -> Iterator[str]:
-    """Yield the lines of a Markdown table: CPU time per forcing period, and beside the bare orbit."""
+    """Yield the lines of a Markdown table: CPU time per forcing period, and its ratio to bare."""
     yield f"{system.title or system.name}, omega = {system.parameters['omega']:g} rad/s, and other"
     yield f"scenes: CPU time of one thread per forcing period, from rest, median of {REPEATS} runs."
     yield ""
-    yield "| orbit | CPU per period | ratio |"
-    yield "|---|---:|---:|"
+    yield "| orbit | impacts per period | CPU per period | ratio |"
+    yield "|---|---:|---:|---:|"
     bare = 0.0
     for part in parts(system):
         seconds = measured(part)
         bare = bare or seconds
-        yield f"| {part.name} | {seconds * 1e6:.2g} us | {seconds / bare:.2g} |"
+        often = f"{impact_rate(part.system):.2g}"
+        yield f"| {part.name} | {often} | {seconds * 1e6:.2g} us | {seconds / bare:.2g} |"
+
+
+@cache
+def _rate_of(kind: str, parameters: tuple[tuple[str, float], ...]) -> float:
+    from nlds_vines.simulation import simulate
+
+    system = System(kind, dict(parameters))
+    impacts = simulate(system, FEWER, transient=TRANSIENT, record=("impacts",)).impacts
+    assert impacts is not None
+    return len(impacts) / FEWER
+
+
+def impact_rate(system: System) -> float:
+    """Return the impacts of a period after the transient, 0 without a wall."""
+    if not system.scene.walls:
+        return 0.0
+    return _rate_of(system.kind, tuple(system.parameters.items()))
 
 
 def measured(part: Part) -> float:

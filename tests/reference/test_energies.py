@@ -1,5 +1,7 @@
 """Energies of equation (6): what an impact passes on, and maxima with and without the transient."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -107,7 +109,7 @@ def test_peaks_and_maxima():
     assert late.E2peak == pytest.approx(whole.E2peak, rel=1e-9)
     assert late.E1max < 0.9 * late.E1peak  # the transient is the larger here
     sweep = [simulate(system, 2, transient=n, record=PEAKS) for n in range(0, 30, 3)]
-    for one, next_one in zip(sweep, sweep[1:], strict=False):
+    for one, next_one in pairwise(sweep):
         assert one.E1peak <= next_one.E1peak * (1 + 1e-9)
         assert one.E1max <= one.E1peak
         assert one.E2max <= one.E2peak

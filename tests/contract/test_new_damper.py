@@ -108,5 +108,5 @@ def test_it_is_refused_in_words_like_any_other(caged, capsys):
 def test_a_scene_that_would_go_wrong_silently_is_refused():
     with pytest.raises(ValueError, match="no wall: nothing watches"):
         Scene("bad", "a limit alone", (), rest=lambda p: 0.0, limit=lambda p: 1.0)
-    with pytest.raises(ValueError, match="at most 16 letters"):
+    with pytest.raises(ValueError, match="16 letters"):
         Scene("bad", "a long name", (), struck={"near": "an obstacle of many words"})

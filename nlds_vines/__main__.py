@@ -14,6 +14,7 @@ COMMANDS = {
     "bifurcation": ("nlds_vines.bifurcation", "scan one parameter or two"),
     "tuning": ("nlds_vines.tuning", "search for the best damper"),
     "portrait": ("nlds_vines.portrait", "one orbit in full"),
+    "reproduce": ("nlds_vines.reproduce", "the paper, figure by figure, and its claims checked"),
     "accuracy": ("nlds_vines.accuracy", "error against run time of every method"),
 }
 """The sister commands: the module of each, whose `main` takes the arguments, and its purpose."""

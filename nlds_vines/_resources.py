@@ -5,16 +5,36 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
-_FOLDER_IN_CLONE = {"dampers.toml": "data", "figure8.toml": "scans"}
+_FOLDER_IN_CLONE = {"dampers.toml": "data"}  # all else stands in `scans`
+_RECIPES = ("figure*.toml", "study-*.toml")
 
 
 def resource_text(name: str) -> str:
-    """Return the text of the packaged file `name`, `dampers.toml` or `figure8.toml`.
+    """Return the text of the packaged file `name`: `dampers.toml`, or a recipe of a figure.
 
     A wheel carries them in `nlds_vines/_data`; in a clone they stay in `data` and `scans`.
     """
-    packed = files("nlds_vines") / "_data" / name
+    return resource_path(name).read_text(encoding="utf-8")
+
+
+def resource_path(name: str) -> Path:
+    """Return the path of the packaged file `name`, which need not exist."""
+    packed = _packed() / name
     if packed.is_file():
-        return packed.read_text(encoding="utf-8")
-    root = Path(__file__).resolve().parent.parent
-    return (root / _FOLDER_IN_CLONE[name] / name).read_text(encoding="utf-8")
+        return packed
+    return _clone() / _FOLDER_IN_CLONE.get(name, "scans") / name
+
+
+def recipe_paths() -> list[Path]:
+    """Return the recipes that travel with the package: the paper's figures, and studies of ours."""
+    folder = _packed() if _packed().is_dir() else _clone() / "scans"
+    return sorted(path for pattern in _RECIPES for path in folder.glob(pattern))
+
+
+def _packed() -> Path:
+    """Return the folder of the files in an installed wheel; a clone has none."""
+    return Path(str(files("nlds_vines") / "_data"))
+
+
+def _clone() -> Path:
+    return Path(__file__).resolve().parent.parent

@@ -11,7 +11,6 @@ import numpy as np
 
 from nlds_vines.block import RESOLUTION, method_parts
 from nlds_vines.kernels import lanes
-from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.record import OK
 from nlds_vines.scenes import Scene
 
@@ -79,7 +78,7 @@ class Batch:
             None,
             None,
             violation,
-            np.zeros((*chains.shape, 2, SIZE)),
+            None,
             status,
         )
         broken = np.zeros(chains.shape) if violation is None else violation[..., 2]

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from nlds_vines.parts import Block
     from nlds_vines.scan import Scan
 
+NOTED = 4096
+"""Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
+
 RESOLUTION: Mapping[str, float] = {"exact": 28.0, "rk4": 512.0}
 """Runge-Kutta steps: of a contact that must be stepped (exact), of a forcing period (rk4)."""
 
@@ -61,7 +64,7 @@ class Outputs:
     clearance: np.ndarray | None
     violation: np.ndarray | None
     evidence: np.ndarray | None
-    ends: np.ndarray
+    ends: np.ndarray | None
     status: np.ndarray
 
     @classmethod
@@ -69,7 +72,7 @@ class Outputs:
         """Allocate the buffers that the scan's `want` needs."""
         want, scene = set(scan.want), SCENES[scan.system.kind]
         walls, judged = bool(scene.walls), bool(want & JUDGED)
-        noted = scan.periods + (scan.transient if judged else 0)
+        noted = scan.periods + (min(scan.transient, NOTED) if judged else 0)
 
         def rows(wanted: bool, *tail: int, dtype: Any = float) -> np.ndarray | None:
             return np.zeros((chains, links, *tail), dtype) if wanted else None
@@ -83,7 +86,7 @@ class Outputs:
             clearance=rows("clearance" in want and walls, 1),
             violation=rows(scene.limit is not None, 3),
             evidence=rows(judged, COLUMNS),
-            ends=np.zeros((chains, links, 2, SIZE)),
+            ends=rows(judged, 2, SIZE),
             status=np.zeros((chains, links), np.int64),
         )
 
@@ -102,15 +105,21 @@ class Computer:
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
         cells = self._cells[block.selection]
-        chains, starts = self._chains(cells)
-        outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
-        arrays = self._arrays(outputs, chains)
+        arrays = self.lanes(*self._chains(cells))
         length = sizes(self.scan)
         table = {dataset.name: dataset for dataset in datasets(self.scan)}
         return {
-            name: self._in_place(values, cells.shape, table[name], length)
-            for name, values in arrays.items()
+            name: self._in_place(arrays[name], cells.shape, dataset, length)
+            for name, dataset in table.items()
         }
+
+    def lanes(self, chains: np.ndarray, starts: np.ndarray) -> dict[str, np.ndarray]:
+        """Return everything found out about chains of cells (chains, links) from their starts.
+
+        By name of the dataset, each (chains, links, tail); some may be more than the scan wants.
+        """
+        outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
+        return self._arrays(outputs, chains)
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads."""
@@ -199,11 +208,14 @@ class Computer:
             arrays["impact_rate"] = counts.sum(axis=-1) / self.scan.periods
         if outputs.evidence is not None:
             size = len(components(self.scan))
-            arrays |= arrays_of(status, outputs.evidence, counts, cells, size)
-        return {
-            dataset.name: _failed_filled(arrays[dataset.name], dataset, status)
-            for dataset in datasets(self.scan)
-        }
+            found = arrays_of(status, outputs.evidence, counts, cells, size)
+            unnoted = max(self.scan.transient - NOTED, 0)
+            found["settling"][found["settling"] >= 0] += unnoted
+            found["watched"] += unnoted
+            arrays |= found
+        for dataset in datasets(self.scan):
+            _failed_filled(arrays[dataset.name], dataset, status)
+        return arrays
 
     def _in_place(
         self, values: np.ndarray, shape: tuple[int, ...], dataset: Dataset, length: dict[str, int]

@@ -125,7 +125,7 @@ def simulate(
     resolution = _checked_resolution(method, resolution)
     parts = method_parts(method, system.scene, nodes)
     cell = cell_of(system)
-    begin = _start_state(system, cell.rest, start)
+    begin = start_state(system, cell.rest, start)
     buffers = _Buffers.of(system, record, periods, samples)
     while True:
         state = begin.copy()
@@ -241,7 +241,7 @@ def _rows(capacity: int) -> Rows:
     return Rows(np.empty((capacity, COLUMNS)), np.zeros(1, np.int64))
 
 
-def _start_state(system: System, rest: float, start: Sequence[float] | None) -> np.ndarray:
+def start_state(system: System, rest: float, start: Sequence[float] | None) -> np.ndarray:
     """Return the kernels' state (x1, v1, r, s, q, mode) of a start in the user's coordinates."""
     state = np.zeros(SIZE)
     if start is None:

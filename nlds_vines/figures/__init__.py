@@ -1,4 +1,4 @@
-"""Archive -> picture: bifurcation diagrams and maps of regimes, from the archive alone.
+"""Archive -> picture: diagrams, maps of regimes, pages of curves, from archives alone.
 
 Nothing is computed here, and no kernel is ever loaded.  The only part that imports matplotlib.
 """
@@ -6,6 +6,8 @@ Nothing is computed here, and no kernel is ever loaded.  The only part that impo
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +17,23 @@ from matplotlib.figure import Figure
 from nlds_vines.archive import ArchiveView, read
 from nlds_vines.durable import in_one_line
 from nlds_vines.errors import RequestError
+from nlds_vines.figures.curves import draw_page
 from nlds_vines.figures.diagram import diagram
 from nlds_vines.figures.maps import regime_map
 from nlds_vines.figures.style import STYLE
 from nlds_vines.figures.surface import tuning_surface
+from nlds_vines.pages import Curve, Page
 
-__all__ = ["FORMATS", "diagram", "regime_map", "save", "save_figure", "tuning_surface"]
+__all__ = [
+    "FORMATS",
+    "diagram",
+    "draw_page",
+    "regime_map",
+    "save",
+    "save_figure",
+    "save_page",
+    "tuning_surface",
+]
 
 FORMATS = {"png": 200, "pdf": 600, "svg": 600}
 """What a picture may be, by the suffix of its name, and its resolution in dots per inch; in the
@@ -43,6 +56,22 @@ def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
         figure = _figure(view)
         title, scan_hash = str(view.attrs["title"]), str(view.attrs["scan_hash"])
     return save_figure(figure, path, title, ("scan_hash", scan_hash))
+
+
+def save_page(
+    recipe: Page, archive_of: Callable[[Curve], Path], plot_path: str | os.PathLike[str]
+) -> Path:
+    """Draw a page of curves as `save` draws an archive; returns the picture's path.
+
+    Arguments: `archive_of` returns the path of a curve's archive.  The hash in the picture is
+    that of all its scans.
+    """
+    path = Path(plot_path)
+    check_format(path)
+    figure = draw_page(recipe, archive_of)
+    hashes = "".join(curve.scan.hash for curve in recipe.curves)
+    origin = ("scan_hash", sha256(hashes.encode()).hexdigest())
+    return save_figure(figure, path, recipe.title, origin)
 
 
 def check_format(path: Path) -> str:

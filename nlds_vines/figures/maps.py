@@ -16,7 +16,7 @@ from nlds_vines.archive import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.figures.bands import edges
 from nlds_vines.figures.diagram import CURVES
-from nlds_vines.figures.palette import colours, ordered
+from nlds_vines.figures.palette import colours, ordered, short
 from nlds_vines.figures.style import CM, LEFT, STYLE, WIDTH, axis_label, quantity_label
 
 _HEIGHT = 11 * CM
@@ -67,7 +67,7 @@ def _draw_regimes(axes: Axes, view: ArchiveView) -> None:
     shades = ListedColormap([colour[word] for word in words])
     _fill(axes, view, classes.reshape(labels.shape), cmap=shades, norm=norm)
     frequent = words[np.argsort(-counts, kind="stable")[:_MOST_NAMED]]
-    handles = [Patch(color=colour[word], label=word) for word in ordered(frequent)]
+    handles = [Patch(color=colour[word], label=short(word)) for word in ordered(frequent)]
     if words.size > _MOST_NAMED:
         handles.append(Patch(color="none", label=f"and {words.size - _MOST_NAMED} more"))
     axes.legend(

@@ -38,6 +38,11 @@ def period_and_impacts(label: str) -> tuple[int, int] | None:
     return (int(match[1] or 1), int(match[2] or 0)) if match else None
 
 
+def short(label: str) -> str:
+    """Return a label as pictures write it, a transient in short."""
+    return label.replace(TRANSIENT, "chaos → ")
+
+
 def ordered(labels: Iterable[str]) -> list[str]:
     """Return the different labels by period and impacts, and after them what is not periodic."""
 

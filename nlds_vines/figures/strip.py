@@ -10,7 +10,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.textpath import TextPath
 
 from nlds_vines.figures.bands import Band, spread
-from nlds_vines.figures.palette import HATCHED, TRANSIENT, colours, is_dark
+from nlds_vines.figures.palette import HATCHED, colours, is_dark, short
 from nlds_vines.figures.style import LEFT, RIGHT, STYLE, WIDTH
 
 _POINTS = 72 * WIDTH * (RIGHT - LEFT)  # width of the strip
@@ -50,7 +50,7 @@ def _sparing(named: list[Band]) -> list[Band]:
 
 def _name(band: Band) -> str:
     """Return what is written for a band: its label, a transient in short."""
-    return band.label.replace(TRANSIENT, "chaos → ")
+    return short(band.label)
 
 
 def _fill(axes: Axes, band: Band, colour: str) -> None:

@@ -69,6 +69,18 @@ def quantity_label(name: str, unit: str) -> str:
     return _labelled(*_QUANTITIES[name], unit)
 
 
+def setting_label(parameter: str, value: float) -> str:
+    """Return symbol, value and unit of a parameter that is set, as mathematics: k1 = 3.95e4 N/m."""
+    entry = PARAMETERS[parameter]
+    symbol = "".join(_LATEX.get(letter, letter) for letter in entry.symbol)
+    digits, _, power = f"{value:.6e}".partition("e")
+    shown = f"{value:g}"
+    if not 1e-3 <= abs(value) < 1e4 and value:
+        shown = rf"{float(digits):g}\cdot10^{{{int(power)}}}"
+    unit = f" {entry.unit}" if entry.unit != "1" else ""
+    return f"${symbol}={shown}${unit}"
+
+
 def start_colours(starts: Sequence[str]) -> list[str]:
     """Return a colour for every start; there are seven, which then come again."""
     return [_POLICIES.get(name, _STARTS[i % len(_STARTS)]) for i, name in enumerate(starts)]

@@ -34,7 +34,12 @@ def free_cell(
 ):  # fmt: skip
     """Run a scene without walls (arguments as `run_cell`)."""
     start_energy(ps, damper, peak, state)
-    status = linear_orbit(classical, ps, damper, None, peak, None, None, grid, 1, state, transient)
+    noted = count_of(early)
+    status = linear_orbit(
+        classical, ps, damper, none_of(early), peak, None, None, grid, 1, state, transient - noted
+    )
+    if status == OK:
+        status = linear_orbit(classical, ps, damper, early, peak, None, None, grid, 1, state, noted)
     if status == OK:
         start_energy(ps, damper, energy, state)
         status = linear_orbit(
@@ -58,10 +63,16 @@ def walled_cell(
     begin(near, far, state)
     begin_watch(watch, state)
     start_energy(ps, damper, peak, state)
+    noted = count_of(early)
     status = orbit(
-        classical, ps, damper, near, far, own, watch, early, None, None, peak, None, None, None,
-        grid, 1, steps, state, k, first - transient, transient,
+        classical, ps, damper, near, far, own, watch, none_of(early), None, None, peak, None,
+        None, None, grid, 1, steps, state, k, first - transient, transient - noted,
     )  # fmt: skip
+    if status == OK:
+        status = orbit(
+            classical, ps, damper, near, far, own, watch, early, None, None, peak, None,
+            None, None, grid, 1, steps, state, k, first - noted, noted,
+        )  # fmt: skip
     if status == OK:
         start_energy(ps, damper, energy, state)
         status = orbit(
@@ -72,6 +83,22 @@ def walled_cell(
         raise_peak(energy, peak)
         report_violation(violation, watch)
     return status
+
+
+@jit
+def count_of(early):
+    """Return how many periods of the transient are noted."""
+    if early is None:
+        return 0
+    return len(early)
+
+
+@chosen
+def none_of(early):
+    """Return room for no section, of the same type."""
+    if early is None:
+        return lambda early: None
+    return lambda early: early[:0]
 
 
 @chosen
@@ -112,8 +139,8 @@ def run_cell(
     `classical` None is the exact method, True fixed steps; `has_...` and `arc` are None for parts
     the scene has not. `resolution`: Runge-Kutta steps, of a period when `classical`, otherwise of
     a contact that has to be stepped. `peak` (2,) takes the largest energies of transient and
-    sampled periods together, `early` (transient, components) the section of the transient or
-    nothing; `violation` (3,) time of the first, depth and number of the passages
+    sampled periods together, `early` (periods, components) the section of the transient's last
+    periods; `violation` (3,) time of the first, depth and number of the passages
     of the limit that the scene must keep. `first` numbers the first sampled period, for times;
     `section` takes `stops` equidistant states of each period.
     """

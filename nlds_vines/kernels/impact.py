@@ -199,11 +199,11 @@ def released(ps, damper, wall, arc, c, d, b, x1, rest):
     """Return the result of `short_impact` from the settled nodes."""
     common_slopes(ps, damper, wall, arc, c, d)
     own_slope(ps, damper, wall, arc, c, d)
-    deep = b + integral(arc, MIDDLE, FB)
-    out = b + integral(arc, WEIGHT, FB)
-    duration = integral(arc, WEIGHT, FT)
-    x1 += integral(arc, WEIGHT, FG)
-    rest += integral(arc, WEIGHT, FH)
+    deep = b + integral(arc, int(MIDDLE), int(FB))
+    out = b + integral(arc, int(WEIGHT), int(FB))
+    duration = integral(arc, int(WEIGHT), int(FT))
+    x1 += integral(arc, int(WEIGHT), int(FG))
+    rest += integral(arc, int(WEIGHT), int(FH))
     speed = wall.speed * out * out * out * out * out
     depth = deep * deep * deep * deep
     return True, -speed, x1, rest - damper.share * speed, duration, depth

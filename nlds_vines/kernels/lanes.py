@@ -72,6 +72,13 @@ def summarise(section, beats, counts, cycle):
                 cycle[1 + wall] = impacts_of(beats, wall, cycle[0])
 
 
+@jit
+def note_end(ends, chain, link, which, state):
+    """Keep the state at one end of an orbit, where asked for."""
+    if ends is not None:
+        ends[chain, link, which] = state
+
+
 @jit(parallel=True)
 def run_lanes(
     classical,
@@ -99,7 +106,7 @@ def run_lanes(
     Outputs have the shape (chains, links, ...) or are None: `section` (periods, components), or
     (transient + periods, components) to hold the transient's too, `counts` (2,) impacts by wall,
     `cycle` (3,) n and k at either wall, `energy` and `peak` (2,) [J], `clearance` (1,) [m],
-    `violation` (3,) [s, m, 1]; `ends` (2, SIZE), the states at begin and end, and `status` always.
+    `violation` (3,) [s, m, 1]; `ends` (2, SIZE), the states at begin and end; `status` always.
     A lane that fails keeps its fill values, starts the next link of its chain from rest, and
     touches nothing of its neighbours.
     """
@@ -113,7 +120,7 @@ def run_lanes(
             cell = cells[chain, link]
             if link > 0:  # the displacement is carried over, wherever the new rest may be
                 state[2] += cell.rest - cells[chain, link - 1].rest
-            ends[chain, link, 0] = state
+            note_end(ends, chain, link, 0, state)
             code = run_cell(
                 classical, has_damper, has_near, has_far, arc, resolution, cell, state,
                 early_rows(section, periods, chain, link), rows,
@@ -121,7 +128,7 @@ def run_lanes(
                 lane_of(clearance, chain, link), lane_of(violation, chain, link),
                 transient, transient, periods, 1,
             )  # fmt: skip
-            ends[chain, link, 1] = state
+            note_end(ends, chain, link, 1, state)
             status[chain, link] = code
             if code == OK:
                 summarise(rows, beats, lane_of(counts, chain, link), lane_of(cycle, chain, link))

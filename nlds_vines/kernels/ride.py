@@ -35,6 +35,7 @@ class Ride(NamedTuple):
     grid: Any  # of the method
     steps: float  # of a free impact
     size: int  # numbers of a state: 4, or 2 without a damper
+    rest: float  # x2 - x1 of the unstretched spring [m]
     trace: float  # tr A [1/s]: the sum of all Lyapunov exponents
     k: np.ndarray  # (SCRATCH,)
     rows: Rows
@@ -58,12 +59,20 @@ def size_of(damper):
     return 4
 
 
+@chosen
+def rest_of(damper):
+    """Return the rest offset x2 - x1 [m] of the damper's spring, 0 without a damper."""
+    if damper is None:
+        return lambda damper: 0.0
+    return lambda damper: damper.rest
+
+
 @jit
 def ride_of(classical, ps, damper, near, far, arc, jets, grid, steps):
     """Return the `Ride` of one cell."""
     rows = Rows(np.zeros((KEPT, COLUMNS)), np.zeros(1, np.int64))
     return Ride(
-        classical, ps, damper, near, far, arc, jets, grid, steps, size_of(damper),
+        classical, ps, damper, near, far, arc, jets, grid, steps, size_of(damper), rest_of(damper),
         trace_of(ps, damper), np.zeros(SCRATCH), rows, np.zeros((1, 2), np.int64),
         np.full(1, np.inf),
     )  # fmt: skip

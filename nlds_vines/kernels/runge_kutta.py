@@ -88,27 +88,27 @@ def width_of(tangent):
 @jit
 def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
     """Advance row Y by a step h of order eight and write row NEW (see `slope` for the rest)."""
-    slope(tangent, ps, damper, wall, c, d, landing, k, Y, K1)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(Y), int(K1))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A2_1 * k[K1 + i])
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K2)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K2))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A3_1 * k[K1 + i] + A3_2 * k[K2 + i])
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K3)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K3))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A4_1 * k[K1 + i] + A4_3 * k[K3 + i])
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K4)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K4))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A5_1 * k[K1 + i] + A5_3 * k[K3 + i] + A5_4 * k[K4 + i])
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K5)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K5))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A6_1 * k[K1 + i] + A6_4 * k[K4 + i] + A6_5 * k[K5 + i])
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K6)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K6))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A7_1 * k[K1 + i] + A7_4 * k[K4 + i] + A7_5 * k[K5 + i] + A7_6 * k[K6 + i]
         )
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K7)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K7))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A8_1 * k[K1 + i]
@@ -117,7 +117,7 @@ def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
             + A8_6 * k[K6 + i]
             + A8_7 * k[K7 + i]
         )
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K8)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K8))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A9_1 * k[K1 + i]
@@ -127,7 +127,7 @@ def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
             + A9_7 * k[K7 + i]
             + A9_8 * k[K8 + i]
         )
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K9)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K9))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A10_1 * k[K1 + i]
@@ -138,7 +138,7 @@ def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
             + A10_8 * k[K8 + i]
             + A10_9 * k[K9 + i]
         )
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K10)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K10))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A11_1 * k[K1 + i]
@@ -150,7 +150,7 @@ def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
             + A11_9 * k[K9 + i]
             + A11_10 * k[K10 + i]
         )
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K11)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K11))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A12_1 * k[K1 + i]
@@ -163,7 +163,7 @@ def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
             + A12_10 * k[K10 + i]
             + A12_11 * k[K11 + i]
         )
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K12)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K12))
     for i in range(width_of(tangent)):
         k[NEW + i] = k[i] + h * (
             B1 * k[K1 + i]
@@ -180,16 +180,16 @@ def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
 @jit
 def fourth(tangent, ps, damper, wall, c, d, landing, h, k):
     """Advance row Y by a classical Runge-Kutta step h of order four and write row NEW."""
-    slope(tangent, ps, damper, wall, c, d, landing, k, Y, K1)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(Y), int(K1))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + 0.5 * h * k[K1 + i]
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K2)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K2))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + 0.5 * h * k[K2 + i]
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K3)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K3))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * k[K3 + i]
-    slope(tangent, ps, damper, wall, c, d, landing, k, STAGE, K4)
+    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K4))
     for i in range(width_of(tangent)):
         k[NEW + i] = k[i] + h / 6.0 * (k[K1 + i] + 2.0 * (k[K2 + i] + k[K3 + i]) + k[K4 + i])
 

@@ -70,7 +70,7 @@ def correction(ride, matrix, y, image):
     return right, solve(system, right, ride.size)
 
 
-@jit
+@jit(dissolved=True)
 def polish(ride, y, points, counts, tangent):
     """Move y (4,) onto an orbit of n = len(points) periods.
 

@@ -54,7 +54,7 @@ def place(ride, record, p, y):
     y[:] = 0.0
     y[0], y[1] = record[p, 0], record[p, 1]
     if ride.size == 4:
-        y[2], y[3] = y[0] - record[p, 2] + ride.damper.rest, y[1] - record[p, 3]
+        y[2], y[3] = y[0] - record[p, 2] + ride.rest, y[1] - record[p, 3]
 
 
 @jit
@@ -115,7 +115,7 @@ def attracted(ride, tangent, y, last, n, span):
     return foretold(ride, tangent, y, last, state, span)
 
 
-@jit
+@jit(dissolved=True)
 def try_period(ride, record, length, n, evidence):
     """Try to find a stable orbit of minimal period n at the end of a section; fill the evidence."""
     y, last = np.zeros(4), np.zeros(4)
@@ -228,7 +228,7 @@ def passed_through_chaos(ride, origin, evidence, period):
         evidence[KIND] = TRANSIENT
 
 
-@jit
+@jit(dissolved=True)
 def judge(ride, origin, state, record, hint, stages, evidence):
     """Say what an orbit is; see the columns of `evidence` (COLUMNS,).
 

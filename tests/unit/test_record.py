@@ -70,7 +70,12 @@ def test_dimensions_are_axes_start_and_tail():
     assert by_name["section"].dims == ("omega", "P", "start", "cycle", "component")
     assert by_name["section"].tail == ("cycle", "component")
     assert by_name["label"].dims == ("omega", "P", "start")
-    assert sizes(request) == {"omega": 2, "P": 3, "start": 5, "cycle": 4, "component": 4}
+    found = sizes(request)
+    axes = {"omega": 2, "P": 3, "start": 5}
+    of_state = dict.fromkeys(("component", "multiplier", "exponent"), 4)
+    assert found == axes | of_state | {"cycle": 4, "part": 2}
+    assert "part" not in sizes(scan(want=["section"]))
+    assert sizes(scan("ssbl", ["impacts"]))["wall"] == 2
 
 
 def test_scales_agree_with_sizes_and_name_the_starts():
@@ -89,12 +94,13 @@ def test_types_units_and_fills_are_those_of_the_contract():
     table = {dataset.name: dataset for dataset in datasets(scan())}
     types = {name: dataset.dtype for name, dataset in table.items()}
     assert types == {
-        **dict.fromkeys(("section", "impact_rate", "E1max", "E2max", "clearance"), "float64"),
-        **dict.fromkeys(("period", "impacts"), "int32"),
+        **dict.fromkeys(table, "float64"),
+        **dict.fromkeys(("period", "impacts", "settling"), "int32"),
         **dict.fromkeys(("regime", "status"), "int8"),
         "label": "str",
     }
-    assert table["E1max"].units == "J"
+    energies = {"E1max", "E2max", "E1peak", "E2peak"}
+    assert {name for name in table if table[name].units == "J"} == energies
     assert table["clearance"].units == "m"
     assert table["section"].units == "m, m/s"
     assert all(dataset.units and dataset.long_name for dataset in table.values())

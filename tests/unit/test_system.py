@@ -43,7 +43,7 @@ def test_ssul_sets_are_those_of_the_tables(name):
 
 
 def test_catalogue_has_the_names_of_the_interface():
-    assert list(catalogue()) == ["none", "tmd", *TABLE_1]
+    assert list(catalogue()) == ["none", "tmd", *TABLE_1, "ssbl"]
 
 
 def test_tmd_is_that_of_table_2():

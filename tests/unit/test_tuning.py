@@ -173,6 +173,7 @@ def test_one_failed_case_condemns_a_design_and_no_number_is_made_of_it():
         E1max=np.array([[1.0, 5.0], [9.0, np.nan], [3.0, 2.0]]),
         E2max=np.array([[7.0, 8.0], [1.0, 1.0], [4.0, 6.0]]),
         status=np.array([[OK, OK], [OK, OK], [OK, DIVERGED]]),
+        violations=np.zeros((3, 2)),
     )
     found = worst(outcome)
     assert found[:, 0].tolist() == [5.0, np.inf, np.inf]
@@ -180,6 +181,12 @@ def test_one_failed_case_condemns_a_design_and_no_number_is_made_of_it():
     assert found[:, 3].tolist() == [1, 1, 1]
     assert found[0, 1] == 8.0
     assert np.isnan(found[1:, 1]).all()
+
+
+def test_a_broken_constraint_condemns_a_design():
+    numbers, broken = np.ones((2, 2)), np.array([[0.0, 0.0], [0.0, 3.0]])
+    found = worst(Outcome(numbers, numbers, np.full((2, 2), OK), broken))
+    assert found[:, 0].tolist() == [1.0, np.inf]
 
 
 def test_near_equal_optima_lie_apart():

@@ -1,0 +1,57 @@
+"""The steady state without impacts in closed form: amplitudes, energies, where it clears."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nlds_vines.system import System
+
+
+@dataclass(frozen=True)
+class Response:
+    """Complex amplitudes [m] of the structure and of the damper, from its rest, by frequency.
+
+    x1 = Re(X1 exp(i omega t)), and likewise x2; X2 is None without a damper.
+    """
+
+    system: System
+    omega: np.ndarray
+    X1: np.ndarray
+    X2: np.ndarray | None
+
+    @property
+    def E1max(self) -> np.ndarray:
+        """Largest energy of the structure [J], equation (6): at most of x1 or of its velocity."""
+        p = self.system.parameters
+        return _largest(p["m1"], p["k1"], self.omega, np.abs(self.X1))
+
+    @property
+    def clears(self) -> np.ndarray:
+        """Where the motion without impacts is possible: the damper reaches none of the walls."""
+        scene, p = self.system.scene, self.system.parameters
+        gaps = [gap(p) for gap in (scene.gap_near, scene.gap_far) if gap is not None]
+        if self.X2 is None or not gaps:
+            return np.ones(self.omega.shape, dtype=bool)
+        return np.abs(self.X2 - self.X1) <= min(gaps)
+
+
+def response(system: System, omega: np.ndarray) -> Response:
+    """Return the response of equation (5) without contact to P cos(omega t), omega in rad/s.
+
+    With structure and damper joined by k2 + i omega c2 the two equations are solved by hand;
+    without a damper X1 = P / (k1 - m1 omega^2 + i omega c1).
+    """
+    p, omega = system.parameters, np.asarray(omega, dtype=float)
+    structure = p["k1"] - p["m1"] * omega**2 + 1j * omega * p["c1"]
+    if not system.scene.damper:
+        return Response(system, omega, p["P"] / structure, None)
+    joint = p["k2"] + 1j * omega * p["c2"]
+    damper = joint - p["m2"] * omega**2
+    X1 = p["P"] * damper / ((structure + joint) * damper - joint**2)
+    return Response(system, omega, X1, X1 * joint / damper)
+
+
+def _largest(m: float, k: float, omega: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
+    return np.maximum(m * omega**2, k) * amplitude**2 / 2

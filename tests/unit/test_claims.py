@@ -1,0 +1,138 @@
+"""Claims: every check that can be decided comes out both ways, and says what it measured."""
+
+import numpy as np
+import pytest
+import worlds
+
+from nlds_vines.claims import CLAIMS, FACTS, Data, Missing, Verdict, archived, judge
+from nlds_vines.claims.evidence import maxima, spans
+from nlds_vines.linear import response
+from nlds_vines.system import System
+
+ALL = (*CLAIMS, *FACTS)
+NEVER_DECIDED = {  # the paper is silent
+    "The moduli, the surfaces' geometry and equation (4) fix the contact stiffness K.",
+    "The values of k1 that were compared.",
+}
+
+
+def rising(system, omega):
+    return omega + 40 * len(system.name) - system.parameters.get("c2", 300) * 0.1
+
+
+def better(system, omega):
+    """Everything as published, but what the program contradicts made true."""
+    p = system.parameters
+    if p.get("k2") == 2083:
+        return worlds.published(system, omega) * 5
+    if system.kind == "tmd" and p["k1"] < worlds.BASE:
+        return worlds.published(system, omega) * (1 + 1.5 * (1 - p["k1"] / worlds.BASE))
+    return worlds.published(system, omega)
+
+
+def tuned_at_once(system, omega):
+    """A world in which the dampers respond unlike one another and unlike the paper."""
+    p, base = system.parameters, worlds.published(system, omega)
+    if system.kind == "none":
+        return base + omega
+    stiffer = p["k1"] / worlds.BASE
+    return base * (0.2 + 3 * (stiffer - 1) * (system.kind == "ssbl") + (system.kind == "ssul"))
+
+
+def scattered(system, omega):
+    """The parameter sets have nothing in common."""
+    spread = 1 + 40 * (system.parameters.get("C", 0.03) - 0.03) * (system.kind == "ssul")
+    return worlds.published(system, omega) * spread
+
+
+WORLDS = {
+    "scattered": worlds.made_up(scattered),
+    "published": worlds.made_up(),
+    "better": worlds.made_up(better),
+    "rising": worlds.made_up(rising, damper=0.01),
+    "unlike": worlds.made_up(tuned_at_once, damper=0.01),
+    "still": worlds.made_up(moves=worlds.still),
+    "wild": worlds.made_up(moves=worlds.wild),
+    "heavy": worlds.made_up(m2=160.0, k2=1e8),
+}
+
+
+@pytest.fixture(scope="module")
+def verdicts():
+    return {
+        claim.says: {name: judge(claim, world).verdict for name, world in WORLDS.items()}
+        for claim in ALL
+    }
+
+
+@pytest.mark.parametrize("claim", ALL, ids=lambda claim: claim.says)
+def test_every_check_can_fail_and_can_hold(verdicts, claim):
+    found = set(verdicts[claim.says].values())
+    if claim.says in NEVER_DECIDED:
+        assert found == {Verdict.OPEN}
+    else:
+        assert {Verdict.AGREE, Verdict.DIFFER} <= found
+
+
+def test_claims_name_place_figure_and_one_line():
+    for claim in ALL:
+        assert claim.where
+        assert claim.figure in worlds.recipes()
+        text = judge(claim, WORLDS["published"]).text
+        assert text
+        assert "\n" not in text
+    assert len({claim.says for claim in ALL}) == len(ALL)
+
+
+def test_what_was_not_computed_is_said_to_be(tmp_path):
+    evidence = archived(worlds.recipes(), tmp_path)
+    found = [judge(claim, evidence) for claim in ALL]
+    # the only one that needs nothing computed is about what is not printed
+    assert [f.verdict for f in found].count(Verdict.NOT_RUN) == len(ALL) - 1
+    with pytest.raises(Missing, match="no curve"):
+        evidence("3", "ssul-set1")
+
+
+def test_a_doctored_archive_changes_the_verdict(tmp_path):
+    claim = next(claim for claim in CLAIMS if "Sets 1 and 2" in claim.says)
+    recipe = worlds.recipes()["2a"]
+    curves = {curve.name: curve for curve in recipe.curves}
+    for name in ("ssul-set1", "ssul-set2"):
+        numbers = WORLDS["published"]("2a", name).numbers
+        worlds.write_archive(tmp_path / recipe.archive(curves[name]), curves[name].scan, numbers)
+    assert judge(claim, archived(worlds.recipes(), tmp_path)).verdict == Verdict.AGREE
+    (tmp_path / recipe.archive(curves["ssul-set2"])).unlink()
+    doctored = {name: values * 1.1 for name, values in numbers.items() if name != "label"}
+    worlds.write_archive(
+        tmp_path / recipe.archive(curves["ssul-set2"]), curves["ssul-set2"].scan, doctored
+    )
+    found = judge(claim, archived(worlds.recipes(), tmp_path))
+    assert found.verdict == Verdict.DIFFER
+    assert found.text == "at most 10.0 % of the peak apart"
+
+
+def test_frequencies_off_the_grid_are_missing():
+    system = System("none", {"m1": 1, "k1": 1, "c1": 1, "P": 1, "omega": 1})
+    data = Data(system, {"omega": np.arange(3.0)}, {})
+    with pytest.raises(Missing, match=r"0\.5 rad/s"):
+        data.place(0.5)
+    with pytest.raises(Missing, match="not recorded"):
+        data.peak()
+
+
+def test_maxima_and_spans():
+    values = np.array([0, 5, 1, 10, 10, 0, 2, 1.0])
+    np.testing.assert_array_equal(maxima(values, 0.3), [1, 3])
+    assert spans(np.arange(5.0), np.array([1, 1, 0, 0, 1], bool)) == [(0, 1), (4, 4)]
+    assert spans(np.arange(2.0), np.zeros(2, bool)) == []
+
+
+def test_the_closed_form_solves_the_equations_of_motion():
+    structure = {"m1": 3.0, "k1": 50.0, "c1": 2.0, "P": 11.0, "omega": 4.0}
+    system = System("tmd", structure | {"m2": 0.5, "k2": 7.0, "c2": 0.4})
+    found = response(system, np.array([3.5]))
+    w, x1, x2 = 3.5, found.X1[0], found.X2[0]
+    joint = (7.0 + 0.4j * w) * (x2 - x1)
+    assert (50.0 - 3.0 * w**2 + 2.0j * w) * x1 - joint == pytest.approx(11.0)
+    assert -0.5 * w**2 * x2 + joint == pytest.approx(0.0, abs=1e-12)
+    assert found.clears.all()

@@ -44,6 +44,7 @@ FLOORS = (
     {
         "bifurcation",
         "accuracy",
+        "costs",
         "portrait",
         "reproduce",
         "tuning",

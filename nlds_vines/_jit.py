@@ -49,17 +49,25 @@ def _stamped_cache() -> Iterator[None]:
         registry._locator_classes = original
 
 
-def jit(function: Callable[..., Any] | None = None, *, parallel: bool = False) -> Any:
+def jit(
+    function: Callable[..., Any] | None = None, *, parallel: bool = False, dissolved: bool = False
+) -> Any:
     """Compile a kernel: nopython, cached, strict floating point.
 
-    `parallel=True` belongs to the one loop over lanes and nowhere else. With the environment
-    variable NUMBA_DISABLE_JIT=1 the function is returned as it is: slow, readable, debuggable,
-    and equal to the last bit.
+    `parallel=True` belongs to the loops over lanes and nowhere else. `dissolved=True` is for large
+    functions with one caller: they become part of its text before anything is compiled. (Every
+    function is compiled together with all that it calls, once on each level of calls.)
+
+    With the environment variable NUMBA_DISABLE_JIT=1 the function is returned as it is: slow,
+    readable, debuggable, and equal to the last bit.
     """
     if function is None:
-        return lambda f: jit(f, parallel=parallel)
+        return lambda f: jit(f, parallel=parallel, dissolved=dissolved)
+    options: Any = {"error_model": "numpy", "nogil": True, "parallel": parallel}
+    if dissolved:
+        options["inline"] = "always"
     with _stamped_cache():
-        return numba.njit(cache=True, error_model="numpy", parallel=parallel, nogil=True)(function)
+        return numba.njit(cache=True, **options)(function)
 
 
 def chosen(builder: Callable[..., Callable[..., Any]]) -> Any:

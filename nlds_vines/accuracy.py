@@ -26,6 +26,8 @@ examples:
   nlds-vines accuracy
       SSul NES Set 6 at omega = 6.28 rad/s, twenty periods from rest
   nlds-vines accuracy --system ssul-set6 --set omega=7.45 --set E2=2.1e11
+  nlds-vines accuracy --parts
+      what a wall, a limit and each record cost per forcing period
 """
 PERIODS = 20  # over which the error is measured
 LONG = 20_000  # periods that a fast method is timed over
@@ -63,11 +65,25 @@ def _command(argv: Sequence[str]) -> int:
     texts = assignments("--set", options.set, "NAME=VALUE")
     changes = {name: parsed(float, f"--set {name}", text) for name, text in texts.items()}
     system = load_system(options.system, **changes)
+    if options.parts:
+        return _parts(system, options.dry_run)
     if options.dry_run:
         for contender in contenders(system):
             print(f"{contender.method} {contender.setting}: {contender.timed} periods".strip())
         return DONE
     for line in report(system):
+        print(line, flush=True)
+    return DONE
+
+
+def _parts(system: System, dry_run: bool) -> int:
+    from nlds_vines import costs
+
+    if dry_run:
+        for part in costs.parts(system):
+            print(f"{part.name}: {part.periods} periods, {costs.REPEATS} times")
+        return DONE
+    for line in costs.report(system):
         print(line, flush=True)
     return DONE
 
@@ -80,6 +96,9 @@ def _parser() -> Parser:
     )
     parser.add_argument("--system", default="ssul-set6", metavar="NAME", help="[ssul-set6]")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
+    parser.add_argument(
+        "--parts", action="store_true", help="what each part and each record costs, instead"
+    )
     parser.add_argument("--dry-run", action="store_true", help="only say what would be run")
     return parser
 

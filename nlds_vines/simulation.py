@@ -16,12 +16,13 @@ from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.record import COMPONENTS, OK, STATUS
 from nlds_vines.scan import METHODS
 from nlds_vines.scenes import Scene
+from nlds_vines.scenes.base import LONGEST_NAME
 from nlds_vines.system import System
 from nlds_vines.wants import refuse_impossible
 
 IMPACT = np.dtype(
     [
-        ("wall", "U9"),
+        ("wall", f"U{LONGEST_NAME}"),
         ("touch", float),
         ("release", float),
         ("speed", float),

@@ -168,6 +168,33 @@ def linear_flow(p: Mapping[str, float]) -> np.ndarray:
     return flow
 
 
+def amplitudes(p: Mapping[str, float]) -> np.ndarray:
+    """Return the complex amplitudes of x1 and x2 - rest, of x = Re(X e^(i omega t))."""
+    w = p["omega"]
+    impedance = np.array([[p["k1"] - p["m1"] * w**2 + 1j * w * p["c1"]]])
+    if "m2" in p:
+        joint = p["k2"] + 1j * w * p["c2"]
+        impedance = np.diag([impedance[0, 0], -p["m2"] * w**2])
+        impedance = impedance + joint * np.array([[1, -1], [-1, 1]])
+    force = np.zeros(len(impedance))
+    force[0] = p["P"]
+    return np.linalg.solve(impedance, force)
+
+
+def steady_state(p: Mapping[str, float], rest: float = 0.0) -> np.ndarray:
+    """Return (x1, v1, x2, v2) at phase zero, the first two without a damper."""
+    found = np.array([x for X in amplitudes(p) for x in (X.real, (1j * p["omega"] * X).real)])
+    if len(found) == 4:
+        found[2] += rest
+    return found
+
+
+def shortening(p: Mapping[str, float]) -> float:
+    """Return the amplitude of r = x1 - x2 + rest of the impact-free response."""
+    X = amplitudes(p)
+    return abs(X[0] - X[1])
+
+
 def bits() -> dict[str, np.ndarray]:
     """Return short runs of both methods: what must not depend on compilation, to the last bit.
 

@@ -21,7 +21,10 @@ WITHIN = 160  # of a free impact
 
 
 class Model(NamedTuple):
-    """Parameters of equation (5): walls push while u = x2 - x1 lies below `low`, above `high`."""
+    """Parameters of equation (5): walls push while u = x2 - x1 lies below `low`, above `high`.
+
+    With `K_low` = 0 the low wall does not push: what is seen there are violations of a limit.
+    """
 
     m1: float
     k1: float
@@ -35,6 +38,7 @@ class Model(NamedTuple):
     rest: float
     low: float
     high: float
+    K_low: float
 
 
 @dataclass(frozen=True)
@@ -61,13 +65,18 @@ class Course:
         return self.contacts[~np.isnan(self.contacts[:, 1])]
 
 
-def model_of(parameters: dict[str, float]) -> Model:
-    """Return the model of an `ssul` (or, where D is given, an `ssbl`) damper with K given."""
+def model_of(parameters: dict[str, float], watched: bool = False) -> Model:
+    """Return the model of an `ssul` (or, where D is given, an `ssbl`) damper with K given.
+
+    `watched`: of an `ssvi-b` damper (or, where L is given, an `ssvi-c`).
+    """
     p = parameters
     plain = [float(p[name]) for name in ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega", "K")]
+    K_low = 0.0 if watched else plain[-1]
     if "D" in p:
-        return Model(*plain, float(p["D"]), 0.0, float(p["D"] + p["C"]))
-    return Model(*plain, float(p["V"] + p["C"]), float(p["V"]), inf)
+        low = -float(p["L"]) if watched and "L" in p else 0.0
+        return Model(*plain, float(p["D"]), low, float(p["D"] + p["C"]), K_low)
+    return Model(*plain, float(p["V"] + p["C"]), float(p["V"]), inf, K_low)
 
 
 @njit(cache=True)
@@ -76,7 +85,7 @@ def slopes(p, t, y):
     u = x2 - x1
     force = -p.k2 * (u - p.rest) - p.c2 * (v2 - v1)
     if u < p.low:
-        force += p.K * (p.low - u) * sqrt(p.low - u)
+        force += p.K_low * (p.low - u) * sqrt(p.low - u)
     if u > p.high:
         force -= p.K * (u - p.high) * sqrt(u - p.high)
     a1 = (p.P * cos(p.omega * t) - p.k1 * x1 - p.c1 * v1 - force) / p.m1
@@ -126,10 +135,11 @@ def patience(p, y, within):
     A fraction of the Hertz time scale, and of the time that the wall is away: z^(3/2) is not
     smooth there, and only steps that shrink towards it keep their order.
     """
-    z = max(depth_of(p, y))
-    if z <= 0.0:
+    low, high = depth_of(p, y)
+    z, K = (low, p.K_low) if low > high else (high, p.K)
+    if z <= 0.0 or K == 0.0:
         return inf
-    kappa = p.K * (1.0 / p.m1 + 1.0 / p.m2)
+    kappa = K * (1.0 / p.m1 + 1.0 / p.m2)
     speed = abs(y[1] - y[3])
     square = speed * speed + 0.8 * kappa * z * z * sqrt(z)
     hertz = 2.94 * (1.25 * square / kappa) ** 0.4 / sqrt(square)
@@ -143,9 +153,10 @@ def energies(p, y):
     kinetic2 = 0.5 * p.m2 * y[3] ** 2
     e2 = kinetic2 + 0.5 * p.k2 * (y[2] - p.rest) ** 2
     whole = e1 + kinetic2 + 0.5 * p.k2 * (y[2] - y[0] - p.rest) ** 2
-    for z in depth_of(p, y):
+    low, high = depth_of(p, y)
+    for z, K in ((low, p.K_low), (high, p.K)):
         if z > 0.0:
-            whole += 0.4 * p.K * z * z * sqrt(z)
+            whole += 0.4 * K * z * z * sqrt(z)
     return e1, e2, whole
 
 

@@ -8,7 +8,7 @@ from .._jit import chosen, jit
 from .fixed_step import fixed_grid_of
 from .flight import cells_of, grid_of
 from .impact import Arc
-from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy
+from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
 from .orbit import OK, begin, linear_orbit, orbit
 from .parts import damper_of, far_wall_of, near_wall_of, structure_of
 from .ride import ride_of
@@ -61,6 +61,7 @@ def walled_cell(
     steps = steps_for(classical, resolution)
     watch = watch_of(violation, limit)
     begin(near, far, state)
+    begin_watch(watch, state)
     start_energy(ps, damper, peak, state)
     noted = count_of(early)
     status = orbit(
@@ -176,6 +177,14 @@ def watch_of(violation, limit):
         return rows
 
     return watch
+
+
+@jit
+def begin_watch(watch, state):
+    """Count a start beyond the limit, where a sweep may carry a state, as of the first instant."""
+    if watch is not None and state[2] > watch[LEVEL]:
+        note_violation(watch, 0.0)
+        watch[EXCESS] = state[2] - watch[LEVEL]
 
 
 @jit

@@ -100,7 +100,7 @@ def lands(outside, h, k):
     return s < 0.0 and -2.0 * q >= 1.2 * h * s and s * s > 4.0 * outside * q * q
 
 
-@jit
+@jit(dissolved=True)
 def contact(
     classical, ps, damper, wall, energy, depths, tangent, steps, rate, c, d, q, s, x1, v1, stop, k
 ):

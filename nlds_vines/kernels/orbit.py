@@ -111,7 +111,7 @@ def shortcut(classical, tangent, ps, damper, wall, arc, energy, rate, c, d, left
     return solved if classical is None and tangent is None else stepped
 
 
-@jit
+@jit(dissolved=True)
 def meet(
     classical, ps, damper, wall, sign, arc, energy, depths, tangent, steps, rate, c, d, left, now, k
 ):

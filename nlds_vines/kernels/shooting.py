@@ -19,7 +19,7 @@ STRAY = 1.0  # a correction larger than the orbit itself leads elsewhere
 SAME = 1.0e-8  # distance of two section points that are one
 
 
-@jit
+@jit(dissolved=True)
 def around(ride, y, points, counts, tangent, state):
     """Ride once around from y for len(points) periods; the matrix of it ends up in `tangent`.
 
@@ -70,7 +70,7 @@ def correction(ride, matrix, y, image):
     return right, solve(system, right, ride.size)
 
 
-@jit
+@jit(dissolved=True)
 def polish(ride, y, points, counts, tangent):
     """Move y (4,) onto an orbit of n = len(points) periods.
 

@@ -113,7 +113,7 @@ def note_limit(w, watch, begin, h, end, bend, jerk):
     """Note how the limit `watch` (`observe.LEVEL`) of r is kept over [0, end] of the cell.
 
     begin: cells from the start of the period to that of the polynomial; h [s] a cell. Each passage
-    is counted at its place, each excursion beyond measured at its summit.
+    is counted at its place, each excursion beyond measured at its summit and where the cell ends.
     """
     level, x = watch[LEVEL], 0.0
     for _ in range(MOST_STEPS):
@@ -126,6 +126,7 @@ def note_limit(w, watch, begin, h, end, bend, jerk):
         watch[EXCESS] = max(watch[EXCESS], gap_jet(w, x, 1.0)[0] - level)
         x = first_touch(w, x, end, -1.0, -level, bend, jerk)
         if not 0.0 <= x <= end:
+            watch[EXCESS] = max(watch[EXCESS], gap_jet(w, end, 1.0)[0] - level)
             return
         watch[BEYOND] = 0.0
 
@@ -134,7 +135,7 @@ def note_limit(w, watch, begin, h, end, bend, jerk):
 def nearest_miss(w, sign, end, best, bend, jerk):
     """Return the larger of `best` and the local maxima of sign r over [0, end].
 
-    An approach that has not turned round by then is not a miss.`bend` and `jerk`
+    An approach that has not turned round by then is not a miss. `bend` and `jerk`
     bound the second and third derivative by the place.
     """
     x = 0.0

@@ -101,7 +101,7 @@ def settled(ride, record, length, tangent, y, n, span):
     return 0
 
 
-@jit
+@jit(dissolved=True)
 def attracted(ride, tangent, y, last, n, span):
     """Tell whether a state returns to the stable orbit through y as foretold."""
     state, variations = fresh_state(), np.zeros(16)
@@ -115,7 +115,7 @@ def attracted(ride, tangent, y, last, n, span):
     return foretold(ride, tangent, y, last, state, span)
 
 
-@jit
+@jit(dissolved=True)
 def try_period(ride, record, length, n, evidence):
     """Try to find a stable orbit of minimal period n at the end of a section; fill the evidence."""
     y, last = np.zeros(4), np.zeros(4)
@@ -144,11 +144,9 @@ def try_period(ride, record, length, n, evidence):
     return True
 
 
-@jit
+@jit(dissolved=True)
 def find_period(ride, record, length, hint, evidence):
     """Try the period that a recurrence found, then those of near returns."""
-    if hint > 0 and try_period(ride, record, length, hint, evidence):
-        return True
     tried, ridden = 0, 0
     last, y = np.zeros(4), np.zeros(4)
     place(ride, record, length - 1, last)
@@ -156,10 +154,15 @@ def find_period(ride, record, length, hint, evidence):
     for p in range(max(0, length - MOST_RIDDEN), length):
         place(ride, record, p, y)
         span = max(span, norm(ride, y))
-    for n in range(1, min(MOST_RIDDEN, length - 1) + 1):
+    for i in range(min(MOST_RIDDEN, length - 1) + 1):
+        known = i == 0
+        n = hint if known else i
+        if n == 0 or (n == hint and not known):
+            continue
         place(ride, record, length - 1 - n, y)
-        if n != hint and gap_between(ride, last, y) <= NEAR_RETURN * span:
-            tried, ridden = tried + 1, ridden + n
+        if known or gap_between(ride, last, y) <= NEAR_RETURN * span:
+            if not known:
+                tried, ridden = tried + 1, ridden + n
             if tried > MOST_PROPOSED or ridden > MOST_RIDDEN:
                 return False
             if try_period(ride, record, length, n, evidence):
@@ -210,7 +213,7 @@ def of_cycle(ride, evidence, period):
     evidence[LARGEST], evidence[WIDTH] = largest / (evidence[PERIOD] * period), 0.0
 
 
-@jit
+@jit(dissolved=True)
 def passed_through_chaos(ride, origin, evidence, period):
     """Ask whether the way to a periodic orbit was chaotic for long; note it."""
     periods = int(evidence[SETTLING])
@@ -228,7 +231,7 @@ def passed_through_chaos(ride, origin, evidence, period):
         evidence[KIND] = TRANSIENT
 
 
-@jit
+@jit(dissolved=True)
 def judge(ride, origin, state, record, hint, stages, evidence):
     """Say what an orbit is; see the columns of `evidence` (COLUMNS,).
 

@@ -12,6 +12,8 @@ Values = Mapping[str, Any]
 """Parameters by name; each a float, or an array where it varies."""
 
 _OBSTACLE = {"near": "obstacle", "far": "obstacle"}
+LONGEST_NAME = 16
+"""Most letters of what a wall belongs to: tables of impacts have room for so many."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,19 @@ class Scene:
     limit: Callable[[Values], Any] | None = None
     obstacle: Callable[[Values], Mapping[str, Any]] = lambda p: {}
     struck: Mapping[str, str] = field(default_factory=lambda: _OBSTACLE)
+
+    def __post_init__(self) -> None:
+        """Refuse what would go wrong silently.
+
+        A limit without a wall, which nobody would watch: flights without walls look at no instant
+        between sections; and a name of a wall that would be cut off.
+        """
+        if max(map(len, self.struck.values())) > LONGEST_NAME:
+            raise ValueError(
+                f"scene {self.kind!r}: names of walls have {LONGEST_NAME} letters at most"
+            )
+        if self.limit is not None and not self.walls:
+            raise ValueError(f"scene {self.kind!r} has a limit and no wall: nothing watches it")
 
     @property
     def damper(self) -> bool:

@@ -4,6 +4,7 @@ Run in a process of its own with an empty NUMBA_CACHE_DIR: what comes from a cac
 into. Not a test; `test_specialisation.py` runs it.
 """
 
+import inspect
 import json
 import re
 import sys
@@ -13,13 +14,18 @@ import numpy as np
 
 from nlds_vines import load_system
 from nlds_vines.block import RESOLUTION, cell_of, method_parts
-from nlds_vines.kernels import cells, orbit
+from nlds_vines.kernels import cells, exact, orbit
+from nlds_vines.kernels.observe import COLUMNS, Rows
+from nlds_vines.system import System
 
 CASES = {
+    "none": ("none", "exact", "section"),
     "tmd": ("tmd", "exact", "section"),
     "ssul": ("ssul-set6", "exact", "section"),
     "ssul energy": ("ssul-set6", "exact", "energy"),
     "ssul rk4": ("ssul-set6", "rk4", "section"),
+    "ssbl": ("ssbl", "exact", "section"),
+    "ssvi-b": ("ssvi-b", "exact", "impacts"),
 }
 KERNEL = re.compile(r"_ZN10nlds_vines7kernels(\w+)")
 
@@ -55,38 +61,54 @@ def contracts(text):
     return sorted(set(re.findall(rf"= (f\w+ (?:{flags})\b)", text)))
 
 
+def system_named(name):
+    """Return a system of the catalogue; `ssvi-b` with the numbers of the SSbl damper."""
+    return System(name, load_system("ssbl").parameters) if name == "ssvi-b" else load_system(name)
+
+
 def compiled(system, method, want):
     """Run three periods of a system and return the code that this compiled."""
-    system = load_system(system)
-    known, loop_known = set(cells.run_cell.overloads), {f: set(f.overloads) for f in loops()}
+    system = system_named(system)
+    watched = (cells.run_cell, exact.touch_in, *loops())
+    known = {f: set(f.overloads) for f in watched}
     cells.run_cell(
         *method_parts(method, system.scene),
         RESOLUTION[method],
         cell_of(system),
         np.zeros(orbit.SIZE),
         None,
-        np.empty((3, 4)) if want == "section" else None,
+        np.empty((3, 4 if system.scene.damper else 2)) if want == "section" else None,
         None,
-        None,
+        Rows(np.zeros((9, COLUMNS)), np.zeros(1, np.int64)) if want == "impacts" else None,
         np.zeros(2) if want == "energy" else None,
         None,
         None,
-        None,
+        np.zeros(3) if system.scene.limit else None,
         *(3, 3, 3, 1),
     )
-    (signature,) = set(cells.run_cell.overloads) - known
+    fresh = {f: sorted(set(f.overloads) - known[f], key=str) for f in watched}
+    (signature,) = fresh[cells.run_cell]
     parts = libraries(cells.run_cell.overloads[signature].library, [])
     symbols = {function.name for part in parts for function in part.get_defined_functions()}
     kernels = {symbol for symbol in symbols if KERNEL.match(symbol)}
     text = cells.run_cell.inspect_llvm(signature)
-    loop = [f.inspect_llvm(s) for f in loops() for s in set(f.overloads) - loop_known[f]]
+    loop = [(f, s) for f in loops() for s in fresh[f]]
+    walks = [exact.touch_in.inspect_llvm(s) for s in fresh[exact.touch_in]]
     return {
         "kernels": sorted({kernel_of(symbol) for symbol in kernels}),
         "undecided": sorted({kernel_of(symbol) for symbol in kernels if "OptionalType" in symbol}),
         "mathematics": called(text),
-        "loop": sorted({word for each in loop for word in called(each)}),
+        "loop": sorted({word for f, s in loop for word in called(f.inspect_llvm(s))}),
+        "absent": [absent(f, s) for f, s in loop],
+        "walks": [len(re.findall(r"call [^\n]*first_touch", each)) for each in walks],
         "contracts": contracts(text),
     }
+
+
+def absent(function, types):
+    """Return the names of the arguments that are None in one compilation of a kernel."""
+    names = inspect.signature(function.py_func).parameters
+    return [name for name, kind in zip(names, types, strict=True) if str(kind) == "none"]
 
 
 def loops():

@@ -46,6 +46,7 @@ FLOORS = (
     {
         "bifurcation",
         "accuracy",
+        "costs",
         "portrait",
         "reproduce",
         "tuning",

@@ -45,11 +45,12 @@ def test_the_scan_file_means_what_its_comments_say(own):
     assert (scan.shape, scan.transient, scan.periods) == ((41, 2), 300, 60)
 
 
-def test_the_python_example_prints_what_is_shown(own):
-    (program,), (shown,) = blocks("python"), blocks("text")
-    with contextlib.redirect_stdout(io.StringIO()) as printed:
-        exec(compile(program, "README.md", "exec"), {})
-    assert printed.getvalue() == shown
+def test_the_python_examples_print_what_is_shown(own):
+    names = {}
+    for program, shown in zip(blocks("python"), blocks("text"), strict=True):
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            exec(compile(program, "README.md", "exec"), names)
+        assert printed.getvalue() == shown
 
 
 def commands():

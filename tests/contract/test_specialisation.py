@@ -5,16 +5,43 @@ import os
 import subprocess
 import sys
 from dataclasses import fields
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import nlds_vines
 from nlds_vines.block import Outputs
+from nlds_vines.catalogue import load_system
 from nlds_vines.scan import load_scan
 
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}
 """Modules of kernels that only a scene with a wall needs."""
+
+VARIATIONS = {"ride", "shooting", "growth", "verdict"}
+"""Modules of kernels that only a verdict needs."""
+
+UNLESS = {
+    "a damper": {"parts.damper_in"},
+    "a wall": {"parts.wall_at", "touch.first_touch", "contact.contact", "exact.touch_in"},
+    "a limit": {"touch.note_limit", "touch.summit", "observe.note_violation"},
+    "section": {"observe.note_section"},
+    "impacts": {"observe.note_touch", "observe.note_depth", "observe.note_release"},
+    "energy": {"observe.note_energy", "observe.note_step", "peaks.note_peaks", "peaks.suspects"},
+    "clearance": {"exact.note_misses", "touch.nearest_miss"},
+    "tangent": {"flight.carry"},
+}
+"""Kernels that must be absent unless the scene has, or the record asks for, the thing named."""
+
+HAS = {
+    "none": {"section"},
+    "tmd": {"a damper", "section"},
+    "ssul": {"a damper", "a wall", "section"},
+    "ssul energy": {"a damper", "a wall", "energy"},
+    "ssbl": {"a damper", "a wall", "section"},
+    "ssvi-b": {"a damper", "a wall", "a limit", "impacts"},
+}
+"""What the cases of `machine_code.py` have of that, by the exact method."""
 
 
 @pytest.fixture(scope="module")
@@ -51,6 +78,45 @@ def test_a_scene_without_walls_holds_no_contact_code(code):
     # ... and a scene with walls does, so that this can fail
     assert modules(code["ssul"]) >= CONTACT
     assert "orbit.linear_orbit" not in code["ssul"]["kernels"]
+
+
+@pytest.mark.parametrize("case", HAS)
+def test_a_case_holds_the_code_of_what_it_has_and_no_other(code, case):
+    kernels = set(code[case]["kernels"])
+    for thing, names in UNLESS.items():
+        expected = names if thing in HAS[case] else set()
+        assert kernels & names == expected, thing
+    assert not modules(code[case]) & VARIATIONS
+    assert bool(modules(code[case]) & CONTACT) == ("a wall" in HAS[case])
+
+
+def test_the_kernels_asked_for_exist():
+    """So that a new name cannot make the test above pass."""
+    for name in set().union(*UNLESS.values()):
+        module, function = name.split(".")
+        assert hasattr(import_module(f"nlds_vines.kernels.{module}"), function), name
+    for module in CONTACT | VARIATIONS:
+        import_module(f"nlds_vines.kernels.{module}")
+
+
+@pytest.mark.parametrize(
+    ("case", "walls", "limit"),
+    [("ssul", ["near"], False), ("ssbl", ["near", "far"], False), ("ssvi-b", ["far"], True)],
+)
+def test_the_loop_is_compiled_for_the_walls_there_are(code, case, walls, limit):
+    loops = code[case]["absent"]
+    assert loops
+    for absent in loops:
+        assert [wall for wall in ("near", "far") if wall not in absent] == walls
+        assert ("watch" not in absent) == limit
+        assert {"energy", "clearance", "tangent", "jets"} <= set(absent)
+    assert code[case]["walks"] == [len(walls)]  # towards each wall once
+
+
+def test_the_structure_alone_is_compiled_without_a_damper(code):
+    assert all("damper" in absent for absent in code["none"]["absent"])
+    assert not any("damper" in absent for absent in code["tmd"]["absent"])
+    assert code["none"]["loop"] == []
 
 
 def test_the_loop_of_a_scene_without_walls_is_additions_and_products(code):
@@ -91,19 +157,36 @@ def test_floating_point_is_strict(code):
 
 def allocated(system, *want):
     """Return the names of the buffers that a scan of this request has."""
-    scan = load_scan(None, {"system": system, "record": {"want": list(want)}})
+    vary = {"omega": {"values": [6.0]}}
+    scan = load_scan({"system": system, "vary": vary, "record": {"want": list(want)}})
     outputs = Outputs.of(scan, (2, 3), scan.transient, scan.periods)
     buffers = {field.name: getattr(outputs, field.name) for field in fields(outputs)}
     return {name for name, buffer in buffers.items() if buffer is not None}
 
 
-def test_nothing_is_allocated_that_was_not_asked_for():
-    assert allocated("ssul-set6", "energy") == {"energy", "status"}
-    assert allocated("ssul-set6", "clearance") == {"clearance", "status"}
-    assert allocated("tmd", "section") == {"section", "status"}
-    assert allocated("ssul-set6", "section") == {"section", "status"}
-    judged = {"section", "cycle", "ends", "evidence", "status"}
-    assert allocated("tmd", "regime") == judged
-    assert allocated("ssul-set6", "settling") == judged | {"counts"}
-    assert allocated("ssul-set6", "peak") == {"peak", "status"}
-    assert allocated("ssul-set6", "impacts") == {"counts", "cycle", "status"}
+ALWAYS = {"status"}
+JUDGED = {"section", "cycle", "ends", "evidence"}
+
+
+@pytest.mark.parametrize(
+    ("system", "want", "expected"),
+    [
+        ("ssul-set6", ["energy"], {"energy"}),
+        ("ssul-set6", ["peak"], {"peak"}),
+        ("ssul-set6", ["clearance"], {"clearance"}),
+        ("ssul-set6", ["section"], {"section"}),
+        ("tmd", ["section"], {"section"}),
+        ("ssul-set6", ["impacts"], {"counts", "cycle"}),
+        ("tmd", ["regime"], JUDGED),
+        ("ssul-set6", ["lyapunov"], JUDGED | {"counts"}),
+    ],
+)
+def test_nothing_is_allocated_that_was_not_asked_for(system, want, expected):
+    assert allocated(system, *want) == expected | ALWAYS
+
+
+def test_a_limit_is_always_reported():
+    parameters = load_system("ssbl").parameters
+    limited = {"kind": "ssvi-b", **parameters}
+    assert allocated(limited, "energy") == {"energy", "violation"} | ALWAYS
+    assert allocated("ssbl", "energy") == {"energy"} | ALWAYS

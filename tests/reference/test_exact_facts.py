@@ -7,12 +7,15 @@ from scipy.optimize import brentq
 from support import (
     BOTH,
     FULL,
+    amplitudes,
     follow_ssbl,
     follow_ssul,
     kernel_cell,
     linear_flow,
     references,
     run_cell_rows,
+    shortening,
+    steady_state,
     system_of,
 )
 from twin import follow, model_of
@@ -26,27 +29,6 @@ LINEAR = ("section", "energy")
 
 
 # ---- linear steady states ------------------------------------------------------------------------
-
-
-def amplitudes(p):
-    """Return the complex amplitudes of x1 and x2 - rest, of x = Re(X e^(i omega t))."""
-    w = p["omega"]
-    impedance = np.array([[p["k1"] - p["m1"] * w**2 + 1j * w * p["c1"]]])
-    if "m2" in p:
-        joint = p["k2"] + 1j * w * p["c2"]
-        impedance = np.diag([impedance[0, 0], -p["m2"] * w**2])
-        impedance = impedance + joint * np.array([[1, -1], [-1, 1]])
-    force = np.zeros(len(impedance))
-    force[0] = p["P"]
-    return np.linalg.solve(impedance, force)
-
-
-def steady_state(p, rest=0.0):
-    """Return (x1, v1, x2, v2) at phase zero, the first two without a damper."""
-    found = np.array([x for X in amplitudes(p) for x in (X.real, (1j * p["omega"] * X).real)])
-    if len(found) == 4:
-        found[2] += rest
-    return found
 
 
 def largest_energy(mass, stiffness, omega, amplitude):
@@ -120,12 +102,6 @@ def test_defective_and_degenerate_flights(changes):
 
 
 # ---- the impact-free orbit of the SSul damper ----------------------------------------------------
-
-
-def shortening(p):
-    """Return the amplitude of r = x1 - x2 + rest of the impact-free response."""
-    X = amplitudes(p)
-    return abs(X[0] - X[1])
 
 
 def on_steady_state(omega, periods, record=FULL):

@@ -1,0 +1,258 @@
+"""The limit that scenes b and c must keep: what is reported of it, against the twin.
+
+Number, first time and depth of the violations, random and grazing, by both methods. As for impacts,
+a difference counts only above what the two integrators resolve together: `FIRST` metres up to the
+first contact of an orbit, `LATER` behind it. Where some excursion, or an approach that turned back,
+lies closer to the limit than that, the numbers may differ: such orbits are counted and stay few.
+"""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support import BOTH, kernel_cell, run_cell_rows, system_of
+from twin import follow, model_of
+
+from nlds_vines.block import Computer
+from nlds_vines.catalogue import catalogue
+from nlds_vines.errors import RequestError
+from nlds_vines.parts import Block
+from nlds_vines.record import OK
+from nlds_vines.scan import load_scan
+from nlds_vines.simulation import Violation, simulate
+from nlds_vines.system import System
+
+SSBL = {**catalogue()["ssbl"].parameters, "K": 32504566.49525256}
+METHODS = {"exact": {}, "rk4": {"method": "rk4", "resolution": 4096.0}}
+RANDOM, GRAZING = {"exact": 2000, "rk4": 400}, {"exact": 400, "rk4": 100}
+FIRST, LATER = 1e-11, 1e-7  # resolution [m] up to and behind the first contact
+FEW = 0.005  # largest share of ambiguous orbits
+FAR_AWAY = 10.0  # [m], a limit that nothing below reaches
+
+both_methods = pytest.mark.parametrize("method", METHODS)
+
+
+def random_case(rng):
+    """Return (kind, parameters, start, periods): everything varied, the start within the limit."""
+    numbers, kind = dict(SSBL), ("ssvi-b", "ssvi-c")[rng.integers(2)]
+    for name in ("m1", "k1", "c1", "m2", "k2", "c2", "P"):
+        numbers[name] *= 3.0 ** rng.uniform(-1, 1)
+    numbers["c2"] *= rng.choice([1.0, 0.1])
+    numbers["omega"], numbers["K"] = rng.uniform(3, 12), 10.0 ** rng.uniform(5, 11)
+    numbers["C"], numbers["D"] = rng.uniform(0.01, 0.15), rng.uniform(0.0, 0.1)
+    numbers["L"] = rng.uniform(0.0, 0.05)
+    limit = numbers["D"] + (numbers["L"] if kind == "ssvi-c" else 0.0)
+    deepest = rng.random() * (75 / numbers["K"]) ** 0.4  # as an impact of 1 m/s: begun inside
+    r = max(limit - rng.exponential(0.05), -numbers["C"] - deepest)
+    return kind, numbers, start_of(numbers, rng, r), 3
+
+
+def start_of(numbers, rng, r):
+    x1, v1, s = rng.normal(0, 0.02), rng.normal(0, 0.1), rng.normal(0, 0.5)
+    return np.array([x1, v1, x1 - r + numbers["D"], v1 - s])
+
+
+def grazing_case(rng):
+    """Return a case whose limit is an extreme of r times 1 +- 1e-9 .. 1e-3."""
+    while True:
+        _, numbers, start, periods = random_case(rng)
+        numbers["L"] = FAR_AWAY
+        course = follow(model_of(numbers, watched=True), start, periods)
+        tops = course.misses[course.misses[:, 0] == 0, 2] + FAR_AWAY + numbers["D"]
+        if not len(tops):
+            continue
+        top = rng.choice(tops)
+        limit = top + rng.choice([-1, 1]) * 10.0 ** rng.uniform(-9, -3) * abs(top)
+        x1, _, x2, _ = start
+        if limit - numbers["D"] > 0.0 and x1 - x2 + numbers["D"] < limit:
+            numbers["L"] = limit - numbers["D"]
+            return "ssvi-c", numbers, start, periods
+
+
+def verdict(orbit, course, period):
+    """Return "same", "ambiguous" or what is wrong with the violations of an orbit."""
+    found, contacts = orbit.violation, course.contacts
+    theirs = contacts[contacts[:, 0] == 0]
+    pushes = contacts[contacts[:, 0] == 1, 1]
+    behind = np.nan_to_num(pushes, nan=0.0).min(initial=np.inf)
+
+    def resolution(times):
+        return np.where(times < behind, FIRST, LATER)
+
+    misses = course.misses[course.misses[:, 0] == 0]
+    close = (theirs[:, 4] < resolution(theirs[:, 1])).any()
+    close = close or (-misses[:, 2] < resolution(misses[:, 1])).any()
+    if found.number != len(theirs):
+        return "ambiguous" if close else "number"
+    if not len(theirs):
+        return "same" if np.isnan(found.time) and found.depth == 0.0 else "silence"
+    early = resolution(theirs[:1, 1])[0]
+    if abs(found.depth - theirs[:, 4].max()) > LATER:
+        return "depth"
+    rising = max(theirs[0, 3], np.sqrt(early))  # a grazing passage is located by its root
+    if abs(found.time - theirs[0, 1]) > 1e-9 * period + early / rising:
+        return "time"
+    return "same"
+
+
+def outcomes(cases, options):
+    found = Counter()
+    for kind, numbers, start, periods in cases:
+        orbit = simulate(system_of(kind, numbers), periods, start=start, record=BOTH, **options)
+        watched = numbers if kind == "ssvi-c" else {k: v for k, v in numbers.items() if k != "L"}
+        course = follow(model_of(watched, watched=True), start, periods)
+        found[verdict(orbit, course, 2 * np.pi / numbers["omega"])] += 1
+        found["violated"] += orbit.violation.number > 0
+        found["several"] += orbit.violation.number > 1
+        found["impacts"] += len(orbit.impacts) > 0
+    return found
+
+
+@both_methods
+@pytest.mark.parametrize(("make", "count"), [(random_case, RANDOM), (grazing_case, GRAZING)])
+def test_violations_as_the_twin_sees_them(make, count, method):
+    rng = np.random.default_rng(7)
+    cases = [make(rng) for _ in range(count[method])]
+    found = outcomes(cases, METHODS[method])
+    assert found["same"] + found["ambiguous"] == len(cases), found
+    assert found["ambiguous"] <= max(1, FEW * len(cases))
+    for word in ("violated", "several", "impacts"):  # enough of each kind to prove something
+        assert found[word] > len(cases) / 20
+    assert found["violated"] < 0.95 * len(cases)
+
+
+# ---- the checks can fail -------------------------------------------------------------------------
+
+
+def test_a_wrong_report_is_seen():
+    rng = np.random.default_rng(1)
+    while True:
+        kind, numbers, start, periods = random_case(rng)
+        period = 2 * np.pi / numbers["omega"]
+        orbit = simulate(system_of(kind, numbers), periods, start=start, record=BOTH)
+        watched = numbers if kind == "ssvi-c" else {k: v for k, v in numbers.items() if k != "L"}
+        course = follow(model_of(watched, watched=True), start, periods)
+        if orbit.violation.number > 1 and verdict(orbit, course, period) == "same":
+            break
+    number, time, depth = orbit.violation
+    for violation, word in (
+        ((number - 1, time, depth), "number"),
+        ((number, time + 1e-5, depth), "time"),
+        ((number, time, depth + 1e-5), "depth"),
+    ):
+        wrong = replace(orbit, violation=Violation(*violation))
+        assert verdict(wrong, course, period) == word
+
+
+# ---- watching changes nothing --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("classical", [None, True])
+def test_violations_do_not_change_the_orbit_by_a_bit(classical):
+    """Beside a scene with the same obstacle and no limit, compiled without any code that watches.
+
+    (Its other wall is out of reach: that saves a compilation.)
+    """
+    omegas = (5.5, 6.0, 6.3, 6.6, 7.0)
+    resolution = 28.0 if classical is None else 512.0
+    options = {} if classical is None else {"method": "rk4"}
+    violated = 0
+    for omega in omegas:
+        numbers = {**SSBL, "omega": omega}
+        orbit = simulate(system_of("ssvi-b", numbers), 40, record=BOTH, **options)
+        cell = kernel_cell(**numbers, near=1e6, far=numbers["C"], rest=numbers["D"])
+        section, rows = run_cell_rows(cell, np.zeros(4), 40, resolution, classical)
+        np.testing.assert_array_equal(orbit.section, section)
+        np.testing.assert_array_equal(orbit.impacts["touch"], rows[:, 1])
+        violated += orbit.violation.number > 0
+    assert violated >= 4
+
+
+@both_methods
+def test_a_limit_out_of_reach_is_kept(method):
+    """And the same orbit is followed wherever the limit is."""
+    orbits = [
+        simulate(system_of("ssvi-c", {**SSBL, "L": L}), 40, record=BOTH, **METHODS[method])
+        for L in (0.0, 0.4, 1.0, 1e300)
+    ]
+    numbers = [orbit.violation.number for orbit in orbits]
+    assert numbers[0] > numbers[1]
+    assert numbers[2:] == [0, 0]
+    for orbit in orbits:
+        np.testing.assert_array_equal(orbit.section, orbits[0].section)
+        assert (orbit.violation.number == 0) == np.isnan(orbit.violation.time)
+
+
+def test_the_transient_counts():
+    system = system_of("ssvi-b", SSBL)
+    whole = simulate(system, 30, record=BOTH)
+    late = simulate(system, 5, transient=25, record=BOTH)
+    assert whole.violation.number > 0
+    assert late.violation == whole.violation
+
+
+# ---- what is refused, and what is reported -------------------------------------------------------
+
+
+@pytest.mark.parametrize(("kind", "reach"), [("ssvi-b", 0.0), ("ssvi-c", 0.02)])
+def test_a_start_in_violation_is_refused(kind, reach):
+    system = system_of(kind, {**SSBL, "L": 0.02})
+    for beyond in (0.0, 1e-9, 1.0):
+        start = (0.3 + reach + beyond, 0.0, 0.3, 0.0)
+        with pytest.raises(RequestError, match="in violation") as refused:
+            simulate(system, 1, start=start)
+        assert "\n" not in str(refused.value)
+        assert f"less than {reach:g} m" in str(refused.value)
+    simulate(system, 1, start=(0.3 + reach - 1e-9, 0.0, 0.3, 0.0), record=BOTH)
+
+
+def scan_of(**document):
+    usual = {"sampling": {"transient": 20, "periods": 10}, "record": {"want": ["section"]}}
+    return load_scan({**usual, **document})
+
+
+@pytest.mark.parametrize(
+    ("kind", "vary"),
+    [("ssvi-b", {"D": {"values": [0.1, 0.0]}}), ("ssvi-c", {"D": {"values": [0.0, 0.1]}})],
+)
+def test_a_rest_state_in_violation_is_refused(kind, vary):
+    numbers = dict(system_of(kind, {**SSBL, "L": 0.0}).parameters)
+    with pytest.raises(RequestError, match=r"D = 0\.0: at rest the damper") as refused:
+        scan_of(system={"kind": kind, **numbers}, vary=vary).cells()
+    assert "\n" not in str(refused.value)
+    with pytest.raises(RequestError, match=r"D = 0\.0: at rest"):
+        System(kind, {**numbers, "D": 0.0})
+
+
+def lanes(policy, values, **want):
+    system = {"kind": "ssvi-b", **system_of("ssvi-b", SSBL).parameters}
+    scan = scan_of(system=system, vary=values, start={"policy": policy}, **want)
+    return scan, Computer(scan).block(Block(0, ((0, scan.lanes),)))
+
+
+def test_a_lane_with_violations_is_reported_and_has_not_failed():
+    scan, found = lanes("rest", {"omega": {"values": [5.0, 6.0, 6.3, 12.0]}})
+    assert (found["status"] == OK).all()
+    assert np.isfinite(found["section"]).all()
+    for i, omega in enumerate(scan.axes[0].values):
+        orbit = simulate(scan.system.with_(omega=omega), 30, record=BOTH)
+        reported = (found[name][i, 0] for name in ("violations", "first_violation"))
+        np.testing.assert_equal(tuple(reported), orbit.violation[:2])
+        assert found["violation_depth"][i, 0] == pytest.approx(orbit.violation.depth, rel=1e-9)
+    assert (found["violations"][:, 0] > 0).tolist() == [True, True, True, False]
+
+
+@pytest.mark.parametrize("policy", ["up", "down"])
+def test_a_sweep_that_carries_a_state_beyond_the_limit_says_so(policy):
+    """The state at the end of a cell may violate the next cell's constraint at once."""
+    far, near = 0.05, 1e-4
+    order = [far, near] if policy == "up" else [near, far]
+    scan, found = lanes(policy, {"D": {"values": order}})
+    begun = found["first_violation"][order.index(near), 0]
+    before = simulate(scan.system.with_(D=far), 30, record=BOTH)
+    x1, _, x2, _ = before.state
+    beyond = x1 - (x2 - far + near)
+    assert (begun == 0.0) == (beyond > 0.0)
+    assert beyond > 0.0  # so that the case is one
+    assert found["violation_depth"][order.index(near), 0] >= beyond * (1 - 1e-9)

@@ -1,0 +1,152 @@
+"""What is known of the SSbl damper and of the published comparison of dampers."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from support import counts_by_period, references, shortening, steady_state, system_of
+
+from nlds_vines.batch import Batch
+from nlds_vines.block import Computer
+from nlds_vines.catalogue import load_system
+from nlds_vines.parts import Block
+from nlds_vines.record import OK
+from nlds_vines.scan import load_scan
+from nlds_vines.simulation import simulate
+
+REFERENCE = references()["ssbl-omega6.05"]
+SSBL = {**load_system("ssbl").parameters, "K": load_system("ssbl").K}
+METHODS = {
+    "exact": ({}, 1e-9),
+    "rk4": ({"method": "rk4", "resolution": 2048.0}, 1e-8),
+}
+
+
+# ---- the SSbl damper -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("options", "bound"), METHODS.values(), ids=METHODS)
+def test_the_named_system_follows_the_reference(options, bound):
+    """Between two walls as accurate as at one."""
+    system = load_system("ssbl", omega=6.05)
+    for name, value in system.parameters.items():
+        if name in REFERENCE.numbers:
+            assert value == REFERENCE.numbers[name], name
+    assert pytest.approx(REFERENCE.numbers["K"], rel=1e-13) == system.K
+    orbit = simulate(system, 30, **options)
+    errors = np.abs(orbit.section - REFERENCE.states[:30]).max(axis=1) / REFERENCE.growth[:30]
+    assert errors.max() <= bound
+    counts = counts_by_period(orbit.impacts["touch"], 6.05, 30)
+    np.testing.assert_array_equal(counts, REFERENCE.impacts[:30])
+    assert set(orbit.impacts["wall"]) == {"structure", "obstacle"}
+
+
+def test_exact_flight_converges_geometrically_between_two_walls():
+    """(The order of the fixed steps there is in `test_order.py`.)"""
+    nodes = np.arange(5, 13)
+    system = system_of("ssbl", REFERENCE.numbers)
+    sections = [simulate(system, 10, nodes=int(n)).section for n in nodes]
+    errors = [np.abs(section[-1] - REFERENCE.states[9]).max() for section in sections]
+    assert np.exp(-np.polyfit(nodes, np.log(errors), 1)[0]) >= 4.5
+    finest = simulate(system, 10, nodes=16, resolution=64.0).section
+    assert np.abs(finest[-1] - REFERENCE.states[9]).max() <= 1e-12
+
+
+@pytest.mark.parametrize(
+    ("boundary", "bracket", "inward"), [(5.2658, (5.0, 5.6), 1), (7.0981, (6.8, 7.3), -1)]
+)
+def test_where_the_impact_free_orbit_is_admissible(boundary, bracket, inward):
+    """Its spring is shortened, and lengthened, by less than D and C: linear algebra."""
+    gap = min(SSBL["C"], SSBL["D"])
+    exact = brentq(lambda omega: shortening({**SSBL, "omega": omega}) - gap, *bracket)
+    assert round(exact, 4) == boundary
+    for side in (1, -1):
+        p = {**SSBL, "omega": exact * (1 + side * inward * 1e-7)}
+        orbit = simulate(system_of("ssbl", p), 20, start=steady_state(p, p["D"]))
+        assert set(orbit.impacts["wall"]) == ({"structure"} if side > 0 else set())
+
+
+@pytest.mark.parametrize("omega", [5.0, 5.2, 7.15, 8.0])
+def test_rest_leads_to_the_impact_free_orbit(omega):
+    p = {**SSBL, "omega": omega}
+    orbit = simulate(system_of("ssbl", p), 3, transient=300)
+    assert len(orbit.impacts) == 0
+    expected = np.tile(steady_state(p, p["D"]), (3, 1))
+    np.testing.assert_allclose(orbit.section, expected, rtol=0, atol=1e-10)
+
+
+def test_regimes_of_the_bilateral_damper():
+    """From rest; by wall where they strike (structure, obstacle)."""
+    expected = {
+        **dict.fromkeys((5.4, 5.5, 5.6, 5.7, 5.8, 5.9, 5.95), ("2T,1", [1, 0])),
+        **dict.fromkeys((6.0, 6.05, 6.1, 6.15), ("T,2", [1, 1])),
+        **dict.fromkeys((6.5, 6.55, 6.6), ("2T,1", [1, 0])),
+        **dict.fromkeys((6.7, 6.8, 6.9, 7.0), ("3T,1", [1, 0])),
+    }
+    scan = load_scan(
+        {
+            "system": "ssbl",
+            "vary": {"omega": {"values": list(expected)}},
+            "sampling": {"transient": 400, "periods": 60},
+            "record": {"want": ["impacts", "regime"]},
+        }
+    )
+    found = Computer(scan).block(Block(0, ((0, scan.lanes),)))
+    assert (found["status"] == OK).all()
+    walls = found["impacts_by_wall"][:, 0].tolist()
+    labels = dict(zip(expected, zip(found["label"][:, 0], walls, strict=True), strict=True))
+    assert labels == expected
+
+
+# ---- the published comparison --------------------------------------------------------------------
+
+
+def largest_energies(name, omegas, transient=400, periods=120):
+    """Return E1max [J] from rest over some frequencies, exact in time."""
+    system = load_system(name)
+    cells = system.cells({"omega": np.asarray(omegas, float)})
+    found = Batch(system.scene).run(cells, np.zeros((len(cells), 4)), transient, periods)
+    assert (found.status == OK).all()
+    return found.E1max
+
+
+BAND = np.linspace(5.0, 8.0, 301)
+
+
+@pytest.fixture(scope="module")
+def curves():
+    names = ("none", "tmd", "ssbl", "ssul-set6", "ssul-set1", "ssul-set2")
+    return {name: largest_energies(name, BAND) for name in names}
+
+
+def test_the_ranking_of_the_peaks(curves):
+    peaks = {name: curve.max() for name, curve in curves.items()}
+    assert peaks["ssul-set6"] < peaks["ssbl"] < peaks["tmd"] < peaks["none"]
+    assert peaks["ssul-set6"] == pytest.approx(437, rel=0.005)
+    assert peaks["ssbl"] == pytest.approx(600, rel=0.02)
+    assert peaks["tmd"] == pytest.approx(660.435, abs=0.001)  # 6.21 is on the grid
+    assert BAND[curves["tmd"].argmax()] == pytest.approx(6.21)
+    assert BAND[curves["ssbl"].argmax()] == pytest.approx(6.3, abs=0.1)
+    assert BAND[curves["ssul-set6"].argmax()] == pytest.approx(5.69, abs=0.02)
+
+
+def test_sets_1_and_2_are_one_curve(curves):
+    one, other = curves["ssul-set1"], curves["ssul-set2"]
+    assert np.abs(one - other).max() <= 0.03 * one.max()
+
+
+@pytest.mark.parametrize(
+    ("name", "joules"),
+    [
+        ("none", 1568.00),
+        ("tmd", 635.107),
+        ("ssul-set1", 645),
+        ("ssul-set2", 654),
+        ("ssul-set3", 85.7),
+        ("ssul-set4", 83.8),
+        ("ssul-set5", 81.8),
+        ("ssul-set6", 94.4),
+    ],
+)
+def test_energies_at_the_tuning_frequency(name, joules):
+    """Simulated by independent programs, to the digits given; the first two are exact."""
+    assert largest_energies(name, [6.28], 600)[0] == pytest.approx(joules, rel=0.001)

@@ -1,0 +1,261 @@
+"""The variational flow: monodromy against differences of the flow, and what is known of it exactly.
+
+A difference quotient of this flow loses an order at every touch (the force is C^1 there), so it
+is extrapolated from three steps, of which the last two also say how good it is.
+"""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from support import linear_flow, references, system_of
+
+from nlds_vines.block import RESOLUTION, Computer, cell_of, method_parts
+from nlds_vines.catalogue import load_system
+from nlds_vines.kernels import ride as rides
+from nlds_vines.kernels import shooting
+from nlds_vines.kernels.cells import grid_for, ride_for
+from nlds_vines.kernels.flight import cells_of, grid_of
+from nlds_vines.kernels.orbit import OK
+from nlds_vines.kernels.parts import damper_of, far_wall_of, near_wall_of, structure_of
+from nlds_vines.parts import Block
+from nlds_vines.record import FLAGS
+from nlds_vines.scan import load_scan
+from nlds_vines.simulation import simulate
+
+SET6 = references()["ssul-set6"].numbers
+SSBL = references()["ssbl-omega6.05"].numbers
+FINE = {"exact": 60.0, "rk4": 8192.0}
+SCALES = np.array([0.05, 0.3, 0.05, 0.3])  # of x1, v1, r, s [m, m/s]: what is small is small beside
+
+both_methods = pytest.mark.parametrize("method", ["exact", "rk4"])
+
+
+def ride_on(system, method="exact", resolution=None):
+    """Return the kernels' ride of a system."""
+    classical, has_damper, has_near, has_far, arc = method_parts(method, system.scene)
+    cell = cell_of(system)
+    ps, damper = structure_of(cell), damper_of(has_damper, cell)
+    n = cells_of(ps, damper)
+    resolution = RESOLUTION[method] if resolution is None else resolution
+    return ride_for(
+        arc, classical, ps, damper, near_wall_of(has_near, cell), far_wall_of(has_far, cell),
+        grid_of(ps, damper, n), grid_for(classical, ps, damper, n, resolution, 1), resolution,
+    )  # fmt: skip
+
+
+def ridden(ride, y, periods):
+    """Return the state (4,) some periods after y, the derivative by y, and the impacts by wall."""
+    state, tangent, counts = rides.fresh_state(), np.zeros(16), np.zeros(2, int)
+    rides.seat(ride, np.asarray(y, float), state)
+    rides.unit(tangent)
+    for _ in range(periods):
+        assert rides.advance(ride.arc, ride, tangent, state) == OK
+        counts += ride.beats[0]
+    return state, tangent.reshape(4, 4).T.copy(), counts
+
+
+def quotient(ride, y, periods, step):
+    """Return the central difference quotient of the flow, in units of `SCALES`."""
+    columns = []
+    for i in range(4):
+        e = np.zeros(4)
+        e[i] = step * SCALES[i]
+        ahead, behind = ridden(ride, y + e, periods)[0], ridden(ride, y - e, periods)[0]
+        columns.append((ahead[:4] - behind[:4]) / (2 * step * SCALES))
+    return np.array(columns).T
+
+
+def derivative(ride, y, periods):
+    """Return the extrapolated derivative in units of `SCALES`, and how much that moved it."""
+    coarse, fine = (quotient(ride, y, periods, step) for step in (4e-6, 2e-6))
+    found = fine + (fine - coarse) / (2**2.5 - 1)
+    return found, np.abs(found - fine).max()
+
+
+def user_to_kernel(system, state):
+    x1, v1, x2, v2 = state
+    return np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
+
+
+def after(system, periods):
+    """Return the state (x1, v1, r, s) some periods after rest."""
+    return user_to_kernel(system, simulate(system, periods).state)
+
+
+PRELOADED = {**SET6, "C": -0.2, "K": 1e6, "P": 100.0}
+CASES = {
+    # system, periods from rest, periods ridden, impacts by wall meanwhile
+    "an impact a period": (system_of("ssul", SET6), 20, 2, (2, 0)),
+    "it ends inside a contact": (system_of("ssul", SET6), 3, 1, (2, 0)),
+    "it begins inside a contact": (system_of("ssul", SET6), 4, 1, (1, 0)),
+    "a soft wall": (system_of("ssul", {**SET6, "K": 1e4}), 10, 2, None),
+    "it rests on the wall": (system_of("ssul", PRELOADED), 60, 2, (0, 0)),
+    "it is pressed back soon": (system_of("ssul", {**PRELOADED, "P": 250.0}), 60, 2, (4, 0)),
+    "two walls": (system_of("ssbl", SSBL), 20, 1, (1, 1)),
+    "no wall": (load_system("tmd"), 3, 2, None),
+}
+
+
+@both_methods
+@pytest.mark.parametrize("case", CASES)
+def test_monodromy_is_the_derivative_of_the_flow(case, method):
+    system, before, periods, expected = CASES[case]
+    y, ride = after(system, before), ride_on(system, method, FINE[method])
+    _, matrix, counts = ridden(ride, y, periods)
+    if expected is not None:
+        assert tuple(counts) == expected
+    matrix = matrix * SCALES / SCALES[:, np.newaxis]
+    found, doubt = derivative(ride, y, periods)
+    size = np.abs(matrix).max()
+    assert np.abs(matrix - found).max() <= 1e-6 * size
+    assert doubt <= 1e-5 * size
+
+
+@both_methods
+@pytest.mark.parametrize("case", CASES)
+def test_determinant_is_known_beforehand(case, method):
+    """The divergence of the flow is constant, contacts or not."""
+    system, before, periods, _ = CASES[case]
+    ride = ride_on(system, method, FINE[method])
+    matrix = ridden(ride, after(system, before), periods)[1]
+    expected = np.exp(divergence(system) * periods * system.period)
+    assert np.linalg.det(matrix) == pytest.approx(expected, rel=1e-8)
+
+
+def divergence(system):
+    """Return the sum of all Lyapunov exponents [1/s]."""
+    p = system.parameters
+    return -(p["c1"] + p["c2"]) / p["m1"] - p["c2"] / p["m2"]
+
+
+def test_the_divergences_of_the_named_systems():
+    assert divergence(load_system("ssul-set6")) == pytest.approx(-1.349997, abs=1e-6)
+    assert divergence(load_system("ssbl")) == pytest.approx(-4.550667, abs=1e-6)
+    for name in ("ssul-set6", "ssbl", "tmd"):
+        system = load_system(name)
+        assert ride_on(system).trace == pytest.approx(divergence(system), rel=1e-14)
+
+
+# ---- linear scenes -------------------------------------------------------------------------------
+
+
+@both_methods
+@pytest.mark.parametrize("changes", [{}, {"k2": 215.0, "c2": 232.0}, {"k2": 0.0, "c2": 0.0}])
+def test_multipliers_of_a_linear_scene(changes, method):
+    system = load_system("tmd", **changes)
+    flow = linear_flow(system.parameters)[:4, :4]
+    to_kernel = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [1, 0, -1, 0], [0, 1, 0, -1.0]])
+    expected = to_kernel @ expm(flow * system.period) @ np.linalg.inv(to_kernel)
+    matrix = ridden(ride_on(system, method), np.zeros(4), 1)[1]
+    np.testing.assert_allclose(matrix, expected, rtol=0, atol=1e-12)
+    multipliers = np.exp(np.linalg.eigvals(flow) * system.period)
+    largest = np.abs(multipliers).max()
+    assert rides.radius_of(matrix) == pytest.approx(largest, rel=1e-7 if changes else 1e-12)
+
+
+def test_multipliers_of_the_structure_alone():
+    system = load_system("none")
+    p = system.parameters
+    flow = np.array([[0, 1], [-p["k1"] / p["m1"], -p["c1"] / p["m1"]]])
+    ride = ride_on(system)
+    matrix = shooting.matrix_of(ridden(ride, np.zeros(4), 1)[1].T.ravel().copy(), ride.size)
+    np.testing.assert_allclose(matrix, expm(flow * system.period), rtol=0, atol=1e-13)
+
+
+# ---- growth rates --------------------------------------------------------------------------------
+
+
+def multiplied(tangent, matrix):
+    tangent[:] = (matrix @ tangent.reshape(4, 4).T).T.ravel()
+
+
+def test_lengths_along_triangular_matrices():
+    """The rates are the logarithms of the diagonals, the greatest first."""
+    rng = np.random.default_rng(3)
+    frame, known, growth, tangent = np.eye(4), np.zeros(4), np.zeros(4), np.zeros(16)
+    rides.unit(tangent)
+    for _ in range(50):
+        upper = np.triu(rng.normal(size=(4, 4)))
+        np.fill_diagonal(upper, 10.0 ** (np.array([3, 1, -1, -3]) + rng.uniform(0, 1, 4)))
+        other = np.linalg.qr(rng.normal(size=(4, 4)))[0]
+        multiplied(tangent, other @ upper @ frame.T)
+        rides.orthonormalise(tangent, 4, growth)
+        frame, known = other, known + np.log(np.diag(upper))
+        vectors = tangent.reshape(4, 4)
+        np.testing.assert_allclose(vectors @ vectors.T, np.eye(4), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(growth, known, rtol=1e-10)
+
+
+def test_lengths_add_up_to_determinants():
+    rng = np.random.default_rng(4)
+    growth, tangent, known = np.zeros(4), np.zeros(16), 0.0
+    rides.unit(tangent)
+    for _ in range(200):
+        matrix = rng.normal(size=(4, 4))
+        known += np.linalg.slogdet(matrix)[1]
+        multiplied(tangent, matrix)
+        rides.orthonormalise(tangent, 4, growth)
+    assert growth.sum() == pytest.approx(known, abs=1e-10)
+
+
+@pytest.mark.parametrize(("kind", "changes"), [("ssul", {"omega": 7.4}), ("ssbl", {"omega": 6.3})])
+def test_exponents_add_up_along_any_orbit(kind, changes):
+    system = load_system("ssul-set6" if kind == "ssul" else "ssbl", **changes)
+    ride, periods = ride_on(system), 200
+    state, tangent, growth = rides.fresh_state(), np.zeros(16), np.zeros(4)
+    rides.seat(ride, np.zeros(4), state)
+    rides.unit(tangent)
+    for _ in range(periods):
+        assert rides.advance(ride.arc, ride, tangent, state) == OK
+        rides.orthonormalise(tangent, ride.size, growth)
+    exponents = growth / (periods * system.period)
+    assert exponents.sum() == pytest.approx(divergence(system), abs=1e-8)
+    assert exponents[0] > exponents[-1]
+
+
+def labelled():
+    """Return the default diagram with its evidence."""
+    scan = load_scan(None, {"record": {"want": ["regime", "evidence"]}})
+    return scan, Computer(scan).block(Block(0, ((0, scan.lanes),)))
+
+
+def test_multipliers_and_exponents_of_every_labelled_orbit():
+    scan, found = labelled()
+    omega, n = scan.axes[0].values, found["period"][:, 0]
+    periodic = n > 0
+    assert periodic.mean() > 0.9
+    trace = divergence(scan.system)
+    multipliers = found["multipliers"][:, 0] @ [1, 1j]
+    product = multipliers[periodic].prod(axis=-1)
+    expected = np.exp(trace * n * 2 * np.pi / omega)[periodic]
+    assert np.abs(product / expected - 1).max() <= 1e-8
+    total = found["exponents"][:, 0].sum(axis=-1)
+    np.testing.assert_allclose(total[np.isfinite(total)], trace, rtol=0, atol=1e-8)
+    stable = found["regime"][:, 0] == FLAGS["periodic"]
+    assert (np.abs(multipliers[stable]) < 1).all()
+
+
+# ---- small linear algebra ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [2, 4])
+def test_elimination(size):
+    rng = np.random.default_rng(size)
+    for _ in range(20):
+        matrix, right = rng.normal(size=(size, size)), rng.normal(size=4)
+        matrix[0, 0] = 0.0  # so that it must exchange rows
+        expected = np.linalg.solve(matrix, right[:size])
+        assert rides.solve(matrix.copy(), right, size)
+        np.testing.assert_allclose(right[:size], expected, rtol=1e-9)
+    assert not rides.solve(np.zeros((size, size)), np.ones(4), size)
+    assert not rides.solve(np.full((size, size), np.nan), np.ones(4), size)
+
+
+def test_a_wrong_monodromy_is_seen():
+    """The comparison with the flow tells a contact's stiffness off by one per cent."""
+    system, before, periods, _ = CASES["an impact a period"]
+    y, ride = after(system, before), ride_on(system, "exact", FINE["exact"])
+    matrix = ridden(ride, y, periods)[1] * SCALES / SCALES[:, np.newaxis]
+    stiffer = ride._replace(near=ride.near._replace(K=1.01 * ride.near.K))
+    other = ridden(stiffer, y, periods)[1] * SCALES / SCALES[:, np.newaxis]
+    assert np.abs(other - matrix).max() > 1e-4 * np.abs(matrix).max()

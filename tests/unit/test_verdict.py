@@ -1,0 +1,130 @@
+"""Verdicts: what each label needs, on sequences made up and on orbits whose nature is known."""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from test_growth import logistic, noise, torus
+
+from nlds_vines import RequestError, classify, load_system
+from nlds_vines.kernels import verdict
+from nlds_vines.record import FLAGS
+from nlds_vines.regimes import EFFORTS, label_of
+
+EXACT_SUM = -1.3499966666666667  # of the exponents of Set 6 [1/s]: -(c1 + c2)/m1 - c2/m2
+
+
+class Scene(NamedTuple):
+    """What `decide` looks at of a ride."""
+
+    size: int
+    trace: float
+
+
+def decided(values, largest, width):
+    """Return the verdict on a section whose values and exponent are given."""
+    record = np.stack([values, values, values, values], axis=-1)
+    evidence = np.zeros(verdict.COLUMNS)
+    evidence[verdict.LARGEST], evidence[verdict.WIDTH] = largest, width
+    found = verdict.decide(Scene(4, -1.35), record, len(record), len(record), evidence)
+    assert found == (evidence[verdict.KIND] != verdict.UNDETERMINED)
+    return int(evidence[verdict.KIND])
+
+
+def test_the_codes_are_those_of_the_archive():
+    assert FLAGS["undetermined"] == verdict.UNDETERMINED
+    assert FLAGS["periodic"] == verdict.PERIODIC
+    assert FLAGS["quasiperiodic"] == verdict.QUASIPERIODIC
+    assert FLAGS["chaotic"] == verdict.CHAOTIC
+    assert FLAGS["transient_chaos"] == verdict.TRANSIENT
+
+
+def test_chaos_needs_an_interval_above_zero():
+    chaos, _ = logistic(4.0, 2400)
+    assert decided(chaos, 0.69, 0.02) == verdict.CHAOTIC
+    assert decided(chaos, 0.01, 0.02) == verdict.UNDETERMINED
+    assert decided(chaos, -0.3, 0.02) == verdict.UNDETERMINED
+
+
+def test_a_torus_needs_an_exponent_of_zero_and_smooth_averages():
+    assert decided(torus(2400), 0.0, 1e-3) == verdict.QUASIPERIODIC
+    assert decided(torus(2400), -0.2, 1e-3) == verdict.UNDETERMINED
+    assert decided(logistic(4.0, 2400)[0], 0.0, 1e-3) == verdict.UNDETERMINED
+
+
+def test_noise_is_nothing():
+    assert decided(noise(2400), 0.0, 1e-3) == verdict.UNDETERMINED
+    assert decided(torus(2400) + 1e-2 * noise(2400), 0.0, 1e-3) == verdict.UNDETERMINED
+
+
+def test_labels_are_the_papers_words():
+    assert label_of(FLAGS["periodic"], 1, 1) == "T,1"
+    assert label_of(FLAGS["periodic"], 3, 2) == "3T,2"
+    assert label_of(FLAGS["transient_chaos"], 1, 0) == "transient chaos to T,0"
+    assert label_of(FLAGS["chaotic"], 0, 80) == "chaos"
+    assert label_of(FLAGS["undetermined"], 0, 80) == "undetermined"
+    assert label_of(FLAGS["failed"], 0, 0) == "failed"
+
+
+def test_efforts_only_add_stages():
+    stages = list(EFFORTS.values())
+    for less, more in itertools.pairwise(stages):
+        assert more[: len(less)] == less
+
+
+@pytest.mark.parametrize(
+    ("omega", "label"),
+    [(5.0, "T,1"), (5.7, "T,1"), (6.28, "T,1"), (7.35, "T,1"), (7.364, "2T,2"), (7.45, "3T,2"),
+     (7.5, "3T,2"), (7.7, "4T,2"), (7.8, "2T,1"), (7.9, "2T,1"), (7.95, "T,0")],
+)  # fmt: skip
+def test_the_regimes_of_set_6(omega, label):
+    found = classify(load_system("ssul-set6", omega=omega))
+    assert found.label == label
+    assert found.residual < 1e-12
+    assert abs(found.multipliers[0]) < 1.0
+    assert found.exponents.sum() == pytest.approx(EXACT_SUM, abs=1e-8)
+    product = np.exp(EXACT_SUM * found.period * found.system.period)
+    assert found.multipliers.prod().real == pytest.approx(product, rel=1e-7)
+    assert found.lyapunov == pytest.approx(found.exponents[0], rel=1e-12)
+    assert found.lyapunov < 0.0
+    again = classify(found.system, start=found.point, transient=0)
+    assert (again.label, again.settling) == (label, 0)
+
+
+def test_the_published_triple_holds_where_the_contact_is_a_little_softer():
+    soft = {"K": 2.5e7}
+    three = classify(load_system("ssul-set6", omega=7.375, **soft))
+    chaos = classify(load_system("ssul-set6", omega=7.4, **soft))
+    passing = classify(load_system("ssul-set6", omega=7.575, **soft))
+    assert three.label == "3T,3"
+    assert chaos.label == "chaos"
+    assert 0.0 < chaos.lyapunov - chaos.lyapunov_width < chaos.lyapunov < 0.06
+    assert chaos.exponents.sum() == pytest.approx(EXACT_SUM, abs=1e-8)
+    assert passing.label == "transient chaos to T,0"
+    assert passing.settling > 50
+    assert passing.transient_lyapunov - passing.transient_lyapunov_width > 0.0
+    assert passing.lyapunov == pytest.approx(-0.27, abs=0.005)
+
+
+def test_an_orbit_without_impacts_cannot_exist_below_its_bound():
+    below, above = (load_system("ssul-set6", omega=w) for w in (7.4595, 7.4597))
+    start = classify(load_system("ssul-set6", omega=7.95)).point
+    assert classify(above, start=start).impacts in (0, 2)  # it coexists with 3T,2
+    assert classify(below, start=start).impacts > 0
+
+
+def test_regimes_coexist_above_7_55():
+    system = load_system("ssul-set6", omega=7.85)
+    still = classify(load_system("ssul-set6", omega=7.95)).point
+    assert {classify(system).label, classify(system, start=still).label} == {"2T,1", "T,0"}
+
+
+def test_a_wrong_request_is_refused_in_one_line():
+    system = load_system("ssul-set6")
+    with pytest.raises(RequestError, match="unknown effort 'huge'"):
+        classify(system, effort="huge")
+    with pytest.raises(RequestError, match="periods = 0"):
+        classify(system, periods=0)
+    with pytest.raises(RequestError, match="start"):
+        classify(system, start=(0.0, 0.0))

@@ -1,7 +1,11 @@
 """A search gives the same bits again, survives an interrupt, and logs all that it looked at."""
 
+import json
 import os
 import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -100,6 +104,33 @@ def test_who_asks_to_stop_is_heard_between_two_batches(
     assert len(calls) == 5  # that batch was finished, and kept
     assert "--resume" in capsys.readouterr().err
     assert tune(tmp_path / "b.h5", *TMD, "--resume") == reference
+
+
+def test_a_killed_search_resumes_to_the_same_bits(tmp_path):
+    long = [
+        "--system",
+        "tmd",
+        *SMALL,
+        "--seeds",
+        "12",
+        "--transient",
+        "30000",
+        "--periods",
+        "20000",
+    ]
+    reference, path = tune(tmp_path / "a.h5", *long), tmp_path / "b.h5"
+    words = [sys.executable, "-m", "nlds_vines.tuning", *long, "-o", str(path), "--quiet"]
+    running = subprocess.Popen([*words, "--threads", "1"])
+    while running.poll() is None and not (tmp_path / "b.h5.parts" / "block-000000.part").exists():
+        time.sleep(0.02)
+    running.kill()
+    assert running.wait() == -signal.SIGKILL
+    assert tune(path, *long, "--resume") == reference
+    with nv.read(path) as view:
+        assert 0 < view.attrs["replayed"] < view["objective"].size
+        assert json.loads(view.attrs["argv"])[-2:] == ["--threads", "1"]
+        assert view.attrs["seed"] == 0
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.h5", "b.h5"]
 
 
 def test_a_journal_of_other_versions_is_computed_again(tmp_path, interrupt, monkeypatch, capsys):

@@ -49,6 +49,12 @@ _QUANTITIES = {
     "impact_rate": ("impacts per forcing period", ""),
     "clearance": ("smallest near miss", r"z_\mathrm{min}"),
     "period": ("period", "n"),
+    "E1peak": ("energy of the structure", r"E_1^{\,\mathrm{peak}}"),
+    "E2peak": ("energy of the damper", r"E_2^{\,\mathrm{peak}}"),
+    "settling": ("forcing periods until settled", ""),
+    "lyapunov": ("largest Lyapunov exponent", r"\lambda"),
+    "transient_lyapunov": ("largest exponent before settling", r"\lambda"),
+    "violation_depth": ("deepest violation", ""),
 }
 _LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
 

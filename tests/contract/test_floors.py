@@ -16,8 +16,8 @@ FIGURES = [path for path in SOURCES if path.parent.name == "figures"]
 FLOORS = (
     {"kernels", "_jit"},  # numbers in, numbers out
     {"errors", "parameters", "scenes", "system", "catalogue", "_resources", "_toml", "arc"},
-    {"axes", "starts", "wants", "record", "scan", "regimes", "provenance", "durable"},
-    {"signals", "spectra", "recipe", "recipe_file", "view"},
+    {"axes", "starts", "wants", "record", "scan", "regimes", "shows", "provenance", "durable"},
+    {"signals", "spectra", "recipe", "recipe_file", "view", "coexistence", "survival"},
     {"block", "batch", "evidence", "simulation", "viewing", "archive", "folder", "parts", "peers"},
     {"engine", "search", "figures"},
     {

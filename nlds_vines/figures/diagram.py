@@ -14,6 +14,7 @@ from nlds_vines.archive import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.figures.bands import bands, edges
 from nlds_vines.figures.exponent import EXPONENT, draw_exponent
+from nlds_vines.figures.palette import colours
 from nlds_vines.figures.strip import draw_strip
 from nlds_vines.figures.style import (
     CM,
@@ -31,7 +32,7 @@ CURVES = ("E1max", "E2max", "impact_rate", "clearance", "period")
 """The recorded numbers that can be drawn as they are, the most telling first."""
 
 _PANEL, _FOOT, _HEAD = 4.4 * CM, 1.1 * CM, 0.75 * CM  # heights in inches
-_NAMES, _STRIP = 2.15 * CM, 0.42 * CM  # the strip stands at the foot of the room for names
+_NAMES, _STRIP = 2.15 * CM, 0.42 * CM  # a strip stands at the foot of the room for names
 _MOST_STRIPS = 2  # starts with a strip of their own; of more, only the first
 _DOT: dict[str, Any] = {
     "marker": "o",
@@ -57,7 +58,8 @@ def diagram(view: ArchiveView) -> Figure:
         raise RequestError(f"{view.path} varies {len(view.axes)} parameters: draw it as a map")
     rows = _rows(view)
     strips = _strips(view)
-    figure, panels = _panels(len(rows), _HEAD + strips * _NAMES)
+    head = _HEAD + strips * _NAMES + max(0, strips - 1) * _STRIP
+    figure, panels = _panels(len(rows), head)
     for panel, row in zip(panels, rows, strict=True):
         (draw_exponent if row == EXPONENT else _dots)(panel, view, row)
     if "section" in view and "E1max" in view:
@@ -65,11 +67,8 @@ def diagram(view: ArchiveView) -> Figure:
     values = view[view.axes[0]]
     panels[0].set_xlim(*edges(values)[[0, -1]])
     panels[-1].set_xlabel(axis_label(view.axes[0]))
-    for start in reversed(range(strips)):  # the first on top
-        axes = _strip_axes(figure, panels[0], strips - 1 - start)
-        draw_strip(axes, bands(values, view.take("label", start=start)))
-        if strips > 1:
-            axes.set_ylabel(view["start"][start], rotation=0, ha="right", va="center")
+    if strips:
+        _draw_strips(figure, panels[0], view, strips)
     _name_starts(panels[-1], list(view["start"]))
     figure.text(LEFT, 1 - 0.15 * CM / figure.get_figheight(), view.attrs["title"], va="top")
     return figure
@@ -112,10 +111,21 @@ def _strips(view: ArchiveView) -> int:
     return view["start"].size if view["start"].size <= _MOST_STRIPS else 1
 
 
+def _draw_strips(figure: Figure, panel: Axes, view: ArchiveView, count: int) -> None:
+    """Draw the strips of the first starts, the first on top; a colour is one regime in all."""
+    labels = view["label"][:, :count]
+    colour = colours(labels.ravel().tolist())
+    for start in range(count):
+        axes = _strip_axes(figure, panel, count - 1 - start)
+        draw_strip(axes, bands(view[view.axes[0]], labels[:, start]), colour)
+        if count > 1:
+            axes.set_ylabel(view["start"][start], rotation=0, ha="right", va="center")
+
+
 def _strip_axes(figure: Figure, panel: Axes, place: int) -> Axes:
     """Return the axes of a strip above the panels, the lowest of them with `place` 0."""
     height = figure.get_figheight()
-    bottom = panel.get_position().y1 + (0.1 * CM + place * _NAMES) / height
+    bottom = panel.get_position().y1 + (0.1 * CM + place * (_NAMES + _STRIP)) / height
     return figure.add_axes((LEFT, bottom, RIGHT - LEFT, _STRIP / height), sharex=panel)
 
 

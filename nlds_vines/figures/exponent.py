@@ -14,6 +14,12 @@ EXPONENT = "lyapunov"
 """The dataset that is drawn this way."""
 
 _ZERO: dict[str, Any] = {"color": "#8a8a8a", "linewidth": 0.6, "zorder": 0.5}
+_DOT: dict[str, Any] = {
+    "marker": "o",
+    "markersize": 1.4,
+    "markeredgewidth": 0,
+    "linestyle": "none",
+}
 
 
 def draw_exponent(panel: Axes, view: ArchiveView, row: str) -> None:
@@ -36,11 +42,5 @@ def draw_exponent(panel: Axes, view: ArchiveView, row: str) -> None:
             linewidth=1.0,
             rasterized=True,
         )
-        dots: dict[str, Any] = {
-            "marker": "o",
-            "markersize": 1.4,
-            "markeredgewidth": 0,
-            "linestyle": "none",
-        }
-        panel.plot(values[drawn], found[drawn], color=colour, rasterized=True, **dots)
+        panel.plot(values[drawn], found[drawn], color=colour, rasterized=True, **_DOT)
     panel.set_ylabel(quantity_label(row, view.units(row)))

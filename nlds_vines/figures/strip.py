@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -10,7 +11,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.textpath import TextPath
 
 from nlds_vines.figures.bands import Band, spread
-from nlds_vines.figures.palette import HATCHED, TRANSIENT, colours, is_dark
+from nlds_vines.figures.palette import HATCHED, TRANSIENT, is_dark
 from nlds_vines.figures.style import LEFT, RIGHT, STYLE, WIDTH
 
 _POINTS = 72 * WIDTH * (RIGHT - LEFT)  # width of the strip
@@ -21,8 +22,8 @@ _NARROWEST = 0.5  # pt: what is narrower cannot be seen and is not named
 _NAMED_ONCE = ("undetermined", "failed")  # their look is explained once, where they are widest
 
 
-def draw_strip(axes: Axes, found: list[Band]) -> None:
-    """Draw the bands of the regimes as a strip, and name as many as there is room for.
+def draw_strip(axes: Axes, found: list[Band], colour: Mapping[str, str]) -> None:
+    """Draw bands of regimes as a strip in their colours, and name as many as there is room for.
 
     A name goes into its band where it fits; else it stands upright above, at the end of a line,
     the widest bands first.
@@ -31,7 +32,6 @@ def draw_strip(axes: Axes, found: list[Band]) -> None:
     axes.set_yticks([])
     axes.tick_params(bottom=False, labelbottom=False)
     scale = _POINTS / (found[-1].high - found[0].low)  # points per unit of the parameter
-    colour = colours(band.label for band in found)
     beside = []
     for band in found:
         _fill(axes, band, colour[band.label])

@@ -52,8 +52,8 @@ _QUANTITIES = {
     "E1peak": ("energy of the structure", r"E_1^{\,\mathrm{peak}}"),
     "E2peak": ("energy of the damper", r"E_2^{\,\mathrm{peak}}"),
     "settling": ("forcing periods until settled", ""),
-    "lyapunov": ("largest Lyapunov exponent", r"\lambda"),
-    "transient_lyapunov": ("largest exponent before settling", r"\lambda"),
+    "lyapunov": ("Lyapunov exponent", r"\lambda_1"),
+    "transient_lyapunov": ("exponent before settling", r"\lambda_1"),
     "violation_depth": ("deepest violation", ""),
 }
 _LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}

@@ -195,12 +195,13 @@ def test_a_map_has_a_colour_and_a_name_for_every_regime(tmp_path):
         assert hexed == colours[labels[place]]
 
 
-def test_a_map_without_regimes_shows_the_energy_of_the_first_start(tmp_path):
+def test_a_map_without_regimes_shows_the_largest_energy_of_all_starts(tmp_path):
     start = {"policy": "random", "count": 2, "seed": 1}
     figure = drawn(archive_of(tmp_path / "m.h5", ["energy"], MAP, start=start))
     axes, bar = figure.axes
     assert bar.get_ylabel().startswith("energy of the structure")
-    assert figure.texts[0].get_text().endswith("start: random 0, one of 2")
+    assert bar.get_ylabel().endswith("largest of 2 starts")
+    assert figure.texts[0].get_text().endswith("; 2 starts")
     assert axes.collections[0].get_array().shape == (20, 30)
 
 

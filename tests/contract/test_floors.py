@@ -17,13 +17,14 @@ FLOORS = (
     {"kernels", "_jit"},  # numbers in, numbers out
     {"errors", "parameters", "scenes", "system", "catalogue", "_resources", "_toml", "arc"},
     {"axes", "starts", "wants", "record", "scan", "regimes", "shows", "provenance", "durable"},
-    {"signals", "spectra", "recipe", "recipe_file", "view", "coexistence", "survival"},
+    {"signals", "spectra", "recipe", "recipe_file", "view", "coexistence", "survival", "ensemble"},
     {"block", "batch", "evidence", "simulation", "viewing", "archive", "folder", "parts", "peers"},
     {"engine", "search", "figures"},
     {
         "bifurcation",
         "accuracy",
         "portrait",
+        "transients",
         "tuning",
         "_command",
         "_scan_options",

@@ -130,7 +130,7 @@ def _run(scan: Scan, archive: Path, plot: Path, delay: float, options: argparse.
     except Exception as stop:
         from nlds_vines.engine import (
             Interrupted,
-        )  # heavy: not before a request is known to be right
+        )  # heavy: not before the request was right  # heavy: not before a request is known to be right
 
         if not isinstance(stop, Interrupted):
             raise

@@ -62,7 +62,7 @@ def _draw_survival(axes: Axes, found: Ensemble) -> None:
         label=f"its {found.level:.0%} interval (Kaplan and Meier)",
     )  # fmt: skip
     _mark_censored(axes, found, time, share)
-    floor = 0.5 / found.times.size
+    floor = min(0.5, max(0.5 / found.times.size, float(low.min()) / 3))
     if found.decay is not None and found.decay.ended:
         _draw_law(axes, found.decay, float(np.interp(found.delay, time, share)), last, found.level)
     axes.set_yscale("log")

@@ -128,9 +128,7 @@ def _run(scan: Scan, archive: Path, plot: Path, delay: float, options: argparse.
     try:
         path = bifurcation(scan, archive, **running)
     except Exception as stop:
-        from nlds_vines.engine import (
-            Interrupted,
-        )  # heavy: not before the request was right  # heavy: not before a request is known to be right
+        from nlds_vines.engine import Interrupted  # heavy: not before it is needed
 
         if not isinstance(stop, Interrupted):
             raise

@@ -126,7 +126,7 @@ def _multiples(view: ArchiveView, labels: np.ndarray, wanted: list[str]) -> Figu
     rows = -(-len(wanted) // _COLUMNS)
     height = _HEAD + rows * _SMALL + (rows - 1) * _BETWEEN + _FOOT
     figure = Figure(figsize=(WIDTH, height))
-    grid = {"left": LEFT, "right": RIGHT - 0.02, "bottom": _FOOT / height, "wspace": 0.08}
+    grid = {"left": LEFT, "right": RIGHT - 0.05, "bottom": _FOOT / height, "wspace": 0.08}
     grid |= {"top": 1 - _HEAD / height, "hspace": _BETWEEN / _SMALL}
     panels = figure.subplots(
         rows, _COLUMNS, sharex=True, sharey=True, squeeze=False, gridspec_kw=grid
@@ -141,7 +141,7 @@ def _multiples(view: ArchiveView, labels: np.ndarray, wanted: list[str]) -> Figu
         axes.tick_params(labelbottom=True)
     for axes in panels[:, 0]:
         axes.set_ylabel(axis_label(view.axes[1]))
-    bar_axes = figure.add_axes((RIGHT, _FOOT / height, 0.02, 1 - (_HEAD + _FOOT) / height))
+    bar_axes = figure.add_axes((RIGHT - 0.03, _FOOT / height, 0.02, 1 - (_HEAD + _FOOT) / height))
     _bar(figure, bar_axes, mesh, f"share of {labels.shape[-1]} starts")
     return figure
 

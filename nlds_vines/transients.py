@@ -127,6 +127,8 @@ def _run(scan: Scan, archive: Path, plot: Path, delay: float, options: argparse.
     running = {name: getattr(options, name) for name in ("threads", "resume", "overwrite", "quiet")}
     try:
         path = bifurcation(scan, archive, **running)
+    except RequestError:
+        raise
     except Exception as stop:
         from nlds_vines.engine import Interrupted  # heavy: not before it is needed
 

@@ -27,6 +27,7 @@ _SHADES = "viridis"
 _TWO_SIDED = "PuOr_r"  # with a zero in its middle; colour-blind-safe
 _SIGNED = ("lyapunov", "transient_lyapunov")
 _MOST_SHARES = 6
+_FEW = 8  # values that are a list where their distances are unequal
 _COLUMNS = 2
 _SMALL, _BETWEEN, _FOOT, _HEAD = 5.2 * CM, 0.75 * CM, 1.15 * CM, 1.5 * CM  # heights in inches
 _EXTREME = 0.5  # per cent of the cells at either end that do not stretch a two-sided scale
@@ -48,8 +49,22 @@ def one_frame(view: ArchiveView) -> tuple[Figure, Axes]:
 
 def fill(axes: Axes, view: ArchiveView, values: np.ndarray, **style: Any) -> QuadMesh:
     """Draw one value for each cell, without any smoothing, and return the mesh."""
-    across, up = (edges(view[name]) for name in view.axes)
+    across, up = (_borders(view[name]) for name in view.axes)
+    for axis, name in zip((axes.xaxis, axes.yaxis), view.axes, strict=True):
+        if _is_list(view[name]):
+            axis.set_ticks(np.arange(view[name].size), [f"{value:g}" for value in view[name]])
     return axes.pcolormesh(across, up, values.T, shading="flat", rasterized=True, **style)
+
+
+def _is_list(values: np.ndarray) -> bool:
+    """Tell whether values are a few at unequal distances: cells in a row, rather than a scale."""
+    gaps = np.diff(values)
+    return 2 < values.size <= _FEW and not np.allclose(gaps, gaps[0], rtol=1e-6)
+
+
+def _borders(values: np.ndarray) -> np.ndarray:
+    """Return where cells begin and end on an axis."""
+    return edges(np.arange(values.size)) if _is_list(values) else edges(values)
 
 
 def draw_number(view: ArchiveView, name: str) -> Figure:

@@ -13,13 +13,14 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from nlds_vines.archive import ArchiveView
-from nlds_vines.coexistence import by_frequency, coexisting, most_frequent
+from nlds_vines.coexistence import by_frequency, coexisting, final, most_frequent
 from nlds_vines.errors import RequestError
 from nlds_vines.figures.fields import draw_number, draw_shares, fill, frame, one_frame
 from nlds_vines.figures.palette import (
     HATCHED,
     OTHERS,
     RAMP,
+    TRANSIENT,
     colours,
     ordered,
     period_and_impacts,
@@ -30,6 +31,7 @@ from nlds_vines.shows import COEXISTING, REGIMES, SHARE, SHARES, check_show, usu
 _PANEL, _GAP, _FOOT, _HEAD = 7.9 * CM, 0.35 * CM, 1.15 * CM, 0.95 * CM  # heights in inches
 _LINE = 0.42 * CM  # height of a name in a legend
 _LONG = f"{len(RAMP)}T and longer"  # which share a colour
+_EXAMPLE = f"{len(RAMP)}T,1"  # one of these
 _COUNTS = ("#f1efe9", "#f6c667", "#e07b39", "#a8324a", "#5b1a4a")
 """Colours of one regime in a cell, two, three ..., and of as many as there are colours or more."""
 
@@ -109,14 +111,15 @@ def _two_frames(view: ArchiveView) -> tuple[Figure, list[Axes]]:
 
 def _named(label: str) -> str:
     """Return the name under which a label is drawn: those of the same colour share one."""
-    found = period_and_impacts(label)
-    return _LONG if found and found[0] >= len(RAMP) else label
+    end = final(label)
+    found = period_and_impacts(end)
+    return label.replace(end, _LONG) if found and found[0] >= len(RAMP) else label
 
 
 def _colours(words: Sequence[str]) -> dict[str, str]:
     """Return the colour of every name on a map."""
-    plain = [word for word in words if word != _LONG]
-    return colours(plain) | {_LONG: RAMP[-1]}
+    found = colours(word.replace(_LONG, _EXAMPLE) for word in words)
+    return {word: found[word.replace(_LONG, _EXAMPLE)] for word in words}
 
 
 def _draw_regimes(axes: Axes, view: ArchiveView, labels: np.ndarray, title: str) -> None:
@@ -128,7 +131,9 @@ def _draw_regimes(axes: Axes, view: ArchiveView, labels: np.ndarray, title: str)
     _fill_classes(axes, view, names, words, [colour[word] for word in words])
     room = int(axes.bbox.height / axes.figure.dpi / _LINE) - 1
     told = _in_order(words if len(words) <= room else words[: room - 1])
-    handles = [_patch(word, colour[word]) for word in told]
+    handles = [
+        Patch(facecolor=colour[word], label=word.replace(TRANSIENT, "chaos → ")) for word in told
+    ]
     if len(words) > len(told):
         handles.append(Patch(color="none", label=f"and {len(words) - len(told)} more"))
     _legend(axes, handles, title)
@@ -136,17 +141,8 @@ def _draw_regimes(axes: Axes, view: ArchiveView, labels: np.ndarray, title: str)
 
 def _in_order(words: Sequence[str]) -> list[str]:
     """Return names in the order of a legend: by period, then what is not periodic."""
-    found = ordered(word for word in words if word != _LONG)
-    if _LONG not in words:
-        return found
-    after = sum(period_and_impacts(word) is not None for word in found)
-    return [*found[:after], _LONG, *found[after:]]
-
-
-def _patch(word: str, colour: str) -> Patch:
-    look: dict[str, Any] = {"hatch": "//////", "edgecolor": "#8a8a8a", "linewidth": 0}
-    hatch = look if word == HATCHED else {}
-    return Patch(facecolor=colour, label=word, **hatch)
+    found = ordered(word.replace(_LONG, _EXAMPLE) for word in words)
+    return [word.replace(_EXAMPLE, _LONG) for word in found]
 
 
 def _fill_classes(

@@ -5,6 +5,7 @@ Colours are those of Okabe and Ito, which colour-blind readers tell apart.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -81,5 +82,10 @@ def start_colours(starts: Sequence[str]) -> list[str]:
 
 
 def _labelled(meaning: str, symbol: str, unit: str) -> str:
-    parts = (meaning, f"${symbol}$" if symbol else "", f"[{unit}]" if unit != "1" else "")
+    parts = (meaning, f"${symbol}$" if symbol else "", f"[{_raised(unit)}]" if unit != "1" else "")
     return " ".join(filter(None, parts))
+
+
+def _raised(unit: str) -> str:
+    """Return a unit with its powers raised: N/m^1.5."""
+    return re.sub(r"\^([-\d.]+)", r"$^{\1}$", unit)

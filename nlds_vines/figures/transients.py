@@ -67,18 +67,11 @@ def _draw_survival(axes: Axes, found: Ensemble) -> None:
         _draw_law(axes, found.decay, float(np.interp(found.delay, time, share)), last, found.level)
     axes.set_yscale("log")
     axes.set_ylim(floor, 1.35)
-    axes.set_xlim(0, _reach(found, last))
+    axes.set_xlim(0, max(1.0, last))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g}%"))
     axes.set_xlabel("forcing periods")
     axes.set_ylabel("starts not settled")
     axes.legend(loc="lower left", frameon=True, framealpha=0.85, edgecolor="none")
-
-
-def _reach(found: Ensemble, last: float) -> float:
-    """Return where the axis of time ends: a little after the last lifetime, or with them all."""
-    if found.ended.any():
-        last = min(last, 1.25 * float(found.times[found.ended].max()))
-    return max(last, 1.0)
 
 
 def _steps(estimate: Survival, last: float) -> tuple[np.ndarray, ...]:

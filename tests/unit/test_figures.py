@@ -319,6 +319,15 @@ def test_long_periods_share_a_name_on_a_map(tmp_path):
     assert faces(axes)[4] == faces(axes)[10] == palette.RAMP[-1]
 
 
+def test_a_few_values_at_unequal_distances_stand_side_by_side(tmp_path):
+    vary = {"omega": {"values": [7.375, 7.4, 7.575]}, "K": {"start": 2e7, "stop": 3e7, "num": 5}}
+    (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], vary)).axes
+    assert axes.get_xlim() == (-0.5, 2.5)
+    assert [text.get_text() for text in axes.get_xticklabels()] == ["7.375", "7.4", "7.575"]
+    assert axes.get_ylim() == pytest.approx((1.875e7, 3.125e7))
+    assert axes.get_ylabel().endswith("[N/m$^{1.5}$]")
+
+
 def test_what_a_map_cannot_show_is_refused(four, usual, tmp_path):
     for what, message in (("E1max", "not recorded"), ("shadows", "did you mean 'shares'")):
         with pytest.raises(RequestError, match=message):

@@ -20,7 +20,7 @@ _LEFT = 0.135  # room for the names of regimes
 _PANEL, _BAR, _BETWEEN, _FOOT, _HEAD = 7.2 * CM, 0.58 * CM, 1.55 * CM, 1.1 * CM, 0.9 * CM  # inches
 _CURVE, _LAW = "#1b2a49", "#d55e00"
 _SMALL = STYLE["xtick.labelsize"]
-_WIDEST = 1.3  # of the axis of shares: room for words beside a full bar
+_WIDEST = 1.38  # of the axis of shares: room for words beside a full bar
 
 
 @matplotlib.rc_context(STYLE)

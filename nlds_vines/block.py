@@ -29,6 +29,10 @@ RESOLUTION: Mapping[str, float] = {"exact": 28.0, "rk4": 512.0}
 """Runge-Kutta steps: of a contact that must be stepped (exact), of a forcing period (rk4)."""
 
 
+STEP = {"up": 1, "down": -1}
+"""How a sweep goes along the last axis, whose values ascend."""
+
+
 def method_parts(method: str, scene: Scene, nodes: int | None = None) -> tuple[Any, ...]:
     """Return what tells the kernels which parts exist: (classical, damper, near, far, arc).
 
@@ -173,12 +177,11 @@ class Computer:
 
     def _chains(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the chains of a block of cells and the start (x1, v1, r, s) of each."""
-        policy, count = self.scan.start.policy, self.scan.starts
-        if policy in ("up", "down"):
-            chains = cells.reshape(-1, cells.shape[-1])
-            chains = np.ascontiguousarray(chains if policy == "up" else chains[:, ::-1])
+        if sweeps := self.scan.start.sweeps:
+            rows = cells.reshape(-1, cells.shape[-1])
+            chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
             return chains, np.zeros((len(chains), 4))
-        chains = np.repeat(cells.ravel(), count)[:, np.newaxis]
+        chains = np.repeat(cells.ravel(), self.scan.starts)[:, np.newaxis]
         if self._draws is None:
             return chains, np.zeros((len(chains), 4))
         states = random_states(cells, self._draws, self.scan.system.scene)
@@ -221,8 +224,10 @@ class Computer:
         self, values: np.ndarray, shape: tuple[int, ...], dataset: Dataset, length: dict[str, int]
     ) -> np.ndarray:
         """Return values of lanes in the block's shape, failed lanes at their fill value."""
-        if self.scan.start.policy == "down":
-            values = values[:, ::-1]
+        if sweeps := self.scan.start.sweeps:
+            passes = values.reshape(len(sweeps), -1, *values.shape[1:])
+            ordered = (one[:, :: STEP[sweep]] for one, sweep in zip(passes, sweeps, strict=True))
+            values = np.stack(list(ordered), axis=2)
         tail = tuple(length[dim] for dim in dataset.tail)
         return values.reshape(*shape, self.scan.starts, *tail)
 

@@ -115,7 +115,7 @@ def blocks_of(scan: Scan) -> Iterator[Block]:
     Where orbits follow an attractor along the last axis, that axis stays whole.
     """
     last = scan.shape[-1]
-    along = last if scan.start.policy in ("up", "down") else None
+    along = last if scan.start.sweeps else None
     cells = _block_cells(scan)
     if along is None:
         along = min(last, cells)

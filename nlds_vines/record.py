@@ -140,9 +140,7 @@ def struck(scan: Scan) -> tuple[str, ...]:
 
 def starts(scan: Scan) -> tuple[str, ...]:
     """Return the names of the starts: `rest`, `up`, `down`; `random 0`, `random 1` for several."""
-    policy = scan.start.policy
-    several = scan.starts > 1
-    return tuple(f"{policy} {i}" for i in range(scan.starts)) if several else (policy,)
+    return scan.start.names
 
 
 def scales(scan: Scan) -> tuple[Scale, ...]:

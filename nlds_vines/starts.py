@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,8 +14,11 @@ from nlds_vines.scenes import Scene
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
 
-POLICIES = ("rest", "up", "down", "random")
+POLICIES = ("rest", "up", "down", "both", "random")
 """Where orbits may begin."""
+
+SWEEPS: Mapping[str, tuple[str, ...]] = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
+"""The sweeps along the last axis that a policy makes, in the order of the starts."""
 
 STRUCTURE_SPREAD = 5.0
 """Random starts move the structure by up to so many static deflections P / k1."""
@@ -32,7 +36,8 @@ class Start:
 
     Arguments:
         policy: `rest`; `up` or `down`, which follow the attractor of the neighbouring cell to
-            greater or smaller values of the last axis; `random`, from `count` states.
+            greater or smaller values of the last axis; `both` of these, as two starts, which
+            shows hysteresis; `random`, from `count` states.
         count, seed: for `random` alone; the same count states are drawn for every cell.
 
     Raises `RequestError` for anything else.
@@ -51,6 +56,23 @@ class Start:
             raise RequestError(
                 f"count and seed belong to policy 'random', not to policy {self.policy!r}"
             )
+
+    @property
+    def sweeps(self) -> tuple[str, ...]:
+        """The sweeps of the last axis, of `up` and `down`; none where every cell is on its own."""
+        return SWEEPS.get(self.policy, ())
+
+    @property
+    def orbits(self) -> int:
+        """Number of orbits in each cell."""
+        return len(self.sweeps) or self.count
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the orbits of a cell are called: `rest`, `up`, `down`; `random 0`, `random 1`."""
+        if self.policy == "random" and self.count > 1:
+            return tuple(f"random {i}" for i in range(self.count))
+        return self.sweeps or (self.policy,)
 
 
 def start_states(scan: Scan) -> np.ndarray:

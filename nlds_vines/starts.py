@@ -94,7 +94,8 @@ def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndar
     Returns x1 [m], v1 [m/s], r = x1 - x2 + rest [m] and s = v1 - v2 [m/s], shape
     (cells' shape, starts, 4), all finite:
     x1 = 5 l a, v1 = 5 l omega b, r = 15 l c, s = 15 l omega d with the length l = P / k1,
-    r held between the walls, and short of the limit of a scene that has one: -far <= r <= near.
+    r held between the walls: -far <= r <= near.  Where a scene has a limit, what lies beyond is
+    mirrored at it: a start at the very limit would often be a violation.
     """
     length = _length(cells)[..., np.newaxis]
     speed = length * cells["omega"][..., np.newaxis]
@@ -103,7 +104,8 @@ def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndar
     if "near" in scene.walls:
         r = np.minimum(r, cells["near"][..., np.newaxis])
     if scene.limit is not None:
-        r = np.minimum(r, cells["limit"][..., np.newaxis])
+        limit = cells["limit"][..., np.newaxis]
+        r = np.where(r > limit, 2 * limit - r, r)
     if "far" in scene.walls:
         r = np.maximum(r, -cells["far"][..., np.newaxis])
     x1, v1 = STRUCTURE_SPREAD * length * a, STRUCTURE_SPREAD * speed * b

@@ -12,6 +12,7 @@ from nlds_vines.arc import make_arc
 from nlds_vines.evidence import COLUMNS, JUDGED, arrays_of
 from nlds_vines.kernels import lanes
 from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.linear import energy_alone
 from nlds_vines.record import OK, Dataset, components, datasets, sizes
 from nlds_vines.regimes import EFFORTS
 from nlds_vines.scenes import SCENES, Scene
@@ -195,6 +196,8 @@ class Computer:
             arrays["section"] = outputs.section[:, :, -self.scan.periods :]
         if outputs.energy is not None:
             arrays["E1max"], arrays["E2max"] = outputs.energy[..., 0], outputs.energy[..., 1]
+            with np.errstate(all="ignore"):  # without a force nothing can be reduced: NaN
+                arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(cells)
         if outputs.peak is not None:
             arrays["E1peak"], arrays["E2peak"] = outputs.peak[..., 0], outputs.peak[..., 1]
         if outputs.violation is not None:

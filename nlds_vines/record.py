@@ -182,7 +182,10 @@ def datasets(scan: Scan) -> tuple[Dataset, ...]:
     makers = {
         "section": _section(lanes),
         "impacts": _impacts(lanes, len(scene.walls)),
-        "energy": _energy(lanes, scene.damper, "max", "steady-state maximum"),
+        "energy": (
+            *_energy(lanes, scene.damper, "max", "steady-state maximum"),
+            *(_reduction(lanes) if scene.damper else ()),
+        ),
         "peak": _energy(lanes, scene.damper, "peak", "maximum, the transient included,"),
         "regime": _regime(lanes, bool(scene.walls)),
         "lyapunov": _lyapunov(lanes),
@@ -250,6 +253,11 @@ def _energy(lanes: tuple[str, ...], damper: bool, suffix: str, which: str) -> tu
         Dataset(f"E{i}{suffix}", lanes, "float64", "J", text.format(which, body, i), np.nan)
         for i, body in enumerate(bodies, start=1)
     )
+
+
+def _reduction(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    text = "reduction by the damper, 1 - E1max / E1max of the structure alone; negative: it harms"
+    return (Dataset("reduction", lanes, "float64", "1", text, np.nan),)
 
 
 def _violations(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:

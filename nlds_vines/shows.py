@@ -13,6 +13,7 @@ NUMBERS = (
     "E2max",
     "E1peak",
     "E2peak",
+    "reduction",
     "impact_rate",
     "clearance",
     "period",

@@ -45,6 +45,7 @@ _STARTS = ("#1b2a49", "#d55e00", "#0072b2", "#cc79a7", "#e69f00", "#56b4e9", "#5
 _QUANTITIES = {
     "x1": ("structure", "x_1"),
     "x2": ("damper", "x_2"),
+    "reduction": ("reduction by the damper", ""),
     "E1max": ("energy of the structure", r"E_1^{\,\mathrm{max}}"),
     "E2max": ("energy of the damper", r"E_2^{\,\mathrm{max}}"),
     "impact_rate": ("impacts per forcing period", ""),

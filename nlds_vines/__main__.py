@@ -12,6 +12,7 @@ from nlds_vines.provenance import version
 
 COMMANDS = {
     "bifurcation": ("nlds_vines.bifurcation", "scan one parameter or two"),
+    "transients": ("nlds_vines.transients", "how long chaos lasts, where starts end"),
     "tuning": ("nlds_vines.tuning", "search for the best damper"),
     "portrait": ("nlds_vines.portrait", "one orbit in full"),
     "reproduce": ("nlds_vines.reproduce", "the paper, figure by figure, and its claims checked"),

@@ -22,7 +22,7 @@ def add_scan_options(parser: Parser) -> None:
     group.add_argument(
         "--vary", action="append", default=[], metavar="NAME=START:STOP:NUM", help="once or twice"
     )
-    group.add_argument("--start", metavar="POLICY", help="rest, up, down or random:N")
+    group.add_argument("--start", metavar="POLICY", help="rest, up, down, both or random:N")
     group.add_argument("--transient", type=int, metavar="PERIODS", help="discarded")
     group.add_argument("--periods", type=int, metavar="PERIODS", help="sampled")
     group.add_argument("--record", metavar="A,B,C", help=f"of {', '.join(WANTS)}")

@@ -29,8 +29,10 @@ from nlds_vines._run_options import RunOptions, add_run_options, run_options
 from nlds_vines._scan_options import add_scan_options, changes
 from nlds_vines.cut import Shard
 from nlds_vines.errors import RequestError, shown
+from nlds_vines.record import datasets
 from nlds_vines.room import refuse_without_room
 from nlds_vines.scan import Scan, load_scan
+from nlds_vines.shows import check_show
 
 if TYPE_CHECKING:
     from nlds_vines.engine import Report
@@ -46,6 +48,13 @@ examples:
   nlds-vines bifurcation --system tmd --vary omega=5:8:61 --vary k1=3e4:5e4:41 \\
           --record energy -o map.h5 --plot map.pdf
       a map of the largest energy over two parameters
+  nlds-vines bifurcation --vary omega=7:8:60 --vary P=400:1200:60 --start random:8 \\
+          --record regime,settling -o regimes.h5 --plot regimes.png
+      a map of regimes, and of how many coexist; the same with --resume --show settling
+      (or shares, or share:T,0) draws another picture of the same archive
+  nlds-vines bifurcation --vary omega=7.2:7.8:601 --start both --record section,regime,lyapunov \\
+          -o hysteresis.h5 --plot hysteresis.png
+      up and down in two colours, the largest Lyapunov exponent below
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
 """
@@ -56,6 +65,7 @@ def bifurcation(
     output: str | os.PathLike[str] | None = None,
     *,
     plot: str | os.PathLike[str] | None = None,
+    show: str | None = None,
     threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
@@ -69,6 +79,8 @@ def bifurcation(
         scan: a `Scan`, the path of a scan file, the document in one, or None for Figure 8.
         output: the archive; by default the scan file's name with `.h5`, in the current folder.
         plot: a picture to draw as well (.png, .pdf or .svg).
+        show: what the picture of a map shows: `regimes`, `coexisting`, `shares`, `share:LABEL` or
+            a recorded number (`shows.NUMBERS`).
         threads: how many; by default as many as the machine has processors.
         resume, overwrite: continue or replace an archive that exists; not both.
         shard: `3/7` computes the third of seven shares, into parts that `nlds-vines consolidate`
@@ -86,6 +98,7 @@ def bifurcation(
         archive=_archive_path(output, source),
         plot=None if plot is None else Path(plot),
         how=RunOptions(threads, resume, overwrite, share, scheduler, quiet),
+        show=show,
     )
     job.refuse()
     job.run()
@@ -110,12 +123,16 @@ class Job:
     archive: Path
     plot: Path | None
     how: RunOptions
+    show: str | None = None
 
     def __post_init__(self) -> None:
         """Raise `RequestError` unless everything can be written where it shall go."""
         check_writable("output", self.archive)
         if self.plot is not None:
             self._check_plot(self.plot)
+        if self.show is not None:
+            names = [dataset.name for dataset in datasets(self.scan)]
+            check_show(self.show, len(self.scan.axes), self.scan.starts, names)
         for path in filter(None, (self.source, self.plot)):
             if path.resolve() == self.archive.resolve():
                 raise RequestError(f"output {shown(str(self.archive))} is another file of this run")
@@ -149,7 +166,7 @@ class Job:
         if self.plot is not None:
             from nlds_vines import figures
 
-            figures.save(self.archive, self.plot)
+            figures.save(self.archive, self.plot, self.show)
         return report
 
 
@@ -208,7 +225,7 @@ def _job(options: argparse.Namespace) -> Job:
     plot = options.plot
     if plot is None and source is None and how.shard is None and _can_be_drawn(scan):
         plot = archive.parent / f"{archive.stem}.png"  # the embedded default is a figure
-    return Job(scan, source, archive, None if plot is None else Path(plot), how)
+    return Job(scan, source, archive, None if plot is None else Path(plot), how, options.show)
 
 
 def _can_be_drawn(scan: Scan) -> bool:
@@ -232,6 +249,11 @@ def _parser() -> Parser:
     parser.add_argument("scan", nargs="?", metavar="SCAN.toml", help="by default Figure 8")
     parser.add_argument("-o", "--output", metavar="FILE.h5", help="archive [SCAN.h5]")
     parser.add_argument("--plot", metavar="FILE", help="picture: .png, .pdf or .svg")
+    parser.add_argument(
+        "--show",
+        metavar="WHAT",
+        help="on a map: regimes, coexisting, shares, share:LABEL or a number",
+    )
     add_scan_options(parser)
     add_run_options(parser)
     return parser

@@ -12,6 +12,7 @@ from nlds_vines.arc import make_arc
 from nlds_vines.evidence import COLUMNS, arrays_of
 from nlds_vines.kernels import lanes
 from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.linear import energy_alone
 from nlds_vines.record import JUDGED, NOTED, OK, Dataset, components, datasets, noted, sizes
 from nlds_vines.regimes import EFFORTS
 from nlds_vines.scenes import SCENES, Scene
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
 
 RESOLUTION: Mapping[str, float] = {"exact": 28.0, "rk4": 512.0}
 """Runge-Kutta steps: of a contact that must be stepped (exact), of a forcing period (rk4)."""
+
+
+STEP = {"up": 1, "down": -1}
+"""How a sweep goes along the last axis, whose values ascend."""
 
 
 def method_parts(method: str, scene: Scene, nodes: int | None = None) -> tuple[Any, ...]:
@@ -173,12 +178,11 @@ class Computer:
 
     def _chains(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the chains of a block of cells and the start (x1, v1, r, s) of each."""
-        policy, count = self.scan.start.policy, self.scan.starts
-        if policy in ("up", "down"):
-            chains = cells.reshape(-1, cells.shape[-1])
-            chains = np.ascontiguousarray(chains if policy == "up" else chains[:, ::-1])
+        if sweeps := self.scan.start.sweeps:
+            rows = cells.reshape(-1, cells.shape[-1])
+            chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
             return chains, np.zeros((len(chains), 4))
-        chains = np.repeat(cells.ravel(), count)[:, np.newaxis]
+        chains = np.repeat(cells.ravel(), self.scan.starts)[:, np.newaxis]
         if self._draws is None:
             return chains, np.zeros((len(chains), 4))
         states = random_states(cells, self._draws, self.scan.system.scene)
@@ -192,6 +196,8 @@ class Computer:
             arrays["section"] = outputs.section[:, :, -self.scan.periods :]
         if outputs.energy is not None:
             arrays["E1max"], arrays["E2max"] = outputs.energy[..., 0], outputs.energy[..., 1]
+            with np.errstate(all="ignore"):  # without a force nothing can be reduced: NaN
+                arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(cells)
         if outputs.peak is not None:
             arrays["E1peak"], arrays["E2peak"] = outputs.peak[..., 0], outputs.peak[..., 1]
         if outputs.violation is not None:
@@ -221,8 +227,10 @@ class Computer:
         self, values: np.ndarray, shape: tuple[int, ...], dataset: Dataset, length: dict[str, int]
     ) -> np.ndarray:
         """Return values of lanes in the block's shape, failed lanes at their fill value."""
-        if self.scan.start.policy == "down":
-            values = values[:, ::-1]
+        if sweeps := self.scan.start.sweeps:
+            passes = values.reshape(len(sweeps), -1, *values.shape[1:])
+            ordered = (one[:, :: STEP[sweep]] for one, sweep in zip(passes, sweeps, strict=True))
+            values = np.stack(list(ordered), axis=2)
         tail = tuple(length[dim] for dim in dataset.tail)
         return values.reshape(*shape, self.scan.starts, *tail)
 

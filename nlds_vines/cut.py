@@ -148,7 +148,7 @@ def _largest(scan: Scan) -> int:
 def _block_sides(scan: Scan) -> tuple[int, int]:
     """Return the most cells of a block along the first of two axes, and along the last one."""
     last, cells = scan.shape[-1], _block_cells(scan)
-    along = last if scan.start.policy in ("up", "down") else min(last, cells)
+    along = last if scan.start.sweeps else min(last, cells)
     return (max(1, cells // last) if along == last else 1), along
 
 

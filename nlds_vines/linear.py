@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -53,5 +54,17 @@ def response(system: System, omega: np.ndarray) -> Response:
     return Response(system, omega, X1, X1 * joint / damper)
 
 
-def _largest(m: float, k: float, omega: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
+def energy_alone(cells: np.ndarray) -> np.ndarray:
+    """Return E1max [J] of the structure without a damper in each of some `cells` (dtype `CELL`).
+
+    max(k1, m1 omega^2) X^2 / 2 with X = P / |k1 - m1 omega^2 + i omega c1|: what a damper has to be
+    measured by.  Infinite at resonance without damping.
+    """
+    m1, k1, omega = cells["m1"], cells["k1"], cells["omega"]
+    with np.errstate(all="ignore"):
+        amplitude = cells["P"] / np.abs(k1 - m1 * omega**2 + 1j * omega * cells["c1"])
+        return _largest(m1, k1, omega, amplitude)
+
+
+def _largest(m: Any, k: Any, omega: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
     return np.maximum(m * omega**2, k) * amplitude**2 / 2

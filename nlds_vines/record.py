@@ -153,9 +153,7 @@ def struck(scan: Scan) -> tuple[str, ...]:
 
 def starts(scan: Scan) -> tuple[str, ...]:
     """Return the names of the starts: `rest`, `up`, `down`; `random 0`, `random 1` for several."""
-    policy = scan.start.policy
-    several = scan.starts > 1
-    return tuple(f"{policy} {i}" for i in range(scan.starts)) if several else (policy,)
+    return scan.start.names
 
 
 def scales(scan: Scan) -> tuple[Scale, ...]:
@@ -197,7 +195,10 @@ def datasets(scan: Scan) -> tuple[Dataset, ...]:
     makers = {
         "section": _section(lanes),
         "impacts": _impacts(lanes, len(scene.walls)),
-        "energy": _energy(lanes, scene.damper, "max", "steady-state maximum"),
+        "energy": (
+            *_energy(lanes, scene.damper, "max", "steady-state maximum"),
+            *(_reduction(lanes) if scene.damper else ()),
+        ),
         "peak": _energy(lanes, scene.damper, "peak", "maximum, the transient included,"),
         "regime": _regime(lanes, bool(scene.walls)),
         "lyapunov": _lyapunov(lanes),
@@ -265,6 +266,11 @@ def _energy(lanes: tuple[str, ...], damper: bool, suffix: str, which: str) -> tu
         Dataset(f"E{i}{suffix}", lanes, "float64", "J", text.format(which, body, i), np.nan)
         for i, body in enumerate(bodies, start=1)
     )
+
+
+def _reduction(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    text = "reduction by the damper, 1 - E1max / E1max of the structure alone; negative: it harms"
+    return (Dataset("reduction", lanes, "float64", "1", text, np.nan),)
 
 
 def _violations(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:

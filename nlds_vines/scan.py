@@ -111,7 +111,7 @@ class Scan:
     @property
     def starts(self) -> int:
         """Number of orbits in each cell."""
-        return self.start.count
+        return self.start.orbits
 
     @property
     def lanes(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,8 +14,11 @@ from nlds_vines.scenes import Scene
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
 
-POLICIES = ("rest", "up", "down", "random")
+POLICIES = ("rest", "up", "down", "both", "random")
 """Where orbits may begin."""
+
+SWEEPS: Mapping[str, tuple[str, ...]] = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
+"""The sweeps along the last axis that a policy makes, in the order of the starts."""
 
 STRUCTURE_SPREAD = 5.0
 """Random starts move the structure by up to so many static deflections P / k1."""
@@ -32,7 +36,8 @@ class Start:
 
     Arguments:
         policy: `rest`; `up` or `down`, which follow the attractor of the neighbouring cell to
-            greater or smaller values of the last axis; `random`, from `count` states.
+            greater or smaller values of the last axis; `both` of these, as two starts, which
+            shows hysteresis; `random`, from `count` states.
         count, seed: for `random` alone; the same count states are drawn for every cell.
 
     Raises `RequestError` for anything else.
@@ -51,6 +56,23 @@ class Start:
             raise RequestError(
                 f"count and seed belong to policy 'random', not to policy {self.policy!r}"
             )
+
+    @property
+    def sweeps(self) -> tuple[str, ...]:
+        """The sweeps of the last axis, of `up` and `down`; none where every cell is on its own."""
+        return SWEEPS.get(self.policy, ())
+
+    @property
+    def orbits(self) -> int:
+        """Number of orbits in each cell."""
+        return len(self.sweeps) or self.count
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the orbits of a cell are called: `rest`, `up`, `down`; `random 0`, `random 1`."""
+        if self.policy == "random" and self.count > 1:
+            return tuple(f"random {i}" for i in range(self.count))
+        return self.sweeps or (self.policy,)
 
 
 def start_states(scan: Scan) -> np.ndarray:
@@ -72,7 +94,8 @@ def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndar
     Returns x1 [m], v1 [m/s], r = x1 - x2 + rest [m] and s = v1 - v2 [m/s], shape
     (cells' shape, starts, 4), all finite:
     x1 = 5 l a, v1 = 5 l omega b, r = 15 l c, s = 15 l omega d with the length l = P / k1,
-    r held between the walls, and short of the limit of a scene that has one: -far <= r <= near.
+    r held between the walls: -far <= r <= near.  Where a scene has a limit, what lies beyond is
+    mirrored at it: a start at the very limit would often be a violation.
     """
     length = _length(cells)[..., np.newaxis]
     speed = length * cells["omega"][..., np.newaxis]
@@ -81,7 +104,8 @@ def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndar
     if "near" in scene.walls:
         r = np.minimum(r, cells["near"][..., np.newaxis])
     if scene.limit is not None:
-        r = np.minimum(r, cells["limit"][..., np.newaxis])
+        limit = cells["limit"][..., np.newaxis]
+        r = np.where(r > limit, 2 * limit - r, r)
     if "far" in scene.walls:
         r = np.maximum(r, -cells["far"][..., np.newaxis])
     x1, v1 = STRUCTURE_SPREAD * length * a, STRUCTURE_SPREAD * speed * b

@@ -23,6 +23,7 @@ from nlds_vines.figures.maps import regime_map
 from nlds_vines.figures.style import STYLE
 from nlds_vines.figures.surface import tuning_surface
 from nlds_vines.pages import Curve, Page
+from nlds_vines.shows import check_show
 
 __all__ = [
     "FORMATS",
@@ -40,12 +41,17 @@ FORMATS = {"png": 200, "pdf": 600, "svg": 600}
 vector formats that of the clouds of dots alone."""
 
 
-def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]) -> Path:
+def save(
+    archive_path: str | os.PathLike[str],
+    plot_path: str | os.PathLike[str],
+    show: str | None = None,
+) -> Path:
     """Draw what an archive holds: one varied parameter, two, or the surface of a tuning.
 
-    The suffix of `plot_path` chooses the format, one of `FORMATS`.  The picture takes its name
-    only when it is whole, carries the scan's hash in its metadata, and has the same bytes
-    whenever it is drawn from the same archive.  Returns its path.
+    `show` says what a map shall show (see `regime_map`).  The suffix of `plot_path` chooses the
+    format, one of `FORMATS`.  The picture takes its name only when it is whole, carries the scan's
+    hash in its metadata, and has the same bytes whenever it is drawn from the same archive.
+    Returns its path.
 
     Raises `RequestError` for another suffix, for an archive that cannot be read or holds nothing
     to draw, and for a place that cannot be written.
@@ -53,7 +59,7 @@ def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
     path = Path(plot_path)
     check_format(path)
     with read(archive_path) as view:
-        figure = _figure(view)
+        figure = _figure(view, show)
         title, scan_hash = str(view.attrs["title"]), str(view.attrs["scan_hash"])
     return save_figure(figure, path, title, ("scan_hash", scan_hash))
 
@@ -101,10 +107,12 @@ def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str])
     return path
 
 
-def _figure(view: ArchiveView) -> Figure:
+def _figure(view: ArchiveView, show: str | None) -> Figure:
     if view.attrs.get("content") == "tuning":
         return tuning_surface(view)
-    return diagram(view) if len(view.axes) == 1 else regime_map(view)
+    if show is not None:
+        check_show(show, len(view.axes), view["start"].size, view.names)
+    return diagram(view) if len(view.axes) == 1 else regime_map(view, show)
 
 
 def _metadata(form: str, title: str, name: str, digest: str) -> dict[str, str | None]:

@@ -13,6 +13,8 @@ from matplotlib.lines import Line2D
 from nlds_vines.archive import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.figures.bands import bands, edges
+from nlds_vines.figures.exponent import EXPONENT, draw_exponent
+from nlds_vines.figures.palette import colours
 from nlds_vines.figures.strip import draw_strip
 from nlds_vines.figures.style import (
     CM,
@@ -30,7 +32,8 @@ CURVES = ("E1max", "E2max", "impact_rate", "clearance", "period")
 """The recorded numbers that can be drawn as they are, the most telling first."""
 
 _PANEL, _FOOT, _HEAD = 4.4 * CM, 1.1 * CM, 0.75 * CM  # heights in inches
-_NAMES, _STRIP = 2.15 * CM, 0.42 * CM  # the strip stands at the foot of the room for names
+_NAMES, _STRIP = 2.15 * CM, 0.42 * CM  # a strip stands at the foot of the room for names
+_MOST_STRIPS = 2  # starts with a strip of their own; of more, only the first
 _DOT: dict[str, Any] = {
     "marker": "o",
     "markersize": 0.75,
@@ -46,23 +49,26 @@ def diagram(view: ArchiveView) -> Figure:
 
     With a recorded section: the stroboscopic coordinates of damper and structure as unconnected
     dots, the structure's maximum energy in green over the first.  Without one: the numbers that
-    are recorded.  Above the panels, a strip names the regimes of the first start.
+    are recorded.  Below them the largest Lyapunov exponent with its interval, where it is recorded.
+    Above the panels, a strip names the regimes, one for each of two starts, or of the first.
 
     Raises `RequestError` for a scan of two parameters and where nothing is recorded to draw.
     """
     if len(view.axes) != 1:
         raise RequestError(f"{view.path} varies {len(view.axes)} parameters: draw it as a map")
     rows = _rows(view)
-    figure, panels = _panels(len(rows), _HEAD + _NAMES if "label" in view else _HEAD)
+    strips = _strips(view)
+    head = _HEAD + strips * _NAMES + max(0, strips - 1) * _STRIP
+    figure, panels = _panels(len(rows), head)
     for panel, row in zip(panels, rows, strict=True):
-        _dots(panel, view, row)
+        (draw_exponent if row == EXPONENT else _dots)(panel, view, row)
     if "section" in view and "E1max" in view:
         _overlay_energy(panels[0], view)
     values = view[view.axes[0]]
     panels[0].set_xlim(*edges(values)[[0, -1]])
     panels[-1].set_xlabel(axis_label(view.axes[0]))
-    if "label" in view:
-        draw_strip(_strip_axes(figure, panels[0]), bands(values, view.take("label", start=0)))
+    if strips:
+        _draw_strips(figure, panels[0], view, strips)
     _name_starts(panels[-1], list(view["start"]))
     figure.text(LEFT, 1 - 0.15 * CM / figure.get_figheight(), view.attrs["title"], va="top")
     return figure
@@ -70,9 +76,10 @@ def diagram(view: ArchiveView) -> Figure:
 
 def _rows(view: ArchiveView) -> list[str]:
     """Return what the panels show, from the top: displacements of a section, or plain numbers."""
+    below = [EXPONENT] if EXPONENT in view else []
     if "section" in view:
-        return [name for name in ("x2", "x1") if name in view["component"]]
-    if rows := [name for name in CURVES if name in view]:
+        return [name for name in ("x2", "x1") if name in view["component"]] + below
+    if rows := [name for name in CURVES if name in view] + below:
         return rows
     raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
 
@@ -97,10 +104,28 @@ def _panels(count: int, head: float) -> tuple[Figure, list[Axes]]:
     return figure, panels
 
 
-def _strip_axes(figure: Figure, panel: Axes) -> Axes:
-    """Return the axes of the strip, just above the panels."""
+def _strips(view: ArchiveView) -> int:
+    """Return how many strips of regimes there are: for as many starts, the first ones."""
+    if "label" not in view:
+        return 0
+    return view["start"].size if view["start"].size <= _MOST_STRIPS else 1
+
+
+def _draw_strips(figure: Figure, panel: Axes, view: ArchiveView, count: int) -> None:
+    """Draw the strips of the first starts, the first on top; a colour is one regime in all."""
+    labels = view["label"][:, :count]
+    colour = colours(labels.ravel().tolist())
+    for start in range(count):
+        axes = _strip_axes(figure, panel, count - 1 - start)
+        draw_strip(axes, bands(view[view.axes[0]], labels[:, start]), colour)
+        if count > 1:
+            axes.set_ylabel(view["start"][start], rotation=0, ha="right", va="center")
+
+
+def _strip_axes(figure: Figure, panel: Axes, place: int) -> Axes:
+    """Return the axes of a strip above the panels, the lowest of them with `place` 0."""
     height = figure.get_figheight()
-    bottom = panel.get_position().y1 + 0.1 * CM / height
+    bottom = panel.get_position().y1 + (0.1 * CM + place * (_NAMES + _STRIP)) / height
     return figure.add_axes((LEFT, bottom, RIGHT - LEFT, _STRIP / height), sharex=panel)
 
 

@@ -16,11 +16,11 @@ RAMP = ("#4a6fae", "#2a929a", "#35b779", "#7ad151", "#bddf26", "#fde725")
 OTHERS: Mapping[str, str] = {
     "quasiperiodic": "#cc79a7",
     "chaos": "#1a1a1a",
-    "transient chaos": "#7a4a1e",
+    "transient chaos": "#5a2d0c",
     "undetermined": "#c8c8c8",
     "failed": "#d7191c",
 }
-"""Colours of what is not periodic; a transient is known by its first words, whatever it ends in."""
+"""Colours of what is not periodic; that of a transient is mixed into the one of what it ends in."""
 
 HATCHED = "undetermined"
 """What is drawn with a hatch beside its colour: a gap in knowledge should look like one."""
@@ -30,6 +30,7 @@ TRANSIENT = "transient chaos to "
 
 _PERIODIC = re.compile(r"(\d*)T(?:,(\d+))?")
 _PALEST = 0.62  # of white, for the fewest impacts
+_PASSED = 0.6  # of the transients' brown, for what was reached through chaos
 
 
 def period_and_impacts(label: str) -> tuple[int, int] | None:
@@ -57,9 +58,23 @@ def colours(labels: Iterable[str]) -> dict[str, str]:
     """Return a colour, as a hex string, for every label.
 
     The period n takes its colour from the ramp; of equal n, the regime with the most impacts is
-    plain and one without impacts palest, so that T,0 never looks like T,1.
+    plain and one without impacts palest, so that T,0 never looks like T,1.  What was reached
+    through chaos is darkened by brown: kin to its final regime, and not the same.
     """
-    found = {label: period_and_impacts(label) for label in set(labels)}
+    labels = set(labels)
+    ends = {label.removeprefix(TRANSIENT) for label in labels}
+    plain, brown = _plain_colours(ends), OTHERS["transient chaos"]
+    return {
+        label: _mixed(plain[label.removeprefix(TRANSIENT)], brown, _PASSED)
+        if label.startswith(TRANSIENT)
+        else plain[label]
+        for label in labels
+    }
+
+
+def _plain_colours(labels: Iterable[str]) -> dict[str, str]:
+    """Return the colours of final regimes."""
+    found = {label: period_and_impacts(label) for label in labels}
     most: dict[int, int] = {}
     for n, k in filter(None, found.values()):
         most[n] = max(k, most.get(n, 1))
@@ -80,9 +95,13 @@ def _kind(label: str) -> str:
 
 
 def _tinted(n: int, k: int, most: int) -> str:
-    white = _PALEST * (1 - k / most)
-    channels = _channels(RAMP[min(n, len(RAMP)) - 1])
-    return "#" + "".join(f"{round(c + (255 - c) * white):02x}" for c in channels)
+    return _mixed(RAMP[min(n, len(RAMP)) - 1], "#ffffff", _PALEST * (1 - k / most))
+
+
+def _mixed(colour: str, other: str, share: float) -> str:
+    """Return a colour with a share, from 0 to 1, of another one mixed in."""
+    pairs = zip(_channels(colour), _channels(other), strict=True)
+    return "#" + "".join(f"{round(c + (o - c) * share):02x}" for c, o in pairs)
 
 
 def _channels(colour: str) -> tuple[int, int, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -10,7 +11,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.textpath import TextPath
 
 from nlds_vines.figures.bands import Band, spread
-from nlds_vines.figures.palette import HATCHED, colours, is_dark, short
+from nlds_vines.figures.palette import HATCHED, is_dark, short
 from nlds_vines.figures.style import LEFT, RIGHT, STYLE, WIDTH
 
 _POINTS = 72 * WIDTH * (RIGHT - LEFT)  # width of the strip
@@ -18,34 +19,29 @@ _SIZE = 7  # pt, of the names
 _PITCH = 1.25 * _SIZE  # pt from one upright name to the next
 _PADDING = 3  # pt on either side of a name inside its band
 _NARROWEST = 0.5  # pt: what is narrower cannot be seen and is not named
-_NAMED_ONCE = ("undetermined", "failed")  # their look is explained once, where they are widest
 
 
-def draw_strip(axes: Axes, found: list[Band]) -> None:
-    """Draw the bands of the regimes as a strip, and name as many as there is room for.
+def draw_strip(axes: Axes, found: list[Band], colour: Mapping[str, str]) -> None:
+    """Draw bands of regimes as a strip in their colours, and name as many as there is room for.
 
-    A name goes into its band where it fits; else it stands upright above, at the end of a line,
-    the widest bands first.
+    A name goes into its band where it fits. A regime that has room for its name nowhere is named
+    once, upright above its widest band at the end of a line: its colour tells the others.
     """
     axes.set_ylim(0, 1)
     axes.set_yticks([])
     axes.tick_params(bottom=False, labelbottom=False)
     scale = _POINTS / (found[-1].high - found[0].low)  # points per unit of the parameter
-    colour = colours(band.label for band in found)
-    beside = []
+    inside, beside = set(), []
     for band in found:
         _fill(axes, band, colour[band.label])
         if _width(_name(band)) + 2 * _PADDING <= band.width * scale:
             _name_inside(axes, band, "white" if is_dark(colour[band.label]) else "black")
+            inside.add(band.label)
         elif band.width * scale >= _NARROWEST:
             beside.append(band)
-    _name_above(axes, _sparing(beside), scale, found[0].low, found[-1].high)
-
-
-def _sparing(named: list[Band]) -> list[Band]:
-    """Leave out all but the widest of the bands whose look needs explaining but once."""
-    widest = {band.label: band for band in sorted(named, key=lambda band: band.width)}
-    return [band for band in named if band.label not in _NAMED_ONCE or band is widest[band.label]]
+    widest = {band.label: band for band in sorted(beside, key=lambda band: band.width)}
+    untold = [band for label, band in widest.items() if label not in inside]
+    _name_above(axes, untold, scale, found[0].low, found[-1].high)
 
 
 def _name(band: Band) -> str:

@@ -5,6 +5,7 @@ Colours are those of Okabe and Ito, which colour-blind readers tell apart.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -44,11 +45,18 @@ _STARTS = ("#1b2a49", "#d55e00", "#0072b2", "#cc79a7", "#e69f00", "#56b4e9", "#5
 _QUANTITIES = {
     "x1": ("structure", "x_1"),
     "x2": ("damper", "x_2"),
+    "reduction": ("reduction by the damper", ""),
     "E1max": ("energy of the structure", r"E_1^{\,\mathrm{max}}"),
     "E2max": ("energy of the damper", r"E_2^{\,\mathrm{max}}"),
     "impact_rate": ("impacts per forcing period", ""),
     "clearance": ("smallest near miss", r"z_\mathrm{min}"),
     "period": ("period", "n"),
+    "E1peak": ("energy of the structure", r"E_1^{\,\mathrm{peak}}"),
+    "E2peak": ("energy of the damper", r"E_2^{\,\mathrm{peak}}"),
+    "settling": ("forcing periods until settled", ""),
+    "lyapunov": ("Lyapunov exponent", r"\lambda_1"),
+    "transient_lyapunov": ("exponent before settling", r"\lambda_1"),
+    "violation_depth": ("deepest violation", ""),
 }
 _LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
 
@@ -87,5 +95,10 @@ def start_colours(starts: Sequence[str]) -> list[str]:
 
 
 def _labelled(meaning: str, symbol: str, unit: str) -> str:
-    parts = (meaning, f"${symbol}$" if symbol else "", f"[{unit}]" if unit != "1" else "")
+    parts = (meaning, f"${symbol}$" if symbol else "", f"[{_raised(unit)}]" if unit != "1" else "")
     return " ".join(filter(None, parts))
+
+
+def _raised(unit: str) -> str:
+    """Return a unit with its powers raised: N/m^1.5."""
+    return re.sub(r"\^([-\d.]+)", r"$^{\1}$", unit)

@@ -26,6 +26,7 @@ STARTS = {
     "rest": {"policy": "rest"},
     "up": {"policy": "up"},
     "down": {"policy": "down"},
+    "both": {"policy": "both"},
     "random:3": {"policy": "random", "count": 3, "seed": 7},
 }
 SAMPLING = {"transient": 16, "periods": 24}
@@ -97,6 +98,22 @@ def test_the_orbits_compared_are_not_all_alike(tmp_path):
         for start in ("up", "down")
     )
     assert not np.array_equal(up["section"], down["section"])
+
+
+@pytest.mark.parametrize("vary", [ONE_AXIS, TWO_AXES], ids=["1", "2"])
+def test_both_is_up_and_down_in_one_archive(vary, tmp_path, cut):
+    alone = {
+        policy: arrays(nv.bifurcation(document(vary, policy), tmp_path / f"{policy}.h5"))
+        for policy in ("up", "down")
+    }
+    cut(2, starts=2)
+    path = nv.bifurcation(document(vary, "both"), tmp_path / "both.h5")
+    with nv.read(path) as archive:
+        assert list(archive["start"]) == ["up", "down"]
+    for name, found in arrays(path).items():
+        for start, policy in enumerate(("up", "down")):
+            one = np.take(found, [start], axis=len(vary))
+            np.testing.assert_array_equal(one, alone[policy][name], err_msg=name)
 
 
 def test_more_threads_than_processors_do_not_matter(tmp_path):

@@ -45,7 +45,7 @@ def calls(tmp_path, monkeypatch):
         return SimpleNamespace(lines=lambda: [f"{scan.lanes} orbits", f"{threads} threads"])
 
     stand_in(monkeypatch, "engine", run=run, estimate=estimate, Interrupted=Interrupted)
-    stand_in(monkeypatch, "figures", save=lambda *paths: asked.plots.append(paths))
+    stand_in(monkeypatch, "figures", save=lambda *what: asked.plots.append(what))
     monkeypatch.chdir(tmp_path)
     return asked
 
@@ -61,7 +61,7 @@ def test_the_default_is_figure_8_with_its_picture(calls, capsys):
     assert main([]) == 0
     options = {**USUAL, "quiet": False}
     assert calls.runs == [(load_scan(), Path("figure8.h5"), options)]
-    assert calls.plots == [(Path("figure8.h5"), Path("figure8.png"))]
+    assert calls.plots == [(Path("figure8.h5"), Path("figure8.png"), None)]
     out, err = capsys.readouterr()
     assert out == "the summary\nfigure8.h5\nfigure8.png\n"
     assert err == ""
@@ -80,7 +80,7 @@ def test_a_scan_file_gives_its_name_and_no_picture(calls, tmp_path):
 def test_the_picture_of_the_default_lies_beside_its_archive(calls, tmp_path):
     (tmp_path / "deep").mkdir()
     assert main(["-o", "deep/a.h5"]) == 0
-    assert calls.plots == [(Path("deep/a.h5"), Path("deep/a.png"))]
+    assert calls.plots == [(Path("deep/a.h5"), Path("deep/a.png"), None)]
 
 
 def test_a_map_that_cannot_be_drawn_is_not_drawn_unasked(calls):
@@ -92,7 +92,7 @@ def test_every_option_arrives(calls):
     arguments = (
         "--system ssul-set5 --set P=600 --set K=2.5e7 --vary omega=5:6:3 --vary C=-0.1:0.1:5 "
         "--start random:4 --transient 7 --periods 8 --record energy,section --method rk4 "
-        "--threads 2 --overwrite --plot map.svg -o map.h5"
+        "--threads 2 --overwrite --plot map.svg --show E1max -o map.h5"
     )
     assert main(arguments.split()) == 0
     scan, output, options = calls.runs[0]
@@ -108,7 +108,7 @@ def test_every_option_arrives(calls):
     assert scan.want == ("section", "energy")
     assert output == Path("map.h5")
     assert options == {**USUAL, "threads": 2, "overwrite": True, "quiet": False}
-    assert calls.plots == [(Path("map.h5"), Path("map.svg"))]
+    assert calls.plots == [(Path("map.h5"), Path("map.svg"), "E1max")]
 
 
 def test_failed_orbits_give_status_1_even_when_quiet(calls, capsys):
@@ -190,10 +190,10 @@ def test_help_shows_an_example_that_works(program, calls, capsys):
     text = capsys.readouterr().out.replace("\\\n", " ")
     examples = [line.split()[2:] for line in text.splitlines() if "nlds-vines bifurcation" in line]
     examples = [words for words in examples if "[-h]" not in words]
-    assert len(examples) == 3
+    assert len(examples) == 5
     for words in examples:
         assert main(words) == 0
-    assert len(calls.runs) == 3
+    assert len(calls.runs) == 5
 
 
 def test_console_help_names_the_commands(capsys):

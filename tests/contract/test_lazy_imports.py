@@ -37,6 +37,7 @@ def loaded(folder: Path, *arguments: str) -> tuple[int, set[str]]:
         (["--plot", "x.gif"], 2),
         (["--shard", "8/7"], 2),
         (["--periods", "1000000000"], 2),
+        (["--vary", "omega=5:8:9", "--show", "shares", "-o", "new.h5"], 2),
     ],
 )
 @pytest.mark.parametrize("program", [["nlds_vines.bifurcation"], ["nlds_vines", "bifurcation"]])
@@ -63,6 +64,18 @@ def test_sister_commands_load_nothing_heavy(command, arguments, status, tmp_path
 def test_tuning_loads_nothing_heavy_before_it_must(arguments, status, tmp_path):
     (tmp_path / "old.h5").write_bytes(b"")
     found, modules = loaded(tmp_path, "-m", "nlds_vines", "tuning", *arguments)
+    assert found == status
+    assert "nlds_vines" in modules
+    assert not modules & set(HEAVY)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [(["--help"], 0), (["--starts", "0"], 2), (["--delay", "-1"], 2), (["-o", "old.h5"], 2)],
+)
+def test_transients_load_nothing_heavy_before_they_must(arguments, status, tmp_path):
+    (tmp_path / "old.h5").write_bytes(b"")
+    found, modules = loaded(tmp_path, "-m", "nlds_vines", "transients", *arguments)
     assert found == status
     assert "nlds_vines" in modules
     assert not modules & set(HEAVY)

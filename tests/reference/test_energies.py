@@ -9,6 +9,8 @@ from support import BOTH, fitted_order, linear_flow, references, system_of
 
 from nlds_vines.block import Computer
 from nlds_vines.catalogue import load_system
+from nlds_vines.engine import blocks_of
+from nlds_vines.linear import energy_alone
 from nlds_vines.parts import Block
 from nlds_vines.scan import load_scan
 from nlds_vines.simulation import simulate
@@ -160,3 +162,21 @@ def test_a_scan_stores_both():
         for name in ("E1max", "E2max", "E1peak", "E2peak"):
             assert found[name][i, 0] == getattr(orbit, name)
     assert (found["E1peak"] >= found["E1max"]).all()
+
+
+def test_the_reduction_is_measured_by_the_structure_alone():
+    scan = load_scan(
+        {
+            "system": "tmd",
+            "vary": {"omega": {"values": [6.21, 6.28]}, "P": {"values": [0.0, 800.0]}},
+            "sampling": {"transient": 100, "periods": 2},
+            "record": {"want": ["energy"]},
+        }
+    )
+    (block,) = blocks_of(scan)
+    found = Computer(scan).block(block)["reduction"][..., 0]
+    assert found[1, 1] == pytest.approx(1.0 - 635.107 / 1568.00, abs=1e-6)
+    assert np.isnan(found[:, 0]).all()  # nothing moves: there is nothing to reduce
+    alone = energy_alone(scan.cells())
+    assert alone[1, 1] == pytest.approx(1568.00, abs=0.01)
+    assert found[0, 1] == pytest.approx(1.0 - 660.435 / alone[0, 1], abs=1e-6)

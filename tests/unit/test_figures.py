@@ -35,7 +35,7 @@ def regime(omega):
     return next(label for high, label in WINDOWS if omega < high)
 
 
-def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None):
+def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None, fill=None):
     """Write an archive of made-up results that look like those of Figure 8."""
     scan = load_scan(
         {
@@ -56,6 +56,8 @@ def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None):
             array[...] = np.vectorize(regime, otypes=[object])(along)
         elif array.dtype == np.float64:
             array[...] = np.cos(along) + np.arange(array.shape[-1]) / 10
+        if fill is not None:
+            fill(name, array)
     if "regime" in found:
         found["regime"][...] = FLAGS["periodic"]
     block = Block(0, tuple((0, size) for size in scan.shape))
@@ -195,13 +197,199 @@ def test_a_map_has_a_colour_and_a_name_for_every_regime(tmp_path):
         assert hexed == colours[labels[place]]
 
 
-def test_a_map_without_regimes_shows_the_energy_of_the_first_start(tmp_path):
+def test_a_map_without_regimes_shows_the_largest_energy_of_all_starts(tmp_path):
     start = {"policy": "random", "count": 2, "seed": 1}
     figure = drawn(archive_of(tmp_path / "m.h5", ["energy"], MAP, start=start))
     axes, bar = figure.axes
     assert bar.get_ylabel().startswith("energy of the structure")
-    assert figure.texts[0].get_text().endswith("start: random 0, one of 2")
+    assert bar.get_ylabel().endswith("largest of 2 starts")
+    assert figure.texts[0].get_text().endswith("; 2 starts")
     assert axes.collections[0].get_array().shape == (20, 30)
+
+
+FOUR = {"policy": "random", "count": 4, "seed": 1}
+LATE = "transient chaos to T,0"
+
+
+def coexisting_archive(path, want=("regime", "settling", "lyapunov")):
+    """Write a map of four starts: alike, in two regimes, in three, and of unknown ones."""
+    cells = (
+        ["T,1"] * 4,
+        ["T,0", "T,0", "2T,1", LATE],
+        ["9T,6", "chaos", "T,0", "T,0"],
+        ["undetermined"] * 4,
+    )
+    columns = np.repeat(np.array(cells, dtype=object), [9, 9, 9, 3], axis=0)
+
+    def fill(name, array):
+        if name == "label":
+            array[...] = columns[:, np.newaxis]
+        elif name == "settling":
+            array[...] = np.arange(1, 5)
+            array[27:, :, 1] = -1
+        elif name == "lyapunov":
+            array[...] = np.linspace(-0.3, 0.2, 30)[:, np.newaxis, np.newaxis]
+
+    return archive_of(path, want, MAP, start=FOUR, fill=fill)
+
+
+def shown(path, what):
+    with read(path) as view:
+        return figures.regime_map(view, what)
+
+
+def legend_of(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def faces(axes):
+    """Return the colours of the cells of a map as hex strings, one of each column."""
+    (mesh,) = axes.collections
+    rows = mesh.to_rgba(mesh.get_array())[0]
+    return ["#" + "".join(f"{round(255 * c):02x}" for c in face[:3]) for face in rows]
+
+
+@pytest.fixture(scope="module")
+def four(tmp_path_factory):
+    return coexisting_archive(tmp_path_factory.mktemp("four") / "four.h5")
+
+
+def test_a_map_of_several_starts_shows_the_most_frequent_regime_and_how_many_coexist(four):
+    above, below = drawn(four).axes
+    assert legend_of(above) == ["T,0", "T,1", "undetermined"]
+    assert above.get_legend().get_title().get_text() == "most frequent regime"
+    assert legend_of(below) == ["none known", "1", "2", "3"]
+    plain = palette.colours(["T,0", "T,1"])
+    assert [faces(above)[i] for i in (0, 9, 18, 29)] == [
+        *(plain["T,1"], plain["T,0"], plain["T,0"], palette.OTHERS["undetermined"])
+    ]  # fmt: skip
+    assert len({faces(below)[i] for i in (0, 9, 18, 29)}) == 4
+    assert (texts(above), texts(below)) == (["(a)"], ["(b)"])
+
+
+def test_coexistence_alone_is_a_panel_of_its_own(four):
+    (axes,) = shown(four, "coexisting").axes
+    assert legend_of(axes) == ["none known", "1", "2", "3"]
+
+
+def test_a_share_goes_from_none_to_all(four):
+    axes, bar = shown(four, "share:T,0").axes
+    (mesh,) = axes.collections
+    assert [mesh.get_array()[0, i] for i in (0, 9, 18, 29)] == [0.0, 0.75, 0.5, 0.0]
+    assert mesh.get_clim() == (0.0, 1.0)
+    assert bar.get_ylabel() == "share of 4 starts in T,0"
+    one = shown(four, f"share:{LATE}").axes[0].collections[0].get_array()
+    assert (one[0, 9], one[0, 18]) == (0.25, 0.0)
+
+
+def test_shares_are_side_by_side_the_most_frequent_first(four):
+    figure = shown(four, "shares")
+    titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
+    assert titles[:2] == ["T,0", "T,1"]
+    assert set(titles) == {"T,0", "T,1", "2T,1", "9T,6", "chaos"}
+    figure.draw_without_rendering()
+    boxes = [axes.get_tightbbox(for_layout_only=True) for axes in figure.axes if axes.axison]
+    assert all(box.x0 >= 0 and box.x1 <= figure.bbox.x1 for box in boxes)
+    assert all(box.y0 >= 0 and box.y1 <= figure.bbox.y1 for box in boxes)
+
+
+def test_settling_is_the_largest_of_all_starts_and_black_where_one_never_did(four):
+    axes = shown(four, "settling").axes[0]
+    mesh, cover = axes.collections
+    assert mesh.get_array()[0, 0] == 4
+    np.testing.assert_array_equal(mesh.get_array().mask[0], [False] * 27 + [True] * 3)
+    np.testing.assert_array_equal(cover.get_array().mask[0], [True] * 27 + [False] * 3)
+    assert legend_of(axes) == ["not settled, or no orbit to settle on"]
+
+
+def test_exponents_have_zero_in_the_middle_of_their_scale(four):
+    (mesh,) = shown(four, "lyapunov").axes[0].collections
+    assert mesh.norm(0.0) == 0.5
+    assert mesh.norm.vmin < 0 < mesh.norm.vmax
+
+
+def test_long_periods_share_a_name_on_a_map(tmp_path):
+    def fill(name, array):
+        if name == "label":
+            array[...] = "T,1"
+            array[3:9], array[9:12] = "9T,6", "36T,28"
+
+    (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], MAP, fill=fill)).axes
+    assert legend_of(axes) == ["T,1", "6T and longer"]
+    assert faces(axes)[4] == faces(axes)[10] == palette.RAMP[-1]
+
+
+def test_a_few_values_at_unequal_distances_stand_side_by_side(tmp_path):
+    vary = {"omega": {"values": [7.375, 7.4, 7.575]}, "K": {"start": 2e7, "stop": 3e7, "num": 5}}
+    (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], vary)).axes
+    assert axes.get_xlim() == (-0.5, 2.5)
+    assert [text.get_text() for text in axes.get_xticklabels()] == ["7.375", "7.4", "7.575"]
+    assert axes.get_ylim() == pytest.approx((1.875e7, 3.125e7))
+    assert axes.get_ylabel().endswith("[N/m$^{1.5}$]")
+
+
+def test_what_a_map_cannot_show_is_refused(four, usual, tmp_path):
+    for what, message in (("E1max", "not recorded"), ("shadows", "did you mean 'shares'")):
+        with pytest.raises(RequestError, match=message):
+            figures.save(four, tmp_path / "a.png", what)
+    with pytest.raises(RequestError, match="vary two"):
+        figures.save(usual, tmp_path / "a.png", "regimes")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_transient_is_kin_to_its_final_regime_and_not_the_same():
+    found = palette.colours(["T,0", "T,1", LATE, "transient chaos to T,1"])
+    assert len(set(found.values())) == 4
+    assert palette.colours([LATE])[LATE] == palette.colours(["T,0", LATE])[LATE]
+
+
+# ---- sweeps and exponents ------------------------------------------------------------------------
+
+
+def test_both_sweeps_have_a_strip_and_a_colour_each_and_one_colour_is_one_regime(tmp_path):
+    def fill(name, array):
+        if name == "label":
+            array[:75, 1], array[75:, 1] = "3T,3", "3T,2"
+
+    want = ("section", "regime", "lyapunov")
+    figure = drawn(archive_of(tmp_path / "b.h5", want, start={"policy": "both"}, fill=fill))
+    damper, structure, exponent, up, down = figure.axes
+    assert (up.get_ylabel(), down.get_ylabel()) == ("up", "down")
+    assert up.get_position().y0 > down.get_position().y1 > structure.get_position().y1
+    assert texts(down) == ["3T,3", "3T,2"]
+    assert len({line.get_color() for line in damper.get_lines()}) == 2
+
+    def ink(strip, place):
+        return next(
+            p.get_facecolor()
+            for p in strip.patches
+            if p.get_x() <= place <= p.get_x() + p.get_width()
+        )
+
+    assert ink(up, 7.47) == ink(down, 7.47)  # 3T,2 in both
+    assert ink(down, 6.0) != ink(down, 7.0)
+    assert exponent.get_ylabel() == r"Lyapunov exponent $\lambda_1$ [1/s]"
+    assert exponent.get_xlabel().endswith("[rad/s]")
+    figure.draw_without_rendering()
+    names = [text.get_window_extent() for text in down.texts]
+    assert all(box.y1 <= up.get_window_extent().y0 for box in names)
+
+
+def test_exponents_stand_on_a_line_at_zero_with_their_intervals(tmp_path):
+    def fill(name, array):
+        if name == "lyapunov":
+            array[...] = np.linspace(-0.2, 0.1, 151)[:, np.newaxis]
+            array[3] = np.nan
+        if name == "lyapunov_width":
+            array[...] = 0.02
+
+    (axes,) = drawn(archive_of(tmp_path / "x.h5", ["lyapunov"], fill=fill)).axes
+    zero, dots = axes.get_lines()
+    assert zero.get_ydata() == [0.0, 0.0]
+    assert dots.get_ydata().size == 150
+    (bars,) = axes.collections
+    first = bars.get_segments()[0]
+    np.testing.assert_allclose(first[:, 1], [-0.22, -0.18])
 
 
 def test_diagram_and_map_refuse_each_others_archives(tmp_path, usual):

@@ -42,7 +42,7 @@ def names(*args, **keywords):
     [
         ("section", {"section"}),
         ("impacts", {"impacts", "impact_rate"}),
-        ("energy", {"E1max", "E2max"}),
+        ("energy", {"E1max", "E2max", "reduction"}),
         ("regime", {"period", "impacts", "regime", "label"}),
         ("clearance", {"clearance"}),
     ],
@@ -53,7 +53,7 @@ def test_each_want_brings_its_datasets_and_status_alone(want, expected):
 
 def test_without_walls_there_are_no_impacts_and_without_damper_no_second_energy():
     assert names("tmd", ["energy", "regime"]) == {
-        *("E1max", "E2max", "period", "regime", "label", "status")
+        *("E1max", "E2max", "reduction", "period", "regime", "label", "status")
     }
     assert names("none", ["energy"]) == {"E1max", "status"}
 

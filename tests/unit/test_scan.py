@@ -2,6 +2,7 @@
 
 import dataclasses
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,12 +12,14 @@ from hypothesis import strategies as st
 from nlds_vines._toml import toml_text
 from nlds_vines.catalogue import catalogue, load_system
 from nlds_vines.errors import RequestError
-from nlds_vines.record import WANTS
+from nlds_vines.record import WANTS, datasets
 from nlds_vines.scan import METHODS, Axis, Scan, Start, load_scan, random_states, start_states
 from nlds_vines.scenes import SCENES, Scene
+from nlds_vines.shows import check_show
 from nlds_vines.system import CELL
 from nlds_vines.wants import possible_want
 
+REPO = Path(__file__).resolve().parents[2]
 MINIMAL = {"system": "ssul-set6", "vary": {"omega": {"values": [5.0, 6.0]}}}
 
 
@@ -378,3 +381,25 @@ def test_random_states_are_finite_and_differ_in_every_limit(force, stiffness, ga
 def test_faulty_start_policies_are_refused(wrong):
     with pytest.raises(RequestError):
         Start(**wrong)
+
+
+MAPS = sorted([*REPO.glob("scans/map-*.toml"), *REPO.glob("scans/special-*.toml")])
+
+
+@pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
+def test_the_scans_of_maps_are_sound_and_can_be_drawn(path):
+    found = load_scan(path)
+    names = [dataset.name for dataset in datasets(found)]
+    assert found.system.kind == "ssul"
+    check_show("settling", len(found.axes), found.starts, names)
+    if found.starts > 1:
+        check_show("shares", len(found.axes), found.starts, names)
+
+
+def test_both_sweeps_are_two_starts():
+    both = Start("both")
+    assert (both.orbits, both.names, both.sweeps) == (2, ("up", "down"), ("up", "down"))
+    assert (Start("rest").orbits, Start("rest").sweeps) == (1, ())
+    assert Start("random", 3).names == ("random 0", "random 1", "random 2")
+    with pytest.raises(RequestError, match="count and seed"):
+        Start("both", 2)

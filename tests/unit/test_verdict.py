@@ -27,7 +27,9 @@ def decided(values, largest, width):
     record = np.stack([values, values, values, values], axis=-1)
     evidence = np.zeros(verdict.COLUMNS)
     evidence[verdict.LARGEST], evidence[verdict.WIDTH] = largest, width
-    found = verdict.decide(Scene(4, -1.35), record, len(record), len(record), evidence)
+    # uncompiled: a type of this file in the cache of compiled code could be read by nobody else
+    decide = getattr(verdict.decide, "py_func", verdict.decide)
+    found = decide(Scene(4, -1.35), record, len(record), len(record), evidence)
     assert found == (evidence[verdict.KIND] != verdict.UNDETERMINED)
     return int(evidence[verdict.KIND])
 

@@ -1,0 +1,196 @@
+"""A label is a property of the orbit: not of the method, the cut, the phase, or the effort.
+
+Two methods that start from rest may legitimately end on different attractors: a chaotic transient
+forgets where it began in some ten periods, and then round-off decides which of the coexisting
+orbits it falls on.  So the second method starts where the first one arrived: at the point of the
+periodic orbit that the evidence holds, or at the last state.  What is then compared is the
+judgement, over all of its stages, and the periodic orbit itself.  Chaos that one method still sees
+and the other has seen end is followed on by both: it must end, or last, in both.
+"""
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+import pytest
+
+from nlds_vines.block import RESOLUTION, Computer, method_parts
+from nlds_vines.coexistence import final
+from nlds_vines.evidence import arrays_of
+from nlds_vines.kernels import verdict
+from nlds_vines.kernels.cells import run_cell
+from nlds_vines.kernels.orbit import OK, SIZE
+from nlds_vines.scan import load_scan
+from nlds_vines.scenes import SCENES
+
+WANT = ["regime", "settling", "lyapunov", "evidence"]
+OMEGA, FORCE = (5.0, 8.0), (400.0, 1200.0)
+OPEN = ("undetermined", "failed")
+LONG = 20_000  # forcing periods after which a chaotic transient of the plane has ended
+
+
+@dataclass
+class Judged:
+    """Lanes that have run: their datasets, flat, and what kernels call their states."""
+
+    arrays: dict
+    points: np.ndarray
+    ends: np.ndarray
+
+    @property
+    def labels(self):
+        return self.arrays["label"]
+
+    @property
+    def arrived(self):
+        """The point of a periodic orbit, otherwise the last state, as kernels have it."""
+        return np.where((self.arrays["period"] > 0)[:, np.newaxis], self.points, self.ends)
+
+
+def judge(cells, starts=None, method="exact", effort="standard", transient=240, periods=60):
+    """Run a lane for each cell from `starts` (x1, v1, r, s), by default at rest, and judge it."""
+    scan = load_scan(
+        {
+            "system": "ssul-set6",
+            "vary": {"omega": {"values": [6.0]}},
+            "sampling": {
+                "method": method, "effort": effort, "transient": transient, "periods": periods
+            },
+            "record": {"want": WANT},
+        }
+    )  # fmt: skip
+    chains = np.ascontiguousarray(cells.reshape(-1, 1))
+    starts = np.zeros((len(chains), 4)) if starts is None else np.ascontiguousarray(starts)
+    out = Computer(scan).run(chains, starts, transient, periods)
+    found = arrays_of(out.status, out.evidence, out.counts, chains, 4)
+    rows = out.evidence[:, 0]
+    point = rows[:, verdict.POINT : verdict.POINT + 4]
+    return Judged({name: a[:, 0] for name, a in found.items()}, point, out.ends[:, 0, 1, :4])
+
+
+def cells_of(**values):
+    scan = load_scan({"system": "ssul-set6", "vary": {"omega": {"values": [6.0]}}})
+    return scan.system.cells(values)
+
+
+def random_cells(count, seed=20):
+    generator = np.random.default_rng(seed)
+    return cells_of(omega=generator.uniform(*OMEGA, count), P=generator.uniform(*FORCE, count))
+
+
+def grid(across=16, up=10):
+    """Return a grid of cells where much happens: 3T, chaos, chaotic transients, long periods."""
+    omega, force = np.meshgrid(np.linspace(7.2, 7.9, across), np.linspace(600, 1100, up))
+    return cells_of(omega=omega.ravel(), P=force.ravel())
+
+
+def ends_of(labels):
+    return np.array([final(label) for label in labels])
+
+
+def differ(first, second):
+    """Return the lanes whose final regimes differ, where both are determined."""
+    one, two = ends_of(first.labels), ends_of(second.labels)
+    return np.flatnonzero((one != two) & ~np.isin(one, OPEN) & ~np.isin(two, OPEN))
+
+
+def compare_methods(cells):
+    """Judge cells by both methods; return both, and the lanes that differ to the end."""
+    exact = judge(cells)
+    classical = judge(cells, exact.arrived, "rk4", transient=40, periods=80)
+    left = differ(exact, classical)
+    if left.size == 0:
+        return exact, classical, left
+    assert set(ends_of(exact.labels[left])) | set(ends_of(classical.labels[left])) >= {"chaos"}
+    further = judge(cells[left], exact.ends[left], transient=LONG)
+    again = judge(cells[left], further.arrived, "rk4", transient=40, periods=80)
+    return exact, classical, left[differ(further, again)]
+
+
+def check_methods(cells, least):
+    """Check that both methods agree wherever both are determined, and that most are."""
+    exact, classical, left = compare_methods(cells)
+    told = zip(cells[left], exact.labels[left], classical.labels[left], strict=True)
+    assert not left.size, [(c["omega"], c["P"], a, b) for c, a, b in told]
+    one, two = ends_of(exact.labels), ends_of(classical.labels)
+    determined = ~np.isin(one, OPEN) & ~np.isin(two, OPEN)
+    assert determined.mean() > 0.98
+    assert len(set(one[determined])) >= least
+    periodic = (exact.arrays["period"] > 0) & (one == two)
+    radius = [np.abs(j.arrays["multipliers"][periodic, 0] @ [1, 1j]) for j in (exact, classical)]
+    np.testing.assert_allclose(*radius, atol=1e-4)
+
+
+def test_both_methods_agree_on_a_hundred_random_cells():
+    check_methods(random_cells(100), least=4)
+
+
+@pytest.mark.long
+def test_both_methods_agree_on_two_thousand_random_cells():
+    check_methods(random_cells(2000), least=8)
+
+
+def test_threads_and_company_do_not_matter():
+    cells = grid()
+    together = judge(cells)
+    used = numba.get_num_threads()
+    try:
+        numba.set_num_threads(1)
+        alone = judge(cells)
+        parts = [judge(piece) for piece in np.array_split(cells, 7)]
+    finally:
+        numba.set_num_threads(used)
+    for name, values in together.arrays.items():
+        np.testing.assert_array_equal(values, alone.arrays[name])
+        joined = np.concatenate([part.arrays[name] for part in parts])
+        np.testing.assert_array_equal(values, joined)
+
+
+def test_more_effort_finds_labels_and_flips_none():
+    cells = grid()
+    quick, standard, thorough = (
+        judge(cells, effort=effort).labels for effort in ("quick", "standard", "thorough")
+    )
+    for less, more in ((quick, standard), (standard, thorough)):
+        kept = less != "undetermined"
+        np.testing.assert_array_equal(less[kept], more[kept])
+    open_ends = [np.count_nonzero(x == "undetermined") for x in (quick, standard, thorough)]
+    assert open_ends[0] > open_ends[1] >= open_ends[2]
+    assert "chaos" in standard
+
+
+def test_the_phase_at_which_sections_are_taken_does_not_matter():
+    """A force -P cos is P cos half a period later: the same orbits, cut at another phase.
+
+    By rk4: the bounds of the exact method presume P >= 0, as the door to the kernels does.
+    """
+    cells = grid()
+    found = judge(cells)
+    later = cells.copy()
+    later["P"] = -later["P"]
+    periodic = np.flatnonzero(found.arrays["period"] > 0)
+    half = halfway(cells[periodic], found.points[periodic])
+    again = judge(later[periodic], half, "rk4", transient=40, periods=80)
+    np.testing.assert_array_equal(ends_of(again.labels), ends_of(found.labels[periodic]))
+    radius = [
+        np.abs(a["multipliers"][i, 0] @ [1, 1j])
+        for a, i in ((found.arrays, periodic), (again.arrays, slice(None)))
+    ]
+    np.testing.assert_allclose(*radius, atol=1e-4)
+
+
+def halfway(cells, points):
+    """Return the states (x1, v1, r, s) half a forcing period after `points`."""
+    parts, found = method_parts("exact", SCENES["ssul"]), np.empty((len(cells), 4))
+    for i, (cell, point) in enumerate(zip(cells, points, strict=True)):
+        state, section = np.zeros(SIZE), np.empty((2, 4))
+        state[:4] = point
+        record = np.array([cell]).view(np.recarray)[0]
+        code = run_cell(
+            *parts, RESOLUTION["exact"], record, state, None, section, None, None, None, None,
+            None, None, 0, 0, 1, 2,
+        )  # fmt: skip
+        assert code == OK
+        x1, v1, x2, v2 = section[0]
+        found[i] = x1, v1, x1 - x2 + cell["rest"], v1 - v2
+    return found

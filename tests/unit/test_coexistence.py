@@ -1,0 +1,87 @@
+"""Several starts of a cell: sorted by where they ended, shared out, counted."""
+
+import numpy as np
+import pytest
+
+from nlds_vines.coexistence import by_frequency, coexisting, finals, most_frequent, share_of
+from nlds_vines.errors import RequestError
+from nlds_vines.shows import check_show, usual_show
+
+LATE = "transient chaos to T,0"
+CELLS = np.array(
+    [
+        ["T,1", "T,1", "T,1", "T,1"],
+        ["T,0", "2T,1", "T,0", LATE],
+        [LATE, LATE, "T,0", "chaos"],
+        ["chaos", "chaos", "T,0", "undetermined"],
+        ["undetermined", "failed", "undetermined", "undetermined"],
+        ["2T,1", "T,0", "quasiperiodic", "3T,2"],
+    ],
+    dtype=object,
+)
+MAP = ("label", "E1max", "settling")
+
+
+def test_a_transient_ends_where_it_says():
+    assert finals(CELLS)[2].tolist() == ["T,0", "T,0", "T,0", "chaos"]
+
+
+def test_shares_count_final_regimes_or_the_way_there():
+    np.testing.assert_allclose(share_of(CELLS, "T,0"), [0, 0.75, 0.75, 0.25, 0, 0.25])
+    np.testing.assert_allclose(share_of(CELLS, LATE), [0, 0.25, 0.5, 0, 0, 0])
+    assert share_of(CELLS, "9T,9").max() == 0
+
+
+def test_coexisting_regimes_are_counted_and_gaps_in_knowledge_are_not():
+    # in the third cell chaos may be the transient of the others
+    assert coexisting(CELLS).tolist() == [1, 2, 1, 2, 0, 4]
+
+
+def test_the_most_frequent_regime_stands_for_a_cell():
+    found = most_frequent(CELLS).tolist()
+    assert found[:5] == ["T,1", "T,0", LATE, "chaos", "undetermined"]
+    assert found[5] == "T,0"  # all four once: the one most frequent elsewhere
+
+
+def test_of_equally_many_a_known_one_stands_for_a_cell():
+    cells = np.array([["undetermined", "3T,2"], ["undetermined", "undetermined"]], dtype=object)
+    assert most_frequent(cells).tolist() == ["3T,2", "undetermined"]
+
+
+def test_any_shape_and_order_of_starts():
+    grid = CELLS.reshape(2, 3, 4)
+    assert most_frequent(grid).shape == coexisting(grid).shape == share_of(grid, "T,1").shape
+    turned = grid[..., ::-1]
+    assert most_frequent(turned).tolist() == most_frequent(grid).tolist()
+    assert coexisting(turned).tolist() == coexisting(grid).tolist()
+    assert by_frequency(grid)[0] == ("T,0", 5)
+
+
+def test_what_a_map_shows_unasked():
+    assert usual_show(("E1max", "label")) == "regimes"
+    assert usual_show(("impact_rate", "E2max")) == "E2max"
+    assert usual_show(("section", "status")) is None
+
+
+@pytest.mark.parametrize("show", ["regimes", "coexisting", "shares", "share:T,0", "E1max"])
+def test_what_can_be_shown_is_not_refused(show):
+    check_show(show, 2, 4, MAP)
+
+
+@pytest.mark.parametrize(
+    ("show", "axes", "starts", "names", "message"),
+    [
+        ("regimes", 1, 4, MAP, "vary two parameters"),
+        ("regime", 2, 4, MAP, "did you mean 'regimes'"),
+        ("share:", 2, 4, MAP, "share:LABEL"),
+        ("lyapunov", 2, 4, MAP, "not recorded"),
+        ("regimes", 2, 4, ("E1max",), "record regime"),
+        ("shares", 2, 1, MAP, "several starts"),
+        ("share:T,0", 2, 1, MAP, "several starts"),
+        ("coexisting", 2, 1, MAP, "several starts"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused_in_one_line(show, axes, starts, names, message):
+    with pytest.raises(RequestError, match=message) as error:
+        check_show(show, axes, starts, names)
+    assert "\n" not in str(error.value)

@@ -126,18 +126,18 @@ def _run(job: Job, plot: Path, delay: float) -> int:
     from nlds_vines import engine
 
     try:
-        report = job.run()
+        job.run()
     except engine.Interrupted as stop:
         complain(_NAME, str(stop))
         return stop.status
     found = _looked_at(job.archive, delay, plot)
     if not job.how.quiet:
         print(job.scan.title, *found.lines(), job.archive, plot, sep="\n")
-    if report.failed_lanes:
+    failed = sum(entry.count for entry in found.shares if entry.label == "failed")
+    if failed:
         where = f"the dataset `status` of {job.archive} says why"
-        complain(_NAME, f"{report.failed_lanes} of {report.lanes} orbits failed: {where}")
-        return LANES_FAILED
-    return DONE
+        complain(_NAME, f"{failed} of {job.scan.starts} orbits failed: {where}")
+    return LANES_FAILED if failed else DONE
 
 
 def _looked_at(archive: Path, delay: float, plot: Path | None) -> Ensemble:

@@ -107,17 +107,7 @@ def test_who_asks_to_stop_is_heard_between_two_batches(
 
 
 def test_a_killed_search_resumes_to_the_same_bits(tmp_path):
-    long = [
-        "--system",
-        "tmd",
-        *SMALL,
-        "--seeds",
-        "12",
-        "--transient",
-        "30000",
-        "--periods",
-        "20000",
-    ]
+    long = ["--system", "tmd", *SMALL, "--seeds", "4", "--periods", "3000"]
     reference, path = tune(tmp_path / "a.h5", *long), tmp_path / "b.h5"
     words = [sys.executable, "-m", "nlds_vines.tuning", *long, "-o", str(path), "--quiet"]
     running = subprocess.Popen([*words, "--threads", "1"])

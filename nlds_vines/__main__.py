@@ -17,6 +17,11 @@ COMMANDS = {
     "portrait": ("nlds_vines.portrait", "one orbit in full"),
     "reproduce": ("nlds_vines.reproduce", "the paper, figure by figure, and its claims checked"),
     "accuracy": ("nlds_vines.accuracy", "error against run time of every method"),
+    "status": ("nlds_vines.status", "how a scan under way stands"),
+    "consolidate": ("nlds_vines.consolidation", "join the parts of shards into an archive"),
+    "verify": ("nlds_vines.verification", "check archives and parts from end to end"),
+    "rerun": ("nlds_vines.rerun", "repeat a scan from its own archive"),
+    "diff": ("nlds_vines.comparison", "what differs between two archives"),
 }
 """The sister commands: the module of each, whose `main` takes the arguments, and its purpose."""
 

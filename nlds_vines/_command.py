@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 from nlds_vines.errors import RequestError, shown, unknown
+from nlds_vines.interrupts import INTERRUPTED
 
 Number = TypeVar("Number", int, float)
 
-DONE, LANES_FAILED, WRONG_REQUEST, INTERRUPTED = 0, 1, 2, 130
-"""Exit statuses."""
+DONE, LANES_FAILED, DAMAGED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 1, 2
+"""Exit statuses, beside those of `interrupts`."""
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 """The kinds of pictures, by the end of their names."""
@@ -91,6 +92,15 @@ def check_writable(what: str, path: Path) -> None:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise RequestError(f"{what} {shown(str(path))} cannot be written: {reason}") from None
+
+
+def refuse_existing(archive: Path, *, resume: bool, overwrite: bool) -> None:
+    """Raise `RequestError` where an archive exists and it was not said what to do with it."""
+    if os.path.lexists(archive) and not (resume or overwrite):
+        raise RequestError(
+            f"output {shown(str(archive))} exists: --resume continues it, "
+            "--overwrite replaces it, -o names another file"
+        )
 
 
 def check_plot(path: Path) -> None:

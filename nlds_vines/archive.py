@@ -50,18 +50,19 @@ def write(
     """Write the archive of a scan to `path`, sealed and forced to the disk, and check it.
 
     `pieces` yields the results; cells without a piece keep their fill value.  Memory is that of
-    one piece.  Raises `RequestError` if what is read back is not what was given, OSError or (from
-    HDF5) RuntimeError if it cannot be written.
+    one piece.  `provenance` is read when the last piece has been taken.  Raises `RequestError` if
+    what is read back is not what was given, OSError or (from HDF5) RuntimeError if it cannot be
+    written.
     """
     durable.reserve(path, most_bytes(scan) + _OVERHEAD)
     # v110 checksums the metadata too, and is read by every netCDF-4 library of this decade
     with h5py.File(path, "w", libver=("v110", "v110"), **_CACHE) as file:
-        file.attrs.update(attributes(scan, {**_HDF5, **provenance}))
         _create(file, datasets(scan), scales(scan), sizes(scan))
         given = []
         for name, cells, values in pieces:
             file[name][cells] = _storable(values)
             given.append((name, cells, _crc(values)))
+        file.attrs.update(attributes(scan, {**_HDF5, **provenance}))
         _note_checksums(file)
     durable.seal(path)
     _compare(path, given)
@@ -146,6 +147,17 @@ class ArchiveView:
             dataset = self._file[name]
             _check_crc(dataset)
             return _values(dataset, where)
+
+    def slabs(self, name: str) -> Iterator[np.ndarray]:
+        """Yield a dataset in slices along its first dimension that fit into memory."""
+        with _reading(self.path, f"dataset {name}"):
+            for slab in _slabs(self._file[name]):
+                yield _values(self._file[name], slab)
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Return the lengths of a dataset's dimensions."""
+        with _reading(self.path, f"dataset {name}"):
+            return tuple(self._file[name].shape)
 
     def dims(self, name: str) -> tuple[str, ...]:
         """Return the names of a dataset's dimensions."""

@@ -17,17 +17,20 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines._command import (
     DONE,
-    INTERRUPTED,
     LANES_FAILED,
     Parser,
     check_plot,
     check_writable,
     complain,
+    refuse_existing,
     run_command,
 )
+from nlds_vines._run_options import RunOptions, add_run_options, run_options
 from nlds_vines._scan_options import add_scan_options, changes
-from nlds_vines.errors import RequestError, shown, whole
+from nlds_vines.cut import Shard
+from nlds_vines.errors import RequestError, shown
 from nlds_vines.record import datasets
+from nlds_vines.room import refuse_without_room
 from nlds_vines.scan import Scan, load_scan
 from nlds_vines.shows import check_show
 
@@ -36,7 +39,6 @@ if TYPE_CHECKING:
 
 _NAME = "bifurcation"
 _DEFAULT_STEM = "figure8"
-_MOST_THREADS = 4096
 _EXAMPLES = """\
 examples:
   nlds-vines bifurcation
@@ -53,7 +55,8 @@ examples:
   nlds-vines bifurcation --vary omega=7.2:7.8:601 --start both --record section,regime,lyapunov \\
           -o hysteresis.h5 --plot hysteresis.png
       up and down in two colours, the largest Lyapunov exponent below
-exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong; 130 interrupted
+exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
+130 interrupted, 143 terminated: --resume goes on
 """
 
 
@@ -66,6 +69,8 @@ def bifurcation(
     threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
+    shard: str | None = None,
+    scheduler: str | None = None,
     quiet: bool = True,
 ) -> Path:
     """Compute a scan and return the path of its archive.
@@ -78,23 +83,24 @@ def bifurcation(
             a recorded number (`shows.NUMBERS`).
         threads: how many; by default as many as the machine has processors.
         resume, overwrite: continue or replace an archive that exists; not both.
+        shard: `3/7` computes the third of seven shares, into parts that `nlds-vines consolidate`
+            makes an archive of.
+        scheduler: `local:N`, or the address of a Dask scheduler whose workers are to compute.
         quiet: whether to show no progress.
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
     source = Path(scan) if isinstance(scan, str | os.PathLike) else None
-    job = _Job(
+    share = None if shard is None else Shard.parse(shard)
+    job = Job(
         scan=load_scan(scan),
         source=source,
         archive=_archive_path(output, source),
         plot=None if plot is None else Path(plot),
+        how=RunOptions(threads, resume, overwrite, share, scheduler, quiet),
         show=show,
-        threads=threads,
-        resume=resume,
-        overwrite=overwrite,
-        quiet=quiet,
     )
-    job.refuse_to_overwrite()
+    job.refuse()
     job.run()
     return job.archive
 
@@ -102,38 +108,28 @@ def bifurcation(
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with the arguments `argv` (the process's own if None).
 
-    Returns the exit status: 0 done, 1 some orbits failed, 2 the request is wrong, 130 interrupted.
+    Returns the exit status: 0 done, 1 some orbits failed, 2 the request is wrong, 130 interrupted,
+    143 terminated.
     """
     return run_command(_NAME, _command, argv)
 
 
 @dataclass(frozen=True)
-class _Job:
-    """A scan and where it goes; checked when made, before anything heavy is loaded."""
+class Job:
+    """A scan, where it goes and how it runs; checked when made, before anything heavy is loaded."""
 
     scan: Scan
     source: Path | None
     archive: Path
     plot: Path | None
-    show: str | None
-    threads: int | None
-    resume: bool
-    overwrite: bool
-    quiet: bool
+    how: RunOptions
+    show: str | None = None
 
     def __post_init__(self) -> None:
-        if self.resume and self.overwrite:
-            raise RequestError("resume and overwrite exclude each other: give one of them")
-        if self.threads is not None:
-            whole("threads", self.threads, 1, _MOST_THREADS)
+        """Raise `RequestError` unless everything can be written where it shall go."""
         check_writable("output", self.archive)
         if self.plot is not None:
-            check_plot(self.plot)
-            if not _can_be_drawn(self.scan):
-                raise RequestError(
-                    f"--plot {shown(str(self.plot))}: a map of want = ['section'] alone cannot be "
-                    "drawn; record energy or regime as well"
-                )
+            self._check_plot(self.plot)
         if self.show is not None:
             names = [dataset.name for dataset in datasets(self.scan)]
             check_show(self.show, len(self.scan.axes), self.scan.starts, names)
@@ -141,90 +137,95 @@ class _Job:
             if path.resolve() == self.archive.resolve():
                 raise RequestError(f"output {shown(str(self.archive))} is another file of this run")
 
-    def refuse_to_overwrite(self) -> None:
-        """Raise `RequestError` where the archive exists and it was not said what to do with it."""
-        if os.path.lexists(self.archive) and not (self.resume or self.overwrite):
+    def _check_plot(self, plot: Path) -> None:
+        check_plot(plot)
+        if self.how.shard is not None:
             raise RequestError(
-                f"output {shown(str(self.archive))} exists: --resume continues it, "
-                "--overwrite replaces it, -o names another file"
+                f"--plot {shown(str(plot))}: a shard makes no archive to draw; "
+                "--resume --plot draws what `nlds-vines consolidate` has made"
             )
+        if not _can_be_drawn(self.scan):
+            raise RequestError(
+                f"--plot {shown(str(plot))}: a map of want = ['section'] alone cannot be "
+                "drawn; record energy or regime as well"
+            )
+
+    def refuse(self) -> None:
+        """Raise `RequestError` where the archive exists and it was not said what to do with it.
+
+        And where a scan cannot fit into memory or onto the disk.
+        """
+        refuse_existing(self.archive, resume=self.how.resume, overwrite=self.how.overwrite)
+        refuse_without_room(self.scan, self.archive)
 
     def run(self) -> Report:
         """Compute the scan, draw the picture, and return the engine's report."""
         from nlds_vines import engine
 
-        report = engine.run(
-            self.scan,
-            self.archive,
-            threads=self.threads,
-            resume=self.resume,
-            overwrite=self.overwrite,
-            quiet=self.quiet,
-        )
-        if self.plot is not None and not report.interrupted:
+        report = engine.run(self.scan, self.archive, **vars(self.how))
+        if self.plot is not None:
             from nlds_vines import figures
 
             figures.save(self.archive, self.plot, self.show)
         return report
 
 
+def carry_out(name: str, job: Job, dry_run: bool) -> int:
+    """Do a job for the command `name`, or only say what it would take; returns the exit status."""
+    if dry_run:
+        return _dry_run(job)
+    job.refuse()
+    return _run(name, job)
+
+
 def _command(argv: Sequence[str]) -> int:
     """Do what the arguments ask for; returns the exit status."""
     options = _parser().parse_args(argv)
-    job = _job(options)
-    if options.dry_run:
-        return _dry_run(job)
-    job.refuse_to_overwrite()
-    return _run(job)
+    return carry_out(_NAME, _job(options), options.dry_run)
 
 
-def _dry_run(job: _Job) -> int:
+def _dry_run(job: Job) -> int:
+    refuse_without_room(job.scan, job.archive)
     from nlds_vines import engine
 
-    print("\n".join(engine.estimate(job.scan, job.threads).lines()))
+    print("\n".join(engine.estimate(job.scan, job.how.threads).lines()))
     return DONE
 
 
-def _run(job: _Job) -> int:
+def _run(name: str, job: Job) -> int:
     from nlds_vines import engine
 
     try:
         report = job.run()
     except engine.Interrupted as stop:
-        complain(_NAME, str(stop))
-        return INTERRUPTED
-    if report.interrupted:
-        complain(_NAME, report.summary())
-        return INTERRUPTED
-    if not job.quiet:
+        complain(name, str(stop))
+        return stop.status
+    if not job.how.quiet:
         print(report.summary())
-        print(*filter(None, (job.archive, job.plot)), sep="\n")
+        print(*_made(job), sep="\n")
     if report.failed_lanes:
         where = f"the dataset `status` of {job.archive} says why"
-        complain(_NAME, f"{report.failed_lanes} of {job.scan.lanes} orbits failed: {where}")
+        complain(name, f"{report.failed_lanes} of {report.lanes} orbits failed: {where}")
         return LANES_FAILED
     return DONE
 
 
-def _job(options: argparse.Namespace) -> _Job:
+def _made(job: Job) -> list[str]:
+    """Return where the results are, one line each."""
+    if job.how.shard is not None:
+        return [f"when all shards are there: nlds-vines consolidate {job.archive}"]
+    return [str(path) for path in (job.archive, job.plot) if path is not None]
+
+
+def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
     source = None if options.scan is None else Path(options.scan)
     archive = _archive_path(options.output, source)
-    scan = load_scan(source, changes(options), "command line")
+    scan, how = load_scan(source, changes(options), "command line"), run_options(options)
     plot = options.plot
-    if plot is None and source is None and _can_be_drawn(scan):
+    if plot is None and source is None and how.shard is None and _can_be_drawn(scan):
         plot = archive.parent / f"{archive.stem}.png"  # the embedded default is a figure
-    return _Job(
-        scan=scan,
-        source=source,
-        archive=archive,
-        plot=None if plot is None else Path(plot),
-        show=options.show,
-        threads=options.threads,
-        resume=options.resume,
-        overwrite=options.overwrite,
-        quiet=options.quiet,
-    )
+    return Job(scan, source, archive, None if plot is None else Path(plot), how, options.show)
 
 
 def _can_be_drawn(scan: Scan) -> bool:
@@ -254,18 +255,8 @@ def _parser() -> Parser:
         help="on a map: regimes, coexisting, shares, share:LABEL or a number",
     )
     add_scan_options(parser)
-    _add_run_options(parser)
+    add_run_options(parser)
     return parser
-
-
-def _add_run_options(parser: Parser) -> None:
-    group = parser.add_argument_group("running")
-    group.add_argument("--threads", type=int, metavar="N", help="by default all processors")
-    existing = group.add_mutually_exclusive_group()
-    existing.add_argument("--resume", action="store_true", help="continue an archive")
-    existing.add_argument("--overwrite", action="store_true", help="replace an archive")
-    group.add_argument("--dry-run", action="store_true", help="only say what it would take")
-    group.add_argument("--quiet", action="store_true", help="show no progress")
 
 
 class _CallableModule(ModuleType):

@@ -9,22 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.arc import make_arc
-from nlds_vines.evidence import COLUMNS, JUDGED, arrays_of
+from nlds_vines.evidence import COLUMNS, arrays_of
 from nlds_vines.kernels import lanes
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.linear import energy_alone
-from nlds_vines.record import OK, Dataset, components, datasets, sizes
+from nlds_vines.record import JUDGED, NOTED, OK, Dataset, components, datasets, noted, sizes
 from nlds_vines.regimes import EFFORTS
 from nlds_vines.scenes import SCENES, Scene
 from nlds_vines.starts import random_states, start_states
 from nlds_vines.system import System
 
 if TYPE_CHECKING:
-    from nlds_vines.parts import Block
+    from nlds_vines.cut import Block
     from nlds_vines.scan import Scan
-
-NOTED = 4096
-"""Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
 
 RESOLUTION: Mapping[str, float] = {"exact": 28.0, "rk4": 512.0}
 """Runge-Kutta steps: of a contact that must be stepped (exact), of a forcing period (rk4)."""
@@ -73,17 +70,20 @@ class Outputs:
     status: np.ndarray
 
     @classmethod
-    def of(cls, scan: Scan, chains: int, links: int) -> Outputs:
-        """Allocate the buffers that the scan's `want` needs."""
+    def of(cls, scan: Scan, shape: tuple[int, int], transient: int, periods: int) -> Outputs:
+        """Allocate the buffers that the scan's `want` needs for (chains, links) of so many periods.
+
+        `cut.lane_bytes` tells what they take.
+        """
         want, scene = set(scan.want), SCENES[scan.system.kind]
         walls, judged = bool(scene.walls), bool(want & JUDGED)
-        noted = scan.periods + (min(scan.transient, NOTED) if judged else 0)
+        kept = noted(want, transient, periods)
 
         def rows(wanted: bool, *tail: int, dtype: Any = float) -> np.ndarray | None:
-            return np.zeros((chains, links, *tail), dtype) if wanted else None
+            return np.zeros((*shape, *tail), dtype) if wanted else None
 
         return cls(
-            section=rows("section" in want or judged, noted, len(components(scan))),
+            section=rows(kept > 0, kept, len(components(scan))),
             counts=rows(("impacts" in want or judged) and walls, 2, dtype=np.int64),
             cycle=rows("impacts" in want or judged, 3, dtype=np.int64),
             energy=rows("energy" in want, 2),
@@ -92,7 +92,7 @@ class Outputs:
             violation=rows(scene.limit is not None, 3),
             evidence=rows(judged, COLUMNS),
             ends=rows(judged, 2, SIZE),
-            status=np.zeros((chains, links), np.int64),
+            status=np.zeros(shape, np.int64),
         )
 
 
@@ -128,7 +128,7 @@ class Computer:
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads."""
-        outputs = Outputs.of(self.scan, *chains.shape)
+        outputs = Outputs.of(self.scan, (len(chains), chains.shape[1]), transient, periods)
         if outputs.clearance is not None:
             outputs.clearance[:] = np.inf
         classical, damper, near, far, arc = self._parts
@@ -241,8 +241,3 @@ def _failed_filled(values: np.ndarray, dataset: Dataset, status: np.ndarray) -> 
     if dataset.name not in ("status", "regime", "label") and failed.any():
         values[failed] = dataset.fill
     return values
-
-
-def lanes_failed(status: np.ndarray) -> int:
-    """Return how many lanes of a status array did not end well."""
-    return int(np.count_nonzero(status != OK))

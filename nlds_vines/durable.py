@@ -12,11 +12,15 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import os
+import secrets
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from nlds_vines.errors import RequestError
+
+Buffer = bytes | memoryview
 
 _MARK = b"\nnlds_vines seal sha256 "
 _SEAL_BYTES = len(_MARK) + hashlib.sha256().digest_size * 2 + 1
@@ -36,15 +40,27 @@ def in_one_line(doing: str) -> Iterator[None]:
         raise RequestError(f"cannot {doing}: {reason}") from error
 
 
-def write(path: Path, data: bytes) -> None:
-    """Put `data`, sealed, under the name `path`: whole, on the disk, or not at all (OSError)."""
-    temporary = path.with_name(path.name + ".tmp")
-    with temporary.open("wb") as file:
-        file.write(data)
-        file.write(_seal(hashlib.sha256(data)))
-        file.flush()
-        os.fsync(file.fileno())
-    replace(temporary, path)
+def write(path: Path, *pieces: Buffer) -> None:
+    """Put the bytes of `pieces`, sealed, under the name `path`: whole and on the disk, or OSError.
+
+    Two writers of one name do not meet: each has a temporary file of its own, and the last rename
+    wins.
+    """
+    temporary = path.with_name(f"{path.name}.{secrets.token_hex(8)}.tmp")
+    digest = hashlib.sha256()
+    try:
+        with temporary.open("wb") as file:
+            for piece in pieces:
+                digest.update(piece)
+                file.write(piece)
+            file.write(_seal(digest))
+            file.flush()
+            os.fsync(file.fileno())
+        replace(temporary, path)
+    except BaseException:
+        with suppress(OSError):  # it may never have come to be
+            temporary.unlink()
+        raise
 
 
 def read(path: Path) -> bytes:
@@ -100,22 +116,48 @@ def sealed(path: Path) -> bool:
         return file.read() == _seal(digest)
 
 
-def lock(path: Path) -> int | None:
-    """Lock `path`, created if need be, for this process; None if another process holds it.
+def lock(path: Path, *, shared: bool = False, patience: float = 0.3) -> int | None:
+    """Lock `path`, created if need be, for this process; None if others hold it against us.
+
+    Arguments: with `shared`, others may share it; `patience` [s] outlasts those who hold it only
+    for a moment, to look whether anybody does.
 
     Returns the descriptor to `os.close` when done.  The kernel keeps the lock, not the file: that
     of a dead process is gone with it, so there is no such thing as a stale one.
     """
+    kind = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
+    until = time.monotonic() + patience
     while True:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not _locks(descriptor, kind):
             os.close(descriptor)
-            return None
-        if _names(path, descriptor):
+            if time.monotonic() > until:
+                return None
+            time.sleep(0.02)
+        elif _names(path, descriptor):
             return descriptor
-        os.close(descriptor)  # its owner removed the file meanwhile: this lock guards nothing
+        else:
+            os.close(descriptor)  # its owner removed the file meanwhile: this lock guards nothing
+
+
+def held(path: Path) -> bool:
+    """Tell whether some process holds the lock `path` for itself alone."""
+    try:
+        descriptor = os.open(path, os.O_RDONLY)
+    except FileNotFoundError:
+        return False
+    try:
+        return not _locks(descriptor, fcntl.LOCK_SH)
+    finally:
+        os.close(descriptor)
+
+
+def _locks(descriptor: int, kind: int) -> bool:
+    try:
+        fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
 
 
 def _names(path: Path, descriptor: int) -> bool:

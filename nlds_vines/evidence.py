@@ -10,8 +10,6 @@ from nlds_vines.kernels import verdict
 from nlds_vines.regimes import flags_of, labels_of
 
 COLUMNS = verdict.COLUMNS
-JUDGED = frozenset({"regime", "lyapunov", "settling", "evidence"})
-"""Of `record.WANTS`, what rests on a verdict."""
 
 _PLAIN = {
     "lyapunov": verdict.LARGEST,

@@ -1,160 +1,136 @@
 """A scan under way: one sealed part file for every finished block, beside the archive to be.
 
-While a scan runs, its archive does not exist; the folder `FILE.parts` does.  Each block of cells
-becomes a part file there the moment it is computed, and nothing computed is ever lost again.  At
-the end the parts become one archive, which is checked before it takes its name; then they go.
+Each block of cells becomes a part file in the scan's folder (`folder`) the moment it is computed,
+and nothing computed is ever lost again.  At the end the parts become one archive, which is checked
+before it takes its name; then they go.
 """
 
 from __future__ import annotations
 
-import io
-import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from nlds_vines import archive, durable
+from nlds_vines.cut import Block
 from nlds_vines.errors import RequestError
-from nlds_vines.folder import RunFolder
-from nlds_vines.record import Dataset, datasets, sizes
+from nlds_vines.folder import RunFolder, folder_of
+from nlds_vines.manifest import SCAN, Manifest
+from nlds_vines.partfile import UNSOUND, Part, PartFiles
+from nlds_vines.provenance import Value
 
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
 
+Arrays = dict[str, np.ndarray]
 
-_HEADER = "block"  # the entry of a part file that says whose it is
-
-
-@dataclass(frozen=True)
-class Block:
-    """A rectangle of cells, computed and stored as one.
-
-    `slices` has one pair per axis of the scan: the first cell, and the cell after the last one.
-    """
-
-    index: int
-    slices: tuple[tuple[int, int], ...]
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of cells along each axis."""
-        return tuple(stop - first for first, stop in self.slices)
-
-    @property
-    def selection(self) -> tuple[slice, ...]:
-        """The rectangle as slices into an array of the whole grid."""
-        return tuple(slice(first, stop) for first, stop in self.slices)
+FRESH_BYTES = 1 << 26
+"""Results up to this size stay in memory until they are consolidated, and are not read back."""
 
 
+@dataclass
 class Parts(RunFolder):
-    """The part files of one scan; use `Parts.open`, and as a context manager.
+    """The part files of one scan; use `Parts.open`, and as a context manager."""
 
-    `discarded` collects one line for each part that did not verify and must be computed again.
-    """
+    content: ClassVar[str] = SCAN
 
     scan: Scan
+    _fresh: dict[int, Part] = field(default_factory=dict)
+    _fresh_bytes: int = 0
 
-    def finished(self, blocks: Iterable[Block]) -> set[int]:
-        """Return the indices of the blocks whose parts verify: seal, scan, rectangle and arrays.
+    @classmethod
+    def begun(cls, path: Path) -> Parts:
+        """Open the parts beside the archive-to-be `path` as they are, to join them.
+
+        Raises `RequestError` if there are none, or if a run or a shard is at work on them.
+        """
+        manifest = Manifest.read(folder_of(path))
+        if manifest is None:
+            raise RequestError(f"there are no parts of {path}: nothing was begun, or all is done")
+        return cls.open(path, manifest.scan, resume=True)
+
+    def sound(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, Part]]:
+        """Yield the blocks whose parts verify: seal, scan, rectangle, arrays and makers.
 
         Existence proves nothing.  A part that does not verify is removed, and noted in
         `discarded`.
         """
-        done = set()
         with durable.in_one_line(f"read the parts in {self.folder}"):
-            for block in blocks:
-                path = self._part_path(block)
-                if not path.exists():
-                    continue
+            for block in self.files.there(blocks):
                 try:
-                    self.load(block)
-                except (ValueError, KeyError) as error:
+                    part = self.load(block)
+                except UNSOUND as error:
+                    path = self.files.path(block)
                     self.discarded.append(f"{path.name} is computed again: {error}")
-                    path.unlink()
+                    path.unlink(missing_ok=True)
                 else:
-                    done.add(block.index)
-        return done
+                    yield block, part
 
-    def load(self, block: Block) -> dict[str, np.ndarray]:
-        """Return the verified arrays of a block; ValueError says what is wrong with its part."""
-        with np.load(io.BytesIO(durable.read(self._part_path(block)))) as part:
-            arrays = {name: part[name] for name in part.files}
-        if str(arrays.pop(_HEADER)) != str(self._header(block)):
-            raise ValueError("it is of another scan or another block")
-        self._check(block, arrays)
-        return arrays
+    def finished(self, blocks: Iterable[Block]) -> set[int]:
+        """Return the indices of the blocks whose parts verify, as `sound`."""
+        return {block.index for block, _ in self.sound(blocks)}
 
-    def write(self, block: Block, arrays: Mapping[str, np.ndarray]) -> None:
-        """Store what was computed for a block: after this returns, it survives a power cut.
+    def load(self, block: Block) -> Part:
+        """Return the verified part of a block; one of `UNSOUND` says what is wrong with it."""
+        return self.files.load(block).by_us()
 
-        `arrays` has exactly the datasets of the scan, each of shape rectangle + (starts,) + tail.
-        Raises `RequestError` if the disk is full or the folder is gone (earlier parts are
-        intact), ValueError if names or shapes are not those of the scan.
+    def write(
+        self, block: Block, arrays: Mapping[str, np.ndarray], seconds: float = 0.0, threads: int = 1
+    ) -> None:
+        """Store what was computed for a block, as `PartFiles.write`.
+
+        Raises `RequestError` if the disk is full or the folder is gone: earlier parts are intact.
         """
-        content = {name: self._as_stored(name, array) for name, array in arrays.items()}
-        self._check(block, content)
-        buffer = io.BytesIO()
-        entries: dict[str, Any] = {_HEADER: self._header(block), **content}
-        np.savez(buffer, **entries)
         with durable.in_one_line(f"write a part in {self.folder}"):
-            durable.write(self._part_path(block), buffer.getvalue())
+            part = self.files.write(block, arrays, seconds=seconds, threads=threads)
+        self._fresh_bytes += sum(array.nbytes for array in part.arrays.values())
+        if self._fresh_bytes <= FRESH_BYTES:
+            self._fresh[block.index] = part
 
     def consolidate(
-        self, blocks: Sequence[Block], provenance: Mapping[str, str | int | float]
+        self,
+        blocks: Sequence[Block],
+        provenance: Mapping[str, Value] | None = None,
+        check: Callable[[], object] = lambda: None,
     ) -> Path:
         """Make one archive of all the parts, check it, put it in place and remove the parts.
 
         `provenance` joins the archive's attributes; its `command` is what the history tells.
-        Memory is that of one part.  Raises `RequestError` if a block is missing or the disk is
-        full: then the parts are intact, and an archive of that name is as it was.
+        `check` is called for every part: what it raises ends the work.  Memory is that of one part.
+        Raises `RequestError` if a block is missing, or as `deliver`.
         """
-        missing = sum(not self._part_path(block).exists() for block in blocks)
+        missing = len(blocks) - len(self.files.there(blocks))
         if missing:
             raise RequestError(f"{self.path}: {missing} blocks are missing, use --resume")
-        temporary = self.folder / "archive.tmp"
-        with durable.in_one_line(f"write {self.path} (the parts are intact, use --resume)"):
-            archive.write(temporary, self.scan, self._pieces(blocks), provenance)
-            durable.replace(temporary, self.path)
-            self._remove()
+
+        def make(path: Path) -> None:
+            told = {"seconds": 0.0, "threads": 0} | self.begun_by() | dict(provenance or {})
+            archive.write(path, self.scan, self._pieces(blocks, told, check), told)
+
+        self.deliver(make)
         return self.path
 
-    def _part_path(self, block: Block) -> Path:
-        return self.folder / f"block-{block.index:06d}.npz"
-
-    def _header(self, block: Block) -> np.ndarray:
-        """Return what makes a part the part of this block of this scan, as a string scalar."""
-        rectangle = [[int(first), int(stop)] for first, stop in block.slices]
-        return np.array(json.dumps([self._hash, int(block.index), rectangle]))
-
-    def _as_stored(self, name: str, array: np.ndarray) -> np.ndarray:
-        dtype = self._table[name].dtype if name in self._table else None
-        return np.asarray(array, dtype=np.str_ if dtype == "str" else dtype)
-
     @cached_property
-    def _table(self) -> dict[str, Dataset]:
-        return {dataset.name: dataset for dataset in datasets(self.scan)}
+    def files(self) -> PartFiles:
+        """The part files themselves, without locks."""
+        return PartFiles(self.folder, self.scan)
 
-    def _check(self, block: Block, arrays: Mapping[str, np.ndarray]) -> None:
-        """Raise ValueError unless `arrays` are those of this scan, in this block's shape."""
-        if arrays.keys() != self._table.keys():
-            raise ValueError(f"it holds {sorted(arrays)}, not {sorted(self._table)}")
-        length = sizes(self.scan)
-        for name, array in arrays.items():
-            tail = (length[dim] for dim in self._table[name].tail)
-            shape = (*block.shape, self.scan.starts, *tail)
-            if array.shape != shape:
-                raise ValueError(f"{name} has shape {array.shape}, not {shape}")
-
-    def _pieces(self, blocks: Iterable[Block]) -> Iterator[archive.Piece]:
+    def _pieces(
+        self, blocks: Iterable[Block], told: dict[str, Any], check: Callable[[], object]
+    ) -> Iterator[archive.Piece]:
+        """Yield what the parts hold; `told` learns how long they took, on how many threads."""
         for block in blocks:
+            check()
             try:
-                arrays = self.load(block)
-            except (ValueError, KeyError) as error:
-                text = f"{self._part_path(block)} is damaged ({error}): use --resume"
+                part = self._fresh.pop(block.index, None) or self.load(block)
+            except UNSOUND as error:
+                text = f"{self.files.path(block)} cannot be used ({error}): use --resume"
                 raise RequestError(text) from error
-            for name, array in arrays.items():
+            told["seconds"] = round(told["seconds"] + part.made.seconds, 6)
+            told["threads"] = max(told["threads"], part.made.threads)
+            for name, array in part.arrays.items():
                 yield name, block.selection, array

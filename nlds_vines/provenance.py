@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import platform
+import subprocess
 import sys
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.scenes import SCENES
@@ -23,6 +28,8 @@ SCHEMA = 1
 LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "h5py")
 """The packages whose versions may change a bit of a result or of a file."""
 
+_PACKAGE = Path(__file__).parent
+
 
 def attributes(scan: Scan | Tuning, more: Mapping[str, Value]) -> dict[str, Value]:
     """Return the attributes of the archive of a scan, or of a tuning.
@@ -32,12 +39,10 @@ def attributes(scan: Scan | Tuning, more: Mapping[str, Value]) -> dict[str, Valu
     (threads, run time); its `command` is what the history tells, by default this process's.
     """
     system = scan.system
-    now = datetime.now(UTC).isoformat(timespec="seconds")
     return {
         "Conventions": "CF-1.10",
         "title": scan.title,
-        "source": f"nlds_vines {version('nlds-vines')}",
-        "history": f"{now} {more.get('command', ' '.join(sys.argv))}",
+        "history": f"{now()} {more.get('command', ' '.join(sys.argv))}",
         "schema": SCHEMA,
         "scan": scan.to_toml(),
         "scan_hash": scan.hash,
@@ -46,15 +51,66 @@ def attributes(scan: Scan | Tuning, more: Mapping[str, Value]) -> dict[str, Valu
         **{name: float(value) for name, value in system.parameters.items()},
         **({"K": float(system.K)} if SCENES[system.kind].walls else {}),
         **{f"assumption_{name}": text for name, text in system.assumptions.items()},
-        "python_version": platform.python_version(),
-        **{f"{library}_version": version(library) for library in LIBRARIES},
+        "seed": scan.seed,
+        "argv": json.dumps(sys.argv),
+        "commit": commit(),
+        **makers(),
         **more,
     }
 
 
+def now() -> str:
+    """Return the time, in UTC to the second."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+@cache
+def makers() -> dict[str, str]:
+    """Return what may change a bit of a result: versions, this program's sources, the machine.
+
+    Results of different makers never meet in one archive.
+    """
+    return {
+        "source": f"nlds_vines {version('nlds-vines')}",
+        "source_hash": _source_hash(),
+        "python_version": platform.python_version(),
+        **{f"{library}_version": version(library) for library in LIBRARIES},
+        "machine": platform.machine(),
+    }
+
+
+@cache
 def version(package: str) -> str:
     """Return the version of an installed package without importing it; `unknown` if it is not."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "unknown"
+
+
+@cache
+def commit() -> str:
+    """Return the commit of the clone that this program runs from, `+` for changes; else `none`."""
+    if not (_PACKAGE.parent / ".git").exists():
+        return "none"
+    try:
+        found = _git("rev-parse", "HEAD")
+        changed = _git("status", "--porcelain", "--untracked-files=no", "--", str(_PACKAGE))
+    except (OSError, subprocess.SubprocessError):  # no git here, or it refuses this clone
+        return "unknown"
+    return found + ("+" if changed else "")
+
+
+def _git(*arguments: str) -> str:
+    command = ["git", "-C", str(_PACKAGE.parent), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
+    return done.stdout.strip()
+
+
+def _source_hash() -> str:
+    """Return a hash of all sources of this program, in their order of names."""
+    digest = hashlib.sha256()
+    for path in sorted(_PACKAGE.rglob("*.py")):
+        digest.update(f"{path.relative_to(_PACKAGE).as_posix()}\0".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

@@ -6,7 +6,7 @@ codes from it and the pictures their units: none of them can drift away from the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from math import prod
 from typing import TYPE_CHECKING, NamedTuple
@@ -31,6 +31,12 @@ WANTS = (
     "clearance",
 )
 """What `[record] want` may ask for."""
+
+JUDGED = frozenset({"regime", "lyapunov", "settling", "evidence"})
+"""Of `WANTS`, what rests on a verdict."""
+
+NOTED = 4096
+"""Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
 
 COMPONENTS = ("x1", "v1", "x2", "v2")
 """The state in the order in which kernels and archives hold it [m, m/s, m, m/s]."""
@@ -112,6 +118,13 @@ class Scale(NamedTuple):
     values: np.ndarray
     units: str
     long_name: str
+
+
+def noted(want: Collection[str], transient: int, periods: int) -> int:
+    """Return for how many periods of an orbit its section is kept while it is computed."""
+    judged = not JUDGED.isdisjoint(want)
+    sampled = periods if judged or "section" in want else 0
+    return sampled + (min(transient, NOTED) if judged else 0)
 
 
 def components(scan: Scan) -> tuple[str, ...]:

@@ -18,7 +18,6 @@ from pathlib import Path
 
 from nlds_vines._command import (
     DONE,
-    INTERRUPTED,
     LANES_FAILED,
     PLOT_SUFFIXES,
     Parser,
@@ -27,7 +26,9 @@ from nlds_vines._command import (
     run_command,
 )
 from nlds_vines.errors import RequestError, choice, shown, unknown, whole
+from nlds_vines.interrupts import INTERRUPTED
 from nlds_vines.pages import Page, load_page, packaged_pages
+from nlds_vines.room import refuse_without_room
 from nlds_vines.scan import Scan
 
 _NAME = "reproduce"
@@ -47,7 +48,8 @@ examples:
       three of the figures; what is computed already is used again
   nlds-vines reproduce my-page.toml
       a page of your own: copy one of the recipes in `scans`
-exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong; 130 interrupted
+exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
+130 interrupted, 143 terminated: the same command goes on
 """
 
 
@@ -90,7 +92,8 @@ def draw_recipe(path: str | os.PathLike[str], output: str | os.PathLike[str] = "
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with the arguments `argv` (the process's own if None).
 
-    Returns the exit status: 0 done, 1 some orbits failed, 2 the request is wrong, 130 interrupted.
+    Returns the exit status: 0 done, 1 some orbits failed, 2 the request is wrong, 130 interrupted,
+    143 terminated.
     """
     return run_command(_NAME, _command, argv)
 
@@ -138,6 +141,8 @@ class _Job:
     def run(self) -> int:
         """Compute, draw and report; return how many orbits failed."""
         (self.folder / _ARCHIVES).mkdir(parents=True, exist_ok=True)
+        for name, scan in self.scans.items():
+            refuse_without_room(scan, self.folder / _ARCHIVES / name)
         failed = sum(self._compute(number) for number in range(len(self.scans)))
         failed += sum(self._draw(recipe) for recipe in self.recipes)
         if self.report:
@@ -222,9 +227,9 @@ def _command(argv: Sequence[str]) -> int:
 
     try:
         failed = job.run()
-    except engine.Interrupted:
+    except engine.Interrupted as stop:
         complain(_NAME, "interrupted: the same command goes on from what is computed")
-        return INTERRUPTED
+        return stop.status
     return LANES_FAILED if failed else DONE
 
 

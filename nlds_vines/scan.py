@@ -9,6 +9,7 @@ import hashlib
 import os
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -142,6 +143,11 @@ class Scan:
         return toml_text(self.document())
 
     @property
+    def seed(self) -> int:
+        """The seed of random starts."""
+        return self.start.seed
+
+    @cached_property
     def hash(self) -> str:
         """SHA-256 of what determines the numbers: the canonical TOML without its prose."""
         document = self.document() | {"title": ""}

@@ -18,7 +18,6 @@ import numpy as np
 
 from nlds_vines._command import (
     DONE,
-    INTERRUPTED,
     LANES_FAILED,
     Parser,
     assignments,
@@ -27,8 +26,9 @@ from nlds_vines._command import (
     parsed,
     run_command,
 )
+from nlds_vines._run_options import RunOptions
 from nlds_vines.axes import Axis
-from nlds_vines.bifurcation import bifurcation
+from nlds_vines.bifurcation import Job, bifurcation, carry_out
 from nlds_vines.catalogue import load_system
 from nlds_vines.errors import RequestError, at, number
 from nlds_vines.regimes import EFFORTS
@@ -44,9 +44,6 @@ STARTS, TRANSIENT, PERIODS = 1000, 4000, 120
 DELAY = 50.0
 """Forcing periods that random starts are given to fall on to the chaotic set, or past it."""
 
-MOST_BYTES = 4 << 30
-"""Of section points that all starts of a cell may take at once."""
-
 _WANT = ("regime", "settling", "lyapunov", "evidence")
 _EXAMPLES = f"""\
 examples:
@@ -55,7 +52,8 @@ examples:
   nlds-vines transients --set omega=7.575 --set K=2.5e7 --resume --delay 200 --plot late.pdf
       the same archive looked at again, the exponential law fitted beyond 200 periods
   nlds-vines transients --system ssbl --set omega=6.3 --starts 200 --seed 1 -o ssbl.h5
-exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong; 130 interrupted
+exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
+130 interrupted, 143 terminated: --resume goes on
 """
 
 
@@ -100,7 +98,8 @@ def transients(
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with the arguments `argv` (the process's own if None).
 
-    Returns the exit status: 0 done, 1 some orbits failed, 2 the request is wrong, 130 interrupted.
+    Returns the exit status: 0 done, 1 some orbits failed, 2 the request is wrong, 130 interrupted,
+    143 terminated.
     """
     return run_command(_NAME, _command, argv)
 
@@ -115,35 +114,30 @@ def _command(argv: Sequence[str]) -> int:
     archive = Path(options.output)
     plot = archive.with_suffix(".png") if options.plot is None else Path(options.plot)
     check_plot(plot)
+    how = RunOptions(options.threads, options.resume, options.overwrite, quiet=options.quiet)
+    job = Job(scan, None, archive, None, how)
     if options.dry_run:
-        from nlds_vines import engine
-
-        print("\n".join(engine.estimate(scan, options.threads).lines()))
-        return DONE
-    return _run(scan, archive, plot, delay, options)
+        return carry_out(_NAME, job, dry_run=True)
+    job.refuse()
+    return _run(job, plot, delay)
 
 
-def _run(scan: Scan, archive: Path, plot: Path, delay: float, options: argparse.Namespace) -> int:
-    running = {name: getattr(options, name) for name in ("threads", "resume", "overwrite", "quiet")}
+def _run(job: Job, plot: Path, delay: float) -> int:
+    from nlds_vines import engine
+
     try:
-        path = bifurcation(scan, archive, **running)
-    except RequestError:
-        raise
-    except Exception as stop:
-        from nlds_vines.engine import Interrupted  # heavy: not before it is needed
-
-        if not isinstance(stop, Interrupted):
-            raise
+        report = job.run()
+    except engine.Interrupted as stop:
         complain(_NAME, str(stop))
-        return INTERRUPTED
-    found = _looked_at(path, delay, plot)
-    if not options.quiet:
-        print(scan.title, *found.lines(), path, plot, sep="\n")
-    failed = sum(entry.count for entry in found.shares if entry.label == "failed")
-    if failed:
-        where = f"the dataset `status` of {path} says why"
-        complain(_NAME, f"{failed} of {scan.starts} orbits failed: {where}")
-    return LANES_FAILED if failed else DONE
+        return stop.status
+    found = _looked_at(job.archive, delay, plot)
+    if not job.how.quiet:
+        print(job.scan.title, *found.lines(), job.archive, plot, sep="\n")
+    if report.failed_lanes:
+        where = f"the dataset `status` of {job.archive} says why"
+        complain(_NAME, f"{report.failed_lanes} of {report.lanes} orbits failed: {where}")
+        return LANES_FAILED
+    return DONE
 
 
 def _looked_at(archive: Path, delay: float, plot: Path | None) -> Ensemble:
@@ -174,14 +168,7 @@ def _scan(
         system = load_system(_SYSTEM if system is None else system)
     axis = Axis("omega", np.array([system.parameters["omega"]]))
     title = f"{_title(system)}: {starts} starts"
-    scan = Scan(title, system, (axis,), _WANT, Start("random", starts, seed), **sampling)
-    size = scan.starts * (scan.transient + scan.periods) * 8 * (4 if system.scene.damper else 2)
-    if size > MOST_BYTES:
-        raise RequestError(
-            f"{starts} starts of {scan.transient + scan.periods} periods need {size / 1e9:.3g} GB "
-            f"at once; allowed: up to {MOST_BYTES / 1e9:.3g} GB, so fewer starts or periods"
-        )
-    return scan
+    return Scan(title, system, (axis,), _WANT, Start("random", starts, seed), **sampling)
 
 
 def _title(system: System) -> str:

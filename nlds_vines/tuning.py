@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines._command import (
     DONE,
-    INTERRUPTED,
     LANES_FAILED,
     Parser,
     check_plot,
     check_writable,
     complain,
+    refuse_existing,
     run_command,
 )
 from nlds_vines._tuning_options import add_tuning_options, changes
@@ -46,7 +46,8 @@ examples:
   nlds-vines tuning --free k2=100:1000 --over P=600,800,1000 --surface k2,C -o robust.h5
       the worst of three forces, k2 held in a narrower range
 V (SSul) does not enter the dynamics, only C does: V shifts pictures, and tuning it is pointless.
-exit status: 0 done; 1 no design was admissible; 2 the request is wrong; 130 interrupted
+exit status: 0 done; 1 no design was admissible; 2 the request is wrong;
+130 interrupted, 143 terminated: --resume goes on
 """
 
 
@@ -93,7 +94,8 @@ def tune(
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with the arguments `argv` (the process's own if None).
 
-    Returns the exit status: 0 done, 1 nothing admissible, 2 the request is wrong, 130 interrupted.
+    Returns the exit status: 0 done, 1 nothing admissible, 2 the request is wrong, 130 interrupted,
+    143 terminated.
     """
     return run_command(_NAME, _command, argv)
 
@@ -126,11 +128,7 @@ class _Job:
 
     def refuse_to_overwrite(self) -> None:
         """Raise `RequestError` where the archive exists and it was not said what to do with it."""
-        if os.path.lexists(self.archive) and not (self.resume or self.overwrite):
-            raise RequestError(
-                f"output {shown(str(self.archive))} exists: --resume continues it, "
-                "--overwrite replaces it, -o names another file"
-            )
+        refuse_existing(self.archive, resume=self.resume, overwrite=self.overwrite)
 
     def run(self) -> Tuned:
         """Search, draw the picture, and return what was found."""
@@ -166,7 +164,7 @@ def _command(argv: Sequence[str]) -> int:
         found = job.run()
     except Interrupted as stop:
         complain(_NAME, str(stop))
-        return INTERRUPTED
+        return stop.status
     if not job.quiet:
         print(*found.lines(), *filter(None, (job.archive, job.plot)), sep="\n")
     if not found.optima:

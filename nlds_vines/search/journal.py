@@ -6,70 +6,72 @@ So it is resumed by replaying it, with the journal's values in place of the kern
 
 from __future__ import annotations
 
-import io
-import json
 import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 
 from nlds_vines import durable
 from nlds_vines.errors import RequestError
 from nlds_vines.folder import RunFolder
+from nlds_vines.manifest import TUNING
+from nlds_vines.partfile import PATTERN, UNSOUND, Part, fetch, path_of, store
 from nlds_vines.search.request import Tuning
 
 FLUSH_EVERY = 1.0
 """Seconds of work that a killed process may lose."""
 
 
+@dataclass
 class Journal(RunFolder):
     """The evaluations of one tuning: rows of numbers, those asked for and then those found.
 
-    `length` is the number of those that are on the disk.
+    `length` is the number of those that are on the disk; `seconds` they took, on up to `threads`.
     """
 
-    scan: Tuning
-    _known: np.ndarray = np.empty((0, 0))
-    _replayed = 0
-    _parts = 0
-    length = 0
-    _spoke = 0.0
+    content: ClassVar[str] = TUNING
 
-    def begin(self) -> int:
+    scan: Tuning
+    length: int = 0
+    seconds: float = 0.0
+    threads: int = 1
+    _known: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    _replayed: int = 0
+    _parts: int = 0
+    _waiting: list[np.ndarray] = field(default_factory=list)
+    _spoke: float = 0.0
+
+    def begin(self, threads: int) -> int:
         """Read what an earlier run left, up to the first part that does not verify.
 
-        Returns how many evaluations that is.
+        What is new will be found on so many `threads`.  Returns how many evaluations are there.
         """
-        self._waiting: list[np.ndarray] = []
-        self._spoke = time.monotonic()
-        found: list[np.ndarray] = []
-        for path in sorted(self.folder.glob("block-*.npz")):
-            try:
-                found.append(self._read(path, len(found)))
-            except (ValueError, KeyError) as error:
-                self.discarded.append(f"{path.name} and what follows is computed again: {error}")
-                break
-        self._parts = len(found)
-        for path in sorted(self.folder.glob("block-*.npz"))[len(found) :]:
+        paths = sorted(self.folder.glob(PATTERN))
+        found = list(self._sound(paths))
+        for path in paths[len(found) :]:
             path.unlink()
-        self._known = np.concatenate(found) if found else np.empty((0, 0))
-        self.length = len(self._known)
+        rows = [part.arrays["rows"] for part in found]
+        self._known = np.concatenate(rows) if rows else np.empty((0, 0))
+        self._parts, self.length = len(found), len(self._known)
+        self.seconds = sum(part.made.seconds for part in found)
+        self.threads = max([threads, *(part.made.threads for part in found)])
+        self._spoke = time.monotonic()
         return self.length
 
     def recall(self, asked: np.ndarray) -> np.ndarray | None:
         """Return what an earlier run found for these rows, which must be next in the journal.
 
         None where the journal ends.  Raises `RequestError` where it goes on with other rows: then
-        it was written by other versions of the libraries, and cannot be continued.
+        the search was not the same, and cannot be continued.
         """
         if self._replayed == len(self._known):
             return None
         rows = self._known[self._replayed : self._replayed + len(asked)]
         if rows.shape[0] != len(asked) or not np.array_equal(rows[:, : asked.shape[1]], asked):
-            raise RequestError(
-                f"{self.folder} does not fit this search (written by other versions?): "
-                "--overwrite begins anew"
-            )
+            raise RequestError(f"{self.folder} does not fit this search: --overwrite begins anew")
         self._replayed += len(asked)
         return rows[:, asked.shape[1] :]
 
@@ -82,31 +84,31 @@ class Journal(RunFolder):
     def flush(self) -> None:
         """Force everything to the disk that waits."""
         if self._waiting:
-            buffer = io.BytesIO()
-            rows, header = np.concatenate(self._waiting), self._header(self._parts)
-            np.savez(buffer, rows=rows, header=np.array(header))
+            rows, spent = np.concatenate(self._waiting), time.monotonic() - self._spoke
+            path, identity = path_of(self.folder, self._parts), self._identity(self._parts)
             with durable.in_one_line(f"write a part in {self.folder}"):
-                durable.write(self._path(self._parts), buffer.getvalue())
+                store(path, identity, {"rows": rows}, seconds=spent, threads=self.threads)
             self._waiting.clear()
             self.length += len(rows)
+            self.seconds += spent
             self._parts += 1
         self._spoke = time.monotonic()
 
-    def finish(self, temporary: Path) -> None:
-        """Put the finished archive `temporary` in place and remove the journal."""
-        with durable.in_one_line(f"write {self.path} (the journal is intact, use --resume)"):
-            durable.replace(temporary, self.path)
-            self._remove()
+    def _sound(self, paths: list[Path]) -> Iterator[Part]:
+        """Yield the parts in order, up to the first that does not verify: it is told of."""
+        for index, path in enumerate(paths):
+            try:
+                if path != path_of(self.folder, index):
+                    raise ValueError("the one before it is missing")
+                yield fetch(path, self._identity(index)).by_us()
+            except UNSOUND as error:
+                self.discarded.append(f"{path.name} and what follows is computed again: {error}")
+                return
 
-    def _path(self, index: int) -> Path:
-        return self.folder / f"block-{index:06d}.npz"
+    def _identity(self, index: int) -> list[Any]:
+        return identity(self.scan.hash, index)
 
-    def _header(self, index: int) -> str:
-        return json.dumps([self._hash, index])
 
-    def _read(self, path: Path, index: int) -> np.ndarray:
-        """Return the rows of a part; ValueError says what is wrong with it."""
-        with np.load(io.BytesIO(durable.read(path))) as part:
-            if path != self._path(index) or str(part["header"]) != self._header(index):
-                raise ValueError("it is of another tuning or out of order")
-            return part["rows"]
+def identity(tuning: str, index: int) -> list[Any]:
+    """Return what makes a part the one of this number of the `tuning` of this hash."""
+    return [tuning, index]

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from nlds_vines.interrupts import Stop
 from nlds_vines.search.journal import Journal
 from nlds_vines.search.objective import HOW, RESULTS, Objective, Trials
 from nlds_vines.search.progress import Progress
@@ -18,15 +19,19 @@ STAGES: Mapping[str, int] = {"global": 0, "polish": 1, "robustness": 2, "surface
 class Log:
     """The only way from a search to the objective; nothing is evaluated that is not noted here."""
 
-    def __init__(self, tuning: Tuning, journal: Journal, progress: Progress) -> None:
-        """Begin with nothing evaluated."""
+    def __init__(self, tuning: Tuning, journal: Journal, progress: Progress, stop: Stop) -> None:
+        """Begin with nothing evaluated; whoever asks to stop is heard between two evaluations."""
         self.tuning = tuning
         self._objective = Objective(tuning)
-        self._journal, self._progress = journal, progress
+        self._journal, self._progress, self._stop = journal, progress, stop
         self._blocks: list[np.ndarray] = []
 
     def evaluate(self, trials: Trials, stage: str, seed: int) -> np.ndarray:
-        """Return the objective [J] of each trial (n,), infinite where inadmissible."""
+        """Return the objective [J] of each trial (n,), infinite where inadmissible.
+
+        Raises `interrupts.Stopped` where somebody has asked to stop.
+        """
+        self._stop.check()
         asked = trials.table
         found = self._journal.recall(asked)
         if found is None:

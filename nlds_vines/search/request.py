@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
 from math import prod
 from types import MappingProxyType
@@ -189,6 +190,11 @@ class Tuning:
         """The names of the free parameters."""
         return tuple(parameter.name for parameter in self.free)
 
+    @property
+    def seed(self) -> int:
+        """The seed of the first search, and of what disturbs the winners."""
+        return self.search.seed
+
     def cases(self) -> Mapping[str, np.ndarray]:
         """Return the values of `over` in every combination, omega always among them."""
         grids = np.meshgrid(*(axis.values for axis in self.over), indexing="ij")
@@ -235,7 +241,7 @@ class Tuning:
         """Return the tuning as canonical TOML, which `load_tuning` reads back to an equal one."""
         return toml_text(self.document())
 
-    @property
+    @cached_property
     def hash(self) -> str:
         """SHA-256 of what determines the numbers: the canonical TOML without its prose."""
         document = self.document() | {"title": ""}

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import sys
-import time
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
-from nlds_vines import archive, durable
+from nlds_vines import archive, interrupts
 from nlds_vines.engine import Interrupted, use_threads
 from nlds_vines.parameters import CONTACT
 from nlds_vines.provenance import attributes
@@ -38,27 +36,27 @@ def run(
 ) -> None:
     """Do a tuning into the archive `output`.
 
-    `threads` None takes all processors.  Raises `Interrupted` on Ctrl-C, with every evaluation
-    kept for `resume`, and `RequestError` where the archive cannot be had.
+    `threads` None takes all processors.  Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with
+    every evaluation kept for `resume`, and `RequestError` where the archive cannot be had.
     """
-    used, began = use_threads(threads), time.perf_counter()
-    with Journal.open(output, tuning, resume=resume, overwrite=overwrite) as journal:
+    opened = Journal.open(output, tuning, resume=resume, overwrite=overwrite)
+    with opened as journal, interrupts.heard() as stop:
         if journal.complete:
             return
-        known = journal.begin()
+        known = journal.begin(use_threads(threads))
         for line in journal.discarded:
             print(line, file=sys.stderr)
         try:
             with Progress(tuning.most_evaluations, quiet) as progress:
-                found = _findings(tuning, Log(tuning, journal, progress))
-            spent = round(time.perf_counter() - began, 3)
-            more = {"threads": used, "seconds": spent, "replayed": known}
-            _store(tuning, found, journal, more)
-        except KeyboardInterrupt:
+                found = _findings(tuning, Log(tuning, journal, progress, stop))
+            journal.flush()
+            _store(tuning, found, journal, known)
+        except (interrupts.Stopped, KeyboardInterrupt):
             journal.flush()
             raise Interrupted(
                 f"interrupted: {journal.length} evaluations are kept in {journal.folder}; "
-                "the same command with --resume (in place of --overwrite) goes on from there"
+                "the same command with --resume (in place of --overwrite) goes on from there",
+                stop.status,
             ) from None
 
 
@@ -125,17 +123,12 @@ def _surface(
     return across, up, np.array(rows)
 
 
-def _store(
-    tuning: Tuning, found: layout.Findings, journal: Journal, more: Mapping[str, float]
-) -> None:
+def _store(tuning: Tuning, found: layout.Findings, journal: Journal, known: int) -> None:
     """Write the archive, put it in its place and let the journal go."""
-    journal.flush()
-    temporary = journal.folder / "archive.tmp"
-    attrs = attributes(tuning, {"content": "tuning", **more})
+    spent = {"threads": journal.threads, "seconds": round(journal.seconds, 3), "replayed": known}
+    attrs = attributes(tuning, {"content": journal.content, **journal.begun_by(), **spent})
     derived = ("K",) if set(CONTACT) & set(tuning.names) else ()
     for name in (*tuning.names, *derived):  # what is free has no value of its own
         attrs.pop(name, None)
     dims, contents = layout.scales(tuning, found), layout.contents(tuning, found)
-    with durable.in_one_line(f"write {journal.path} (the journal is intact, use --resume)"):
-        archive.write_arrays(temporary, attrs, dims, contents)
-    journal.finish(temporary)
+    journal.deliver(lambda path: archive.write_arrays(path, attrs, dims, contents))

@@ -217,6 +217,50 @@ COMMAND_LINES = {
     ),
     "plot in no folder": (["--plot", "no/x.png"], ["'no/x.png'", "'no'"]),
     "plot is a folder": (["--plot", "folder.png"], ["'folder.png'", "is a folder"]),
+    "shard in words": (["--shard", "third"], ["--shard 'third'", "i/n", "slurm"]),
+    "shard zero": (["--shard", "0/7"], ["--shard '0/7'", "from 1 to n"]),
+    "shard beyond": (["--shard", "8/7"], ["--shard '8/7'", "from 1 to n"]),
+    "shard of too many": (["--shard", "1/99999"], ["--shard '1/99999'", "10000"]),
+    "shard of no array": (["--shard", "slurm"], ["SLURM_ARRAY_TASK_ID", "job array"]),
+    "shard and overwrite": (["--shard", "1/7", "--overwrite"], ["--shard", "--overwrite"]),
+    "shard and scheduler": (["--shard", "1/7", "--scheduler", "local:2"], ["--scheduler"]),
+    "shard and plot": (["--shard", "1/7", "--plot", "x.png"], ["--plot 'x.png'", "consolidate"]),
+    "scheduler in words": (["--scheduler", "dask"], ["--scheduler 'dask'", "local:N", "tcp://"]),
+    "scheduler of none": (["--scheduler", "local:0"], ["--scheduler local:N", "= 0"]),
+    "scheduler of many": (["--scheduler", "local:x"], ["--scheduler local:N", "'x'"]),
+    "scheduler without port": (["--scheduler", "tcp://here"], ["'tcp://here'", "8786"]),
+    "a path for a system": (["--system", "../../etc/passwd"], ["../../etc/passwd"]),
+    "threads absurd": (["--threads", "100000"], ["threads = 100000", "4096"]),
+    "a block of 32 GB": (["--periods", "1000000000"], ["GB of memory", "fewer periods"]),
+    "more than any disk": (
+        ["--vary", "P=1:2:9999", "--vary", "C=0.1:0.2:9999", "--periods", "99999"],
+        ["GB", "free"],
+    ),
+    "a dry run of it": (["--periods", "1000000000", "--dry-run"], ["GB of memory"]),
+    "too many starts": (["--start", "random:1000000", "--vary", "P=1:2:9999"], ["orbits"]),
+}
+
+# the sister commands: what is wrong -> what the line must name
+SISTERS = {
+    "verify nothing": (["verify"], ["required", "FILE"]),
+    "verify what is not there": (["verify", "no.h5"], ["'no.h5'", "no such file"]),
+    "verify a folder of none": (["verify", "folder"], ["'folder'", "without parts"]),
+    "verify with an unknown option": (["verify", "old.h5", "--quit"], ["'--quit'", "'--quiet'"]),
+    "consolidate nothing": (["consolidate"], ["required", "FILE.h5"]),
+    "consolidate without parts": (["consolidate", "old.h5"], ["'old.h5'", "no parts"]),
+    "consolidate an empty folder": (["consolidate", "empty.h5"], ["empty.h5", "no parts"]),
+    "consolidate two": (["consolidate", "a.h5", "b.h5"], ["too many", "b.h5"]),
+    "status of nothing": (["status", "no.h5"], ["'no.h5'", "no such archive"]),
+    "status of an empty folder": (["status", "empty.h5"], ["empty.h5", "nothing was begun"]),
+    "status of no archive": (["status", "old.h5"], ["old.h5", "no HDF5 file"]),
+    "rerun nothing": (["rerun"], ["required", "FILE.h5"]),
+    "rerun what is not there": (["rerun", "no.h5"], ["'no.h5'", "no such file"]),
+    "rerun no archive": (["rerun", "old.h5"], ["old.h5", "no HDF5 file"]),
+    "rerun on no threads": (["rerun", "old.h5", "--threads", "0"], ["threads = 0"]),
+    "rerun onto itself": (["rerun", "old.h5", "-o", "old.h5", "--overwrite"], ["old.h5"]),
+    "diff of one": (["diff", "old.h5"], ["required", "B.h5"]),
+    "diff with nothing": (["diff", "old.h5", "no.h5"], ["'no.h5'", "no such file"]),
+    "diff of no archives": (["diff", "old.h5", "scan.toml"], ["old.h5", "no HDF5 file"]),
 }
 
 
@@ -228,6 +272,7 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "link.h5").symlink_to("nowhere")
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder.png").mkdir()
+    (tmp_path / "empty.h5.parts").mkdir()
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -251,12 +296,14 @@ def everything(folder: Path) -> dict[str, bytes | None]:
     }
 
 
-def assert_one_line(status: int, out: str, err: str, named: list[str]) -> None:
+def assert_one_line(
+    status: int, out: str, err: str, named: list[str], command: str = "bifurcation"
+) -> None:
     assert status == 2
     assert out == ""
     assert err.endswith("\n")
     assert err.count("\n") == 1
-    assert err.startswith("nlds-vines bifurcation: error: ")
+    assert err.startswith(f"nlds-vines {command}: error: ")
     assert "Traceback" not in err
     for word in named:
         assert word in err
@@ -277,6 +324,14 @@ def test_faulty_command_lines(case, folder, capsys):
     arguments, named = COMMAND_LINES[case]
     before = everything(folder)
     assert_one_line(main(arguments), *capsys.readouterr(), named)
+    assert everything(folder) == before
+
+
+@pytest.mark.parametrize("case", SISTERS)
+def test_faulty_sister_commands(case, folder, capsys):
+    arguments, named = SISTERS[case]
+    before = everything(folder)
+    assert_one_line(console(arguments), *capsys.readouterr(), named, arguments[0])
     assert everything(folder) == before
 
 

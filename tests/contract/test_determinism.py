@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
+from nlds_vines import cut as cutting
 from nlds_vines import engine
 from nlds_vines.bifurcation import main
 from nlds_vines.block import Computer
@@ -69,7 +70,7 @@ def cut(monkeypatch):
 
     def into(cells, starts=1):
         periods = starts * sum(SAMPLING.values())
-        monkeypatch.setattr(engine, "BLOCK_PERIODS", cells * periods)
+        monkeypatch.setattr(cutting, "BLOCK_PERIODS", cells * periods)
 
     return into
 
@@ -201,8 +202,8 @@ def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, mo
     complete = engine.run(scan, path, resume=True)
     for report in (resumed, complete):
         assert report.failed_lanes == 1
-        assert report.labels.total() == 4
-        assert report.labels["failed"] == 1
+        assert report.tally.labels.total() == 4
+        assert report.tally.labels["failed"] == 1
 
 
 def test_an_interrupted_consolidation_says_how_to_go_on(tmp_path, monkeypatch):
@@ -223,7 +224,7 @@ def test_a_command_that_is_interrupted_from_outside_can_be_resumed(tmp_path):
     command = [sys.executable, "-m", "nlds_vines.bifurcation", "scan.toml"]
     settings = {"cwd": tmp_path, "env": surroundings(), "text": True, "stderr": subprocess.PIPE}
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, **settings) as running:
-        while not list(tmp_path.glob("scan.h5.parts/block-*.npz")):
+        while not list(tmp_path.glob("scan.h5.parts/block-*.part")):
             assert running.poll() is None, running.stderr.read()
             time.sleep(0.01)
         running.send_signal(signal.SIGINT)
@@ -274,7 +275,7 @@ def test_a_failed_lane_is_marked_and_leaves_its_neighbours_alone(
         return arrays(nv.bifurcation(scan, tmp_path / path))
 
     alone, beside = found("alone.h5", good), found("beside.h5", [*good, bad])
-    monkeypatch.setattr(engine, "BLOCK_PERIODS", 1)
+    monkeypatch.setattr(cutting, "BLOCK_PERIODS", 1)
     apart = found("apart.h5", [*good, bad])
     assert (alone["status"] == OK).all()
     assert (beside["status"][-1] == code).all()

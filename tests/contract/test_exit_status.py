@@ -10,24 +10,35 @@ import nlds_vines
 import nlds_vines.bifurcation as module
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation import bifurcation, main
+from nlds_vines.cut import Shard
 from nlds_vines.scan import load_scan
 
 
 class Interrupted(Exception):
-    resume_hint = "--resume"
+    status = 143
+
+
+USUAL = {
+    "threads": None,
+    "resume": False,
+    "overwrite": False,
+    "shard": None,
+    "scheduler": None,
+    "quiet": True,
+}
 
 
 @pytest.fixture
 def calls(tmp_path, monkeypatch):
     """Stand in for the engine and the pictures; returns what they were asked for."""
-    asked = SimpleNamespace(runs=[], plots=[], failed=0, interrupted=False, error=None)
+    asked = SimpleNamespace(runs=[], plots=[], failed=0, error=None)
 
     def run(scan, output, **options):
         asked.runs.append((scan, output, options))
         if asked.error is not None:
             raise asked.error
         return SimpleNamespace(
-            failed_lanes=asked.failed, interrupted=asked.interrupted, summary=lambda: "the summary"
+            lanes=scan.lanes, failed_lanes=asked.failed, summary=lambda: "the summary"
         )
 
     def estimate(scan, threads):
@@ -48,7 +59,7 @@ def stand_in(monkeypatch, name, **content):
 
 def test_the_default_is_figure_8_with_its_picture(calls, capsys):
     assert main([]) == 0
-    options = {"threads": None, "resume": False, "overwrite": False, "quiet": False}
+    options = {**USUAL, "quiet": False}
     assert calls.runs == [(load_scan(), Path("figure8.h5"), options)]
     assert calls.plots == [(Path("figure8.h5"), Path("figure8.png"), None)]
     out, err = capsys.readouterr()
@@ -96,7 +107,7 @@ def test_every_option_arrives(calls):
     assert (scan.transient, scan.periods, scan.method) == (7, 8, "rk4")
     assert scan.want == ("section", "energy")
     assert output == Path("map.h5")
-    assert options == {"threads": 2, "resume": False, "overwrite": True, "quiet": False}
+    assert options == {**USUAL, "threads": 2, "overwrite": True, "quiet": False}
     assert calls.plots == [(Path("map.h5"), Path("map.svg"), "E1max")]
 
 
@@ -110,18 +121,20 @@ def test_failed_orbits_give_status_1_even_when_quiet(calls, capsys):
     assert calls.plots  # what succeeded is drawn
 
 
-@pytest.mark.parametrize("error", [Interrupted("resume with --resume"), KeyboardInterrupt()])
-def test_an_interrupt_gives_status_130(calls, capsys, error):
+@pytest.mark.parametrize(
+    ("error", "status"), [(Interrupted("resume with --resume"), 143), (KeyboardInterrupt(), 130)]
+)
+def test_an_interrupt_gives_the_status_of_its_signal(calls, capsys, error, status):
     calls.error = error
-    assert main([]) == 130
+    assert main([]) == status
     assert str(error) in capsys.readouterr().err
     assert calls.plots == []
 
 
-def test_a_reported_interrupt_gives_status_130(calls, capsys):
-    calls.interrupted = True
-    assert main([]) == 130
-    assert "the summary" in capsys.readouterr().err
+def test_a_shard_names_what_joins_it_and_draws_nothing(calls, capsys):
+    assert main(["--shard", "2/7"]) == 0
+    assert calls.runs[0][2] == {**USUAL, "shard": Shard(2, 7), "quiet": False}
+    assert "nlds-vines consolidate figure8.h5" in capsys.readouterr().out
     assert calls.plots == []
 
 

@@ -35,6 +35,8 @@ def loaded(folder: Path, *arguments: str) -> tuple[int, set[str]]:
         (["-o", "no/x.h5"], 2),
         (["-o", "old.h5"], 2),
         (["--plot", "x.gif"], 2),
+        (["--shard", "8/7"], 2),
+        (["--periods", "1000000000"], 2),
         (["--vary", "omega=5:8:9", "--show", "shares", "-o", "new.h5"], 2),
     ],
 )
@@ -44,6 +46,14 @@ def test_nothing_heavy_is_loaded(program, arguments, status, tmp_path):
     found, modules = loaded(tmp_path, "-m", *program, *arguments)
     assert found == status
     assert "nlds_vines" in modules
+    assert not modules & set(HEAVY)
+
+
+@pytest.mark.parametrize("command", ["status", "consolidate", "verify", "rerun", "diff"])
+@pytest.mark.parametrize(("arguments", "status"), [(["--help"], 0), (["no.h5", "no.h5"], 2)])
+def test_sister_commands_load_nothing_heavy(command, arguments, status, tmp_path):
+    found, modules = loaded(tmp_path, "-m", "nlds_vines", command, *arguments)
+    assert found == status
     assert not modules & set(HEAVY)
 
 

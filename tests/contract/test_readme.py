@@ -7,11 +7,13 @@ import shlex
 import subprocess
 import sys
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 from nlds_vines.__main__ import COMMANDS
+from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation import main
 from nlds_vines.catalogue import catalogue
 from nlds_vines.scan import load_scan
@@ -71,6 +73,33 @@ def test_the_scan_file_is_computed_and_drawn(own):
     assert main([*line[line.index("-m") + 2 :], "--quiet"]) == 0
     assert Path("own.h5").stat().st_size > 0
     assert Path("own.png").stat().st_size > 0
+
+
+def sister_commands(text):
+    """Return the words of every line in a text that begins with the console script."""
+    lines = re.findall(r"^nlds-vines (.*)$", text, re.MULTILINE)
+    return [shlex.split(line) for line in lines]
+
+
+@pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed")
+def test_the_long_scan_goes_on_as_it_is_told(own):
+    found = sister_commands("".join(blocks("sh")))
+    assert [console(words) for words in found] == [0, 0, 2, 0]  # shards are missing, then done
+    assert Path("big.h5").stat().st_size > 0
+
+
+def test_the_recipes_for_clusters_are_understood(own):
+    text = (ROOT / "docs" / "clusters.md").read_text(encoding="utf-8")
+    own.rename("map.toml")
+    tried = re.findall(r"^<!-- tried: (\w+) -->\n```sh\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    assert len(tried) == 2
+    for name, block in tried:
+        found = [words for words in sister_commands(block) if words[0] == name]
+        assert found
+        for words in found:
+            assert console([*words, "--dry-run"]) == 0
+    for name in re.findall(r"nlds-vines (\w+)", text):
+        assert name in COMMANDS
 
 
 @pytest.mark.parametrize("module", [module for module, _ in COMMANDS.values()])

@@ -1,10 +1,18 @@
 """A search gives the same bits again, survives an interrupt, and logs all that it looked at."""
 
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
 import numpy as np
 import pytest
 
 import nlds_vines as nv
 from nlds_vines import figures
+from nlds_vines.__main__ import main as console
 from nlds_vines.search.log import STAGES
 from nlds_vines.search.objective import Objective
 from nlds_vines.tuning import main
@@ -77,18 +85,104 @@ def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, inter
     assert not path.with_name("b.h5.parts").exists()
 
 
+@pytest.mark.parametrize(("asked", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_who_asks_to_stop_is_heard_between_two_batches(
+    asked, status, tmp_path, monkeypatch, capsys
+):
+    reference = tune(tmp_path / "a.h5", *TMD)
+    real, calls = Objective.results, []
+
+    def results(self, trials):
+        calls.append(1)
+        if len(calls) == 5:
+            os.kill(os.getpid(), asked)
+        return real(self, trials)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Objective, "results", results)
+        assert main([*TMD, "-o", str(tmp_path / "b.h5"), "--quiet"]) == status
+    assert len(calls) == 5  # that batch was finished, and kept
+    assert "--resume" in capsys.readouterr().err
+    assert tune(tmp_path / "b.h5", *TMD, "--resume") == reference
+
+
+def test_a_killed_search_resumes_to_the_same_bits(tmp_path):
+    long = [
+        "--system",
+        "tmd",
+        *SMALL,
+        "--seeds",
+        "12",
+        "--transient",
+        "30000",
+        "--periods",
+        "20000",
+    ]
+    reference, path = tune(tmp_path / "a.h5", *long), tmp_path / "b.h5"
+    words = [sys.executable, "-m", "nlds_vines.tuning", *long, "-o", str(path), "--quiet"]
+    running = subprocess.Popen([*words, "--threads", "1"])
+    while running.poll() is None and not (tmp_path / "b.h5.parts" / "block-000000.part").exists():
+        time.sleep(0.02)
+    running.kill()
+    assert running.wait() == -signal.SIGKILL
+    assert tune(path, *long, "--resume") == reference
+    with nv.read(path) as view:
+        assert 0 < view.attrs["replayed"] < view["objective"].size
+        assert json.loads(view.attrs["argv"])[-2:] == ["--threads", "1"]
+        assert view.attrs["seed"] == 0
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.h5", "b.h5"]
+
+
+def test_a_journal_of_other_versions_is_computed_again(tmp_path, interrupt, monkeypatch, capsys):
+    reference = tune(tmp_path / "a.h5", *TMD)
+    interrupt(6)
+    with monkeypatch.context() as patch:
+        patch.setattr("nlds_vines.partfile.makers", lambda: {"source": "another"})
+        assert main([*TMD, "-o", str(tmp_path / "b.h5"), "--quiet"]) == 130
+    interrupt(None)
+    assert tune(tmp_path / "b.h5", *TMD, "--resume") == reference
+    assert "another version" in capsys.readouterr().err
+
+
+def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, monkeypatch, capsys):
+    monkeypatch.setattr("nlds_vines.search.journal.FLUSH_EVERY", 0.0)
+    path = tmp_path / "b.h5"
+    interrupt(6)
+    assert main([*TMD, "-o", str(path), "--quiet"]) == 130
+    folder = f"{path}.parts"
+    assert console(["verify", folder]) == 0
+    for command in ("status", "consolidate"):
+        assert console([command, str(path)]) == 2
+    assert "is a tuning, not a scan" in capsys.readouterr().err
+    part = tmp_path / "b.h5.parts" / "block-000001.part"
+    kept = part.read_bytes()
+    part.write_bytes(kept[:-1])
+    assert console(["verify", folder]) == 1
+    assert "block-000001.part is damaged" in capsys.readouterr().out
+    part.rename(part.with_name("block-000031.part"))
+    assert console(["verify", folder]) == 1
+    said = capsys.readouterr().out
+    assert "block-000001.part is missing" in said
+    assert "block-000031.part is out of order" in said
+    interrupt(None)
+    assert main([*TMD, "-o", str(path), "--quiet", "--resume"]) == 0
+    assert console(["rerun", str(path)]) == 2
+    assert "holds a tuning, not a scan" in capsys.readouterr().err
+    assert console(["diff", str(path), str(path)]) == 0
+
+
 def test_a_damaged_journal_is_not_believed(tmp_path, interrupt, monkeypatch, capsys):
     monkeypatch.setattr("nlds_vines.search.journal.FLUSH_EVERY", 0.0)
     reference = tune(tmp_path / "a.h5", *TMD)
     interrupt(6)
     assert main([*TMD, "-o", str(tmp_path / "b.h5"), "--quiet"]) == 130
-    part = tmp_path / "b.h5.parts" / "block-000002.npz"
+    part = tmp_path / "b.h5.parts" / "block-000002.part"
     data = bytearray(part.read_bytes())
     data[len(data) // 2] ^= 1
     part.write_bytes(data)
     interrupt(None)
     assert tune(tmp_path / "b.h5", *TMD, "--resume") == reference
-    assert "block-000002.npz and what follows is computed again" in capsys.readouterr().err
+    assert "block-000002.part and what follows is computed again" in capsys.readouterr().err
     with nv.read(tmp_path / "b.h5") as view:
         assert view.attrs["replayed"] == 16
 

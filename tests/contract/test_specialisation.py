@@ -159,7 +159,7 @@ def allocated(system, *want):
     """Return the names of the buffers that a scan of this request has."""
     vary = {"omega": {"values": [6.0]}}
     scan = load_scan({"system": system, "vary": vary, "record": {"want": list(want)}})
-    outputs = Outputs.of(scan, 2, 3)
+    outputs = Outputs.of(scan, (2, 3), scan.transient, scan.periods)
     buffers = {field.name: getattr(outputs, field.name) for field in fields(outputs)}
     return {name for name, buffer in buffers.items() if buffer is not None}
 

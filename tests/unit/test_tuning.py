@@ -284,11 +284,11 @@ def test_a_journal_that_fits_no_more_is_refused(tmp_path):
     tuning = load_tuning("tmd")
     asked, found = np.ones((2, 4)), np.zeros((2, 4))
     with Journal.open(tmp_path / "a.h5", tuning) as journal:
-        assert journal.begin() == 0
+        assert journal.begin(1) == 0
         journal.note(asked, found)
         journal.flush()
     with Journal.open(tmp_path / "a.h5", tuning, resume=True) as journal:
-        assert journal.begin() == 2
+        assert journal.begin(1) == 2
         with pytest.raises(RequestError, match="does not fit this search"):
             journal.recall(2 * asked)
         assert np.array_equal(journal.recall(asked), found)

@@ -1,0 +1,107 @@
+"""The long versions of the tests of archives, run by name:
+
+    python -m pytest tests/contract/endurance.py
+
+200 runs killed at random moments, a cut at every file operation of a run and at every system call
+(with strace), a million cells in one archive.  Some twenty minutes on two processors.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+from test_survival import (
+    DOCUMENT,
+    FORKS,
+    content,
+    kill_until,
+    replay,
+    run_to,
+    undisturbed_content,
+)
+
+import nlds_vines as nv
+from nlds_vines import archive
+
+
+def test_two_hundred_runs_killed_at_random_moments(tmp_path):
+    whole = content(nv.bifurcation(DOCUMENT, tmp_path / "whole.h5"))
+    (tmp_path / "killed").mkdir()
+    kill_until(200, tmp_path / "killed", whole)
+
+
+@FORKS
+def test_a_run_cut_between_all_file_operations_can_be_resumed(tmp_path):
+    assert replay(tmp_path, stride=1) > 150
+
+
+def test_a_million_cells_in_one_archive_open_lazily(tmp_path):
+    omega = {"start": 5.0, "stop": 8.0, "num": 1000}
+    force = {"start": 600.0, "stop": 1000.0, "num": 1000}
+    document = {
+        "system": "none",
+        "vary": {"omega": omega, "P": force},
+        "sampling": {"transient": 1, "periods": 1},
+        "record": {"want": ["section", "energy"]},
+    }
+    began = time.perf_counter()
+    path = nv.bifurcation(document, tmp_path / "million.h5")
+    took = time.perf_counter() - began
+    assert archive.verify(path) == []
+    began = time.perf_counter()
+    with xr.open_dataset(path, engine="h5netcdf", chunks=None) as dataset:
+        assert dataset.sizes["omega"] * dataset.sizes["P"] == 10**6
+        row = dataset["E1max"].isel(omega=500, start=0).values
+    opened = time.perf_counter() - began
+    print(f"computed in {took:.1f} s; {path.stat().st_size / 1e6:.0f} MB; a row in {opened:.2f} s")
+    assert np.isfinite(row).all()
+    assert opened < 5.0
+
+
+PROGRAM = """
+import sys
+from pathlib import Path
+sys.path.insert(0, {tests!r})
+from test_survival import run_to
+run_to(Path({path!r}))
+"""
+
+
+def traced(path, *options):
+    """Run a scan under strace; return the exit status and the calls it made, one line each."""
+    log = path.parent.parent / "calls.log"
+    program = PROGRAM.format(tests=os.path.dirname(__file__), path=str(path))
+    run = subprocess.run(
+        ["strace", "-qq", "-o", str(log), *options, sys.executable, "-c", program],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "OMP_NUM_THREADS": "1"},
+        stderr=subprocess.DEVNULL,
+        check=False,
+    )
+    return run.returncode, log.read_text().splitlines()
+
+
+@pytest.mark.skipif(shutil.which("strace") is None, reason="strace is not installed")
+def test_a_run_killed_at_every_system_call_that_changes_a_file_can_be_resumed(tmp_path):
+    """Unlike the cuts above, these lie inside HDF5 as well."""
+    reference = undisturbed_content(tmp_path / "reference.h5")
+    path = tmp_path / "cut" / "scan.h5"
+    cuts = 0
+    for name in ("write", "pwrite64", "fsync", "ftruncate", "fallocate", "rename", "unlink"):
+        for count in range(1, 10_000):
+            path.parent.mkdir()
+            inject = ("-e", f"trace={name}", "-e", f"inject={name}:signal=KILL:when={count}")
+            status, calls = traced(path, *inject)
+            run_to(path)
+            assert content(path) == reference, (name, count)
+            assert archive.verify(path) == []
+            shutil.rmtree(path.parent)
+            if status == 0:
+                break
+            cuts += 1
+            assert calls
+    assert cuts > 50

@@ -1,0 +1,103 @@
+"""Made-up results, archives and parts of them: what the tests of archives share."""
+
+import os
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+
+from nlds_vines import archive
+from nlds_vines.parts import Block, Parts
+from nlds_vines.record import WANTS, datasets, sizes
+from nlds_vines.scan import load_scan
+
+
+def make_scan(want=WANTS, vary=None, start=None, system="ssul-set6", **settings):
+    return load_scan(
+        {
+            "title": "a test",
+            "system": system,
+            "set": settings,
+            "vary": vary or {"omega": {"start": 5.0, "stop": 8.0, "num": 13}},
+            "start": start or {"policy": "rest"},
+            "sampling": {"transient": 1, "periods": 3},
+            "record": {"want": list(want)},
+        }
+    )
+
+
+MAP = {
+    "omega": {"start": 5.0, "stop": 8.0, "num": 13},
+    "P": {"start": 600.0, "stop": 1000.0, "num": 6},
+}
+
+
+def cut(scan, length=5):
+    """Cut a scan along its first axis."""
+    whole = tuple((0, size) for size in scan.shape[1:])
+    firsts = range(0, scan.shape[0], length)
+    return [
+        Block(i, ((first, min(first + length, scan.shape[0])), *whole))
+        for i, first in enumerate(firsts)
+    ]
+
+
+def results(scan, block):
+    """Return made-up results: a function of the cell alone, whatever block it is in."""
+    length = sizes(scan)
+    found = {}
+    for entry in datasets(scan):
+        shape = tuple(length[dim] for dim in entry.dims)
+        rng = np.random.default_rng(len(entry.name))
+        if entry.dtype == "str":
+            whole = rng.choice(np.array(["T,1", "3T,3", "chaos", "πéà"], dtype=object), shape)
+        elif entry.dtype == "float64":
+            whole = rng.normal(size=shape)
+            whole.flat[:3] = np.inf, np.nan, -0.0
+        else:
+            whole = rng.integers(0, 5, shape)
+        found[entry.name] = whole[block.selection]
+    return found
+
+
+def write(path, scan, blocks=None, **how):
+    blocks = cut(scan) if blocks is None else blocks
+    with Parts.open(path, scan, **how) as parts:
+        for block in blocks:
+            parts.write(block, results(scan, block))
+        return parts.consolidate(blocks, {"command": "made by a test", "threads": 2})
+
+
+def arrays(path):
+    with archive.read(path) as view:
+        return {name: view[name] for name in view.names}
+
+
+def same(one, other):
+    return one.keys() == other.keys() and all(
+        one[name].dtype == other[name].dtype
+        and (
+            one[name].tolist() == other[name].tolist()
+            if one[name].dtype == object
+            else one[name].tobytes() == other[name].tobytes()
+        )
+        for name in one
+    )
+
+
+def run_python(code, **keywords):
+    return subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(code)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        **keywords,
+    )
+
+
+def flip(path, place, bit=3):
+    content = bytearray(path.read_bytes())
+    content[place] ^= 1 << bit
+    path.write_bytes(content)

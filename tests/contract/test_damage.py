@@ -1,0 +1,144 @@
+"""Damage: one flipped bit anywhere is found, named and refused."""
+
+import random
+
+import h5py
+import pytest
+from made_up import cut, flip, make_scan, results, write
+
+from nlds_vines import archive
+from nlds_vines import cut as cutting
+from nlds_vines.__main__ import main
+from nlds_vines.cut import blocks_of
+from nlds_vines.errors import RequestError
+from nlds_vines.parts import Parts
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "scan.h5"
+
+
+def test_every_flipped_bit_of_an_archive_is_found_and_refused_in_one_line(path):
+    write(path, make_scan())
+    sound = path.read_bytes()
+    rng = random.Random(1)
+    for _ in range(60):
+        path.write_bytes(sound)
+        flip(path, rng.randrange(len(sound)), rng.randrange(8))
+        problems = archive.verify(path)
+        assert problems
+        assert not any("\n" in problem for problem in problems)
+    path.write_bytes(sound)
+    assert archive.verify(path) == []
+
+
+def test_every_flipped_bit_of_a_part_is_found_and_the_part_removed(path):
+    scan = make_scan()
+    block = cut(scan)[0]
+    rng = random.Random(2)
+    with Parts.open(path, scan) as parts:
+        parts.write(block, results(scan, block))
+        assert parts.finished([block]) == {0}
+        file = next(parts.folder.glob("block-*"))
+        sound = file.read_bytes()
+        for _ in range(60):
+            file.write_bytes(sound)
+            flip(file, rng.randrange(len(sound)), rng.randrange(8))
+            assert parts.finished([block]) == set()
+            assert not file.exists()
+        assert len(parts.discarded) == 60
+
+
+@pytest.mark.parametrize("name", ["section", "label", "E1max", "omega"])
+def test_damage_is_named_by_dataset(path, name):
+    scan = make_scan()
+    write(path, scan)
+    if name == "label":  # its bytes lie in a heap of the file, beyond the reach of any filter
+        place = path.read_bytes().index("πéà".encode())
+    else:
+        with h5py.File(path) as file:
+            place = file[name].id.get_chunk_info(0).byte_offset + 5
+    flip(path, place)
+    problems = archive.verify(path)
+    assert "seal" in problems[0]
+    assert [problem.split(" is damaged")[0] for problem in problems[1:]] == [f"dataset {name}"]
+    with archive.read(path) as view, pytest.raises(RequestError, match=f"dataset {name}"):
+        view[name]
+
+
+def test_a_changed_attribute_breaks_the_seal(path):
+    write(path, make_scan())
+    with h5py.File(path, "r+") as file:
+        file.attrs["k2"] = 1.0
+    assert archive.verify(path) == ["the seal is broken: the file is not as it was written"]
+
+
+def test_a_cut_file_is_found(path):
+    write(path, make_scan())
+    path.write_bytes(path.read_bytes()[:-1000])
+    assert "seal" in archive.verify(path)[0]
+
+
+# ---- the command ---------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def begun(tmp_path, monkeypatch):
+    """Return the folder of the parts of a scan, all computed and not yet joined."""
+    scan, path = make_scan(), tmp_path / "scan.h5"
+    monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
+    with Parts.open(path, scan) as parts:
+        for block in blocks_of(scan):
+            parts.write(block, results(scan, block))
+    return parts.folder
+
+
+def test_three_hundred_flipped_bits_are_all_found_and_told(path, begun, capsys):
+    """Anywhere in an archive, in parts, in the manifest."""
+    rng = random.Random(3)
+    archive_path = write(path.with_name("whole.h5"), make_scan())
+    parts = [*sorted(begun.glob("block-*")), begun / "manifest.json"]
+    assert main(["verify", str(archive_path), str(begun)]) == 0
+    assert capsys.readouterr().out == f"{archive_path}: sound\n{begun}: sound\n"
+    for i in range(300):
+        file = archive_path if i % 2 else parts[i // 2 % len(parts)]
+        sound = file.read_bytes()
+        flip(file, rng.randrange(len(sound)), rng.randrange(8))
+        assert main(["verify", str(archive_path if i % 2 else begun)]) == 1, (file, i)
+        out, err = capsys.readouterr()
+        assert err == ""
+        assert i % 2 or file.name in out
+        file.write_bytes(sound)
+    assert main(["verify", "--quiet", str(archive_path), str(begun)]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_parts_without_their_manifest_or_in_excess_are_told(begun, capsys):
+    (begun / "block-000099.part").write_bytes(b"")
+    assert main(["verify", str(begun)]) == 1
+    assert "block-000099.part is none of this scan's" in capsys.readouterr().out
+    (begun / "manifest.json").unlink()
+    assert main(["verify", str(begun)]) == 1
+    assert "manifest.json is missing" in capsys.readouterr().out
+
+
+def test_a_damaged_part_is_computed_again(path, begun):
+    scan, blocks = make_scan(), list(blocks_of(make_scan()))
+    flip(begun / "block-000001.part", 900)
+    with Parts.open(path, scan, resume=True) as parts:
+        assert parts.finished(blocks) == {0, 2}
+        assert parts.discarded == ["block-000001.part is computed again: its seal is broken"]
+        parts.write(blocks[1], results(scan, blocks[1]))
+        parts.consolidate(blocks)
+    assert archive.verify(path) == []
+
+
+def test_parts_of_another_version_of_the_program_are_computed_again(path, begun, monkeypatch):
+    blocks = list(blocks_of(make_scan()))
+    monkeypatch.setattr("nlds_vines.partfile.makers", lambda: {"source": "nlds_vines 0.0"})
+    with Parts.open(path, make_scan(), resume=True) as parts:
+        with pytest.raises(RequestError, match="another version"):
+            parts.consolidate(blocks)
+        assert parts.finished(blocks) == set()
+        assert "another version" in parts.discarded[0]

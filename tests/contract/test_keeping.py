@@ -1,0 +1,253 @@
+"""Archives in use: how a scan stands, room for it, where it is from, repeated and compared."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from made_up import make_scan, results, write
+
+import nlds_vines as nv
+from nlds_vines import cut as cutting
+from nlds_vines import provenance, room
+from nlds_vines.__main__ import main
+from nlds_vines.block import Outputs
+from nlds_vines.cut import Shard, block_bytes, blocks_of, lane_bytes, result_bytes, work_bytes
+from nlds_vines.errors import RequestError
+from nlds_vines.parts import Parts
+from nlds_vines.progress import Progress, Tally
+from nlds_vines.record import DIVERGED, OK
+from nlds_vines.scan import load_scan
+from nlds_vines.status import Standing, standing
+
+REAL = {
+    "title": "a real one",
+    "system": "ssul-set6",
+    "vary": {"omega": {"start": 7.3, "stop": 7.6, "num": 13}},
+    "sampling": {"transient": 16, "periods": 24},
+    "record": {"want": ["section", "impacts", "energy", "regime"]},
+}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
+    return tmp_path
+
+
+# ---- how a scan stands ---------------------------------------------------------------------------
+
+
+def everything(folder):
+    return {path: (path.stat().st_mtime_ns, path.read_bytes()) for path in folder.rglob("*.*")}
+
+
+def test_the_standing_of_a_scan_is_told_and_nothing_is_touched(folder, capsys):
+    scan = make_scan()
+    blocks = list(blocks_of(scan))
+    with Parts.open("a.h5", scan) as parts:
+        for block in blocks[:2]:
+            parts.write(block, results(scan, block), seconds=0.1)
+            time.sleep(0.02)
+        before = everything(parts.folder)
+        assert main(["status", "a.h5"]) == 0
+        running = capsys.readouterr().out
+        assert everything(parts.folder) == before
+    assert "blocks:   2 of 3" in running
+    assert "orbits:   8 of 13" in running
+    assert "at work:  a run" in running
+    assert " to go" in running
+    assert "T,1" in running
+    assert main(["status", "a.h5.parts"]) == 0
+    assert "at work:  nobody" in capsys.readouterr().out
+    with Parts.open("a.h5", scan, shard=Shard(2, 3)):
+        assert standing(Path("a.h5.parts")).workers == ["shard 2/3"]
+
+
+def test_the_standing_of_a_finished_scan_and_of_none(folder, capsys):
+    write("a.h5", make_scan())
+    assert main(["status", "a.h5"]) == 0
+    assert "13, complete" in capsys.readouterr().out
+    assert main(["status", "b.h5"]) == 2
+    os.mkdir("b.h5.parts")
+    assert main(["status", "b.h5"]) == 2
+
+
+def test_the_pace_does_not_count_pauses():
+    stored = [
+        (0.0, 10, 1.0),
+        (1.0, 10, 1.0),
+        (1000.0, 10, 1.0),
+        (1001.0, 10, 1.0),
+        (1002.0, 10, 1.0),
+    ]
+    standing = Standing(make_scan(), "", 9, stored=stored)
+    assert standing.rate() == 10.0
+    assert Standing(make_scan(), "", 9, stored=stored[:1]).rate() is None
+
+
+def test_a_line_of_progress_tells_regimes_and_failures(capsys, monkeypatch):
+    monkeypatch.setattr("nlds_vines.progress.LINE_EVERY", 0.0)
+    found = {
+        "status": np.array([OK, OK, DIVERGED]),
+        "label": np.array(["T,1", "3T,2", "failed"], dtype=object),
+    }
+    with Progress(Tally(), 9, quiet=False) as progress:
+        progress.note(found)
+        progress.note(found)
+    said = capsys.readouterr().err
+    assert said.startswith("6 of 9 orbits, ")
+    assert said.endswith("to go; 2 T,1, 2 3T,2, 2 failed; 2 failed\n")
+
+
+# ---- whether there is room -----------------------------------------------------------------------
+
+
+def test_what_does_not_fit_is_refused_with_its_size(monkeypatch, tmp_path):
+    scan = make_scan()
+    room.refuse_without_room(scan, tmp_path / "a.h5")
+    with monkeypatch.context() as patch:
+        patch.setattr(room, "free_disk", lambda _: 1000)
+        with pytest.raises(RequestError, match=r"on the disk .* GB are free"):
+            room.refuse_without_room(scan, tmp_path / "a.h5")
+    monkeypatch.setattr(room, "free_memory", lambda: 1000)
+    with pytest.raises(RequestError, match=r"0.2 GB of memory .* 1e-06 GB are free"):
+        room.refuse_without_room(scan, tmp_path / "a.h5")
+
+
+def test_a_limit_on_memory_is_seen(tmp_path):
+    program = "import resource as r; r.setrlimit(r.RLIMIT_AS, (5 * 10**9, r.RLIM_INFINITY));"
+    program += "from nlds_vines.room import free_memory; print(free_memory() <= 5 * 10**9)"
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "True\n"
+
+
+def test_the_largest_block_is_as_large_as_it_is_said():
+    for vary in (None, {"P": {"values": [1.0, 2.0, 3.0]}, "omega": {"values": list(range(1, 9))}}):
+        for policy in ("rest", "up"):
+            scan = make_scan(vary=vary, start={"policy": policy})
+            cells = max(block.cells for block in blocks_of(scan))
+            assert block_bytes(scan) >= result_bytes(scan) * cells // (scan.lanes // scan.starts)
+
+
+@pytest.mark.parametrize("system", ["none", "tmd", "ssul-set6", "ssbl"])
+@pytest.mark.parametrize("want", [["section"], ["energy"], ["regime", "energy"], ["settling"]])
+def test_what_a_block_takes_is_not_more_than_is_said(system, want):
+    scan = replace(make_scan(want, system=system), transient=5000)
+    outputs = Outputs.of(scan, (7, 1), scan.transient, scan.periods)
+    taken = sum(array.nbytes for array in vars(outputs).values() if array is not None)
+    assert taken <= 7 * lane_bytes(scan) <= taken + 7 * 1024
+
+
+def test_a_verdict_makes_smaller_blocks():
+    omega, force = ({"start": low, "stop": 9.0, "num": 3000} for low in (5.0, 1.0))
+    cells = []
+    for want in ("energy", "regime"):
+        scan = replace(make_scan([want], vary={"omega": omega, "P": force}), transient=5000)
+        cells.append(max(block.cells for block in islice(blocks_of(scan), 100)))
+        assert cells[-1] * lane_bytes(scan) <= work_bytes(scan) <= 1 << 27
+    assert cells[1] < cells[0]
+
+
+# ---- where it comes from -------------------------------------------------------------------------
+
+
+def test_an_archive_tells_where_it_comes_from(folder):
+    with h5py.File(nv.bifurcation(REAL, "a.h5")) as file:
+        attrs = dict(file.attrs)
+    assert load_scan(REAL).to_toml() == attrs["scan"]
+    assert load_scan(REAL).hash == attrs["scan_hash"]
+    assert isinstance(json.loads(attrs["argv"]), list)
+    assert attrs["seed"] == 0
+    assert attrs["seconds"] > 0
+    assert attrs["threads"] >= 1
+    for library in ("numba", "llvmlite", "numpy", "h5py", "hdf5", "python"):
+        assert attrs[f"{library}_version"][0].isdigit(), library
+    assert attrs["commit"] == provenance.commit()
+
+
+def test_the_commit_is_that_of_the_clone(monkeypatch, tmp_path):
+    def git(*arguments):
+        settings = ["-c", "user.name=n", "-c", "user.email=e", "-C", str(tmp_path)]
+        done = subprocess.run(["git", *settings, *arguments], capture_output=True, text=True)
+        return done.stdout.strip()
+
+    package = tmp_path / "nlds_vines"
+    package.mkdir()
+    (package / "a.py").write_text("1")
+    monkeypatch.setattr(provenance, "_PACKAGE", package)
+    asked = provenance.commit.__wrapped__
+    assert asked() == "none"
+    for arguments in (["init"], ["add", "."], ["commit", "-m", "a"]):
+        git(*arguments)
+    assert asked() == git("rev-parse", "HEAD")
+    (package / "a.py").write_text("2")
+    assert asked() == git("rev-parse", "HEAD") + "+"
+
+
+# ---- repeated and compared -----------------------------------------------------------------------
+
+
+def test_a_scan_is_repeated_from_its_archive_and_is_the_same(folder, capsys):
+    nv.bifurcation(REAL, "a.h5")
+    assert main(["rerun", "a.h5"]) == 0
+    assert "parameters and results are the same" in capsys.readouterr().out
+    assert main(["rerun", "a.h5"]) == 2  # which exists
+    assert "a-rerun.h5' exists" in capsys.readouterr().err
+    assert main(["rerun", "a.h5", "-o", "b.h5", "--threads", "1", "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+    assert main(["diff", "a.h5", "b.h5"]) == 0
+    assert "are the same" in capsys.readouterr().out
+    with h5py.File("a.h5", "r+") as file:
+        file["E1max"][3, 0] += 0.25
+    assert main(["rerun", "a.h5", "-o", "c.h5", "--quiet"]) == 1
+    assert "result: E1max: 1 of 13 values differ by up to 0.25" in capsys.readouterr().out
+
+
+def test_what_differs_is_told(folder, capsys):
+    write("a.h5", make_scan())
+    write("b.h5", make_scan(P=801.0))
+    with h5py.File("b.h5", "r+") as file:
+        file["section"][4, 0, 2, 1] = 1e9
+        file["label"][7, 0] = "5T,5"
+        file["status"][2:4] = 9
+    assert main(["diff", "a.h5", "b.h5"]) == 1
+    said = capsys.readouterr().out.splitlines()
+    assert said[0] == "parameter: system.parameters.P: 800.0 -> 801.0"
+    assert len(said) == 4
+    (section,) = [line for line in said if "section: 1 of" in line]
+    assert "first at omega = 6.0, start = rest, cycle = 3, component = v1" in section
+    assert any("label: 1 of 13 values differ, first at omega = 6.75" in line for line in said)
+    assert any("status: 2 of 13" in line for line in said)
+
+
+def test_other_grids_and_other_records_are_told(folder, capsys):
+    write("a.h5", make_scan(("energy",)))
+    write("b.h5", make_scan(("regime",), vary={"omega": {"start": 5.0, "stop": 6.0, "num": 3}}))
+    assert main(["diff", "a.h5", "b.h5"]) == 1
+    said = capsys.readouterr().out
+    assert "record.want: ['energy'] -> ['regime']" in said
+    assert "result: E1max is only in a.h5" in said
+    assert "status has 13 omega x 1 start in one and 3 omega x 1 start in the other" in said
+    assert "vary.omega.values: 13 values from 5.0 to 8.0" in said
+
+
+def test_a_scan_that_means_something_else_by_now_is_refused(folder, capsys):
+    write("a.h5", make_scan())
+    with h5py.File("a.h5", "r+") as file:
+        file.attrs["scan"] = file.attrs["scan"].replace("800.0", "801.0")
+    assert main(["rerun", "a.h5"]) == 2
+    assert "its scan is damaged" in capsys.readouterr().err

@@ -1,0 +1,249 @@
+"""A run may die at any moment: after --resume its archive is that of an undisturbed one.
+
+Short here; `endurance.py` kills 200 runs and replays a cut at every file operation of a run.
+"""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from made_up import arrays, cut, make_scan, results, run_python, same, write
+
+import nlds_vines as nv
+from nlds_vines import archive
+from nlds_vines.parts import Parts
+
+PASSING = {"history", "argv", "seconds", "threads", "commit"}
+"""Attributes that tell of the run and not of the scan."""
+
+DOCUMENT = {
+    "title": "a scan to be killed",
+    "system": "ssul-set6",
+    "vary": {"omega": {"start": 6.0, "stop": 7.6, "num": 500}},
+    "sampling": {"transient": 2000, "periods": 24},
+    "record": {"want": ["section", "impacts", "energy", "regime"]},
+}
+"""A second or two in six blocks, of the scene and record that other tests have compiled."""
+
+
+def content(path):
+    """Return all that a scan determines: every dataset, scale and lasting attribute."""
+    with h5py.File(path) as file:
+        values = {name: file[name][()] for name in file}
+        lasting = {name: value for name, value in file.attrs.items() if name not in PASSING}
+    words = {name: found.tolist() for name, found in values.items() if found.dtype == object}
+    return {name: found.tobytes() for name, found in values.items()} | words, lasting
+
+
+# ---- killed at random moments --------------------------------------------------------------------
+
+
+def command(folder):
+    return subprocess.Popen(
+        [sys.executable, "-m", "nlds_vines.bifurcation", "scan.toml", "--resume", "--quiet"],
+        cwd=folder,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(Path(nv.__path__[0]).parent)},
+    )
+
+
+def kill_until(kills, folder, whole):
+    """Kill runs at random moments, finish each of their scans, and compare the archives."""
+    (folder / "scan.toml").write_text(nv.load_scan(DOCUMENT).to_toml())
+    rng, killed, lengths = random.Random(4), 0, [4.0]
+    while killed < kills:
+        began = time.monotonic()
+        running = command(folder)
+        if rng.random() < 0.3:  # until something stands, so that not all die while they load
+            while running.poll() is None and not list(folder.glob("scan.h5.parts/block-*.part")):
+                time.sleep(0.005)
+        try:
+            _, said = running.communicate(timeout=rng.uniform(0.0, 1.1 * lengths[-1]))
+        except subprocess.TimeoutExpired:
+            running.send_signal(signal.SIGKILL)
+            running.communicate()
+            killed += 1
+            continue
+        assert running.returncode == 0, said
+        lengths.append(min(4.0, time.monotonic() - began))
+        finish(folder, whole)
+    running = command(folder)
+    _, said = running.communicate()
+    assert running.returncode == 0, said
+    finish(folder, whole)
+
+
+def finish(folder, whole):
+    """Compare the archive with that of an undisturbed run, and make room for the next one."""
+    assert archive.verify(folder / "scan.h5") == []
+    assert content(folder / "scan.h5") == whole
+    assert sorted(os.listdir(folder)) == ["scan.h5", "scan.toml"]
+    (folder / "scan.h5").unlink()
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    return content(nv.bifurcation(DOCUMENT, tmp_path_factory.mktemp("whole") / "whole.h5"))
+
+
+def test_runs_killed_at_random_moments_end_in_the_same_archive(tmp_path, undisturbed):
+    kill_until(5, tmp_path, undisturbed)
+
+
+# ---- cut at every call ---------------------------------------------------------------------------
+
+FILES = {
+    "open", "write", "flush", "fsync", "close", "truncate", "posix_fallocate", "replace", "unlink",
+    "mkdir", "rmdir", "flock", "remove", "rename", "link",
+}  # fmt: skip
+"""C functions through which Python changes files."""
+
+HDF5 = {"__setitem__", "create_dataset", "create", "make_scale", "attach_scale", "close"}
+"""Functions of h5py that do so."""
+
+SCAN = make_scan(("energy", "regime"))
+
+
+def die_at(call):
+    """Let this process die right before its `call`-th call that changes a file."""
+    count = [0]
+
+    def watch(frame, event, what):
+        if event == "c_call":
+            changes = what.__name__ in FILES and not isinstance(what.__self__, str)
+        else:
+            code = frame.f_code
+            changes = event == "call" and code.co_name in HDF5 and "h5py" in code.co_filename
+        count[0] += changes
+        if count[0] == call:
+            os._exit(9)
+
+    sys.setprofile(watch)
+
+
+def child(act):
+    """Do something in a forked process; return its exit status."""
+    process = os.fork()
+    if process == 0:
+        try:
+            act()
+        finally:
+            sys.setprofile(None)
+            os._exit(0)
+    return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+
+
+def run_to(path):
+    """Do as a run does, with results that cost nothing."""
+    blocks = cut(SCAN)
+    with Parts.open(path, SCAN, resume=True) as parts:
+        if parts.complete:
+            return
+        done = parts.finished(blocks)
+        for block in blocks:
+            if block.index not in done:
+                parts.write(block, results(SCAN, block))
+        parts.consolidate(blocks)
+
+
+def undisturbed_content(path):
+    run_to(path)
+    return content(path)
+
+
+def replay(folder, stride):
+    """Cut a run before each `stride`-th call, resume and compare; return how many cuts it took."""
+    reference = undisturbed_content(folder / "reference.h5")
+    path, call = folder / "cut" / "scan.h5", 1
+    while True:
+        path.parent.mkdir()
+
+        def act(call=call):
+            die_at(call)
+            run_to(path)
+
+        died = child(act)
+        run_to(path)
+        assert archive.verify(path) == [], call
+        assert content(path) == reference, call
+        assert os.listdir(path.parent) == [path.name], call
+        shutil.rmtree(path.parent)
+        if not died:
+            return call // stride
+        call += stride
+
+
+# the children do nothing with threads, and end without cleaning up
+FORKS = pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:DeprecationWarning")
+
+
+@FORKS
+def test_a_run_cut_between_any_two_file_operations_can_be_resumed(tmp_path):
+    assert replay(tmp_path, stride=11) > 15
+
+
+# ---- asked to stop -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGUSR1, 143)]
+)
+def test_a_signal_ends_a_run_between_blocks_and_says_how_to_go_on(
+    number, status, tmp_path, undisturbed
+):
+    (tmp_path / "scan.toml").write_text(nv.load_scan(DOCUMENT).to_toml())
+    running = command(tmp_path)
+    while not list(tmp_path.glob("scan.h5.parts/block-*.part")):
+        assert running.poll() is None, running.stderr.read()
+        time.sleep(0.005)
+    running.send_signal(number)
+    _, said = running.communicate()
+    assert running.returncode == status, said
+    assert "--resume" in said
+    assert "Traceback" not in said
+    assert not list(tmp_path.glob("scan.h5.parts/*.tmp"))
+    running = command(tmp_path)
+    running.communicate()
+    finish(tmp_path, undisturbed)
+
+
+def test_signals_mean_what_they_did_before_when_a_run_is_over(tmp_path):
+    before = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)]
+    nv.bifurcation(DOCUMENT | {"vary": {"omega": {"values": [6.0]}}}, tmp_path / "a.h5")
+    after = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)]
+    assert after == before
+
+
+TWICE = """
+import os, signal
+from nlds_vines import interrupts
+with interrupts.heard() as stop:
+    os.kill(os.getpid(), signal.SIGTERM)
+    assert stop.asked and stop.status == 143
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+    except KeyboardInterrupt:
+        print("at once", stop.status)
+"""
+
+
+def test_the_second_signal_does_not_wait_for_the_block():
+    output, errors = run_python(TWICE).communicate()
+    assert output == "at once 130\n"
+    assert errors == "stopping after this block; once more, and at once\n"
+
+
+def test_the_content_compared_tells_archives_apart(tmp_path):
+    one, other = (write(tmp_path / f"{P}.h5", make_scan(P=P)) for P in (800.0, 801.0))
+    assert content(one) != content(other)
+    assert same(arrays(one), arrays(other))  # made-up results know nothing of P
+    assert np.isfinite(arrays(one)["status"]).all()

@@ -1,0 +1,72 @@
+"""What it costs that nothing is lost: run times with parts, seals and checks, and without them.
+
+    python tests/cost_of_safety.py [RUNS] [SCAN.toml]
+
+The default scan (Figure 8) or another is computed again and again in turn: as it is, and with the
+archive written straight from memory, without parts, seals, forced writes and comparison.
+"""
+
+import os
+import sys
+import tempfile
+import time
+from contextlib import ExitStack
+from pathlib import Path
+from statistics import median
+from unittest.mock import patch
+
+from nlds_vines import archive, durable, engine
+from nlds_vines.partfile import Made, Part, PartFiles
+from nlds_vines.parts import Parts
+from nlds_vines.provenance import makers
+from nlds_vines.scan import load_scan
+
+
+def keep(self, block, arrays, seconds=0.0, threads=1):
+    """Stand in for `Parts.write`: keep the results in memory."""
+    content = {name: self.files._as_stored(name, array) for name, array in arrays.items()}
+    self._fresh[block.index] = Part(content, Made(makers(), seconds, threads))
+
+
+def unsafe():
+    """Return what switches off all that is there for safety alone."""
+    stack = ExitStack()
+    stack.enter_context(patch.object(Parts, "write", keep))
+    stack.enter_context(patch.object(Parts, "sound", lambda *_: iter(())))
+    stack.enter_context(patch.object(PartFiles, "there", lambda self, blocks: list(blocks)))
+    for name in ("reserve", "seal"):
+        stack.enter_context(patch.object(durable, name, lambda *_: None))
+    stack.enter_context(patch.object(durable, "replace", os.replace))
+    stack.enter_context(patch.object(archive, "_compare", lambda *_: None))
+    return stack
+
+
+def measured(scan, path):
+    """Return wall and CPU time [s] of one run."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    engine.run(scan, path, overwrite=True)
+    return time.perf_counter() - wall, time.process_time() - cpu
+
+
+def main(runs=9, source=None):
+    """Measure and print."""
+    scan = load_scan(source)
+    times = {"safe": [], "unsafe": []}
+    with tempfile.TemporaryDirectory(dir=".") as folder:
+        path = Path(folder) / "a.h5"
+        engine.run(scan, path)  # compiles
+        for _ in range(runs):
+            times["safe"].append(measured(scan, path))
+            with unsafe():
+                times["unsafe"].append(measured(scan, path))
+    for index, kind in enumerate(("wall", "CPU")):
+        safe, plain = (median(found[index] for found in times[name]) for name in times)
+        ratios = [a[index] / b[index] - 1 for a, b in zip(*times.values(), strict=True)]
+        print(
+            f"{kind}: {safe:.3f} s safe, {plain:.3f} s unsafe; "
+            f"safety costs {100 * median(ratios):.1f} % (median of {runs} pairs)"
+        )
+
+
+if __name__ == "__main__":
+    main(*(int(text) for text in sys.argv[1:2]), *sys.argv[2:3])

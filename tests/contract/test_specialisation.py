@@ -23,7 +23,7 @@ VARIATIONS = {"ride", "shooting", "growth", "verdict"}
 
 UNLESS = {
     "a damper": {"parts.damper_in"},
-    "a wall": {"parts.wall_at", "touch.first_touch", "contact.contact", "exact.touch_in"},
+    "a wall": {"parts.wall_at", "touch.first_touch", "contact_field.slope", "exact.touch_in"},
     "a limit": {"touch.note_limit", "touch.summit", "observe.note_violation"},
     "section": {"observe.note_section"},
     "impacts": {"observe.note_touch", "observe.note_depth", "observe.note_release"},

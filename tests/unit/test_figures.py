@@ -117,7 +117,7 @@ def test_regimes_are_named_and_names_do_not_overlap(usual):
     figure = drawn(usual)
     strip = figure.axes[-1]
     assert named(figure) == [
-        *("T,1", "2T,1", "2T,2", "chaos", "3T,2", "undetermined", "T,0", "4T,2", "T,0")
+        *("T,1", "2T,1", "2T,2", "chaos", "3T,2", "undetermined", "4T,2", "T,0")
     ]
     figure.draw_without_rendering()
     boxes = [text.get_window_extent() for text in strip.texts]

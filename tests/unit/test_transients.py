@@ -157,7 +157,7 @@ def test_an_archive_without_verdicts_is_refused(here):
     ("options", "words"),
     [
         (["--starts", "0"], "count = 0"),
-        (["--starts", "100000000"], "begin fewer orbits"),
+        (["--starts", "1000000", "--periods", "1000000"], "begin fewer orbits"),
         (["--seed", "-1"], "seed = -1"),
         (["--delay", "-3"], "delay = -3.0"),
         (["--delay", "nan"], "delay"),

@@ -60,7 +60,7 @@ def test_a_million_cells_in_one_archive_open_lazily(tmp_path):
     opened = time.perf_counter() - began
     print(f"computed in {took:.1f} s; {path.stat().st_size / 1e6:.0f} MB; a row in {opened:.2f} s")
     assert np.isfinite(row).all()
-    assert opened < 5.0
+    assert opened < took  # a row, not the whole archive
 
 
 PROGRAM = """

@@ -10,7 +10,7 @@ from nlds_vines._command import Parser
 from nlds_vines.cut import Shard
 from nlds_vines.errors import RequestError, shown, whole
 
-_MOST_THREADS = 4096
+MOST_THREADS = 4096
 _MOST_WORKERS = 1024
 
 
@@ -36,7 +36,7 @@ class RunOptions:
     def __post_init__(self) -> None:
         """Raise `RequestError` for values out of range and options that exclude each other."""
         if self.threads is not None:
-            whole("threads", self.threads, 1, _MOST_THREADS)
+            whole("threads", self.threads, 1, MOST_THREADS)
         if self.resume and self.overwrite:
             raise RequestError("resume and overwrite exclude each other: give one of them")
         if self.shard is not None and self.overwrite:
@@ -58,16 +58,22 @@ def _check_scheduler(text: str) -> None:
 
 
 def add_run_options(parser: Parser) -> None:
-    """Declare the options on a command's parser."""
+    """Declare the options of a scan's run on a command's parser."""
+    group = add_local_options(parser)
+    group.add_argument("--shard", metavar="i/n", help="only this share of the parts; or slurm")
+    group.add_argument("--scheduler", metavar="WHERE", help="Dask: an address, or local:N")
+
+
+def add_local_options(parser: Parser) -> argparse._ArgumentGroup:
+    """Declare what any run on this machine takes, and return the group for more of it."""
     group = parser.add_argument_group("running")
     group.add_argument("--threads", type=int, metavar="N", help="by default all processors")
     existing = group.add_mutually_exclusive_group()
     existing.add_argument("--resume", action="store_true", help="continue an archive")
     existing.add_argument("--overwrite", action="store_true", help="replace an archive")
-    group.add_argument("--shard", metavar="i/n", help="only this share of the parts; or slurm")
-    group.add_argument("--scheduler", metavar="WHERE", help="Dask: an address, or local:N")
     group.add_argument("--dry-run", action="store_true", help="only say what it would take")
     group.add_argument("--quiet", action="store_true", help="show no progress")
+    return group
 
 
 def run_options(options: argparse.Namespace) -> RunOptions:

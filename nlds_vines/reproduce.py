@@ -25,6 +25,7 @@ from nlds_vines._command import (
     complain,
     run_command,
 )
+from nlds_vines._run_options import MOST_THREADS
 from nlds_vines.errors import RequestError, choice, shown, unknown, whole
 from nlds_vines.interrupts import INTERRUPTED
 from nlds_vines.pages import Page, load_page, packaged_pages
@@ -36,7 +37,6 @@ _FOLDER = "reproduction"
 _ARCHIVES = "archives"
 _REPORT = "reproduction.md"
 _PORTRAIT = "nlds_vines.portrait"
-_MOST_THREADS = 4096
 FORMATS = tuple(suffix.removeprefix(".") for suffix in PLOT_SUFFIXES)
 """What the pictures may be."""
 
@@ -113,7 +113,7 @@ class _Job:
     def __post_init__(self) -> None:
         choice("--format", self.picture, FORMATS)
         if self.threads is not None:
-            whole("threads", self.threads, 1, _MOST_THREADS)
+            whole("threads", self.threads, 1, MOST_THREADS)
         if self.folder.exists() and not self.folder.is_dir():
             raise RequestError(f"output {shown(str(self.folder))} is a file: name a folder")
         check_writable("output", self.folder / _REPORT if self.folder.is_dir() else self._probe())

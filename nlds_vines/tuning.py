@@ -24,6 +24,7 @@ from nlds_vines._command import (
     refuse_existing,
     run_command,
 )
+from nlds_vines._run_options import MOST_THREADS, add_local_options
 from nlds_vines._tuning_options import add_tuning_options, changes
 from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.search.methods import check_installed
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 
 _NAME = "tuning"
 _DEFAULT = Path("tuning.h5")
-_MOST_THREADS = 4096
 _EXAMPLES = """\
 examples:
   nlds-vines tuning
@@ -117,7 +117,7 @@ class _Job:
         if self.resume and self.overwrite:
             raise RequestError("resume and overwrite exclude each other: give one of them")
         if self.threads is not None:
-            whole("threads", self.threads, 1, _MOST_THREADS)
+            whole("threads", self.threads, 1, MOST_THREADS)
         check_installed(self.tuning.search.method)
         check_writable("output", self.archive)
         if self.plot is not None:
@@ -238,13 +238,7 @@ def _parser() -> Parser:
     parser.add_argument("-o", "--output", metavar="FILE.h5", help="archive [tuning.h5]")
     parser.add_argument("--plot", metavar="FILE", help="the surface: .png, .pdf or .svg")
     add_tuning_options(parser)
-    group = parser.add_argument_group("running")
-    group.add_argument("--threads", type=int, metavar="N", help="by default all processors")
-    existing = group.add_mutually_exclusive_group()
-    existing.add_argument("--resume", action="store_true", help="continue a tuning")
-    existing.add_argument("--overwrite", action="store_true", help="replace an archive")
-    group.add_argument("--dry-run", action="store_true", help="only say what it would do")
-    group.add_argument("--quiet", action="store_true", help="show no progress")
+    add_local_options(parser)
     return parser
 
 

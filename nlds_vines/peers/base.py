@@ -14,7 +14,7 @@ from nlds_vines.system import System
 
 SAMPLES = 512  # states of a period among which peaks of E1 are looked for
 NEARLY = 0.05  # of the largest, which peaks are looked at more closely
-SAMPLES_OF_PEAK = 64  # states between the neighbours of such a peak
+CLOSER, SAMPLES_OF_PEAK = 2, 64  # how often, and by how many states between its neighbours
 BUDGET = 10**6  # steps of a forcing period after which a peer gives up
 
 _MODULES = {"scikit-sundae": "sksundae"}  # where a package is imported by another name
@@ -117,8 +117,8 @@ def begun(system: System, start: np.ndarray) -> np.ndarray:
 def flow_of(system: System, start: np.ndarray, follow: Follow) -> Flow:
     """Return the flow of a solver that notes states at given times.
 
-    Watched, the orbit is followed once as it is otherwise, for section and touches, and twice more
-    for E1, because many solvers fit their steps to the times at which something is noted.
+    Watched, the orbit is followed once as it is otherwise, for section and touches, and again for
+    E1, because many solvers fit their steps to the times at which something is noted.
     """
     width = 4 if system.scene.damper else 2
 
@@ -147,31 +147,31 @@ def _largest_energy(
 ) -> float:
     """Return the largest E1 [J] over the last half of the periods.
 
-    Around each sample that is larger than its neighbours and within `NEARLY` of the largest, where
-    contact makes E1 sharp, there are `SAMPLES_OF_PEAK` more and the parabola through three.
+    A contact makes E1 sharp: each sample that is larger than its neighbours, and within `NEARLY`
+    of the largest, is looked at twice more closely, and last by the parabola through three.
     """
-    early, spacing = periods // 2, system.period / SAMPLES
-    times = spacing * np.arange(SAMPLES * early, SAMPLES * periods + 1)
-    before = system.period * np.arange(1, early)
-    if early:
-        states = follow(np.concatenate([before, times]), False).states[len(before) :]
-    else:
-        states = np.vstack([start, follow(times[1:], False).states])
-    energies = energy_of(system, states)
-    tops = _near_the_top(energies)
-    if not tops.size:
-        return float(energies.max())
-    ahead = 2.0 * spacing * np.arange(SAMPLES_OF_PEAK + 1) / SAMPLES_OF_PEAK
-    finer, places = np.unique(times[tops - 1][:, None] + ahead, return_inverse=True)
-    if finer[0] == 0.0:
-        noted = np.vstack([start, follow(finer[1:], False).states])
-    else:
-        noted = follow(finer, False).states
-    rows = energy_of(system, noted)[places].reshape(len(tops), -1)
-    return max(float(energies[0]), float(energies[-1]), *map(peak, rows))
+    spacing = system.period / SAMPLES
+    first, last = periods // 2 * SAMPLES, periods * SAMPLES
+    times = spacing * np.arange(first, last + 1)
+
+    def energies(at: np.ndarray) -> np.ndarray:
+        moments, places = np.unique(np.clip(at, times[0], times[-1]), return_inverse=True)
+        later = moments[moments > 0.0]  # at t = 0 nobody has to be asked
+        states = np.vstack([start] * (len(moments) - len(later)) + [follow(later, False).states])
+        return _energy_of(system, states)[places].reshape(at.shape)
+
+    rows = energies(times)[None, :]
+    ends = max(rows[0, 0], rows[0, -1])
+    tops = times[_near_the_top(rows[0])]
+    for _ in range(CLOSER if tops.size else 0):
+        windows = tops[:, None] + spacing * np.linspace(-1.0, 1.0, SAMPLES_OF_PEAK + 1)
+        rows = energies(windows)
+        tops = windows[np.arange(len(tops)), rows.argmax(axis=1)]
+        spacing *= 2.0 / SAMPLES_OF_PEAK
+    return float(max(ends, *map(_peak, rows)))
 
 
-def energy_of(system: System, states: np.ndarray) -> np.ndarray:
+def _energy_of(system: System, states: np.ndarray) -> np.ndarray:
     """Return E1 = (m1 v1^2 + k1 x1^2) / 2 [J], eq. (6), of states of shape (times, 4).
 
     Raises `PeerFailure` where one is not finite.
@@ -188,7 +188,7 @@ def _near_the_top(values: np.ndarray) -> np.ndarray:
     return 1 + np.flatnonzero(top)
 
 
-def peak(values: np.ndarray) -> float:
+def _peak(values: np.ndarray) -> float:
     """Return the largest of equidistant values, refined by the parabola through its neighbours."""
     i = int(np.argmax(values))
     if i in (0, len(values) - 1):

@@ -20,6 +20,7 @@ from nlds_vines.peers.equation import begin, constants
 from nlds_vines.system import System
 
 SETTINGS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+LEAST = 8192  # samples of an orbit that are always asked for: what is compiled is of use again
 PRECISE = 1e-13  # tolerance of the bisection, relative and absolute [s, m/s]
 
 
@@ -200,6 +201,16 @@ def _events(p: list[float], solver: Any, room: int) -> Callable[..., Any]:
     return follow
 
 
+def _padded(times: np.ndarray, period: float) -> np.ndarray:
+    """Return times; where there are more than periods, with the last repeated up to a power of 2.
+
+    Other numbers of samples then seldom need another compilation.
+    """
+    if len(times) * period <= times[-1] * 1.5:
+        return times
+    return np.pad(times, (0, max(LEAST, 2 ** math.ceil(math.log2(len(times)))) - len(times)), mode="edge")
+
+
 def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> Flow:
     import diffrax
     import jax
@@ -215,7 +226,8 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
             return jax.jit(_events(numbers, solver, room))
         return jax.jit(_plain(numbers, solver, method.startswith("Kvaerno")))
 
-    def follow(rtol: float, times: np.ndarray, watched: bool) -> Track:
+    def follow(rtol: float, wanted: np.ndarray, watched: bool) -> Track:
+        times = _padded(wanted, system.period)
         room = 64 + 16 * math.ceil(times[-1] / system.period)
         with _double_precision():
             if splitting:
@@ -223,6 +235,7 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
             else:
                 found = program(0)(state, rtol, np.concatenate([[0.0], times]))
             states, well, *rest = (np.asarray(item) for item in found)
+        states = states[: len(wanted)]
         if not well:
             raise PeerFailure(f"{method} gave up: too many steps, or a state that is not finite")
         if not rest:

@@ -70,11 +70,11 @@ def _script(
 ) -> str:
     """Return the Octave script that follows an orbit and prints its states at the times."""
     values = {name: f"{value:.17g}" for name, value in zip(_NAMES.split(), p, strict=False)}
-    depths = {"near": ("r - {near}", "+"), "far": ("-r - {far}", "-")}
+    depths = ("near", "r - {near}", "+"), ("far", "-r - {far}", "-")
     walls = [
         {"depth": depth.format(**values), "sign": sign, "K": values["K"]}
-        for i, (depth, sign) in enumerate(depths.values())
-        if math.isfinite(p[9 + i])
+        for name, depth, sign in depths
+        if math.isfinite(float(values[name]))
     ]
     force = "".join(_FORCE.format(**wall) for wall in walls)
     stiffness = "".join(_STIFFNESS.format(**wall) for wall in walls)

@@ -20,6 +20,7 @@ from nlds_vines.peers.equation import begin, constants, indicator, jacobian, slo
 from nlds_vines.system import System
 
 SETTINGS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+FINEST = {"BDF": 1e-10}  # beyond, its Newton iteration asks for more digits than there are
 _ORDERS = {"RK45": 5.0, "DOP853": 8.0, "Radau": 5.0, "BDF": None, "LSODA": None}
 
 
@@ -128,7 +129,7 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
 PEERS = tuple(
     Peer(
         name=f"SciPy {method}, events" if split else f"SciPy {method}",
-        settings=SETTINGS,
+        settings=tuple(rtol for rtol in SETTINGS if rtol >= FINEST.get(method, 0.0)),
         setting="rtol",
         events=split,
         compiled=False,

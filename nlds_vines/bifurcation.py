@@ -55,6 +55,8 @@ examples:
   nlds-vines bifurcation --vary omega=7.2:7.8:601 --start both --record section,regime,lyapunov \\
           -o hysteresis.h5 --plot hysteresis.png
       up and down in two colours, the largest Lyapunov exponent below
+  nlds-vines bifurcation --record section,energy,regime,error -o checked.h5 --plot checked.png
+      every orbit once more by refined settings: the error of each, and which labels it changes
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
 """
@@ -202,12 +204,22 @@ def _run(name: str, job: Job) -> int:
         return stop.status
     if not job.how.quiet:
         print(report.summary())
-        print(*_made(job), sep="\n")
+        print(*_refined(job), *_made(job), sep="\n")
     if report.failed_lanes:
         where = f"the dataset `status` of {job.archive} says why"
         complain(name, f"{report.failed_lanes} of {report.lanes} orbits failed: {where}")
         return LANES_FAILED
     return DONE
+
+
+def _refined(job: Job) -> list[str]:
+    """Return how the results stand up to refinement, in one line, where that was asked for."""
+    if "error" not in job.scan.want or job.how.shard is not None:
+        return []
+    from nlds_vines import archive, refinement
+
+    with archive.read(job.archive) as view:
+        return [refinement.summary(view)]
 
 
 def _made(job: Job) -> list[str]:

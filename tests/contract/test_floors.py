@@ -44,6 +44,7 @@ FLOORS = (
         "block",
         "batch",
         "evidence",
+        "refinement",
         "simulation",
         "classification",
         "viewing",

@@ -26,7 +26,7 @@ MOST_BLOCKS = 4000
 BLOCK_BYTES = 1 << 27  # of one block, while it is computed
 MOST_SHARDS = 10_000
 _LANE_BYTES = 1024  # of one orbit's numbers: counts, energies, evidence, ends, status
-_STATES = 6  # of eight bytes x four each, that a retraced period has at a time: begin, end, ...
+_PERIOD_BYTES = CELL.itemsize + 6 * 32  # of one traced again: its cell, and six states at a time
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ def lane_bytes(scan: Scan) -> int:
     orbit = 8 * rows * len(components(scan)) + _LANE_BYTES
     if "error" not in scan.want:
         return orbit
-    return 2 * orbit + min(scan.periods, RETRACED) * (CELL.itemsize + 32 * _STATES)
+    return 2 * orbit + min(scan.periods, RETRACED) * _PERIOD_BYTES
 
 
 def block_bytes(scan: Scan) -> int:

@@ -38,7 +38,7 @@ def retraced(kernels: Kernels, outputs: Outputs, chains: np.ndarray, periods: in
     begins[outputs.status != OK] = 0.0  # what is not an orbit is not followed
     cells = np.repeat(chains.ravel(), count)
     found = kernels.after_a_period(cells, begins.reshape(-1, 4)).reshape(ends.shape)
-    return np.abs(found - ends).max(axis=(2, 3))
+    return _apart(found, ends).max(axis=2)
 
 
 def begins_of(section: np.ndarray, first: np.ndarray, rest: np.ndarray, count: int) -> np.ndarray:
@@ -54,8 +54,9 @@ def begins_of(section: np.ndarray, first: np.ndarray, rest: np.ndarray, count: i
     later = states[:, :, count - known.shape[2] :]
     later[..., :2] = known[..., :2]
     if section.shape[-1] == 4:
-        later[..., 2] = known[..., 0] - (known[..., 2] - rest[..., np.newaxis])
-        later[..., 3] = known[..., 1] - known[..., 3]
+        with np.errstate(all="ignore"):  # lanes that failed hold anything
+            later[..., 2] = known[..., 0] - (known[..., 2] - rest[..., np.newaxis])
+            later[..., 3] = known[..., 1] - known[..., 3]
     return states
 
 
@@ -64,12 +65,14 @@ def arrays_of(outputs: Outputs, fine: Outputs, label: np.ndarray | None) -> dict
 
     Arguments: its `outputs`, those of the refined run, and its labels, if it has any.
     """
-    sound = fine.status == OK
     assert outputs.retraced is not None
-    found = {"error": outputs.retraced}
-    found["error_at_end"] = np.where(sound, _apart(outputs, fine), np.nan)
+    assert outputs.section is not None
+    assert fine.section is not None
+    sound = fine.status == OK
+    apart = _apart(outputs.section[:, :, -1], fine.section[:, :, -1])
+    found = {"error": outputs.retraced, "error_at_end": np.where(sound, apart, np.nan)}
     if outputs.energy is not None and fine.energy is not None:
-        apart = np.abs(outputs.energy[..., 0] - fine.energy[..., 0])
+        apart = _apart(outputs.energy[..., :1], fine.energy[..., :1])
         found["E1max_error"] = np.where(sound, apart, np.nan)
     if label is not None and fine.evidence is not None:
         counts = np.zeros((*label.shape, 2)) if fine.counts is None else fine.counts
@@ -101,12 +104,11 @@ def summary(view: ArchiveView) -> str:
         of = " of settled ones" if "label_kept" in view else ""
         words.append(f"largest error{of} over a period {known.max():.1e} (m, m/s)")
     if lost := np.count_nonzero(sound & np.isnan(view["error_at_end"])):
-        words.append(f"{lost} fail")
+        words.append(f"{lost} of them fail")
     return f"refined: {', '.join(words)}" if words else "refined: no orbit to compare"
 
 
-def _apart(outputs: Outputs, fine: Outputs) -> np.ndarray:
-    """Return the largest difference of a component between last states (chains, links)."""
-    assert outputs.section is not None
-    assert fine.section is not None
-    return np.abs(outputs.section[:, :, -1] - fine.section[:, :, -1]).max(axis=-1)
+def _apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the largest difference of a component between states (..., components)."""
+    with np.errstate(all="ignore"):  # lanes that failed hold anything
+        return np.abs(one - other).max(axis=-1)

@@ -55,8 +55,6 @@ examples:
   nlds-vines bifurcation --vary omega=7.2:7.8:601 --start both --record section,regime,lyapunov \\
           -o hysteresis.h5 --plot hysteresis.png
       up and down in two colours, the largest Lyapunov exponent below
-  nlds-vines bifurcation --record section,energy,regime,error -o checked.h5 --plot checked.png
-      every orbit once more by refined settings: the error of each, and which labels it changes
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
 """

@@ -54,7 +54,7 @@ FLOORS = (
         "parts",
         "peers",
     },
-    {"engine", "cluster", "search", "figures", "claims", "retention", "report"},
+    {"engine", "cluster", "search", "figures", "claims", "retention", "report", "precision"},
     {
         "bifurcation",
         "accuracy",

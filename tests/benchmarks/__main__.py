@@ -1,6 +1,6 @@
 """What the program costs, as ratios that survive a change of machine or of weather.
 
-    python tests/benchmarks                       measure, and compare with tests/benchmarks/ratios.json
+    python tests/benchmarks                       measure, and compare with ratios.json beside it
     python tests/benchmarks --keep                ... and make it the new baseline
     python tests/benchmarks --only diagram,rk4    some of them
 

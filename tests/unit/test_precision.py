@@ -186,7 +186,7 @@ def made_up(section=None, touches=None, E1max=100.0, failure=None):
 
 
 def test_errors_are_those_of_the_course(truth):
-    off = truth.reference.section + [0.0, 0.0, 2e-4, -1e-4]
+    off = truth.reference.section + np.array([0.0, 0.0, 2e-4, -1e-4])
     late = truth.reference.touches + 1e-5
     found = measure.measured(
         replace(truth, steady=None), made_up(lambda case: off, late, truth.reference.E1max + 3.0)

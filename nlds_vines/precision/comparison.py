@@ -53,6 +53,7 @@ def _row(truth: Truth, found: Result) -> Row:
         "source": reference.source,
         "doubt": reference.doubt,
         "independent": reference.independent,
+        "witness": reference.witness,
         "growth": reference.growth,
         "periods": truth.case.periods,
         "method": setting.method,

@@ -21,7 +21,8 @@ COLUMNS = (
     column("truth", "str", "1", "regime of the orbit by the reference"),
     column("source", "str", "1", "where the reference comes from"),
     column("doubt", "float64", "m, m/s", "errors below this cannot be told from none"),
-    column("independent", "float64", "m, m/s", "distance of the reference from SciPy's at 1e-13"),
+    column("independent", "float64", "m, m/s", "distance of the reference from its witness"),
+    column("witness", "str", "1", "independent program that confirms it, and its setting"),
     column("growth", "float64", "1", "growth of a disturbance of the start until the end"),
     column("periods", "int32", "1", "forcing periods after which the error is taken"),
     column("method", "str", "1", "integrator"),
@@ -50,6 +51,7 @@ class Measured:
     source: str
     doubt: float
     independent: float
+    witness: str
     growth: float
     periods: int
     curves: tuple[Curve, ...]
@@ -85,6 +87,7 @@ def _measured(name: str, table: dict[str, np.ndarray]) -> Measured:
         source=str(first["source"]),
         doubt=doubt,
         independent=float(first["independent"]),
+        witness=str(first["witness"]),
         growth=float(first["growth"]),
         periods=int(first["periods"]),
         curves=curves,

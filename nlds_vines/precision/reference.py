@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -22,8 +23,11 @@ FINEST: dict[str, Any] = {"nodes": 24, "resolution": 160.0}
 CONFIRMING = 16384.0
 """Steps of a period of `rk4`: the first witness; it shares no formula with the exact flight."""
 
-WITNESS, WITNESS_RTOL = "SciPy DOP853, events", 1e-13
-"""The second witness and its tolerance; it shares nothing at all."""
+WITNESSES = {"SciPy DOP853, events": 1e-13, "plain RK4": 65536.0}
+"""Independent witnesses, with their settings: they share nothing at all with our methods.
+
+One of them must agree.  The first is the sharper one, but looks for events at the ends of its steps
+only, and misses touches near grazing; the second is blunt, and misses none that is a step long."""
 
 DISTURBANCE = 1e-8
 """Of the start [m, m/s], to see how much it grows."""
@@ -46,7 +50,8 @@ class Reference:
         growth: by how much a small disturbance of the start has grown at the end, at least 1.
         doubt: distance of the last state from that of the first witness, or of the stored digits
             from themselves in double precision; errors below it cannot be measured.
-        independent: distance of the last state from that of the second witness.
+        independent: distance of the last state from that of the nearest independent witness.
+        witness: which one that is.
         source: where the section comes from, in words.
     """
 
@@ -57,6 +62,7 @@ class Reference:
     growth: float
     doubt: float
     independent: float
+    witness: str
     source: str
 
 
@@ -72,6 +78,8 @@ def reference_of(case: Case) -> Reference:
     assert confirming.section is not None
     stored = stored_section(case)
     section = finest.section if stored is None else stored
+    distances = {name: _apart(section, other) for name, other in _witnessed(case)}
+    witness = min(distances, key=lambda name: distances[name])
     found = Reference(
         section=section,
         touches=finest.impacts["touch"] if finest.impacts is not None else None,
@@ -81,7 +89,8 @@ def reference_of(case: Case) -> Reference:
         doubt=_apart(section, confirming.section)
         if stored is None
         else float(np.spacing(np.abs(section[-1])).max()),
-        independent=_apart(section, _by_scipy(case)),
+        independent=distances[witness],
+        witness=f"{witness}, {WITNESSES[witness]:g}",
         source="stored, 25 digits" if stored is not None else "exact, refined",
     )
     worst = max(found.independent, _apart(section, finest.section), found.doubt)
@@ -151,9 +160,12 @@ def _same(system: System, numbers: dict[str, Any]) -> bool:
     return all(abs(given[name] - numbers[name]) <= _SAME * abs(numbers[name]) for name in names)
 
 
-def _by_scipy(case: Case) -> np.ndarray:
-    peer = next(peer for peer in PEERS if peer.name == WITNESS)
-    return peer.prepare(case.system, case.state)(WITNESS_RTOL, case.periods, False).section
+def _witnessed(case: Case) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield the section that each independent witness finds, by its name."""
+    for peer in PEERS:
+        if peer.name in WITNESSES:
+            flow = peer.prepare(case.system, case.state)
+            yield peer.name, flow(WITNESSES[peer.name], case.periods, False).section
 
 
 def _durations(orbit: Orbit) -> np.ndarray:

@@ -39,7 +39,7 @@ def head(case: Measured) -> Iterator[str]:
     text = (
         f"{case.title}. Error of the state after {case.periods} forcing periods, CPU time of one "
         f"thread per period. Regime: {case.truth}. Reference: {case.source}; uncertain by "
-        f"{case.doubt:.0e}; SciPy's DOP853 with events at rtol 1e-13 is {case.independent:.0e} "
+        f"{case.doubt:.0e}; an independent witness ({case.witness}) is {case.independent:.0e} "
         f"from it. A disturbance of the start has grown {case.growth:.2g} times by then."
     )
     yield from textwrap.wrap(text, _WIDTH)

@@ -157,10 +157,18 @@ def test_the_reference_agrees_with_its_witnesses():
     assert found.growth >= 1.0
 
 
+def test_near_grazing_has_a_witness():
+    """SciPy's solver misses touches there, at any tolerance; plain steps do not."""
+    found = reference_of(near_grazing(SET6))
+    assert found.witness.startswith("plain RK4")
+    assert found.independent < 1e-11
+
+
 def test_witnesses_that_disagree_are_told(monkeypatch):
     from nlds_vines.precision import reference
 
-    monkeypatch.setattr(reference, "_by_scipy", lambda case: np.ones((case.periods, 4)))
+    liars = (("plain RK4", np.ones((2, 4))),)
+    monkeypatch.setattr(reference, "_witnessed", lambda case: iter(liars))
     with pytest.raises(RequestError, match="two references differ"):
         reference_of(replace(of_system(SET6), periods=2))
 
@@ -294,7 +302,7 @@ def measured_case():
     )
     broken = Curve("SciPy BDF", (Result(peer.results[0].setting, failure="too stiff"),), 1e-15)
     curves = (ours, peer, replace(broken, method="SciPy BDF"))
-    return Measured("a", "A case", "T,1", "stored", 1e-15, 1e-12, 1.0, 20, curves)
+    return Measured("a", "A case", "T,1", "stored", 1e-15, 1e-12, "me", 1.0, 20, curves)
 
 
 def test_the_tables_say_what_was_measured():

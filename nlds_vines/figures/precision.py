@@ -21,7 +21,7 @@ _PANEL, _HEAD = 6.2 * CM, 0.8 * CM
 _LOOKS: dict[str, dict[str, Any]] = {
     "exact": {"color": "#000000", "marker": "o", "linewidth": 1.8},
     "rk4": {"color": "#0072b2", "marker": "s", "linewidth": 1.8},
-    "plain": {"color": "#777777", "marker": "x"},
+    "naive": {"color": "#777777", "marker": "x"},
     "numbalsoda": {"color": "#009e73", "marker": "^"},
     "heyoka": {"color": "#d55e00", "marker": "D"},
     "SUNDIALS": {"color": "#cc79a7", "marker": "v"},

@@ -23,7 +23,7 @@ FINEST: dict[str, Any] = {"nodes": 24, "resolution": 160.0}
 CONFIRMING = 16384.0
 """Steps of a period of `rk4`: the first witness; it shares no formula with the exact flight."""
 
-WITNESSES = {"SciPy DOP853, events": 1e-13, "plain RK4": 65536.0}
+WITNESSES = {"SciPy DOP853, events": 1e-13, "naive RK4": 65536.0}
 """Independent witnesses, with their settings: they share nothing at all with our methods.
 
 One of them must agree.  The first is the sharper one, but looks for events at the ends of its steps

@@ -160,14 +160,14 @@ def test_the_reference_agrees_with_its_witnesses():
 def test_near_grazing_has_a_witness():
     """SciPy's solver misses touches there, at any tolerance; plain steps do not."""
     found = reference_of(near_grazing(SET6))
-    assert found.witness.startswith("plain RK4")
+    assert found.witness.startswith("naive RK4")
     assert found.independent < 1e-11
 
 
 def test_witnesses_that_disagree_are_told(monkeypatch):
     from nlds_vines.precision import reference
 
-    liars = (("plain RK4", np.ones((2, 4))),)
+    liars = (("naive RK4", np.ones((2, 4))),)
     monkeypatch.setattr(reference, "_witnessed", lambda case: iter(liars))
     with pytest.raises(RequestError, match="two references differ"):
         reference_of(replace(of_system(SET6), periods=2))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 
 from nlds_vines._resources import resource_text
 from nlds_vines.errors import RequestError
-from nlds_vines.peers import PEERS
+from nlds_vines.peers import PEERS, PeerFailure
 from nlds_vines.precision.cases import Case
 from nlds_vines.simulation import Orbit, simulate
 from nlds_vines.system import System
@@ -79,6 +80,8 @@ def reference_of(case: Case) -> Reference:
     stored = stored_section(case)
     section = finest.section if stored is None else stored
     distances = {name: _apart(section, other) for name, other in _witnessed(case)}
+    if not distances:
+        raise RequestError(f"{case.name}: every independent witness broke down")
     witness = min(distances, key=lambda name: distances[name])
     found = Reference(
         section=section,
@@ -161,11 +164,12 @@ def _same(system: System, numbers: dict[str, Any]) -> bool:
 
 
 def _witnessed(case: Case) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the section that each independent witness finds, by its name."""
+    """Yield the section that each independent witness finds, by its name; some break down."""
     for peer in PEERS:
         if peer.name in WITNESSES:
             flow = peer.prepare(case.system, case.state)
-            yield peer.name, flow(WITNESSES[peer.name], case.periods, False).section
+            with suppress(PeerFailure):
+                yield peer.name, flow(WITNESSES[peer.name], case.periods, False).section
 
 
 def _durations(orbit: Orbit) -> np.ndarray:

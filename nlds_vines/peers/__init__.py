@@ -5,8 +5,13 @@ A peer whose package is not installed is listed all the same; nothing imports it
 """
 
 from nlds_vines.peers import (
+    diffrax_solvers,
+    heyoka_taylor,
+    numbalsoda_solvers,
+    octave,
     plain,
     scipy_solvers,
+    sundials,
 )
 from nlds_vines.peers.base import Course, Flow, Peer, PeerFailure
 from nlds_vines.peers.equation import constants, derivative
@@ -14,6 +19,11 @@ from nlds_vines.peers.equation import constants, derivative
 PEERS: tuple[Peer, ...] = (
     *plain.PEERS,
     *scipy_solvers.PEERS,
+    *numbalsoda_solvers.PEERS,
+    *heyoka_taylor.PEERS,
+    *sundials.PEERS,
+    *diffrax_solvers.PEERS,
+    *octave.PEERS,
 )
 """All of them, whether installed or not."""
 

@@ -22,9 +22,7 @@ def step(p, h, phase, turn, x1, v1, x2, v2):
     a1, b1, c1, d1 = derivative(p, phase, x1, v1, x2, v2)
     a2, b2, c2, d2 = derivative(p, middle, x1 + g * a1, v1 + g * b1, x2 + g * c1, v2 + g * d1)
     a3, b3, c3, d3 = derivative(p, middle, x1 + g * a2, v1 + g * b2, x2 + g * c2, v2 + g * d2)
-    a4, b4, c4, d4 = derivative(
-        p, phase + turn, x1 + h * a3, v1 + h * b3, x2 + h * c3, v2 + h * d3
-    )
+    a4, b4, c4, d4 = derivative(p, phase + turn, x1 + h * a3, v1 + h * b3, x2 + h * c3, v2 + h * d3)
     return (
         x1 + h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4),
         v1 + h / 6.0 * (b1 + 2.0 * (b2 + b3) + b4),

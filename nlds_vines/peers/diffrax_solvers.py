@@ -163,9 +163,7 @@ def _events(p: list[float], solver: Any, room: int) -> Callable[..., Any]:
         def advance(s: _Piece) -> _Piece:
             end = times[s.noted] - s.since
             args = s.since, s.inside, s.wall, s.restarted
-            found = _integrate(
-                field, solver, rtol, t0=s.t, t1=end, y0=s.y, args=args, event=event
-            )
+            found = _integrate(field, solver, rtol, t0=s.t, t1=end, y0=s.y, args=args, event=event)
             hit, y = found.event_mask, found.ys[0]
             now = s.since + found.ts[0]
             touched = hit & ~s.inside
@@ -208,7 +206,9 @@ def _padded(times: np.ndarray, period: float) -> np.ndarray:
     """
     if len(times) * period <= times[-1] * 1.5:
         return times
-    return np.pad(times, (0, max(LEAST, 2 ** math.ceil(math.log2(len(times)))) - len(times)), mode="edge")
+    return np.pad(
+        times, (0, max(LEAST, 2 ** math.ceil(math.log2(len(times)))) - len(times)), mode="edge"
+    )
 
 
 def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> Flow:

@@ -60,7 +60,7 @@ def _contact(p: list[float], wall: int, tolerance: float) -> Any:
     """
     import heyoka as hk
 
-    m1, k1, c1, m2, k2, c2, P, omega, K, near, far, rest = p[:12]
+    m1, k1, c1, m2, k2, c2, P, omega, K, near, far = p[:11]
     x1, v1, w, speed, passed = hk.make_vars("x1", "v1", "w", "speed", "passed")
     sign, gap = (1.0, near) if wall == 0 else (-1.0, far)
     pull = sign * (k2 * (gap + w * w) + c2 * speed + K * (w * w * w))
@@ -129,7 +129,7 @@ class _Integrators:
         t, sign, offset = flight.time, 1.0 - 2.0 * wall, self.offsets[wall]
         while moments[self.noted] <= t:
             self._note(flight.state)
-        x1, v1, x2, v2 = flight.state.tolist()
+        x1, v1, _, v2 = flight.state.tolist()
         state, pars, until = contact.state, contact.pars, contact.propagate_until
         state[:] = x1, v1, math.sqrt(z), sign * (v1 - v2), 0.0
         contact.time, pars[0], pars[1] = 0.0, t, moments[self.noted] - t

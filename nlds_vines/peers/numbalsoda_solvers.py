@@ -29,11 +29,11 @@ def _compiled() -> tuple[Any, Any]:
     import numba
     from numbalsoda import lsoda_sig
 
-    def rates(t, y, dy, data):  # type: ignore[no-untyped-def]
+    def rates(t, y, dy, data):
         p = numba.carray(data, (CONSTANTS,))
         dy[0], dy[1], dy[2], dy[3] = derivative(p, p[7] * t, y[0], y[1], y[2], y[3])
 
-    def event(t, y, value, data):  # type: ignore[no-untyped-def]
+    def event(t, y, value, data):
         numbers = numba.carray(data, (CONSTANTS + WATCH,))
         state = numba.carray(y, (4,))
         value[0] = indicator(numbers[:CONSTANTS], numbers[CONSTANTS:], t, state)
@@ -52,7 +52,7 @@ def _piece() -> Callable[..., Any]:
         driver_solve_ivp.dop853_solve_ivp_result,
     )
 
-    def piece(rates, event, data, span, y, rtol, times, when, states, end, message):  # type: ignore[no-untyped-def]
+    def piece(rates, event, data, span, y, rtol, times, when, states, end, message):
         sizes, handle = np.zeros(3, np.int32), np.zeros(1, np.int64)
         counts, flags = np.zeros(2, np.int32), np.zeros(2, np.bool_)
         solve(
@@ -77,7 +77,7 @@ def _splitting() -> Callable[..., Any]:
 
     piece = _piece()
 
-    def follow(rates, event, p, start, rtol, times, longest, states, touches, most):  # type: ignore[no-untyped-def]
+    def follow(rates, event, p, start, rtol, times, longest, states, touches, most):
         data = np.empty(CONSTANTS + WATCH)
         data[:CONSTANTS], watch = p, data[CONSTANTS:]
         y, span, end = start.copy(), np.zeros(2), np.zeros(5)

@@ -26,9 +26,10 @@ _SLOPE = """
 function dy = slope (t, y)
   r = y(1) - y(3) + {rest};
   pull = {k2} * r + {c2} * (y(2) - y(4));{force}
-  dy = [y(2); ({P} * cos ({omega} * t) - {k1} * y(1) - {c1} * y(2) - pull) / {m1}; y(4); pull / {m2}];
+  force = {P} * cos ({omega} * t) - {k1} * y(1) - {c1} * y(2) - pull;
+  dy = [y(2); force / {m1}; y(4); pull / {m2}];
 endfunction
-"""  # noqa: E501  # a line of Octave
+"""
 _FORCE = """
   z = {depth};
   if (z > 0)
@@ -85,7 +86,10 @@ def _script(
         times=", ".join(f"{t:.17g}" for t in (0.0, *times.tolist())),
         start="; ".join(f"{value:.17g}" for value in start.tolist()),
     )
-    functions = _SLOPE.format(force=force, **values), _JACOBIAN.format(stiffness=stiffness, **values)
+    functions = (
+        _SLOPE.format(force=force, **values),
+        _JACOBIAN.format(stiffness=stiffness, **values),
+    )
     return "1;  # a script\n" + "".join(functions) + run
 
 

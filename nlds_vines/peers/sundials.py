@@ -85,7 +85,8 @@ def _whole(
             value[i] = depth(p, wall, y[0], y[2])
 
     counting = counting and bool(walls)
-    touch.terminal, touch.direction = [False] * len(walls), [1] * len(walls)  # type: ignore[attr-defined]  # the library's way
+    touch.terminal = [False] * len(walls)  # type: ignore[attr-defined]  # the library's way
+    touch.direction = [1] * len(walls)  # type: ignore[attr-defined]  # likewise
     solver = new(eventsfn=touch, num_events=len(walls)) if counting else new()
     found = solver.solve(np.concatenate([[0.0], times]), start)
     if not found.success:

@@ -13,7 +13,7 @@ from nlds_vines.peers import (
     scipy_solvers,
     sundials,
 )
-from nlds_vines.peers.base import Course, Flow, Peer, PeerFailure
+from nlds_vines.peers.base import Asked, Course, Flow, Peer, PeerFailure
 from nlds_vines.peers.equation import constants, derivative
 
 PEERS: tuple[Peer, ...] = (
@@ -33,4 +33,14 @@ def installed() -> tuple[Peer, ...]:
     return tuple(peer for peer in PEERS if peer.available())
 
 
-__all__ = ["PEERS", "Course", "Flow", "Peer", "PeerFailure", "constants", "derivative", "installed"]
+__all__ = [
+    "PEERS",
+    "Asked",
+    "Course",
+    "Flow",
+    "Peer",
+    "PeerFailure",
+    "constants",
+    "derivative",
+    "installed",
+]

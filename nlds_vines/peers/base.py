@@ -6,6 +6,7 @@ import importlib.util
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import partial
 
 import numpy as np
@@ -19,6 +20,17 @@ BUDGET = 10**6  # steps of a forcing period after which a peer gives up
 
 _MODULES = {"scikit-sundae": "sksundae"}  # where a package is imported by another name
 _PROGRAMS = {"octave": "octave-cli"}  # what is no Python package but a program
+
+
+class Asked(IntEnum):
+    """What is asked for beside the section: nothing, touches and E1max, or touches alone.
+
+    E1max costs several times the rest.
+    """
+
+    NOTHING = False
+    ALL = True
+    TOUCHES = 2
 
 
 class PeerFailure(RuntimeError):
@@ -46,8 +58,8 @@ class Course:
     seconds: float | None = None
 
 
-Flow = Callable[[float, int, bool], Course]
-"""(setting, periods, watched) -> course; watched asks for touches and E1max beside the section.
+Flow = Callable[[float, int, bool | Asked], Course]
+"""(setting, periods, watched) -> course; watched asks for touches and E1max, or see `Asked`.
 
 Raises `PeerFailure` where the solver breaks down."""
 
@@ -122,14 +134,16 @@ def flow_of(system: System, start: np.ndarray, follow: Follow) -> Flow:
     """
     width = 4 if system.scene.damper else 2
 
-    def flow(setting: float, periods: int, watched: bool) -> Course:
+    def flow(setting: float, periods: int, watched: bool | Asked) -> Course:
         times = system.period * np.arange(1, periods + 1)
-        track = follow(setting, times, watched)
+        track = follow(setting, times, bool(watched))
         section = _finite(track.states)[:, :width]
         if not watched:
             return Course(section, None, None, seconds=track.seconds)
         touches = touches_of(system, track.touches)
-        energy = _largest_energy(system, start, periods, partial(follow, setting))
+        energy = None
+        if watched != Asked.TOUCHES:
+            energy = _largest_energy(system, start, periods, partial(follow, setting))
         return Course(section, touches, energy, track.steps_in_contact, track.seconds)
 
     return flow

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from nlds_vines._jit import jit
-from nlds_vines.peers.base import Course, Flow, Peer, PeerFailure, begun, touches_of
+from nlds_vines.peers.base import Asked, Course, Flow, Peer, PeerFailure, begun, touches_of
 from nlds_vines.peers.equation import constants, depth, derivative
 from nlds_vines.system import System
 
@@ -74,7 +74,7 @@ def _prepare(system: System, start: np.ndarray) -> Flow:
     p, state = constants(system), begun(system, start)
     width = 4 if system.scene.damper else 2
 
-    def flow(setting: float, periods: int, watched: bool) -> Course:
+    def flow(setting: float, periods: int, watched: bool | Asked) -> Course:
         steps, section = int(setting), np.empty((periods, 4))
         if watched:
             touches, energy = _watched(p, steps, state, section)

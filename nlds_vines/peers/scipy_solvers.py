@@ -20,7 +20,10 @@ from nlds_vines.peers.equation import begin, constants, indicator, jacobian, slo
 from nlds_vines.system import System
 
 SETTINGS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-FINEST = {"BDF": 1e-10}  # beyond, its Newton iteration asks for more digits than there are
+FINEST = {
+    "Radau": 1e-10,  # beyond, it takes thousands of steps a contact
+    "BDF": 1e-10,  # beyond, its Newton iteration asks for more digits than there are
+}
 _ORDERS = {"RK45": 5.0, "DOP853": 8.0, "Radau": 5.0, "BDF": None, "LSODA": None}
 
 

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.peers import Course, Peer, installed
+from nlds_vines.peers import Asked, Course, Peer, installed
 from nlds_vines.precision.cases import Case
 from nlds_vines.precision.reference import watched
 from nlds_vines.precision.results import EXACT, RK4, Setting
 from nlds_vines.simulation import simulate
 
-Follow = Callable[[Case, bool], Course]
-"""(what to follow, whether touches and energies are asked for) -> what was found."""
+Follow = Callable[[Case, bool | Asked], Course]
+"""(what to follow, whether touches and energies are asked for, or see `Asked`) -> what was found."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def of_peer(peer: Peer) -> Iterator[Contender]:
     prepared: dict[tuple[int, tuple[float, ...]], tuple[Any, Any]] = {}
 
     def following(value: float) -> Follow:
-        def follow(case: Case, observed: bool) -> Course:
+        def follow(case: Case, observed: bool | Asked) -> Course:
             key = id(case.system), tuple(case.state)
             if key not in prepared:  # the system stays, and so its identity is no other's
                 prepared[key] = case.system, peer.prepare(case.system, case.state)
@@ -62,7 +62,7 @@ def ours(method: str, value: float, words: str, **keywords: Any) -> Contender:
     """Return one of our methods at a setting; section and impacts are what it always records."""
     keywords = {"method": method, **keywords}
 
-    def follow(case: Case, observed: bool) -> Course:
+    def follow(case: Case, observed: bool | Asked) -> Course:
         if observed:
             orbit = watched(case, **keywords)
         else:

@@ -11,7 +11,7 @@ import numpy as np
 
 from nlds_vines.classification import classify
 from nlds_vines.kernels.recurrence import period_of
-from nlds_vines.peers import Course, PeerFailure
+from nlds_vines.peers import Asked, Course, PeerFailure
 from nlds_vines.precision.cases import Case
 from nlds_vines.precision.contenders import Contender
 from nlds_vines.precision.reference import Reference
@@ -74,16 +74,21 @@ def measured(truth: Truth, contender: Contender) -> Result:
 
 
 def seconds_of(case: Case, contender: Contender) -> float:
-    """Return the CPU time of a period [s]: median of runs that are long enough to be timed."""
-    periods, spent = case.periods, _spent(case, contender)
+    """Return the CPU time of a period [s]: median of runs that are long enough to be timed.
+
+    The contender has followed the case before, so that what it compiles for it is compiled.
+    """
+    spent = _spent(case, contender)
     if spent < SHORTEST:  # once more, longer: what a call costs is spread over many periods
-        periods = case.periods * math.ceil(min(SHORTEST / max(spent, 1e-6), 1e4))
-        spent = _spent(replace(case, periods=periods), contender)
+        longer = min(SHORTEST / max(spent, 1e-6), 1e4)
+        # by powers of 2: some compile for a number of periods, and that is not to be timed
+        case = replace(case, periods=case.periods * 2 ** math.ceil(math.log2(longer)))
+        _spent(case, contender)
+        spent = _spent(case, contender)
     times = [spent]
     if spent < PATIENCE:
-        longer = replace(case, periods=periods)
-        times += [_spent(longer, contender) for _ in range(REPEATS)]
-    return statistics.median(times) / periods
+        times += [_spent(case, contender) for _ in range(REPEATS)]
+    return statistics.median(times) / case.periods
 
 
 def _spent(case: Case, contender: Contender) -> float:
@@ -107,7 +112,7 @@ def _label(steady: Case | None, contender: Contender) -> str:
     """Return the label that the contender gives to the orbit that begins on the true one."""
     if steady is None:
         return ""
-    course = contender.follow(steady, True)
+    course = contender.follow(steady, Asked.TOUCHES)
     n = int(period_of(np.ascontiguousarray(course.section), RETURN))
     if n == 0:
         return "undetermined"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,7 +17,8 @@ from nlds_vines.system import System
 SAMPLES = 512  # states of a period among which peaks of E1 are looked for
 NEARLY = 0.05  # of the largest, which peaks are looked at more closely
 CLOSER, SAMPLES_OF_PEAK = 2, 64  # how often, and by how many states between its neighbours
-BUDGET = 10**6  # steps of a forcing period after which a peer gives up
+BUDGET = 10**6  # compiled steps of a forcing period after which a peer gives up
+EVENTS = 1000  # touches and releases of a forcing period after which it gives up, too
 
 _MODULES = {"scikit-sundae": "sksundae"}  # where a package is imported by another name
 _PROGRAMS = {"octave": "octave-cli"}  # what is no Python package but a program
@@ -147,6 +149,11 @@ def flow_of(system: System, start: np.ndarray, follow: Follow) -> Flow:
         return Course(section, touches, energy, track.steps_in_contact, track.seconds)
 
     return flow
+
+
+def most_events(system: System, times: np.ndarray) -> int:
+    """Return after how many events a peer gives up on its way to the last of the times."""
+    return EVENTS * math.ceil(times[-1] / system.period)
 
 
 def touches_of(system: System, found: Sequence[float] | np.ndarray | None) -> np.ndarray | None:

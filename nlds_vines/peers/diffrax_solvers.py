@@ -15,7 +15,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.peers.base import BUDGET, Flow, Peer, PeerFailure, Track, begun, flow_of
+from nlds_vines.peers.base import (
+    BUDGET,
+    Flow,
+    Peer,
+    PeerFailure,
+    Track,
+    begun,
+    flow_of,
+    most_events,
+)
 from nlds_vines.peers.equation import begin, constants
 from nlds_vines.system import System
 
@@ -145,8 +154,11 @@ def _indicator(p: list[float]) -> Callable[..., Any]:
     return rising
 
 
-def _events(p: list[float], solver: Any, room: int) -> Callable[..., Any]:
-    """Return the program that follows an orbit from event to event, with room for touches."""
+def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., Any]:
+    """Return the program that follows an orbit from event to event, with room for touches.
+
+    It gives up after so many events.
+    """
     import diffrax
     import jax
     import jax.numpy as jnp
@@ -158,7 +170,7 @@ def _events(p: list[float], solver: Any, room: int) -> Callable[..., Any]:
 
     def follow(start: Any, rtol: Any, times: Any, watch: Any) -> Any:
         def going(s: _Piece) -> Any:
-            return (s.noted < len(times)) & s.well & (s.pieces < len(times) + BUDGET)
+            return (s.noted < len(times)) & s.well & (s.pieces < len(times) + most)
 
         def advance(s: _Piece) -> _Piece:
             end = times[s.noted] - s.since
@@ -221,9 +233,9 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
     splitting = split and bool(system.scene.walls)
 
     @cache
-    def program(room: int) -> Callable[..., Any]:
+    def program(room: int, most: int) -> Callable[..., Any]:
         if splitting:
-            return jax.jit(_events(numbers, solver, room))
+            return jax.jit(_events(numbers, solver, room, most))
         return jax.jit(_plain(numbers, solver, method.startswith("Kvaerno")))
 
     def follow(rtol: float, wanted: np.ndarray, watched: bool) -> Track:
@@ -231,9 +243,9 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
         room = 64 + 16 * math.ceil(times[-1] / system.period)
         with _double_precision():
             if splitting:
-                found = program(room)(state, rtol, times, watch)
+                found = program(room, most_events(system, times))(state, rtol, times, watch)
             else:
-                found = program(0)(state, rtol, np.concatenate([[0.0], times]))
+                found = program(0, 0)(state, rtol, np.concatenate([[0.0], times]))
             states, well, *rest = (np.asarray(item) for item in found)
         states = states[: len(wanted)]
         if not well:

@@ -14,7 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.peers.base import BUDGET, Flow, Peer, PeerFailure, Track, begun, flow_of
+from nlds_vines.peers.base import (
+    BUDGET,
+    Flow,
+    Peer,
+    PeerFailure,
+    Track,
+    begun,
+    flow_of,
+    most_events,
+)
 from nlds_vines.peers.equation import begin, constants, depth
 from nlds_vines.system import System
 
@@ -97,8 +106,11 @@ class _Integrators:
         self.reached = hk.taylor_outcome.time_limit
         self.offsets = numbers[11] - numbers[9], numbers[11] + numbers[10]  # x2 - x1 at a touch
 
-    def follow(self, start: np.ndarray, times: np.ndarray) -> Track:
-        """Follow an orbit to the last of the times, noting its states at all of them."""
+    def follow(self, start: np.ndarray, times: np.ndarray, most: int) -> Track:
+        """Follow an orbit to the last of the times, noting its states at all of them.
+
+        Gives up after so many touches.
+        """
         self.moments, self.states = [*times.tolist(), math.inf], np.empty((len(times), 4))
         self.noted, self.touches, self.releases, self.steps = 0, list[float](), 0, 0
         watch, flight, state = np.zeros(3), self.flight, self.flight.state
@@ -112,9 +124,11 @@ class _Integrators:
             if outcome == reached:
                 self._note(state)
                 continue
-            if not -len(self.walls) <= int(outcome) < 0 or len(self.touches) > BUDGET:
+            if not -len(self.walls) <= int(outcome) < 0:
                 raise PeerFailure(f"in flight at t = {flight.time:.6g} s: {outcome}")
             self.touches.append(flight.time)
+            if len(self.touches) > most:
+                raise PeerFailure(f"more than {most} touches up to t = {flight.time:.6g} s")
             self._contact(self.walls[-1 - int(outcome)], 0.0)
         mean = self.steps / self.releases if self.releases else None
         return Track(self.states, self.touches, mean)
@@ -159,7 +173,7 @@ def _prepare(system: System, start: np.ndarray) -> Flow:
 
     def follow(tolerance: float, times: np.ndarray, watched: bool) -> Track:
         try:
-            return integrators(tolerance).follow(state, times)
+            return integrators(tolerance).follow(state, times, most_events(system, times))
         except ValueError as error:  # a state that is not finite
             raise PeerFailure(str(error)) from None
 

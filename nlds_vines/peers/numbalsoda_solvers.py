@@ -14,7 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.peers.base import BUDGET, Flow, Peer, PeerFailure, Track, begun, flow_of
+from nlds_vines.peers.base import (
+    BUDGET,
+    Flow,
+    Peer,
+    PeerFailure,
+    Track,
+    begun,
+    flow_of,
+    most_events,
+)
 from nlds_vines.peers.equation import begin, constants, derivative, indicator, switch
 from nlds_vines.system import System
 
@@ -121,10 +130,10 @@ def _events(system: System, start: np.ndarray) -> Flow:
             touches = np.empty(room)
             room = split(
                 rates.address, event.address, p, state, rtol, times, WINDOW * system.period,
-                states, touches, BUDGET * periods,
+                states, touches, len(times) + most_events(system, times),
             )  # fmt: skip
             if room < 0:
-                raise PeerFailure("DOP853 gave up: too many steps or pieces, or steps too small")
+                raise PeerFailure("DOP853 gave up: too many steps or events, or steps too small")
             if room <= touches.size:
                 return Track(states, touches[:room])
 

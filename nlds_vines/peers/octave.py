@@ -19,7 +19,7 @@ from nlds_vines.peers.equation import constants
 from nlds_vines.system import System
 
 SETTINGS = (1e-3, 1e-4, 1e-5, 1e-6)
-PATIENCE, PATIENCE_FOR_PERIOD = 60.0, 10.0  # seconds until it is killed: to begin, and a period
+PATIENCE, PATIENCE_FOR_PERIOD = 30.0, 5.0  # seconds until it is killed: to begin, and a period
 _NAMES = "m1 k1 c1 m2 k2 c2 P omega K near far rest"
 
 _SLOPE = """

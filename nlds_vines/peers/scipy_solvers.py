@@ -15,10 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.peers.base import BUDGET, Flow, Peer, PeerFailure, Track, begun, flow_of
+from nlds_vines.peers.base import Flow, Peer, PeerFailure, Track, begun, flow_of
 from nlds_vines.peers.equation import begin, constants, indicator, jacobian, slope, switch
 from nlds_vines.system import System
 
+BUDGET = 20_000  # steps of a forcing period after which it gives up: each goes through Python
 SETTINGS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 FINEST = {
     "Radau": 1e-10,  # beyond, it takes thousands of steps a contact

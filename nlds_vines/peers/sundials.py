@@ -13,7 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.peers.base import BUDGET, Flow, Peer, PeerFailure, Track, begun, flow_of
+from nlds_vines.peers.base import (
+    BUDGET,
+    Flow,
+    Peer,
+    PeerFailure,
+    Track,
+    begun,
+    flow_of,
+    most_events,
+)
 from nlds_vines.peers.equation import (
     begin,
     constants,
@@ -44,7 +53,9 @@ def _solver(p: np.ndarray, method: str, rtol: float, **events: Any) -> Any:
     )
 
 
-def _split(p: np.ndarray, start: np.ndarray, times: np.ndarray, new: Callable[..., Any]) -> Track:
+def _split(
+    p: np.ndarray, start: np.ndarray, times: np.ndarray, most: int, new: Callable[..., Any]
+) -> Track:
     """Follow an orbit piece by piece from event to event; CVODE interpolates at the times."""
     watch, states, noted, t, y = np.zeros(3), np.empty((len(times), 4)), 0, 0.0, start
     begin(p, start, watch)
@@ -53,7 +64,6 @@ def _split(p: np.ndarray, start: np.ndarray, times: np.ndarray, new: Callable[..
     def event(t: float, y: np.ndarray, value: np.ndarray) -> None:
         value[0] = indicator(p, watch, t, y)
 
-    most = BUDGET * math.ceil(times[-1] * p[7] / (2.0 * math.pi))
     while noted < len(times):
         if events % RENEWED == 0:
             solver = new(eventsfn=event, num_events=1)
@@ -102,7 +112,7 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
         new = partial(_solver, p, method, rtol)
         try:
             if split and system.scene.walls:
-                return _split(p, state, times, new)
+                return _split(p, state, times, most_events(system, times), new)
             return _whole(p, state, times, watched, new)
         except (ArithmeticError, RuntimeError) as error:
             raise PeerFailure(str(error)) from None

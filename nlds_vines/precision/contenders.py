@@ -16,7 +16,7 @@ from nlds_vines.precision.results import EXACT, RK4, Setting
 from nlds_vines.simulation import simulate
 
 Follow = Callable[[Case, bool | Asked], Course]
-"""(what to follow, whether touches and energies are asked for, or see `Asked`) -> what was found."""
+"""(what to follow, whether touches and E1max are asked for, or see `Asked`) -> what was found."""
 
 
 @dataclass(frozen=True)

@@ -181,6 +181,11 @@ def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., 
             touched = hit & ~s.inside
             nearer = jnp.where(_depth(p, 0, y) >= _depth(p, 1, y), 0, 1)
             well = found.result == diffrax.RESULTS.successful
+            for ended in (
+                diffrax.RESULTS.event_occurred,
+                diffrax.RESULTS.nonlinear_max_steps_reached,  # bisected down to round-off
+            ):
+                well = well | (hit & (found.result == ended))
             return _Piece(
                 since=jnp.where(hit, now, s.since),
                 t=jnp.where(hit, 0.0, end),
@@ -194,7 +199,7 @@ def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., 
                 found=s.found + touched,
                 steps=s.steps + jnp.where(s.inside, found.stats["num_accepted_steps"], 0),
                 pieces=s.pieces + 1,
-                well=well | (found.result == diffrax.RESULTS.event_occurred),
+                well=well,
             )
 
         nothing = jnp.array(0)
@@ -249,7 +254,9 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
             states, well, *rest = (np.asarray(item) for item in found)
         states = states[: len(wanted)]
         if not well:
-            raise PeerFailure(f"{method} gave up: too many steps, or a state that is not finite")
+            raise PeerFailure(
+                f"{method} gave up: too many steps or events, or a state that is not finite"
+            )
         if not rest:
             return Track(states)
         touches, count, steps = rest

@@ -210,7 +210,7 @@ def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., 
             steps=nothing, pieces=nothing, well=jnp.array(True),
         )  # fmt: skip
         last = jax.lax.while_loop(going, advance, first)
-        done = last.noted == len(times)
+        done = last.well & (last.noted == len(times))  # the last piece may have failed
         return last.states, done, last.touches, last.found, last.steps
 
     return follow

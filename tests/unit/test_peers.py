@@ -203,7 +203,7 @@ def test_a_start_that_is_no_number_is_refused(peer):
         peer.prepare(SET6, np.array([0.0, np.nan, 0.0, 0.0]))
 
 
-@each(QUICK)
+@each(QUICK + ONCE)
 def test_a_state_beyond_all_numbers_is_a_failure(peer):
     needed(peer)
     flow = peer.prepare(SET6, np.array([0.0, 0.0, -1e300, 0.0]))

@@ -18,6 +18,8 @@ SAMPLES = 512  # states of a period among which peaks of E1 are looked for
 NEARLY = 0.05  # of the largest, which peaks are looked at more closely
 CLOSER, SAMPLES_OF_PEAK = 2, 64  # how often, and by how many states between its neighbours
 BUDGET = 10**6  # compiled steps of a forcing period after which a peer gives up
+TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)  # settings, where nothing speaks against one
+BUDGET_IN_PYTHON = 20_000  # the same where each step goes through Python
 EVENTS = 1000  # touches and releases of a forcing period after which it gives up, too
 
 _MODULES = {"scikit-sundae": "sksundae"}  # where a package is imported by another name

@@ -17,6 +17,7 @@ import numpy as np
 
 from nlds_vines.peers.base import (
     BUDGET,
+    TOLERANCES,
     Flow,
     Peer,
     PeerFailure,
@@ -28,7 +29,6 @@ from nlds_vines.peers.base import (
 from nlds_vines.peers.equation import begin, constants
 from nlds_vines.system import System
 
-SETTINGS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 LEAST = 8192  # samples of an orbit that are always asked for: what is compiled is of use again
 PRECISE = 1e-13  # tolerance of the bisection, relative and absolute [s, m/s]
 
@@ -270,7 +270,7 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
 def _peer(method: str, order: float, split: bool) -> Peer:
     return Peer(
         name=f"diffrax {method}, events" if split else f"diffrax {method}",
-        settings=SETTINGS,
+        settings=TOLERANCES,
         setting="rtol",
         events=split,
         compiled=True,

@@ -16,6 +16,7 @@ import numpy as np
 
 from nlds_vines.peers.base import (
     BUDGET,
+    TOLERANCES,
     Flow,
     Peer,
     PeerFailure,
@@ -27,7 +28,6 @@ from nlds_vines.peers.base import (
 from nlds_vines.peers.equation import begin, constants, depth
 from nlds_vines.system import System
 
-SETTINGS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 RELEASE, MOMENT = -1, -2  # outcomes of a contact: the first and the second event ended it
 FAR_AWAY = 1e300  # sigma that no contact reaches
 
@@ -183,7 +183,7 @@ def _prepare(system: System, start: np.ndarray) -> Flow:
 PEERS = (
     Peer(
         name="heyoka Taylor, events",
-        settings=SETTINGS,
+        settings=(*TOLERANCES, 1e-14),
         setting="rtol",
         events=True,
         compiled=True,

@@ -16,6 +16,7 @@ import numpy as np
 
 from nlds_vines.peers.base import (
     BUDGET,
+    TOLERANCES,
     Flow,
     Peer,
     PeerFailure,
@@ -27,7 +28,6 @@ from nlds_vines.peers.base import (
 from nlds_vines.peers.equation import begin, constants, derivative, indicator, switch
 from nlds_vines.system import System
 
-SETTINGS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 CONSTANTS, WATCH = 13, 3  # numbers of `constants` and of `begin`
 WINDOW = 16  # forcing periods that one call may follow: it makes room for all that is noted
 
@@ -160,7 +160,7 @@ def _plain(system: System, start: np.ndarray, *, method: str) -> Flow:
 def _peer(name: str, prepare: Callable[..., Flow], order: float | None) -> Peer:
     return Peer(
         name=f"numbalsoda {name}",
-        settings=SETTINGS,
+        settings=TOLERANCES,
         setting="rtol",
         events=name.endswith("events"),
         compiled=True,

@@ -15,12 +15,19 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.peers.base import Flow, Peer, PeerFailure, Track, begun, flow_of
+from nlds_vines.peers.base import (
+    BUDGET_IN_PYTHON,
+    TOLERANCES,
+    Flow,
+    Peer,
+    PeerFailure,
+    Track,
+    begun,
+    flow_of,
+)
 from nlds_vines.peers.equation import begin, constants, indicator, jacobian, slope, switch
 from nlds_vines.system import System
 
-BUDGET = 20_000  # steps of a forcing period after which it gives up: each goes through Python
-SETTINGS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 FINEST = {
     "Radau": 1e-10,  # beyond, it takes thousands of steps a contact
     "BDF": 1e-10,  # beyond, its Newton iteration asks for more digits than there are
@@ -42,7 +49,7 @@ class _Run:
         self.states, self.noted = np.empty((len(times), 4)), 0
         self.touches: list[float] = []
         self.releases = self.inside_steps = self.steps = 0
-        self.most = BUDGET * math.ceil(times[-1] * p[7] / (2.0 * math.pi))
+        self.most = BUDGET_IN_PYTHON * math.ceil(times[-1] * p[7] / (2.0 * math.pi))
 
     def advance(self, new_solver: Callable[..., Any]) -> None:
         """Follow the orbit to the next event, if they split it, or to the end."""
@@ -133,7 +140,7 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
 PEERS = tuple(
     Peer(
         name=f"SciPy {method}, events" if split else f"SciPy {method}",
-        settings=tuple(rtol for rtol in SETTINGS if rtol >= FINEST.get(method, 0.0)),
+        settings=tuple(rtol for rtol in TOLERANCES if rtol >= FINEST.get(method, 0.0)),
         setting="rtol",
         events=split,
         compiled=False,

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.peers.base import (
-    BUDGET,
+    BUDGET_IN_PYTHON,
+    TOLERANCES,
     Flow,
     Peer,
     PeerFailure,
@@ -34,7 +35,6 @@ from nlds_vines.peers.equation import (
 )
 from nlds_vines.system import System
 
-SETTINGS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 ROOT = 2  # status of a step that ended at an event
 RENEWED = 32  # events after which CVODE is made anew: after each step it lists all of them
 
@@ -48,7 +48,7 @@ def _solver(p: np.ndarray, method: str, rtol: float, **events: Any) -> Any:
         method=method,
         rtol=rtol,
         atol=1e-3 * rtol,
-        max_num_steps=BUDGET,
+        max_num_steps=BUDGET_IN_PYTHON,
         **events,
     )
 
@@ -123,7 +123,7 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
 PEERS = tuple(
     Peer(
         name=f"SUNDIALS {method}, events" if split else f"SUNDIALS {method}",
-        settings=SETTINGS,
+        settings=TOLERANCES,
         setting="rtol",
         events=split,
         compiled=False,

@@ -40,10 +40,10 @@ LONGER = tuple(p for p in PEERS if p.name in ("diffrax Tsit5", "Octave ode23s, J
 ONCE = tuple(p for p in PEERS if p.name == "diffrax Tsit5, events")
 
 LIMITS = {
-    "scipy_solvers": [("BUDGET", 20)],
+    "scipy_solvers": [("BUDGET_IN_PYTHON", 20)],
     "numbalsoda_solvers": [("BUDGET", 20)],
     "heyoka_taylor": [("BUDGET", 2)],
-    "sundials": [("BUDGET", 20)],
+    "sundials": [("BUDGET_IN_PYTHON", 20)],
     "diffrax_solvers": [("BUDGET", 4)],
     "octave": [("PATIENCE", 0.01), ("PATIENCE_FOR_PERIOD", 0.0)],
 }

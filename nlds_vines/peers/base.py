@@ -16,6 +16,7 @@ from nlds_vines.system import System
 
 SAMPLES = 512  # states of a period among which peaks of E1 are looked for
 NEARLY = 0.05  # of the largest, which peaks are looked at more closely
+LOOKS = 4096  # states of a period among which touches are looked for by who has no events
 CLOSER, SAMPLES_OF_PEAK = 2, 64  # how often, and by how many states between its neighbours
 BUDGET = 10**6  # compiled steps of a forcing period after which a peer gives up
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)  # settings, where nothing speaks against one
@@ -145,6 +146,8 @@ def flow_of(system: System, start: np.ndarray, follow: Follow) -> Flow:
         if not watched:
             return Course(section, None, None, seconds=track.seconds)
         touches = touches_of(system, track.touches)
+        if touches is None:
+            touches = _seen(system, start, track, partial(follow, setting))
         energy = None
         if watched != Asked.TOUCHES:
             energy = _largest_energy(system, start, periods, partial(follow, setting))
@@ -163,6 +166,44 @@ def touches_of(system: System, found: Sequence[float] | np.ndarray | None) -> np
     if not system.scene.walls:
         return np.zeros(0)
     return None if found is None else np.asarray(found, dtype=float)
+
+
+def _seen(
+    system: System, start: np.ndarray, track: Track, follow: Callable[..., Track]
+) -> np.ndarray | None:
+    """Return the times of touch [s] that show among `LOOKS` states of a period.
+
+    Between two of these the approach is the cubic that has their depths and speeds.  None where a
+    solver fits its steps to the times: who looks closely then follows another orbit than `track`.
+    """
+    spacing = system.period / LOOKS
+    times = spacing * np.arange(LOOKS * len(track.states) + 1)
+    states = np.vstack([start, _finite(follow(times[1:], False).states)])
+    if not np.array_equal(states[LOOKS::LOOKS], track.states):
+        return None
+    cell, found = system.cells(), []
+    shortening = states[:, 0] - states[:, 2] + float(cell["rest"])
+    closing = (states[:, 1] - states[:, 3]) * spacing
+    for wall, sign in (("near", 1.0), ("far", -1.0)):
+        if wall in system.scene.walls:
+            depth, rise = sign * shortening - float(cell[wall]), sign * closing
+            at = np.flatnonzero((depth[:-1] < 0.0) & (depth[1:] >= 0.0))
+            place = _zero(depth[at], depth[at + 1], rise[at], rise[at + 1])
+            found.append(times[at] + spacing * place)
+    return np.sort(np.concatenate(found))
+
+
+def _zero(before: np.ndarray, after: np.ndarray, rise: np.ndarray, later: np.ndarray) -> np.ndarray:
+    """Return where in [0, 1] cubics with these ends and slopes are zero, by Newton's method."""
+    change = after - before
+    x = before / -change
+    for _ in range(5):
+        turn = 3.0 * change - 2.0 * rise - later
+        twist = rise + later - 2.0 * change
+        value = before + x * (rise + x * (turn + x * twist))
+        slope = rise + x * (2.0 * turn + 3.0 * x * twist)
+        x = np.clip(x - value / np.where(slope > 0.0, slope, np.inf), 0.0, 1.0)
+    return x
 
 
 def _largest_energy(

@@ -12,6 +12,7 @@ import pytest
 
 from nlds_vines.catalogue import load_system
 from nlds_vines.peers import PEERS, Asked, PeerFailure, base, constants, derivative, installed
+from nlds_vines.peers.base import Track
 from nlds_vines.peers.equation import begin, indicator, jacobian, slope, switch
 from nlds_vines.precision.cases import of_system
 from nlds_vines.precision.reference import FINEST, watched
@@ -109,6 +110,33 @@ def test_events_are_the_touches(peer, truth):
     needed(peer)
     assert len(truth.impacts) == 2
     np.testing.assert_allclose(fine(peer).touches, truth.impacts["touch"], rtol=0, atol=1e-8)
+
+
+@each([peer for peer in PEERS if peer.needs == "" and not peer.events])
+def test_who_has_no_events_sees_touches_among_the_states(peer, truth):
+    found = fine(peer)
+    assert len(found.touches) == 2
+    assert np.abs(found.touches - truth.impacts["touch"]).max() < 1e-6
+
+
+def flow_between(fits):
+    """Return a flow that knows the truth at the times wanted; it may fit its steps to these."""
+    states = simulate(SET6, PERIODS, record=["trajectory"], samples=base.LOOKS).trajectory
+
+    def follow(setting, times, watched):
+        every = round(times[0] / SET6.period * base.LOOKS)
+        return Track(states[every - 1 :: every] + (1e-9 / every if fits else 0.0))
+
+    return base.flow_of(SET6, of_system(SET6).state, follow)
+
+
+def test_touches_are_placed_between_the_states(truth):
+    found = flow_between(False)(0.0, PERIODS, Asked.TOUCHES)
+    np.testing.assert_allclose(found.touches, truth.impacts["touch"], rtol=0, atol=1e-9)
+
+
+def test_who_fits_the_steps_to_the_times_cannot_tell_touches():
+    assert flow_between(True)(0.0, PERIODS, Asked.TOUCHES).touches is None
 
 
 @each(PEERS)

@@ -68,6 +68,8 @@ def allowed(has_damper, has_near, has_far, cell):
         fine = fine and 0.0 < cell.K < math.inf and finite(cell.near)
     if has_far is not None:
         fine = fine and 0.0 < cell.K < math.inf and finite(cell.far)
+        if has_near is not None:
+            fine = fine and cell.near + cell.far >= 0.0
     return fine
 
 

@@ -102,14 +102,24 @@ def shortening(system: System) -> float:
     return float(abs(found.X1[0] - found.X2[0]))
 
 
+def amplitudes(system: System) -> np.ndarray:
+    """Return the amplitudes of x1, v1, x2, v2 in the steady motion without contact."""
+    omega = system.parameters["omega"]
+    found = response(system, np.array([omega]))
+    sizes = [abs(X[0]) for X in (found.X1, found.X2) if X is not None]
+    return np.array([size * rate for size in sizes for rate in (1.0, omega)])
+
+
 def error_of(found: Any, exact: Any, offset: float = 0.0, like: np.ndarray | None = None) -> float:
     """Return the largest error of states (..., 4), positions and speeds each by their own scale.
 
-    Arguments: `offset` is subtracted from x2 before its scale is taken: what does not move is no
-    scale; `like`, states of the motion that give the scales, by default those of `exact`.
+    Arguments: states of the structure alone are (..., 2); `offset` is subtracted from x2 before
+    its scale is taken: what does not move is no scale; `like`, states of the motion that give the
+    scales, by default those of `exact`.
     """
-    moving = np.atleast_2d(exact if like is None else like) - [0.0, 0.0, offset, 0.0]
-    scales = (np.abs(moving[:, i::2]).max() for i in (0, 1))
+    moving = np.atleast_2d(exact if like is None else like).copy()
+    moving[:, 2:3] -= offset
+    scales = [np.abs(moving[:, i::2]).max() for i in (0, 1)]
     wrong = np.abs(np.atleast_2d(found) - np.atleast_2d(exact))
     return float(max(wrong[:, i::2].max() / scale for i, scale in enumerate(scales)))
 

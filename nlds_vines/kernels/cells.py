@@ -24,7 +24,7 @@ STEPS_RATIO = 4.0  # fixed steps of a period to those of a free impact
 @jit
 def own_arc(arc):
     """Return the arc with scratch rows of this lane's own."""
-    return Arc(arc.n, arc.length, arc.settled, arc.cover, arc.table.copy())
+    return Arc(arc.n, arc.length, arc.settled, arc.spent, arc.cover, arc.table.copy())
 
 
 @jit

@@ -20,7 +20,6 @@ touches, soft contacts, a section inside) is left to `contact`.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -49,7 +48,8 @@ class Arc(NamedTuple):
 
     n: int
     length: float  # integral of u from touch to release
-    settled: float  # relative change of b by the last sweep: a tenth of what is left goes unseen
+    settled: float  # relative change of b that a further sweep may still make
+    spent: float  # what the nodes miss of LOSS up to the release
     cover: np.ndarray  # (n n,) integration from touch to each node, one integrand after another
     table: np.ndarray  # (TABLE,) the rows; those of the unknowns are scratch
 
@@ -186,49 +186,33 @@ def short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1):
         return False, s, x1, v1, 0.0, 0.0
     rest = v1 - damper.share * s
     first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d)
+    before = b
     for _ in range(MOST_SWEEPS):
         common_slopes(ps, damper, wall, arc, c, d)
         cover_common(arc, x1, rest)
         own_slope(ps, damper, wall, arc, c, d)
-        if cover_own(arc, b) < arc.settled * b:
+        change = cover_own(arc, b)
+        if change * change < arc.settled * b * before:  # each sweep gains as much as the last one
             return released(ps, damper, wall, arc, c, d, b, s, x1, rest)
+        before = change
     return False, s, x1, v1, 0.0, 0.0
 
 
 @jit
-def squared_release(ps, damper, wall, arc, s, x1, rest, dx, dv):
-    """Return the square of the release speed by the balance of energy.
-
-    Where r is the gap again, contact and damper spring hold what they held at touch. What is left
-    is the motion common to both masses and the structure's spring, whose changes dx [m] and
-    dv [m/s] are known to round-off, and the small work of force and dashpots: the release speed is
-    good to round-off too, and an undamped impact loses nothing.
-    """
-    w, share = arc.table, damper.share
-    other = 1.0 - share
-    work = 0.0
-    for i in range(arc.n):
-        b = w[B + i]
-        b4 = b * b * b * b
-        u, speed = w[U + i], wall.speed * b4 * b * w[S + i]
-        place, v1 = w[G + i] + share * b4 * u * u, w[H + i] + share * speed
-        push = w[FH + i] / other + ps.stiffness * place * w[FT + i]  # of force and dashpot c1
-        drag = damper.c2 * damper.inv_mu * speed * speed * w[FT + i]
-        work += w[WEIGHT + i] * (push * v1 / share - drag)
-    spring = ps.stiffness / share * dx * (2.0 * x1 + dx)
-    common = dv * (2.0 * rest + dv) / (share * other)
-    return s * s - spring - common + 2.0 * work
-
-
-@jit
 def released(ps, damper, wall, arc, c, d, b, s, x1, rest):
-    """Return the result of `short_impact` from the settled nodes."""
+    """Return the result of `short_impact` from the settled nodes.
+
+    What the dashpots take is nearly what they take of the free arc, which is known exactly.
+    """
     common_slopes(ps, damper, wall, arc, c, d)
     own_slope(ps, damper, wall, arc, c, d)
     deep = b + integral(arc, int(MIDDLE), int(FB))
+    drag = (damper.c2 * damper.inv_mu + ps.damping * damper.share) * s
+    missed = drag * arc.spent / (wall.kappa * b * b * b * b * b * b)
+    out = b * (1.0 - missed) + integral(arc, int(WEIGHT), int(FB))
     duration = integral(arc, int(WEIGHT), int(FT))
-    dx, dv = integral(arc, int(WEIGHT), int(FG)), integral(arc, int(WEIGHT), int(FH))
-    square = squared_release(ps, damper, wall, arc, s, x1, rest, dx, dv)
-    speed, rest = math.sqrt(square), rest + dv
+    x1 += integral(arc, int(WEIGHT), int(FG))
+    rest += integral(arc, int(WEIGHT), int(FH))
+    speed = wall.speed * out * out * out * out * out
     depth = deep * deep * deep * deep
-    return square > 0.0, -speed, x1 + dx, rest - damper.share * speed, duration, depth
+    return True, -speed, x1, rest - damper.share * speed, duration, depth

@@ -5,12 +5,13 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
-_FOLDER_IN_CLONE = {"dampers.toml": "data"}  # all else stands in `scans`
+# all else stands in `scans`
+_FOLDER_IN_CLONE = {"dampers.toml": "data", "states.json": "data/reference"}
 _RECIPES = ("figure*.toml", "study-*.toml")
 
 
 def resource_text(name: str) -> str:
-    """Return the text of the packaged file `name`: `dampers.toml`, or a recipe of a figure.
+    """Return the text of the packaged file `name`: `dampers.toml`, a recipe, `states.json`.
 
     A wheel carries them in `nlds_vines/_data`; in a clone they stay in `data` and `scans`.
     """

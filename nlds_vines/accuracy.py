@@ -1,58 +1,61 @@
-"""Error against run time: our methods beside what a user would try instead.
+"""Error against run time beside what a user would try instead; stiff and extreme cases.
 
 As a command: `python -m nlds_vines.accuracy`, or `nlds-vines accuracy`.
 """
 
 from __future__ import annotations
 
-import statistics
+import json
+import os
 import sys
-import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
-import numpy as np
-
-from nlds_vines._command import DONE, Parser, assignments, parsed, run_command
+from nlds_vines._command import (
+    DONE,
+    LANES_FAILED,
+    Parser,
+    assignments,
+    check_plot,
+    check_writable,
+    complain,
+    parsed,
+    refuse_existing,
+    run_command,
+)
 from nlds_vines.catalogue import load_system
+from nlds_vines.errors import RequestError, shown, whole
+from nlds_vines.scan import load_scan
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from nlds_vines.archive import ArchiveView
+    from nlds_vines.precision.survey import Survey
     from nlds_vines.system import System
 
 _NAME = "accuracy"
+_DEFAULT = "ssul-set6"
 _EXAMPLES = """\
 examples:
   nlds-vines accuracy
-      SSul NES Set 6 at omega = 6.28 rad/s, twenty periods from rest
-  nlds-vines accuracy --system ssul-set6 --set omega=7.45 --set E2=2.1e11
+      SSul NES Set 6 at omega = 6.28 rad/s, twenty periods from rest: every method there is
+  nlds-vines accuracy own.toml --set omega=6.9 --want 1e-6
+      the same for a system of your own, and the cheapest setting that is good to 1e-6
+  nlds-vines accuracy --suite -o accuracy.h5 --plot accuracy.png --markdown accuracy.md
+      five cases: soft, steel, two walls, near grazing, no contact
+  nlds-vines accuracy --stiff -o stiffness.h5
+      Young's modulus from 2e5 to 2.1e13 Pa and K from 1e4 to 1e16 N/m^1.5
+  nlds-vines accuracy --extreme
+      the catalogue of extremes: what is promised, what was measured
   nlds-vines accuracy --parts
       what a wall, a limit and each record cost per forcing period
+peers are measured where they are installed: pip install 'nlds-vines[peers]', and octave
+exit status: 0 done; 1 a promise is not kept (--extreme); 2 the request is wrong;
+130 interrupted, 143 terminated: --resume goes on
 """
-PERIODS = 20  # over which the error is measured
-LONG = 20_000  # periods that a fast method is timed over
-REPEATS = 5
-FINEST_NODES, FINEST_STEPS = 20, 80.0  # of the reference
-CONFIRMING = 16384  # fixed steps of a period that must confirm the reference
-
-
-@dataclass(frozen=True)
-class Contender:
-    """A method at one setting: `run(periods)` returns the last state, from rest."""
-
-    method: str
-    setting: str
-    run: Callable[[int], np.ndarray]
-    timed: int  # periods to time it over
-
-
-@dataclass(frozen=True)
-class Result:
-    """What was measured: largest error of x1, v1, x2, v2 [m, m/s], and CPU time a period [s]."""
-
-    contender: Contender
-    error: float
-    seconds: float
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -62,18 +65,272 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _command(argv: Sequence[str]) -> int:
     options = _parser().parse_args(argv)
-    texts = assignments("--set", options.set, "NAME=VALUE")
-    changes = {name: parsed(float, f"--set {name}", text) for name, text in texts.items()}
-    system = load_system(options.system, **changes)
+    if options.extreme:
+        return _extreme(options)
+    system = _system(options)
     if options.parts:
         return _parts(system, options.dry_run)
-    if options.dry_run:
-        for contender in contenders(system):
-            print(f"{contender.method} {contender.setting}: {contender.timed} periods".strip())
+    return _Job.of(options, system).run(options.dry_run)
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"nlds-vines {_NAME}",
+        description="Error against run time of every method on one system, one thread.",
+        epilog=_EXAMPLES,
+    )
+    parser.add_argument("scan", nargs="?", metavar="SCAN.toml", help="whose system is taken")
+    parser.add_argument("--system", metavar="NAME", help=f"[{_DEFAULT}]")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
+    parser.add_argument("--periods", metavar="N", help="after which errors are taken [20]")
+    parser.add_argument("--want", metavar="ERROR", help="advise a setting with this error at most")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--suite", action="store_true", help="five cases that stand for all")
+    what.add_argument("--stiff", action="store_true", help="from soft rubber to beyond steel")
+    what.add_argument("--extreme", action="store_true", help="the catalogue of extremes")
+    what.add_argument("--parts", action="store_true", help="what each part and record costs")
+    parser.add_argument("--no-peers", action="store_true", help="our own methods only")
+    parser.add_argument("-o", "--output", metavar="FILE.h5", help="[accuracy.h5 or stiffness.h5]")
+    parser.add_argument("--plot", metavar="FILE.png|pdf|svg", help="[the same, .png]")
+    parser.add_argument("--markdown", metavar="FILE.md", help="write the page, too")
+    parser.add_argument("--resume", action="store_true", help="go on where a run ended")
+    parser.add_argument("--overwrite", action="store_true", help="replace what exists")
+    parser.add_argument("--long", action="store_true", help="with --extreme: also what takes long")
+    parser.add_argument("--dry-run", action="store_true", help="only say what would be run")
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+    return parser
+
+
+def _system(options: Any) -> System:
+    """Return the system asked for: of the catalogue, or a scan's, in the middle of its axes."""
+    texts = assignments("--set", options.set, "NAME=VALUE")
+    changes = {name: parsed(float, f"--set {name}", text) for name, text in texts.items()}
+    if options.scan is None:
+        return load_system(options.system or _DEFAULT, **changes)
+    if options.system is not None:
+        raise RequestError(
+            f"{shown(options.scan)} and --system {options.system} exclude each other: give one"
+        )
+    scan = load_scan(options.scan)
+    middle = {axis.name: float(axis.values[axis.values.size // 2]) for axis in scan.axes}
+    return scan.system.with_(**(middle | changes))
+
+
+class _Mode(Protocol):
+    """What is measured, and how it is told; kernels and matplotlib are loaded by its methods."""
+
+    @property
+    def default(self) -> str:
+        """The archive's name where none is given."""
+
+    def survey(self) -> Survey:
+        """Return what is to be measured."""
+
+    def draw(self, view: ArchiveView) -> Figure:
+        """Return the picture of an archive."""
+
+    def lines(self, view: ArchiveView) -> Iterator[str]:
+        """Yield what an archive says."""
+
+    def page(self, view: ArchiveView, picture: str, command: str) -> str:
+        """Return what an archive says as a page of its own."""
+
+
+@dataclass(frozen=True)
+class _Compared:
+    """Error against run time, on one system or on the suite; `want` asks for advice."""
+
+    system: System
+    periods: int | None
+    want: float | None
+    suite: bool
+    peers: bool
+    default: str = "accuracy.h5"
+
+    def survey(self) -> Survey:
+        from nlds_vines.precision.cases import of_system, suite
+        from nlds_vines.precision.comparison import comparison
+
+        cases = list(suite()) if self.suite else [of_system(self.system)]
+        if self.periods is not None:
+            cases = [replace(case, periods=self.periods) for case in cases]
+        return comparison(cases, "Error against run time", self.peers)
+
+    def draw(self, view: ArchiveView) -> Figure:
+        from nlds_vines.figures.precision import draw_comparison
+        from nlds_vines.precision.layout import read_comparison
+
+        return draw_comparison(read_comparison(view))
+
+    def lines(self, view: ArchiveView) -> Iterator[str]:
+        from nlds_vines.precision import tables
+        from nlds_vines.precision.layout import read_comparison
+
+        for case in read_comparison(view):
+            yield from (*tables.head(case), "")
+            if not self.suite:
+                yield from (*tables.measurements(case), "")
+            yield from (*tables.summary(case), "", tables.verdict(case))
+            yield from (*tables.ratios(case), *tables.advice(case, self.want), "")
+
+    def page(self, view: ArchiveView, picture: str, command: str) -> str:
+        from nlds_vines.precision import tables
+        from nlds_vines.precision.layout import read_comparison
+
+        return tables.page(read_comparison(view), picture, command)
+
+
+@dataclass(frozen=True)
+class _Stiff:
+    """One system with its contact made softer and harder."""
+
+    system: System
+    periods: int
+    peers: bool
+    default: str = "stiffness.h5"
+
+    def survey(self) -> Survey:
+        from nlds_vines.precision.stiffness import stiffness
+
+        return stiffness(self.system, self.periods, self.peers)
+
+    def draw(self, view: ArchiveView) -> Figure:
+        from nlds_vines.figures.precision import draw_stiffness
+        from nlds_vines.precision.stiff_layout import read_stiffness
+
+        return draw_stiffness(read_stiffness(view))
+
+    def lines(self, view: ArchiveView) -> Iterator[str]:
+        from nlds_vines.precision import stiff_layout
+
+        return stiff_layout.lines(stiff_layout.read_stiffness(view))
+
+    def page(self, view: ArchiveView, picture: str, command: str) -> str:
+        from nlds_vines.precision import stiff_layout
+
+        return stiff_layout.page(stiff_layout.read_stiffness(view), picture, command)
+
+
+def _mode(options: Any, system: System) -> _Mode:
+    """Return what the options ask for; `RequestError` for those that do not go together."""
+    periods, want = None, None
+    if options.periods is not None:
+        periods = whole("--periods", parsed(int, "--periods", options.periods), 2, 10_000)
+    if options.want is not None:
+        want = parsed(float, "--want", options.want)
+        if not 0.0 < want < 1.0:
+            raise RequestError(f"--want = {want:g} must lie between 0 and 1")
+    peers = not options.no_peers
+    if not options.stiff:
+        if options.suite and (options.scan or options.system or options.set):
+            raise RequestError("--suite has cases of its own: leave out the system and --set")
+        return _Compared(system, periods, want, options.suite, peers)
+    if want is not None:
+        raise RequestError("--want advises on error against run time: leave it out with --stiff")
+    if not system.scene.walls:
+        raise RequestError(f"--stiff: kind {system.kind!r} has no contact to make stiff")
+    return _Stiff(system, periods or 20, peers)
+
+
+@dataclass(frozen=True)
+class _Job:
+    """A survey and where it goes; checked before anything heavy is loaded."""
+
+    mode: _Mode
+    archive: Path
+    plot: Path
+    markdown: Path | None
+    resume: bool
+    overwrite: bool
+    quiet: bool
+
+    @classmethod
+    def of(cls, options: Any, system: System) -> _Job:
+        """Return the job that the options ask for."""
+        mode = _mode(options, system)
+        archive = Path(options.output or mode.default)
+        return cls(
+            mode,
+            archive=archive,
+            plot=archive.with_suffix(".png") if options.plot is None else Path(options.plot),
+            markdown=None if options.markdown is None else Path(options.markdown),
+            resume=options.resume,
+            overwrite=options.overwrite,
+            quiet=options.quiet,
+        )
+
+    def __post_init__(self) -> None:
+        if self.resume and self.overwrite:
+            raise RequestError("resume and overwrite exclude each other: give one of them")
+        check_writable("output", self.archive)
+        check_plot(self.plot)
+        if self.markdown is not None:
+            check_writable("--markdown", self.markdown)
+
+    def run(self, dry_run: bool) -> int:
+        """Measure, draw and tell."""
+        if dry_run:
+            print(*(task.name for task in self.mode.survey().tasks), sep="\n")
+            return DONE
+        refuse_existing(self.archive, resume=self.resume, overwrite=self.overwrite)
+        from nlds_vines.engine import Interrupted
+        from nlds_vines.precision.survey import run
+
+        how = {"resume": self.resume, "overwrite": self.overwrite}
+        try:
+            run(self.mode.survey(), self.archive, **how, show=None if self.quiet else _say)
+        except Interrupted as stop:
+            complain(_NAME, str(stop))
+            return stop.status
+        self._tell()
         return DONE
-    for line in report(system):
-        print(line, flush=True)
-    return DONE
+
+    def _tell(self) -> None:
+        """Draw the picture, write the page, print the tables: all from the archive."""
+        from nlds_vines import durable
+        from nlds_vines.archive import read
+        from nlds_vines.figures import save_figure
+
+        with read(self.archive) as view:
+            digest = ("scan_hash", str(view.attrs["scan_hash"]))
+            save_figure(self.mode.draw(view), self.plot, str(view.attrs["title"]), digest)
+            if self.markdown is not None:
+                where = os.path.relpath(self.plot, self.markdown.parent)
+                text = self.mode.page(view, where, _command_of(view.attrs))
+                with durable.in_one_line(f"write {self.markdown}"):
+                    self.markdown.write_text(text, encoding="utf-8")
+            for line in self.mode.lines(view):
+                print(line, flush=True)
+
+
+def _command_of(attrs: dict[str, Any]) -> str:
+    """Return the command that began an archive, without what only says how it ran."""
+    passing = ("--resume", "--overwrite", "--quiet")
+    given = [text for text in json.loads(attrs["argv"])[1:] if text not in passing]
+    return " ".join([f"python -m nlds_vines.{_NAME}", *given])
+
+
+def _extreme(options: Any) -> int:
+    """Check the catalogue of extremes and print what was found; 1 where a promise is not kept."""
+    from nlds_vines import durable, extremes
+
+    entries = [entry for entry in extremes.CATALOGUE if options.long or not entry.long]
+    if options.dry_run:
+        print(*(f"{entry.number} {entry.name}" for entry in entries), sep="\n")
+        return DONE
+    found = []
+    for entry, finding in extremes.findings(entry.number for entry in entries):
+        found.append((entry, finding))
+        if not options.quiet:
+            _say(f"{len(found)}/{len(entries)} {entry.number} {entry.name}")
+    lines = list(extremes.lines(found))
+    print(*lines, sep="\n")
+    if options.markdown is not None:
+        path = Path(options.markdown)
+        check_writable("--markdown", path)
+        with durable.in_one_line(f"write {path}"):
+            path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return DONE if all(finding.passed for _, finding in found) else LANES_FAILED
 
 
 def _parts(system: System, dry_run: bool) -> int:
@@ -88,104 +345,8 @@ def _parts(system: System, dry_run: bool) -> int:
     return DONE
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Error against run time of every method on one system, one thread.",
-        epilog=_EXAMPLES,
-    )
-    parser.add_argument("--system", default="ssul-set6", metavar="NAME", help="[ssul-set6]")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
-    parser.add_argument(
-        "--parts", action="store_true", help="what each part and each record costs, instead"
-    )
-    parser.add_argument("--dry-run", action="store_true", help="only say what would be run")
-    return parser
-
-
-def report(system: System) -> Iterator[str]:
-    """Yield the lines of a Markdown table of all methods on one system."""
-    reference, doubt = reference_state(system)
-    yield f"{system.title or system.name}, omega = {system.parameters['omega']:g} rad/s: error of"
-    yield f"the state after {PERIODS} periods from rest, CPU time of one thread per forcing period."
-    yield f"Two independent references differ by {doubt:.0e}."
-    yield ""
-    yield "| method | setting | error | CPU per period |"
-    yield "|---|---|---:|---:|"
-    for contender in contenders(system):
-        result = measure(contender, reference)
-        error = f"{result.error:.1e}" if result.error > doubt else f"< {doubt:.0e}"
-        spent = _duration(result.seconds)
-        yield f"| {contender.method} | {contender.setting} | {error} | {spent} |"
-
-
-def reference_state(system: System) -> tuple[np.ndarray, float]:
-    """Return the reference state after `PERIODS`, and how far another method is from it."""
-    from nlds_vines.simulation import simulate
-
-    finest = simulate(
-        system, PERIODS, record=["section"], nodes=FINEST_NODES, resolution=FINEST_STEPS
-    ).state
-    other = simulate(system, PERIODS, record=["section"], method="rk4", resolution=CONFIRMING).state
-    return finest, float(np.abs(finest - other).max())
-
-
-def contenders(system: System) -> Iterator[Contender]:
-    """Yield the methods from the finest setting of ours to the solvers of others."""
-    from nlds_vines import peers
-    from nlds_vines.simulation import simulate
-
-    def ours(method: str, **settings: float) -> Callable[[int], np.ndarray]:
-        record = ["section", "impacts"] if system.scene.walls else ["section"]
-        return lambda n: simulate(system, n, method=method, record=record, **settings).state  # type: ignore[arg-type]  # nodes is an int
-
-    def plain(steps: int) -> Callable[[int], np.ndarray]:
-        def run(periods: int) -> np.ndarray:
-            state = np.array([0.0, 0.0, p[11], 0.0])
-            peers.plain_runge_kutta(p, steps, periods, state)
-            return state
-
-        return run
-
-    p = peers.constants(system)
-    if system.scene.walls:
-        for nodes in (6, 8, 10, 12, 14, 16):
-            yield Contender("exact", f"{nodes} nodes", ours("exact", nodes=nodes), LONG)
-    else:
-        yield Contender("exact", "", ours("exact"), LONG)
-    for steps in (128, 256, 512, 1024, 2048, 4096):
-        yield Contender("rk4", f"{steps} steps", ours("rk4", resolution=steps), LONG // 10)
-    if not system.scene.damper:
-        return
-    for steps in (1024, 4096, 16384, 65536):
-        yield Contender("plain RK4", f"{steps} steps", plain(steps), PERIODS)
-    for rtol in (1e-4, 1e-6, 1e-8, 1e-10, 1e-12):
-        run = _scipy(system, rtol)
-        yield Contender("SciPy DOP853, events", f"rtol {rtol:.0e}", run, PERIODS)
-
-
-def _scipy(system: System, rtol: float) -> Callable[[int], np.ndarray]:
-    from nlds_vines import peers
-
-    return lambda periods: peers.scipy_with_events(system, periods, rtol)
-
-
-def measure(contender: Contender, reference: np.ndarray) -> Result:
-    """Return error and CPU time of one contender: median of several runs, compilation apart."""
-    error = float(np.abs(contender.run(PERIODS) - reference).max())
-    times = []
-    for _ in range(REPEATS if contender.timed > PERIODS else 1):
-        began = time.process_time()
-        contender.run(contender.timed)
-        times.append(time.process_time() - began)
-    return Result(contender, error, statistics.median(times) / contender.timed)
-
-
-def _duration(seconds: float) -> str:
-    """Return a time in words of a table."""
-    if seconds < 1e-3:
-        return f"{seconds * 1e6:.3g} us"
-    return f"{seconds * 1e3:.3g} ms"
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -202,12 +202,22 @@ def _run(name: str, job: Job) -> int:
         return stop.status
     if not job.how.quiet:
         print(report.summary())
-        print(*_made(job), sep="\n")
+        print(*_refined(job), *_made(job), sep="\n")
     if report.failed_lanes:
         where = f"the dataset `status` of {job.archive} says why"
         complain(name, f"{report.failed_lanes} of {report.lanes} orbits failed: {where}")
         return LANES_FAILED
     return DONE
+
+
+def _refined(job: Job) -> list[str]:
+    """Return how the results stand up to refinement, in one line, where that was asked for."""
+    if "error" not in job.scan.want or job.how.shard is not None:
+        return []
+    from nlds_vines import archive, refinement
+
+    with archive.read(job.archive) as view:
+        return [refinement.summary(view)]
 
 
 def _made(job: Job) -> list[str]:

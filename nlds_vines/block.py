@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nlds_vines.arc import make_arc
+from nlds_vines import refinement
+from nlds_vines.arc import NODES, make_arc
 from nlds_vines.evidence import COLUMNS, arrays_of
 from nlds_vines.kernels import lanes
 from nlds_vines.kernels.orbit import SIZE
@@ -25,6 +26,33 @@ if TYPE_CHECKING:
 
 RESOLUTION: Mapping[str, float] = {"exact": 28.0, "rk4": 512.0}
 """Runge-Kutta steps: of a contact that must be stepped (exact), of a forcing period (rk4)."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How finely a method computes: all that it discretises.
+
+    Attributes: collocation `nodes` of a short impact (exact alone); `resolution`, Runge-Kutta steps
+    of what `RESOLUTION` says.
+    """
+
+    nodes: int
+    resolution: float
+
+    @classmethod
+    def of(cls, method: str) -> Settings:
+        """Return those that a scan uses."""
+        return cls(NODES, RESOLUTION[method])
+
+    def refined(self, method: str) -> Settings:
+        """Return settings of so much smaller an error that the difference tells that of these.
+
+        Of exact: 16 nodes for 12 (the error falls fivefold or more with each) and 40 steps for 28
+        (of order eight: 17 times); of rk4: twice the steps (of order four: 16 times).
+        """
+        if method == "exact":
+            return Settings(self.nodes + 4, self.resolution * 10 / 7)
+        return Settings(self.nodes, self.resolution * 2)
 
 
 STEP = {"up": 1, "down": -1}
@@ -56,7 +84,11 @@ def cell_of(system: System) -> Any:
 
 @dataclass(frozen=True)
 class Outputs:
-    """The buffers of a block, (chains, links, ...) each; None for what was not asked for."""
+    """The buffers of a block, (chains, links, ...) each; None for what was not asked for.
+
+    Where the error is asked for, `refined` are those of the same orbits by refined settings, and
+    `retraced` the error of a period.
+    """
 
     section: np.ndarray | None
     counts: np.ndarray | None
@@ -68,6 +100,8 @@ class Outputs:
     evidence: np.ndarray | None
     ends: np.ndarray | None
     status: np.ndarray
+    retraced: np.ndarray | None = None
+    refined: Outputs | None = None
 
     @classmethod
     def of(cls, scan: Scan, shape: tuple[int, int], transient: int, periods: int) -> Outputs:
@@ -91,21 +125,89 @@ class Outputs:
             clearance=rows("clearance" in want and walls, 1),
             violation=rows(scene.limit is not None, 3),
             evidence=rows(judged, COLUMNS),
-            ends=rows(judged, 2, SIZE),
+            ends=rows(judged or "error" in want, 2, SIZE),
             status=np.zeros(shape, np.int64),
+        )
+
+
+class Kernels:
+    """The kernels for orbits of one scan at one fineness, with their constants prepared."""
+
+    def __init__(self, scan: Scan, settings: Settings) -> None:
+        """Prepare the parts that the scene of `scan` has."""
+        self._scan, self._resolution = scan, settings.resolution
+        self._parts = method_parts(scan.method, scan.system.scene, settings.nodes)
+        self._stages = np.array(EFFORTS[scan.effort], dtype=np.int64)
+
+    def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
+        """Run chains of cells (chains, links) from `starts` (chains, 4), with their verdicts."""
+        outputs = Outputs.of(self._scan, (len(chains), chains.shape[1]), transient, periods)
+        if outputs.clearance is not None:
+            outputs.clearance[:] = np.inf
+        lanes.run_lanes(
+            *self._parts,
+            self._resolution,
+            chains.view(np.recarray),
+            starts,
+            transient,
+            periods,
+            outputs.section,
+            outputs.counts,
+            outputs.cycle,
+            outputs.energy,
+            outputs.peak,
+            outputs.clearance,
+            outputs.violation,
+            outputs.ends,
+            outputs.status,
+        )
+        if outputs.evidence is not None:
+            self._judge(chains, outputs)
+        return outputs
+
+    def after_a_period(self, cells: np.ndarray, starts: np.ndarray) -> np.ndarray:
+        """Return the states (lanes, components) one period after `starts` (lanes, 4); NaN if none.
+
+        Arguments: the `cells` (lanes,) of the starts (x1, v1, r, s), which lie at phase zero.
+        """
+        chains = cells[:, np.newaxis]
+        section = np.zeros((*chains.shape, 1, len(components(self._scan))))
+        status = np.zeros(chains.shape, np.int64)
+        lanes.run_lanes(
+            *self._parts, self._resolution, chains.view(np.recarray), starts, 0, 1,
+            section, None, None, None, None, None, None, None, status,
+        )  # fmt: skip
+        section[status != OK] = np.nan
+        return section[:, 0, 0]
+
+    def _judge(self, chains: np.ndarray, outputs: Outputs) -> None:
+        """Fill the evidence of lanes that have run."""
+        lanes.judge_lanes(
+            *self._parts,
+            self._resolution,
+            chains.view(np.recarray),
+            outputs.ends,
+            outputs.section,
+            outputs.cycle,
+            self._stages,
+            outputs.evidence,
+            outputs.status,
         )
 
 
 class Computer:
     """Computes blocks of one scan; what all blocks share is prepared once."""
 
-    def __init__(self, scan: Scan) -> None:
-        """Prepare the cells and starts of `scan`."""
+    def __init__(self, scan: Scan, settings: Settings | None = None) -> None:
+        """Prepare the cells and starts of `scan`; by default with the settings of its method."""
         self.scan = scan
         self._cells = scan.cells()
         self._draws = start_states(scan) if scan.start.policy == "random" else None
-        self._parts = method_parts(scan.method, scan.system.scene)
-        self._stages = np.array(EFFORTS[scan.effort], dtype=np.int64)
+        settings = Settings.of(scan.method) if settings is None else settings
+        self._kernels = Kernels(scan, settings)
+        self._finer = None
+        if "error" in scan.want:
+            self._finer = Kernels(scan, settings.refined(scan.method))
 
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
@@ -127,53 +229,17 @@ class Computer:
         return self._arrays(outputs, chains)
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
-        """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads."""
-        outputs = Outputs.of(self.scan, (len(chains), chains.shape[1]), transient, periods)
-        if outputs.clearance is not None:
-            outputs.clearance[:] = np.inf
-        classical, damper, near, far, arc = self._parts
-        lanes.run_lanes(
-            classical,
-            damper,
-            near,
-            far,
-            arc,
-            RESOLUTION[self.scan.method],
-            chains.view(np.recarray),
-            starts,
-            transient,
-            periods,
-            outputs.section,
-            outputs.counts,
-            outputs.cycle,
-            outputs.energy,
-            outputs.peak,
-            outputs.clearance,
-            outputs.violation,
-            outputs.ends,
-            outputs.status,
-        )
-        if outputs.evidence is not None:
-            self._judge(chains, outputs)
-        return outputs
+        """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads.
 
-    def _judge(self, chains: np.ndarray, outputs: Outputs) -> None:
-        """Fill the evidence of lanes that have run."""
-        classical, damper, near, far, arc = self._parts
-        lanes.judge_lanes(
-            classical,
-            damper,
-            near,
-            far,
-            arc,
-            RESOLUTION[self.scan.method],
-            chains.view(np.recarray),
-            outputs.ends,
-            outputs.section,
-            outputs.cycle,
-            self._stages,
-            outputs.evidence,
-            outputs.status,
+        And once more by refined settings, where the scan wants the error.
+        """
+        outputs = self._kernels.run(chains, starts, transient, periods)
+        if self._finer is None:
+            return outputs
+        return replace(
+            outputs,
+            retraced=refinement.retraced(self._finer, outputs, chains, periods),
+            refined=self._finer.run(chains, starts, transient, periods),
         )
 
     def _chains(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -219,6 +285,8 @@ class Computer:
             found["settling"][found["settling"] >= 0] += unnoted
             found["watched"] += unnoted
             arrays |= found
+        if outputs.refined is not None:
+            arrays |= refinement.arrays_of(outputs, outputs.refined, arrays.get("label"))
         for dataset in datasets(self.scan):
             _failed_filled(arrays[dataset.name], dataset, status)
         return arrays

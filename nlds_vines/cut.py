@@ -15,7 +15,8 @@ from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
 from nlds_vines.errors import RequestError, shown
-from nlds_vines.record import components, datasets, noted, sizes
+from nlds_vines.record import RETRACED, components, datasets, noted, sizes
+from nlds_vines.system import CELL
 
 if TYPE_CHECKING:
     from nlds_vines.scan import Scan
@@ -25,6 +26,7 @@ MOST_BLOCKS = 4000
 BLOCK_BYTES = 1 << 27  # of one block, while it is computed
 MOST_SHARDS = 10_000
 _LANE_BYTES = 1024  # of one orbit's numbers: counts, energies, evidence, ends, status
+_PERIOD_BYTES = CELL.itemsize + 6 * 32  # of one traced again: its cell, and six states at a time
 
 
 @dataclass(frozen=True)
@@ -123,10 +125,14 @@ def result_bytes(scan: Scan) -> int:
 def lane_bytes(scan: Scan) -> int:
     """Return the size of one orbit's buffers while it is computed, its section foremost.
 
-    For a verdict that is longer than what is stored: part of the transient belongs to it.
+    For a verdict that is longer than what is stored: part of the transient belongs to it.  For an
+    error there are two such orbits, and the periods that are traced again.
     """
     rows = noted(scan.want, scan.transient, scan.periods)
-    return 8 * rows * len(components(scan)) + _LANE_BYTES
+    orbit = 8 * rows * len(components(scan)) + _LANE_BYTES
+    if "error" not in scan.want:
+        return orbit
+    return 2 * orbit + min(scan.periods, RETRACED) * _PERIOD_BYTES
 
 
 def block_bytes(scan: Scan) -> int:

@@ -84,6 +84,20 @@ def regimes_of(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> dict
     }
 
 
+def labels_from(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the labels alone, strings in an object array (arguments as above)."""
+    labels: np.ndarray = regimes_of(status, _judged(status, rows), counts)["label"]
+    return labels
+
+
+def _judged(status: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return rows of evidence without that of lanes that failed."""
+    rows = np.where((status == 0)[..., np.newaxis], rows, np.nan)
+    columns = [verdict.KIND, verdict.PERIOD]
+    rows[..., columns] = np.nan_to_num(rows[..., columns])
+    return rows
+
+
 def arrays_of(
     status: np.ndarray, rows: np.ndarray, counts: np.ndarray, cells: np.ndarray, size: int
 ) -> dict[str, np.ndarray]:
@@ -91,10 +105,7 @@ def arrays_of(
 
     `cells` are the numbers of the lanes, of dtype `CELL`.
     """
-    rows = np.where((status == 0)[..., np.newaxis], rows, np.nan)
-    rows[..., [verdict.KIND, verdict.PERIOD]] = np.nan_to_num(
-        rows[..., [verdict.KIND, verdict.PERIOD]]
-    )
+    rows = _judged(status, rows)
     multipliers = multipliers_of(rows, size)
     found: dict[str, Any] = {name: rows[..., column] for name, column in _PLAIN.items()}
     found["settling"] = np.nan_to_num(found["settling"], nan=-1.0).astype(np.int32)

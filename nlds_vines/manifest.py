@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 NAME = "manifest.json"
 """The manifest's name in the folder of parts."""
 
-SCAN, TUNING = "scan", "tuning"
-"""What may be under way: a scan, in blocks; the search of a tuning, design by design."""
+SCAN, TUNING, SURVEY = "scan", "tuning", "survey"
+"""What may be under way: a scan, in blocks; the search of a tuning, design by design; a survey of
+measurements, task by task."""
 
 
 class Request(Protocol):

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from nlds_vines.scenes import SCENES
 
 if TYPE_CHECKING:
+    from nlds_vines.manifest import Request
     from nlds_vines.scan import Scan
     from nlds_vines.search.request import Tuning
 
@@ -39,19 +40,26 @@ def attributes(scan: Scan | Tuning, more: Mapping[str, Value]) -> dict[str, Valu
     (threads, run time); its `command` is what the history tells, by default this process's.
     """
     system = scan.system
-    return {
-        "Conventions": "CF-1.10",
-        "title": scan.title,
-        "history": f"{now()} {more.get('command', ' '.join(sys.argv))}",
-        "schema": SCHEMA,
-        "scan": scan.to_toml(),
-        "scan_hash": scan.hash,
+    of_system: dict[str, Value] = {
         "system": system.name,
         "kind": system.kind,
         **{name: float(value) for name, value in system.parameters.items()},
         **({"K": float(system.K)} if SCENES[system.kind].walls else {}),
         **{f"assumption_{name}": text for name, text in system.assumptions.items()},
         "seed": scan.seed,
+    }
+    return general(scan, of_system | dict(more))
+
+
+def general(request: Request, more: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the attributes of any archive: what was asked for, when, by what; and `more`."""
+    return {
+        "Conventions": "CF-1.10",
+        "title": request.title,
+        "history": f"{now()} {more.get('command', ' '.join(sys.argv))}",
+        "schema": SCHEMA,
+        "scan": request.to_toml(),
+        "scan_hash": request.hash,
         "argv": json.dumps(sys.argv),
         "commit": commit(),
         **makers(),

@@ -29,6 +29,7 @@ WANTS = (
     "settling",
     "evidence",
     "clearance",
+    "error",
 )
 """What `[record] want` may ask for."""
 
@@ -37,6 +38,11 @@ JUDGED = frozenset({"regime", "lyapunov", "settling", "evidence"})
 
 NOTED = 4096
 """Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
+
+RETRACED = 64
+"""Sampled periods, the last ones, that refined settings trace again for the error of a period.
+
+In a row, so that an orbit of up to so many periods shows all of its impacts."""
 
 COMPONENTS = ("x1", "v1", "x2", "v2")
 """The state in the order in which kernels and archives hold it [m, m/s, m, m/s]."""
@@ -50,6 +56,9 @@ FLAGS: Mapping[str, int] = {
     "failed": 5,
 }
 """Regimes by name: the CF flags of the dataset `regime`."""
+
+KEPT: Mapping[str, int] = {"no": 0, "yes": 1}
+"""Whether a label is kept under refinement: the CF flags of the dataset `label_kept`."""
 
 
 class Status(NamedTuple):
@@ -123,10 +132,14 @@ class Scale(NamedTuple):
 
 
 def noted(want: Collection[str], transient: int, periods: int) -> int:
-    """Return for how many periods of an orbit its section is kept while it is computed."""
+    """Return for how many periods of an orbit its section is kept while it is computed.
+
+    The error of a period needs the state at its beginning: a row before the sampled ones.
+    """
     judged = not JUDGED.isdisjoint(want)
-    sampled = periods if judged or "section" in want else 0
-    return sampled + (min(transient, NOTED) if judged else 0)
+    sampled = periods if judged or "section" in want or "error" in want else 0
+    before = NOTED if judged else int("error" in want)
+    return sampled + min(transient, before)
 
 
 def components(scan: Scan) -> tuple[str, ...]:
@@ -207,6 +220,7 @@ def datasets(scan: Scan) -> tuple[Dataset, ...]:
         "settling": _settling(lanes),
         "evidence": _evidence(lanes, bool(scene.walls)),
         "clearance": _clearance(lanes) if scene.walls else (),
+        "error": _error(lanes, scan.want),
     }
     wanted = (dataset for want in WANTS if want in scan.want for dataset in makers[want])
     always = (*(_violations(lanes) if scene.limit else ()), _status(lanes))
@@ -333,6 +347,25 @@ def _evidence(lanes: tuple[str, ...], walls: bool) -> Iterator[Dataset]:
 def _clearance(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
     text = "least distance of a local approach that did not become an impact; inf if there was none"
     return (Dataset("clearance", lanes, "float64", "m", text, np.nan),)
+
+
+def _error(lanes: tuple[str, ...], want: Collection[str]) -> Iterator[Dataset]:
+    """What refined settings find otherwise; NaN where they fail."""
+
+    def number(name: str, units: str, text: str) -> Dataset:
+        return Dataset(name, lanes, "float64", units, text, np.nan)
+
+    text = f"largest over the last sampled periods, up to {RETRACED}, from the same state each"
+    yield number("error", "m, m/s", f"discretisation error of the state over a period: {text}")
+    text = "difference of the last state from that of a refined run; in chaos of the orbit's size"
+    yield number("error_at_end", "m, m/s", text)
+    if "energy" in want:
+        yield number("E1max_error", "J", "difference of E1max from that of a refined run")
+    if "regime" in want:
+        text = "regime in words that a refined run finds"
+        yield Dataset("refined_label", lanes, "str", "1", text, "")
+        text = "whether label and refined_label are the same words"
+        yield Dataset("label_kept", lanes, "int8", "1", text, -1, KEPT)
 
 
 def _status(lanes: tuple[str, ...]) -> Dataset:

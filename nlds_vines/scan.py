@@ -83,9 +83,9 @@ class Scan:
         string("title", self.title)
         object.__setattr__(self, "axes", tuple(self.axes))
         object.__setattr__(self, "want", checked_want(self.want))
-        refuse_impossible(self.want, self.system.scene)
         for name, check in _SAMPLING.items():
             object.__setattr__(self, name, check(getattr(self, name)))
+        refuse_impossible(self.want, self.system.scene, self.method)
         self._check_axes()
 
     def _check_axes(self) -> None:
@@ -214,8 +214,8 @@ def _assemble(below: _Layer, above: _Layer) -> Scan:
     axes = tuple(_axis(varying, *entry) for entry in varying.table("vary").items())
     system = _system(below, above, varying)
     title = _title(below, above, system, axes)
-    want, start = _want(below, above, system.scene), _start(below, above)
-    sampling = _sampling(below) | _sampling(above)
+    sampling, start = _sampling(below) | _sampling(above), _start(below, above)
+    want = _want(below, above, system.scene, sampling.get("method", Scan.method))
     with at(varying.place("vary")):
         return Scan(title, system, axes, want, start, **sampling)
 
@@ -283,7 +283,7 @@ def _sampling(layer: _Layer) -> dict[str, Any]:
         return {name: _SAMPLING[name](value) for name, value in layer.table("sampling").items()}
 
 
-def _want(below: _Layer, above: _Layer, scene: Scene) -> tuple[str, ...]:
+def _want(below: _Layer, above: _Layer, scene: Scene, method: str) -> tuple[str, ...]:
     """Return what to record: as asked, or what is usual, without what the scene cannot give.
 
     So one scan file serves every system; only a request of which nothing remains is refused.
@@ -291,7 +291,7 @@ def _want(below: _Layer, above: _Layer, scene: Scene) -> tuple[str, ...]:
     layer = above if "want" in above.table("record") else below
     with at(layer.place("record")):
         want = checked_want(layer.table("record").get("want", _USUAL_WANT))
-        possible = possible_want(want, scene)
+        possible = possible_want(want, scene, method)
         if not possible:
-            refuse_impossible(want, scene)
+            refuse_impossible(want, scene, method)
         return possible

@@ -21,6 +21,9 @@ NUMBERS = (
     "lyapunov",
     "transient_lyapunov",
     "violation_depth",
+    "error",
+    "error_at_end",
+    "E1max_error",
 )
 """The recorded numbers that a map can show, the most telling first."""
 

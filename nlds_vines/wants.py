@@ -9,6 +9,7 @@ from nlds_vines.record import WANTS
 from nlds_vines.scenes import Scene
 
 _AT_WALLS = ("impacts", "clearance")
+_ALL_EXACT = "method 'exact' discretises nothing of it, method 'rk4' does"
 
 
 def checked_want(want: object) -> tuple[str, ...]:
@@ -26,16 +27,24 @@ def checked_want(want: object) -> tuple[str, ...]:
     return tuple(word for word in WANTS if word in words)
 
 
-def possible_want(want: Sequence[str], scene: Scene) -> tuple[str, ...]:
-    """Return what of `want` the scene can give: without walls, neither impacts nor clearances."""
-    return tuple(word for word in want if scene.walls or word not in _AT_WALLS)
+def possible_want(want: Sequence[str], scene: Scene, method: str = "exact") -> tuple[str, ...]:
+    """Return what of `want` the scene can give by a method.
+
+    Without walls there are neither impacts nor clearances, and nothing that `exact` discretises:
+    only the methods of fixed steps have an error.
+    """
+    if scene.walls:
+        return tuple(want)
+    missing = (*_AT_WALLS, "error") if method == "exact" else _AT_WALLS
+    return tuple(word for word in want if word not in missing)
 
 
-def refuse_impossible(want: Sequence[str], scene: Scene) -> None:
-    """Raise `RequestError` for the first of `want` that the scene cannot give."""
+def refuse_impossible(want: Sequence[str], scene: Scene, method: str = "exact") -> None:
+    """Raise `RequestError` for the first of `want` that the scene cannot give by a method."""
     for word in want:
-        if word not in possible_want(want, scene):
+        if word not in possible_want(want, scene, method):
+            why = f": {_ALL_EXACT}" if word == "error" else ""
             raise RequestError(
-                f"want {word!r} cannot be had: kind {scene.kind!r} ({scene.meaning}) has no wall; "
-                f"allowed: {', '.join(possible_want(WANTS, scene))}"
+                f"want {word!r} cannot be had: kind {scene.kind!r} ({scene.meaning}) has no "
+                f"wall{why}; allowed: {', '.join(possible_want(WANTS, scene, method))}"
             )

@@ -15,20 +15,25 @@ from nlds_vines.errors import RequestError
 from nlds_vines.figures.bands import bands, edges
 from nlds_vines.figures.exponent import EXPONENT, draw_exponent
 from nlds_vines.figures.palette import colours
-from nlds_vines.figures.strip import draw_strip
+from nlds_vines.figures.strip import FLAG_WIDTH, draw_strip, mark_flagged
 from nlds_vines.figures.style import (
     CM,
+    ERRORS,
+    FLAG_COLOUR,
+    FLAGGED,
     GREEN,
     LEFT,
     RIGHT,
+    ROUND_OFF,
     STYLE,
     WIDTH,
     axis_label,
     quantity_label,
     start_colours,
 )
+from nlds_vines.record import KEPT
 
-CURVES = ("E1max", "E2max", "impact_rate", "clearance", "period")
+CURVES = ("E1max", "E2max", "impact_rate", "clearance", "period", "error")
 """The recorded numbers that can be drawn as they are, the most telling first."""
 
 _PANEL, _FOOT, _HEAD = 4.4 * CM, 1.1 * CM, 0.75 * CM  # heights in inches
@@ -50,7 +55,8 @@ def diagram(view: ArchiveView) -> Figure:
     With a recorded section: the stroboscopic coordinates of damper and structure as unconnected
     dots, the structure's maximum energy in green over the first.  Without one: the numbers that
     are recorded.  Below them the largest Lyapunov exponent with its interval, where it is recorded.
-    Above the panels, a strip names the regimes, one for each of two starts, or of the first.
+    Above the panels, a strip names the regimes, one for each of two starts, or of the first; marks
+    at its foot show where a label changes under refinement.
 
     Raises `RequestError` for a scan of two parameters and where nothing is recorded to draw.
     """
@@ -69,7 +75,7 @@ def diagram(view: ArchiveView) -> Figure:
     panels[-1].set_xlabel(axis_label(view.axes[0]))
     if strips:
         _draw_strips(figure, panels[0], view, strips)
-    _name_starts(panels[-1], list(view["start"]))
+    _name(panels[-1], list(view["start"]), flagged=bool(_flagged(view)[:, :strips].any()))
     figure.text(LEFT, 1 - 0.15 * CM / figure.get_figheight(), view.attrs["title"], va="top")
     return figure
 
@@ -113,13 +119,22 @@ def _strips(view: ArchiveView) -> int:
 
 def _draw_strips(figure: Figure, panel: Axes, view: ArchiveView, count: int) -> None:
     """Draw the strips of the first starts, the first on top; a colour is one regime in all."""
-    labels = view["label"][:, :count]
+    labels, flagged = view["label"][:, :count], _flagged(view)
     colour = colours(labels.ravel().tolist())
     for start in range(count):
         axes = _strip_axes(figure, panel, count - 1 - start)
         draw_strip(axes, bands(view[view.axes[0]], labels[:, start]), colour)
+        if flagged[:, start].any():
+            mark_flagged(axes, view[view.axes[0]], flagged[:, start])
         if count > 1:
             axes.set_ylabel(view["start"][start], rotation=0, ha="right", va="center")
+
+
+def _flagged(view: ArchiveView) -> np.ndarray:
+    """Return of which orbits (cells, starts) the label is not kept under refinement."""
+    if "label_kept" not in view:
+        return np.zeros(view.shape("status"), dtype=bool)
+    return np.asarray(view["label_kept"] == KEPT["no"])
 
 
 def _strip_axes(figure: Figure, panel: Axes, place: int) -> Axes:
@@ -140,6 +155,9 @@ def _dots(panel: Axes, view: ArchiveView, row: str) -> None:
             found, unit = view.take(row, start=start)[:, np.newaxis], view.units(row)
         across = np.repeat(values, found.shape[1])
         drawable = np.where(np.isfinite(found), found, np.nan).ravel()
+        if row in ERRORS:
+            drawable = np.maximum(drawable, ROUND_OFF)
+            panel.set_yscale("log")
         dot = _DOT if "section" in view else {**_DOT, "markersize": 2}
         panel.plot(across, drawable, color=colour, rasterized=True, **dot)
     panel.set_ylabel(quantity_label(row, unit))
@@ -156,15 +174,16 @@ def _overlay_energy(panel: Axes, view: ArchiveView) -> None:
     axes.spines["right"].set_color(GREEN)
 
 
-def _name_starts(panel: Axes, starts: list[str]) -> None:
-    """Add a legend of the starts where their colours need one."""
-    if starts == ["rest"]:
-        return
+def _name(panel: Axes, starts: list[str], flagged: bool) -> None:
+    """Add a legend of the starts where their colours need one, and of the flags if there are."""
     dot: dict[str, Any] = {"marker": "o", "markersize": 3, "linestyle": "none"}
     handles = [
         Line2D([], [], color=colour, label=f"start: {name}", **dot)
         for name, colour in zip(starts, start_colours(starts), strict=True)
-    ]
-    panel.legend(
-        handles=handles[:_MOST_NAMED], loc="upper right", ncols=4, handletextpad=0, frameon=False
-    )
+        if starts != ["rest"]
+    ][:_MOST_NAMED]
+    if flagged:
+        tick: dict[str, Any] = {"marker": "|", "linestyle": "none", "markeredgewidth": FLAG_WIDTH}
+        handles.append(Line2D([], [], color=FLAG_COLOUR, label=FLAGGED, **tick))
+    if handles:
+        panel.legend(handles=handles, loc="upper right", ncols=4, handletextpad=0, frameon=False)

@@ -10,13 +10,24 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter, PercentFormatter
 
 from nlds_vines.archive import ArchiveView
 from nlds_vines.coexistence import UNKNOWN, by_frequency, finals, share_of
 from nlds_vines.figures.bands import edges
-from nlds_vines.figures.style import CM, LEFT, RIGHT, STYLE, WIDTH, axis_label, quantity_label
+from nlds_vines.figures.style import (
+    CM,
+    ERRORS,
+    LEFT,
+    RIGHT,
+    ROUND_OFF,
+    STYLE,
+    WIDTH,
+    axis_label,
+    quantity_label,
+)
 from nlds_vines.shows import SHARE
 
 _HEIGHT = 11 * CM
@@ -31,6 +42,7 @@ _FEW = 8  # values that are a list where their distances are unequal
 _COLUMNS = 2
 _SMALL, _BETWEEN, _FOOT, _HEAD = 5.2 * CM, 0.75 * CM, 1.15 * CM, 1.5 * CM  # heights in inches
 _EXTREME = 0.5  # per cent of the cells at either end that do not stretch a two-sided scale
+_MARK, _LARGEST_MARK = 0.4, 3.0  # of a cell's smaller side; points
 
 
 def frame(figure: Figure, bottom: float, height: float) -> Axes:
@@ -54,6 +66,22 @@ def fill(axes: Axes, view: ArchiveView, values: np.ndarray, **style: Any) -> Qua
         if _is_list(view[name]):
             axis.set_ticks(np.arange(view[name].size), [f"{value:g}" for value in view[name]])
     return axes.pcolormesh(across, up, values.T, shading="flat", rasterized=True, **style)
+
+
+def mark(axes: Axes, view: ArchiveView, where: np.ndarray, text: str) -> Line2D:
+    """Put a dot into the cells of which `where` is true; return such a dot for a legend."""
+    lists = [_is_list(view[name]) for name in view.axes]
+    scales = [
+        np.arange(view[name].size) if listed else view[name]
+        for name, listed in zip(view.axes, lists, strict=True)
+    ]
+    dot = 72 / axes.figure.dpi  # points
+    cell = dot * min(axes.bbox.width / where.shape[0], axes.bbox.height / where.shape[1])
+    across, up = (scale[index] for scale, index in zip(scales, np.nonzero(where), strict=True))
+    look: dict[str, Any] = {"marker": "o", "linestyle": "none", "markerfacecolor": "white"}
+    look |= {"markeredgecolor": "black", "markeredgewidth": min(0.1 * cell, 0.5)}
+    axes.plot(across, up, markersize=min(_MARK * cell, _LARGEST_MARK), rasterized=True, **look)
+    return Line2D([], [], markersize=_LARGEST_MARK, label=text, **look)
 
 
 def _is_list(values: np.ndarray) -> bool:
@@ -100,8 +128,13 @@ def _largest(values: np.ndarray) -> np.ndarray:
 
 
 def _norm(name: str, shown: np.ma.MaskedArray) -> Normalize:
-    """Return how values become shades: settling by logarithm, exponents on both sides of 0."""
+    """Return how values become shades: settling and errors by logarithm, exponents around 0."""
     values = shown.compressed()
+    if name in ERRORS:
+        low = max(values[values > 0].min(initial=np.inf), ROUND_OFF)
+        high = values.max(initial=0.0)
+        low, high = (low, high) if low < high else (ROUND_OFF, 1.0)
+        return LogNorm(low, high, clip=True)
     if name == "settling":
         return LogNorm(1, max(10.0, values.max(initial=0.0)), clip=True)
     if name in _SIGNED and values.size:

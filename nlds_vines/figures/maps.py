@@ -7,15 +7,17 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nlds_vines.archive import ArchiveView
 from nlds_vines.coexistence import by_frequency, coexisting, final, most_frequent
 from nlds_vines.errors import RequestError
-from nlds_vines.figures.fields import draw_number, draw_shares, fill, frame, one_frame
+from nlds_vines.figures.fields import draw_number, draw_shares, fill, frame, mark, one_frame
 from nlds_vines.figures.palette import (
     HATCHED,
     OTHERS,
@@ -25,7 +27,8 @@ from nlds_vines.figures.palette import (
     ordered,
     period_and_impacts,
 )
-from nlds_vines.figures.style import CM, LEFT, STYLE, WIDTH, axis_label
+from nlds_vines.figures.style import CM, FLAGGED, LEFT, STYLE, WIDTH, axis_label
+from nlds_vines.record import KEPT
 from nlds_vines.shows import COEXISTING, REGIMES, SHARE, SHARES, check_show, usual_show
 
 _PANEL, _GAP, _FOOT, _HEAD = 7.9 * CM, 0.35 * CM, 1.15 * CM, 0.95 * CM  # heights in inches
@@ -123,20 +126,34 @@ def _colours(words: Sequence[str]) -> dict[str, str]:
 
 
 def _draw_regimes(axes: Axes, view: ArchiveView, labels: np.ndarray, title: str) -> None:
-    """Fill every cell with the colour of its regime; the legend names the most frequent ones."""
+    """Fill every cell with the colour of its regime; the legend names the most frequent ones.
+
+    A dot marks a cell where the label of a start changes under refinement.
+    """
     names = np.vectorize(_named, otypes=[object])(labels)
     found = by_frequency(names)
     words = [word for word, _ in found]
     colour = _colours(words)
     _fill_classes(axes, view, names, words, [colour[word] for word in words])
-    room = int(axes.bbox.height / axes.figure.dpi / _LINE) - 1
+    flags = _mark_flagged(axes, view)
+    room = int(axes.bbox.height / axes.figure.dpi / _LINE) - 1 - 2 * len(flags)
     told = _in_order(words if len(words) <= room else words[: room - 1])
     handles = [
         Patch(facecolor=colour[word], label=word.replace(TRANSIENT, "chaos → ")) for word in told
     ]
     if len(words) > len(told):
         handles.append(Patch(color="none", label=f"and {len(words) - len(told)} more"))
-    _legend(axes, handles, title)
+    _legend(axes, [*handles, *flags], title)
+
+
+def _mark_flagged(axes: Axes, view: ArchiveView) -> list[Line2D]:
+    """Mark cells with a start whose label is not kept; return what the legend says, if any is."""
+    if "label_kept" not in view:
+        return []
+    flagged = (view["label_kept"] == KEPT["no"]).any(axis=-1)
+    if not flagged.any():
+        return []
+    return [mark(axes, view, flagged, FLAGGED.replace(" under", "\nunder"))]
 
 
 def _in_order(words: Sequence[str]) -> list[str]:
@@ -170,7 +187,7 @@ def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray) -> None:
     _legend(axes, handles, f"regimes found\nby {labels.shape[-1]} starts")
 
 
-def _legend(axes: Axes, handles: Sequence[Patch], title: str) -> None:
+def _legend(axes: Axes, handles: Sequence[Artist], title: str) -> None:
     axes.legend(
         handles=handles,
         title=title,

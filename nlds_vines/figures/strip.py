@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.font_manager import FontProperties
 from matplotlib.patches import Rectangle
@@ -12,13 +13,23 @@ from matplotlib.textpath import TextPath
 
 from nlds_vines.figures.bands import Band, spread
 from nlds_vines.figures.palette import HATCHED, is_dark, short
-from nlds_vines.figures.style import LEFT, RIGHT, STYLE, WIDTH
+from nlds_vines.figures.style import FLAG_COLOUR, LEFT, RIGHT, STYLE, WIDTH
+
+FLAG_WIDTH, _THINNEST = 1.5, 0.6
+"""Width of a flag at most and at least [pt]."""
 
 _POINTS = 72 * WIDTH * (RIGHT - LEFT)  # width of the strip
 _SIZE = 7  # pt, of the names
 _PITCH = 1.25 * _SIZE  # pt from one upright name to the next
 _PADDING = 3  # pt on either side of a name inside its band
+_FOOT = -0.22, 0.0  # of the height: flags stand between the strip and what is below it
 _NARROWEST = 0.5  # pt: what is narrower cannot be seen and is not named
+
+
+def mark_flagged(axes: Axes, values: np.ndarray, flagged: np.ndarray) -> None:
+    """Mark at the foot of a strip those `values` along it where a label is not kept."""
+    width = min(max(_POINTS / values.size, _THINNEST), FLAG_WIDTH)
+    axes.vlines(values[flagged], *_FOOT, color=FLAG_COLOUR, linewidth=width, clip_on=False)
 
 
 def draw_strip(axes: Axes, found: list[Band], colour: Mapping[str, str]) -> None:

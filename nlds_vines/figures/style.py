@@ -39,6 +39,18 @@ STYLE: dict[Any, Any] = {
 GREEN = "#009e73"
 """The structure's energy, green as in the paper."""
 
+ERRORS = ("error", "error_at_end", "E1max_error")
+"""What is drawn by logarithm."""
+
+ROUND_OFF = 1e-17
+"""Where an error of zero is drawn: what is below says nothing."""
+
+FLAGGED = "label changes under refinement"
+"""What a mark says of an orbit whose label is not kept."""
+
+FLAG_COLOUR = "#c00000"
+"""The colour of such marks."""
+
 _POLICIES = {"rest": "#1b2a49", "up": "#0072b2", "down": "#d55e00"}
 _STARTS = ("#1b2a49", "#d55e00", "#0072b2", "#cc79a7", "#e69f00", "#56b4e9", "#555555")
 
@@ -57,6 +69,9 @@ _QUANTITIES = {
     "lyapunov": ("Lyapunov exponent", r"\lambda_1"),
     "transient_lyapunov": ("exponent before settling", r"\lambda_1"),
     "violation_depth": ("deepest violation", ""),
+    "error": ("error over a period", ""),
+    "error_at_end": ("difference from a refined run", ""),
+    "E1max_error": ("difference from a refined run", r"E_1^{\,\mathrm{max}}"),
 }
 _LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
 

@@ -16,6 +16,7 @@ import pytest
 import nlds_vines as nv
 from nlds_vines import cut as cutting
 from nlds_vines import engine
+from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation import main
 from nlds_vines.block import Computer
 from nlds_vines.record import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
@@ -174,6 +175,43 @@ def test_a_resumed_scan_ends_in_the_same_bits(vary, start, tmp_path, monkeypatch
     assert not (tmp_path / "stopped.h5.parts").exists()
 
 
+ERRORS = {"error", "error_at_end", "E1max_error", "refined_label", "label_kept"}
+WITH_ERRORS = {"want": ["section", "impacts", "energy", "regime", "error"]}
+
+
+@pytest.mark.parametrize("start", ["rest", "both", "random:3"])
+def test_errors_do_not_depend_on_threads_blocks_shards_or_interruptions(
+    start, tmp_path, monkeypatch, cut
+):
+    scan = nv.load_scan(document(TWO_AXES, start, record=WITH_ERRORS))
+    whole = compute(tmp_path / "whole.h5", scan, threads=1)
+    assert whole.keys() >= ERRORS
+    cut(2, scan.starts)
+    assert compute(tmp_path / "two.h5", scan, threads=2) == whole
+    go_on = stop_after(monkeypatch, 1)
+    with pytest.raises(engine.Interrupted):
+        nv.bifurcation(scan, tmp_path / "stopped.h5")
+    go_on()
+    assert compute(tmp_path / "stopped.h5", scan, resume=True) == whole
+    for shard in ("1/2", "2/2"):
+        nv.bifurcation(scan, tmp_path / "shared.h5", shard=shard)
+    assert console(["consolidate", str(tmp_path / "shared.h5")]) == 0
+    assert bits(tmp_path / "shared.h5") == whole
+
+
+@pytest.mark.parametrize("start", ["rest", "both", "random:3"])
+@pytest.mark.parametrize("want", [["section", "energy"], document()["record"]["want"]])
+def test_asking_for_the_error_changes_nothing_else(want, start, tmp_path):
+    plain = compute(tmp_path / "a.h5", document(start=start, record={"want": want}))
+    more = compute(tmp_path / "b.h5", document(start=start, record={"want": [*want, "error"]}))
+    assert more.keys() - plain.keys() <= ERRORS
+    assert {name: more[name] for name in plain} == plain
+    with nv.read(tmp_path / "b.h5") as archive:
+        found = archive["error"]
+    assert (found > 0).any()
+    assert (found < 1e-8).all()
+
+
 def test_an_interrupted_command_says_how_to_go_on(tmp_path, monkeypatch, cut, capsys):
     scan = nv.load_scan(document())
     (tmp_path / "scan.toml").write_text(scan.to_toml())
@@ -271,7 +309,7 @@ def test_a_failed_lane_is_marked_and_leaves_its_neighbours_alone(
     def found(path, values):
         sampling = {"transient": 2, "periods": 6}
         vary = {name: {"values": values}}
-        scan = document(vary, start, set=settings, sampling=sampling)
+        scan = document(vary, start, set=settings, sampling=sampling, record=WITH_ERRORS)
         return arrays(nv.bifurcation(scan, tmp_path / path))
 
     alone, beside = found("alone.h5", good), found("beside.h5", [*good, bad])
@@ -280,14 +318,20 @@ def test_a_failed_lane_is_marked_and_leaves_its_neighbours_alone(
     assert (alone["status"] == OK).all()
     assert (beside["status"][-1] == code).all()
     for name in alone:
-        assert np.array_equal(beside[name][:-1], alone[name], equal_nan=name != "label"), name
-        assert np.array_equal(beside[name], apart[name], equal_nan=name != "label"), name
+        numbers = "label" not in name
+        assert np.array_equal(beside[name][:-1], alone[name], equal_nan=numbers), name
+        assert np.array_equal(beside[name], apart[name], equal_nan=numbers), name
     assert np.isnan(beside["section"][-1]).all()
     assert np.isnan(beside["E1max"][-1]).all()
     assert np.isnan(beside["impact_rate"][-1]).all()
     assert set(beside["label"][-1]) == {"failed"}
     assert set(beside["impacts"][-1]) == {-1}
     assert set(beside["period"][-1]) == {0}
+    for name in ("error", "error_at_end", "E1max_error"):
+        assert np.isnan(beside[name][-1]).all(), name
+        assert np.isfinite(alone[name]).all(), name
+    assert set(beside["refined_label"][-1]) == {""}
+    assert set(beside["label_kept"][-1]) == {-1}
 
 
 def test_failed_lanes_give_status_1_and_a_remedy(tmp_path, monkeypatch, capsys):

@@ -44,6 +44,7 @@ FLOORS = (
         "block",
         "batch",
         "evidence",
+        "refinement",
         "simulation",
         "classification",
         "viewing",
@@ -53,7 +54,7 @@ FLOORS = (
         "parts",
         "peers",
     },
-    {"engine", "cluster", "search", "figures", "claims", "retention", "report"},
+    {"engine", "cluster", "search", "figures", "claims", "retention", "report", "precision"},
     {
         "bifurcation",
         "accuracy",

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+import tracemalloc
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -18,7 +19,7 @@ import nlds_vines as nv
 from nlds_vines import cut as cutting
 from nlds_vines import provenance, room
 from nlds_vines.__main__ import main
-from nlds_vines.block import Outputs
+from nlds_vines.block import Computer, Outputs
 from nlds_vines.cut import Shard, block_bytes, blocks_of, lane_bytes, result_bytes, work_bytes
 from nlds_vines.errors import RequestError
 from nlds_vines.parts import Parts
@@ -152,6 +153,24 @@ def test_what_a_block_takes_is_not_more_than_is_said(system, want):
     assert taken <= 7 * lane_bytes(scan) <= taken + 7 * 1024
 
 
+@pytest.mark.parametrize("want", [["error"], ["section", "energy", "regime", "error"]])
+@pytest.mark.parametrize("periods", [20, 500])
+def test_what_an_error_takes_is_not_more_than_is_said(want, periods):
+    vary = {"omega": {"start": 6.0, "stop": 7.0, "num": 60}}
+    scan = replace(make_scan(want, vary=vary), transient=300, periods=periods, effort="quick")
+    computer, chains = Computer(scan), scan.cells()[:, np.newaxis]
+    computer.lanes(chains[:1], np.zeros((1, 4)))  # compiles
+    tracemalloc.start()
+    try:
+        computer.lanes(chains, np.zeros((60, 4)))
+        taken = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert 0.5 * 60 * lane_bytes(scan) < taken < 60 * lane_bytes(scan)
+    without = replace(scan, want=tuple(word for word in want if word != "error") or ("section",))
+    assert lane_bytes(scan) > 2 * lane_bytes(without)
+
+
 def test_a_verdict_makes_smaller_blocks():
     omega, force = ({"start": low, "stop": 9.0, "num": 3000} for low in (5.0, 1.0))
     cells = []
@@ -215,6 +234,21 @@ def test_a_scan_is_repeated_from_its_archive_and_is_the_same(folder, capsys):
         file["E1max"][3, 0] += 0.25
     assert main(["rerun", "a.h5", "-o", "c.h5", "--quiet"]) == 1
     assert "result: E1max: 1 of 13 values differ by up to 0.25" in capsys.readouterr().out
+
+
+def test_errors_are_repeated_compared_and_verified_too(folder, capsys):
+    want = [*REAL["record"]["want"], "error"]
+    nv.bifurcation({**REAL, "record": {"want": want}}, "a.h5")
+    assert main(["rerun", "a.h5", "--quiet"]) == 0
+    assert main(["verify", "a.h5"]) == 0
+    capsys.readouterr()
+    with h5py.File("a.h5", "r+") as file:
+        file["refined_label"][2, 0] = "7T,7"
+        file["error"][5, 0] *= 2
+    assert main(["diff", "a.h5", "a-rerun.h5"]) == 1
+    said = capsys.readouterr().out
+    assert "result: error: 1 of 13 values differ by up to" in said
+    assert "result: refined_label: 1 of 13 values differ" in said
 
 
 def test_what_differs_is_told(folder, capsys):

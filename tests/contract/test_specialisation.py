@@ -8,11 +8,16 @@ from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
 
+import numba
+import numpy as np
 import pytest
 
 import nlds_vines
-from nlds_vines.block import Outputs
+from nlds_vines.arc import NODES
+from nlds_vines.block import RESOLUTION, Computer, Outputs
 from nlds_vines.catalogue import load_system
+from nlds_vines.cut import Block
+from nlds_vines.kernels import lanes
 from nlds_vines.scan import load_scan
 
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}
@@ -179,10 +184,51 @@ JUDGED = {"section", "cycle", "ends", "evidence"}
         ("ssul-set6", ["impacts"], {"counts", "cycle"}),
         ("tmd", ["regime"], JUDGED),
         ("ssul-set6", ["lyapunov"], JUDGED | {"counts"}),
+        ("ssul-set6", ["error"], {"section", "ends"}),
+        ("ssul-set6", ["regime", "error"], JUDGED | {"counts"}),
     ],
 )
 def test_nothing_is_allocated_that_was_not_asked_for(system, want, expected):
     assert allocated(system, *want) == expected | ALWAYS
+
+
+def calls(monkeypatch, *want):
+    """Return the arguments of every run of lanes that a scan of this request makes."""
+    made, run_lanes = [], lanes.run_lanes
+
+    def noted(*arguments):
+        made.append(arguments)
+        return run_lanes(*arguments)
+
+    vary = {"omega": {"values": [6.0, 7.5]}}
+    sampling = {"transient": 5, "periods": 9}
+    scan = load_scan(
+        {"system": "ssul-set6", "vary": vary, "sampling": sampling, "record": {"want": want}}
+    )
+    with monkeypatch.context() as patch:
+        patch.setattr(lanes, "run_lanes", noted)
+        Computer(scan).block(Block(0, ((0, 2),)))
+    return made
+
+
+def kinds(arguments):
+    """Return what the compiler sees of the arguments."""
+    return tuple(str(numba.typeof(argument)) for argument in arguments)
+
+
+def test_an_error_that_was_not_asked_for_costs_nothing(monkeypatch):
+    usual = ("section", "impacts", "energy", "regime")
+    (plain,) = calls(monkeypatch, *usual)
+    asked, retraced, refined = calls(monkeypatch, *usual, "error")
+    assert kinds(asked) == kinds(plain) == kinds(refined)  # the same machine code
+    assert [a.shape for a in asked if isinstance(a, np.ndarray)] == [
+        a.shape for a in plain if isinstance(a, np.ndarray)
+    ]
+    assert kinds(retraced) != kinds(plain)  # which notes the section alone
+    assert len(retraced[6]) == 2 * 9
+    # the refined runs share their settings, and those of the other are as ever
+    assert plain[4].n == asked[4].n == NODES < refined[4].n == retraced[4].n
+    assert plain[5] == asked[5] == RESOLUTION["exact"] < refined[5] == retraced[5]
 
 
 def test_a_limit_is_always_reported():

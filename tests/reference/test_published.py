@@ -100,11 +100,12 @@ def test_regimes_of_the_bilateral_damper():
 # ---- the published comparison --------------------------------------------------------------------
 
 
-def largest_energies(name, omegas, transient=400, periods=120):
-    """Return E1max [J] from rest over some frequencies, exact in time."""
+def largest_energies(name, omegas, transient=400, periods=120, starts=None):
+    """Return E1max [J] over some frequencies, exact in time; from rest, or near it."""
     system = load_system(name)
     cells = system.cells({"omega": np.asarray(omegas, float)})
-    found = Batch(system.scene).run(cells, np.zeros((len(cells), 4)), transient, periods)
+    starts = np.zeros((len(cells), 4)) if starts is None else starts
+    found = Batch(system.scene).run(cells, starts, transient, periods)
     assert (found.status == OK).all()
     return found.E1max
 
@@ -122,11 +123,26 @@ def test_the_ranking_of_the_peaks(curves):
     peaks = {name: curve.max() for name, curve in curves.items()}
     assert peaks["ssul-set6"] < peaks["ssbl"] < peaks["tmd"] < peaks["none"]
     assert peaks["ssul-set6"] == pytest.approx(437, rel=0.005)
-    assert peaks["ssbl"] == pytest.approx(600, rel=0.02)
     assert peaks["tmd"] == pytest.approx(660.435, abs=0.001)  # 6.21 is on the grid
     assert BAND[curves["tmd"].argmax()] == pytest.approx(6.21)
-    assert BAND[curves["ssbl"].argmax()] == pytest.approx(6.3, abs=0.1)
     assert BAND[curves["ssul-set6"].argmax()] == pytest.approx(5.69, abs=0.02)
+
+
+def test_the_peak_of_the_bilateral_damper(curves):
+    """Where it peaks, some orbits are irregular: one peak is a matter of the last bit.
+
+    Disturbed by 1e-10, the starts spread it from 570 to 640 J; what is published is the middle.
+    """
+    rng, band = np.random.default_rng(0), np.linspace(6.15, 6.45, 31)
+    curves_near = [
+        largest_energies("ssbl", band, starts=1e-10 * rng.normal(size=(band.size, 4)))
+        for _ in range(40)
+    ]
+    peaks = np.max(curves_near, axis=1)
+    assert np.median(peaks) == pytest.approx(600, rel=0.04)
+    assert curves["ssul-set6"].max() < peaks.min()
+    assert peaks.max() < curves["tmd"].max()
+    assert (np.abs(band[np.argmax(curves_near, axis=1)] - 6.3) <= 0.1).all()
 
 
 def test_sets_1_and_2_are_one_curve(curves):

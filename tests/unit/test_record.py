@@ -45,6 +45,7 @@ def names(*args, **keywords):
         ("energy", {"E1max", "E2max", "reduction"}),
         ("regime", {"period", "impacts", "regime", "label"}),
         ("clearance", {"clearance"}),
+        ("error", {"error", "error_at_end"}),
     ],
 )
 def test_each_want_brings_its_datasets_and_status_alone(want, expected):
@@ -56,6 +57,16 @@ def test_without_walls_there_are_no_impacts_and_without_damper_no_second_energy(
         *("E1max", "E2max", "reduction", "period", "regime", "label", "status")
     }
     assert names("none", ["energy"]) == {"E1max", "status"}
+
+
+def test_an_error_is_told_of_what_else_is_wanted():
+    alone = {"error", "error_at_end", "status"}
+    assert names(want=["error", "section", "settling"]) == alone | {"section", "settling"}
+    assert names(want=["error", "energy"]) - names(want=["energy"]) == {*alone, "E1max_error"} - {
+        "status"
+    }
+    labels = {"refined_label", "label_kept"}
+    assert names(want=["error", "regime"]) - names(want=["regime"]) == alone - {"status"} | labels
 
 
 def test_what_two_wants_share_is_there_once():
@@ -96,10 +107,10 @@ def test_types_units_and_fills_are_those_of_the_contract():
     assert types == {
         **dict.fromkeys(table, "float64"),
         **dict.fromkeys(("period", "impacts", "settling"), "int32"),
-        **dict.fromkeys(("regime", "status"), "int8"),
-        "label": "str",
+        **dict.fromkeys(("regime", "status", "label_kept"), "int8"),
+        **dict.fromkeys(("label", "refined_label"), "str"),
     }
-    energies = {"E1max", "E2max", "E1peak", "E2peak"}
+    energies = {"E1max", "E2max", "E1peak", "E2peak", "E1max_error"}
     assert {name for name in table if table[name].units == "J"} == energies
     assert table["clearance"].units == "m"
     assert table["section"].units == "m, m/s"
@@ -118,7 +129,7 @@ def test_filled_arrays_say_that_nothing_was_computed():
 
 def test_flags_are_words_that_cf_allows_in_the_order_of_their_codes():
     table = {dataset.name: dataset for dataset in datasets(scan())}
-    for dataset in (table["regime"], table["status"]):
+    for dataset in (table["regime"], table["status"], table["label_kept"]):
         words = dataset.flag_meanings.split(" ")
         assert len(words) == len(dataset.flag_values)
         assert all(re.fullmatch(r"[A-Za-z0-9_.+@-]+", word) for word in words)

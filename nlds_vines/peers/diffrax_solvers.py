@@ -1,0 +1,257 @@
+"""diffrax on one processor in double precision: all of an orbit is one compiled program.
+
+With events the loop over pieces is compiled too; each piece ends at a touch or release, found by
+bisection, or where a state is noted. Time counts from the last event. What is compiled depends on
+the constants of the system and on how many states are noted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache, partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nlds_vines.peers.base import BUDGET, Flow, Peer, PeerFailure, Track, begun, flow_of
+from nlds_vines.peers.equation import begin, constants
+from nlds_vines.system import System
+
+SETTINGS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+PRECISE = 1e-13  # tolerance of the bisection, relative and absolute [s, m/s]
+
+
+@contextmanager
+def _double_precision() -> Iterator[None]:
+    """Compute on the processor in double precision here, whatever is set elsewhere."""
+    import jax
+
+    with jax.enable_x64(True), jax.default_device(jax.local_devices(backend="cpu")[0]):
+        yield
+
+
+def _field(p: list[float], implicit: bool) -> Callable[..., Any]:
+    """Return the derivative of eq. (5) at the time t after `args[0]`."""
+    import jax.numpy as jnp
+
+    m1, k1, c1, m2, k2, c2, P, omega, K, near, far, rest = p[:12]
+
+    def hertz(z: Any) -> Any:
+        if not implicit:
+            pressed = jnp.maximum(z, 0.0)
+            return K * pressed * jnp.sqrt(pressed)
+        pressed = jnp.where(z > 0.0, z, 1.0)  # or differentiation would meet the root of 0
+        return jnp.where(z > 0.0, K * pressed * jnp.sqrt(pressed), 0.0)
+
+    def field(t: Any, y: Any, args: Any) -> Any:
+        x1, v1, x2, v2 = y[0], y[1], y[2], y[3]
+        r = x1 - x2 + rest
+        pull = k2 * r + c2 * (v1 - v2)
+        if math.isfinite(near):
+            pull = pull + hertz(r - near)
+        if math.isfinite(far):
+            pull = pull - hertz(-r - far)
+        force = P * jnp.cos(omega * (args[0] + t)) - k1 * x1 - c1 * v1 - pull
+        return jnp.stack([v1, force / m1, v2, pull / m2])
+
+    return field
+
+
+def _integrate(field: Callable[..., Any], solver: Any, rtol: Any, **settings: Any) -> Any:
+    """Return what diffrax finds of one piece; nothing but its end is kept."""
+    import diffrax
+
+    return diffrax.diffeqsolve(
+        diffrax.ODETerm(field),
+        solver,
+        dt0=None,
+        saveat=diffrax.SaveAt(t1=True),
+        stepsize_controller=diffrax.PIDController(rtol=rtol, atol=1e-3 * rtol),
+        adjoint=diffrax.ForwardMode(),
+        max_steps=BUDGET,
+        throw=False,
+        **settings,
+    )
+
+
+def _plain(p: list[float], solver: Any, implicit: bool) -> Callable[..., Any]:
+    """Return the program that follows an orbit from one noted time to the next."""
+    import diffrax
+    import jax
+    import jax.numpy as jnp
+
+    field = _field(p, implicit)
+
+    def follow(start: Any, rtol: Any, times: Any) -> Any:
+        def stretch(reached: Any, ends: Any) -> Any:
+            y, well = reached
+            duration = jnp.where(well, ends[1] - ends[0], 0.0)  # after a failure nothing is done
+            found = _integrate(field, solver, rtol, t0=0.0, t1=duration, y0=y, args=(ends[0],))
+            well = well & (found.result == diffrax.RESULTS.successful)
+            return (found.ys[0], well), found.ys[0]
+
+        begin_and_end = (times[:-1], times[1:])
+        (_, well), states = jax.lax.scan(stretch, (start, jnp.array(True)), begin_and_end)
+        return states, well
+
+    return follow
+
+
+class _Piece(NamedTuple):
+    """Where an orbit is, what kind of piece it is on, and what has been noted.
+
+    The time is `since` + `t`; `restarted`: at `since` it was on the wall; `wall`: 0 near, 1 far.
+    """
+
+    since: Any
+    t: Any
+    y: Any
+    inside: Any
+    wall: Any
+    restarted: Any
+    noted: Any
+    states: Any
+    touches: Any
+    found: Any
+    steps: Any  # in contact
+    pieces: Any
+    well: Any
+
+
+def _depth(p: list[float], wall: Any, y: Any) -> Any:
+    """Return how deep a wall is pressed in [m]."""
+    import jax.numpy as jnp
+
+    r = y[0] - y[2] + p[11]
+    return jnp.where(wall == 0, r - p[9], -r - p[10])
+
+
+def _indicator(p: list[float]) -> Callable[..., Any]:
+    """Return the event function: `equation.indicator`, counted so that it rises through zero."""
+    import jax.numpy as jnp
+
+    def rising(t: Any, y: Any, args: Any, **_: Any) -> Any:
+        _, inside, wall, restarted = args
+        near, far = _depth(p, 0, y), _depth(p, 1, y)
+        z = jnp.where(inside, jnp.where(wall == 0, near, far), jnp.maximum(near, far))
+        speed = jnp.where(wall == 0, 1.0, -1.0) * (y[1] - y[3])
+        passed = t > 0.0
+        value = jnp.where(restarted, jnp.where(passed, z / jnp.where(passed, t, 1.0), speed), z)
+        return jnp.where(inside, -value, value)
+
+    return rising
+
+
+def _events(p: list[float], solver: Any, room: int) -> Callable[..., Any]:
+    """Return the program that follows an orbit from event to event, with room for touches."""
+    import diffrax
+    import jax
+    import jax.numpy as jnp
+    import optimistix
+
+    field = _field(p, implicit=False)
+    finder = optimistix.Bisection(rtol=PRECISE, atol=PRECISE, flip=False)
+    event = diffrax.Event(_indicator(p), finder, direction=True)
+
+    def follow(start: Any, rtol: Any, times: Any, watch: Any) -> Any:
+        def going(s: _Piece) -> Any:
+            return (s.noted < len(times)) & s.well & (s.pieces < len(times) + BUDGET)
+
+        def advance(s: _Piece) -> _Piece:
+            end = times[s.noted] - s.since
+            args = s.since, s.inside, s.wall, s.restarted
+            found = _integrate(
+                field, solver, rtol, t0=s.t, t1=end, y0=s.y, args=args, event=event
+            )
+            hit, y = found.event_mask, found.ys[0]
+            now = s.since + found.ts[0]
+            touched = hit & ~s.inside
+            nearer = jnp.where(_depth(p, 0, y) >= _depth(p, 1, y), 0, 1)
+            well = found.result == diffrax.RESULTS.successful
+            return _Piece(
+                since=jnp.where(hit, now, s.since),
+                t=jnp.where(hit, 0.0, end),
+                y=y,
+                inside=s.inside ^ hit,
+                wall=jnp.where(touched, nearer, s.wall),
+                restarted=s.restarted | hit,
+                noted=jnp.where(hit, s.noted, s.noted + 1),
+                states=s.states.at[s.noted].set(y),  # after an event it is written again
+                touches=s.touches.at[s.found].set(now),
+                found=s.found + touched,
+                steps=s.steps + jnp.where(s.inside, found.stats["num_accepted_steps"], 0),
+                pieces=s.pieces + 1,
+                well=well | (found.result == diffrax.RESULTS.event_occurred),
+            )
+
+        nothing = jnp.array(0)
+        first = _Piece(
+            since=jnp.array(0.0), t=jnp.array(0.0), y=start, inside=watch[0] > 0.0,
+            wall=watch[1].astype(nothing.dtype), restarted=~jnp.isnan(watch[2]), noted=nothing,
+            states=jnp.zeros((len(times), 4)), touches=jnp.zeros(room + 1), found=nothing,
+            steps=nothing, pieces=nothing, well=jnp.array(True),
+        )  # fmt: skip
+        last = jax.lax.while_loop(going, advance, first)
+        done = last.noted == len(times)
+        return last.states, done, last.touches, last.found, last.steps
+
+    return follow
+
+
+def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> Flow:
+    import diffrax
+    import jax
+
+    p, state = constants(system), begun(system, start)
+    solver, watch, numbers = getattr(diffrax, method)(), np.zeros(3), p.tolist()
+    begin(p, state, watch)
+    splitting = split and bool(system.scene.walls)
+
+    @cache
+    def program(room: int) -> Callable[..., Any]:
+        if splitting:
+            return jax.jit(_events(numbers, solver, room))
+        return jax.jit(_plain(numbers, solver, method.startswith("Kvaerno")))
+
+    def follow(rtol: float, times: np.ndarray, watched: bool) -> Track:
+        room = 64 + 16 * math.ceil(times[-1] / system.period)
+        with _double_precision():
+            if splitting:
+                found = program(room)(state, rtol, times, watch)
+            else:
+                found = program(0)(state, rtol, np.concatenate([[0.0], times]))
+            states, well, *rest = (np.asarray(item) for item in found)
+        if not well:
+            raise PeerFailure(f"{method} gave up: too many steps, or a state that is not finite")
+        if not rest:
+            return Track(states)
+        touches, count, steps = rest
+        if count > room:
+            raise PeerFailure(f"more than {room} touches")
+        return Track(states, touches[:count], float(steps / count) if count else None)
+
+    return flow_of(system, state, follow)
+
+
+def _peer(method: str, order: float, split: bool) -> Peer:
+    return Peer(
+        name=f"diffrax {method}, events" if split else f"diffrax {method}",
+        settings=SETTINGS,
+        setting="rtol",
+        events=split,
+        compiled=True,
+        needs="diffrax",
+        prepare=partial(_prepare, method=method, split=split),
+        order=order,
+    )
+
+
+PEERS = (
+    _peer("Tsit5", 5.0, True),
+    _peer("Tsit5", 5.0, False),
+    _peer("Dopri8", 8.0, True),
+    _peer("Dopri8", 8.0, False),
+    _peer("Kvaerno5", 5.0, False),
+)

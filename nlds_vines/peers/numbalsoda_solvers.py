@@ -1,0 +1,168 @@
+"""numbalsoda: LSODA and DOP853 in compiled code, with compiled right-hand sides.
+
+Plain LSODA and DOP853 are `numbalsoda.lsoda` and `numbalsoda.dop853`. With events it is the DOP853
+behind `numbalsoda.solve_ivp`, called as `solve_ivp` itself calls it: that function spends a quarter
+of the time on the text of a message.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.peers.base import BUDGET, Flow, Peer, PeerFailure, Track, begun, flow_of
+from nlds_vines.peers.equation import begin, constants, derivative, indicator, switch
+from nlds_vines.system import System
+
+SETTINGS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+CONSTANTS, WATCH = 13, 3  # numbers of `constants` and of `begin`
+WINDOW = 16  # forcing periods that one call may follow: it makes room for all that is noted
+
+
+@cache
+def _compiled() -> tuple[Any, Any]:
+    """Compile right-hand side and event function to what C can call."""
+    import numba
+    from numbalsoda import lsoda_sig
+
+    def rates(t, y, dy, data):  # type: ignore[no-untyped-def]
+        p = numba.carray(data, (CONSTANTS,))
+        dy[0], dy[1], dy[2], dy[3] = derivative(p, p[7] * t, y[0], y[1], y[2], y[3])
+
+    def event(t, y, value, data):  # type: ignore[no-untyped-def]
+        numbers = numba.carray(data, (CONSTANTS + WATCH,))
+        state = numba.carray(y, (4,))
+        value[0] = indicator(numbers[:CONSTANTS], numbers[CONSTANTS:], t, state)
+
+    return numba.cfunc(lsoda_sig)(rates), numba.cfunc(lsoda_sig)(event)
+
+
+@cache
+def _piece() -> Callable[..., Any]:
+    """Compile one call of DOP853: to the end of a window, or to the event before."""
+    import numba
+    from numbalsoda import driver_solve_ivp
+
+    solve, result = (  # named here: compiled code takes them as constants
+        driver_solve_ivp.dop853_solve_ivp_wrapper,
+        driver_solve_ivp.dop853_solve_ivp_result,
+    )
+
+    def piece(rates, event, data, span, y, rtol, times, when, states, end, message):  # type: ignore[no-untyped-def]
+        sizes, handle = np.zeros(3, np.int32), np.zeros(1, np.int64)
+        counts, flags = np.zeros(2, np.int32), np.zeros(2, np.bool_)
+        solve(
+            rates, span.ctypes.data, 4, y.ctypes.data, times.size, times.ctypes.data,
+            1, event, data.ctypes.data, 0.0, 0.0, rtol, 1e-3 * rtol, sizes.ctypes.data,
+            sizes[1:].ctypes.data, sizes[2:].ctypes.data, handle.ctypes.data,
+        )  # fmt: skip
+        result(
+            handle[0], 4, sizes[0], sizes[1], message.ctypes.data, flags.ctypes.data,
+            counts.ctypes.data, when.ctypes.data, states.ctypes.data, flags[1:].ctypes.data,
+            counts[1:].ctypes.data, end.ctypes.data, end[1:].ctypes.data,
+        )  # fmt: skip
+        return flags[0], flags[1], sizes[1]
+
+    return numba.njit(piece)
+
+
+@cache
+def _splitting() -> Callable[..., Any]:
+    """Compile the loop over pieces between events."""
+    import numba
+
+    piece = _piece()
+
+    def follow(rates, event, p, start, rtol, times, longest, states, touches, most):  # type: ignore[no-untyped-def]
+        data = np.empty(CONSTANTS + WATCH)
+        data[:CONSTANTS], watch = p, data[CONSTANTS:]
+        y, span, end = start.copy(), np.zeros(2), np.zeros(5)
+        when, message = np.empty(times.size), np.empty(256, np.uint8)
+        begin(p, y, watch)
+        noted = found = pieces = 0
+        while noted < times.size:
+            last = max(np.searchsorted(times, span[0] + longest, "right"), noted + 1)
+            span[1], wanted = times[last - 1], times[noted:last]
+            well, struck, got = piece(
+                rates, event, data, span, y, rtol, wanted, when, states[noted:], end, message
+            )
+            pieces += 1
+            if not well or pieces > most:
+                return -1
+            noted += got
+            if struck:
+                span[0], y[:] = end[0], end[1:]
+                if switch(p, span[0], y, watch):
+                    if found < touches.size:
+                        touches[found] = span[0]
+                    found += 1
+            else:
+                span[0], y[:] = span[1], states[noted - 1]
+        return found
+
+    return numba.njit(follow)
+
+
+def _events(system: System, start: np.ndarray) -> Flow:
+    p, state = constants(system), begun(system, start)
+    if not system.scene.walls:
+        return _plain(system, start, method="dop853")
+    rates, event = _compiled()
+    split = _splitting()
+
+    def follow(rtol: float, times: np.ndarray, watched: bool) -> Track:
+        periods = math.ceil(times[-1] / system.period)
+        states, room = np.empty((len(times), 4)), 64 + 16 * periods
+        while True:
+            touches = np.empty(room)
+            room = split(
+                rates.address, event.address, p, state, rtol, times, WINDOW * system.period,
+                states, touches, BUDGET * periods,
+            )  # fmt: skip
+            if room < 0:
+                raise PeerFailure("DOP853 gave up: too many steps or pieces, or steps too small")
+            if room <= touches.size:
+                return Track(states, touches[:room])
+
+    return flow_of(system, state, follow)
+
+
+def _plain(system: System, start: np.ndarray, *, method: str) -> Flow:
+    import numbalsoda
+
+    p, state = constants(system), begun(system, start)
+    rates, _ = _compiled()
+    solve = getattr(numbalsoda, method)
+
+    def follow(rtol: float, times: np.ndarray, watched: bool) -> Track:
+        grid = np.concatenate([[0.0], times])
+        states, well = solve(rates.address, state, grid, p, rtol, 1e-3 * rtol, BUDGET)
+        if not well:
+            raise PeerFailure(f"{method.upper()} gave up: too many steps, or steps too small")
+        return Track(states[1:])
+
+    return flow_of(system, state, follow)
+
+
+def _peer(name: str, prepare: Callable[..., Flow], order: float | None) -> Peer:
+    return Peer(
+        name=f"numbalsoda {name}",
+        settings=SETTINGS,
+        setting="rtol",
+        events=name.endswith("events"),
+        compiled=True,
+        needs="numbalsoda",
+        prepare=prepare,
+        order=order,
+    )
+
+
+PEERS = (
+    _peer("DOP853, events", _events, 8.0),
+    _peer("DOP853", partial(_plain, method="dop853"), 8.0),
+    _peer("LSODA", partial(_plain, method="lsoda"), None),
+)

@@ -1,0 +1,125 @@
+"""The survey of stiffness: error, cost, touches and the way to the rigid limit, as K grows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from nlds_vines.block import RESOLUTION, cell_of
+from nlds_vines.kernels.flight import rate_of
+from nlds_vines.kernels.impact import LONGEST
+from nlds_vines.kernels.parts import damper_in, structure_of
+from nlds_vines.peers import Peer, installed
+from nlds_vines.precision.cases import Case
+from nlds_vines.precision.contenders import Contender, of_peer, ours
+from nlds_vines.precision.measure import Truth, measured
+from nlds_vines.precision.reference import Reference, reference_of
+from nlds_vines.precision.results import Result
+from nlds_vines.precision.rigid import Rigid
+from nlds_vines.precision.stiff_layout import COLUMNS, SHAPE
+from nlds_vines.precision.survey import Row, Survey, Task
+from nlds_vines.provenance import version
+from nlds_vines.system import System
+
+MODULI = (2e5, 2e6, 2.05e7, 2e8, 2e9, 2.1e10, 2.1e11, 2.1e12, 2.1e13)
+"""Young's moduli E2 of the damper's side [Pa]: soft rubber, rubber, ..., steel, beyond."""
+
+STIFFNESSES = tuple(10.0**k for k in range(4, 17))
+"""Contact stiffnesses K [N/m^1.5] given directly, to beyond any material."""
+
+NODES = 12
+"""Collocation nodes of `exact` by default."""
+
+RTOL = 1e-9
+"""Tolerance of the solvers of others, or the nearest of theirs."""
+
+
+def stiffness(system: System, periods: int, peers: bool = True) -> Survey:
+    """Return the survey of a system whose contact is made softer and harder, from rest."""
+    there = installed() if peers else ()
+    cases = list(_cases(system, periods))
+    about = {
+        "cases": {case.name: case.to_table() for case in cases},
+        "peers": {peer.name: version(peer.needs) if peer.needs else "-" for peer in there},
+    }
+    tasks = tuple(Task(case.name, partial(_rows, case, there)) for case in cases)
+    title = f"Stiff contacts: {system.title or system.name}"
+    return Survey(title, SHAPE, about, COLUMNS, tasks)
+
+
+def _cases(system: System, periods: int) -> Iterator[Case]:
+    for E2 in MODULI:
+        yield Case(f"E2 = {E2:.3g}", system.with_(E2=E2), system.title, periods=periods)
+    for K in STIFFNESSES:
+        yield Case(f"K = {K:.0e}", system.with_(K=K), system.title, periods=periods)
+
+
+def _rows(case: Case, peers: tuple[Peer, ...]) -> list[Row]:
+    """Measure every method on one stiffness; the rigid limit once."""
+    reference = reference_of(case)
+    distance = float(np.abs(reference.section[-1] - Rigid(case).state()).max())
+    truth = Truth(case, reference, "", None)
+    return [
+        _row(truth, distance, measured(truth, contender), steps(case, contender, reference))
+        for contender in _methods(peers)
+    ]
+
+
+def _methods(peers: tuple[Peer, ...]) -> Iterator[Contender]:
+    """Yield our methods as they come, and each peer at the tolerance next to `RTOL`."""
+    yield ours("exact", NODES, "as it comes", nodes=NODES, resolution=RESOLUTION["exact"])
+    yield ours("rk4", RESOLUTION["rk4"], "as it comes", resolution=RESOLUTION["rk4"])
+    for peer in peers:
+        fitting = max(peer.settings) if peer.setting == "steps" else nearest(peer.settings)
+        yield from of_peer(replace(peer, settings=(fitting,)))
+
+
+def nearest(tolerances: tuple[float, ...]) -> float:
+    """Return the tolerance next to `RTOL` on a scale of logarithms."""
+    return min(tolerances, key=lambda rtol: abs(math.log(rtol / RTOL)))
+
+
+def steps(case: Case, contender: Contender, reference: Reference) -> float:
+    """Return the steps of a contact of our methods, on the average of the case; NaN for others.
+
+    `exact` solves a short impact at once, at its nodes; one that lasts longer than `LONGEST` in
+    units of the flight's own rate takes the steps of its resolution, as all do with `rk4`: a
+    quarter of those of a period.
+    """
+    if contender.setting.method == "rk4":
+        return RESOLUTION["rk4"] / 4
+    if contender.setting.method != "exact":
+        return math.nan
+    short = reference.durations * _rate(case.system) < LONGEST
+    return float(np.where(short, NODES, RESOLUTION["exact"]).mean()) if short.size else math.nan
+
+
+def _rate(system: System) -> float:
+    cell = cell_of(system)
+    return float(rate_of(structure_of(cell), damper_in(cell)))
+
+
+def _row(truth: Truth, distance: float, found: Result, taken: float) -> Row:
+    system, setting = truth.case.system, found.setting
+    return {
+        "K": system.K,
+        "E2": system.parameters.get("E2", math.nan),
+        "method": setting.method,
+        "setting": setting.words,
+        "ours": int(setting.ours),
+        "error": found.error,
+        "growth": truth.reference.growth,
+        "doubt": truth.reference.doubt,
+        "touches": 0 if truth.reference.touches is None else len(truth.reference.touches),
+        "missed": found.missed,
+        "touch_error": found.touch_error,
+        "steps": taken,
+        "seconds": found.seconds,
+        "rigid": distance,
+        "failure": found.failure,
+        "status": int(bool(found.failure)),
+    }

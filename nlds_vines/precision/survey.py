@@ -1,0 +1,180 @@
+"""A survey: many measurements, task by task, each kept as soon as it is made, in one archive.
+
+What is measured is a table: rows with the same columns, each task some rows of it.  A run that is
+interrupted goes on, with `resume`, at the first task that is not kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from nlds_vines import archive, durable, interrupts
+from nlds_vines._toml import toml_text
+from nlds_vines.engine import Interrupted
+from nlds_vines.folder import RunFolder
+from nlds_vines.manifest import SURVEY
+from nlds_vines.partfile import UNSOUND, fetch, path_of, store
+from nlds_vines.precision.columns import DIMS
+from nlds_vines.provenance import general
+from nlds_vines.record import Dataset, Scale
+from nlds_vines.search.journal import identity
+
+Row = Mapping[str, Any]
+"""One measurement: a value for each column."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """Some rows of the table that are measured together: `name` for people."""
+
+    name: str
+    rows: Callable[[], Sequence[Row]]
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What is measured: `about` says all that determines it, as a TOML document.
+
+    `shape` names the table, so that readers of an archive know what is in it.
+    """
+
+    title: str
+    shape: str
+    about: Mapping[str, Any]
+    columns: tuple[Dataset, ...]
+    tasks: tuple[Task, ...]
+
+    def to_toml(self) -> str:
+        """Return what is measured as TOML."""
+        return toml_text({"title": self.title, "survey": self.shape, **self.about})
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of what determines the numbers, but for the machine."""
+        return hashlib.sha256(toml_text({"survey": self.shape, **self.about}).encode()).hexdigest()
+
+
+@dataclass
+class SurveyRun(RunFolder):
+    """A survey under way: one sealed part for each task."""
+
+    content: ClassVar[str] = SURVEY
+
+    scan: Survey
+    seconds: float = 0.0
+    kept: dict[int, dict[str, np.ndarray]] = field(default_factory=dict)
+
+    def recall(self) -> int:
+        """Read what an earlier run left; returns how many tasks that is.
+
+        What does not verify is removed, and measured again.
+        """
+        for index in range(len(self.scan.tasks)):
+            path = path_of(self.folder, index)
+            try:
+                part = fetch(path, identity(self.scan.hash, index)).by_us()
+            except FileNotFoundError:
+                continue
+            except UNSOUND as error:
+                self.discarded.append(f"{path.name} is measured again: {error}")
+                path.unlink()
+                continue
+            self.kept[index] = part.arrays
+            self.seconds += part.made.seconds
+        return len(self.kept)
+
+    def measure(self, index: int) -> dict[str, np.ndarray]:
+        """Return the columns of a task, measured unless they are kept."""
+        if index not in self.kept:
+            began = time.monotonic()
+            arrays = table_of(self.scan.columns, self.scan.tasks[index].rows())
+            spent = time.monotonic() - began
+            path, whose = path_of(self.folder, index), identity(self.scan.hash, index)
+            with durable.in_one_line(f"write a part in {self.folder}"):
+                store(path, whose, arrays, seconds=spent, threads=1)
+            self.kept[index] = arrays
+            self.seconds += spent
+        return self.kept[index]
+
+    def store(self) -> None:
+        """Write the archive of all tasks and let the parts go."""
+        parts = [self.kept[index] for index in range(len(self.scan.tasks))]
+        contents = [
+            (column, np.concatenate([part[column.name] for part in parts]))
+            for column in self.scan.columns
+        ]
+        count = len(contents[0][1])
+        rows = Scale(DIMS[0], np.arange(1, count + 1, dtype=np.int32), "1", "measurement")
+        more = {
+            "content": self.content,
+            "survey": self.scan.shape,
+            "seconds": round(self.seconds, 3),
+            **self.begun_by(),
+        }
+        attrs = general(self.scan, more)
+        self.deliver(lambda path: archive.write_arrays(path, attrs, [rows], contents))
+
+
+def run(
+    survey: Survey,
+    output: Path,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    show: Callable[[str], object] | None = None,
+) -> None:
+    """Do a survey into the archive `output`; `show` is told of each task with the time to go.
+
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, every finished task kept for `resume`, and
+    `RequestError` where the archive cannot be had.
+    """
+    opened = SurveyRun.open(output, survey, resume=resume, overwrite=overwrite)
+    with opened as journal, interrupts.heard() as stop:
+        if journal.complete:
+            return
+        known = journal.recall()
+        for line in journal.discarded:
+            print(line, file=sys.stderr)
+        try:
+            for line in _done(journal, stop, known):
+                if show is not None:
+                    show(line)
+            journal.store()
+        except (interrupts.Stopped, KeyboardInterrupt):
+            raise Interrupted(
+                f"interrupted: {len(journal.kept)} of {len(survey.tasks)} parts are kept in "
+                f"{journal.folder}; the same command with --resume (in place of --overwrite) "
+                "goes on from there",
+                stop.status,
+            ) from None
+
+
+def _done(journal: SurveyRun, stop: interrupts.Stop, known: int) -> Iterator[str]:
+    """Measure task by task; yield a line before each: which, and how long the rest may take."""
+    tasks, began = journal.scan.tasks, time.monotonic()
+    for index, task in enumerate(tasks):
+        stop.check()
+        if index in journal.kept:
+            continue
+        done = len(journal.kept) - known
+        left = (time.monotonic() - began) / done * (len(tasks) - known - done) if done else None
+        estimate = "" if left is None else f", about {left:.0f} s to go"
+        yield f"{index + 1}/{len(tasks)} {task.name}{estimate}"
+        journal.measure(index)
+
+
+def table_of(columns: Iterable[Dataset], rows: Sequence[Row]) -> dict[str, np.ndarray]:
+    """Return rows as contiguous arrays by column."""
+    found = {}
+    for column in columns:
+        dtype: Any = np.str_ if column.dtype == "str" else column.dtype
+        found[column.name] = np.array([row[column.name] for row in rows], dtype=dtype)
+    return found

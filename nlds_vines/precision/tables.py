@@ -1,0 +1,188 @@
+"""What a survey found, as Markdown: every measurement, the summary by method, and advice."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterator, Sequence
+
+from nlds_vines.precision.curves import Curve, above, advised
+from nlds_vines.precision.layout import Measured
+from nlds_vines.precision.results import EXACT, Result
+
+COMPARED = (1e-6, 1e-9)
+"""Errors at which the summary compares costs."""
+
+
+_WIDTH = 100
+_PAGE = """\
+# Error against run time
+
+Made by the command at the end of this page. Times are those of a shared machine: read the ratios.
+Costs at an error are interpolated along the cheapest settings of a method; `rtol^p` says how the
+error follows the tolerance, `÷ f a node` by what one more collocation node divides it. Peers marked
+`events` are used well: every contact is split at touch and release; the others are used plainly, as
+one would at first. In the picture, of each family of solvers only the cheapest settings are drawn.
+
+![Error against run time]({picture})
+
+{sections}
+
+```sh
+{command}
+```
+"""
+
+
+def head(case: Measured) -> Iterator[str]:
+    """Yield what a reader must know of a case: what is followed, and what is held to be true."""
+    text = (
+        f"{case.title}. Error of the state after {case.periods} forcing periods, CPU time of one "
+        f"thread per period. Regime: {case.truth}. Reference: {case.source}; uncertain by "
+        f"{case.doubt:.0e}; an independent witness ({case.witness}) is {case.independent:.0e} "
+        f"from it. A disturbance of the start has grown {case.growth:.2g} times by then."
+    )
+    yield from textwrap.wrap(text, _WIDTH)
+
+
+def measurements(case: Measured) -> Iterator[str]:
+    """Yield the table of all measurements on a case."""
+    yield "| method | setting | error | touches | E1max | label | CPU per period |"
+    yield "|---|---|---:|---:|---:|---|---:|"
+    for curve in case.curves:
+        for found in curve.results:
+            start = f"| {found.setting.method} | {found.setting.words} "
+            if found.failure:
+                yield f"{start}| failed: {found.failure} | | | | |"
+                continue
+            error = f"{found.error:.1e}" if found.error > case.doubt else f"< {case.doubt:.0e}"
+            yield (
+                f"{start}| {error} | {_touches(found)} | {_number(found.energy_error, ' J')} "
+                f"| {found.label} | {duration(found.seconds)} |"
+            )
+
+
+def summary(case: Measured) -> Iterator[str]:
+    """Yield the table by method: observed order, cost at `COMPARED` and its ratio to `exact`."""
+    ours = case.curve("exact")
+    columns = "".join(f" at {error:.0e} | × exact |" for error in COMPARED)
+    yield f"| method | order | best error |{columns}"
+    yield "|---|---:|---:|" + "---:|---:|" * len(COMPARED)
+    for curve in case.curves:
+        costs = "".join(_cost(curve, ours, error) for error in COMPARED)
+        yield f"| {curve.method} | {_order(curve)} | {_best(curve)} |{costs}"
+
+
+def verdict(case: Measured) -> str:
+    """Say in a sentence whether any method is cheaper than `exact` at any compared error."""
+    better = above(case.curves, case.curve("exact"))
+    if not better:
+        return "`exact` is the cheapest at every error from 1e-3 to 1e-12."
+    words = ", ".join(f"{method} at {error:.0e}" for method, error in better)
+    return f"Cheaper than `exact`: {words}."
+
+
+def ratios(case: Measured) -> Iterator[str]:
+    """Yield by how much the best peer of each family costs more than `exact` at `COMPARED`."""
+    ours = case.curve("exact")
+    for error in COMPARED:
+        costs: dict[str, tuple[float, str]] = {}
+        for curve in case.curves:
+            if not curve.results[0].setting.ours and math.isfinite(curve.cost(error)):
+                entry = (curve.cost(error) / ours.cost(error), curve.method)
+                family = family_of(curve.method)
+                costs[family] = min(costs.get(family, (math.inf, "")), entry)
+        words = "; ".join(f"{method} {ratio:.3g}" for ratio, method in sorted(costs.values()))
+        yield f"At {error:.0e}, times the cost of `exact`: {words or 'no peer gets there'}."
+
+
+def advice(case: Measured, want: float | None) -> Iterator[str]:
+    """Yield the cheapest setting of ours that reaches a wanted error, and that keeps the label."""
+    if want is not None:
+        yield _advised(case, want, f"The cheapest setting with an error of at most {want:g}")
+    if any(found.label for found in case.results):
+        yield _advised(case, None, f"The cheapest setting that keeps the label {case.truth}")
+
+
+def _advised(case: Measured, want: float | None, what: str) -> str:
+    found = advised(case.results, want, case.truth)
+    if found is None:
+        return f"{what}: none was measured."
+    code = call(found)
+    return f"{what}: {code} ({found.error:.1e} at {duration(found.seconds)} a period)."
+
+
+def call(found: Result) -> str:
+    """Return what to pass to `simulate` for the setting of a result of ours."""
+    value = found.setting.value
+    if found.setting.method == "rk4":
+        return f'`method="rk4", resolution={value:g}`'
+    steps = dict(EXACT).get(int(value))
+    return f'`method="exact", nodes={value:g}, resolution={steps}`'
+
+
+def family_of(method: str) -> str:
+    """Return the library that a method belongs to, and whether contacts are split by events."""
+    if method in ("exact", "rk4"):
+        return method
+    name = method.split()[0]
+    return f"{name}, events" if method.endswith("events") else name
+
+
+def duration(seconds: float) -> str:
+    """Return a time in words of a table, three digits."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
+        if seconds >= size or unit == "ns":
+            return f"{seconds / size:.3g} {unit}"
+    raise AssertionError("the smallest unit takes everything")
+
+
+def number_words(value: float) -> str:
+    """Return a number as it is read, nothing for NaN."""
+    return "" if math.isnan(value) else f"{value:g}"
+
+
+def _touches(found: Result) -> str:
+    if found.missed > 0:
+        return f"{found.missed:g} missed"
+    if found.missed < 0:
+        return f"{-found.missed:g} invented"
+    return _number(found.touch_error, " s")
+
+
+def _number(value: float, unit: str) -> str:
+    return "" if math.isnan(value) else f"{value:.0e}{unit}"
+
+
+def _order(curve: Curve) -> str:
+    """Return the observed order; of `exact` the factor by which a node divides the error."""
+    if curve.method == "exact":
+        return "" if math.isnan(curve.factor) else f"÷ {curve.factor:.2g} a node"
+    if math.isnan(curve.order):
+        return ""
+    power = f"{curve.order:.2g}"
+    return f"rtol^{power}" if curve.results[0].setting.value < 1.0 else power
+
+
+def _best(curve: Curve) -> str:
+    if all(found.failure for found in curve.results):
+        return f"failed: {curve.results[-1].failure}"
+    return f"{min(error for error, _ in curve.points):.0e}"
+
+
+def _cost(curve: Curve, ours: Curve, error: float) -> str:
+    cost = curve.cost(error)
+    if math.isinf(cost):
+        return " not reached | |"
+    return f" {duration(cost)} | {cost / ours.cost(error):.3g} |"
+
+
+def page(cases: Sequence[Measured], picture: str, command: str) -> str:
+    """Return the page of a survey of several cases: the picture, a summary of each, the command."""
+    sections = "\n\n".join("\n".join(_section(case)) for case in cases)
+    return _PAGE.format(picture=picture, sections=sections, command=command)
+
+
+def _section(case: Measured) -> Iterator[str]:
+    yield from (f"## {case.name}", "", *head(case), "", *summary(case), "")
+    yield from (verdict(case), *ratios(case), *advice(case, COMPARED[-1]))

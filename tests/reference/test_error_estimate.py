@@ -1,0 +1,115 @@
+"""The error that a scan tells of itself, against states of 25 digits; and labels that do not hold.
+
+Each period begins with a reference state, so that the true error of one period is known.
+"""
+
+import numpy as np
+import pytest
+from support import references, system_of
+
+from nlds_vines import block
+from nlds_vines.block import Computer, Settings
+from nlds_vines.cut import Block
+from nlds_vines.record import KEPT
+from nlds_vines.scan import load_scan
+from nlds_vines.simulation import start_state
+
+SSUL = ("ssul-set6", "ssul-set6-omega7.45", "ssul-set6-steel")
+CASES = [
+    *((name, "exact", Settings(nodes, 28.0)) for name in SSUL for nodes in (6, 8, 10, 12)),
+    *(("ssbl-omega6.05", "exact", Settings(nodes, 28.0)) for nodes in (6, 8, 10, 12)),
+    *((name, "rk4", Settings(12, float(n))) for name in SSUL for n in (128, 256, 512, 1024)),
+]
+ROUND_OFF = 1e-12  # of a period; below it round-off has its share
+FACTOR = 3.0
+
+
+def scan_of(system, method, want, **sampling):
+    omega = {"values": [system.parameters["omega"]]}
+    return load_scan(
+        {
+            "system": system.to_table(),
+            "vary": {"omega": omega},
+            "sampling": {"method": method, **sampling},
+            "record": {"want": want},
+        }
+    )
+
+
+def true_and_estimated(name, method, settings):
+    """Return the error of each period of a reference orbit, and what a scan says of it."""
+    reference = references()[name]
+    system = system_of("ssbl" if "D" in reference.numbers else "ssul", reference.numbers)
+    scan = scan_of(system, method, ["section", "error"], transient=0, periods=1)
+    cell, begins = scan.cells(), reference.states[:-1]
+    starts = np.array([start_state(system, cell["rest"][0], begin)[:4] for begin in begins])
+    chains = np.repeat(cell, len(begins))[:, np.newaxis]
+    found = Computer(scan, settings).lanes(chains, starts)
+    true = np.abs(found["section"][:, 0, 0] - reference.states[1:]).max(axis=1)
+    return true, found["error"][:, 0]
+
+
+def assert_honest(true, estimated):
+    seen = true > ROUND_OFF
+    assert seen.sum() >= 20  # so that there is something to estimate
+    ratio = estimated[seen] / true[seen]
+    assert ratio.min() > 1 / FACTOR
+    assert ratio.max() < FACTOR
+    assert (estimated[~seen] < FACTOR * ROUND_OFF).all()
+
+
+@pytest.mark.parametrize(("name", "method", "settings"), CASES)
+def test_the_estimate_is_the_true_error_of_a_period(name, method, settings):
+    assert_honest(*true_and_estimated(name, method, settings))
+
+
+def test_an_estimate_by_settings_that_are_not_finer_is_caught(monkeypatch):
+    monkeypatch.setattr(Settings, "refined", lambda self, method: self)
+    with pytest.raises(AssertionError):
+        assert_honest(*true_and_estimated("ssul-set6", "exact", Settings(8, 28.0)))
+
+
+def test_refined_settings_are_those_the_documentation_names():
+    assert Settings.of("exact").refined("exact") == Settings(16, 40.0)
+    assert Settings.of("rk4").refined("rk4") == Settings(12, 1024.0)
+
+
+# ---- labels under refinement ---------------------------------------------------------------------
+
+OMEGA = [6.0, 6.28, 7.45, 7.8, 7.95]
+
+
+def labelled(method, want):
+    scan = load_scan(
+        {
+            "system": "ssul-set6",
+            "vary": {"omega": {"values": OMEGA}},
+            "sampling": {"method": method, "transient": 240, "periods": 60, "effort": "quick"},
+            "record": {"want": want},
+        }
+    )
+    found = Computer(scan).block(Block(0, ((0, len(OMEGA)),)))
+    return {name: values[:, 0] for name, values in found.items()}
+
+
+def test_labels_by_far_too_few_steps_are_flagged_where_they_are_wrong(monkeypatch):
+    right = labelled("rk4", ["regime", "error"])
+    assert (right["label_kept"] == KEPT["yes"]).all()
+    monkeypatch.setitem(block.RESOLUTION, "rk4", 16.0)
+    found = labelled("rk4", ["regime", "error"])
+    wrong = found["label"] != right["label"]
+    assert wrong.any()
+    assert not wrong.all()
+    np.testing.assert_array_equal(found["label_kept"] == KEPT["no"], wrong)
+    assert (found["refined_label"][wrong] == right["label"][wrong]).all()
+    assert (found["error"] > 1e5 * right["error"]).all()
+
+
+def test_settled_orbits_keep_their_labels_and_tell_small_errors():
+    found = labelled("exact", ["section", "impacts", "energy", "regime", "error"])
+    assert found["label"].tolist() == ["T,1", "T,1", "3T,2", "2T,1", "T,0"]
+    assert found["refined_label"].tolist() == found["label"].tolist()
+    assert (found["label_kept"] == KEPT["yes"]).all()
+    assert (found["error"] < 1e-9).all()
+    assert (found["error_at_end"] < 1e-7).all()
+    assert (found["E1max_error"] < 1e-4).all()  # 3T,2 had not settled to the last digit

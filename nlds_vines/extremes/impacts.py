@@ -103,7 +103,7 @@ def hertz_impact() -> Finding:
     return within(worst, 1e-10, words)
 
 
-def _rigid_state(system: System, touch: float, end: float) -> np.ndarray:
+def rigid_state(system: System, touch: float, end: float) -> np.ndarray:
     """Return the state (4,) at `end` [s] from rest after one elastic impact near `touch`."""
     flow, p = flow_of(system), system.parameters
     start = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
@@ -128,7 +128,7 @@ def rigid_limit() -> Finding:
         orbit = orbit_of(system, 2)
         assert orbit.impacts is not None
         assert orbit.section is not None
-        rigid = _rigid_state(system, float(orbit.impacts["touch"][0]), 2.0 * system.period)
+        rigid = rigid_state(system, float(orbit.impacts["touch"][0]), 2.0 * system.period)
         found = orbit.section[-1] - [0.0, 0.0, system.rest or 0.0, 0.0]
         differences.append(float(np.abs(found - rigid).max()))
     slope = -order_of(differences, stiffness)

@@ -20,6 +20,7 @@ touches, soft contacts, a section inside) is left to `contact`.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -186,13 +187,15 @@ def short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1):
         return False, s, x1, v1, 0.0, 0.0
     rest = v1 - damper.share * s
     first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d)
-    before = b
+    before = 0.0
     for _ in range(MOST_SWEEPS):
         common_slopes(ps, damper, wall, arc, c, d)
         cover_common(arc, x1, rest)
         own_slope(ps, damper, wall, arc, c, d)
         change = cover_own(arc, b)
-        if change * change < arc.settled * b * before:  # each sweep gains as much as the last one
+        if before == 0.0:  # what the guess missed is of second order, and a sweep gains one
+            before = math.sqrt(change * b)
+        if change * change <= arc.settled * b * before:  # each gains as much as the one before
             return released(ps, damper, wall, arc, c, d, b, s, x1, rest)
         before = change
     return False, s, x1, v1, 0.0, 0.0

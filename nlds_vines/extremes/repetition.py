@@ -153,11 +153,12 @@ def sample() -> Arrays:
         for method, options in (("exact", {}), ("rk4", {"resolution": 64.0})):
             orbit = simulate(system, 3, record=record, method=method, **options)
             assert orbit.section is not None
-            numbers = [orbit.section.ravel(), [orbit.E1max, orbit.E2max, orbit.clearance]]
+            scalars = np.array([orbit.E1max, orbit.E2max, orbit.clearance], dtype=float)
+            numbers = [orbit.section.ravel(), scalars]
             if orbit.impacts is not None:
                 columns = (orbit.impacts[key] for key in orbit.impacts.dtype.names[1:])
                 numbers += [np.concatenate(list(columns))]
-            found[f"{name}, {method}"] = np.concatenate(numbers, dtype=float)
+            found[f"{name}, {method}"] = np.concatenate(numbers)
     return found
 
 

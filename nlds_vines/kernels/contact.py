@@ -96,6 +96,17 @@ def outside_of(ps, damper, wall, c, k):
 
 
 @jit
+def norm_of(a, b):
+    """Return sqrt(a^2 + b^2), whose squares may underflow or overflow."""
+    a, b = abs(a), abs(b)
+    most = max(a, b)
+    if most == 0.0:
+        return 0.0
+    share = min(a, b) / most
+    return most * math.sqrt(1.0 + share * share)
+
+
+@jit
 def lands(outside, h, k):
     """Tell whether the release is near and certain enough for a step in q that lands on z = 0."""
     q, s = k[rk.Y], k[rk.Y + 1]
@@ -124,9 +135,9 @@ def contact(
             c, d = turned(c, d, ps.omega * elapsed)
         outside = outside_of(ps, damper, wall, c, k)
         q, s = k[rk.Y], k[rk.Y + 1]
-        fifth = q * q * q * q * q + 1.25 * s * s / wall.kappa
-        if not 0.9 * seen < fifth < 1.1 * seen:
-            seen, cube, root = fifth, fifth**0.6, fifth**0.2
+        reach = norm_of(q * q * math.sqrt(q), s / wall.speed)  # q^2.5 where the contact turns
+        if not 0.95 * seen < reach < 1.05 * seen:
+            seen, cube, root = reach, reach**1.2, reach**0.4
         span = min(root, 2.0 * max(q, math.sqrt(abs(s) / rate)))  # of q: others may stop it first
         haste = wall.kappa * cube + abs(outside) + rate * rate * span * span
         h = WHOLE / steps / math.sqrt(haste)

@@ -154,7 +154,8 @@ def mass_ratio() -> Finding:
     for ratio in (1e-6, 1e-4, 1e-2, 1.0, 10.0):
         m2 = 1000.0 * ratio
         joint = {"k2": 669.0 * m2 / 60.0, "c2": 50.79 * m2 / 60.0}
-        system = load_system("ssul-set6", m2=m2, C=0.01, K=1e6 * m2, **joint)
+        system = load_system("ssul-set6", m2=m2, K=1e6 * m2, **joint)
+        system = system.with_(C=0.3 * shortening(system))
         course = follow(system, 4)
         for name, options in (("exact", {}), ("rk4", RK4)):
             orbit = orbit_of(system, 4, **options)

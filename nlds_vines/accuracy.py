@@ -5,8 +5,8 @@ As a command: `python -m nlds_vines.accuracy`, or `nlds-vines accuracy`.
 
 from __future__ import annotations
 
-import json
 import os
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -70,7 +70,7 @@ def _command(argv: Sequence[str]) -> int:
     system = _system(options)
     if options.parts:
         return _parts(system, options.dry_run)
-    return _Job.of(options, system).run(options.dry_run)
+    return _Job.of(options, system, _told(argv)).run(options.dry_run)
 
 
 def _parser() -> Parser:
@@ -237,6 +237,7 @@ class _Job:
     """A survey and where it goes; checked before anything heavy is loaded."""
 
     mode: _Mode
+    command: str
     archive: Path
     plot: Path
     markdown: Path | None
@@ -245,12 +246,13 @@ class _Job:
     quiet: bool
 
     @classmethod
-    def of(cls, options: Any, system: System) -> _Job:
-        """Return the job that the options ask for."""
+    def of(cls, options: Any, system: System, command: str) -> _Job:
+        """Return the job that the options ask for; `command` tells them, for the page."""
         mode = _mode(options, system)
         archive = Path(options.output or mode.default)
         return cls(
             mode,
+            command,
             archive=archive,
             plot=archive.with_suffix(".png") if options.plot is None else Path(options.plot),
             markdown=None if options.markdown is None else Path(options.markdown),
@@ -296,18 +298,18 @@ class _Job:
             save_figure(self.mode.draw(view), self.plot, str(view.attrs["title"]), digest)
             if self.markdown is not None:
                 where = os.path.relpath(self.plot, self.markdown.parent)
-                text = self.mode.page(view, where, _command_of(view.attrs))
+                text = self.mode.page(view, where, self.command)
                 with durable.in_one_line(f"write {self.markdown}"):
                     self.markdown.write_text(text, encoding="utf-8")
             for line in self.mode.lines(view):
                 print(line, flush=True)
 
 
-def _command_of(attrs: dict[str, Any]) -> str:
-    """Return the command that began an archive, without what only says how it ran."""
+def _told(argv: Sequence[str]) -> str:
+    """Return the command with these arguments, without those that only say how it ran."""
     passing = ("--resume", "--overwrite", "--quiet")
-    given = [text for text in json.loads(attrs["argv"])[1:] if text not in passing]
-    return " ".join([f"python -m nlds_vines.{_NAME}", *given])
+    given = [text for text in argv if text not in passing]
+    return shlex.join(["python", "-m", f"nlds_vines.{_NAME}", *given])
 
 
 def _extreme(options: Any) -> int:

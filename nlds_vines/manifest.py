@@ -84,6 +84,11 @@ class Manifest:
     @cached_property
     def scan(self) -> Scan:
         """The scan itself; `RequestError` where it is none."""
-        if self.content != SCAN:
-            raise RequestError(f"{self.title!r} under way is a {self.content}, not a scan")
+        refuse_others(f"{self.title!r} under way is", self.content)
         return load_scan(parse_toml(self.toml, NAME))
+
+
+def refuse_others(words: str, content: str) -> None:
+    """Raise `RequestError`, beginning with `words`, where a content is not that of a scan."""
+    if content != SCAN:
+        raise RequestError(f"{words} a {content}, not a scan")

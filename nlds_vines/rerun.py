@@ -15,7 +15,7 @@ from nlds_vines._run_options import add_run_options, run_options
 from nlds_vines._toml import parse_toml
 from nlds_vines.bifurcation import Job, carry_out
 from nlds_vines.errors import RequestError, shown
-from nlds_vines.manifest import SCAN
+from nlds_vines.manifest import SCAN, refuse_others
 from nlds_vines.scan import load_scan
 
 if TYPE_CHECKING:
@@ -48,8 +48,7 @@ def scan_in(path: Path) -> Scan:
 
     with archive.read(path) as view:
         attrs = view.attrs
-    if attrs.get("content", SCAN) != SCAN:
-        raise RequestError(f"{path} holds a {attrs['content']}, not a scan")
+    refuse_others(f"{path} holds", attrs.get("content", SCAN))
     scan = load_scan(parse_toml(str(attrs["scan"]), f"{path}: its scan"))
     if scan.hash != attrs["scan_hash"]:
         raise RequestError(

@@ -142,9 +142,11 @@ def _command(argv: Sequence[str]) -> int:
 def _of_archive(path: Path) -> list[str]:
     """Return how a finished scan ended."""
     from nlds_vines import archive
+    from nlds_vines.manifest import SCAN, refuse_others
 
     tally = Tally()
     with archive.read(path) as view:
+        refuse_others(f"{shown(str(path))} holds", view.attrs.get("content", SCAN))
         tally.note({name: view[name] for name in COUNTED if name in view})
         title = str(view.attrs["title"])
     return [

@@ -38,7 +38,7 @@ def draw_comparison(cases: Sequence[Measured]) -> Figure:
     """Return a panel for each case: error against CPU time on logarithmic scales.
 
     Solid lines split contacts by events, broken ones do not; of each family of solvers only the
-    cheapest settings are drawn.
+    cheapest settings are drawn.  Hollow: touches were missed or invented.
     """
     columns = min(len(cases), 2)
     rows = -(-len(cases) // columns)
@@ -84,9 +84,14 @@ def _draw(frame: Axes, case: Measured) -> dict[str, dict[str, Any]]:
     for family in dict.fromkeys(family_of(curve.method) for curve in case.curves):
         curves = [curve for curve in case.curves if family_of(curve.method) == family]
         best = np.array(front([point for curve in curves for point in curve.points]))
-        if best.size:
+        blind = [(found.seconds, found.error) for curve in curves for found in curve.blind]
+        if best.size or blind:
             looks[family] = _look(family)
+        if best.size:
             frame.loglog(best[:, 1], best[:, 0], **looks[family])
+        if blind:
+            hollow = {**looks[family], "linestyle": "", "fillstyle": "none", "alpha": 0.6}
+            frame.loglog(*np.array(blind).T, **hollow)
     if case.doubt > 1e-16:
         frame.axhline(case.doubt, color="#bbbbbb", linewidth=0.6, zorder=0)
     frame.set_title(case.name, fontsize=STYLE["axes.labelsize"], loc="left")

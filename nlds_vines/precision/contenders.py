@@ -59,15 +59,16 @@ def of_peer(peer: Peer) -> Iterator[Contender]:
 
 
 def ours(method: str, value: float, words: str, **keywords: Any) -> Contender:
-    """Return one of our methods at a setting; section and impacts are what it always records."""
+    """Return one of our methods at a setting; timed, it records the section alone, as all do."""
     keywords = {"method": method, **keywords}
 
     def follow(case: Case, observed: bool) -> Course:
         if observed:
             orbit = watched(case, **keywords)
         else:
-            record = ["section", "impacts"] if case.system.scene.walls else ["section"]
-            orbit = simulate(case.system, case.periods, start=case.start, record=record, **keywords)
+            orbit = simulate(
+                case.system, case.periods, start=case.start, record=["section"], **keywords
+            )
         assert orbit.section is not None
         touches = orbit.impacts["touch"] if orbit.impacts is not None else np.empty(0)
         return Course(section=orbit.section, touches=touches, E1max=orbit.E1max)

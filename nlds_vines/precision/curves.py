@@ -27,9 +27,14 @@ class Curve:
 
     @property
     def points(self) -> list[tuple[float, float]]:
-        """Error and seconds of what did not fail, errors not below the doubt."""
-        done = (found for found in self.results if not found.failure)
+        """Error and seconds of what found every touch, errors not below the doubt."""
+        done = (found for found in self.results if found.complete)
         return [(max(found.error, self.doubt), found.seconds) for found in done]
+
+    @property
+    def blind(self) -> list[Result]:
+        """What missed or invented touches, and so followed another orbit, however near."""
+        return [found for found in self.results if not (found.failure or found.complete)]
 
     @property
     def order(self) -> float:
@@ -59,7 +64,7 @@ class Curve:
         found = [
             (result.setting.value, result.error)
             for result in self.results
-            if not result.failure and _ABOVE * self.doubt < result.error < _COARSEST
+            if result.complete and _ABOVE * self.doubt < result.error < _COARSEST
         ]
         return np.array(found).reshape(-1, 2).T
 

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 EXACT = (
-    (4, 10),
-    (5, 12),
-    (6, 16),
+    (4, 4),
+    (5, 8),
+    (6, 14),
     (7, 18),
     (8, 20),
     (9, 22),

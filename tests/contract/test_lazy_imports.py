@@ -81,6 +81,22 @@ def test_transients_load_nothing_heavy_before_they_must(arguments, status, tmp_p
     assert not modules & set(HEAVY)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [
+        (["--help"], 0),
+        (["--want", "2"], 2),
+        (["--stiff", "--system", "tmd"], 2),
+        (["-o", "no/x"], 2),
+    ],
+)
+def test_accuracy_loads_nothing_heavy_before_it_must(arguments, status, tmp_path):
+    found, modules = loaded(tmp_path, "-m", "nlds_vines", "accuracy", *arguments)
+    assert found == status
+    assert "nlds_vines" in modules
+    assert not modules & set(HEAVY)
+
+
 @pytest.mark.parametrize("option", ["--help", "--version"])
 def test_the_console_script_itself_loads_nothing_heavy(option, tmp_path):
     found, modules = loaded(tmp_path, "-m", "nlds_vines", option)

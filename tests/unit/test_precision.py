@@ -96,6 +96,14 @@ def test_above_names_who_is_cheaper():
     assert above([ours, quick], ours) == [("quick", 1e-3)]
 
 
+def test_what_misses_touches_is_no_point():
+    blind = result(8, 1e-9, 1e-9, missed=2.0)
+    found = Curve("rk4", (*of_order(4.0).results, blind), 1e-15)
+    assert found.points == of_order(4.0).points
+    assert found.blind == [blind]
+    assert found.order == pytest.approx(4.0)
+
+
 def test_failures_are_no_points():
     found = curve([(1, 1e-3, 2.0)])
     failed = Curve("rk4", (*found.results, Result(found.results[0].setting, failure="no")), 1e-15)
@@ -322,6 +330,15 @@ def test_the_verdict_names_the_cheaper_one():
     cheap = curve([(1, 1e-13, 1e-9)], "heyoka, events", ours=False)
     found = tables.verdict(replace(case, curves=(*case.curves, cheap)))
     assert found.startswith("Cheaper than `exact`: heyoka, events at 1e-03")
+
+
+def test_the_verdict_names_the_blind():
+    case = measured_case()
+    cheap = curve([(1, 1e-13, 1e-9)], "numbalsoda", ours=False, missed=20.0)
+    found = tables.verdict(replace(case, curves=(*case.curves, cheap)))
+    assert found.startswith("`exact` is the cheapest")
+    assert found.endswith("Cheaper, but blind: numbalsoda with 1 steps (20 missed, 1e-13).")
+    assert tables.verdict(case).endswith("1e-12.")
 
 
 def test_every_table_row_has_as_many_cells_as_its_head():

@@ -11,7 +11,6 @@ from nlds_vines import simulate
 from nlds_vines.catalogue import load_system
 from nlds_vines.errors import RequestError
 from nlds_vines.extremes.cases import (
-    BOTH,
     FULL,
     LINEAR,
     METHODS,
@@ -23,7 +22,6 @@ from nlds_vines.extremes.cases import (
 )
 from nlds_vines.extremes.entry import Entry, Finding, within
 from nlds_vines.extremes.impacts import rigid_state
-from nlds_vines.extremes.scales import scaled
 from nlds_vines.parameters import PARAMETERS
 from nlds_vines.simulation import IntegrationError
 from nlds_vines.system import System
@@ -172,8 +170,7 @@ HEAVIEST = 20.0
 def _at_random(generator: np.random.Generator, name: str) -> tuple[System, np.ndarray]:
     """Return an unforced system and a start whose numbers lie anywhere within decades."""
     system = load_system(name, P=0.0)
-    chosen = [n for n in ("m1", "k1", "c1", "m2", "k2", "c2", "omega") if n in system.scene.own]
-    chosen += ["K"] if system.scene.walls else []
+    chosen = ["m1", "k1", "c1", "m2", "k2", "c2", "omega", *(["K"] if system.scene.walls else [])]
     reach = generator.choice([3.0, 12.0, DECADES])
     powers = dict(zip(chosen, generator.uniform(-reach, reach, len(chosen)), strict=True))
     powers["m2"] = min(powers["m2"], powers["m1"] + HEAVIEST)
@@ -259,6 +256,6 @@ ENTRIES = (
         "Motions with impacts from 1e-151 to 1e144 times the usual size are the same motion; "
         "beyond, diverged.",
         lengths,
-        "Contacts are stepped by powers of their depth, which round: not bit by bit, as masses are.",
+        "Contacts are stepped by powers of their depth, which round: it is not bit by bit.",
     ),
 )

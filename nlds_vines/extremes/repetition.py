@@ -127,7 +127,7 @@ def whatever_the_order() -> Finding:
     finally:
         use_threads(None)
     words = (
-        f"{ways} ways to compute {CELLS} orbits on up to {used} threads, and their lanes backwards: "
+        f"{ways} ways to compute {CELLS} orbits on up to {used} threads, and lanes backwards: "
         f"{differing} arrays differ"
     )
     return within(differing, 0.0, words)

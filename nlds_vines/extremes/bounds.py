@@ -161,7 +161,7 @@ def _start_refused(start: np.ndarray) -> bool:
     return False
 
 
-ORBITS = 150
+ORBITS = 60
 DECADES = 60.0
 HEAVIEST = 20.0
 """Decades by which the ratio m2 / m1 may exceed that of the named dampers, 0.06."""

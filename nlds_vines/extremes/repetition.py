@@ -208,5 +208,6 @@ ENTRIES = (
         "without the compiler",
         "Compiled kernels and the same text run as plain Python agree to the last bit.",
         without_the_compiler,
+        long=True,
     ),
 )

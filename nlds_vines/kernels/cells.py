@@ -145,7 +145,8 @@ def run_cell(
     of the limit that the scene must keep. `first` numbers the first sampled period, for times;
     `section` takes `stops` equidistant states of each period.
     """
-    if not allowed(has_damper, has_near, has_far, cell) or beyond_sense(violation, cell.limit):
+    fine = allowed(classical, has_damper, has_near, has_far, cell)
+    if not fine or beyond_sense(violation, cell.limit):
         return BAD_PARAMETERS
     if not sane(state[0], state[1], state[2], state[3]):
         return DIVERGED

@@ -76,4 +76,4 @@ def _verdict(finding: Finding) -> str:
 def _number(value: float) -> str:
     """Return a small count as such, and any other number with two digits."""
     counted = abs(value) < 1000.0 and value == round(value)
-    return f"{value:.0f}" if counted else f"{value:.1e}"
+    return f"{value:.0f}" if counted else f"{value:.2g}"

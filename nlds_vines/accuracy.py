@@ -66,7 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _command(argv: Sequence[str]) -> int:
     options = _parser().parse_args(argv)
     if options.extreme:
-        return _extreme(options)
+        return _extreme(options, _told(argv))
     system = _system(options)
     if options.parts:
         return _parts(system, options.dry_run)
@@ -289,7 +289,6 @@ class _Job:
 
     def _tell(self) -> None:
         """Draw the picture, write the page, print the tables: all from the archive."""
-        from nlds_vines import durable
         from nlds_vines.archive import read
         from nlds_vines.figures import save_figure
 
@@ -299,8 +298,7 @@ class _Job:
             if self.markdown is not None:
                 where = os.path.relpath(self.plot, self.markdown.parent)
                 text = self.mode.page(view, where, self.command)
-                with durable.in_one_line(f"write {self.markdown}"):
-                    self.markdown.write_text(text, encoding="utf-8")
+                _write(self.markdown, text)
             for line in self.mode.lines(view):
                 print(line, flush=True)
 
@@ -312,27 +310,34 @@ def _told(argv: Sequence[str]) -> str:
     return shlex.join(["python", "-m", f"nlds_vines.{_NAME}", *given])
 
 
-def _extreme(options: Any) -> int:
+def _extreme(options: Any, command: str) -> int:
     """Check the catalogue of extremes and print what was found; 1 where a promise is not kept."""
-    from nlds_vines import durable, extremes
+    if options.markdown is not None:
+        check_writable("--markdown", Path(options.markdown))
+    from nlds_vines import extremes
 
     entries = [entry for entry in extremes.CATALOGUE if options.long or not entry.long]
     if options.dry_run:
         print(*(f"{entry.number} {entry.name}" for entry in entries), sep="\n")
         return DONE
     found = []
-    for entry, finding in extremes.findings(entry.number for entry in entries):
+    for entry, finding in extremes.findings(entries):
         found.append((entry, finding))
         if not options.quiet:
-            _say(f"{len(found)}/{len(entries)} {entry.number} {entry.name}")
-    lines = list(extremes.lines(found))
+            _say(f"{len(found)}/{len(entries)} {entry.number} {entry.name}: {finding.words}")
+    lines = list(extremes.page(found))
     print(*lines, sep="\n")
     if options.markdown is not None:
-        path = Path(options.markdown)
-        check_writable("--markdown", path)
-        with durable.in_one_line(f"write {path}"):
-            path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        _write(Path(options.markdown), "\n".join([*lines, "", "```sh", command, "```", ""]))
     return DONE if all(finding.passed for _, finding in found) else LANES_FAILED
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a page."""
+    from nlds_vines import durable
+
+    with durable.in_one_line(f"write {path}"):
+        path.write_text(text, encoding="utf-8")
 
 
 def _parts(system: System, dry_run: bool) -> int:

@@ -16,9 +16,10 @@ from scipy import special
 from .kernels import impact
 
 HALF = special.beta(0.2, 0.5) / 5  # phase from touch to the deepest point
+LOST = special.beta(0.4, 1.5) / 5  # integral of S^2 u / 2 from touch to release
 STRETCH = 0.57  # of the map x = d sinh(a xi): a little inside the singularity at 0.727
 NODES = 12
-FINEST = 1e-14  # change of a sweep that is round-off
+FINEST = 1e-16  # change of a sweep that is round-off
 
 
 def hertz_arc(phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -78,6 +79,7 @@ def make_arc(nodes: int = NODES) -> impact.Arc:
     if not 2 <= nodes <= impact.ROW:
         raise ValueError(f"nodes = {nodes}: an arc takes 2 to {impact.ROW} collocation nodes")
     cover, table = _tables(nodes)
-    u, weight = (table[row : row + nodes] for row in (impact.U, impact.WEIGHT))
-    settled = max(10 ** (-0.8 * nodes), FINEST)
-    return impact.Arc(nodes, float(weight @ u), settled, cover, table.copy())
+    u, S, weight = (table[row : row + nodes] for row in (impact.U, impact.S, impact.WEIGHT))
+    settled = max(0.3 * 10.0**-nodes, FINEST)
+    spent = LOST - float(weight @ (0.5 * S**2 * u))
+    return impact.Arc(nodes, float(weight @ u), settled, spent, cover, table.copy())

@@ -110,6 +110,8 @@ def arrays_of(
     found: dict[str, Any] = {name: rows[..., column] for name, column in _PLAIN.items()}
     found["settling"] = np.nan_to_num(found["settling"], nan=-1.0).astype(np.int32)
     found["multipliers"] = np.stack([multipliers.real, multipliers.imag], axis=-1)
-    found["exponents"] = exponents_of(rows, size, 2 * np.pi / cells["omega"])
+    with np.errstate(all="ignore"):  # lanes that failed may have no period
+        period = 2 * np.pi / cells["omega"]
+    found["exponents"] = exponents_of(rows, size, period)
     found["orbit_point"] = points_of(rows, size, cells["rest"])
     return found | regimes_of(status, rows, counts)

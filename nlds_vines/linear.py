@@ -35,23 +35,34 @@ class Response:
         gaps = [gap(p) for gap in (scene.gap_near, scene.gap_far) if gap is not None]
         if self.X2 is None or not gaps:
             return np.ones(self.omega.shape, dtype=bool)
-        return np.abs(self.X2 - self.X1) <= min(gaps)
+        with np.errstate(invalid="ignore"):  # two infinite amplitudes have no difference
+            return np.abs(self.X2 - self.X1) <= min(gaps)
 
 
 def response(system: System, omega: np.ndarray) -> Response:
     """Return the response of equation (5) without contact to P cos(omega t), omega in rad/s.
 
     With structure and damper joined by k2 + i omega c2 the two equations are solved by hand;
-    without a damper X1 = P / (k1 - m1 omega^2 + i omega c1).
+    without a damper X1 = P / (k1 - m1 omega^2 + i omega c1).  Infinite at a resonance without
+    damping, where there is no steady state.
     """
     p, omega = system.parameters, np.asarray(omega, dtype=float)
     structure = p["k1"] - p["m1"] * omega**2 + 1j * omega * p["c1"]
     if not system.scene.damper:
-        return Response(system, omega, p["P"] / structure, None)
+        return Response(system, omega, _amplitude(p["P"], structure), None)
     joint = p["k2"] + 1j * omega * p["c2"]
     damper = joint - p["m2"] * omega**2
-    X1 = p["P"] * damper / ((structure + joint) * damper - joint**2)
-    return Response(system, omega, X1, X1 * joint / damper)
+    whole = (structure + joint) * damper - joint**2
+    X1, X2 = (_amplitude(p["P"] * force, whole) for force in (damper, joint))
+    return Response(system, omega, X1, X2)
+
+
+def _amplitude(force: Any, impedance: Any) -> np.ndarray:
+    """Return force / impedance, infinite where a force meets none."""
+    force, impedance = np.broadcast_arrays(force, impedance)
+    none = impedance == 0
+    found = force / np.where(none, 1, impedance)
+    return np.where(none, np.where(force == 0, 0, np.inf), found)
 
 
 def energy_alone(cells: np.ndarray) -> np.ndarray:

@@ -82,7 +82,9 @@ STATUS: Mapping[int, Status] = {
     DIVERGED: Status("diverged", "Check masses, damping and forcing: the state grows unbounded."),
     STEP_BUDGET: Status("step_budget", "Raise omega or lower K: a period took too many steps."),
     BAD_PARAMETERS: Status("bad_parameters", "Vary within the ranges that the system allows."),
-    TOO_STIFF: Status("too_stiff", "Raise omega or the steps of rk4, or lower k2 or c2."),
+    TOO_STIFF: Status(
+        "too_stiff", "Raise omega, masses or the steps of rk4, or lower stiffness or damping."
+    ),
 }
 """Status of a lane by code: the CF flags of the dataset `status`. New codes need no other place."""
 

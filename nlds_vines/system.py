@@ -209,12 +209,22 @@ def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in found.items():
         if not np.all(np.isfinite(value)):
             raise RequestError(f"parameters out of all proportion: {name} is not finite")
+    if scene.gap_near is not None and scene.gap_far is not None:
+        _refuse_no_room(np.asarray(found["near"]) + np.asarray(found["far"]))
     if np.any(np.asarray(found.get("limit", 1.0)) <= 0):
         raise RequestError(
             f"D = {float(np.min(values['D']))!r}: at rest the damper of kind {scene.kind!r} would "
             "be where it must not come; D, or D + L, must be > 0"
         )
     return found
+
+
+def _refuse_no_room(room: np.ndarray) -> None:
+    """Raise `RequestError` where two walls overlap: a damper is in one contact at a time."""
+    if np.any(room < 0):
+        raise RequestError(
+            f"the walls are {float(np.min(room))!r} m apart: between them there must be room, or 0"
+        )
 
 
 def _checked_stiffness(values: Mapping[str, Any]) -> Any:

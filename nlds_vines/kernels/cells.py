@@ -9,12 +9,13 @@ from .fixed_step import fixed_grid_of
 from .flight import cells_of, grid_of
 from .impact import Arc
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
-from .orbit import OK, begin, linear_orbit, orbit
-from .parts import damper_of, far_wall_of, near_wall_of, structure_of
+from .orbit import DIVERGED, OK, begin, linear_orbit, orbit, sane
+from .parts import allowed, damper_of, far_wall_of, finite, near_wall_of, structure_of
 from .ride import ride_of
 from .runge_kutta import SCRATCH
 from .verdict import judge
 
+BAD_PARAMETERS = 4
 TOO_STIFF = 5  # more cells in a period than a lane may take (`flight.MOST_CELLS`)
 STABLE = 2.5  # a fixed step in units of 1/rate: beyond 2.8, errors of order four grow
 STEPS_RATIO = 4.0  # fixed steps of a period to those of a free impact
@@ -23,7 +24,7 @@ STEPS_RATIO = 4.0  # fixed steps of a period to those of a free impact
 @jit
 def own_arc(arc):
     """Return the arc with scratch rows of this lane's own."""
-    return Arc(arc.n, arc.length, arc.settled, arc.cover, arc.table.copy())
+    return Arc(arc.n, arc.length, arc.settled, arc.spent, arc.cover, arc.table.copy())
 
 
 @jit
@@ -144,19 +145,43 @@ def run_cell(
     of the limit that the scene must keep. `first` numbers the first sampled period, for times;
     `section` takes `stops` equidistant states of each period.
     """
+    fine = allowed(classical, has_damper, has_near, has_far, cell)
+    if not fine or beyond_sense(violation, cell.limit):
+        return BAD_PARAMETERS
+    if not sane(state[0], state[1], state[2], state[3]):
+        return DIVERGED
     ps = structure_of(cell)
     damper = damper_of(has_damper, cell)
     n = cells_of(ps, damper)
     if n < 0:
         return TOO_STIFF
     grid = grid_for(classical, ps, damper, n, resolution, stops)
-    if classical is not None and grid.h * grid.rate > STABLE:
+    if classical is not None and not grid.h * grid.rate <= STABLE:
         return TOO_STIFF
-    return cell_orbit(
+    status = cell_orbit(
         arc, classical, ps, damper, near_wall_of(has_near, cell), far_wall_of(has_far, cell),
         cell.limit, grid, resolution, state, early, section, beats, rows, energy, peak,
         clearance, violation, transient, first, periods, stops,
     )  # fmt: skip
+    if status == OK and (overflown(energy) or overflown(peak)):
+        return DIVERGED
+    return status
+
+
+@jit
+def beyond_sense(violation, limit):
+    """Tell whether a scene has a limit to keep and that is no number to keep to."""
+    if violation is None:
+        return False
+    return not finite(limit)
+
+
+@jit
+def overflown(energy):
+    """Tell whether a largest energy that was asked for is beyond all numbers."""
+    if energy is None:
+        return False
+    return not (finite(energy[0]) and finite(energy[1]))
 
 
 @jit

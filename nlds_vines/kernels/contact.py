@@ -20,20 +20,22 @@ WHOLE = 5.607  # theta from touch to release of a free impact, times sqrt(kappa)
 MOST_STEPS = 1_000_000  # in one contact between two sections
 MOST_HALVINGS = 60  # of a step that left the contact; numbers beyond all bounds need more
 FAINT = 1.0e-16
+SOON = 1.0e-5  # in units of 1/rate: for so long an external acceleration is constant
 
 
 @jit
-def kick(tangent, ps, damper, wall, c, k):
+def kick(tangent, ps, damper, wall, rate, c, k):
     """Move row Y past a touch without speed, which theta alone could not leave; return the time.
 
-    Under an external acceleration a the depth grows as a t^2 / 2; until the Hertz force is felt at
-    round-off, that is exact. c: cos of the phase.
+    Under an external acceleration a the depth grows as a t^2 / 2; until the Hertz force or a change
+    of a is felt at round-off, that is exact. c: cos of the phase.
     """
     q, s, x1, v1 = k[rk.Y], k[rk.Y + 1], k[rk.Y + 2], k[rk.Y + 3]
     dv, outside = accelerations(ps, damper, x1, v1, wall.gap + q * q, s, c, 0.0)
     if outside <= 0.0 or s < 0.0:
         return 0.0
     depth = (FAINT * outside / wall.kappa) ** (2.0 / 3.0)
+    depth = min(depth, 0.5 * outside * (SOON / rate) ** 2)
     if q * q + 0.5 * s * s / outside >= depth:
         return 0.0
     speed = math.sqrt(2.0 * outside * depth)
@@ -94,6 +96,17 @@ def outside_of(ps, damper, wall, c, k):
 
 
 @jit
+def norm_of(a, b):
+    """Return sqrt(a^2 + b^2), whose squares may underflow or overflow."""
+    a, b = abs(a), abs(b)
+    most = max(a, b)
+    if most == 0.0:
+        return 0.0
+    share = min(a, b) / most
+    return most * math.sqrt(1.0 + share * share)
+
+
+@jit
 def lands(outside, h, k):
     """Tell whether the release is near and certain enough for a step in q that lands on z = 0."""
     q, s = k[rk.Y], k[rk.Y + 1]
@@ -118,16 +131,17 @@ def contact(
             k[rk.Y + rk.WIDTH + i] = tangent[i]
     for count in range(MOST_STEPS):
         if count == 0:
-            elapsed = kick(tangent, ps, damper, wall, c, k)
+            elapsed = kick(tangent, ps, damper, wall, rate, c, k)
             c, d = turned(c, d, ps.omega * elapsed)
         outside = outside_of(ps, damper, wall, c, k)
         q, s = k[rk.Y], k[rk.Y + 1]
-        fifth = q * q * q * q * q + 1.25 * s * s / wall.kappa
-        if not 0.9 * seen < fifth < 1.1 * seen:
-            seen, cube, root = fifth, fifth**0.6, fifth**0.2
-        haste = wall.kappa * cube + abs(outside) + rate * rate * root * root
+        reach = norm_of(q * q * math.sqrt(q), s / wall.speed)  # q^2.5 where the contact turns
+        if not 0.95 * seen < reach < 1.05 * seen:
+            seen, cube, root = reach, reach**1.2, reach**0.4
+        span = min(root, 2.0 * max(q, math.sqrt(abs(s) / rate)))  # of q: others may stop it first
+        haste = wall.kappa * cube + abs(outside) + rate * rate * span * span
         h = WHOLE / steps / math.sqrt(haste)
-        h = min(h, LONGEST_ANGLE / (rate * root))
+        h = min(h, LONGEST_ANGLE / (rate * span))
         landing = lands(outside, h, k)
         if landing:
             rk.step(classical, tangent, ps, damper, wall, c, d, True, -q, k)

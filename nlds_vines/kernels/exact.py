@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from .._jit import jit
+from .._jit import chosen, jit
 from .flight import CELLS, at, look, phase_at, step
 from .observe import LEVEL, note_energy
 from .parts import scale_of
 from .peaks import ALL, factor_bends, note_peaks, suspects
-from .touch import LOST, NOWHERE, first_touch, nearest_miss, note_limit
+from .touch import LOST, NOWHERE, first_touch, nearest_miss, note_limit, tightened
 
 SECTION, TOUCH_NEAR, TOUCH_FAR, ASTRAY = 0, 1, 2, 3  # events that end a flight
 SPAN = 4  # cells for which one bound of the motion is used
@@ -29,6 +29,14 @@ def bounds_of(ps, grid, scale):
         second,
         (first * first + scale * second) * h2,
     )
+
+
+@chosen
+def bounds_in(near, far, w, bend, jerk):
+    """Return `touch.tightened` bounds where there are walls to come near."""
+    if near is None and far is None:
+        return lambda near, far, w, bend, jerk: (bend, jerk)
+    return lambda near, far, w, bend, jerk: tightened(w, bend, jerk)
 
 
 @jit
@@ -116,24 +124,25 @@ def fly(ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v
             if doubt:
                 cosine, sine = phase_of(ps, grid, j, x)
                 look(grid, x1, v1, r, s, cosine, sine)
+                bent, jerked = bounds_in(near, far, grid.table, bend, jerk)
                 end = 1.0 - x
                 if x > 0.0:
                     y = at(grid.table, end)
                 place, event = end, SECTION
                 if closer:
-                    place, event = touch_in(near, far, grid, end, bend, jerk)
+                    place, event = touch_in(near, far, grid, end, bent, jerked)
                 if event == ASTRAY:
                     return event, j, x, x1, v1, r, s
                 if energy is not None:
                     note_peaks(ps, damper, energy, grid, cosine, sine, min(place, end), suspected)
                 if watch is not None:
                     w, reached = grid.table, min(place, end)
-                    note_limit(w, watch, j + x, grid.h, reached, bend, jerk)
+                    note_limit(w, watch, j + x, grid.h, reached, bent, jerked)
                 if event != SECTION:
                     x1, v1, r, s = at(grid.table, place)
                     return event, j, x + place, x1, v1, r, s
                 if clearance is not None:
-                    note_misses(near, far, clearance, grid, end, bend, jerk)
+                    note_misses(near, far, clearance, grid, end, bent, jerked)
             if energy is not None:
                 note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
             x1, v1, r, s = y

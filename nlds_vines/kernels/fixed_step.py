@@ -16,7 +16,7 @@ import numpy as np
 from .._jit import jit
 from .exact import SECTION, TOUCH_FAR, TOUCH_NEAR
 from .flight import rate_of
-from .observe import BEYOND, EXCESS, LEVEL, PERIOD, note_energy, note_violation, powers_at
+from .observe import BEYOND, EXCESS, LEVEL, PERIOD, note_energy, note_violation, opposite, powers_at
 from .parts import accelerations
 
 
@@ -143,7 +143,7 @@ def note_turns(ps, damper, energy, grid, j, x, length, x1, v1, r, s, y):
     after = powers_at(ps, damper, y[0], y[1], y[2], y[3], c1, 0.0)
     note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
     for which in range(4):
-        if before[which] * after[which] < 0.0:
+        if opposite(before[which], after[which]):
             low, high, f0, f1 = 0.0, length, before[which], after[which]
             for _ in range(40):
                 at = low + (high - low) * f0 / (f0 - f1)
@@ -162,7 +162,7 @@ def note_turns(ps, damper, energy, grid, j, x, length, x1, v1, r, s, y):
 @jit
 def note_miss(ps, damper, near, far, clearance, grid, j, x, length, x1, v1, r, s, y):
     """Lower the smallest near miss if the spring's shortening turns back within a step."""
-    if s * y[3] < 0.0:
+    if opposite(s, y[3]):
         top = turn_in(ps, damper, grid, j, x, length, x1, v1, r, s, y)
         r = step_to(ps, damper, grid, j, x, top, x1, v1, r, s)[2]
         if near is not None and s > 0.0:

@@ -23,7 +23,7 @@ ORDER = 14  # of the Taylor polynomials
 TERMS = 4 * (ORDER + 1)  # coefficients of the four state components
 REACH = 0.7  # longest cell in units of 1/rate: 0.7^15 / 15! = 4e-15, and the rate is a bound
 FEWEST_CELLS = 8
-MOST_CELLS = 1 << 16
+MOST_CELLS = 1 << 19
 
 
 # The table of a grid: one array, since each array of a tuple costs every call that hands it on.
@@ -75,7 +75,7 @@ def bend_of(ps, damper):
         return 0.0
     on_v2 = damper.c2 * damper.inv_mu
     on_v1 = ps.damping + on_v2
-    squares = ps.stiffness * ps.stiffness / ps.k1
+    squares = ps.stiffness / ps.m1
     squares += on_v1 * on_v1 / ps.m1
     squares += damper.k2 * damper.inv_mu * damper.inv_mu
     squares += on_v2 * on_v2 / damper.m2
@@ -90,12 +90,15 @@ def turns_of(ps, damper):
         return 1.0 / root1, ps.damping * root1, 0.0, 0.0, 0.0
     root2 = math.sqrt(damper.m2)
     drag = damper.c2 * (1.0 / root1 + 1.0 / root2)
-    absolute = 1.0 + math.sqrt(damper.k2 / ps.k1)  # of the damper's displacement
+    soft = 0.0  # sqrt(k2) |x1| per S: no energy holds a structure without a spring
+    if damper.k2 > 0.0:
+        soft = math.sqrt(damper.k2 / ps.k1)
+    absolute = 1.0 + soft  # of the damper's displacement
     return (
         1.0 / root1,
         ps.damping * root1 + math.sqrt(damper.k2) + drag,
         1.0 / root2,
-        damper.k2 / math.sqrt(ps.k1) + drag,
+        math.sqrt(damper.k2) * soft + drag,
         1.0 + absolute * absolute,
     )
 
@@ -104,10 +107,10 @@ def turns_of(ps, damper):
 def cells_of(ps, damper):
     """Return the number of cells in a period: enough for the Taylor polynomials, or -1."""
     period = 2.0 * math.pi / ps.omega
-    need = math.ceil(period * rate_of(ps, damper) / REACH)
-    if not need <= MOST_CELLS:
+    need = period * rate_of(ps, damper) / REACH
+    if not need <= MOST_CELLS:  # infinite or NaN too, which no integer could tell
         return -1
-    return max(FEWEST_CELLS, int(need))
+    return max(FEWEST_CELLS, math.ceil(need))
 
 
 @jit

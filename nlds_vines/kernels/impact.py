@@ -20,6 +20,7 @@ touches, soft contacts, a section inside) is left to `contact`.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +49,8 @@ class Arc(NamedTuple):
 
     n: int
     length: float  # integral of u from touch to release
-    settled: float  # relative change of b by the last sweep: a tenth of what is left goes unseen
+    settled: float  # relative change of b that a further sweep may still make
+    spent: float  # what the nodes miss of LOSS up to the release
     cover: np.ndarray  # (n n,) integration from touch to each node, one integrand after another
     table: np.ndarray  # (TABLE,) the rows; those of the unknowns are scratch
 
@@ -185,22 +187,32 @@ def short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1):
         return False, s, x1, v1, 0.0, 0.0
     rest = v1 - damper.share * s
     first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d)
+    before = 0.0
     for _ in range(MOST_SWEEPS):
         common_slopes(ps, damper, wall, arc, c, d)
         cover_common(arc, x1, rest)
         own_slope(ps, damper, wall, arc, c, d)
-        if cover_own(arc, b) < arc.settled * b:
-            return released(ps, damper, wall, arc, c, d, b, x1, rest)
+        change = cover_own(arc, b)
+        if before == 0.0:  # what the guess missed is of second order, and a sweep gains one
+            before = math.sqrt(change * b)
+        if change * change <= arc.settled * b * before:  # each gains as much as the one before
+            return released(ps, damper, wall, arc, c, d, b, s, x1, rest)
+        before = change
     return False, s, x1, v1, 0.0, 0.0
 
 
 @jit
-def released(ps, damper, wall, arc, c, d, b, x1, rest):
-    """Return the result of `short_impact` from the settled nodes."""
+def released(ps, damper, wall, arc, c, d, b, s, x1, rest):
+    """Return the result of `short_impact` from the settled nodes.
+
+    What the dashpots take is nearly what they take of the free arc, which is known exactly.
+    """
     common_slopes(ps, damper, wall, arc, c, d)
     own_slope(ps, damper, wall, arc, c, d)
     deep = b + integral(arc, int(MIDDLE), int(FB))
-    out = b + integral(arc, int(WEIGHT), int(FB))
+    drag = (damper.c2 * damper.inv_mu + ps.damping * damper.share) * s
+    missed = drag * arc.spent / (wall.kappa * b * b * b * b * b * b)
+    out = b * (1.0 - missed) + integral(arc, int(WEIGHT), int(FB))
     duration = integral(arc, int(WEIGHT), int(FT))
     x1 += integral(arc, int(WEIGHT), int(FG))
     rest += integral(arc, int(WEIGHT), int(FH))

@@ -118,7 +118,8 @@ def run_lanes(
             rows = section_rows(section, cycle, has_damper, periods, chain, link)
             beats = beat_rows(counts, cycle, arc, periods)
             cell = cells[chain, link]
-            if link > 0:  # the displacement is carried over, wherever the new rest may be
+            if link > 0 and status[chain, link - 1] == OK:
+                # the displacement is carried over, wherever the new rest may be
                 state[2] += cell.rest - cells[chain, link - 1].rest
             note_end(ends, chain, link, 0, state)
             code = run_cell(

@@ -35,6 +35,18 @@ LEVEL, PERIOD, FIRST, EXCESS, NUMBER, BEYOND = range(6)
 
 
 @jit
+def alike(f, g):
+    """Tell whether two numbers have one sign and neither is zero; their product may underflow."""
+    return (f > 0.0 and g > 0.0) or (f < 0.0 and g < 0.0)
+
+
+@jit
+def opposite(f, g):
+    """Tell whether two numbers have opposite signs."""
+    return alike(f, -g)
+
+
+@jit
 def energies(ps, damper, x1, v1, r, s):
     """Return (E1, E2) [J], eq. (6); E2 is 0 where there is no damper."""
     e1 = 0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1)
@@ -169,7 +181,7 @@ def note_step(classical, ps, damper, wall, energy, c, d, landing, h, k):
         body = which // 2
         gain = abs(before[2 * body] * before[2 * body + 1])
         gain += abs(after[2 * body] * after[2 * body + 1])
-        if before[which] * after[which] < 0.0 and start[body] + gain * time > energy[body]:
+        if opposite(before[which], after[which]) and start[body] + gain * time > energy[body]:
             f0, f1 = before[which], after[which]
             seek(classical, ps, damper, wall, c, d, landing, h, k, which, f0, f1)
             note_row(ps, damper, wall, energy, k, rk.NEW)

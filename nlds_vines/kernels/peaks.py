@@ -12,7 +12,7 @@ import math
 
 from .._jit import jit
 from .flight import CELLS, COEF, FACTOR, ORDER, TURNS, at
-from .observe import PRECISE, energies, note_energy, powers_at
+from .observe import PRECISE, alike, energies, note_energy, powers_at
 
 ROOT_STEPS = 40
 ALL = 15  # every factor is suspected
@@ -34,7 +34,7 @@ def proven(f, g, bend):
     They have one sign, and the factor either changes too little to reach zero in between or, by
     the mean value theorem, so much that it is monotone.
     """
-    return f * g > 0.0 and (min(abs(f), abs(g)) > 0.125 * bend or abs(g - f) > bend)
+    return alike(f, g) and (min(abs(f), abs(g)) > 0.125 * bend or abs(g - f) > bend)
 
 
 @jit
@@ -138,7 +138,7 @@ def note_roots(ps, damper, energy, grid, bend, end):
     f, g = grid.table[FACTOR], horner(grid.table, end)
     while x < end:
         sag = bend * width * width
-        if f * g <= 0.0 and abs(g - f) > sag:  # monotone: one root
+        if not alike(f, g) and abs(g - f) > sag:  # monotone: one root
             note_at(ps, damper, energy, grid, root(grid.table, x, x + width, f, g))
         elif not proven(f, g, sag):
             if width > FINEST * end and 0.0 < sag < math.inf:  # not zero throughout, nor overflown

@@ -58,6 +58,21 @@ def gap_jet(w, x, sign):
 
 
 @jit
+def tightened(w, bend, jerk):
+    """Return bounds of the second and third derivative of r by the place in the cell looked at.
+
+    `bend` and `jerk`, which energy provides, or those of the cell's polynomial where they are less:
+    a slow motion of a stiff system bends far less than its energy allows.
+    """
+    second, third = 0.0, 0.0
+    for k in range(2, ORDER + 1):
+        part = k * (k - 1.0) * abs(w[R + 4 * k])
+        second += part
+        third += (k - 2.0) * part
+    return min(bend, second), min(jerk, third)
+
+
+@jit
 def first_touch(w, x, end, sign, level, bend, jerk):
     """Return the first place in [x, end] where sign r rises to `level`, NOWHERE, or LOST.
 

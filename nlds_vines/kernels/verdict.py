@@ -3,9 +3,9 @@
 Periodic is what shooting closes to round-off on a stable orbit of minimal period that the orbit at
 hand is drawn to as the monodromy matrix foretells. Chaotic is a largest exponent whose interval
 lies above zero. Quasi-periodic is an exponent of zero together with time averages that converge as
-only those of a smooth torus do. Everything else is undetermined, after as many further periods as
-the effort allows: each stage looks at what the one before could not tell, so that more effort
-never changes a label.
+only those of a smooth torus do, on an orbit that does not return. Everything else is undetermined,
+after as many further periods as the effort allows: each stage looks at what the one before could
+not tell, so that more effort never changes a label.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from .._jit import jit
 from .growth import digits_of, mean_and_width
 from .observe import note_section
 from .orbit import OK
+from .parts import scale_of
+from .recurrence import TOLERANCE, period_of
 from .ride import (
     advance,
     fresh_state,
@@ -38,13 +40,15 @@ LARGEST, WIDTH, DIGITS, SETTLING, WATCHED, PASSING, PASSING_WIDTH = range(8, 15)
 EXPONENTS, MATRIX, POINT = 15, 19, 35  # 4 exponents [1/s], 16 of the monodromy matrix, 4 of a point
 COLUMNS = 39
 
-MARGIN = 1.0e-6  # of the largest multiplier's modulus from one: what its error may be
+MARGIN = 1.0e-6  # of the largest multiplier's modulus from one: what its error may be, and so
+#                  that of a mean growth per period, however little the growth varies
 NEAR_RETURN = 0.05  # distance of a return, relative to the orbit, that proposes a period
 MOST_PROPOSED = 4  # periods tried ...
 MOST_RIDDEN = 96  # ... and their sum
 FORETOLD = 0.25  # share of a deviation by which its foretold return may be wrong
 TINY = 1.0e-7  # deviation, relative to the orbit, in which rounding and method errors show
 SMOOTH = 7.0  # digits to which averages agree only on a torus
+BLURRED = 2.0e-15  # of the rest offset: what r cannot tell that was read from a section
 LATE = 50  # periods that an orbit must wander before one asks whether that was chaos
 
 
@@ -68,14 +72,24 @@ def image_of(ride, tangent, x, y):
 
 
 @jit
+def least_told(ride, span):
+    """Return the deviation, as `ride.norm`, from which on a section of an orbit of `span` tells.
+
+    Sections hold positions: of a motion that is tiny beside the damper's rest offset they keep few
+    digits.
+    """
+    return TINY * span + scale_of(ride.ps, ride.damper, 0.0, 0.0, BLURRED * ride.rest, 0.0)
+
+
+@jit
 def foretold(ride, tangent, y, now, then, span):
     """Tell whether the state `now` returns after the orbit's n periods to `then` as foretold.
 
     True where the deviation from the orbit's point y is mapped by its monodromy matrix, or is too
     small to tell.
     """
-    far = gap_between(ride, now, y)
-    if far <= TINY * span and gap_between(ride, then, y) <= TINY * span:
+    far, tiny = gap_between(ride, now, y), least_told(ride, span)
+    if far <= tiny and gap_between(ride, then, y) <= tiny:
         return True
     image = image_of(ride, tangent, now, y)
     for i in range(4):
@@ -116,11 +130,12 @@ def attracted(ride, tangent, y, last, n, span):
 
 
 @jit(dissolved=True)
-def try_period(ride, record, length, n, evidence):
-    """Try to find a stable orbit of minimal period n at the end of a section; fill the evidence."""
-    y, last = np.zeros(4), np.zeros(4)
-    place(ride, record, length - 1, last)
-    y[:] = last
+def try_period(ride, record, length, last, n, evidence):
+    """Try to find a stable orbit of minimal period n at the end of a section; fill the evidence.
+
+    last: the state (4,) there, sharper than the section holds it.
+    """
+    y = last.copy()
     points, counts, tangent = np.empty((n, 4)), np.zeros(2, np.int64), np.zeros(16)
     residual, clearance, slowest = polish(ride, y, points, counts, tangent)
     if not residual < np.inf:
@@ -145,11 +160,10 @@ def try_period(ride, record, length, n, evidence):
 
 
 @jit(dissolved=True)
-def find_period(ride, record, length, hint, evidence):
+def find_period(ride, record, length, last, hint, evidence):
     """Try the period that a recurrence found, then those of near returns."""
     tried, ridden = 0, 0
-    last, y = np.zeros(4), np.zeros(4)
-    place(ride, record, length - 1, last)
+    y = np.zeros(4)
     span = 0.0
     for p in range(max(0, length - MOST_RIDDEN), length):
         place(ride, record, p, y)
@@ -165,7 +179,7 @@ def find_period(ride, record, length, hint, evidence):
                 tried, ridden = tried + 1, ridden + n
             if tried > MOST_PROPOSED or ridden > MOST_RIDDEN:
                 return False
-            if try_period(ride, record, length, n, evidence):
+            if try_period(ride, record, length, last, n, evidence):
                 return True
     return False
 
@@ -199,6 +213,13 @@ def longer(record, more):
 
 
 @jit
+def growth_of(logs):
+    """Return `mean_and_width` of the growth per period, the width no less than MARGIN."""
+    mean, width = mean_and_width(logs)
+    return mean, max(width, MARGIN)
+
+
+@jit
 def note_exponents(evidence, growth, periods, period, size):
     """Write all exponents [1/s]."""
     for i in range(size):
@@ -225,7 +246,7 @@ def passed_through_chaos(ride, origin, evidence, period):
     logs, nowhere = np.zeros(periods), np.empty((0, ride.size))
     if wander(ride, state, tangent, logs, growth, nowhere, 0) != OK:
         return
-    mean, width = mean_and_width(logs)
+    mean, width = growth_of(logs)
     evidence[PASSING], evidence[PASSING_WIDTH] = mean / period, width / period
     if mean - width > 0.0:
         evidence[KIND] = TRANSIENT
@@ -246,7 +267,7 @@ def judge(ride, origin, state, record, hint, stages, evidence):
     now, tangent, growth = state.copy(), np.zeros(16), np.zeros(4)
     unit(tangent)
     for stage in range(len(stages) + 1):
-        if find_period(ride, record, length, hint, evidence):
+        if find_period(ride, record, length, now[:4], hint, evidence):
             of_cycle(ride, evidence, period)
             evidence[WATCHED] = length
             passed_through_chaos(ride, origin, evidence, period)
@@ -262,7 +283,7 @@ def judge(ride, origin, state, record, hint, stages, evidence):
         if status != OK:
             return status
         hint, length = 0, length + len(logs)
-        mean, width = mean_and_width(logs)
+        mean, width = growth_of(logs)
         evidence[LARGEST], evidence[WIDTH] = mean / period, width / period
         evidence[WATCHED] = length
         note_exponents(evidence, growth, len(logs), period, ride.size)
@@ -281,6 +302,8 @@ def decide(ride, record, length, watched, evidence):
         evidence[KIND] = CHAOTIC
         return True
     if abs(largest) <= max(width, MARGIN * abs(ride.trace)) and digits >= SMOOTH:
+        if period_of(record[length - watched : length], TOLERANCE) > 0:
+            return False  # periodic, or at rest, and nothing is known to draw other orbits to it
         evidence[KIND] = QUASIPERIODIC
         return True
     return False

@@ -229,7 +229,7 @@ def test_an_interrupted_command_says_how_to_go_on(tmp_path, monkeypatch, cut, ca
 
 
 def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, monkeypatch, cut):
-    scan = nv.load_scan(document({"omega": {"values": [1e-3, 6.0, 6.28, 6.5]}}))
+    scan = nv.load_scan(document({"omega": {"values": [1e-6, 6.0, 6.28, 6.5]}}))
     path = tmp_path / "a.h5"
     cut(1)
     go_on = stop_after(monkeypatch, 2)

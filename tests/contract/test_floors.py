@@ -54,7 +54,17 @@ FLOORS = (
         "parts",
         "peers",
     },
-    {"engine", "cluster", "search", "figures", "claims", "retention", "report", "precision"},
+    {
+        "engine",
+        "cluster",
+        "search",
+        "figures",
+        "claims",
+        "retention",
+        "report",
+        "precision",
+        "extremes",
+    },
     {
         "bifurcation",
         "accuracy",

@@ -14,9 +14,11 @@ from nlds_vines.record import KEPT
 from nlds_vines.scan import load_scan
 from nlds_vines.simulation import start_state
 
-SSUL = ("ssul-set6", "ssul-set6-omega7.45", "ssul-set6-steel")
+STEEL = "ssul-set6-steel"  # whose impacts are so short that 12 nodes leave round-off alone
+SSUL = ("ssul-set6", "ssul-set6-omega7.45", STEEL)
 CASES = [
-    *((name, "exact", Settings(nodes, 28.0)) for name in SSUL for nodes in (6, 8, 10, 12)),
+    *((name, "exact", Settings(nodes, 28.0)) for name in SSUL[:2] for nodes in (6, 8, 10, 12)),
+    *((STEEL, "exact", Settings(nodes, 28.0)) for nodes in (4, 6, 8, 10)),
     *(("ssbl-omega6.05", "exact", Settings(nodes, 28.0)) for nodes in (6, 8, 10, 12)),
     *((name, "rk4", Settings(12, float(n))) for name in SSUL for n in (128, 256, 512, 1024)),
 ]

@@ -1,0 +1,86 @@
+"""Laws of mechanics that hold whatever the numbers: energy, units, the direction of time."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nlds_vines import load_system, simulate
+from nlds_vines.extremes.cases import FINE, FULL, energy_of, error_of, orbit_of
+from nlds_vines.extremes.scales import quickened, scaled
+
+FEW = settings(max_examples=40, deadline=None, derandomize=True)
+
+
+def powers(low, high):
+    """Numbers spread evenly over decades."""
+    return st.floats(low, high).map(lambda exponent: 10.0**exponent)
+
+
+SYSTEMS = st.builds(
+    load_system,
+    st.just("ssul-set6"),
+    m2=powers(1.0, 3.0),
+    k2=powers(1.0, 4.0),
+    c2=powers(-2.0, 3.0),
+    c1=powers(-2.0, 3.0),
+    K=powers(3.0, 13.0),
+    C=st.floats(-0.01, 0.1),
+    omega=st.floats(3.0, 15.0),
+)
+SPEEDS = st.builds(lambda size, sign: size * sign, powers(-3.0, 0.0), st.sampled_from([-1.0, 1.0]))
+"""Far above what positions in the fixed frame can tell: energies are made of these."""
+
+
+def start_of(system, v1, v2):
+    """Return a start in the air, or on the wall it is pressed onto."""
+    return np.array([0.0, v1, system.rest - min(system.parameters["C"], 0.0), v2])
+
+
+@FEW
+@given(SYSTEMS, SPEEDS, SPEEDS, st.sampled_from(["exact", "rk4"]))
+def test_without_a_force_energy_never_rises(system, v1, v2, method):
+    system = system.with_(P=0.0)
+    start = start_of(system, v1, v2)
+    section = simulate(system, 10, start=start, method=method).section
+    energy = energy_of(system, np.vstack([start, section]))
+    assert np.all(energy[1:] <= energy[:-1] + 1e-8 * energy[0])
+
+
+@FEW
+@given(SYSTEMS, SPEEDS, SPEEDS)
+def test_without_damping_either_it_stays(system, v1, v2):
+    system = system.with_(P=0.0, c1=0.0, c2=0.0)
+    start = start_of(system, v1, v2)
+    section = orbit_of(system, 10, start=start, **FINE).section
+    energy = energy_of(system, np.vstack([start, section]))
+    assert np.abs(energy / energy[0] - 1.0).max() < 1e-10
+
+
+@FEW
+@given(SYSTEMS, st.integers(-200, 200), st.sampled_from(["exact", "rk4"]))
+def test_the_unit_of_force_changes_no_bit(system, power, method):
+    one = simulate(system, 5, record=FULL, method=method)
+    other = simulate(scaled(system, power), 5, record=FULL, method=method)
+    np.testing.assert_array_equal(other.section, one.section)
+    assert other.E1max == one.E1max * 2.0**power
+    assert len(other.impacts) == len(one.impacts)
+
+
+@FEW
+@given(SYSTEMS, st.integers(-15, 15), st.sampled_from(["exact", "rk4"]))
+def test_the_unit_of_time_changes_no_bit(system, power, method):
+    one = simulate(system, 5, record=FULL, method=method)
+    other = simulate(quickened(system, power), 5, record=FULL, method=method)
+    factors = np.array([1.0, 2.0**power, 1.0, 2.0**power])
+    np.testing.assert_array_equal(other.section, one.section * factors)
+    np.testing.assert_array_equal(other.impacts["touch"], one.impacts["touch"] * 2.0**-power)
+
+
+@FEW
+@given(SYSTEMS, SPEEDS, SPEEDS)
+def test_without_damping_motion_runs_backwards(system, v1, v2):
+    system = system.with_(c1=0.0, c2=0.0)
+    start, mirror = start_of(system, v1, v2), np.array([1.0, -1.0, 1.0, -1.0])
+    there = orbit_of(system, 1, start=start, **FINE)
+    back = orbit_of(system, 1, start=there.state * mirror, **FINE)
+    assert error_of(back.state * mirror, start, system.rest, there.section) < 1e-8

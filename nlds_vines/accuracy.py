@@ -8,11 +8,12 @@ from __future__ import annotations
 import os
 import shlex
 import sys
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
+from nlds_vines._accuracy_modes import Mode, mode_of
 from nlds_vines._command import (
     DONE,
     LANES_FAILED,
@@ -26,14 +27,10 @@ from nlds_vines._command import (
     run_command,
 )
 from nlds_vines.catalogue import load_system
-from nlds_vines.errors import RequestError, shown, whole
+from nlds_vines.errors import RequestError, shown
 from nlds_vines.scan import load_scan
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from nlds_vines.archive import ArchiveView
-    from nlds_vines.precision.survey import Survey
     from nlds_vines.system import System
 
 _NAME = "accuracy"
@@ -116,127 +113,11 @@ def _system(options: Any) -> System:
     return scan.system.with_(**(middle | changes))
 
 
-class _Mode(Protocol):
-    """What is measured, and how it is told; kernels and matplotlib are loaded by its methods."""
-
-    @property
-    def default(self) -> str:
-        """The archive's name where none is given."""
-
-    def survey(self) -> Survey:
-        """Return what is to be measured."""
-
-    def draw(self, view: ArchiveView) -> Figure:
-        """Return the picture of an archive."""
-
-    def lines(self, view: ArchiveView) -> Iterator[str]:
-        """Yield what an archive says."""
-
-    def page(self, view: ArchiveView, picture: str, command: str) -> str:
-        """Return what an archive says as a page of its own."""
-
-
-@dataclass(frozen=True)
-class _Compared:
-    """Error against run time, on one system or on the suite; `want` asks for advice."""
-
-    system: System
-    periods: int | None
-    want: float | None
-    suite: bool
-    peers: bool
-    default: str = "accuracy.h5"
-
-    def survey(self) -> Survey:
-        from nlds_vines.precision.cases import of_system, suite
-        from nlds_vines.precision.comparison import comparison
-
-        cases = list(suite()) if self.suite else [of_system(self.system)]
-        if self.periods is not None:
-            cases = [replace(case, periods=self.periods) for case in cases]
-        return comparison(cases, "Error against run time", self.peers)
-
-    def draw(self, view: ArchiveView) -> Figure:
-        from nlds_vines.figures.precision import draw_comparison
-        from nlds_vines.precision.layout import read_comparison
-
-        return draw_comparison(read_comparison(view))
-
-    def lines(self, view: ArchiveView) -> Iterator[str]:
-        from nlds_vines.precision import tables
-        from nlds_vines.precision.layout import read_comparison
-
-        for case in read_comparison(view):
-            yield from (*tables.head(case), "")
-            if not self.suite:
-                yield from (*tables.measurements(case), "")
-            yield from (*tables.summary(case), "", tables.verdict(case))
-            yield from (*tables.ratios(case), *tables.advice(case, self.want), "")
-
-    def page(self, view: ArchiveView, picture: str, command: str) -> str:
-        from nlds_vines.precision import tables
-        from nlds_vines.precision.layout import read_comparison
-
-        return tables.page(read_comparison(view), picture, command)
-
-
-@dataclass(frozen=True)
-class _Stiff:
-    """One system with its contact made softer and harder."""
-
-    system: System
-    periods: int
-    peers: bool
-    default: str = "stiffness.h5"
-
-    def survey(self) -> Survey:
-        from nlds_vines.precision.stiffness import stiffness
-
-        return stiffness(self.system, self.periods, self.peers)
-
-    def draw(self, view: ArchiveView) -> Figure:
-        from nlds_vines.figures.precision import draw_stiffness
-        from nlds_vines.precision.stiff_layout import read_stiffness
-
-        return draw_stiffness(read_stiffness(view))
-
-    def lines(self, view: ArchiveView) -> Iterator[str]:
-        from nlds_vines.precision import stiff_layout
-
-        return stiff_layout.lines(stiff_layout.read_stiffness(view))
-
-    def page(self, view: ArchiveView, picture: str, command: str) -> str:
-        from nlds_vines.precision import stiff_layout
-
-        return stiff_layout.page(stiff_layout.read_stiffness(view), picture, command)
-
-
-def _mode(options: Any, system: System) -> _Mode:
-    """Return what the options ask for; `RequestError` for those that do not go together."""
-    periods, want = None, None
-    if options.periods is not None:
-        periods = whole("--periods", parsed(int, "--periods", options.periods), 2, 10_000)
-    if options.want is not None:
-        want = parsed(float, "--want", options.want)
-        if not 0.0 < want < 1.0:
-            raise RequestError(f"--want = {want:g} must lie between 0 and 1")
-    peers = not options.no_peers
-    if not options.stiff:
-        if options.suite and (options.scan or options.system or options.set):
-            raise RequestError("--suite has cases of its own: leave out the system and --set")
-        return _Compared(system, periods, want, options.suite, peers)
-    if want is not None:
-        raise RequestError("--want advises on error against run time: leave it out with --stiff")
-    if not system.scene.walls:
-        raise RequestError(f"--stiff: kind {system.kind!r} has no contact to make stiff")
-    return _Stiff(system, periods or 20, peers)
-
-
 @dataclass(frozen=True)
 class _Job:
     """A survey and where it goes; checked before anything heavy is loaded."""
 
-    mode: _Mode
+    mode: Mode
     command: str
     archive: Path
     plot: Path
@@ -248,7 +129,7 @@ class _Job:
     @classmethod
     def of(cls, options: Any, system: System, command: str) -> _Job:
         """Return the job that the options ask for; `command` tells them, for the page."""
-        mode = _mode(options, system)
+        mode = mode_of(options, system)
         archive = Path(options.output or mode.default)
         return cls(
             mode,

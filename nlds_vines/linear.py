@@ -29,14 +29,21 @@ class Response:
         return _largest(p["m1"], p["k1"], self.omega, np.abs(self.X1))
 
     @property
+    def shortening(self) -> np.ndarray:
+        """Amplitude of the spring's shortening [m]; zero without a damper."""
+        if self.X2 is None:
+            return np.zeros(self.omega.shape)
+        with np.errstate(invalid="ignore"):  # two infinite amplitudes have no difference
+            return np.abs(self.X2 - self.X1)
+
+    @property
     def clears(self) -> np.ndarray:
         """Where the motion without impacts is possible: the damper reaches none of the walls."""
         scene, p = self.system.scene, self.system.parameters
         gaps = [gap(p) for gap in (scene.gap_near, scene.gap_far) if gap is not None]
         if self.X2 is None or not gaps:
             return np.ones(self.omega.shape, dtype=bool)
-        with np.errstate(invalid="ignore"):  # two infinite amplitudes have no difference
-            return np.abs(self.X2 - self.X1) <= min(gaps)
+        return self.shortening <= min(gaps)
 
 
 def response(system: System, omega: np.ndarray) -> Response:
@@ -55,6 +62,20 @@ def response(system: System, omega: np.ndarray) -> Response:
     whole = (structure + joint) * damper - joint**2
     X1, X2 = (_amplitude(p["P"] * force, whole) for force in (damper, joint))
     return Response(system, omega, X1, X2)
+
+
+def steady_state(system: System) -> np.ndarray:
+    """Return the state (x1, v1, x2, v2) [m, m/s] of the steady motion without contact at t = 0.
+
+    Shape (4,); (2,) without a damper.
+    """
+    omega = system.parameters["omega"]
+    found = response(system, np.array([omega]))
+    amplitudes = [X[0] for X in (found.X1, found.X2) if X is not None]
+    state = np.array([x for X in amplitudes for x in (X.real, (1j * omega * X).real)])
+    if len(state) == 4:
+        state[2] += system.rest
+    return state
 
 
 def _amplitude(force: Any, impedance: Any) -> np.ndarray:

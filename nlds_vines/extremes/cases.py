@@ -84,22 +84,9 @@ def linear_sections(
     return found
 
 
-def steady_state(system: System) -> np.ndarray:
-    """Return the state of the steady motion without contact at phase zero, in closed form."""
-    omega = system.parameters["omega"]
-    found = response(system, np.array([omega]))
-    amplitudes = [X[0] for X in (found.X1, found.X2) if X is not None]
-    state = np.array([x for X in amplitudes for x in (X.real, (1j * omega * X).real)])
-    if len(state) == 4:
-        state[2] += system.rest
-    return state
-
-
 def shortening(system: System) -> float:
     """Return the amplitude [m] of the spring's shortening in the steady motion without contact."""
-    found = response(system, np.array([system.parameters["omega"]]))
-    assert found.X2 is not None
-    return float(abs(found.X1[0] - found.X2[0]))
+    return float(response(system, np.array([system.parameters["omega"]])).shortening[0])
 
 
 def amplitudes(system: System) -> np.ndarray:

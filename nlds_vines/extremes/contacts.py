@@ -16,11 +16,11 @@ from nlds_vines.extremes.cases import (
     METHODS,
     error_of,
     orbit_of,
-    steady_state,
     touching_state,
 )
 from nlds_vines.extremes.entry import Entry, Finding, within
 from nlds_vines.extremes.reference import follow
+from nlds_vines.linear import steady_state
 from nlds_vines.system import System
 
 RK4: dict[str, Any] = {"method": "rk4", "resolution": 4096.0}

@@ -17,10 +17,9 @@ from nlds_vines.extremes.cases import (
     linear_sections,
     order_of,
     shortening,
-    steady_state,
 )
 from nlds_vines.extremes.entry import Entry, Finding, within
-from nlds_vines.linear import response
+from nlds_vines.linear import response, steady_state
 
 START = np.array([0.01, -0.2, 0.03, 0.4])
 MU = 60.0 * 1000.0 / 1060.0  # reduced mass of the named systems [kg]

@@ -21,10 +21,10 @@ from nlds_vines.extremes.cases import (
     orbit_of,
     order_of,
     shortening,
-    steady_state,
     touching_state,
 )
 from nlds_vines.extremes.entry import Entry, Finding, within
+from nlds_vines.linear import steady_state
 from nlds_vines.system import System
 
 DURATION = 0.8 * float(beta(0.4, 0.5))  # of a free impact, in units of depth / speed: 2.9433

@@ -15,12 +15,12 @@ from nlds_vines.extremes.cases import (
     amplitudes,
     error_of,
     shortening,
-    steady_state,
 )
 from nlds_vines.extremes.entry import Entry, Finding, within
 from nlds_vines.kernels.growth import digits_of, mean_and_width
 from nlds_vines.kernels.recurrence import TOLERANCE, period_of
 from nlds_vines.kernels.verdict import SMOOTH
+from nlds_vines.linear import steady_state
 from nlds_vines.system import System
 
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0

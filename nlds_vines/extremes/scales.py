@@ -15,10 +15,9 @@ from nlds_vines.extremes.cases import (
     error_of,
     shortening,
     status_of,
-    steady_state,
 )
 from nlds_vines.extremes.entry import Entry, Finding, within
-from nlds_vines.linear import response
+from nlds_vines.linear import response, steady_state
 from nlds_vines.simulation import Orbit
 from nlds_vines.system import System
 

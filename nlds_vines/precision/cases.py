@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from nlds_vines.catalogue import load_system
-from nlds_vines.linear import response
+from nlds_vines.linear import response, steady_state
 from nlds_vines.system import System
 
 PERIODS = 20
@@ -73,29 +73,25 @@ def near_grazing(system: System) -> Case:
     Below the frequency at which the linear steady state grazes the wall it cannot exist; started
     on it there, the damper touches at a speed that vanishes with the distance to that frequency.
     """
-
-    def excess(omega: float) -> float:
-        found = response(system, np.array([omega]))
-        assert found.X2 is not None
-        assert system.scene.gap_near is not None
-        return float(np.abs(found.X2 - found.X1)[0] - system.scene.gap_near(system.parameters))
-
-    grazing = brentq(excess, 7.3, 7.7, xtol=1e-14)
-    near = system.with_(omega=grazing * (1.0 - NEAR_GRAZING))
+    near = system.with_(omega=_grazing(system) * (1.0 - NEAR_GRAZING))
     start = tuple(float(value) for value in steady_state(near))
     title = f"{system.title or system.name}, on its steady state {NEAR_GRAZING:.0e} below grazing"
     return Case("near-grazing", near, title, start)
 
 
-def steady_state(system: System) -> np.ndarray:
-    """Return the linear steady state (x1, v1, x2, v2) at t = 0 [m, m/s]."""
-    p, omega = system.parameters, system.parameters["omega"]
-    found = response(system, np.array([omega]))
-    assert found.X2 is not None
-    assert system.scene.rest is not None
-    X1, X2 = complex(found.X1[0]), complex(found.X2[0])
-    rest = system.scene.rest(p)
-    return np.array([X1.real, (1j * omega * X1).real, rest + X2.real, (1j * omega * X2).real])
+def _grazing(system: System) -> float:
+    """Return the frequency [rad/s] above which the steady state clears the near wall for good."""
+    p, gap = system.parameters, system.scene.gap_near
+    assert gap is not None
+
+    def excess(omega: np.ndarray) -> np.ndarray:
+        return response(system, omega).shortening - gap(p)
+
+    tried = np.sqrt(p["k1"] / p["m1"]) * np.linspace(0.5, 2.0, 1501)
+    last = np.flatnonzero(excess(tried) > 0.0)[-1]
+    return brentq(
+        lambda omega: float(excess(np.array([omega]))[0]), *tried[last : last + 2], xtol=1e-14
+    )
 
 
 def _frequency(system: System) -> str:

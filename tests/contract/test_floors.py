@@ -82,6 +82,7 @@ FLOORS = (
         "_scan_options",
         "_run_options",
         "_tuning_options",
+        "_accuracy_modes",
         "__main__",
     },
 )

@@ -12,9 +12,10 @@ from nlds_vines.catalogue import load_system
 from nlds_vines.engine import Interrupted
 from nlds_vines.errors import RequestError
 from nlds_vines.interrupts import INTERRUPTED, Stopped
+from nlds_vines.linear import steady_state
 from nlds_vines.peers import Course, PeerFailure
 from nlds_vines.precision import measure, survey, tables
-from nlds_vines.precision.cases import near_grazing, of_system, steady_state, suite
+from nlds_vines.precision.cases import near_grazing, of_system, suite
 from nlds_vines.precision.columns import column, status_column
 from nlds_vines.precision.contenders import Contender
 from nlds_vines.precision.curves import Curve, above, advised, front

@@ -82,7 +82,7 @@ class Compared:
         from nlds_vines.precision import tables
         from nlds_vines.precision.layout import read_comparison
 
-        return tables.page(read_comparison(view), picture, command)
+        return tables.page(read_comparison(view), picture, command, self.want)
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ examples:
       what a wall, a limit and each record cost per forcing period
 peers are measured where they are installed: pip install 'nlds-vines[peers]', and octave
 exit status: 0 done; 1 a promise is not kept (--extreme); 2 the request is wrong;
-130 interrupted, 143 terminated: --resume goes on
+130 interrupted, 143 terminated: --resume goes on with what writes an archive
 """
 
 
@@ -62,6 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _command(argv: Sequence[str]) -> int:
     options = _parser().parse_args(argv)
+    _refuse_ignored(options)
     if options.extreme:
         return _extreme(options, _told(argv))
     system = _system(options)
@@ -73,7 +74,7 @@ def _command(argv: Sequence[str]) -> int:
 def _parser() -> Parser:
     parser = Parser(
         prog=f"nlds-vines {_NAME}",
-        description="Error against run time of every method on one system, one thread.",
+        description="Error against run time of every method on one system.",
         epilog=_EXAMPLES,
     )
     parser.add_argument("scan", nargs="?", metavar="SCAN.toml", help="whose system is taken")
@@ -96,6 +97,31 @@ def _parser() -> Parser:
     parser.add_argument("--dry-run", action="store_true", help="only say what would be run")
     parser.add_argument("--quiet", action="store_true", help="no progress")
     return parser
+
+
+_NOT_WITH = {
+    "extreme": (
+        *("scan", "system", "set", "periods", "want", "no_peers", "output", "plot"),
+        *("resume", "overwrite"),
+    ),
+    "parts": (
+        *("periods", "want", "no_peers", "output", "plot", "markdown"),
+        *("resume", "overwrite", "long"),
+    ),
+}
+"""What means nothing to a mode, and would be passed over."""
+
+
+def _refuse_ignored(options: Any) -> None:
+    """Raise `RequestError` for an option that means nothing beside another."""
+    for mode, others in _NOT_WITH.items():
+        for name in others if getattr(options, mode) else ():
+            if getattr(options, name):
+                given = "a scan" if name == "scan" else f"--{name.replace('_', '-')}"
+                given = "-o" if name == "output" else given
+                raise RequestError(f"--{mode} has no use for {given}: leave it out")
+    if options.long and not options.extreme:
+        raise RequestError("--long is for --extreme: leave it out")
 
 
 def _system(options: Any) -> System:

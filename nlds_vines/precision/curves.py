@@ -28,7 +28,7 @@ class Curve:
     @property
     def points(self) -> list[tuple[float, float]]:
         """Error and seconds of what found every touch, errors not below the doubt."""
-        done = (found for found in self.results if found.complete)
+        done = (found for found in self.results if found.complete and found.seconds > 0.0)
         return [(max(found.error, self.doubt), found.seconds) for found in done]
 
     @property
@@ -82,7 +82,10 @@ class Curve:
 
 
 def above(curves: Iterable[Curve], ours: Curve) -> list[tuple[str, float]]:
-    """Return at which of `DECADES` a method is cheaper than ours, by name; empty if at none."""
+    """Return at which of `DECADES` a method is cheaper than ours, by name; empty if at none.
+
+    Where ours does not get, whoever does is cheaper.
+    """
     return [
         (curve.method, error)
         for curve in curves

@@ -18,7 +18,7 @@ SHAPE = "error against run time"
 COLUMNS = (
     column("case", "str", "1", "what was followed"),
     column("title", "str", "1", "the same in words"),
-    column("truth", "str", "1", "regime of the orbit by the reference"),
+    column("truth", "str", "1", "regime of the orbit, by both methods"),
     column("source", "str", "1", "where the reference comes from"),
     column("doubt", "float64", "m, m/s", "errors below this cannot be told from none"),
     column("independent", "float64", "m, m/s", "distance of the reference from its witness"),
@@ -34,8 +34,8 @@ COLUMNS = (
     column("touch_error", "float64", "s", "of the times of touch, the largest"),
     column("missed", "float64", "1", "touches missed; negative: invented"),
     column("energy_error", "float64", "J", "of E1max over the last half of the periods"),
-    column("label", "str", "1", "regime by recurrence, from a point of the true orbit"),
-    column("seconds", "float64", "s", "CPU time of one thread per forcing period"),
+    column("label", "str", "1", "regime by recurrence, begun on the true orbit"),
+    column("seconds", "float64", "s", "CPU time per forcing period, of all threads"),
     column("failure", "str", "1", "why there is no measurement"),
     status_column(),
 )

@@ -42,8 +42,18 @@ class Truth:
 
 
 def truth_of(case: Case, reference: Reference) -> Truth:
-    """Return a case with its label, and the point on its orbit from which labels are judged."""
-    regime = classify(case.system, start=case.start)
+    """Return a case with its label, and the point on its orbit from which labels are judged.
+
+    Where both methods do not find the same label there is none to judge by.
+    """
+    try:
+        regime = classify(case.system, start=case.start)
+        other = classify(case.system, start=case.start, method="rk4")
+    except IntegrationError:
+        return Truth(case, reference, "unknown: it ends later on", None)
+    if regime.label != other.label:
+        words = f"uncertain: {regime.label} by exact, {other.label} by rk4"
+        return Truth(case, reference, words, None)
     if regime.point is None:
         return Truth(case, reference, regime.label, None)
     periods = max(LOOKED_AT, 4 * regime.period)
@@ -67,7 +77,8 @@ def measured(truth: Truth, contender: Contender) -> Result:
             missed=missed,
             energy_error=abs((course.E1max or math.nan) - reference.E1max),
             label=_label(truth.steady, contender),
-            seconds=seconds_of(case, contender),
+            seconds=seconds_of(truth.steady or case, contender),
+            steps=math.nan if course.steps_in_contact is None else course.steps_in_contact,
         )
     except (PeerFailure, IntegrationError) as failure:
         return Result(contender.setting, failure=str(failure))
@@ -76,7 +87,8 @@ def measured(truth: Truth, contender: Contender) -> Result:
 def seconds_of(case: Case, contender: Contender) -> float:
     """Return the CPU time of a period [s]: median of runs that are long enough to be timed.
 
-    Before each timed length the contender runs once, so that what it compiles is compiled.
+    On a steady orbit all periods cost the same, however many are run.  Before each timed length
+    the contender runs once, so that what it compiles is compiled.
     """
     _spent(replace(case, periods=2), contender)
     spent = _spent(case, contender)
@@ -100,13 +112,19 @@ def _spent(case: Case, contender: Contender) -> float:
 
 
 def _touches(course: Course, reference: Reference) -> tuple[float, float]:
-    """Return how many touches were missed and the largest error of their times [s]."""
+    """Return how many touches were missed and the largest error of their times [s].
+
+    One that is nearer to another's time than to its own is another: missed, though their number
+    may be right.
+    """
     if reference.touches is None or course.touches is None:
         return math.nan, math.nan
     missed = len(reference.touches) - len(course.touches)
     if missed or not len(reference.touches):
         return float(missed), math.nan
-    return 0.0, _largest(course.touches - reference.touches)
+    late = np.abs(course.touches - reference.touches)
+    others = np.count_nonzero(late > 0.5 * np.diff(reference.touches).min(initial=math.inf))
+    return (float(others), math.nan) if others else (0.0, float(late.max()))
 
 
 def _label(steady: Case | None, contender: Contender) -> str:

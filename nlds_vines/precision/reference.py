@@ -15,7 +15,7 @@ from nlds_vines._resources import resource_text
 from nlds_vines.errors import RequestError
 from nlds_vines.peers import PEERS, PeerFailure
 from nlds_vines.precision.cases import Case
-from nlds_vines.simulation import Orbit, simulate
+from nlds_vines.simulation import IntegrationError, Orbit, simulate
 from nlds_vines.system import System
 
 FINEST: dict[str, Any] = {"nodes": 24, "resolution": 160.0}
@@ -67,14 +67,33 @@ class Reference:
     source: str
 
 
+NOBODY = Reference(
+    section=np.full((1, 4), np.nan),
+    touches=None,
+    durations=np.empty(0),
+    E1max=np.nan,
+    growth=np.nan,
+    doubt=np.nan,
+    independent=np.nan,
+    witness="",
+    source="",
+)
+"""Of a case about which nothing is known."""
+
+
 def reference_of(case: Case) -> Reference:
     """Return what is true of a case.
 
     Raises `RequestError` where the witnesses contradict each other by more than `BELIEVED` times
-    the growth: in long chaos there is nothing to measure an error against.
+    the growth: in long chaos there is nothing to measure an error against; and where the orbit
+    cannot be followed.
     """
-    finest = watched(case, **FINEST)
-    confirming = watched(case, method="rk4", resolution=CONFIRMING)
+    try:
+        finest = watched(case, **FINEST)
+        confirming = watched(case, method="rk4", resolution=CONFIRMING)
+        grown = growth(case, finest.section)
+    except IntegrationError as error:
+        raise RequestError(f"{case.name}: there is no reference: {error}") from None
     assert finest.section is not None
     assert confirming.section is not None
     stored = stored_section(case)
@@ -88,7 +107,7 @@ def reference_of(case: Case) -> Reference:
         touches=finest.impacts["touch"] if finest.impacts is not None else None,
         durations=_durations(finest),
         E1max=float(finest.E1max or 0.0),
-        growth=growth(case, finest.section),
+        growth=grown,
         doubt=_apart(section, confirming.section)
         if stored is None
         else float(np.spacing(np.abs(section[-1])).max()),
@@ -102,7 +121,29 @@ def reference_of(case: Case) -> Reference:
             f"{case.name}: two references differ by {worst:.1e} after {case.periods} periods "
             f"(a disturbance grows by {found.growth:.1e}): measure over fewer periods"
         )
+    _confirm_impacts(case, finest, confirming, BELIEVED * found.growth)
     return found
+
+
+def _confirm_impacts(case: Case, one: Orbit, other: Orbit, bound: float) -> None:
+    """Raise `RequestError` where two orbits do not have the same touches and largest energy.
+
+    `bound` holds for times [s], and for the energy relative to it.
+    """
+    energies = float(one.E1max or 0.0), float(other.E1max or 0.0)
+    if not abs(energies[0] - energies[1]) <= bound * max(energies):
+        raise RequestError(
+            f"{case.name}: exact and rk4 find E1max = {energies[0]:.9g} and {energies[1]:.9g} J: "
+            "there is no reference; measure over fewer periods"
+        )
+    if one.impacts is None or other.impacts is None:
+        return
+    first, second = one.impacts["touch"], other.impacts["touch"]
+    if len(first) != len(second) or not np.abs(first - second).max(initial=0.0) <= bound:
+        raise RequestError(
+            f"{case.name}: exact and rk4 do not find the same touches ({len(first)} and "
+            f"{len(second)}): there is no reference; measure over fewer periods"
+        )
 
 
 def watched(case: Case, **settings: Any) -> Orbit:
@@ -121,10 +162,10 @@ def watched(case: Case, **settings: Any) -> Orbit:
     return Orbit(**{**vars(whole), "E1max": late.E1max})
 
 
-def growth(case: Case, section: np.ndarray) -> float:
-    """Return by how much a disturbance of the start has grown at the end, in the worst direction.
+def growth(case: Case, section: Any) -> float:
+    """Return by how much a disturbance of the start has grown at the end, at least 1.
 
-    By differences: each component of the start is moved by `DISTURBANCE`.
+    By differences: each component of the start in turn is moved by `DISTURBANCE`; the largest.
     """
     largest = 1.0
     for direction in np.eye(len(case.state)):

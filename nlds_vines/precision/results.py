@@ -59,7 +59,8 @@ class Result:
         energy_error: of E1max over the last half of the periods [J].
         label: `nT,k` as a recurrence over some periods from a point of the true orbit tells it;
             empty where the truth is not periodic.
-        seconds: CPU time of one thread per forcing period [s].
+        seconds: CPU time per forcing period [s], of all threads.
+        steps: of a contact, as the method itself counts them; NaN where it does not.
         failure: why there is nothing of all this; empty where there is.
     """
 
@@ -70,6 +71,7 @@ class Result:
     energy_error: float = math.nan
     label: str = ""
     seconds: float = math.nan
+    steps: float = math.nan
     failure: str = ""
 
     @property

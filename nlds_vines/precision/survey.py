@@ -19,6 +19,7 @@ import numpy as np
 from nlds_vines import archive, durable, interrupts
 from nlds_vines._toml import toml_text
 from nlds_vines.engine import Interrupted
+from nlds_vines.errors import RequestError
 from nlds_vines.folder import RunFolder
 from nlds_vines.manifest import SURVEY
 from nlds_vines.partfile import UNSOUND, fetch, path_of, store
@@ -91,6 +92,11 @@ class SurveyRun(RunFolder):
             self.seconds += part.made.seconds
         return len(self.kept)
 
+    def abandon(self) -> None:
+        """Leave nothing behind if nothing was measured."""
+        if not self.kept:
+            self._clear()
+
     def measure(self, index: int) -> dict[str, np.ndarray]:
         """Return the columns of a task, measured unless they are kept."""
         if index not in self.kept:
@@ -148,6 +154,9 @@ def run(
                 if show is not None:
                     show(line)
             journal.store()
+        except RequestError:
+            journal.abandon()
+            raise
         except (interrupts.Stopped, KeyboardInterrupt):
             raise Interrupted(
                 f"interrupted: {len(journal.kept)} of {len(survey.tasks)} parts are kept in "

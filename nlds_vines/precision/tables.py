@@ -6,7 +6,7 @@ import math
 import textwrap
 from collections.abc import Iterator, Sequence
 
-from nlds_vines.precision.curves import Curve, above, advised
+from nlds_vines.precision.curves import DECADES, Curve, above, advised
 from nlds_vines.precision.layout import Measured
 from nlds_vines.precision.results import EXACT, Result
 
@@ -47,8 +47,8 @@ divides its error by the factor shown.
 def head(case: Measured) -> Iterator[str]:
     """Yield what a reader must know of a case: what is followed, and what is held to be true."""
     text = (
-        f"{case.title}. Error of the state after {case.periods} forcing periods, CPU time of one "
-        f"thread per period. Regime: {case.truth}. Reference: {case.source}; uncertain by "
+        f"{case.title}. Error of the state after {case.periods} forcing periods, CPU time of a "
+        f"period. Regime: {case.truth}. Reference: {case.source}; uncertain by "
         f"{case.doubt:.0e}; an independent witness ({case.witness}) is {case.independent:.0e} "
         f"from it. A disturbance of the start has grown {case.growth:.2g} times by then."
     )
@@ -85,11 +85,16 @@ def summary(case: Measured) -> Iterator[str]:
 
 def verdict(case: Measured) -> str:
     """Say whether any method is cheaper than `exact`, and which are but miss touches."""
-    better = above(case.curves, case.curve("exact"))
+    ours = case.curve("exact")
+    reached = [error for error in DECADES if math.isfinite(ours.cost(error))]
+    better = above(case.curves, ours)
     if better:
         words = ", ".join(f"{method} at {error:.0e}" for method, error in better)
         return f"Cheaper than `exact`: {words}.{_blind(case)}"
-    return f"`exact` is the cheapest at every error from 1e-3 to 1e-12.{_blind(case)}"
+    if not reached or all(found.setting.ours for found in case.results):
+        return f"Nothing can be said of `exact` beside the solvers of others.{_blind(case)}"
+    first, last = DECADES[0], reached[-1]
+    return f"`exact` is the cheapest at every error from {first:.0e} to {last:.0e}.{_blind(case)}"
 
 
 def _blind(case: Measured) -> str:
@@ -108,6 +113,9 @@ def ratios(case: Measured) -> Iterator[str]:
     """Yield by how much the best peer of each family costs more than `exact` at `COMPARED`."""
     ours = case.curve("exact")
     for error in COMPARED:
+        if math.isinf(ours.cost(error)):
+            yield f"At {error:.0e}: `exact` does not get there."
+            continue
         costs: dict[str, tuple[float, str]] = {}
         for curve in case.curves:
             if not curve.results[0].setting.ours and math.isfinite(curve.cost(error)):
@@ -123,7 +131,8 @@ def advice(case: Measured, want: float | None) -> Iterator[str]:
     if want is not None:
         yield _advised(case, want, f"The cheapest setting with an error of at most {want:g}")
     if any(found.label for found in case.results):
-        yield _advised(case, None, f"The cheapest setting that keeps the label {case.truth}")
+        what = f"The cheapest setting that, begun on the {case.truth} orbit, keeps its label"
+        yield _advised(case, None, what)
 
 
 def _advised(case: Measured, want: float | None, what: str) -> str:
@@ -198,15 +207,21 @@ def _cost(curve: Curve, ours: Curve, error: float) -> str:
     cost = curve.cost(error)
     if math.isinf(cost):
         return " not reached | |"
+    if math.isinf(ours.cost(error)):
+        return f" {duration(cost)} | |"
     return f" {duration(cost)} | {cost / ours.cost(error):.3g} |"
 
 
-def page(cases: Sequence[Measured], picture: str, command: str) -> str:
-    """Return the page of a survey of several cases: the picture, a summary of each, the command."""
-    sections = "\n\n".join("\n".join(_section(case)) for case in cases)
+def page(cases: Sequence[Measured], picture: str, command: str, want: float | None = None) -> str:
+    """Return the page of a survey of several cases: the picture, a summary of each, the command.
+
+    `want`: the error for which a setting is advised, by default the smaller of `COMPARED`.
+    """
+    wanted = COMPARED[-1] if want is None else want
+    sections = "\n\n".join("\n".join(_section(case, wanted)) for case in cases)
     return _PAGE.format(picture=picture, sections=sections, command=command)
 
 
-def _section(case: Measured) -> Iterator[str]:
+def _section(case: Measured, want: float) -> Iterator[str]:
     yield from (f"## {case.name}", "", *head(case), "", *summary(case), "")
-    yield from (verdict(case), *ratios(case), *advice(case, COMPARED[-1]))
+    yield from (verdict(case), *ratios(case), *advice(case, want))

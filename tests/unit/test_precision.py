@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.interrupts import INTERRUPTED, Stopped
 from nlds_vines.linear import steady_state
 from nlds_vines.peers import Course, PeerFailure
-from nlds_vines.precision import measure, survey, tables
+from nlds_vines.precision import measure, reference, survey, tables
 from nlds_vines.precision.cases import near_grazing, of_system, suite
 from nlds_vines.precision.columns import column, status_column
 from nlds_vines.precision.contenders import Contender
@@ -174,12 +175,45 @@ def test_near_grazing_has_a_witness():
 
 
 def test_witnesses_that_disagree_are_told(monkeypatch):
-    from nlds_vines.precision import reference
-
     liars = (("naive RK4", np.ones((2, 4))),)
     monkeypatch.setattr(reference, "_witnessed", lambda case: iter(liars))
     with pytest.raises(RequestError, match="two references differ"):
         reference_of(replace(of_system(SET6), periods=2))
+
+
+@pytest.mark.parametrize("column", ["touch", "E1max"])
+def test_a_reference_needs_touches_and_energies_that_agree(monkeypatch, column):
+    followed = reference.watched
+
+    def other(case, **settings):
+        orbit = followed(case, **settings)
+        if settings.get("method") != "rk4":
+            return orbit
+        if column == "E1max":
+            return replace(orbit, E1max=orbit.E1max * 1.01)
+        return replace(orbit, impacts=orbit.impacts[:-1])
+
+    monkeypatch.setattr(reference, "watched", other)
+    with pytest.raises(RequestError, match="there is no reference"):
+        reference_of(replace(of_system(SET6), periods=2))
+
+
+def test_what_cannot_be_followed_has_no_reference():
+    case = replace(of_system(SET6.with_(omega=1e-6)), periods=2)
+    with pytest.raises(RequestError, match="ssul-set6: there is no reference"):
+        reference_of(case)
+
+
+def test_a_label_on_which_methods_disagree_is_none(monkeypatch):
+    case = replace(of_system(SET6), periods=2)
+
+    def judged(system, start, method="exact"):
+        return SimpleNamespace(label=f"by {method}", point=None)
+
+    monkeypatch.setattr(measure, "classify", judged)
+    found = measure.truth_of(case, reference_of(case))
+    assert found.label == "uncertain: by exact by exact, by rk4 by rk4"
+    assert found.steady is None
 
 
 # ---- measuring -----------------------------------------------------------------------------------
@@ -223,6 +257,15 @@ def test_missed_and_invented_touches_are_counted(truth, change):
     found = measure.measured(replace(truth, steady=None), contender)
     assert found.missed == -change
     assert math.isnan(found.touch_error)
+    assert not found.complete
+
+
+def test_one_missed_and_one_invented_are_not_the_right_number(truth):
+    touches = truth.reference.touches.copy()
+    touches[2] = touches[1] + 0.4 * (touches[2] - touches[1])
+    contender = made_up(lambda case: truth.reference.section, touches)
+    found = measure.measured(replace(truth, steady=None), contender)
+    assert found.missed == 1
     assert not found.complete
 
 
@@ -291,6 +334,19 @@ def test_a_damaged_part_is_measured_again(tmp_path):
     assert calls == [1, 3]
 
 
+def test_what_cannot_begin_leaves_nothing(tmp_path):
+    def refused():
+        raise RequestError("there is no reference")
+
+    begun = made_up_survey([])
+    for count in (0, 2):
+        path = tmp_path / f"{count}.h5"
+        tasks = (*begun.tasks[:count], Task("refused", refused))
+        with pytest.raises(RequestError, match="no reference"):
+            survey.run(replace(begun, tasks=tasks), path)
+        assert path.with_name(f"{count}.h5.parts").exists() is (count > 0)
+
+
 def test_an_archive_is_not_touched_unasked(tmp_path):
     path = tmp_path / "a.h5"
     survey.run(made_up_survey([]), path)
@@ -319,7 +375,7 @@ def test_the_tables_say_what_was_measured():
     rows = "\n".join(tables.measurements(case))
     assert "| exact | 8 steps | 1.0e-07 |" in rows
     assert "failed: too stiff" in rows
-    assert tables.verdict(case) == "`exact` is the cheapest at every error from 1e-3 to 1e-12."
+    assert tables.verdict(case) == "`exact` is the cheapest at every error from 1e-03 to 1e-12."
     assert "SciPy DOP853, events" in "\n".join(tables.ratios(case))
     advice = "\n".join(tables.advice(case, 1e-6))
     assert "nodes=8, resolution=20" in advice
@@ -331,6 +387,22 @@ def test_the_verdict_names_the_cheaper_one():
     cheap = curve([(1, 1e-13, 1e-9)], "heyoka, events", ours=False)
     found = tables.verdict(replace(case, curves=(*case.curves, cheap)))
     assert found.startswith("Cheaper than `exact`: heyoka, events at 1e-03")
+
+
+def test_the_verdict_claims_no_more_than_was_reached():
+    case = measured_case()
+    ours, peer, broken = case.curves
+    short = replace(ours, results=ours.results[:2])  # down to 1e-7
+    found = tables.verdict(replace(case, curves=(short, broken)))
+    assert found == "`exact` is the cheapest at every error from 1e-03 to 1e-07."
+    assert tables.verdict(replace(case, curves=(short, peer))).startswith("Cheaper than `exact`")
+    failed = replace(ours, results=tuple(replace(r, failure="no") for r in ours.results))
+    for curves in ((ours,), (failed, broken)):
+        assert tables.verdict(replace(case, curves=curves)).startswith("Nothing can be said")
+    lines = [*tables.summary(replace(case, curves=(failed, peer)))]
+    lines += tables.ratios(replace(case, curves=(failed, peer)))
+    assert "inf" not in "".join(lines)
+    assert "| 0 |" not in "".join(lines)
 
 
 def test_the_verdict_names_the_blind():

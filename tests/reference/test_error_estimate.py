@@ -23,7 +23,7 @@ CASES = [
     *((name, "rk4", Settings(12, float(n))) for name in SSUL for n in (128, 256, 512, 1024)),
 ]
 ROUND_OFF = 1e-12  # of a period; below it round-off has its share
-FACTOR = 2.0
+FACTOR = 1.25
 
 
 def scan_of(system, method, want, **sampling):

@@ -123,7 +123,8 @@ def lengths() -> Finding:
     worst = max(errors, key=errors.__getitem__)
     words = (
         f"4^-250 to 4^240 (1e-151 to 1e144) times as large: {errors[worst]:.1e} "
-        f"({worst[0]}, {worst[1]}, 4^{worst[2]}); at 4^255 {len(ends) - wrong} of {len(ends)} orbits end as diverged"
+        f"({worst[0]}, {worst[1]}, 4^{worst[2]}); at 4^255 {len(ends) - wrong} of {len(ends)} "
+        "orbits end as diverged"
     )
     return within(errors[worst] + wrong, 1e-11, words)
 

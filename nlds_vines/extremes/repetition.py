@@ -132,7 +132,7 @@ def whatever_the_order() -> Finding:
     finally:
         use_threads(None)
     words = (
-        f"{ways} ways to compute {CELLS} orbits, on {' and '.join(map(str, counts))} threads, and "
+        f"{ways} ways to compute {CELLS} orbits (threads: {', '.join(map(str, counts))}), and "
         f"lanes backwards: {differing} arrays differ"
     )
     return within(differing, 0.0, words)

@@ -184,7 +184,7 @@ def test_what_is_not_stored_is_told():
 def test_the_threads_that_were_used_are_told():
     most = numba.config.NUMBA_NUM_THREADS
     counts = sorted({min(threads, most) for threads in repetition.THREADS})
-    assert f"on {' and '.join(map(str, counts))} threads" in repetition.whatever_the_order().words
+    assert f"(threads: {', '.join(map(str, counts))})" in repetition.whatever_the_order().words
 
 
 def test_a_lane_that_is_not_marked_is_seen(monkeypatch):

@@ -1,4 +1,4 @@
-"""The steady state without impacts in closed form: amplitudes, energies, where it clears."""
+"""Motion without contact: the matrix of its flow, its steady state in closed form."""
 
 from __future__ import annotations
 
@@ -62,6 +62,24 @@ def response(system: System, omega: np.ndarray) -> Response:
     whole = (structure + joint) * damper - joint**2
     X1, X2 = (_amplitude(p["P"] * force, whole) for force in (damper, joint))
     return Response(system, omega, X1, X2)
+
+
+def flow_matrix(system: System) -> np.ndarray:
+    """Return the matrix A of the motion without contact, dy/dt = A y, equation (5); shape (6, 6).
+
+    y = (x1, v1, x2 - rest, v2, cos(omega t), sin(omega t)) [m, m/s]: with the force among them
+    the six are autonomous, and exp(A t) is the flight.  Without a damper the third and fourth
+    number are those of a mass of 1 kg that touches nothing.
+    """
+    p = {"m2": 1.0, "k2": 0.0, "c2": 0.0, **system.parameters}
+    flow = np.zeros((6, 6))
+    flow[0, 1] = flow[2, 3] = 1.0
+    flow[1, :4] = -(p["k1"] + p["k2"]), -(p["c1"] + p["c2"]), p["k2"], p["c2"]
+    flow[1, 4] = p["P"]
+    flow[1] /= p["m1"]
+    flow[3, :4] = np.array([p["k2"], p["c2"], -p["k2"], -p["c2"]]) / p["m2"]
+    flow[4, 5], flow[5, 4] = -p["omega"], p["omega"]
+    return flow
 
 
 def steady_state(system: System) -> np.ndarray:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.linalg import expm
 
 from nlds_vines.catalogue import load_system
-from nlds_vines.linear import response
+from nlds_vines.errors import RequestError
+from nlds_vines.linear import flow_matrix, response
+from nlds_vines.precision.cases import of_system
+from nlds_vines.precision.reference import stored_section
+from nlds_vines.precision.rigid import Rigid
 from nlds_vines.record import STATUS
 from nlds_vines.simulation import IntegrationError, Orbit, simulate
 from nlds_vines.system import System
@@ -48,19 +54,6 @@ def touching_state(system: System, speed: float) -> np.ndarray:
     return np.array([0.0, 0.0, system.rest - float(system.cells()["near"]), -speed])
 
 
-def flow_of(system: System) -> np.ndarray:
-    """Return the matrix of (x1, v1, x2 - rest, v2, cos, sin)' without contact, equation (5)."""
-    p = {"m2": 1.0, "k2": 0.0, "c2": 0.0, **system.parameters}
-    flow = np.zeros((6, 6))
-    flow[0, 1] = flow[2, 3] = 1.0
-    flow[1, :4] = -(p["k1"] + p["k2"]), -(p["c1"] + p["c2"]), p["k2"], p["c2"]
-    flow[1, 4] = p["P"]
-    flow[1] /= p["m1"]
-    flow[3, :4] = np.array([p["k2"], p["c2"], -p["k2"], -p["c2"]]) / p["m2"]
-    flow[4, 5], flow[5, 4] = -p["omega"], p["omega"]
-    return flow
-
-
 def linear_sections(
     system: System, start: np.ndarray, periods: int, pieces: int = 64
 ) -> np.ndarray:
@@ -72,7 +65,7 @@ def linear_sections(
     y = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
     y[:width] = start
     y[2] -= rest
-    piece = expm(flow_of(system) * system.period / pieces)
+    piece = expm(flow_matrix(system) * system.period / pieces)
     found = np.empty((periods, width))
     for n in range(periods):
         for _ in range(pieces):
@@ -102,13 +95,15 @@ def error_of(found: Any, exact: Any, offset: float = 0.0, like: np.ndarray | Non
 
     Arguments: states of the structure alone are (..., 2); `offset` is subtracted from x2 before
     its scale is taken: what does not move is no scale; `like`, states of the motion that give the
-    scales, by default those of `exact`.
+    scales, by default those of `exact`.  Infinite where it is no number: the largest of several
+    errors would pass over NaN.
     """
     moving = np.atleast_2d(exact if like is None else like).copy()
     moving[:, 2:3] -= offset
     scales = [np.abs(moving[:, i::2]).max() for i in (0, 1)]
     wrong = np.abs(np.atleast_2d(found) - np.atleast_2d(exact))
-    return float(max(wrong[:, i::2].max() / scale for i, scale in enumerate(scales)))
+    error = float(np.max([wrong[:, i::2].max() / scale for i, scale in enumerate(scales)]))
+    return math.inf if math.isnan(error) else error
 
 
 def order_of(errors: Iterable[float], steps: Sequence[float]) -> float:
@@ -139,6 +134,24 @@ def energy_of(system: System, states: np.ndarray) -> np.ndarray:
         if wall in system.scene.walls:
             found = found + 0.4 * cell["K"] * np.maximum(side - cell[wall], 0.0) ** 2.5
     return found
+
+
+def stored_state(system: System, periods: int) -> np.ndarray:
+    """Return the state (4,) [m, m/s] that an orbit from rest has after some periods.
+
+    Found beforehand to 25 digits by two methods in quadruple precision, `data/reference`.
+    Raises `RequestError` where none is stored.
+    """
+    found = stored_section(replace(of_system(system), periods=periods))
+    if found is None:
+        omega = system.parameters["omega"]
+        raise RequestError(f"{system.name} at omega = {omega:g}: no state is stored")
+    return np.asarray(found[-1])
+
+
+def rigid_state(system: System, periods: int) -> np.ndarray:
+    """Return the state (4,) [m, m/s] that an orbit from rest has with rigid elastic walls."""
+    return Rigid(replace(of_system(system), periods=periods)).state()
 
 
 def orbit_of(system: System, periods: int, **options: Any) -> Orbit:

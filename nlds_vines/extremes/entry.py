@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -43,3 +44,10 @@ class Entry:
 def within(measured: float, bound: float, words: str) -> Finding:
     """Return the finding that `measured` should not exceed `bound`."""
     return Finding(float(measured), float(bound), bool(measured <= bound), words)
+
+
+def broken(error: Exception) -> Finding:
+    """Return the finding of a check that raised: no number, and the first line of the error."""
+    first = next(iter(str(error).strip().splitlines()), "")
+    words = f"{type(error).__name__}: {first}" if first else type(error).__name__
+    return Finding(math.nan, math.nan, False, words.rstrip("."))

@@ -19,6 +19,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from nlds_vines.errors import RequestError
+from nlds_vines.linear import flow_matrix
 from nlds_vines.precision.cases import Case
 
 LOOKS = 1024
@@ -98,18 +99,4 @@ class Rigid:
 
     @cached_property
     def _flow(self) -> np.ndarray:
-        """The matrix of the flight."""
-        p = self.case.system.parameters
-        k1, c1, k2, c2, m1, m2, omega = (
-            p[name] for name in ("k1", "c1", "k2", "c2", "m1", "m2", "omega")
-        )
-        return np.array(
-            [
-                [0, 1, 0, 0, 0, 0],
-                [-(k1 + k2) / m1, -(c1 + c2) / m1, k2 / m1, c2 / m1, p["P"] / m1, 0],
-                [0, 0, 0, 1, 0, 0],
-                [k2 / m2, c2 / m2, -k2 / m2, -c2 / m2, 0, 0],
-                [0, 0, 0, 0, 0, -omega],
-                [0, 0, 0, 0, omega, 0],
-            ]
-        )
+        return flow_matrix(self.case.system)

@@ -4,11 +4,13 @@ import math
 import re
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
 from nlds_vines import extremes, load_system, simulate
 from nlds_vines.accuracy import main
+from nlds_vines.errors import RequestError
 from nlds_vines.extremes import (
     CATALOGUE,
     Entry,
@@ -17,13 +19,17 @@ from nlds_vines.extremes import (
     contacts,
     energy,
     flights,
+    impacts,
     labels,
+    proportions,
     reference,
     repetition,
     scales,
 )
 from nlds_vines.extremes.entry import Finding, within
 from nlds_vines.extremes.page import page
+from nlds_vines.linear import flow_matrix
+from nlds_vines.simulation import IntegrationError
 
 IDS = [f"{entry.number} {entry.name}" for entry in CATALOGUE]
 SHORT = [
@@ -109,6 +115,78 @@ def test_a_bad_number_that_is_let_in_is_seen(monkeypatch):
     assert not bounds.refused_at_the_door().passed
 
 
+def test_a_wrong_length_of_one_method_is_not_covered_by_the_other(monkeypatch):
+    follow, usual = bounds.orbit_of, load_system("ssul-set6").parameters["P"]
+
+    def wrong_if_exact(system, periods, method):
+        if method == "exact" and system.parameters["P"] != usual:
+            system = system.with_(C=system.parameters["C"] * 1.001)
+        return follow(system, periods, method=method)
+
+    monkeypatch.setattr(bounds, "orbit_of", wrong_if_exact)
+    finding = bounds.lengths()
+    assert not finding.passed
+    assert "exact" in finding.words
+
+
+def refused(*arguments, **options):
+    raise IntegrationError("too_stiff")
+
+
+def test_orbits_that_all_end_show_no_rigid_impact(monkeypatch):
+    monkeypatch.setattr(bounds, "orbit_of", refused)
+    finding = bounds.rigid_beyond_numbers()
+    assert not finding.passed
+    assert "0 of 10 orbits ran" in finding.words
+
+
+def test_orbits_that_all_end_show_no_proportion(monkeypatch):
+    monkeypatch.setattr(bounds, "simulate", refused)
+    finding = bounds.out_of_all_proportion()
+    assert not finding.passed
+    assert "exact: 0 ran" in finding.words
+
+
+def test_a_damper_that_is_not_welded_is_seen(monkeypatch):
+    exact = proportions.linear_sections
+
+    def heavier(system, start, periods, **options):
+        if system.name == "none":
+            system = system.with_(m1=system.parameters["m1"] * 1.001)
+        return exact(system, start, periods, **options)
+
+    monkeypatch.setattr(proportions, "linear_sections", heavier)
+    assert not proportions.enormous_damping().passed
+
+
+def test_an_unconfirmed_refinement_is_seen(monkeypatch):
+    follow = reference.follow
+
+    def another(system, periods):
+        return follow(system.with_(k1=system.parameters["k1"] * (1 + 1e-6)), periods)
+
+    monkeypatch.setattr(impacts, "follow", another)
+    assert not impacts.order_of_stepped_contacts().passed
+
+
+def test_a_wrong_stored_state_is_seen(monkeypatch):
+    stored = cases.stored_section
+    monkeypatch.setattr(cases, "stored_section", lambda case: stored(case) * (1 + 1e-6))
+    assert not impacts.order_across_contacts().passed
+    assert not impacts.nodes_of_short_impacts().passed
+
+
+def test_what_is_not_stored_is_told():
+    with pytest.raises(RequestError, match=r"omega = 6\.5: no state is stored"):
+        cases.stored_state(load_system("ssul-set6", omega=6.5), 5)
+
+
+def test_the_threads_that_were_used_are_told():
+    most = numba.config.NUMBA_NUM_THREADS
+    counts = sorted({min(threads, most) for threads in repetition.THREADS})
+    assert f"(threads: {', '.join(map(str, counts))})" in repetition.whatever_the_order().words
+
+
 def test_a_lane_that_is_not_marked_is_seen(monkeypatch):
     monkeypatch.setattr(repetition, "MUST_BE_FINITE", ())
     monkeypatch.setattr(repetition, "MUST_BE_POSITIVE", ())
@@ -138,6 +216,26 @@ def test_scales_of_errors_are_those_of_positions_and_speeds():
     exact = np.array([[1.0, 100.0, 5.0, 0.0]])
     for found, error in (([1.0, 101.0, 5.0, 0.0], 0.01), ([1.0, 100.0, 6.0, 0.0], 1.0)):
         assert cases.error_of(np.array([found]), exact, 5.0) == pytest.approx(error)
+
+
+def test_an_error_that_is_no_number_is_the_largest():
+    exact = np.array([[1.0, 100.0, 5.0, 0.0]])
+    for found in ([math.nan, 100.0, 5.0, 0.0], [1.0, 100.0, 5.0, math.nan]):
+        assert max(1.0, cases.error_of(np.array([found]), exact)) == math.inf
+
+
+@pytest.mark.parametrize("name", ["none", "tmd", "ssul-set6"])
+def test_the_matrix_of_the_flight_is_the_equation_of_motion(name):
+    system, time = load_system(name), 0.3
+    p = {"m2": 1.0, "k2": 0.0, "c2": 0.0, **system.parameters}
+    x1, v1, r2, v2 = 0.01, -0.2, 0.03, 0.4
+    phase = p["omega"] * time
+    pull = p["k2"] * (x1 - r2) + p["c2"] * (v1 - v2)
+    force = p["P"] * math.cos(phase) - p["k1"] * x1 - p["c1"] * v1
+    turning = -p["omega"] * math.sin(phase), p["omega"] * math.cos(phase)
+    expected = [v1, (force - pull) / p["m1"], v2, pull / p["m2"], *turning]
+    y = np.array([x1, v1, r2, v2, math.cos(phase), math.sin(phase)])
+    np.testing.assert_allclose(flow_matrix(system) @ y, expected, rtol=1e-14)
 
 
 # ---- the page and the command --------------------------------------------------------------------
@@ -175,6 +273,30 @@ def test_findings_are_made_one_at_a_time():
     assert not checked
     next(found)
     assert len(checked) == 1
+
+
+def raising(error):
+    def check():
+        raise error
+
+    return Entry(2, "second thing", "The second thing holds.", check)
+
+
+def test_a_check_that_raises_is_a_broken_promise_and_the_next_follows(folder, monkeypatch, capsys):
+    error = IntegrationError("too_stiff at lane 3.\nRaise omega")
+    monkeypatch.setattr(extremes, "CATALOGUE", (KEPT, raising(error), raising(KeyError()), KEPT))
+    assert main(["--extreme", "--quiet"]) == 1
+    text = capsys.readouterr().out
+    assert "2 of 4 promises are kept" in " ".join(text.split())
+    assert "Measured: IntegrationError: too_stiff at lane 3 (**broken**)." in text
+    assert "Measured: KeyError (**broken**)." in text
+    assert re.search(r"^\| 2 \| second thing \| +nan \| +nan \| \*\*broken\*\* \|$", text, re.M)
+    assert "Raise omega" not in text
+
+
+def test_an_interrupt_is_no_finding():
+    with pytest.raises(KeyboardInterrupt):
+        list(extremes.findings([raising(KeyboardInterrupt())]))
 
 
 @pytest.fixture

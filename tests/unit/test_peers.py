@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -10,11 +11,21 @@ from functools import cache
 import numpy as np
 import pytest
 
+from nlds_vines import provenance
 from nlds_vines.catalogue import load_system
-from nlds_vines.peers import PEERS, Asked, PeerFailure, base, constants, derivative, installed
+from nlds_vines.peers import (
+    PEERS,
+    Asked,
+    PeerFailure,
+    base,
+    constants,
+    derivative,
+    installed,
+    octave,
+)
 from nlds_vines.peers.base import Track
 from nlds_vines.peers.equation import begin, indicator, jacobian, slope, switch
-from nlds_vines.precision.cases import of_system
+from nlds_vines.precision.cases import near_grazing, of_system
 from nlds_vines.precision.reference import FINEST, watched
 from nlds_vines.simulation import simulate
 
@@ -35,6 +46,13 @@ BOUND = {"steps": 1e-6, "rtol": 1e-6, "Octave": 1e-4}
 SPLIT = tuple(peer for peer in PEERS if peer.events)
 QUICK = tuple(peer for peer in PEERS if peer.needs not in ("octave", "diffrax"))
 NAIVE = PEERS[0]
+OCTAVE = next(peer for peer in PEERS if peer.needs == "octave")
+
+TURNING = ("SciPy DOP853, events",)
+"""Who looks for touches between the ends of a step, too."""
+
+GRAZING_BOUND = {1e-6: 1e-2, 1e-8: 1e-3, 1e-10: 1e-4, 1e-12: 1e-5}
+"""Of the times of touch near grazing, in periods: a slow approach leaves them ill determined."""
 
 # Octave takes long, and diffrax to compile: of these only some do all that there is to do
 LONGER = tuple(p for p in PEERS if p.name in ("diffrax Tsit5", "Octave ode23s, Jacobian"))
@@ -85,6 +103,11 @@ def truth():
     return watched(replace(of_system(SET6), periods=PERIODS), **FINEST)
 
 
+@pytest.fixture(scope="module")
+def grazing():
+    return replace(near_grazing(SET6), periods=PERIODS)
+
+
 def distance(course, orbit):
     return float(np.abs(course.section - orbit.section).max())
 
@@ -110,6 +133,19 @@ def test_events_are_the_touches(peer, truth):
     needed(peer)
     assert len(truth.impacts) == 2
     np.testing.assert_allclose(fine(peer).touches, truth.impacts["touch"], rtol=0, atol=1e-8)
+
+
+@each([peer for peer in QUICK if peer.name in TURNING])
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-10, 1e-12])
+def test_near_grazing_no_touch_is_missed(peer, rtol, grazing):
+    """The contacts are shorter than a step, and the ends of the steps show nothing of them."""
+    needed(peer)
+    truth = watched(grazing, **FINEST).impacts
+    assert len(truth) == PERIODS
+    found = peer.prepare(grazing.system, grazing.state)(rtol, PERIODS, Asked.TOUCHES)
+    assert len(found.touches) == len(truth)
+    apart = np.abs(found.touches - truth["touch"]).max() / SET6.period
+    assert apart < GRAZING_BOUND[rtol]
 
 
 @each([peer for peer in PEERS if peer.needs == "" and not peer.events])
@@ -209,7 +245,8 @@ def test_naive_steps_are_of_fourth_order_without_contact():
 
 def limited(peer, monkeypatch):
     """Give a peer next to nothing to spend."""
-    module = importlib.import_module(getattr(peer.prepare, "func", peer.prepare).__module__)
+    (prepare,) = peer.prepare.args
+    module = importlib.import_module(getattr(prepare, "func", prepare).__module__)
     for name, value in LIMITS[module.__name__.split(".")[-1]]:
         monkeypatch.setattr(module, name, value)
     monkeypatch.setattr(base, "EVENTS", 0)
@@ -237,6 +274,42 @@ def test_a_state_beyond_all_numbers_is_a_failure(peer):
     flow = peer.prepare(SET6, np.array([0.0, 0.0, -1e300, 0.0]))
     with pytest.raises(PeerFailure):
         flow(of(COARSE, peer), 1, False)
+
+
+def broken(error):
+    """Return a peer whose flow raises an exception, and one that raises it when prepared."""
+
+    def raising(*given):
+        raise error
+
+    return (replace(NAIVE, prepare=prepare) for prepare in (lambda *orbit: raising, raising))
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (TypeError("no such thing\nas this"), "^TypeError: no such thing$"),
+        (ValueError(), "^ValueError$"),
+        (RuntimeError("broken"), "^RuntimeError: broken$"),
+        (PeerFailure("too stiff"), "^too stiff$"),
+    ],
+)
+def test_any_exception_is_a_failure_in_one_sentence(error, words):
+    for peer in broken(error):
+        with pytest.raises(PeerFailure, match=words):
+            peer.prepare(SET6, np.zeros(4))(256, 1, False)
+
+
+def test_an_interruption_passes():
+    for peer in broken(KeyboardInterrupt()):
+        with pytest.raises(KeyboardInterrupt):
+            peer.prepare(SET6, np.zeros(4))(256, 1, False)
+
+
+def test_octave_that_prints_nothing_has_failed(monkeypatch):
+    monkeypatch.setattr(octave, "_executed", lambda script, limit: "")
+    with pytest.raises(PeerFailure):
+        OCTAVE.prepare(SET6, of_system(SET6).state)(1e-3, 1, False)
 
 
 # ---- what is installed ---------------------------------------------------------------------------
@@ -271,6 +344,13 @@ def test_what_is_missing_is_listed_as_unavailable(monkeypatch):
         "diffrax",
         "octave",
     }
+
+
+def test_octave_tells_its_version(monkeypatch):
+    needed(OCTAVE)
+    assert re.fullmatch(r"\d+\.\d+\.\d+", provenance.version.__wrapped__("octave"))
+    monkeypatch.setattr(provenance.shutil, "which", lambda name: None)
+    assert provenance.version.__wrapped__("octave") == "unknown"
 
 
 def test_names_are_unique_and_settings_go_from_coarse_to_fine():

@@ -1,8 +1,10 @@
 """diffrax on one processor in double precision: all of an orbit is one compiled program.
 
 With events the loop over pieces is compiled too; each piece ends at a touch or release, found by
-bisection, or where a state is noted. Time counts from the last event. What is compiled depends on
-the constants of the system and on how many states are noted.
+bisection, where a state is noted, or, in flight, where the approach to a wall turns: was the wall
+passed there, the piece is followed again, up to there, to end at the touch. Time counts from the
+last event. What is compiled depends on the constants of the system and on how many states are
+noted.
 """
 
 from __future__ import annotations
@@ -112,7 +114,9 @@ def _plain(p: list[float], solver: Any, implicit: bool) -> Callable[..., Any]:
 class _Piece(NamedTuple):
     """Where an orbit is, what kind of piece it is on, and what has been noted.
 
-    The time is `since` + `t`; `restarted`: at `since` it was on the wall; `wall`: 0 near, 1 far.
+    The time is `since` + `t`; `restarted`: at `since` it was on the wall; `wall`: 0 near, 1 far;
+    `turned`: at `t` the approach to a wall turned; `limit`: up to where a piece is followed again,
+    else infinite.
     """
 
     since: Any
@@ -121,6 +125,8 @@ class _Piece(NamedTuple):
     inside: Any
     wall: Any
     restarted: Any
+    turned: Any
+    limit: Any
     noted: Any
     states: Any
     touches: Any
@@ -143,7 +149,7 @@ def _indicator(p: list[float]) -> Callable[..., Any]:
     import jax.numpy as jnp
 
     def rising(t: Any, y: Any, args: Any, **_: Any) -> Any:
-        _, inside, wall, restarted = args
+        _, inside, wall, restarted, *_ = args
         near, far = _depth(p, 0, y), _depth(p, 1, y)
         z = jnp.where(inside, jnp.where(wall == 0, near, far), jnp.maximum(near, far))
         speed = jnp.where(wall == 0, 1.0, -1.0) * (y[1] - y[3])
@@ -152,6 +158,31 @@ def _indicator(p: list[float]) -> Callable[..., Any]:
         return jnp.where(inside, -value, value)
 
     return rising
+
+
+def _turning(p: list[float], field: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the event function of a flight whose approach turns: v1 - v2, which is zero there.
+
+    After a turn it is divided by the time since then, and is not found again at once.
+    """
+    import jax.numpy as jnp
+
+    def speed(t: Any, y: Any, args: Any, **_: Any) -> Any:
+        _, inside, _, _, turned, begun = args
+        rate = field(t, y, args)
+        passed = t - begun
+        slowly = (y[1] - y[3]) / jnp.where(passed > 0.0, passed, 1.0)
+        anew = jnp.where(passed > 0.0, slowly, rate[1] - rate[3])
+        return jnp.where(inside, 1.0, jnp.where(turned, anew, y[1] - y[3]))
+
+    return speed
+
+
+def _turned_to(p: list[float]) -> bool | None:
+    """Return in which direction v1 - v2 passes zero where the approach to a wall turns."""
+    if not math.isfinite(p[10]):
+        return False
+    return None if math.isfinite(p[9]) else True
 
 
 def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., Any]:
@@ -166,18 +197,22 @@ def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., 
 
     field = _field(p, implicit=False)
     finder = optimistix.Bisection(rtol=PRECISE, atol=PRECISE, flip=False)
-    event = diffrax.Event(_indicator(p), finder, direction=True)
+    wanted = _indicator(p), _turning(p, field)
+    event = diffrax.Event(wanted, finder, direction=(True, _turned_to(p)))
 
     def follow(start: Any, rtol: Any, times: Any, watch: Any) -> Any:
         def going(s: _Piece) -> Any:
             return (s.noted < len(times)) & s.well & (s.pieces < len(times) + most)
 
         def advance(s: _Piece) -> _Piece:
-            end = times[s.noted] - s.since
-            args = s.since, s.inside, s.wall, s.restarted
+            end = jnp.minimum(times[s.noted] - s.since, s.limit)
+            args = s.since, s.inside, s.wall, s.restarted, s.turned, s.t
             found = _integrate(field, solver, rtol, t0=s.t, t1=end, y0=s.y, args=args, event=event)
-            hit, y = found.event_mask, found.ys[0]
+            (hit, turned), y = found.event_mask, found.ys[0]
             now = s.since + found.ts[0]
+            again = turned & (jnp.maximum(_depth(p, 0, y), _depth(p, 1, y)) > 0.0)
+            again = again & jnp.isinf(s.limit)
+            turned = turned | (~hit & (end == s.limit))  # by round-off nothing is touched before
             touched = hit & ~s.inside
             nearer = jnp.where(_depth(p, 0, y) >= _depth(p, 1, y), 0, 1)
             well = found.result == diffrax.RESULTS.successful
@@ -185,15 +220,18 @@ def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., 
                 diffrax.RESULTS.event_occurred,
                 diffrax.RESULTS.nonlinear_max_steps_reached,  # bisected down to round-off
             ):
-                well = well | (hit & (found.result == ended))
+                well = well | ((hit | turned) & (found.result == ended))
+            later = jnp.where(turned, found.ts[0], end)
             return _Piece(
                 since=jnp.where(hit, now, s.since),
-                t=jnp.where(hit, 0.0, end),
-                y=y,
+                t=jnp.where(again, s.t, jnp.where(hit, 0.0, later)),
+                y=jnp.where(again, s.y, y),
                 inside=s.inside ^ hit,
                 wall=jnp.where(touched, nearer, s.wall),
                 restarted=s.restarted | hit,
-                noted=jnp.where(hit, s.noted, s.noted + 1),
+                turned=jnp.where(again, s.turned, turned),
+                limit=jnp.where(again, found.ts[0], jnp.inf),
+                noted=jnp.where(hit | turned, s.noted, s.noted + 1),
                 states=s.states.at[s.noted].set(y),  # after an event it is written again
                 touches=s.touches.at[s.found].set(now),
                 found=s.found + touched,
@@ -205,7 +243,8 @@ def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., 
         nothing = jnp.array(0)
         first = _Piece(
             since=jnp.array(0.0), t=jnp.array(0.0), y=start, inside=watch[0] > 0.0,
-            wall=watch[1].astype(nothing.dtype), restarted=~jnp.isnan(watch[2]), noted=nothing,
+            wall=watch[1].astype(nothing.dtype), restarted=~jnp.isnan(watch[2]),
+            turned=jnp.array(False), limit=jnp.array(jnp.inf), noted=nothing,
             states=jnp.zeros((len(times), 4)), touches=jnp.zeros(room + 1), found=nothing,
             steps=nothing, pieces=nothing, well=jnp.array(True),
         )  # fmt: skip

@@ -1,8 +1,8 @@
 """diffrax on one processor in double precision: all of an orbit is one compiled program.
 
 With events the loop over pieces is compiled too; each piece ends at a touch or release, found by
-bisection, where a state is noted, or, in flight, where the approach to a wall turns: was the wall
-passed there, the piece is followed again, up to there, to end at the touch. Time counts from the
+bisection, where a state is noted, or, in flight, where x1 - x2 turns. Of a step that passes a wall
+and turns beyond it, the touch is found, which comes first. Time counts from the
 last event. What is compiled depends on the constants of the system and on how many states are
 noted.
 """
@@ -115,8 +115,7 @@ class _Piece(NamedTuple):
     """Where an orbit is, what kind of piece it is on, and what has been noted.
 
     The time is `since` + `t`; `restarted`: at `since` it was on the wall; `wall`: 0 near, 1 far;
-    `turned`: at `t` the approach to a wall turned; `limit`: up to where a piece is followed again,
-    else infinite.
+    `heading`: 1 towards the near wall, -1 away from it; `turned`: it changed at `t`.
     """
 
     since: Any
@@ -125,8 +124,8 @@ class _Piece(NamedTuple):
     inside: Any
     wall: Any
     restarted: Any
+    heading: Any
     turned: Any
-    limit: Any
     noted: Any
     states: Any
     touches: Any
@@ -145,10 +144,10 @@ def _depth(p: list[float], wall: Any, y: Any) -> Any:
 
 
 def _indicator(p: list[float]) -> Callable[..., Any]:
-    """Return the event function: `equation.indicator`, counted so that it rises through zero."""
+    """Return `equation.indicator`, counted so that it rises through zero."""
     import jax.numpy as jnp
 
-    def rising(t: Any, y: Any, args: Any, **_: Any) -> Any:
+    def rising(t: Any, y: Any, args: Any) -> Any:
         _, inside, wall, restarted, *_ = args
         near, far = _depth(p, 0, y), _depth(p, 1, y)
         z = jnp.where(inside, jnp.where(wall == 0, near, far), jnp.maximum(near, far))
@@ -160,29 +159,26 @@ def _indicator(p: list[float]) -> Callable[..., Any]:
     return rising
 
 
-def _turning(p: list[float], field: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the event function of a flight whose approach turns: v1 - v2, which is zero there.
+def _opening(y: Any, heading: Any) -> Any:
+    """Return the speed against the heading [m/s]."""
+    return heading * (y[3] - y[1])
 
-    After a turn it is divided by the time since then, and is not found again at once.
+
+def _ending(rising: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the event function: in flight it rises through zero at a touch, or at a turn before.
+
+    A flight that has just turned begins negative, whatever round-off says.
     """
     import jax.numpy as jnp
 
-    def speed(t: Any, y: Any, args: Any, **_: Any) -> Any:
-        _, inside, _, _, turned, begun = args
-        rate = field(t, y, args)
-        passed = t - begun
-        slowly = (y[1] - y[3]) / jnp.where(passed > 0.0, passed, 1.0)
-        anew = jnp.where(passed > 0.0, slowly, rate[1] - rate[3])
-        return jnp.where(inside, 1.0, jnp.where(turned, anew, y[1] - y[3]))
+    def ending(t: Any, y: Any, args: Any, **_: Any) -> Any:
+        _, inside, _, _, heading, turned, begun = args
+        value = rising(t, y, args)
+        flight = jnp.maximum(value, _opening(y, heading))
+        flight = jnp.where(turned & (t <= begun), -1.0, flight)
+        return jnp.where(inside, value, flight)
 
-    return speed
-
-
-def _turned_to(p: list[float]) -> bool | None:
-    """Return in which direction v1 - v2 passes zero where the approach to a wall turns."""
-    if not math.isfinite(p[10]):
-        return False
-    return None if math.isfinite(p[9]) else True
+    return ending
 
 
 def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., Any]:
@@ -197,41 +193,44 @@ def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., 
 
     field = _field(p, implicit=False)
     finder = optimistix.Bisection(rtol=PRECISE, atol=PRECISE, flip=False)
-    wanted = _indicator(p), _turning(p, field)
-    event = diffrax.Event(wanted, finder, direction=(True, _turned_to(p)))
+    rising = _indicator(p)
+    event = diffrax.Event(_ending(rising), finder, direction=True)
+
+    def heading(y: Any) -> Any:
+        return jnp.where(y[1] >= y[3], 1.0, -1.0)
 
     def follow(start: Any, rtol: Any, times: Any, watch: Any) -> Any:
         def going(s: _Piece) -> Any:
             return (s.noted < len(times)) & s.well & (s.pieces < len(times) + most)
 
         def advance(s: _Piece) -> _Piece:
-            end = jnp.minimum(times[s.noted] - s.since, s.limit)
-            args = s.since, s.inside, s.wall, s.restarted, s.turned, s.t
+            end = times[s.noted] - s.since
+            args = s.since, s.inside, s.wall, s.restarted, s.heading, s.turned, s.t
             found = _integrate(field, solver, rtol, t0=s.t, t1=end, y0=s.y, args=args, event=event)
-            (hit, turned), y = found.event_mask, found.ys[0]
+            ended, y = found.event_mask, found.ys[0]
             now = s.since + found.ts[0]
-            again = turned & (jnp.maximum(_depth(p, 0, y), _depth(p, 1, y)) > 0.0)
-            again = again & jnp.isinf(s.limit)
-            turned = turned | (~hit & (end == s.limit))  # by round-off nothing is touched before
+            reached = rising(found.ts[0], y, args) >= _opening(y, s.heading)
+            hit = ended & (s.inside | reached)
+            turned = ended & ~hit
             touched = hit & ~s.inside
             nearer = jnp.where(_depth(p, 0, y) >= _depth(p, 1, y), 0, 1)
             well = found.result == diffrax.RESULTS.successful
-            for ended in (
+            for result in (
                 diffrax.RESULTS.event_occurred,
                 diffrax.RESULTS.nonlinear_max_steps_reached,  # bisected down to round-off
             ):
-                well = well | ((hit | turned) & (found.result == ended))
-            later = jnp.where(turned, found.ts[0], end)
+                well = well | (ended & (found.result == result))
+            onward = jnp.where(turned, -s.heading, s.heading)
             return _Piece(
                 since=jnp.where(hit, now, s.since),
-                t=jnp.where(again, s.t, jnp.where(hit, 0.0, later)),
-                y=jnp.where(again, s.y, y),
+                t=jnp.where(hit, 0.0, jnp.where(turned, found.ts[0], end)),
+                y=y,
                 inside=s.inside ^ hit,
                 wall=jnp.where(touched, nearer, s.wall),
                 restarted=s.restarted | hit,
-                turned=jnp.where(again, s.turned, turned),
-                limit=jnp.where(again, found.ts[0], jnp.inf),
-                noted=jnp.where(hit | turned, s.noted, s.noted + 1),
+                heading=jnp.where(hit, heading(y), onward),
+                turned=turned,
+                noted=jnp.where(ended, s.noted, s.noted + 1),
                 states=s.states.at[s.noted].set(y),  # after an event it is written again
                 touches=s.touches.at[s.found].set(now),
                 found=s.found + touched,
@@ -244,7 +243,7 @@ def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., 
         first = _Piece(
             since=jnp.array(0.0), t=jnp.array(0.0), y=start, inside=watch[0] > 0.0,
             wall=watch[1].astype(nothing.dtype), restarted=~jnp.isnan(watch[2]),
-            turned=jnp.array(False), limit=jnp.array(jnp.inf), noted=nothing,
+            heading=heading(start), turned=jnp.array(False), noted=nothing,
             states=jnp.zeros((len(times), 4)), touches=jnp.zeros(room + 1), found=nothing,
             steps=nothing, pieces=nothing, well=jnp.array(True),
         )  # fmt: skip

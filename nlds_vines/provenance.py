@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
+import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -89,11 +91,30 @@ def makers() -> dict[str, str]:
 
 @cache
 def version(package: str) -> str:
-    """Return the version of an installed package without importing it; `unknown` if it is not."""
+    """Return the version of an installed package without importing it; `unknown` if it is not.
+
+    Octave is no package but a program, and is asked itself.
+    """
+    if package == "octave":
+        return _octave()
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "unknown"
+
+
+def _octave() -> str:
+    """Return the number in the first line of what Octave says of itself; `unknown` without it."""
+    if shutil.which("octave-cli") is None:
+        return "unknown"
+    try:
+        said = subprocess.run(
+            ["octave-cli", "--version"], capture_output=True, text=True, check=True, timeout=60
+        ).stdout
+    except (OSError, subprocess.SubprocessError):
+        return "unknown"
+    number = re.search(r"\d+(\.\d+)+", said.partition("\n")[0])
+    return number.group() if number else "unknown"
 
 
 @cache

@@ -5,10 +5,12 @@ from __future__ import annotations
 import importlib.util
 import math
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import partial
+from functools import partial, wraps
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +54,8 @@ class Course:
         touches: times of touch [s] in order; None where this way of using the solver cannot tell,
             and where nobody asked. A contact in which the orbit begins is no touch.
         E1max: largest E1 [J] over the last half of the periods; None unless watched.
-        steps_in_contact: mean number of steps of a contact, where it can be told cheaply.
+        steps_in_contact: mean number of steps of a contact, where it can be told cheaply: by SciPy,
+            heyoka and diffrax with events, watched, once a contact has ended; else None.
         seconds: CPU time [s] of the time loop where it ran in another process, else None.
     """
 
@@ -93,12 +96,42 @@ class Peer:
     prepare: Callable[[System, np.ndarray], Flow]
     order: float | None = None
 
+    def __post_init__(self) -> None:
+        """Have whatever goes wrong within the solver told as a `PeerFailure`."""
+        object.__setattr__(self, "prepare", partial(_prepared, self.prepare))
+
     def available(self) -> bool:
         """Tell whether what it needs is installed, without importing it."""
         if self.needs in _PROGRAMS:
             return shutil.which(_PROGRAMS[self.needs]) is not None
         module = _MODULES.get(self.needs, self.needs.replace("-", "_"))
         return not module or importlib.util.find_spec(module) is not None
+
+
+def _prepared(prepare: Callable[[System, np.ndarray], Flow], *orbit: Any) -> Flow:
+    """Return the flow of an orbit; neither it nor its preparation raises but `PeerFailure`."""
+    with _failing_in_words():
+        flow = prepare(*orbit)
+
+    @wraps(flow)
+    def guarded(setting: float, periods: int, watched: bool | Asked) -> Course:
+        with _failing_in_words():
+            return flow(setting, periods, watched)
+
+    return guarded
+
+
+@contextmanager
+def _failing_in_words() -> Iterator[None]:
+    """Turn any exception into a `PeerFailure` of one sentence: its type and its first line."""
+    try:
+        yield
+    except PeerFailure:
+        raise
+    except Exception as error:  # other people's code: there is no list of what it may raise
+        words = str(error).strip().splitlines()
+        kind = type(error).__name__
+        raise PeerFailure(f"{kind}: {words[0]}" if words else kind) from error
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,10 @@
 """diffrax on one processor in double precision: all of an orbit is one compiled program.
 
 With events the loop over pieces is compiled too; each piece ends at a touch or release, found by
-bisection, or where a state is noted. Time counts from the last event. What is compiled depends on
-the constants of the system and on how many states are noted.
+bisection, where a state is noted, or, in flight, where x1 - x2 turns. Of a step that passes a wall
+and turns beyond it, the touch is found, which comes first. Time counts from the
+last event. What is compiled depends on the constants of the system and on how many states are
+noted.
 """
 
 from __future__ import annotations
@@ -112,7 +114,8 @@ def _plain(p: list[float], solver: Any, implicit: bool) -> Callable[..., Any]:
 class _Piece(NamedTuple):
     """Where an orbit is, what kind of piece it is on, and what has been noted.
 
-    The time is `since` + `t`; `restarted`: at `since` it was on the wall; `wall`: 0 near, 1 far.
+    The time is `since` + `t`; `restarted`: at `since` it was on the wall; `wall`: 0 near, 1 far;
+    `heading`: 1 towards the near wall, -1 away from it; `turned`: it changed at `t`.
     """
 
     since: Any
@@ -121,6 +124,8 @@ class _Piece(NamedTuple):
     inside: Any
     wall: Any
     restarted: Any
+    heading: Any
+    turned: Any
     noted: Any
     states: Any
     touches: Any
@@ -139,11 +144,11 @@ def _depth(p: list[float], wall: Any, y: Any) -> Any:
 
 
 def _indicator(p: list[float]) -> Callable[..., Any]:
-    """Return the event function: `equation.indicator`, counted so that it rises through zero."""
+    """Return `equation.indicator`, counted so that it rises through zero."""
     import jax.numpy as jnp
 
-    def rising(t: Any, y: Any, args: Any, **_: Any) -> Any:
-        _, inside, wall, restarted = args
+    def rising(t: Any, y: Any, args: Any) -> Any:
+        _, inside, wall, restarted, *_ = args
         near, far = _depth(p, 0, y), _depth(p, 1, y)
         z = jnp.where(inside, jnp.where(wall == 0, near, far), jnp.maximum(near, far))
         speed = jnp.where(wall == 0, 1.0, -1.0) * (y[1] - y[3])
@@ -152,6 +157,28 @@ def _indicator(p: list[float]) -> Callable[..., Any]:
         return jnp.where(inside, -value, value)
 
     return rising
+
+
+def _opening(y: Any, heading: Any) -> Any:
+    """Return the speed against the heading [m/s]."""
+    return heading * (y[3] - y[1])
+
+
+def _ending(rising: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the event function: in flight it rises through zero at a touch, or at a turn before.
+
+    A flight that has just turned begins negative, whatever round-off says.
+    """
+    import jax.numpy as jnp
+
+    def ending(t: Any, y: Any, args: Any, **_: Any) -> Any:
+        _, inside, _, _, heading, turned, begun = args
+        value = rising(t, y, args)
+        flight = jnp.maximum(value, _opening(y, heading))
+        flight = jnp.where(turned & (t <= begun), -1.0, flight)
+        return jnp.where(inside, value, flight)
+
+    return ending
 
 
 def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., Any]:
@@ -166,7 +193,11 @@ def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., 
 
     field = _field(p, implicit=False)
     finder = optimistix.Bisection(rtol=PRECISE, atol=PRECISE, flip=False)
-    event = diffrax.Event(_indicator(p), finder, direction=True)
+    rising = _indicator(p)
+    event = diffrax.Event(_ending(rising), finder, direction=True)
+
+    def heading(y: Any) -> Any:
+        return jnp.where(y[1] >= y[3], 1.0, -1.0)
 
     def follow(start: Any, rtol: Any, times: Any, watch: Any) -> Any:
         def going(s: _Piece) -> Any:
@@ -174,26 +205,32 @@ def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., 
 
         def advance(s: _Piece) -> _Piece:
             end = times[s.noted] - s.since
-            args = s.since, s.inside, s.wall, s.restarted
+            args = s.since, s.inside, s.wall, s.restarted, s.heading, s.turned, s.t
             found = _integrate(field, solver, rtol, t0=s.t, t1=end, y0=s.y, args=args, event=event)
-            hit, y = found.event_mask, found.ys[0]
+            ended, y = found.event_mask, found.ys[0]
             now = s.since + found.ts[0]
+            reached = rising(found.ts[0], y, args) >= _opening(y, s.heading)
+            hit = ended & (s.inside | reached)
+            turned = ended & ~hit
             touched = hit & ~s.inside
             nearer = jnp.where(_depth(p, 0, y) >= _depth(p, 1, y), 0, 1)
             well = found.result == diffrax.RESULTS.successful
-            for ended in (
+            for result in (
                 diffrax.RESULTS.event_occurred,
                 diffrax.RESULTS.nonlinear_max_steps_reached,  # bisected down to round-off
             ):
-                well = well | (hit & (found.result == ended))
+                well = well | (ended & (found.result == result))
+            onward = jnp.where(turned, -s.heading, s.heading)
             return _Piece(
                 since=jnp.where(hit, now, s.since),
-                t=jnp.where(hit, 0.0, end),
+                t=jnp.where(hit, 0.0, jnp.where(turned, found.ts[0], end)),
                 y=y,
                 inside=s.inside ^ hit,
                 wall=jnp.where(touched, nearer, s.wall),
                 restarted=s.restarted | hit,
-                noted=jnp.where(hit, s.noted, s.noted + 1),
+                heading=jnp.where(hit, heading(y), onward),
+                turned=turned,
+                noted=jnp.where(ended, s.noted, s.noted + 1),
                 states=s.states.at[s.noted].set(y),  # after an event it is written again
                 touches=s.touches.at[s.found].set(now),
                 found=s.found + touched,
@@ -205,7 +242,8 @@ def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., 
         nothing = jnp.array(0)
         first = _Piece(
             since=jnp.array(0.0), t=jnp.array(0.0), y=start, inside=watch[0] > 0.0,
-            wall=watch[1].astype(nothing.dtype), restarted=~jnp.isnan(watch[2]), noted=nothing,
+            wall=watch[1].astype(nothing.dtype), restarted=~jnp.isnan(watch[2]),
+            heading=heading(start), turned=jnp.array(False), noted=nothing,
             states=jnp.zeros((len(times), 4)), touches=jnp.zeros(room + 1), found=nothing,
             steps=nothing, pieces=nothing, well=jnp.array(True),
         )  # fmt: skip

@@ -96,6 +96,38 @@ def depth(p, wall, x1, x2):
 
 
 @jit
+def closing(y):
+    """Return v1 - v2 [m/s], at which the near wall is approached and the far wall left."""
+    return y[1] - y[3]
+
+
+@jit
+def turns(p, before, after):
+    """Tell whether the approach to a wall turned between two values of `closing`.
+
+    Beyond the wall there, it was touched in between, though neither end need show it.
+    """
+    if before > 0.0 >= after:
+        return p[9] < np.inf
+    return before < 0.0 <= after and p[10] < np.inf
+
+
+@jit
+def turning(p, since, t, y):
+    """Return what changes sign where `closing` does, but not again at the time `since` of a turn.
+
+    As in `indicator`, it is divided by the time since then; NaN where there was none.
+    """
+    if math.isnan(since):
+        return y[1] - y[3]
+    passed = t - since
+    if passed > 0.0:
+        return (y[1] - y[3]) / passed
+    _, near, _, far = derivative(p, p[7] * t, y[0], y[1], y[2], y[3])
+    return near - far
+
+
+@jit
 def begin(p, y, watch):
     """Write into `watch` where an orbit begins: (inside a contact?, wall, since when on a wall).
 

@@ -25,10 +25,11 @@ from nlds_vines.peers.base import (
     flow_of,
     most_events,
 )
-from nlds_vines.peers.equation import begin, constants, derivative, indicator, switch
+from nlds_vines.peers.equation import begin, constants, derivative, indicator, switch, turning
 from nlds_vines.system import System
 
-CONSTANTS, WATCH = 13, 3  # numbers of `constants` and of `begin`
+CONSTANTS, WATCH = 13, 4  # numbers of `constants`; of `begin`, and since when it has turned
+SWITCH, TURN = 0, 1  # events by their number: touch or release, and turn of an approach
 WINDOW = 16  # forcing periods that one call may follow: it makes room for all that is noted
 
 
@@ -45,7 +46,9 @@ def _compiled() -> tuple[Any, Any]:
     def event(t, y, value, data):
         numbers = numba.carray(data, (CONSTANTS + WATCH,))
         state = numba.carray(y, (4,))
-        value[0] = indicator(numbers[:CONSTANTS], numbers[CONSTANTS:], t, state)
+        p, watch = numbers[:CONSTANTS], numbers[CONSTANTS:]
+        value[0] = indicator(p, watch, t, state)
+        value[1] = 1.0 if watch[0] > 0.0 else turning(p, watch[3], t, state)
 
     return numba.cfunc(lsoda_sig)(rates), numba.cfunc(lsoda_sig)(event)
 
@@ -66,7 +69,7 @@ def _piece() -> Callable[..., Any]:
         counts, flags = np.zeros(2, np.int32), np.zeros(2, np.bool_)
         solve(
             rates, span.ctypes.data, 4, y.ctypes.data, times.size, times.ctypes.data,
-            1, event, data.ctypes.data, 0.0, 0.0, rtol, 1e-3 * rtol, sizes.ctypes.data,
+            2, event, data.ctypes.data, 0.0, 0.0, rtol, 1e-3 * rtol, sizes.ctypes.data,
             sizes[1:].ctypes.data, sizes[2:].ctypes.data, handle.ctypes.data,
         )  # fmt: skip
         result(
@@ -74,7 +77,7 @@ def _piece() -> Callable[..., Any]:
             counts.ctypes.data, when.ctypes.data, states.ctypes.data, flags[1:].ctypes.data,
             counts[1:].ctypes.data, end.ctypes.data, end[1:].ctypes.data,
         )  # fmt: skip
-        return flags[0], flags[1], sizes[1]
+        return flags[0], counts[1] if flags[1] else -1, sizes[1]
 
     return numba.njit(piece)
 
@@ -89,9 +92,10 @@ def _splitting() -> Callable[..., Any]:
     def follow(rates, event, p, start, rtol, times, longest, states, touches, most):
         data = np.empty(CONSTANTS + WATCH)
         data[:CONSTANTS], watch = p, data[CONSTANTS:]
-        y, span, end = start.copy(), np.zeros(2), np.zeros(5)
+        y, span, end, unused = start.copy(), np.zeros(2), np.zeros(5), np.empty((1, 4))
         when, message = np.empty(times.size), np.empty(256, np.uint8)
         begin(p, y, watch)
+        watch[3] = np.nan
         noted = found = pieces = 0
         while noted < times.size:
             last = max(np.searchsorted(times, span[0] + longest, "right"), noted + 1)
@@ -99,12 +103,22 @@ def _splitting() -> Callable[..., Any]:
             well, struck, got = piece(
                 rates, event, data, span, y, rtol, wanted, when, states[noted:], end, message
             )
+            noted += got
+            if well and struck == TURN and indicator(p, watch, end[0], end[1:]) > 0.0:
+                span[1] = end[0]  # again, up to there: where a step ends it looks for a touch
+                turned = end.copy()
+                well, struck, _ = piece(
+                    rates, event, data, span, y, rtol, span[1:], when, unused, end, message
+                )
+                if struck != SWITCH:  # by round-off nothing is touched before it
+                    struck, end[:] = TURN, turned
             pieces += 1
             if not well or pieces > most:
                 return -1
-            noted += got
-            if struck:
-                span[0], y[:] = end[0], end[1:]
+            if struck == TURN:
+                span[0], y[:], watch[3] = end[0], end[1:], end[0]
+            elif struck == SWITCH:
+                span[0], y[:], watch[3] = end[0], end[1:], np.nan
                 if switch(p, span[0], y, watch):
                     if found < touches.size:
                         touches[found] = span[0]

@@ -2,7 +2,8 @@
 
 Steps and dense output are those of `solve_ivp` without its lists, which makes them a little faster.
 With events a step that ends beyond a wall is cut where its dense output crosses the wall, and the
-solver begins anew there. Radau and BDF get the Jacobian.
+solver begins anew there. So is a step in flight within which the approach turns beyond a wall, as
+it does near grazing. Radau and BDF get the Jacobian.
 """
 
 from __future__ import annotations
@@ -25,7 +26,16 @@ from nlds_vines.peers.base import (
     begun,
     flow_of,
 )
-from nlds_vines.peers.equation import begin, constants, indicator, jacobian, slope, switch
+from nlds_vines.peers.equation import (
+    begin,
+    closing,
+    constants,
+    indicator,
+    jacobian,
+    slope,
+    switch,
+    turns,
+)
 from nlds_vines.system import System
 
 FINEST = {
@@ -44,7 +54,7 @@ class _Run:
         walls = math.isfinite(min(p[9], p[10]))
         self.p, self.times, self.split = p, times, split and walls
         self.looking = walls and (split or watched)
-        self.t, self.y, self.watch = 0.0, start, np.zeros(3)
+        self.t, self.y, self.watch, self.speed = 0.0, start, np.zeros(3), closing(start)
         begin(p, start, self.watch)
         self.states, self.noted = np.empty((len(times), 4)), 0
         self.touches: list[float] = []
@@ -53,7 +63,7 @@ class _Run:
 
     def advance(self, new_solver: Callable[..., Any]) -> None:
         """Follow the orbit to the next event, if they split it, or to the end."""
-        solver = new_solver(t0=self.t, y0=self.y)
+        solver, self.speed = new_solver(t0=self.t, y0=self.y), closing(self.y)
         while solver.status == "running":
             message = solver.step()
             if solver.status == "failed":
@@ -62,26 +72,36 @@ class _Run:
             if self.steps > self.most:
                 raise PeerFailure(f"more than {self.most} steps up to t = {solver.t:.6g} s")
             self.inside_steps += self.watch[0] > 0.0
-            ended = self.looking and self._ended(solver)
+            until = self._passed(solver) if self.looking else math.nan
+            ended = not math.isnan(until)
             if ended or self.times[self.noted] <= solver.t:
                 path = solver.dense_output()
-                if ended and self._split(path, solver):
+                if ended and self._split(path, solver.t_old, until):
                     return
                 self._note(solver.t, path)
         self.t, self.y = solver.t, solver.y
 
-    def _ended(self, solver: Any) -> bool:
-        """Tell whether a step ends on the side of the wall where its piece does not belong."""
-        value = indicator(self.p, self.watch, solver.t, solver.y)
-        return (value > 0.0) != (self.watch[0] > 0.0)
+    def _passed(self, solver: Any) -> float:
+        """Return when, within a step, the orbit is where its piece does not belong; NaN if never.
 
-    def _split(self, path: Any, solver: Any) -> bool:
-        """Note the event in a step; return whether the orbit is to be split there."""
+        Looked at are the end of the step and, where events split a flight, its turning point.
+        """
+        before, self.speed = self.speed, closing(solver.y)
+        if self.split and self.watch[0] == 0.0 and turns(self.p, before, self.speed):
+            path = solver.dense_output()
+            turn = _zero(lambda t: closing(path(t)), solver.t_old, solver.t)
+            if indicator(self.p, self.watch, turn, path(turn)) > 0.0:
+                return turn
+        value = indicator(self.p, self.watch, solver.t, solver.y)
+        return solver.t if (value > 0.0) != (self.watch[0] > 0.0) else math.nan
+
+    def _split(self, path: Any, before: float, after: float) -> bool:
+        """Note the event between two times; return whether the orbit is to be split there."""
 
         def value(t: float) -> float:
             return indicator(self.p, self.watch, t, path(t))
 
-        t = _zero(value, solver.t_old, solver.t)
+        t = _zero(value, before, after)
         y = path(t)
         if self.split:
             self._note(t, path)

@@ -1,7 +1,8 @@
 """CVODE of SUNDIALS through scikit-sundae: BDF and Adams, with its own root finding and plainly.
 
 Each call of a Python function from within costs about 3 us, ten times what the compiled function
-itself takes; there is no other way. The Jacobian is given.
+itself takes; there is no other way. The Jacobian is given. With events it stops at touch, release
+and, in flight, where an approach to a wall turns: was the wall passed, it goes back for the touch.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from nlds_vines.peers.base import (
 )
 from nlds_vines.peers.equation import (
     begin,
+    closing,
     constants,
     depth,
     indicator,
@@ -53,35 +55,93 @@ def _solver(p: np.ndarray, method: str, rtol: float, **events: Any) -> Any:
     )
 
 
-def _split(
-    p: np.ndarray, start: np.ndarray, times: np.ndarray, most: int, new: Callable[..., Any]
-) -> Track:
-    """Follow an orbit piece by piece from event to event; CVODE interpolates at the times."""
-    watch, states, noted, t, y = np.zeros(3), np.empty((len(times), 4)), 0, 0.0, start
-    begin(p, start, watch)
-    touches, events = list[float](), 0
+def _watching(p: np.ndarray, watch: np.ndarray) -> Callable[..., None]:
+    """Return the event function: touch or release, and in flight the turn of an approach.
+
+    Steps are longer than contacts near grazing, whose ends show nothing of them.
+    """
 
     def event(t: float, y: np.ndarray, value: np.ndarray) -> None:
         value[0] = indicator(p, watch, t, y)
+        value[1] = closing(y) if watch[0] == 0.0 else 1.0
 
-    while noted < len(times):
-        if events % RENEWED == 0:
-            solver = new(eventsfn=event, num_events=1)
-        solver.init_step(t, y)
-        while noted < len(times):
-            found = solver.step(times[noted], "normal", None)
-            if found.status == ROOT:
-                break
-            if not found.success:
-                raise PeerFailure(f"at t = {found.t:.6g} s: {found.message}")
-            states[noted] = found.y
-            noted += 1
-        t, y, events = found.t, found.y, events + 1
-        if events > most:
-            raise PeerFailure(f"more than {most} events up to t = {t:.6g} s")
-        if found.status == ROOT and switch(p, t, y, watch):
-            touches.append(t)
-    return Track(states, touches)
+    turn = (0 if math.isfinite(p[10]) else -1) if math.isfinite(p[9]) else 1
+    event.direction = [0, turn]  # type: ignore[attr-defined]  # the library's way
+    return event
+
+
+class _Split:
+    """One orbit on its way from event to event; CVODE interpolates at the times."""
+
+    def __init__(
+        self,
+        p: np.ndarray,
+        start: np.ndarray,
+        times: np.ndarray,
+        most: int,
+        new: Callable[..., Any],
+    ) -> None:
+        self.p, self.times, self.most, self.new = p, times, most, new
+        self.watch, self.t, self.y = np.zeros(3), 0.0, start
+        begin(p, start, self.watch)
+        self.states, self.noted, self.touches = np.empty((len(times), 4)), 0, list[float]()
+        self.events, self.listed, self.solver = 0, 0, self._renewed()
+
+    def _renewed(self) -> Any:
+        return self.new(eventsfn=_watching(self.p, self.watch), num_events=2)
+
+    def follow(self) -> Track:
+        """Follow the orbit to the last of the times."""
+        while self.noted < len(self.times):
+            self._advance()
+        return Track(self.states, self.touches)
+
+    def _advance(self) -> None:
+        """Follow the orbit to the next touch or release, or to the end.
+
+        Where an approach turned beyond the wall, the piece is followed again up to that turn: CVODE
+        looks for events at the time that it is asked for as well as at the ends of its steps.
+        """
+        if self.listed >= RENEWED:
+            self.solver, self.listed = self._renewed(), 0
+        solver, turn = self.solver, math.inf
+        solver.init_step(self.t, self.y)
+        while self.noted < len(self.times):
+            found = solver.step(min(self.times[self.noted], turn), "normal", None)
+            if found.status != ROOT:
+                turn = self._note(found, turn)
+                continue
+            self._count(found.t)
+            if found.i_events[-1][0] != 0:
+                self._switch(found)
+                return
+            if indicator(self.p, self.watch, found.t, found.y) > 0.0:
+                turn = found.t
+                solver.init_step(self.t, self.y)
+            elif self.listed >= RENEWED:
+                self.t, self.y = found.t, found.y
+                return
+
+    def _note(self, found: Any, turn: float) -> float:
+        """Write down the state at a time that is noted; return up to where to go on."""
+        if not found.success:
+            raise PeerFailure(f"at t = {found.t:.6g} s: {found.message}")
+        if self.times[self.noted] > turn:  # by round-off nothing is touched before it
+            return math.inf
+        self.states[self.noted] = found.y
+        self.noted += 1
+        return turn
+
+    def _count(self, t: float) -> None:
+        """Count an event; raises `PeerFailure` where there are too many."""
+        self.events, self.listed = self.events + 1, self.listed + 1
+        if self.events > self.most:
+            raise PeerFailure(f"more than {self.most} events up to t = {t:.6g} s")
+
+    def _switch(self, found: Any) -> None:
+        self.t, self.y = found.t, found.y
+        if switch(self.p, self.t, self.y, self.watch):
+            self.touches.append(self.t)
 
 
 def _whole(
@@ -112,7 +172,7 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
         new = partial(_solver, p, method, rtol)
         try:
             if split and system.scene.walls:
-                return _split(p, state, times, most_events(system, times), new)
+                return _Split(p, state, times, most_events(system, times), new).follow()
             return _whole(p, state, times, watched, new)
         except (ArithmeticError, RuntimeError) as error:
             raise PeerFailure(str(error)) from None

@@ -27,8 +27,8 @@ CONFIRMING = 16384.0
 WITNESSES = {"SciPy DOP853, events": 1e-13, "naive RK4": 65536.0}
 """Independent witnesses, with their settings: they share nothing at all with our methods.
 
-One of them must agree.  The first is the sharper one, but looks for events at the ends of its steps
-only, and misses touches near grazing; the second is blunt, and misses none that is a step long."""
+One of them must agree.  The first is the sharper one and finds touches near grazing too, where the
+approach turns within a step; the second is blunt, and misses no contact that is a step long."""
 
 DISTURBANCE = 1e-8
 """Of the start [m, m/s], to see how much it grows."""

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -10,11 +11,21 @@ from functools import cache
 import numpy as np
 import pytest
 
+from nlds_vines import provenance
 from nlds_vines.catalogue import load_system
-from nlds_vines.peers import PEERS, Asked, PeerFailure, base, constants, derivative, installed
+from nlds_vines.peers import (
+    PEERS,
+    Asked,
+    PeerFailure,
+    base,
+    constants,
+    derivative,
+    installed,
+    octave,
+)
 from nlds_vines.peers.base import Track
 from nlds_vines.peers.equation import begin, indicator, jacobian, slope, switch
-from nlds_vines.precision.cases import of_system
+from nlds_vines.precision.cases import near_grazing, of_system
 from nlds_vines.precision.reference import FINEST, watched
 from nlds_vines.simulation import simulate
 
@@ -35,10 +46,17 @@ BOUND = {"steps": 1e-6, "rtol": 1e-6, "Octave": 1e-4}
 SPLIT = tuple(peer for peer in PEERS if peer.events)
 QUICK = tuple(peer for peer in PEERS if peer.needs not in ("octave", "diffrax"))
 NAIVE = PEERS[0]
+OCTAVE = next(peer for peer in PEERS if peer.needs == "octave")
+
+GRAZING = {1e-6: 1e-3, 1e-8: 1e-4, 1e-10: 1e-4, 1e-12: 1e-7}
+"""Error of the times of touch near grazing [periods] by tolerance: a slow approach is blunt."""
 
 # Octave takes long, and diffrax to compile: of these only some do all that there is to do
 LONGER = tuple(p for p in PEERS if p.name in ("diffrax Tsit5", "Octave ode23s, Jacobian"))
 ONCE = tuple(p for p in PEERS if p.name == "diffrax Tsit5, events")
+
+BLUNT = ("SciPy Radau, events", "SciPy BDF, events")
+"""Near grazing they take long, or at 1e-6 err by more than the depth of a touch."""
 
 LIMITS = {
     "scipy_solvers": [("BUDGET_IN_PYTHON", 20)],
@@ -85,6 +103,15 @@ def truth():
     return watched(replace(of_system(SET6), periods=PERIODS), **FINEST)
 
 
+@pytest.fixture(scope="module")
+def grazing():
+    """Return a case whose contacts last a thousandth of a period, and the times of its touches."""
+    case = replace(near_grazing(SET6), periods=PERIODS)
+    touches = watched(case, **FINEST).impacts["touch"]
+    assert len(touches) == PERIODS
+    return case, touches
+
+
 def distance(course, orbit):
     return float(np.abs(course.section - orbit.section).max())
 
@@ -110,6 +137,17 @@ def test_events_are_the_touches(peer, truth):
     needed(peer)
     assert len(truth.impacts) == 2
     np.testing.assert_allclose(fine(peer).touches, truth.impacts["touch"], rtol=0, atol=1e-8)
+
+
+@each([peer for peer in QUICK + ONCE if peer.events and peer.name not in BLUNT])
+def test_near_grazing_no_touch_is_missed(peer, grazing):
+    """The contacts are shorter than a step, and the ends of the steps show nothing of them."""
+    needed(peer)
+    case, touches = grazing
+    flow = peer.prepare(case.system, case.state)
+    for rtol, bound in GRAZING.items():
+        found = flow(rtol, PERIODS, Asked.TOUCHES).touches
+        np.testing.assert_allclose(found, touches, rtol=0, atol=bound * case.system.period)
 
 
 @each([peer for peer in PEERS if peer.needs == "" and not peer.events])
@@ -209,7 +247,8 @@ def test_naive_steps_are_of_fourth_order_without_contact():
 
 def limited(peer, monkeypatch):
     """Give a peer next to nothing to spend."""
-    module = importlib.import_module(getattr(peer.prepare, "func", peer.prepare).__module__)
+    (prepare,) = peer.prepare.args
+    module = importlib.import_module(getattr(prepare, "func", prepare).__module__)
     for name, value in LIMITS[module.__name__.split(".")[-1]]:
         monkeypatch.setattr(module, name, value)
     monkeypatch.setattr(base, "EVENTS", 0)
@@ -237,6 +276,42 @@ def test_a_state_beyond_all_numbers_is_a_failure(peer):
     flow = peer.prepare(SET6, np.array([0.0, 0.0, -1e300, 0.0]))
     with pytest.raises(PeerFailure):
         flow(of(COARSE, peer), 1, False)
+
+
+def broken(error):
+    """Return a peer whose flow raises an exception, and one that raises it when prepared."""
+
+    def raising(*given):
+        raise error
+
+    return (replace(NAIVE, prepare=prepare) for prepare in (lambda *orbit: raising, raising))
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (TypeError("no such thing\nas this"), "^TypeError: no such thing$"),
+        (ValueError(), "^ValueError$"),
+        (RuntimeError("broken"), "^RuntimeError: broken$"),
+        (PeerFailure("too stiff"), "^too stiff$"),
+    ],
+)
+def test_any_exception_is_a_failure_in_one_sentence(error, words):
+    for peer in broken(error):
+        with pytest.raises(PeerFailure, match=words):
+            peer.prepare(SET6, np.zeros(4))(256, 1, False)
+
+
+def test_an_interruption_passes():
+    for peer in broken(KeyboardInterrupt()):
+        with pytest.raises(KeyboardInterrupt):
+            peer.prepare(SET6, np.zeros(4))(256, 1, False)
+
+
+def test_octave_that_prints_nothing_has_failed(monkeypatch):
+    monkeypatch.setattr(octave, "_executed", lambda script, limit: "")
+    with pytest.raises(PeerFailure):
+        OCTAVE.prepare(SET6, of_system(SET6).state)(1e-3, 1, False)
 
 
 # ---- what is installed ---------------------------------------------------------------------------
@@ -271,6 +346,13 @@ def test_what_is_missing_is_listed_as_unavailable(monkeypatch):
         "diffrax",
         "octave",
     }
+
+
+def test_octave_tells_its_version(monkeypatch):
+    needed(OCTAVE)
+    assert re.fullmatch(r"\d+\.\d+\.\d+", provenance.version.__wrapped__("octave"))
+    monkeypatch.setattr(provenance.shutil, "which", lambda name: None)
+    assert provenance.version.__wrapped__("octave") == "unknown"
 
 
 def test_names_are_unique_and_settings_go_from_coarse_to_fine():

@@ -21,7 +21,12 @@ from nlds_vines.precision.columns import column, status_column
 from nlds_vines.precision.contenders import Contender
 from nlds_vines.precision.curves import Curve, above, advised, front
 from nlds_vines.precision.layout import Measured
-from nlds_vines.precision.reference import reference_of, stored_section
+from nlds_vines.precision.reference import (
+    WITNESSES,
+    _witnessed,
+    reference_of,
+    stored_section,
+)
 from nlds_vines.precision.results import Result, Setting
 from nlds_vines.precision.survey import Survey, Task
 from nlds_vines.simulation import simulate
@@ -167,11 +172,14 @@ def test_the_reference_agrees_with_its_witnesses():
     assert found.growth >= 1.0
 
 
-def test_near_grazing_has_a_witness():
-    """SciPy's solver misses touches there, at any tolerance; plain steps do not."""
-    found = reference_of(near_grazing(SET6))
-    assert found.witness.startswith("naive RK4")
+def test_near_grazing_all_witnesses_agree():
+    """SciPy's solver finds the touches within its steps, and plain steps are shorter than them."""
+    case = near_grazing(SET6)
+    found = reference_of(case)
     assert found.independent < 1e-11
+    distances = {name: np.abs(s[-1] - found.section[-1]).max() for name, s in _witnessed(case)}
+    assert set(distances) == set(WITNESSES)
+    assert max(distances.values()) < 1e-11
 
 
 def test_witnesses_that_disagree_are_told(monkeypatch):

@@ -61,11 +61,14 @@ def truth_of(case: Case, reference: Reference) -> Truth:
     return Truth(case, reference, regime.label, replace(case, start=start, periods=periods))
 
 
-def measured(truth: Truth, contender: Contender) -> Result:
-    """Return errors and CPU time of one contender, compilation apart."""
+def measured(truth: Truth, contender: Contender, asked: Asked = Asked.ALL) -> Result:
+    """Return errors and CPU time of one contender, compilation apart.
+
+    `asked` says whether E1max counts, which costs others several runs.
+    """
     case, reference = truth.case, truth.reference
     try:
-        course = contender.follow(case, True)
+        course = contender.follow(case, asked)
         error = _largest(course.section[-1] - reference.section[-1])
         if not math.isfinite(error):
             return Result(contender.setting, failure="the state is not finite")
@@ -75,7 +78,7 @@ def measured(truth: Truth, contender: Contender) -> Result:
             error=error,
             touch_error=touch_error,
             missed=missed,
-            energy_error=abs((course.E1max or math.nan) - reference.E1max),
+            energy_error=math.nan if not course.E1max else abs(course.E1max - reference.E1max),
             label=_label(truth.steady, contender),
             seconds=seconds_of(truth.steady or case, contender),
             steps=math.nan if course.steps_in_contact is None else course.steps_in_contact,

@@ -14,7 +14,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.kernels.flight import rate_of
 from nlds_vines.kernels.impact import LONGEST
 from nlds_vines.kernels.parts import damper_in, structure_of
-from nlds_vines.peers import Peer, installed
+from nlds_vines.peers import Asked, Peer, installed
 from nlds_vines.precision.cases import Case
 from nlds_vines.precision.contenders import Contender, of_peer, ours
 from nlds_vines.precision.measure import Truth, measured
@@ -35,7 +35,7 @@ STIFFNESSES = tuple(10.0**k for k in range(4, 17))
 NODES = 12
 """Collocation nodes of `exact` by default."""
 
-RTOL = 1e-10
+RTOL = 1e-8
 """Tolerance of the solvers of others, or the nearest of theirs."""
 
 
@@ -79,9 +79,10 @@ def _rows(case: Case, rigid: Callable[[], np.ndarray], peers: tuple[Peer, ...]) 
         return [_row(truth, math.nan, found, math.nan) for found in results]
     distance = float(np.abs(reference.section[-1] - rigid()).max())
     truth = Truth(case, reference, "", None)
+    results = [measured(truth, contender, Asked.TOUCHES) for contender in methods]
     return [
-        _row(truth, distance, measured(truth, contender), steps(case, contender, reference))
-        for contender in methods
+        _row(truth, distance, found, steps(case, contender, reference))
+        for contender, found in zip(methods, results, strict=True)
     ]
 
 

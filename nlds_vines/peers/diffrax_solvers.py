@@ -3,8 +3,8 @@
 With events the loop over pieces is compiled too; each piece ends at a touch or release, found by
 bisection, where a state is noted, or, in flight, where x1 - x2 turns. Of a step that passes a wall
 and turns beyond it, the touch is found, which comes first. Time counts from the
-last event. What is compiled depends on the constants of the system and on how many states are
-noted.
+last event. What is compiled serves all systems with as many walls, but depends on how many states
+are noted.
 """
 
 from __future__ import annotations
@@ -44,11 +44,18 @@ def _double_precision() -> Iterator[None]:
         yield
 
 
-def _field(p: list[float], implicit: bool) -> Callable[..., Any]:
-    """Return the derivative of eq. (5) at the time t after `args[0]`."""
+class Walls(NamedTuple):
+    """Which walls there are: what is not there is not compiled."""
+
+    near: bool
+    far: bool
+
+
+def _field(p: Any, walls: Walls, implicit: bool) -> Callable[..., Any]:
+    """Return the derivative of eq. (5) at the time t after `args[0]`; p: `equation.constants`."""
     import jax.numpy as jnp
 
-    m1, k1, c1, m2, k2, c2, P, omega, K, near, far, rest = p[:12]
+    m1, k1, c1, m2, k2, c2, P, omega, K, near, far, rest = (p[i] for i in range(12))
 
     def hertz(z: Any) -> Any:
         if not implicit:
@@ -61,9 +68,9 @@ def _field(p: list[float], implicit: bool) -> Callable[..., Any]:
         x1, v1, x2, v2 = y[0], y[1], y[2], y[3]
         r = x1 - x2 + rest
         pull = k2 * r + c2 * (v1 - v2)
-        if math.isfinite(near):
+        if walls.near:
             pull = pull + hertz(r - near)
-        if math.isfinite(far):
+        if walls.far:
             pull = pull - hertz(-r - far)
         force = P * jnp.cos(omega * (args[0] + t)) - k1 * x1 - c1 * v1 - pull
         return jnp.stack([v1, force / m1, v2, pull / m2])
@@ -88,15 +95,15 @@ def _integrate(field: Callable[..., Any], solver: Any, rtol: Any, **settings: An
     )
 
 
-def _plain(p: list[float], solver: Any, implicit: bool) -> Callable[..., Any]:
+def _plain(walls: Walls, solver: Any, implicit: bool) -> Callable[..., Any]:
     """Return the program that follows an orbit from one noted time to the next."""
     import diffrax
     import jax
     import jax.numpy as jnp
 
-    field = _field(p, implicit)
+    def follow(p: Any, start: Any, rtol: Any, times: Any) -> Any:
+        field = _field(p, walls, implicit)
 
-    def follow(start: Any, rtol: Any, times: Any) -> Any:
         def stretch(reached: Any, ends: Any) -> Any:
             y, well = reached
             duration = jnp.where(well, ends[1] - ends[0], 0.0)  # after a failure nothing is done
@@ -135,7 +142,7 @@ class _Piece(NamedTuple):
     well: Any
 
 
-def _depth(p: list[float], wall: Any, y: Any) -> Any:
+def _depth(p: Any, wall: Any, y: Any) -> Any:
     """Return how deep a wall is pressed in [m]."""
     import jax.numpy as jnp
 
@@ -143,7 +150,7 @@ def _depth(p: list[float], wall: Any, y: Any) -> Any:
     return jnp.where(wall == 0, r - p[9], -r - p[10])
 
 
-def _indicator(p: list[float]) -> Callable[..., Any]:
+def _indicator(p: Any) -> Callable[..., Any]:
     """Return `equation.indicator`, counted so that it rises through zero."""
     import jax.numpy as jnp
 
@@ -181,7 +188,7 @@ def _ending(rising: Callable[..., Any]) -> Callable[..., Any]:
     return ending
 
 
-def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., Any]:
+def _events(walls: Walls, solver: Any, room: int, most: int) -> Callable[..., Any]:
     """Return the program that follows an orbit from event to event, with room for touches.
 
     It gives up after so many events.
@@ -191,15 +198,15 @@ def _events(p: list[float], solver: Any, room: int, most: int) -> Callable[..., 
     import jax.numpy as jnp
     import optimistix
 
-    field = _field(p, implicit=False)
     finder = optimistix.Bisection(rtol=PRECISE, atol=PRECISE, flip=False)
-    rising = _indicator(p)
-    event = diffrax.Event(_ending(rising), finder, direction=True)
 
     def heading(y: Any) -> Any:
         return jnp.where(y[1] >= y[3], 1.0, -1.0)
 
-    def follow(start: Any, rtol: Any, times: Any, watch: Any) -> Any:
+    def follow(p: Any, start: Any, rtol: Any, times: Any, watch: Any) -> Any:
+        field, rising = _field(p, walls, implicit=False), _indicator(p)
+        event = diffrax.Event(_ending(rising), finder, direction=True)
+
         def going(s: _Piece) -> Any:
             return (s.noted < len(times)) & s.well & (s.pieces < len(times) + most)
 
@@ -266,29 +273,36 @@ def _padded(times: np.ndarray, period: float) -> np.ndarray:
     )
 
 
-def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> Flow:
+@cache
+def _program(method: str, walls: Walls, room: int, most: int) -> Callable[..., Any]:
+    """Return a program that JAX compiles when it first meets a number of times.
+
+    With `room` for touches contacts are split; with none they are not.
+    """
     import diffrax
     import jax
 
-    p, state = constants(system), begun(system, start)
-    solver, watch, numbers = getattr(diffrax, method)(), np.zeros(3), p.tolist()
-    begin(p, state, watch)
-    splitting = split and bool(system.scene.walls)
+    solver = getattr(diffrax, method)()
+    if room:
+        return jax.jit(_events(walls, solver, room, most))
+    return jax.jit(_plain(walls, solver, method.startswith("Kvaerno")))
 
-    @cache
-    def program(room: int, most: int) -> Callable[..., Any]:
-        if splitting:
-            return jax.jit(_events(numbers, solver, room, most))
-        return jax.jit(_plain(numbers, solver, method.startswith("Kvaerno")))
+
+def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> Flow:
+    p, state, watch = constants(system), begun(system, start), np.zeros(3)
+    begin(p, state, watch)
+    walls = Walls(math.isfinite(p[9]), math.isfinite(p[10]))
+    splitting = split and any(walls)
+    program = partial(_program, method, walls)
 
     def follow(rtol: float, wanted: np.ndarray, watched: bool) -> Track:
         times = _padded(wanted, system.period)
         room = 64 + 16 * math.ceil(times[-1] / system.period)
         with _double_precision():
             if splitting:
-                found = program(room, most_events(system, times))(state, rtol, times, watch)
+                found = program(room, most_events(system, times))(p, state, rtol, times, watch)
             else:
-                found = program(0, 0)(state, rtol, np.concatenate([[0.0], times]))
+                found = program(0, 0)(p, state, rtol, np.concatenate([[0.0], times]))
             states, well, *rest = (np.asarray(item) for item in found)
         states = states[: len(wanted)]
         if not well:

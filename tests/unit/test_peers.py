@@ -252,6 +252,8 @@ def limited(peer, monkeypatch):
     for name, value in LIMITS[module.__name__.split(".")[-1]]:
         monkeypatch.setattr(module, name, value)
     monkeypatch.setattr(base, "EVENTS", 0)
+    if program := getattr(module, "_program", None):  # what is compiled knows what it may spend
+        monkeypatch.setattr(module, "_program", cache(program.__wrapped__))
 
 
 @each([peer for peer in QUICK + LONGER + ONCE if peer != NAIVE])

@@ -31,6 +31,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
 }
 _SECONDS = "CPU time per forcing period [s]"
 _ERROR = "error of the state [m, m/s]"
+_ASTRAY = 1e2  # an error beyond which how large it is says nothing
 
 
 @matplotlib.rc_context(STYLE)
@@ -60,7 +61,8 @@ def draw_comparison(cases: Sequence[Measured]) -> Figure:
 def draw_stiffness(found: Stiff) -> Figure:
     """Return error and CPU time against K: of each family the method that fares best.
 
-    Gaps are failures.  Beside the errors stands how far the true orbit is from the rigid limit.
+    Gaps are failures, and what leaves the frame has diverged.  Beside the errors stands how far
+    the true orbit is from the rigid limit.
     """
     figure = Figure(figsize=(WIDTH, 2.6 * _PANEL), layout="constrained")
     errors, costs = figure.subplots(2, 1, sharex=True)
@@ -72,6 +74,7 @@ def draw_stiffness(found: Stiff) -> Figure:
     words = "the true orbit's distance from the rigid limit"
     errors.loglog(rigid["K"], rigid["rigid"], color="#555555", linestyle=":", label=words)
     errors.set_ylabel(_ERROR)
+    errors.set_ylim(top=min(errors.get_ylim()[1], _ASTRAY))
     costs.set_ylabel(_SECONDS)
     costs.set_xlabel(axis_label("K"))
     figure.legend(*errors.get_legend_handles_labels(), loc="outside lower center", ncols=3)

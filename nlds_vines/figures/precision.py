@@ -31,7 +31,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
 }
 _SECONDS = "CPU time per forcing period [s]"
 _ERROR = "error of the state [m, m/s]"
-_ASTRAY = 1e2  # an error beyond which how large it is says nothing
+_ROUND_OFF, _ASTRAY = 1e-16, 1e2  # errors beyond which how small or large they are says nothing
 
 
 @matplotlib.rc_context(STYLE)
@@ -74,7 +74,8 @@ def draw_stiffness(found: Stiff) -> Figure:
     words = "the true orbit's distance from the rigid limit"
     errors.loglog(rigid["K"], rigid["rigid"], color="#555555", linestyle=":", label=words)
     errors.set_ylabel(_ERROR)
-    errors.set_ylim(top=min(errors.get_ylim()[1], _ASTRAY))
+    bottom, top = errors.get_ylim()
+    errors.set_ylim(max(bottom, _ROUND_OFF), min(top, _ASTRAY))
     costs.set_ylabel(_SECONDS)
     costs.set_xlabel(axis_label("K"))
     figure.legend(*errors.get_legend_handles_labels(), loc="outside lower center", ncols=3)

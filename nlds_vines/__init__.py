@@ -15,29 +15,29 @@ from typing import Any
 
 _HOMES = {
     "RequestError": "errors",
-    "System": "system",
-    "load_system": "catalogue",
-    "Scan": "scan",
-    "load_scan": "scan",
-    "Orbit": "simulation",
-    "IntegrationError": "simulation",
-    "simulate": "simulation",
-    "Regime": "classification",
-    "classify": "classification",
-    "bifurcation": "bifurcation",
-    "reproduce_paper": "reproduce",
-    "Tuned": "search.result",
-    "Tuning": "search.request",
-    "load_tuning": "search.reading",
-    "tune": "tuning",
-    "portrait": "portrait",
-    "transients": "transients",
-    "Ensemble": "ensemble",
-    "ensemble_of": "ensemble",
-    "spectrum": "spectra",
-    "Spectrum": "spectra",
-    "read": "archive",
-    "verify": "archive",
+    "System": "model.system",
+    "load_system": "model.catalogue",
+    "Scan": "bifurcation.request",
+    "load_scan": "bifurcation.request_file",
+    "Orbit": "orbits.simulation",
+    "IntegrationError": "orbits.simulation",
+    "simulate": "orbits.simulation",
+    "Regime": "orbits.classification",
+    "classify": "orbits.classification",
+    "bifurcation": "bifurcation.command",
+    "reproduce_paper": "reproduce.command",
+    "Tuned": "tuning.result",
+    "Tuning": "tuning.request",
+    "load_tuning": "tuning.request_file",
+    "tune": "tuning.command",
+    "portrait": "portrait.command",
+    "transients": "transients.command",
+    "Ensemble": "transients.ensemble",
+    "ensemble_of": "transients.ensemble",
+    "spectrum": "orbits.spectrum",
+    "Spectrum": "orbits.spectrum",
+    "read": "archives.archive",
+    "verify": "archives.archive",
 }
 
 __all__ = sorted([*_HOMES, "__version__"])  # strings all
@@ -46,7 +46,7 @@ __all__ = sorted([*_HOMES, "__version__"])  # strings all
 def __getattr__(name: str) -> Any:
     """Return a public name from the module that defines it."""
     if name == "__version__":
-        from nlds_vines.provenance import version
+        from nlds_vines.archives.provenance import version
 
         return version("nlds-vines")
     if name not in _HOMES:

@@ -6,22 +6,25 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from nlds_vines._command import DONE, WRONG_REQUEST, complain
+from nlds_vines.archives.provenance import version
+from nlds_vines.cli.running import DONE, WRONG_REQUEST, complain
 from nlds_vines.errors import unknown
-from nlds_vines.provenance import version
 
 COMMANDS = {
-    "bifurcation": ("nlds_vines.bifurcation", "scan one parameter or two"),
-    "transients": ("nlds_vines.transients", "how long chaos lasts, where starts end"),
-    "tuning": ("nlds_vines.tuning", "search for the best damper"),
-    "portrait": ("nlds_vines.portrait", "one orbit in full"),
-    "reproduce": ("nlds_vines.reproduce", "the paper, figure by figure, and its claims checked"),
-    "accuracy": ("nlds_vines.accuracy", "error against run time of every method"),
-    "status": ("nlds_vines.status", "how a scan under way stands"),
-    "consolidate": ("nlds_vines.consolidation", "join the parts of shards into an archive"),
-    "verify": ("nlds_vines.verification", "check archives and parts from end to end"),
-    "rerun": ("nlds_vines.rerun", "repeat a scan from its own archive"),
-    "diff": ("nlds_vines.comparison", "what differs between two archives"),
+    "bifurcation": ("nlds_vines.bifurcation.command", "scan one parameter or two"),
+    "transients": ("nlds_vines.transients.command", "how long chaos lasts, where starts end"),
+    "tuning": ("nlds_vines.tuning.command", "search for the best damper"),
+    "portrait": ("nlds_vines.portrait.command", "one orbit in full"),
+    "reproduce": (
+        "nlds_vines.reproduce.command",
+        "the paper: figures and claims",
+    ),
+    "accuracy": ("nlds_vines.accuracy.command", "error against run time of every method"),
+    "status": ("nlds_vines.upkeep.status", "how a scan under way stands"),
+    "consolidate": ("nlds_vines.upkeep.consolidate", "join the parts of shards into an archive"),
+    "verify": ("nlds_vines.upkeep.verify", "check archives and parts from end to end"),
+    "rerun": ("nlds_vines.upkeep.rerun", "repeat a scan from its own archive"),
+    "diff": ("nlds_vines.upkeep.diff", "what differs between two archives"),
 }
 """The sister commands: the module of each, whose `main` takes the arguments, and its purpose."""
 

@@ -7,7 +7,7 @@
 import sys
 from pathlib import Path
 
-from nlds_vines.portrait import main
+from nlds_vines.portrait.command import main
 
 if __name__ == "__main__":
     sys.exit(main([str(Path(__file__).with_suffix(".toml")), *sys.argv[1:]]))

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from nlds_vines.reproduce import draw_recipe
+from nlds_vines.reproduce.command import draw_recipe
 
 if __name__ == "__main__":
     draw_recipe(Path(__file__).with_suffix(".toml"))

@@ -15,11 +15,12 @@ from pathlib import Path
 from statistics import median
 from unittest.mock import patch
 
-from nlds_vines import archive, durable, engine
-from nlds_vines.partfile import Made, Part, PartFiles
-from nlds_vines.parts import Parts
-from nlds_vines.provenance import makers
-from nlds_vines.scan import load_scan
+from nlds_vines.archives import archive, durable
+from nlds_vines.archives.provenance import makers
+from nlds_vines.bifurcation import run as engine
+from nlds_vines.bifurcation.parts import PartFiles, Parts
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.runs.partfile import Made, Part
 
 
 def keep(self, block, arrays, seconds=0.0, threads=1):

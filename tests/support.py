@@ -11,18 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.arc import make_arc
-from nlds_vines.catalogue import load_system
 from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.contact import RELEASED, contact
 from nlds_vines.kernels.impact import short_impact
 from nlds_vines.kernels.observe import COLUMNS, Rows
 from nlds_vines.kernels.orbit import OK, SIZE
-from nlds_vines.kernels.parts import damper_in, structure_of, wall_at
 from nlds_vines.kernels.runge_kutta import SCRATCH as STEP_SCRATCH
-from nlds_vines.scenes import SCENES
-from nlds_vines.simulation import Orbit, simulate
-from nlds_vines.system import CELL, System
+from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.system import CELL, System
+from nlds_vines.orbits.hertz_arc import make_arc
+from nlds_vines.orbits.simulation import Orbit, simulate
 
 REPO = Path(__file__).resolve().parents[1]
 BOTH = ("section", "impacts")  # what the tests record unless they need more: one compilation

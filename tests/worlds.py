@@ -9,14 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.claims import Data, Missing
-from nlds_vines.claims.evidence import Evidence
-from nlds_vines.linear import response
-from nlds_vines.pages import Page, packaged_pages
-from nlds_vines.parts import Block, Parts
-from nlds_vines.record import datasets, filled, sizes
-from nlds_vines.scan import Scan
-from nlds_vines.system import System
+from nlds_vines.archives.dataset import filled
+from nlds_vines.bifurcation.datasets import datasets, sizes
+from nlds_vines.bifurcation.parts import Block, Parts
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.model.linear_response import response
+from nlds_vines.model.system import System
+from nlds_vines.reproduce.claims import Data, Missing
+from nlds_vines.reproduce.claims.claim import Evidence
+from nlds_vines.reproduce.request import Page
+from nlds_vines.reproduce.request_file import packaged_pages
 
 PATTERN = ((2, 2), (3, 2), (4, 2), (1, 0), (2, 1), (0, 5))  # above T,1
 SPECIAL = {7.375: (3, 3), 7.4: (0, 90), 7.575: (1, 0)}

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._jit import chosen, jit
+from .compiling import chosen, jit
 from .fixed_step import fixed_grid_of
 from .flight import cells_of, grid_of
 from .impact import Arc
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
 from .orbit import DIVERGED, OK, begin, linear_orbit, orbit, sane
-from .parts import allowed, damper_of, far_wall_of, finite, near_wall_of, structure_of
 from .ride import ride_of
 from .runge_kutta import SCRATCH
+from .scene import allowed, damper_of, far_wall_of, finite, near_wall_of, structure_of
 from .verdict import judge
 
 BAD_PARAMETERS = 4

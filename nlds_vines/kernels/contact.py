@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 
-from .._jit import jit
 from . import runge_kutta as rk
+from .compiling import jit
 from .contact_field import LONGEST_ANGLE, turn, turned
 from .observe import note_step
-from .parts import accelerations
+from .scene import accelerations
 
 RELEASED, STOPPED, EXHAUSTED = 0, 1, 2
 WHOLE = 5.607  # theta from touch to release of a free impact, times sqrt(kappa) q_m^(3/2)

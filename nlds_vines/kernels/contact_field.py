@@ -16,8 +16,8 @@ For a wall that pushes towards -x2 the mirrored state and forcing are handed in:
 
 from __future__ import annotations
 
-from .._jit import jit
-from .parts import accelerations
+from .compiling import jit
+from .scene import accelerations
 
 LONGEST_ANGLE = 0.2  # omega dt of one step: the polynomials below err by 0.2^10 / 10! = 3e-14
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from .._jit import chosen, jit
+from .compiling import chosen, jit
 from .flight import CELLS, at, look, phase_at, step
 from .observe import LEVEL, note_energy
-from .parts import scale_of
 from .peaks import ALL, factor_bends, note_peaks, suspects
+from .scene import scale_of
 from .touch import LOST, NOWHERE, first_touch, nearest_miss, note_limit, tightened
 
 SECTION, TOUCH_NEAR, TOUCH_FAR, ASTRAY = 0, 1, 2, 3  # events that end a flight

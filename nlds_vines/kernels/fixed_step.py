@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import jit
+from .compiling import jit
 from .exact import SECTION, TOUCH_FAR, TOUCH_NEAR
 from .flight import rate_of
 from .observe import BEYOND, EXCESS, LEVEL, PERIOD, note_energy, note_violation, opposite, powers_at
-from .parts import accelerations
+from .scene import accelerations
 
 
 class FixedGrid(NamedTuple):

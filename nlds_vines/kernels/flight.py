@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import jit
-from .parts import accelerations
+from .compiling import jit
+from .scene import accelerations
 
 ORDER = 14  # of the Taylor polynomials
 TERMS = 4 * (ORDER + 1)  # coefficients of the four state components

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from .._jit import jit
+from .compiling import jit
 
 BATCHES = 16
 QUANTILE = 2.947  # of Student's t for 15 degrees of freedom: 99 % of all cases within

@@ -25,9 +25,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import jit
+from .compiling import jit
 from .contact_field import turn
-from .parts import accelerations
+from .scene import accelerations
 
 ROW = 64  # distance of the rows of a table; bounds the number of nodes
 B, T, G, H, FB, FT, FG, FH, OLD = (ROW * i for i in range(9))  # unknowns, their slopes, the last b

@@ -13,8 +13,8 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from .._jit import chosen, jit
 from .cells import judge_cell, run_cell
+from .compiling import chosen, jit
 from .orbit import OK, SIZE
 from .recurrence import TOLERANCE, impacts_of, period_of
 

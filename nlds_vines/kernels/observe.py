@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._jit import jit
 from . import runge_kutta as rk
+from .compiling import jit
 from .contact_field import turn
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from .._jit import chosen, jit
+from .compiling import chosen, jit
 from .contact import EXHAUSTED, RELEASED, STOPPED, contact
 from .exact import ASTRAY, SECTION, TOUCH_NEAR, fly
 from .fixed_step import fly_fixed

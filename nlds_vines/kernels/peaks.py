@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from .._jit import jit
+from .compiling import jit
 from .flight import CELLS, COEF, FACTOR, ORDER, TURNS, at
 from .observe import PRECISE, alike, energies, note_energy, powers_at
 

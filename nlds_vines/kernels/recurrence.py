@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .._jit import jit
+from .compiling import jit
 
 TOLERANCE = 1.0e-6  # of a return, relative to the largest value of each component
 REPEATS = 3  # times a period must fit into the window

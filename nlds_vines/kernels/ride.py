@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._jit import chosen, jit
+from .compiling import chosen, jit
 from .observe import COLUMNS, SPEED, Rows
 from .orbit import SIZE, begin, linear_orbit, orbit
-from .parts import scale_of
 from .runge_kutta import SCRATCH
+from .scene import scale_of
 
 KEPT = 64  # impacts of one advance whose speed is looked at
 

@@ -7,7 +7,7 @@ eight: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993)
 
 from __future__ import annotations
 
-from .._jit import chosen, jit
+from .compiling import chosen, jit
 from .contact_field import slope
 
 WIDTH = 5  # q, s, x1, v1, tau

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._jit import jit
+from .compiling import jit
 from .orbit import OK
 from .ride import advance, fresh_state, gap_between, norm, seat, softest, solve, unit
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 
-from .._jit import jit
+from .compiling import jit
 from .flight import COEF, ORDER
 from .observe import BEYOND, EXCESS, LEVEL, PERIOD, note_violation
 

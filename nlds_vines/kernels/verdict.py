@@ -14,22 +14,13 @@ import math
 
 import numpy as np
 
-from .._jit import jit
+from .compiling import jit
 from .growth import digits_of, mean_and_width
 from .observe import note_section
 from .orbit import OK
-from .parts import scale_of
 from .recurrence import TOLERANCE, period_of
-from .ride import (
-    advance,
-    fresh_state,
-    gap_between,
-    norm,
-    orthonormalise,
-    radius_of,
-    seat,
-    unit,
-)
+from .ride import advance, fresh_state, gap_between, norm, orthonormalise, radius_of, seat, unit
+from .scene import scale_of
 from .shooting import matrix_of, minimal, polish, span_of
 
 UNDETERMINED, PERIODIC, QUASIPERIODIC, CHAOTIC, TRANSIENT = range(5)  # `record.FLAGS`

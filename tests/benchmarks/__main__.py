@@ -21,12 +21,12 @@ from statistics import median
 import numba
 import numpy as np
 
-from nlds_vines.batch import Batch
-from nlds_vines.block import Computer
-from nlds_vines.catalogue import load_system
-from nlds_vines.cut import blocks_of
-from nlds_vines.scan import load_scan
-from nlds_vines.simulation import simulate
+from nlds_vines.bifurcation.blocks import blocks_of
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.orbits.batch import Batch
+from nlds_vines.orbits.simulation import simulate
 
 BASELINE = Path(__file__).with_name("ratios.json")
 ROUNDS = 9

@@ -26,7 +26,7 @@ from test_survival import (
 )
 
 import nlds_vines as nv
-from nlds_vines import archive
+from nlds_vines.archives import archive
 
 
 def test_two_hundred_runs_killed_at_random_moments(tmp_path):

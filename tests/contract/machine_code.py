@@ -13,10 +13,11 @@ import numba
 import numpy as np
 
 from nlds_vines import load_system
-from nlds_vines.block import RESOLUTION, cell_of, method_parts
 from nlds_vines.kernels import cells, exact, orbit
 from nlds_vines.kernels.observe import COLUMNS, Rows
-from nlds_vines.system import System
+from nlds_vines.model.system import System
+from nlds_vines.orbits.kernel_inputs import cell_of, method_parts
+from nlds_vines.orbits.settings import RESOLUTION
 
 CASES = {
     "none": ("none", "exact", "section"),

@@ -7,10 +7,11 @@ import textwrap
 
 import numpy as np
 
-from nlds_vines import archive
-from nlds_vines.parts import Block, Parts
-from nlds_vines.record import WANTS, datasets, sizes
-from nlds_vines.scan import load_scan
+from nlds_vines.archives import archive
+from nlds_vines.bifurcation.datasets import datasets, sizes
+from nlds_vines.bifurcation.parts import Block, Parts
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.orbits.wants import WANTS
 
 
 def make_scan(want=WANTS, vary=None, start=None, system="ssul-set6", **settings):

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from nlds_vines.__main__ import main as console
-from nlds_vines.accuracy import main
-from nlds_vines.archive import read
-from nlds_vines.precision import contenders
+from nlds_vines.accuracy import contenders
+from nlds_vines.accuracy.command import main
+from nlds_vines.archives.archive import read
 
 SHORT = ["--no-peers", "--periods", "3", "--quiet"]
 

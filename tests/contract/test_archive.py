@@ -6,10 +6,11 @@ import pytest
 import xarray as xr
 from made_up import MAP, arrays, cut, make_scan, results, same, write
 
-from nlds_vines import archive
+from nlds_vines.archives import archive
+from nlds_vines.bifurcation.datasets import datasets, sizes
+from nlds_vines.bifurcation.parts import Block
 from nlds_vines.errors import RequestError
-from nlds_vines.parts import Block
-from nlds_vines.record import WANTS, datasets, sizes
+from nlds_vines.orbits.wants import WANTS
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import pytest
 
 import nlds_vines
 from nlds_vines.__main__ import main as console
-from nlds_vines.bifurcation import bifurcation, main
+from nlds_vines.bifurcation.command import bifurcation, main
 from nlds_vines.errors import RequestError
 
 GOOD = """\

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import nlds_vines
-from nlds_vines import _jit
+from nlds_vines.kernels import compiling as _jit
 
 ROOT = Path(nlds_vines.__path__[0]).parent
 

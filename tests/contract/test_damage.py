@@ -6,12 +6,12 @@ import h5py
 import pytest
 from made_up import cut, flip, make_scan, results, write
 
-from nlds_vines import archive
-from nlds_vines import cut as cutting
 from nlds_vines.__main__ import main
-from nlds_vines.cut import blocks_of
+from nlds_vines.archives import archive
+from nlds_vines.bifurcation import blocks as cutting
+from nlds_vines.bifurcation.blocks import blocks_of
+from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.errors import RequestError
-from nlds_vines.parts import Parts
 
 
 @pytest.fixture

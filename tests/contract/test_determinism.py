@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines import cut as cutting
-from nlds_vines import engine
 from nlds_vines.__main__ import main as console
-from nlds_vines.bifurcation import main
-from nlds_vines.block import Computer
-from nlds_vines.record import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
+from nlds_vines.bifurcation import blocks as cutting
+from nlds_vines.bifurcation import run as engine
+from nlds_vines.bifurcation.command import main
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.orbits.status_words import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
 
 ONE_AXIS = {"omega": {"start": 7.3, "stop": 7.6, "num": 13}}
 TWO_AXES = {"C": {"values": [0.05, 0.06233, 0.07]}, "omega": {"start": 7.3, "stop": 7.6, "num": 5}}

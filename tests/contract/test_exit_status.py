@@ -9,9 +9,9 @@ import pytest
 import nlds_vines
 import nlds_vines.bifurcation as module
 from nlds_vines.__main__ import main as console
-from nlds_vines.bifurcation import bifurcation, main
-from nlds_vines.cut import Shard
-from nlds_vines.scan import load_scan
+from nlds_vines.bifurcation.command import bifurcation, main
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.runs.shard import Shard
 
 
 class Interrupted(Exception):

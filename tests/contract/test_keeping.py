@@ -16,17 +16,27 @@ import pytest
 from made_up import make_scan, results, write
 
 import nlds_vines as nv
-from nlds_vines import cut as cutting
-from nlds_vines import provenance, room
 from nlds_vines.__main__ import main
-from nlds_vines.block import Computer, Outputs
-from nlds_vines.cut import Shard, block_bytes, blocks_of, lane_bytes, result_bytes, work_bytes
+from nlds_vines.archives import provenance
+from nlds_vines.bifurcation import blocks as cutting
+from nlds_vines.bifurcation import room
+from nlds_vines.bifurcation.blocks import (
+    block_bytes,
+    blocks_of,
+    lane_bytes,
+    result_bytes,
+    work_bytes,
+)
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.parts import Parts
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.tally import Tally
 from nlds_vines.errors import RequestError
-from nlds_vines.parts import Parts
-from nlds_vines.progress import Progress, Tally
-from nlds_vines.record import DIVERGED, OK
-from nlds_vines.scan import load_scan
-from nlds_vines.status import Standing, standing
+from nlds_vines.orbits.batch import Outputs
+from nlds_vines.orbits.status_words import DIVERGED, OK
+from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.shard import Shard
+from nlds_vines.upkeep.status import Standing, standing
 
 REAL = {
     "title": "a real one",
@@ -96,14 +106,15 @@ def test_the_pace_does_not_count_pauses():
 
 
 def test_a_line_of_progress_tells_regimes_and_failures(capsys, monkeypatch):
-    monkeypatch.setattr("nlds_vines.progress.LINE_EVERY", 0.0)
+    monkeypatch.setattr("nlds_vines.runs.progress.LINE_EVERY", 0.0)
     found = {
         "status": np.array([OK, OK, DIVERGED]),
         "label": np.array(["T,1", "3T,2", "failed"], dtype=object),
     }
-    with Progress(Tally(), 9, quiet=False) as progress:
-        progress.note(found)
-        progress.note(found)
+    tally = Tally()
+    with Progress(9, "orbit", quiet=False) as progress:
+        tally.follow(progress, found)
+        tally.follow(progress, found)
     said = capsys.readouterr().err
     assert said.startswith("6 of 9 orbits, ")
     assert said.endswith("to go; 2 T,1, 2 3T,2, 2 failed; 2 failed\n")

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from support import BOTH, shortening, steady_state
 
-from nlds_vines import catalogue as catalogue_module
-from nlds_vines.archive import read
-from nlds_vines.bifurcation import main
-from nlds_vines.catalogue import catalogue, load_system
-from nlds_vines.scenes import SCENES, Scene
-from nlds_vines.simulation import simulate
+from nlds_vines.archives.archive import read
+from nlds_vines.bifurcation.command import main
+from nlds_vines.model import catalogue as catalogue_module
+from nlds_vines.model.catalogue import catalogue, load_system
+from nlds_vines.model.scenes import SCENES, Scene
+from nlds_vines.orbits.simulation import simulate
 
 MODULE = '''
 """Damper in a cage: two obstacles, each at the distance D from the damper at rest."""

@@ -7,9 +7,9 @@ import subprocess
 import pytest
 from made_up import arrays, cut, flip, make_scan, results, run_python, same, write
 
-from nlds_vines import archive, durable
+from nlds_vines.archives import archive, durable
+from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.errors import RequestError
-from nlds_vines.parts import Parts
 
 
 @pytest.fixture

@@ -14,10 +14,10 @@ import pytest
 
 from nlds_vines.__main__ import COMMANDS
 from nlds_vines.__main__ import main as console
-from nlds_vines.bifurcation import main
-from nlds_vines.catalogue import catalogue
-from nlds_vines.scan import load_scan
-from nlds_vines.scenes import SCENES
+from nlds_vines.bifurcation.command import main
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.scenes import SCENES
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines import figures
 from nlds_vines.__main__ import main as console
-from nlds_vines.search.log import STAGES
-from nlds_vines.search.objective import Objective
-from nlds_vines.tuning import main
+from nlds_vines.bifurcation.picture import drawing as figures
+from nlds_vines.tuning.command import main
+from nlds_vines.tuning.evaluations import STAGES
+from nlds_vines.tuning.objective import Objective
 
 SMALL = ["--population", "8", "--generations", "5", "--polish", "12", "--optima", "2"]
 TMD = ["--system", "tmd", *SMALL, "--band", "5.5:7:4", "--surface", "k2,c2", "--surface-size", "3"]

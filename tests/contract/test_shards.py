@@ -14,11 +14,12 @@ from made_up import arrays, cut, make_scan, results, run_python, same, write
 from test_determinism import bits, document, surroundings
 
 import nlds_vines as nv
-from nlds_vines import cut as cutting
 from nlds_vines.__main__ import main
-from nlds_vines.cut import Block, Shard, blocks_of
+from nlds_vines.bifurcation import blocks as cutting
+from nlds_vines.bifurcation.blocks import Block, blocks_of
+from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.errors import RequestError
-from nlds_vines.parts import Parts
+from nlds_vines.runs.shard import Shard
 
 SCAN = document(
     {"omega": {"start": 6.0, "stop": 7.6, "num": 400}}, sampling={"transient": 5000, "periods": 24}
@@ -282,7 +283,7 @@ def test_a_cluster_without_workers_is_waited_for_and_given_up(
 
 @dask
 def test_workers_that_do_not_see_the_folder_are_told(folder, monkeypatch):
-    from nlds_vines.cluster import work
+    from nlds_vines.bifurcation.cluster import work
 
     with pytest.raises(RequestError, match="is the folder shared"):
         work(str(folder), "0", Block(0, ((0, 1),)), None)

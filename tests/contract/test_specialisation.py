@@ -13,12 +13,13 @@ import numpy as np
 import pytest
 
 import nlds_vines
-from nlds_vines.arc import NODES
-from nlds_vines.block import RESOLUTION, Computer, Outputs
-from nlds_vines.catalogue import load_system
-from nlds_vines.cut import Block
+from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import lanes
-from nlds_vines.scan import load_scan
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.orbits.batch import Outputs
+from nlds_vines.orbits.settings import NODES, RESOLUTION
 
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}
 """Modules of kernels that only a scene with a wall needs."""

@@ -18,8 +18,8 @@ import pytest
 from made_up import arrays, cut, make_scan, results, run_python, same, write
 
 import nlds_vines as nv
-from nlds_vines import archive
-from nlds_vines.parts import Parts
+from nlds_vines.archives import archive
+from nlds_vines.bifurcation.parts import Parts
 
 PASSING = {"history", "argv", "seconds", "threads", "commit"}
 """Attributes that tell of the run and not of the scan."""

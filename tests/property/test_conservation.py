@@ -4,9 +4,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.extremes.cases import FINE, FULL, energy_of, error_of, orbit_of
+from benchmarks.extremes.scales import quickened, scaled
 from nlds_vines import load_system, simulate
-from nlds_vines.extremes.cases import FINE, FULL, energy_of, error_of, orbit_of
-from nlds_vines.extremes.scales import quickened, scaled
 
 FEW = settings(max_examples=40, deadline=None, derandomize=True)
 

@@ -14,14 +14,16 @@ import numba
 import numpy as np
 import pytest
 
-from nlds_vines.block import RESOLUTION, Computer, method_parts
-from nlds_vines.coexistence import final
-from nlds_vines.evidence import arrays_of
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import verdict
 from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.orbit import OK, SIZE
-from nlds_vines.scan import load_scan
-from nlds_vines.scenes import SCENES
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.orbits.coexistence import final
+from nlds_vines.orbits.evidence import arrays_of
+from nlds_vines.orbits.kernel_inputs import method_parts
+from nlds_vines.orbits.settings import RESOLUTION
 
 WANT = ["regime", "settling", "lyapunov", "evidence"]
 OMEGA, FORCE = (5.0, 8.0), (400.0, 1200.0)

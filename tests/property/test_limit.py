@@ -14,14 +14,14 @@ import pytest
 from support import BOTH, kernel_cell, run_cell_rows, system_of
 from twin import follow, model_of
 
-from nlds_vines.block import Computer
-from nlds_vines.catalogue import catalogue
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.parts import Block
+from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.parts import Block
-from nlds_vines.record import OK
-from nlds_vines.scan import load_scan
-from nlds_vines.simulation import Violation, simulate
-from nlds_vines.system import System
+from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.system import System
+from nlds_vines.orbits.simulation import Violation, simulate
+from nlds_vines.orbits.status_words import OK
 
 SSBL = {**catalogue()["ssbl"].parameters, "K": 32504566.49525256}
 METHODS = {"exact": {}, "rk4": {"method": "rk4", "resolution": 4096.0}}

@@ -13,10 +13,10 @@ import pytest
 from support import follow_ssul, kernel_cell
 from twin import follow, model_of
 
-from nlds_vines.catalogue import catalogue
 from nlds_vines.kernels.exact import SECTION, fly
 from nlds_vines.kernels.flight import cells_of, grid_of
-from nlds_vines.kernels.parts import damper_in, structure_of, wall_at
+from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
+from nlds_vines.model.catalogue import catalogue
 
 SETS = [dict(catalogue()[f"ssul-set{i}"].parameters) for i in range(1, 7)]
 RANDOM, GRAZING, FIXED = 8500, 1500, 1000  # orbits; the last for the fixed steps

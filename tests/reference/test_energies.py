@@ -7,13 +7,13 @@ import pytest
 from scipy.linalg import expm
 from support import BOTH, fitted_order, linear_flow, references, system_of
 
-from nlds_vines.block import Computer
-from nlds_vines.catalogue import load_system
-from nlds_vines.engine import blocks_of
-from nlds_vines.linear import energy_alone
-from nlds_vines.parts import Block
-from nlds_vines.scan import load_scan
-from nlds_vines.simulation import simulate
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.parts import Block
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.run import blocks_of
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.linear_response import energy_alone
+from nlds_vines.orbits.simulation import simulate
 
 SET6 = references()["ssul-set6"].numbers
 STEEL = references()["ssul-set6-steel"].numbers["K"]

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from support import references, system_of
 
-from nlds_vines import block
-from nlds_vines.block import Computer, Settings
-from nlds_vines.cut import Block
-from nlds_vines.record import KEPT
-from nlds_vines.scan import load_scan
-from nlds_vines.simulation import start_state
+from nlds_vines.bifurcation import compute as block
+from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.orbits.labels import KEPT
+from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.simulation import start_state
 
 STEEL = "ssul-set6-steel"  # whose impacts are so short that 12 nodes leave round-off alone
 SSUL = ("ssul-set6", "ssul-set6-omega7.45", STEEL)

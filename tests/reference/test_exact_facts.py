@@ -20,8 +20,8 @@ from support import (
 )
 from twin import follow, model_of
 
-from nlds_vines.catalogue import load_system
-from nlds_vines.simulation import simulate
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.orbits.simulation import simulate
 
 SET6 = references()["ssul-set6"].numbers
 STEEL = references()["ssul-set6-steel"].numbers["K"]

@@ -8,10 +8,8 @@ import numba
 import numpy as np
 import pytest
 
-from nlds_vines import extremes, load_system, simulate
-from nlds_vines.accuracy import main
-from nlds_vines.errors import RequestError
-from nlds_vines.extremes import (
+from benchmarks import extremes
+from benchmarks.extremes import (
     CATALOGUE,
     Entry,
     bounds,
@@ -26,10 +24,13 @@ from nlds_vines.extremes import (
     repetition,
     scales,
 )
-from nlds_vines.extremes.entry import Finding, within
-from nlds_vines.extremes.page import page
-from nlds_vines.linear import flow_matrix
-from nlds_vines.simulation import IntegrationError
+from benchmarks.extremes.entry import Finding, within
+from benchmarks.extremes.page import page
+from nlds_vines import load_system, simulate
+from nlds_vines.accuracy.command import main
+from nlds_vines.errors import RequestError
+from nlds_vines.model.linear_response import flow_matrix
+from nlds_vines.orbits.simulation import IntegrationError
 
 IDS = [f"{entry.number} {entry.name}" for entry in CATALOGUE]
 SHORT = [

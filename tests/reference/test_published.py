@@ -5,13 +5,13 @@ import pytest
 from scipy.optimize import brentq
 from support import counts_by_period, references, shortening, steady_state, system_of
 
-from nlds_vines.batch import Batch
-from nlds_vines.block import Computer
-from nlds_vines.catalogue import load_system
-from nlds_vines.parts import Block
-from nlds_vines.record import OK
-from nlds_vines.scan import load_scan
-from nlds_vines.simulation import simulate
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.parts import Block
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.orbits.batch import Batch
+from nlds_vines.orbits.simulation import simulate
+from nlds_vines.orbits.status_words import OK
 
 REFERENCE = references()["ssbl-omega6.05"]
 SSBL = {**load_system("ssbl").parameters, "K": load_system("ssbl").K}

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import worlds
 
-from nlds_vines.claims import CLAIMS, FACTS, Data, Missing, Verdict, archived, judge
-from nlds_vines.claims.evidence import maxima, spans
-from nlds_vines.linear import response
-from nlds_vines.system import System
+from nlds_vines.model.linear_response import response
+from nlds_vines.model.system import System
+from nlds_vines.reproduce.claims import CLAIMS, FACTS, Data, Missing, Verdict, archived, judge
+from nlds_vines.reproduce.claims.claim import maxima, spans
 
 ALL = (*CLAIMS, *FACTS)
 NEVER_DECIDED = {  # the paper is silent

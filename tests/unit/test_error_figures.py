@@ -5,11 +5,11 @@ import pytest
 from matplotlib.colors import LogNorm
 from test_figures import FOUR, MAP, archive_of, drawn, faces, legend_of, shown
 
-from nlds_vines import figures
-from nlds_vines.archive import read
+from nlds_vines.archives.archive import read
+from nlds_vines.bifurcation.picture import drawing as figures
 from nlds_vines.errors import RequestError
-from nlds_vines.figures.style import FLAGGED, ROUND_OFF
-from nlds_vines.record import KEPT
+from nlds_vines.orbits.labels import KEPT
+from nlds_vines.plotting.style import FLAGGED, ROUND_OFF
 
 WANT = ("section", "energy", "regime", "error")
 TWO = {"policy": "both"}

@@ -11,13 +11,15 @@ from hypothesis import strategies as st
 from PIL import Image
 
 import nlds_vines
-from nlds_vines import figures
-from nlds_vines.archive import read
+from nlds_vines.archives.archive import read
+from nlds_vines.archives.dataset import filled
+from nlds_vines.bifurcation.datasets import datasets, sizes
+from nlds_vines.bifurcation.parts import Block, Parts
+from nlds_vines.bifurcation.picture import drawing as figures
+from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.figures import bands, palette
-from nlds_vines.parts import Block, Parts
-from nlds_vines.record import FLAGS, datasets, filled, sizes
-from nlds_vines.scan import load_scan
+from nlds_vines.orbits.labels import FLAGS
+from nlds_vines.plotting import bands, palette
 
 WINDOWS = (
     *((7.36, "T,1"), (7.40, "2T,2"), (7.44, "chaos"), (7.50, "3T,2"), (7.58, "undetermined")),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nlds_vines.errors import RequestError
-from nlds_vines.survival import decay, share_interval, survival
+from nlds_vines.transients.survival import decay, share_interval, survival
 
 WEEKS = (6, 6, 6, 6, 7, 9, 10, 10, 11, 13, 16, 17, 19, 20, 22, 23, 25, 32, 32, 34, 35)
 RELAPSED = (1, 1, 1, 0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0)

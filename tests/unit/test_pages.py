@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from nlds_vines import _resources
+from nlds_vines import packaged_files as _resources
+from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.pages import load_page, packaged_pages, short_name
-from nlds_vines.scan import load_scan
+from nlds_vines.reproduce.request import short_name
+from nlds_vines.reproduce.request_file import load_page, packaged_pages
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = """

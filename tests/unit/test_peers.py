@@ -11,23 +11,16 @@ from functools import cache
 import numpy as np
 import pytest
 
-from nlds_vines import provenance
-from nlds_vines.catalogue import load_system
-from nlds_vines.peers import (
-    PEERS,
-    Asked,
-    PeerFailure,
-    base,
-    constants,
-    derivative,
-    installed,
-    octave,
-)
-from nlds_vines.peers.base import Track
-from nlds_vines.peers.equation import begin, indicator, jacobian, slope, switch
-from nlds_vines.precision.cases import near_grazing, of_system
-from nlds_vines.precision.reference import FINEST, watched
-from nlds_vines.simulation import simulate
+from benchmarks.rivals import octave
+from nlds_vines.accuracy.cases import near_grazing, of_system
+from nlds_vines.accuracy.reference import FINEST, watched
+from nlds_vines.accuracy.rivals import PEERS, Asked, PeerFailure, constants, derivative, installed
+from nlds_vines.accuracy.rivals import rival as base
+from nlds_vines.accuracy.rivals.equation import begin, indicator, jacobian, slope, switch
+from nlds_vines.accuracy.rivals.rival import Track
+from nlds_vines.archives import provenance
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.orbits.simulation import simulate
 
 SET6 = load_system("ssul-set6", omega=6.28)
 BOTH = load_system("ssbl", omega=6.05)

@@ -10,17 +10,17 @@ import pytest
 from PIL import Image
 
 import nlds_vines as nv
-from nlds_vines import simulation
 from nlds_vines.__main__ import main as console
 from nlds_vines.errors import RequestError
-from nlds_vines.figures.portrait import portrait as draw
-from nlds_vines.figures.spectrum import DEPTH
-from nlds_vines.portrait import main
-from nlds_vines.recipe import PANELS, USUAL, Column, Recipe, Window
-from nlds_vines.recipe_file import load_recipe
-from nlds_vines.scenes import SCENES
-from nlds_vines.system import System
-from nlds_vines.viewing import views_of
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.system import System
+from nlds_vines.orbits import simulation
+from nlds_vines.portrait.command import main
+from nlds_vines.portrait.picture import portrait as draw
+from nlds_vines.portrait.request import PANELS, USUAL, Column, Recipe, Window
+from nlds_vines.portrait.request_file import load_recipe
+from nlds_vines.portrait.run import views_of
+from nlds_vines.portrait.spectrum_panel import DEPTH
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLES = 128

@@ -8,28 +8,22 @@ import numpy as np
 import pytest
 from support import references
 
-from nlds_vines import archive
-from nlds_vines.catalogue import load_system
-from nlds_vines.engine import Interrupted
+from nlds_vines.accuracy import comparison_page as tables
+from nlds_vines.accuracy import measure, reference, survey
+from nlds_vines.accuracy.cases import near_grazing, of_system, suite
+from nlds_vines.accuracy.comparison_table import Measured
+from nlds_vines.accuracy.contenders import Contender
+from nlds_vines.accuracy.curves import Curve, above, advised, front
+from nlds_vines.accuracy.reference import WITNESSES, _witnessed, reference_of, stored_section
+from nlds_vines.accuracy.results import Result, Setting, column, status_column
+from nlds_vines.accuracy.rivals import Course, PeerFailure
+from nlds_vines.accuracy.survey import Survey, Task
+from nlds_vines.archives import archive
 from nlds_vines.errors import RequestError
-from nlds_vines.interrupts import INTERRUPTED, Stopped
-from nlds_vines.linear import steady_state
-from nlds_vines.peers import Course, PeerFailure
-from nlds_vines.precision import measure, reference, survey, tables
-from nlds_vines.precision.cases import near_grazing, of_system, suite
-from nlds_vines.precision.columns import column, status_column
-from nlds_vines.precision.contenders import Contender
-from nlds_vines.precision.curves import Curve, above, advised, front
-from nlds_vines.precision.layout import Measured
-from nlds_vines.precision.reference import (
-    WITNESSES,
-    _witnessed,
-    reference_of,
-    stored_section,
-)
-from nlds_vines.precision.results import Result, Setting
-from nlds_vines.precision.survey import Survey, Task
-from nlds_vines.simulation import simulate
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.linear_response import steady_state
+from nlds_vines.orbits.simulation import simulate
+from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted, Stopped
 
 SET6 = load_system("ssul-set6", omega=6.28)
 

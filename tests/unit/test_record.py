@@ -5,20 +5,12 @@ import re
 import numpy as np
 import pytest
 
-from nlds_vines.record import (
-    FLAGS,
-    NOT_COMPUTED,
-    STATUS,
-    WANTS,
-    components,
-    datasets,
-    filled,
-    most_bytes,
-    scales,
-    sizes,
-    starts,
-)
-from nlds_vines.scan import load_scan
+from nlds_vines.archives.dataset import filled
+from nlds_vines.bifurcation.datasets import datasets, most_bytes, scales, sizes, starts
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.orbits.labels import FLAGS
+from nlds_vines.orbits.status_words import NOT_COMPUTED, STATUS
+from nlds_vines.orbits.wants import WANTS, components
 
 
 def scan(system="ssul-set6", want=WANTS, start=None, vary=None):

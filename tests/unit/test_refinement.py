@@ -4,15 +4,19 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines import refinement
-from nlds_vines.archive import read
-from nlds_vines.bifurcation import main
-from nlds_vines.block import Computer, Settings
+from nlds_vines.archives.archive import read
+from nlds_vines.archives.dataset import filled
+from nlds_vines.bifurcation.command import main
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.datasets import datasets, sizes
+from nlds_vines.bifurcation.parts import Block, Parts
+from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.parts import Block, Parts
-from nlds_vines.record import DIVERGED, FLAGS, KEPT, OK, datasets, filled, sizes
-from nlds_vines.scan import load_scan
-from nlds_vines.wants import possible_want
+from nlds_vines.orbits import refinement
+from nlds_vines.orbits.labels import FLAGS, KEPT
+from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.status_words import DIVERGED, OK
+from nlds_vines.orbits.wants import possible_want
 
 OMEGA = {"omega": {"values": [6.0, 6.5, 7.0]}}
 

@@ -12,12 +12,14 @@ import worlds
 from matplotlib.colors import to_hex
 
 import nlds_vines.reproduce as module
-from nlds_vines import engine, figures, report
-from nlds_vines.archive import verify
+from nlds_vines.archives.archive import verify
+from nlds_vines.bifurcation import run as engine
+from nlds_vines.bifurcation.picture import drawing as figures
 from nlds_vines.errors import RequestError
-from nlds_vines.figures import curves as drawing
-from nlds_vines.pages import load_page
-from nlds_vines.reproduce import main, reproduce_paper
+from nlds_vines.reproduce import picture as drawing
+from nlds_vines.reproduce import report
+from nlds_vines.reproduce.command import main, reproduce_paper
+from nlds_vines.reproduce.request_file import load_page
 
 PAGE = """
 title = "a small page"

@@ -9,18 +9,20 @@ import pytest
 from scipy.linalg import expm
 from support import linear_flow, references, system_of
 
-from nlds_vines.block import RESOLUTION, Computer, cell_of, method_parts
-from nlds_vines.catalogue import load_system
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.parts import Block
+from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import ride as rides
 from nlds_vines.kernels import shooting
 from nlds_vines.kernels.cells import grid_for, ride_for
 from nlds_vines.kernels.flight import cells_of, grid_of
 from nlds_vines.kernels.orbit import OK
-from nlds_vines.kernels.parts import damper_of, far_wall_of, near_wall_of, structure_of
-from nlds_vines.parts import Block
-from nlds_vines.record import FLAGS
-from nlds_vines.scan import load_scan
-from nlds_vines.simulation import simulate
+from nlds_vines.kernels.scene import damper_of, far_wall_of, near_wall_of, structure_of
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.orbits.kernel_inputs import cell_of, method_parts
+from nlds_vines.orbits.labels import FLAGS
+from nlds_vines.orbits.settings import RESOLUTION
+from nlds_vines.orbits.simulation import simulate
 
 SET6 = references()["ssul-set6"].numbers
 SSBL = references()["ssbl-omega6.05"].numbers

@@ -9,15 +9,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nlds_vines._toml import toml_text
-from nlds_vines.catalogue import catalogue, load_system
+from nlds_vines.bifurcation.datasets import datasets
+from nlds_vines.bifurcation.picture.choices import check_show
+from nlds_vines.bifurcation.request import Axis, Scan, Start, random_states, start_states
+from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.record import WANTS, datasets
-from nlds_vines.scan import METHODS, Axis, Scan, Start, load_scan, random_states, start_states
-from nlds_vines.scenes import SCENES, Scene
-from nlds_vines.shows import check_show
-from nlds_vines.system import CELL
-from nlds_vines.wants import possible_want
+from nlds_vines.model.catalogue import catalogue, load_system
+from nlds_vines.model.scenes import SCENES, Scene
+from nlds_vines.model.system import CELL
+from nlds_vines.orbits.settings import METHODS
+from nlds_vines.orbits.wants import WANTS, possible_want
+from nlds_vines.toml import toml_text
 
 REPO = Path(__file__).resolve().parents[2]
 MINIMAL = {"system": "ssul-set6", "vary": {"omega": {"values": [5.0, 6.0]}}}

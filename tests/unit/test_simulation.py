@@ -19,9 +19,9 @@ from support import (
 )
 from twin import follow, model_of
 
-from nlds_vines.catalogue import load_system
 from nlds_vines.errors import RequestError
-from nlds_vines.simulation import IntegrationError, simulate
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.orbits.simulation import IntegrationError, simulate
 
 SET6 = references()["ssul-set6"].numbers
 ROUND = {**SET6, "V": 0.125, "C": 0.0625}  # so that a start can lie on the wall to the last bit

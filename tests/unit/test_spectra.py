@@ -6,8 +6,8 @@ from support import FULL
 
 import nlds_vines as nv
 from nlds_vines.errors import RequestError
-from nlds_vines.signals import SIGNALS, contact_forces
-from nlds_vines.spectra import TAPERS, spectrum_of
+from nlds_vines.orbits.signals import SIGNALS, contact_forces
+from nlds_vines.orbits.spectrum import TAPERS, spectrum_of
 
 SAMPLES, PERIODS, OMEGA = 64, 24, 7.4
 TIME = np.arange(1, SAMPLES * PERIODS + 1) / SAMPLES  # in forcing periods, as of a trajectory

@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nlds_vines import archive
-from nlds_vines.catalogue import load_system
+from nlds_vines.accuracy import stiffness, survey
+from nlds_vines.accuracy.cases import of_system
+from nlds_vines.accuracy.picture import draw_stiffness
+from nlds_vines.accuracy.rigid import EXPONENT, Rigid
+from nlds_vines.accuracy.stiffness_table import lines, page, read_stiffness
+from nlds_vines.archives import archive
 from nlds_vines.errors import RequestError
-from nlds_vines.figures.precision import draw_stiffness
-from nlds_vines.precision import stiffness, survey
-from nlds_vines.precision.cases import of_system
-from nlds_vines.precision.rigid import EXPONENT, Rigid
-from nlds_vines.precision.stiff_layout import lines, page, read_stiffness
-from nlds_vines.simulation import simulate
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.orbits.simulation import simulate
 
 SET6 = load_system("ssul-set6", omega=6.28)
 KS = (1e10, 1e12, 1e14, 1e16)

@@ -7,12 +7,12 @@ from math import pi
 import numpy as np
 import pytest
 
-from nlds_vines import _resources
-from nlds_vines.catalogue import catalogue, load_system
+from nlds_vines import packaged_files as _resources
 from nlds_vines.errors import RequestError
-from nlds_vines.parameters import CONTACT, PARAMETERS
-from nlds_vines.scenes import SCENES
-from nlds_vines.system import CELL, System, hertz_stiffness
+from nlds_vines.model.catalogue import catalogue, load_system
+from nlds_vines.model.parameters import CONTACT, PARAMETERS
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.system import CELL, System, hertz_stiffness
 
 stiffness_of_set6 = 32504566.49525256
 stiffness_of_steel = 159844234214.64865

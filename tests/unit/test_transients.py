@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines import engine
-from nlds_vines.ensemble import Ensemble, ensemble_of
+from nlds_vines.bifurcation import run as engine
 from nlds_vines.errors import RequestError
-from nlds_vines.figures.transients import draw_ensemble
-from nlds_vines.transients import main
+from nlds_vines.transients.command import main
+from nlds_vines.transients.ensemble import Ensemble, ensemble_of
+from nlds_vines.transients.picture import draw_ensemble
 
 LATE = "transient chaos to T,0"
 LABELS = np.array(["T,0", LATE, LATE, "chaos", "2T,1", "quasiperiodic", "failed"], dtype=object)

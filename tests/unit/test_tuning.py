@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines._toml import parse_toml
-from nlds_vines.batch import Outcome
 from nlds_vines.errors import RequestError
-from nlds_vines.record import DIVERGED, OK, TOO_STIFF
-from nlds_vines.search.free import BOUNDS, Free, units_of, values_of
-from nlds_vines.search.journal import Journal
-from nlds_vines.search.methods import latin_hypercube, polish, search_globally
-from nlds_vines.search.objective import Objective, Trials, worst
-from nlds_vines.search.optima import distinct, perturbations, perturbed
-from nlds_vines.search.reading import load_tuning
-from nlds_vines.search.request import STARTS, Search
+from nlds_vines.orbits.batch import Outcome
+from nlds_vines.orbits.status_words import DIVERGED, OK, TOO_STIFF
+from nlds_vines.toml import parse_toml
+from nlds_vines.tuning.evaluations import Journal
+from nlds_vines.tuning.free_parameter import BOUNDS, Free, units_of, values_of
+from nlds_vines.tuning.objective import Objective, Trials, worst
+from nlds_vines.tuning.optima import distinct, perturbations, perturbed
+from nlds_vines.tuning.request import STARTS, Search
+from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.tuning.searches import latin_hypercube, polish, search_globally
 
 TABLE_1_BEST = 81.8492  # J, the least E1max of the paper's sets at 6.28 rad/s: set 5
 

@@ -9,8 +9,8 @@ from test_growth import logistic, noise, torus
 
 from nlds_vines import RequestError, classify, load_system
 from nlds_vines.kernels import verdict
-from nlds_vines.record import FLAGS
-from nlds_vines.regimes import EFFORTS, label_of
+from nlds_vines.orbits.labels import FLAGS, label_of
+from nlds_vines.orbits.settings import EFFORTS
 
 EXACT_SUM = -1.3499966666666667  # of the exponents of Set 6 [1/s]: -(c1 + c2)/m1 - c2/m2
 

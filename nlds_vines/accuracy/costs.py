@@ -1,0 +1,135 @@
+"""What each part of a scene and each record of an orbit costs: the table of `accuracy --parts`."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.system import System
+from nlds_vines.orbits.wants import possible_want
+
+SCENES = ("none", "tmd", "ssul-set6", "ssbl", "ssvi-b")
+RECORDED = ("section", "impacts", "energy", "peak", "clearance", "trajectory", "regime")
+TRANSIENT = 600  # periods before those in which impacts are counted and a period is looked for
+TIMED, FEWER = 20_000, 1_000  # periods to time over; a trajectory has many states
+DIAGRAM = 720  # periods of an orbit of the default diagram, whose regime is judged
+REPEATS = 7
+
+
+@dataclass(frozen=True)
+class Part:
+    """Something to time: `run(periods)` follows the orbit and notes what the name says."""
+
+    name: str
+    system: System
+    run: Callable[[int], object]
+    periods: int
+
+
+def parts(system: System) -> Iterator[Part]:
+    """Yield the bare orbit of `system`, what can be recorded of it, and bare orbits of others.
+
+    The others are other scenes at the same frequency.
+    """
+    yield Part(f"{system.name}, nothing recorded", system, _recording(system), TIMED)
+    for word in RECORDED:
+        if word == "regime":
+            yield Part("+ regime", system, _judging(system), DIAGRAM * (TIMED // DIAGRAM))
+        elif word == "trajectory" or word in possible_want((word,), system.scene):
+            periods = FEWER if word == "trajectory" else TIMED
+            yield Part(f"+ {word}", system, _recording(system, word), periods)
+    for name in SCENES:
+        other = _at_frequency(name, system.parameters["omega"])
+        if other.name != system.name:
+            yield Part(f"{name}, nothing recorded", other, _recording(other), TIMED)
+
+
+def report(system: System) -> Iterator[str]:
+    """Yield the lines of a Markdown table: CPU time per forcing period, and its ratio to bare."""
+    yield f"{system.title or system.name}, omega = {system.parameters['omega']:g} rad/s, and other"
+    yield f"scenes: CPU time of one thread per forcing period, from rest, median of {REPEATS} runs."
+    yield ""
+    yield "| orbit | impacts per period | CPU per period | ratio |"
+    yield "|---|---:|---:|---:|"
+    bare = 0.0
+    for part in parts(system):
+        seconds = measured(part)
+        bare = bare or seconds
+        often = f"{impact_rate(part.system):.2g}"
+        yield f"| {part.name} | {often} | {seconds * 1e6:.2g} us | {seconds / bare:.2g} |"
+
+
+@cache
+def _rate_of(kind: str, parameters: tuple[tuple[str, float], ...]) -> float:
+    from nlds_vines.orbits.simulation import simulate
+
+    system = System(kind, dict(parameters))
+    impacts = simulate(system, FEWER, transient=TRANSIENT, record=("impacts",)).impacts
+    assert impacts is not None
+    return len(impacts) / FEWER
+
+
+def impact_rate(system: System) -> float:
+    """Return the impacts of a period after the transient, 0 without a wall."""
+    if not system.scene.walls:
+        return 0.0
+    return _rate_of(system.kind, tuple(system.parameters.items()))
+
+
+def measured(part: Part) -> float:
+    """Return the CPU time [s] of a part per period: median of several runs, compilation apart."""
+    part.run(DIAGRAM)
+    times = []
+    for _ in range(REPEATS):
+        began = time.process_time()
+        part.run(part.periods)
+        times.append(time.process_time() - began)
+    return statistics.median(times) / part.periods
+
+
+def _at_frequency(name: str, omega: float) -> System:
+    """Return a system of the catalogue; `ssvi-b`, which is not in it, with the SSbl's numbers."""
+    if name == "ssvi-b":
+        return System(name, load_system("ssbl", omega=omega).parameters)
+    return load_system(name, omega=omega)
+
+
+def _recording(system: System, *record: str) -> Callable[[int], object]:
+    """Return a function that follows an orbit and records what is asked for, or nothing."""
+    from nlds_vines.orbits.simulation import simulate
+
+    return lambda periods: simulate(system, periods, record=record)
+
+
+def _judging(system: System) -> Callable[[int], object]:
+    """Return a function that follows orbits of `DIAGRAM` periods and judges each of them."""
+    from nlds_vines.kernels.cells import judge_cell, run_cell
+    from nlds_vines.kernels.orbit import SIZE
+    from nlds_vines.kernels.recurrence import TOLERANCE, period_of
+    from nlds_vines.kernels.verdict import COLUMNS
+    from nlds_vines.orbits.kernel_inputs import cell_of, method_parts
+    from nlds_vines.orbits.settings import EFFORTS, RESOLUTION
+
+    present, cell = method_parts("exact", system.scene), cell_of(system)
+    resolution, stages = RESOLUTION["exact"], np.array(EFFORTS["standard"], np.int64)
+    origin, evidence = np.zeros(SIZE), np.zeros(COLUMNS)
+    section = np.zeros((DIAGRAM, 4 if system.scene.damper else 2))
+    violation = None if system.scene.limit is None else np.zeros(3)
+
+    def run(periods: int) -> None:
+        for _ in range(periods // DIAGRAM):
+            state = origin.copy()
+            run_cell(
+                *present, resolution, cell, state, None, section, None, None, None, None, None,
+                violation, 0, 0, DIAGRAM, 1,
+            )  # fmt: skip
+            hint = period_of(section[TRANSIENT:], TOLERANCE)
+            judge_cell(*present, resolution, cell, origin, state, section, hint, stages, evidence)
+
+    return run

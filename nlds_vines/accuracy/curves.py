@@ -1,0 +1,120 @@
+"""What a row of measurements says: order, cost of a wanted error, ratios, advice."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nlds_vines.accuracy.results import Result
+
+DECADES = tuple(10.0**-k for k in range(3, 13))
+"""Errors at which costs are compared, from 1e-3 to 1e-12."""
+
+_COARSEST, _ABOVE = 1e-2, 30.0  # errors that follow a law: below this, and above so many doubts
+_FEWEST = 3  # points through which an order is fitted
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One method on one case, its results from coarse to fine; `doubt` is the reference's."""
+
+    method: str
+    results: tuple[Result, ...]
+    doubt: float
+
+    @property
+    def points(self) -> list[tuple[float, float]]:
+        """Error and seconds of what found every touch, errors not below the doubt."""
+        done = (found for found in self.results if found.complete and found.seconds > 0.0)
+        return [(max(found.error, self.doubt), found.seconds) for found in done]
+
+    @property
+    def blind(self) -> list[Result]:
+        """What missed or invented touches, and so followed another orbit, however near."""
+        return [found for found in self.results if not (found.failure or found.complete)]
+
+    @property
+    def order(self) -> float:
+        """Observed order p of error ~ value^-p, value being nodes or steps of a period.
+
+        For tolerances error ~ rtol^p; NaN with fewer than three points under a law.
+        """
+        values, errors = self._lawful()
+        if values.size < _FEWEST:
+            return math.nan
+        slope = float(np.polyfit(np.log(values), np.log(errors), 1)[0])
+        return slope if values[0] < 1.0 else -slope
+
+    @property
+    def factor(self) -> float:
+        """Observed factor by which a unit of the setting divides the error: error ~ factor^-n.
+
+        The law of `exact`, whose nodes converge geometrically.
+        """
+        values, errors = self._lawful()
+        if values.size < _FEWEST:
+            return math.nan
+        return float(np.exp(-np.polyfit(values, np.log(errors), 1)[0]))
+
+    def _lawful(self) -> np.ndarray:
+        """Return values and errors (2, n) of the results that follow a law: neither of the ends."""
+        found = [
+            (result.setting.value, result.error)
+            for result in self.results
+            if result.complete and _ABOVE * self.doubt < result.error < _COARSEST
+        ]
+        return np.array(found).reshape(-1, 2).T
+
+    def cost(self, error: float) -> float:
+        """Return the seconds of a period that this error costs; infinite where it is not reached.
+
+        By interpolation of logarithms along the cheapest points; above the largest error the
+        cheapest point.
+        """
+        best = front(self.points)
+        if not best or best[-1][0] > error:
+            return math.inf
+        errors, seconds = np.log(np.array(best)).T
+        return float(np.exp(np.interp(-math.log(error), -errors, seconds)))
+
+
+def above(curves: Iterable[Curve], ours: Curve) -> list[tuple[str, float]]:
+    """Return at which of `DECADES` a method is cheaper than ours, by name; empty if at none.
+
+    Where ours does not get, whoever does is cheaper.
+    """
+    return [
+        (curve.method, error)
+        for curve in curves
+        for error in DECADES
+        if curve.method != ours.method and curve.cost(error) < ours.cost(error)
+    ]
+
+
+def advised(results: Iterable[Result], want: float | None, label: str) -> Result | None:
+    """Return the cheapest of our settings that is good enough; None if none is.
+
+    Good enough: no touch missed or invented, the label of the truth (where it has one), and an
+    error of the state of at most `want` where that is given.
+    """
+    enough = [
+        found
+        for found in results
+        if found.setting.ours
+        and found.complete
+        and (not found.label or found.label == label.removeprefix("transient chaos to "))
+        and (want is None or found.error <= want)
+    ]
+    return min(enough, key=lambda found: found.seconds, default=None)
+
+
+def front(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the points that no other beats in both error and seconds, coarse ones first."""
+    best: list[tuple[float, float]] = []
+    for error, seconds in sorted(points, key=lambda point: (point[1], point[0])):
+        if not best or error < best[-1][0]:
+            best.append((error, seconds))
+    return best

@@ -1,0 +1,199 @@
+"""The table of stiffness: its columns, an archive of it read, and what it says in Markdown."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.accuracy.comparison_page import duration, family_of, number_words
+from nlds_vines.accuracy.results import column, status_column
+from nlds_vines.archives.archive import ArchiveView
+
+SHAPE = "stiffness"
+
+COLUMNS = (
+    column("K", "float64", "N/m^1.5", "contact stiffness"),
+    column("E2", "float64", "Pa", "Young's modulus of the damper's side, where K follows from it"),
+    column("method", "str", "1", "integrator"),
+    column("setting", "str", "1", "its setting in words"),
+    column("ours", "int8", "1", "1: of this program"),
+    column("error", "float64", "m, m/s", "of the last state, the largest of its components"),
+    column("growth", "float64", "1", "growth of a disturbance of the start until the end"),
+    column("doubt", "float64", "m, m/s", "errors below this cannot be told from none"),
+    column("touches", "int32", "1", "touches there are"),
+    column("missed", "float64", "1", "touches missed; negative: invented"),
+    column("touch_error", "float64", "s", "of the times of touch, the largest"),
+    column("steps", "float64", "1", "steps, or nodes, of a contact: ours as set, others' counted"),
+    column("seconds", "float64", "s", "CPU time per forcing period, of all threads"),
+    column("rigid", "float64", "m, m/s", "distance of the true state from the rigid limit's"),
+    column("failure", "str", "1", "why there is no measurement"),
+    status_column(),
+)
+
+_PAGE = """\
+# Stiff contacts
+
+Made by the command at the end of this page. The contact of one system is made softer and harder,
+through Young's modulus of the damper's side and through K itself, far beyond any material; every
+method follows the orbit from rest. A contact lasts as K^(-2/5), and its force rises as K^(2/5): a
+step that knows nothing of it must shrink with it or fail. `exact` solves a short contact in its own
+units, so that neither its error nor its cost grows with K; soft and long contacts are stepped. In
+the picture, what leaves the frame has diverged.
+
+![Error and cost against K]({picture})
+
+{tables}
+
+From the paper's K upwards, the dearest period of `exact` costs {ratio:.2f} times one at the
+paper's K.
+
+```sh
+{command}
+```
+"""
+
+_STIFF = 1e9  # K from which on the law of the rigid limit is fitted
+_SOFT = 3e7  # K of the paper's rubber: the soft case that harder ones are compared with
+
+
+@dataclass(frozen=True)
+class Stiff:
+    """What a survey of stiffness found: arrays by column, a row for each method and stiffness."""
+
+    title: str
+    table: dict[str, np.ndarray]
+
+    @property
+    def methods(self) -> list[str]:
+        """The integrators, ours first."""
+        return list(dict.fromkeys(self.table["method"].tolist()))
+
+    def of(self, method: str) -> dict[str, np.ndarray]:
+        """Return the rows of a method, by ascending K."""
+        rows = np.flatnonzero(self.table["method"] == method)
+        rows = rows[np.argsort(self.table["K"][rows], kind="stable")]
+        return {name: values[rows] for name, values in self.table.items()}
+
+    @property
+    def exponent(self) -> float:
+        """The observed exponent in K of the distance to the rigid limit; -2/5 is expected."""
+        rows = self.of("exact")
+        stiff = (rows["K"] >= _STIFF) & np.isfinite(rows["rigid"])
+        if stiff.sum() < 3:
+            return math.nan
+        return float(np.polyfit(np.log(rows["K"][stiff]), np.log(rows["rigid"][stiff]), 1)[0])
+
+    @property
+    def cost_ratio(self) -> float:
+        """The largest cost of `exact` at any K from `_SOFT` on, over that at the first of them."""
+        rows = self.of("exact")
+        hard = rows["seconds"][(rows["K"] >= _SOFT) & (rows["status"] == 0)]
+        return float(hard.max() / hard[0]) if hard.size else math.nan
+
+
+def read_stiffness(view: ArchiveView) -> Stiff:
+    """Return what an archive of such a survey holds."""
+    return Stiff(str(view.attrs["title"]), {name: view[name] for name in view.names})
+
+
+def lines(found: Stiff, methods: Sequence[str] | None = None) -> Iterator[str]:
+    """Yield the tables: ours in full, then where and how each peer fails."""
+    if math.isfinite(found.exponent):
+        yield f"The distance to the rigid limit falls as K^{found.exponent:.3f} (expected: K^-0.4)."
+    else:
+        yield "There is no rigid limit of isolated impacts to compare with."
+    yield ""
+    for method in ("exact", "rk4"):
+        yield from _table(found, method)
+        yield ""
+    yield (
+        "| peer | setting | largest error | at K | missed | invented | steps a contact "
+        "| dearest period | failed |"
+    )
+    yield "|---|---|---:|---:|---:|---:|---:|---:|---|"
+    for method in methods or found.methods[2:]:
+        yield _peer(found.of(method), method)
+
+
+def representatives(found: Stiff) -> list[str]:
+    """Return of each family of solvers the one that fails least, and of these the most exact."""
+
+    def badness(method: str) -> tuple[int, float]:
+        rows = found.of(method)
+        return int(rows["status"].sum()), float(np.nanmax(rows["error"], initial=0.0))
+
+    best: dict[str, str] = {}
+    for method in found.methods:
+        family = family_of(method)
+        best[family] = min(best.get(family, method), method, key=badness)
+    return list(best.values())
+
+
+def _table(found: Stiff, method: str) -> Iterator[str]:
+    yield (
+        f"| {method}: E2 [Pa] | K [N/m^1.5] | error | growth | touches | missed | steps a contact "
+        "| CPU per period | to the rigid limit |"
+    )
+    yield "|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
+    rows = found.of(method)
+    for i in range(len(rows["K"])):
+        row = {name: values[i] for name, values in rows.items()}
+        yield _line(row)
+
+
+def _line(row: dict[str, Any]) -> str:
+    modulus = "" if math.isnan(row["E2"]) else f"{row['E2']:.3g}"
+    if row["failure"]:
+        return f"| {modulus} | {row['K']:.2e} | failed: {row['failure']} | | | | | | |"
+    return (
+        f"| {modulus} | {row['K']:.2e} | {row['error']:.1e} | {row['growth']:.2g} "
+        f"| {row['touches']} | {number_words(row['missed'])} | {_three_digits(row['steps'])} "
+        f"| {duration(row['seconds'])} | {row['rigid']:.1e} |"
+    )
+
+
+def _peer(rows: dict[str, np.ndarray], method: str) -> str:
+    done = rows["status"] == 0
+    if not done.any():
+        return f"| {method} | {rows['setting'][0]} | | | | | | | everywhere: {rows['failure'][0]} |"
+    errors = np.where(done, rows["error"], -np.inf)
+    worst = int(np.argmax(errors))
+    missed, dearest = rows["missed"][done], float(rows["seconds"][done].max())
+    failed = "; ".join(
+        f"K = {K:.0e}: {why}"
+        for K, why in zip(rows["K"][~done], rows["failure"][~done], strict=True)
+    )
+    return (
+        f"| {method} | {rows['setting'][0]} | {errors[worst]:.1e} | {rows['K'][worst]:.1e} "
+        f"| {_sum(missed, 1)} | {_sum(missed, -1)} | {_counted(rows['steps'])} "
+        f"| {duration(dearest)} "
+        f"| {failed} |"
+    )
+
+
+def _three_digits(value: float) -> str:
+    return number_words(float(f"{value:.3g}"))
+
+
+def _counted(steps: np.ndarray) -> str:
+    """Return the range of the steps of a contact; empty if nobody counted."""
+    known = steps[np.isfinite(steps)]
+    return f"{known.min():.0f} to {known.max():.0f}" if known.size else ""
+
+
+def _sum(missed: np.ndarray, sign: int) -> str:
+    """Return how many touches were missed (1) or invented (-1) in all; empty if nobody knows."""
+    if np.isnan(missed).all():
+        return ""
+    return f"{np.nansum(np.maximum(sign * missed, 0.0)):g}"
+
+
+def page(found: Stiff, picture: str, command: str) -> str:
+    """Return the page of a survey of stiffness: the picture, the tables, the command."""
+    return _PAGE.format(
+        picture=picture, tables="\n".join(lines(found)), ratio=found.cost_ratio, command=command
+    )

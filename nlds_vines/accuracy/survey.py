@@ -1,0 +1,191 @@
+"""A survey: many measurements, task by task, each kept as soon as it is made, in one archive.
+
+What is measured is a table: rows with the same columns, each task some rows of it.  A run that is
+interrupted goes on, with `resume`, at the first task that is not kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from nlds_vines.accuracy.results import DIMS
+from nlds_vines.archives import archive, durable
+from nlds_vines.archives.dataset import Dataset, Scale, Table
+from nlds_vines.archives.provenance import attributes
+from nlds_vines.errors import RequestError
+from nlds_vines.runs import interrupts
+from nlds_vines.runs.folder import RunFolder
+from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.runs.manifest import SURVEY
+from nlds_vines.runs.partfile import UNSOUND, fetch, identity, path_of, store
+from nlds_vines.toml import toml_text
+
+Row = Mapping[str, Any]
+"""One measurement: a value for each column."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """Some rows of the table that are measured together: `name` for people."""
+
+    name: str
+    rows: Callable[[], Sequence[Row]]
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What is measured: `about` says all that determines it, as a TOML document.
+
+    `shape` names the table, so that readers of an archive know what is in it.
+    """
+
+    title: str
+    shape: str
+    about: Mapping[str, Any]
+    columns: tuple[Dataset, ...]
+    tasks: tuple[Task, ...]
+
+    def to_toml(self) -> str:
+        """Return what is measured as TOML."""
+        return toml_text({"title": self.title, "survey": self.shape, **self.about})
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of what determines the numbers, but for the machine."""
+        return hashlib.sha256(toml_text({"survey": self.shape, **self.about}).encode()).hexdigest()
+
+
+@dataclass
+class SurveyRun(RunFolder):
+    """A survey under way: one sealed part for each task."""
+
+    content: ClassVar[str] = SURVEY
+
+    request: Survey
+    seconds: float = 0.0
+    kept: dict[int, dict[str, np.ndarray]] = field(default_factory=dict)
+
+    def recall(self) -> int:
+        """Read what an earlier run left; returns how many tasks that is.
+
+        What does not verify is removed, and measured again.
+        """
+        for index in range(len(self.request.tasks)):
+            path = path_of(self.folder, index)
+            try:
+                part = fetch(path, identity(self.request.hash, index)).by_us()
+            except FileNotFoundError:
+                continue
+            except UNSOUND as error:
+                self.discarded.append(f"{path.name} is measured again: {error}")
+                path.unlink()
+                continue
+            self.kept[index] = part.arrays
+            self.seconds += part.made.seconds
+        return len(self.kept)
+
+    def abandon(self) -> None:
+        """Leave nothing behind if nothing was measured."""
+        if not self.kept:
+            self._clear()
+
+    def measure(self, index: int) -> dict[str, np.ndarray]:
+        """Return the columns of a task, measured unless they are kept."""
+        if index not in self.kept:
+            began = time.monotonic()
+            arrays = table_of(self.request.columns, self.request.tasks[index].rows())
+            spent = time.monotonic() - began
+            path, whose = path_of(self.folder, index), identity(self.request.hash, index)
+            with durable.in_one_line(f"write a part in {self.folder}"):
+                store(path, whose, arrays, seconds=spent, threads=1)
+            self.kept[index] = arrays
+            self.seconds += spent
+        return self.kept[index]
+
+    def store(self) -> None:
+        """Write the archive of all tasks and let the parts go."""
+        parts = [self.kept[index] for index in range(len(self.request.tasks))]
+        contents = [
+            (column, np.concatenate([part[column.name] for part in parts]))
+            for column in self.request.columns
+        ]
+        count = len(contents[0][1])
+        rows = Scale(DIMS[0], np.arange(1, count + 1, dtype=np.int32), "1", "measurement")
+        more = {
+            "content": self.content,
+            "survey": self.request.shape,
+            "seconds": round(self.seconds, 3),
+            **self.begun_by(),
+        }
+        attrs = attributes(self.request, more)
+        table = Table.of(self.request.columns, {rows.name: count})
+        pieces = archive.whole(contents)
+        self.deliver(lambda path: archive.write(path, table, [rows], pieces, lambda: attrs))
+
+
+def run(
+    survey: Survey,
+    output: Path,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    show: Callable[[str], object] | None = None,
+) -> None:
+    """Do a survey into the archive `output`; `show` is told of each task with the time to go.
+
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, every finished task kept for `resume`, and
+    `RequestError` where the archive cannot be had.
+    """
+    opened = SurveyRun.open(output, survey, resume=resume, overwrite=overwrite)
+    with opened as journal, interrupts.heard() as stop:
+        if journal.complete:
+            return
+        known = journal.recall()
+        for line in journal.discarded:
+            print(line, file=sys.stderr)
+        try:
+            for line in _done(journal, stop, known):
+                if show is not None:
+                    show(line)
+            journal.store()
+        except RequestError:
+            journal.abandon()
+            raise
+        except (interrupts.Stopped, KeyboardInterrupt):
+            raise Interrupted(
+                f"interrupted: {len(journal.kept)} of {len(survey.tasks)} parts are kept in "
+                f"{journal.folder}; the same command with --resume (in place of --overwrite) "
+                "goes on from there",
+                stop.status,
+            ) from None
+
+
+def _done(journal: SurveyRun, stop: interrupts.Stop, known: int) -> Iterator[str]:
+    """Measure task by task; yield a line before each: which, and how long the rest may take."""
+    tasks, began = journal.request.tasks, time.monotonic()
+    for index, task in enumerate(tasks):
+        stop.check()
+        if index in journal.kept:
+            continue
+        done = len(journal.kept) - known
+        left = (time.monotonic() - began) / done * (len(tasks) - known - done) if done else None
+        estimate = "" if left is None else f", about {left:.0f} s to go"
+        yield f"{index + 1}/{len(tasks)} {task.name}{estimate}"
+        journal.measure(index)
+
+
+def table_of(columns: Iterable[Dataset], rows: Sequence[Row]) -> dict[str, np.ndarray]:
+    """Return rows as contiguous arrays by column."""
+    found = {}
+    for column in columns:
+        dtype: Any = np.str_ if column.dtype == "str" else column.dtype
+        found[column.name] = np.array([row[column.name] for row in rows], dtype=dtype)
+    return found

@@ -1,0 +1,138 @@
+"""Where an archive comes from: what was computed, from what, by what, and when."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    pass
+
+
+class Request(Protocol):
+    """What is computed: a title for people, and all that determines the numbers."""
+
+    @property
+    def title(self) -> str:
+        """One line for people."""
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of what determines the numbers."""
+
+    def to_toml(self) -> str:
+        """Return the file that means exactly this request."""
+
+
+Value = str | int | float
+
+SCHEMA = 1
+"""Number of the archive's layout; it rises when a reader of the old one would misread the new."""
+
+LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "h5py")
+"""The packages whose versions may change a bit of a result or of a file."""
+
+_PACKAGE = Path(__file__).parent.parent
+
+
+def attributes(request: Request, more: Mapping[str, Value]) -> dict[str, Value]:
+    """Return the attributes of any archive: what was asked for, when, by what; and `more`."""
+    return {
+        "Conventions": "CF-1.10",
+        "title": request.title,
+        "history": f"{now()} {more.get('command', ' '.join(sys.argv))}",
+        "schema": SCHEMA,
+        "scan": request.to_toml(),
+        "scan_hash": request.hash,
+        "argv": json.dumps(sys.argv),
+        "commit": commit(),
+        **makers(),
+        **more,
+    }
+
+
+def now() -> str:
+    """Return the time, in UTC to the second."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+@cache
+def makers() -> dict[str, str]:
+    """Return what may change a bit of a result: versions, this program's sources, the machine.
+
+    Results of different makers never meet in one archive.
+    """
+    return {
+        "source": f"nlds_vines {version('nlds-vines')}",
+        "source_hash": _source_hash(),
+        "python_version": platform.python_version(),
+        **{f"{library}_version": version(library) for library in LIBRARIES},
+        "machine": platform.machine(),
+    }
+
+
+@cache
+def version(package: str) -> str:
+    """Return the version of an installed package without importing it; `unknown` if it is not.
+
+    Octave is no package but a program, and is asked itself.
+    """
+    if package == "octave":
+        return _octave()
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def _octave() -> str:
+    """Return the number in the first line of what Octave says of itself; `unknown` without it."""
+    if shutil.which("octave-cli") is None:
+        return "unknown"
+    try:
+        said = subprocess.run(
+            ["octave-cli", "--version"], capture_output=True, text=True, check=True, timeout=60
+        ).stdout
+    except (OSError, subprocess.SubprocessError):
+        return "unknown"
+    number = re.search(r"\d+(\.\d+)+", said.partition("\n")[0])
+    return number.group() if number else "unknown"
+
+
+@cache
+def commit() -> str:
+    """Return the commit of the clone that this program runs from, `+` for changes; else `none`."""
+    if not (_PACKAGE.parent / ".git").exists():
+        return "none"
+    try:
+        found = _git("rev-parse", "HEAD")
+        changed = _git("status", "--porcelain", "--untracked-files=no", "--", str(_PACKAGE))
+    except (OSError, subprocess.SubprocessError):  # no git here, or it refuses this clone
+        return "unknown"
+    return found + ("+" if changed else "")
+
+
+def _git(*arguments: str) -> str:
+    command = ["git", "-C", str(_PACKAGE.parent), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
+    return done.stdout.strip()
+
+
+def _source_hash() -> str:
+    """Return a hash of all sources of this program, in their order of names."""
+    digest = hashlib.sha256()
+    for path in sorted(_PACKAGE.rglob("*.py")):
+        digest.update(f"{path.relative_to(_PACKAGE).as_posix()}\0".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

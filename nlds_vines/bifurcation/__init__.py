@@ -1,0 +1,23 @@
+"""Scan one parameter or two: a bifurcation diagram or a map, in an archive and a picture.
+
+In reading order:
+
+    options        what the command line changes in a scan file
+    request        `Scan`: what to compute, checked
+    request_file   a scan file (TOML) read into a `Scan`
+    datasets       the table of what a scan's archive holds
+    blocks         the rectangles of cells into which a scan is cut
+    room           whether memory and disk suffice
+    compute        one block through the kernels
+    parts          the part files of a scan under way
+    run            block after block, from request to archive
+    tally          what came of the orbits so far
+    estimate       what a scan would take
+    cluster        blocks on the workers of a Dask cluster
+    picture/       diagrams and maps, drawn from the archive alone
+    command        `python -m nlds_vines.bifurcation` and `nv.bifurcation`
+"""
+
+from nlds_vines.callable_package import make_callable
+
+make_callable(__name__)

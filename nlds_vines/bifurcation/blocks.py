@@ -1,0 +1,122 @@
+"""How a scan is cut into blocks, and which of them are a shard's.
+
+The cut is a function of the scan alone, never of the machine: so a run can be resumed on another
+one, and many machines can share one scan without talking to each other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise, product
+from typing import TYPE_CHECKING
+
+from nlds_vines.model.system import CELL
+from nlds_vines.orbits.wants import RETRACED, components, noted
+from nlds_vines.runs.shard import Shard
+
+if TYPE_CHECKING:
+    from nlds_vines.bifurcation.request import Scan
+
+
+BLOCK_PERIODS = 200_000  # forcing periods in a block: some tenths of a second
+MOST_BLOCKS = 4000
+BLOCK_BYTES = 1 << 27  # of one block, while it is computed
+_LANE_BYTES = 1024  # of one orbit's numbers: counts, energies, evidence, ends, status
+_PERIOD_BYTES = CELL.itemsize + 6 * 32  # of one traced again: its cell, and six states at a time
+
+
+@dataclass(frozen=True)
+class Block:
+    """A rectangle of cells, computed and stored as one.
+
+    `slices` has one pair per axis of the scan: the first cell, and the cell after the last one.
+    """
+
+    index: int
+    slices: tuple[tuple[int, int], ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of cells along each axis."""
+        return tuple(stop - first for first, stop in self.slices)
+
+    @property
+    def cells(self) -> int:
+        """Number of cells in all."""
+        return math.prod(self.shape)
+
+    @property
+    def selection(self) -> tuple[slice, ...]:
+        """The rectangle as slices into an array of the whole grid."""
+        return tuple(slice(first, stop) for first, stop in self.slices)
+
+
+def blocks_of(scan: Scan, shard: Shard | None = None) -> Iterator[Block]:
+    """Cut the grid of a scan into rectangles of cells: all of them, or those of one shard.
+
+    Where orbits follow an attractor along the last axis, that axis stays whole.
+    """
+    rows, along = _block_sides(scan)
+    rows_of = [_spans(n, rows) for n in scan.shape[:-1]]
+    spans = product(*rows_of, _spans(scan.shape[-1], along))
+    blocks = (Block(index, tuple(slices)) for index, slices in enumerate(spans))
+    return (block for block in blocks if shard is None or shard.has(block.index))
+
+
+def result_bytes(scan: Scan) -> int:
+    """Return the size of all results of a scan before compression, 16 bytes for a string."""
+    return scan.table.bytes(text=16)
+
+
+def lane_bytes(scan: Scan) -> int:
+    """Return the size of one orbit's buffers while it is computed, its section foremost.
+
+    For a verdict that is longer than what is stored: part of the transient belongs to it.  For an
+    error there are two such orbits, and the periods that are traced again.
+    """
+    rows = noted(scan.want, scan.transient, scan.periods)
+    orbit = 8 * rows * len(components(scan.system.scene)) + _LANE_BYTES
+    if "error" not in scan.want:
+        return orbit
+    return 2 * orbit + min(scan.periods, RETRACED) * _PERIOD_BYTES
+
+
+def block_bytes(scan: Scan) -> int:
+    """Return the size of the results of the largest block."""
+    total = math.prod(scan.shape)
+    return result_bytes(scan) * _largest(scan) // total
+
+
+def work_bytes(scan: Scan) -> int:
+    """Return the size of the buffers of the largest block, while it is computed."""
+    return lane_bytes(scan) * scan.starts * _largest(scan)
+
+
+def _largest(scan: Scan) -> int:
+    """Return the most cells of a block."""
+    return min(math.prod(scan.shape), math.prod(_block_sides(scan)))
+
+
+def _block_sides(scan: Scan) -> tuple[int, int]:
+    """Return the most cells of a block along the first of two axes, and along the last one."""
+    last, cells = scan.shape[-1], _block_cells(scan)
+    along = last if scan.start.sweeps else min(last, cells)
+    return (max(1, cells // last) if along == last else 1), along
+
+
+def _block_cells(scan: Scan) -> int:
+    """Return how many cells make a block of agreeable duration and size."""
+    per_cell = scan.starts * (scan.transient + scan.periods)
+    total = math.prod(scan.shape)
+    by_time = max(BLOCK_PERIODS // per_cell, math.ceil(total / MOST_BLOCKS))
+    by_size = BLOCK_BYTES // (scan.starts * lane_bytes(scan))
+    return max(1, min(by_time, by_size))
+
+
+def _spans(length: int, size: int) -> list[tuple[int, int]]:
+    """Return (first, last + 1) of pieces of at most `size`, as equal as can be."""
+    pieces = math.ceil(length / size)
+    edges = [length * i // pieces for i in range(pieces + 1)]
+    return list(pairwise(edges))

@@ -1,0 +1,254 @@
+"""Blocks on the workers of a Dask cluster, which may be lost, killed and replaced as they like.
+
+The only module that imports `distributed` (extra `cluster`).  A task is a block: it computes and
+writes the part into the shared folder, and returns nothing but how it went.  To do it twice does no
+harm, for both write the same bytes under the same name.  So whatever is not known to be finished is
+simply submitted again; what counts is the verified part in the folder.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.bifurcation.parts import PartFiles, scan_of
+from nlds_vines.bifurcation.tally import Note
+from nlds_vines.errors import RequestError, shown
+from nlds_vines.runs.interrupts import Stop
+from nlds_vines.runs.manifest import Manifest
+
+if TYPE_CHECKING:
+    from nlds_vines.bifurcation.compute import Computer
+    from nlds_vines.bifurcation.parts import Parts
+
+WINDOW = 2  # blocks that are submitted at a time, for each worker
+LOOK_EVERY = 0.5  # seconds between two looks at the workers
+PATIENCE = 60.0  # seconds without progress until all is submitted again; doubled each time
+MOST_TRIES = 8  # of one block
+GIVE_UP = 6  # so many times in a row, two hours in all
+REACH = 30.0  # seconds to reach a scheduler
+
+_one_at_a_time = threading.Lock()  # kernels are parallel inside, and not to be entered twice
+
+
+def compute(
+    parts: Parts,
+    blocks: Sequence[Block],
+    scheduler: str,
+    threads: int | None,
+    note: Note,
+    stop: Stop,
+) -> None:
+    """Compute blocks on a cluster, and return when their parts are in the folder and verified.
+
+    Arguments: `scheduler` is `local:N` for N processes here, or the address of a scheduler whose
+    workers see the folder of the parts under the same path; `threads` of one worker, by default 1
+    where workers are ours, and else what they were started with.
+
+    Raises `RequestError` where there is no such scheduler, a worker cannot write, or nothing
+    finishes any more; `interrupts.Stopped` when asked to stop.
+    """
+    if not blocks:
+        return
+    with _client(scheduler, threads) as client:
+        try:
+            _Blocks(parts, blocks, client, threads, note).run(stop)
+        except (OSError, TimeoutError) as error:
+            text = f"--scheduler {shown(scheduler)} is gone; --resume goes on elsewhere"
+            raise RequestError(f"{text}: {error}") from error
+
+
+def work(folder: str, scan_hash: str, block: Block, threads: int | None) -> int:
+    """Compute a block of the scan in a folder of parts, on a worker; returns the block's index."""
+    with _one_at_a_time:
+        began = time.perf_counter()
+        from nlds_vines.runs.threads import use_threads
+
+        computer, files = _prepared(folder, scan_hash)
+        used = use_threads(threads)
+        arrays = computer.block(block)
+        files.write(block, arrays, seconds=time.perf_counter() - began, threads=used)
+    return block.index
+
+
+@lru_cache(maxsize=2)
+def _prepared(folder: str, scan_hash: str) -> tuple[Computer, PartFiles]:
+    """Return what all blocks of a scan share, prepared once in a worker.
+
+    Raises `RequestError` if the folder does not hold that scan, as seen from here.
+    """
+    from nlds_vines.bifurcation.compute import Computer
+
+    manifest = Manifest.read(Path(folder))
+    if manifest is None or manifest.scan_hash != scan_hash:
+        raise RequestError(f"a worker does not find the scan in {folder}: is the folder shared?")
+    scan = scan_of(manifest)
+    return Computer(scan), PartFiles(Path(folder), scan)
+
+
+class _Blocks:
+    """The blocks of one scan on a cluster: waiting, under way, done."""
+
+    def __init__(
+        self,
+        parts: Parts,
+        blocks: Sequence[Block],
+        client: Any,
+        threads: int | None,
+        note: Note,
+    ) -> None:
+        self._parts, self._client, self._note = parts, client, note
+        self._waiting = deque(blocks)
+        self._under_way: dict[Any, Block] = {}  # by future
+        self._failures: Counter[int] = Counter()
+        self._longest = 0.0
+        self._stalls = 0
+        self._moved = time.monotonic()
+        self._where = str(parts.folder.resolve()), parts.request.hash
+        self._threads = threads
+
+    def run(self, stop: Stop) -> None:
+        """Submit, collect and submit again until every block is done."""
+        while self._waiting or self._under_way:
+            stop.check()
+            self._submit()
+            for future in self._ended():
+                self._collect(future)
+            self._watch()
+
+    def _submit(self) -> None:
+        """Keep about twice as many blocks under way as there are workers."""
+        room = WINDOW * max(1, self._workers()) - len(self._under_way)
+        for _ in range(min(room, len(self._waiting))):
+            block = self._waiting.popleft()
+            future = self._client.submit(work, *self._where, block, self._threads, pure=False)
+            self._under_way[future] = block
+
+    def _workers(self) -> int:
+        return len(self._client.nthreads())
+
+    def _ended(self) -> list[Any]:
+        """Return the futures that have ended, if need be after a moment."""
+        from distributed import wait
+
+        try:
+            wait(list(self._under_way), timeout=LOOK_EVERY, return_when="FIRST_COMPLETED")
+        except TimeoutError:
+            return []
+        return [future for future in self._under_way if future.status != "pending"]
+
+    def _collect(self, future: Any) -> None:
+        """Count the block of a future if its part is there and sound; else let it be done again."""
+        block = self._under_way.pop(future)
+        reason = self._failure(future)
+        future.release()
+        reason = reason or self._count(block)
+        if reason is not None:
+            self._again(block, reason)
+
+    def _count(self, block: Block) -> str | None:
+        """Count a block whose part is there and sound; return what is wrong with it, else None."""
+        try:
+            part = self._parts.load(block)
+        except FileNotFoundError:
+            return f"its worker does not write into {self._parts.folder}: is it shared?"
+        except ValueError as error:
+            return str(error)
+        self._longest = max(self._longest, part.made.seconds)
+        self._moved, self._stalls = time.monotonic(), 0
+        self._note(part.arrays)
+        return None
+
+    def _failure(self, future: Any) -> str | None:
+        """Return why a future has no result; None where it has one."""
+        if future.status == "finished":
+            return None
+        if future.status != "error":
+            return f"its task was {future.status}"
+        error = future.exception()
+        return str(error) if isinstance(error, RequestError) else f"{type(error).__name__}: {error}"
+
+    def _again(self, block: Block, reason: str) -> None:
+        self._failures[block.index] += 1
+        if self._failures[block.index] >= MOST_TRIES:
+            raise RequestError(
+                f"block {block.index} has failed {MOST_TRIES} times, at last: {reason}; "
+                "--resume tries again"
+            )
+        self._waiting.appendleft(block)
+
+    def _watch(self) -> None:
+        """Submit again what is under way when nothing has moved for long; give up in the end.
+
+        The first blocks may take as long as compiling does, so patience grows.
+        """
+        if time.monotonic() - self._moved < PATIENCE * 2**self._stalls + 10 * self._longest:
+            return
+        self._moved, self._stalls = time.monotonic(), self._stalls + 1
+        workers = self._workers()
+        if self._stalls > GIVE_UP:
+            raise RequestError(
+                f"no block has been finished by {workers} workers for long; --resume goes on"
+            )
+        print(f"no progress: {workers} workers; submitting again", file=sys.stderr, flush=True)
+        futures, blocks = list(self._under_way), list(self._under_way.values())
+        self._client.cancel(futures, force=True)
+        self._under_way.clear()
+        # a worker that we lost sight of may have finished its block all the same
+        self._waiting.extend(block for block in blocks if self._count(block) is not None)
+
+
+@contextmanager
+def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
+    """Connect to a scheduler, or start one with workers here; leave nothing behind."""
+    try:
+        import distributed
+    except ImportError as error:
+        text = "needs Dask: pip install 'nlds-vines[cluster]'"
+        raise RequestError(f"--scheduler {scheduler} {text}") from error
+    with ExitStack() as stack:
+        address: Any = scheduler
+        if scheduler.startswith("local:"):
+            address = stack.enter_context(_local(int(scheduler.removeprefix("local:")), threads))
+        try:
+            client = distributed.Client(address, timeout=REACH, set_as_default=False)
+        except (OSError, ValueError, TimeoutError) as error:
+            text = f"--scheduler {shown(scheduler)} cannot be reached"
+            raise RequestError(f"{text}: {error}") from error
+        stack.enter_context(client)
+        stack.enter_context(client.as_current())
+        yield client
+
+
+def _local(workers: int, threads: int | None) -> Any:
+    """Return a cluster of so many processes here; those that die are replaced, however they die.
+
+    A worker killed while it starts would be the end of a cluster of a fixed size.
+    """
+    from distributed import LocalCluster
+
+    cluster = LocalCluster(
+        n_workers=0,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address="127.0.0.1:0",
+        local_directory=None,
+        silence_logs=50,  # a lost worker is no news here
+        env={"NUMBA_NUM_THREADS": str(threads or 1), **_on_path()},
+    )
+    cluster.adapt(minimum=workers, maximum=workers)
+    return cluster
+
+
+def _on_path() -> dict[str, str]:
+    """Return the setting that lets workers find what this process imports."""
+    return {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}

@@ -1,0 +1,130 @@
+"""One block of cells through the kernels: from a scan's numbers to the arrays of its archive."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nlds_vines.archives.dataset import Dataset
+from nlds_vines.model.linear_response import energy_alone
+from nlds_vines.orbits import refinement
+from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
+from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.starts import random_states, start_states
+from nlds_vines.orbits.status_words import OK
+
+if TYPE_CHECKING:
+    from nlds_vines.bifurcation.blocks import Block
+    from nlds_vines.bifurcation.request import Scan
+
+
+STEP = {"up": 1, "down": -1}
+"""How a sweep goes along the last axis, whose values ascend."""
+
+
+class Computer:
+    """Computes blocks of one scan; what all blocks share is prepared once."""
+
+    def __init__(self, scan: Scan, settings: Settings | None = None) -> None:
+        """Prepare the cells and starts of `scan`; by default with the settings of its method."""
+        self.scan = scan
+        self._cells = scan.cells()
+        self._draws = start_states(scan.start) if scan.start.policy == "random" else None
+        settings = Settings.of(scan.method) if settings is None else settings
+        wanted = Wanted(scan.system.scene, scan.want, scan.method, scan.effort, settings)
+        self._kernels, self._finer = Kernels(wanted), None
+        if "error" in scan.want:
+            finer = settings.refined(scan.method)
+            self._finer = Kernels(replace(wanted, settings=finer))
+
+    def block(self, block: Block) -> dict[str, np.ndarray]:
+        """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
+        cells = self._cells[block.selection]
+        arrays = self.lanes(*self._chains(cells))
+        return {
+            name: self._in_place(arrays[name], cells.shape, name)
+            for name in self.scan.table.datasets
+        }
+
+    def lanes(self, chains: np.ndarray, starts: np.ndarray) -> dict[str, np.ndarray]:
+        """Return everything found out about chains of cells (chains, links) from their starts.
+
+        By name of the dataset, each (chains, links, tail); some may be more than the scan wants.
+        """
+        outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
+        return self._arrays(outputs, chains)
+
+    def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
+        """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads.
+
+        And once more by refined settings, where the scan wants the error.
+        """
+        outputs = self._kernels.run(chains, starts, transient, periods)
+        if self._finer is None:
+            return outputs
+        return replace(
+            outputs,
+            retraced=refinement.retraced(self._finer, outputs, chains, periods),
+            refined=self._finer.run(chains, starts, transient, periods),
+        )
+
+    def _chains(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the chains of a block of cells and the start (x1, v1, r, s) of each."""
+        if sweeps := self.scan.start.sweeps:
+            rows = cells.reshape(-1, cells.shape[-1])
+            chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
+            return chains, np.zeros((len(chains), 4))
+        chains = np.repeat(cells.ravel(), self.scan.starts)[:, np.newaxis]
+        if self._draws is None:
+            return chains, np.zeros((len(chains), 4))
+        states = random_states(cells, self._draws, self.scan.system.scene)
+        return chains, np.ascontiguousarray(states.reshape(-1, 4))
+
+    def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the datasets in the order of the lanes (chains, links, tail)."""
+        status = outputs.status
+        arrays = {"status": status}
+        if outputs.section is not None:
+            arrays["section"] = outputs.section[:, :, -self.scan.periods :]
+        if outputs.energy is not None:
+            arrays["E1max"], arrays["E2max"] = outputs.energy[..., 0], outputs.energy[..., 1]
+            with np.errstate(all="ignore"):  # without a force nothing can be reduced: NaN
+                arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(cells)
+        if outputs.peak is not None:
+            arrays["E1peak"], arrays["E2peak"] = outputs.peak[..., 0], outputs.peak[..., 1]
+        if outputs.violation is not None:
+            names = ("first_violation", "violation_depth", "violations")
+            arrays |= dict(zip(names, np.moveaxis(outputs.violation, -1, 0), strict=True))
+        if outputs.clearance is not None:
+            arrays["clearance"] = outputs.clearance[..., 0]
+        if outputs.cycle is not None:
+            by_wall = outputs.cycle[..., 1:]
+            arrays["impacts"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
+        if outputs.counts is not None:
+            arrays["impact_rate"] = outputs.counts.sum(axis=-1) / self.scan.periods
+        if outputs.evidence is not None:
+            arrays |= outputs.verdicts(cells, self.scan.transient)
+        if outputs.refined is not None:
+            arrays |= refinement.arrays_of(outputs, outputs.refined, arrays.get("label"))
+        for name, dataset in self.scan.table.datasets.items():
+            _failed_filled(arrays[name], dataset, status)
+        return arrays
+
+    def _in_place(self, values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:
+        """Return values of lanes in the block's shape, failed lanes at their fill value."""
+        if sweeps := self.scan.start.sweeps:
+            passes = values.reshape(len(sweeps), -1, *values.shape[1:])
+            ordered = (one[:, :: STEP[sweep]] for one, sweep in zip(passes, sweeps, strict=True))
+            values = np.stack(list(ordered), axis=2)
+        tail = self.scan.table.shape(name)[len(self.scan.axes) :]
+        return values.reshape(*shape, *tail)
+
+
+def _failed_filled(values: np.ndarray, dataset: Dataset, status: np.ndarray) -> np.ndarray:
+    """Return the values with the fill value in lanes that failed, but for what says that."""
+    failed = status != OK
+    if dataset.name not in ("status", "regime", "label") and failed.any():
+        values[failed] = dataset.fill
+    return values

@@ -1,0 +1,221 @@
+"""A scan under way: one sealed part file for every finished block, beside the archive to be.
+
+Each block of cells becomes a part file in the scan's folder (`folder`) the moment it is computed,
+and nothing computed is ever lost again.  At the end the parts become one archive, which is checked
+before it takes its name; then they go.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from nlds_vines.archives import archive, durable
+from nlds_vines.archives.provenance import Value, attributes
+from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.errors import RequestError
+from nlds_vines.runs.folder import RunFolder, folder_of
+from nlds_vines.runs.manifest import NAME, SCAN, Manifest, refuse_others
+from nlds_vines.runs.partfile import UNSOUND, Made, Part, _arrays, _header, fetch, path_of, store
+from nlds_vines.toml import parse_toml
+
+
+def scan_of(manifest: Manifest) -> Scan:
+    """Return the scan that a manifest tells of; `RequestError` where it tells of no scan."""
+    refuse_others(f"{manifest.title!r} under way is", manifest.content)
+    return load_scan(parse_toml(manifest.toml, NAME))
+
+
+class PartFiles:
+    """The part files of one scan in one folder; no lock is held, whoever writes them."""
+
+    def __init__(self, folder: Path, scan: Scan) -> None:
+        """Look into `folder`, which need not exist, for parts of `scan`."""
+        self.folder = folder
+        self.scan = scan
+
+    def path(self, block: Block) -> Path:
+        """Return the path of the part of a block."""
+        return path_of(self.folder, block.index)
+
+    def there(self, blocks: Iterable[Block]) -> list[Block]:
+        """Return the blocks that have a part, sound or not."""
+        try:
+            names = set(os.listdir(self.folder))
+        except FileNotFoundError:
+            names = set()
+        return [block for block in blocks if self.path(block).name in names]
+
+    def load(self, block: Block) -> Part:
+        """Return the verified part of a block; one of `UNSOUND` says what is wrong with it."""
+        part = fetch(self.path(block), self._identity(block))
+        self._check(block, part.arrays)
+        return part
+
+    def peek(self, block: Block, wanted: Iterable[str]) -> Part:
+        """Return the `wanted` arrays of a part as they stand, without looking at the seal.
+
+        For a look from outside at a scan under way: it reads no more than it must.
+        """
+        data = np.memmap(self.path(block), mode="r").data
+        head, start = _header(data)
+        arrays = {name: a.copy() for name, a in _arrays(data, head["arrays"], start, set(wanted))}
+        return Part(arrays, Made(**head["made"]))
+
+    def write(
+        self, block: Block, arrays: Mapping[str, np.ndarray], *, seconds: float, threads: int
+    ) -> Part:
+        """Store what was computed for a block: after this returns, it survives a power cut.
+
+        `arrays` has exactly the datasets of the scan, each of shape rectangle + (starts,) + tail.
+        Returns the part as it stands in the file.  Raises OSError if it cannot be written,
+        ValueError if names or shapes are not the scan's.
+        """
+        content = {name: self._as_stored(name, array) for name, array in arrays.items()}
+        self._check(block, content)
+        identity = self._identity(block)
+        return store(self.path(block), identity, content, seconds=seconds, threads=threads)
+
+    def _identity(self, block: Block) -> list[Any]:
+        """Return what makes a part the part of this block of this scan."""
+        return [
+            self.scan.hash,
+            block.index,
+            [[int(first), int(stop)] for first, stop in block.slices],
+        ]
+
+    def _as_stored(self, name: str, array: np.ndarray) -> np.ndarray:
+        table = self.scan.table.datasets
+        dtype = table[name].dtype if name in table else None
+        return np.ascontiguousarray(array, dtype=np.str_ if dtype == "str" else dtype)
+
+    def _check(self, block: Block, arrays: Mapping[str, np.ndarray]) -> None:
+        """Raise ValueError unless `arrays` are those of this scan, in this block's shape."""
+        table = self.scan.table
+        if arrays.keys() != table.datasets.keys():
+            raise ValueError(f"it holds {sorted(arrays)}, not {sorted(table.datasets)}")
+        for name, array in arrays.items():
+            shape = (*block.shape, *table.shape(name)[len(block.shape) :])
+            if array.shape != shape:
+                raise ValueError(f"{name} has shape {array.shape}, not {shape}")
+
+
+Arrays = dict[str, np.ndarray]
+
+FRESH_BYTES = 1 << 26
+"""Results up to this size stay in memory until they are consolidated, and are not read back."""
+
+
+@dataclass
+class Parts(RunFolder):
+    """The part files of one scan; use `Parts.open`, and as a context manager."""
+
+    content: ClassVar[str] = SCAN
+
+    request: Scan
+    _fresh: dict[int, Part] = field(default_factory=dict)
+    _fresh_bytes: int = 0
+
+    @classmethod
+    def begun(cls, path: Path) -> Parts:
+        """Open the parts beside the archive-to-be `path` as they are, to join them.
+
+        Raises `RequestError` if there are none, or if a run or a shard is at work on them.
+        """
+        manifest = Manifest.read(folder_of(path))
+        if manifest is None:
+            raise RequestError(f"there are no parts of {path}: nothing was begun, or all is done")
+        return cls.open(path, scan_of(manifest), resume=True)
+
+    def sound(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, Part]]:
+        """Yield the blocks whose parts verify: seal, scan, rectangle, arrays and makers.
+
+        Existence proves nothing.  A part that does not verify is removed, and noted in
+        `discarded`.
+        """
+        with durable.in_one_line(f"read the parts in {self.folder}"):
+            for block in self.files.there(blocks):
+                try:
+                    part = self.load(block)
+                except UNSOUND as error:
+                    path = self.files.path(block)
+                    self.discarded.append(f"{path.name} is computed again: {error}")
+                    path.unlink(missing_ok=True)
+                else:
+                    yield block, part
+
+    def finished(self, blocks: Iterable[Block]) -> set[int]:
+        """Return the indices of the blocks whose parts verify, as `sound`."""
+        return {block.index for block, _ in self.sound(blocks)}
+
+    def load(self, block: Block) -> Part:
+        """Return the verified part of a block; one of `UNSOUND` says what is wrong with it."""
+        return self.files.load(block).by_us()
+
+    def write(
+        self, block: Block, arrays: Mapping[str, np.ndarray], seconds: float = 0.0, threads: int = 1
+    ) -> None:
+        """Store what was computed for a block, as `PartFiles.write`.
+
+        Raises `RequestError` if the disk is full or the folder is gone: earlier parts are intact.
+        """
+        with durable.in_one_line(f"write a part in {self.folder}"):
+            part = self.files.write(block, arrays, seconds=seconds, threads=threads)
+        self._fresh_bytes += sum(array.nbytes for array in part.arrays.values())
+        if self._fresh_bytes <= FRESH_BYTES:
+            self._fresh[block.index] = part
+
+    def consolidate(
+        self,
+        blocks: Sequence[Block],
+        provenance: Mapping[str, Value] | None = None,
+        check: Callable[[], object] = lambda: None,
+    ) -> Path:
+        """Make one archive of all the parts, check it, put it in place and remove the parts.
+
+        `provenance` joins the archive's attributes; its `command` is what the history tells.
+        `check` is called for every part: what it raises ends the work.  Memory is that of one part.
+        Raises `RequestError` if a block is missing, or as `deliver`.
+        """
+        missing = len(blocks) - len(self.files.there(blocks))
+        if missing:
+            raise RequestError(f"{self.path}: {missing} blocks are missing, use --resume")
+
+        def make(path: Path) -> None:
+            told = {"seconds": 0.0, "threads": 0} | self.begun_by() | dict(provenance or {})
+            scan, pieces = self.request, self._pieces(blocks, told, check)
+            archive.write(
+                path, scan.table, scan.scales(), pieces, lambda: attributes(scan, scan.about | told)
+            )
+
+        self.deliver(make)
+        return self.path
+
+    @cached_property
+    def files(self) -> PartFiles:
+        """The part files themselves, without locks."""
+        return PartFiles(self.folder, self.request)
+
+    def _pieces(
+        self, blocks: Iterable[Block], told: dict[str, Any], check: Callable[[], object]
+    ) -> Iterator[archive.Piece]:
+        """Yield what the parts hold; `told` learns how long they took, on how many threads."""
+        for block in blocks:
+            check()
+            try:
+                part = self._fresh.pop(block.index, None) or self.load(block)
+            except UNSOUND as error:
+                text = f"{self.files.path(block)} cannot be used ({error}): use --resume"
+                raise RequestError(text) from error
+            told["seconds"] = round(told["seconds"] + part.made.seconds, 6)
+            told["threads"] = max(told["threads"], part.made.threads)
+            for name, array in part.arrays.items():
+                yield name, block.selection, array

@@ -1,0 +1,146 @@
+"""A scan: one system, one or two varied parameters, where to start, how long, what to record."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.archives.dataset import Scale, Table
+from nlds_vines.archives.provenance import Value
+from nlds_vines.bifurcation.datasets import scales_of, table_of
+from nlds_vines.errors import RequestError, choice, string, whole
+from nlds_vines.model.axis import Axis
+from nlds_vines.model.system import System
+from nlds_vines.orbits.settings import EFFORTS, METHODS
+from nlds_vines.orbits.starts import Start
+from nlds_vines.orbits.wants import checked_want, refuse_impossible
+from nlds_vines.toml import toml_text
+
+MOST_LANES = 10**8
+"""The most orbits that one scan may ask for."""
+
+_SAMPLING: Mapping[str, Callable[[object], Any]] = {
+    "transient": lambda value: whole("transient", value, 0),
+    "periods": lambda value: whole("periods", value, 1),
+    "method": lambda value: choice("method", value, METHODS),
+    "effort": lambda value: choice("effort", value, EFFORTS),
+}
+
+
+@dataclass(frozen=True)
+class Scan:
+    """What to compute; checked when made, immutable afterwards.
+
+    Arguments:
+        title: one line for people.
+        system: the parameters that do not vary.
+        axes: one or two varied parameters.
+        want: of `wants.WANTS`; nothing else is computed.  Kept in that order.
+        start: where the orbits of each cell begin.
+        transient, periods: forcing periods discarded (>= 0) and sampled (>= 1).
+        method: one of `METHODS`.
+        effort: one of `EFFORTS`, which a verdict may cost.
+
+    Raises `RequestError` for anything else, and for a varied value that the system refuses.
+    """
+
+    title: str
+    system: System
+    axes: tuple[Axis, ...]
+    want: tuple[str, ...]
+    start: Start = field(default_factory=Start)
+    transient: int = 600
+    periods: int = 120
+    method: str = "exact"
+    effort: str = "standard"
+
+    def __post_init__(self) -> None:
+        """Check everything."""
+        string("title", self.title)
+        object.__setattr__(self, "axes", tuple(self.axes))
+        object.__setattr__(self, "want", checked_want(self.want))
+        for name, check in _SAMPLING.items():
+            object.__setattr__(self, name, check(getattr(self, name)))
+        refuse_impossible(self.want, self.system.scene, self.method)
+        self._check_axes()
+
+    def _check_axes(self) -> None:
+        names = [axis.name for axis in self.axes]
+        if not 1 <= len(names) <= 2 or len(set(names)) < len(names):
+            raise RequestError(
+                f"varied parameters: {', '.join(names) or 'none'}; allowed: one, or two different"
+            )
+        # ranges are intervals and K is monotonic in each constant: the corners speak for the grid
+        self._grid([axis.values[[0, -1]] for axis in self.axes])
+        if self.lanes > MOST_LANES:
+            raise RequestError(f"the scan has {self.lanes} orbits; allowed: up to {MOST_LANES}")
+
+    def _grid(self, values: list[np.ndarray]) -> np.ndarray:
+        names = (axis.name for axis in self.axes)
+        return self.system.cells(dict(zip(names, np.ix_(*values), strict=True)))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values along each axis."""
+        return tuple(axis.values.size for axis in self.axes)
+
+    @property
+    def starts(self) -> int:
+        """Number of orbits in each cell."""
+        return self.start.orbits
+
+    @property
+    def lanes(self) -> int:
+        """Number of orbits in all."""
+        return prod(self.shape) * self.starts
+
+    def cells(self) -> np.ndarray:
+        """Return the numbers for kernels: an array of dtype `CELL` and shape `shape`."""
+        return self._grid([axis.values for axis in self.axes])
+
+    @cached_property
+    def table(self) -> Table:
+        """What its archive holds."""
+        return table_of(self.axes, self.system.scene, self.start, self.periods, self.want)
+
+    def scales(self) -> tuple[Scale, ...]:
+        """Return the dimensions of its archive with their values."""
+        return scales_of(self.axes, self.system.scene, self.start, self.periods, self.want)
+
+    def document(self) -> dict[str, Any]:
+        """Return the scan file that means exactly this scan, complete, as nested tables."""
+        start = {"policy": self.start.policy}
+        drawn = {"count": self.start.count, "seed": self.start.seed}
+        return {
+            "title": self.title,
+            "system": self.system.to_table(),
+            "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.axes},
+            "start": start | drawn if self.start.policy == "random" else start,
+            "sampling": {name: getattr(self, name) for name in _SAMPLING},
+            "record": {"want": list(self.want)},
+        }
+
+    def to_toml(self) -> str:
+        """Return the scan as canonical TOML, which `load_scan` reads back to an equal scan.
+
+        All parameters and all values of the axes are written out, to the last digit.
+        """
+        return toml_text(self.document())
+
+    @property
+    def about(self) -> dict[str, Value]:
+        """What the attributes of its archive tell beside the request itself."""
+        return {**self.system.attributes, "seed": self.start.seed}
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of what determines the numbers: the canonical TOML without its prose."""
+        document = self.document() | {"title": ""}
+        document["system"] = {key: document["system"][key] for key in ("kind", "parameters")}
+        return hashlib.sha256(toml_text(document).encode()).hexdigest()

@@ -1,0 +1,93 @@
+"""Whether there is room for a scan, in memory and on the disk: asked before its first orbit."""
+
+from __future__ import annotations
+
+import os
+import resource
+from collections.abc import Iterator
+from math import prod
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nlds_vines.bifurcation.blocks import block_bytes, work_bytes
+from nlds_vines.errors import RequestError
+from nlds_vines.model.system import CELL
+
+if TYPE_CHECKING:
+    from nlds_vines.bifurcation.request import Scan
+
+_BLOCKS = 2  # in memory: one that is being computed, and the one before, that is being stored
+_CELL_COPIES = 2
+_PROGRAM = 200_000_000  # bytes, with compiler and caches
+
+
+def refuse_without_room(scan: Scan, archive: Path) -> None:
+    """Raise `RequestError` where a scan fits into this machine's memory or disk by no means.
+
+    The disk must hold the parts and the archive that is made of them.  What was computed before
+    counts as room; where a system does not tell, nothing is refused.
+    """
+    needed, free = _memory(scan), free_memory()
+    if free is not None and needed > free:
+        raise RequestError(
+            f"the scan needs {_gigabytes(needed)} of memory for a block of orbits, "
+            f"{_gigabytes(free)} are free: record less, sample fewer periods or begin fewer orbits"
+        )
+    needed, free = 2 * scan.table.most_bytes - _kept(archive), free_disk(archive.parent)
+    if free is not None and needed > free:
+        raise RequestError(
+            f"the scan needs up to {_gigabytes(needed)} on the disk of {str(archive)!r}, parts and "
+            f"archive, {_gigabytes(free)} are free: record less, or -o names another disk"
+        )
+
+
+def free_memory() -> int | None:
+    """Return how many bytes this process may still take; None where nobody says."""
+    return min(_limits(), default=None)
+
+
+def free_disk(folder: Path) -> int | None:
+    """Return how many bytes may be written below a folder; None where nobody says."""
+    try:
+        found = os.statvfs(folder)
+    except OSError:
+        return None
+    return found.f_bavail * found.f_frsize
+
+
+def _limits() -> Iterator[int]:
+    for path, key in (("/proc/meminfo", "MemAvailable:"), ("/sys/fs/cgroup/memory.max", "")):
+        try:
+            lines = Path(path).read_text(encoding="ascii").splitlines()
+        except OSError:
+            continue
+        for line in lines:
+            words = line.removeprefix(key).split()
+            if line.startswith(key) and words[0].isdigit():
+                yield int(words[0]) * (1024 if words[1:] == ["kB"] else 1)
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit != resource.RLIM_INFINITY:
+        yield limit
+
+
+def _memory(scan: Scan) -> int:
+    """Return how many bytes a run needs at most, beside the program itself two blocks and the grid.
+
+    A block counts as it is computed, which for a verdict is more than what is stored of it.
+    """
+    grid = prod(scan.shape) * CELL.itemsize
+    blocks = _BLOCKS * work_bytes(scan) + block_bytes(scan)
+    return blocks + _CELL_COPIES * grid + _PROGRAM
+
+
+def _kept(archive: Path) -> int:
+    """Return the bytes of the parts that there are already."""
+    folder = archive.with_name(f"{archive.name}.parts")
+    try:
+        return sum(entry.stat().st_size for entry in os.scandir(folder))
+    except OSError:
+        return 0
+
+
+def _gigabytes(count: int) -> str:
+    return f"{max(count, 0) / 1e9:.3g} GB"

@@ -1,0 +1,191 @@
+"""Where blocks run: the threads of this machine, or the workers of a cluster.
+
+A scan is cut into blocks by its own size alone (`cut`).  Every block is stored as soon as it is
+computed, while the next one is being computed.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from nlds_vines.archives import archive, provenance
+from nlds_vines.bifurcation.blocks import Block, blocks_of
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.parts import Parts
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.tally import COUNTED, Note, Tally
+from nlds_vines.runs import interrupts
+from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.shard import Shard
+from nlds_vines.runs.threads import use_threads
+
+
+@dataclass
+class Report:
+    """What came of a scan, or of a shard of it."""
+
+    path: Path
+    shard: Shard | None = None
+    seconds: float = 0.0
+    tally: Tally = field(default_factory=Tally)
+
+    @property
+    def lanes(self) -> int:
+        """How many orbits there are results of."""
+        return self.tally.lanes
+
+    @property
+    def failed_lanes(self) -> int:
+        """How many orbits failed."""
+        return self.tally.failed
+
+    def note_archive(self) -> None:
+        """Count the orbits of an archive that was complete already."""
+        with archive.read(self.path) as view:
+            self.tally.note({name: view[name] for name in COUNTED if name in view})
+
+    def summary(self) -> str:
+        """Return one line: how many orbits, how long, how many of each regime."""
+        which = f"shard {self.shard}: " if self.shard else ""
+        text = f"{which}{self.tally.lanes} orbits in {self.seconds:.1f} s"
+        regimes = self.tally.regimes()
+        return f"{text}: {regimes}" if regimes else text
+
+
+def run(
+    scan: Scan,
+    output: Path,
+    *,
+    threads: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    shard: Shard | None = None,
+    scheduler: str | None = None,
+    quiet: bool = True,
+) -> Report:
+    """Compute a scan into the archive `output` and return a `Report`.
+
+    `threads` None takes all processors.  With a `shard`, only its parts are computed, beside the
+    archive to be, and `Parts.begun(...).consolidate` joins them when all are there.  With a
+    `scheduler`, blocks run on the workers of a Dask cluster (`cluster.address`).
+
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every finished block kept for
+    `resume`, and `RequestError` where the archive cannot be had.
+    """
+    began = time.perf_counter()
+    report = Report(Path(output), shard)
+    opened = Parts.open(output, scan, resume=resume, overwrite=overwrite, shard=shard)
+    with opened as parts, interrupts.heard() as stop:
+        if parts.complete:
+            report.note_archive()
+            return report
+        blocks = list(blocks_of(scan, shard))
+        with _resumable(parts, blocks, stop):
+            left = _left(parts, blocks, report.tally)
+            lanes = scan.starts * sum(block.cells for block in blocks)
+            done = report.tally.lanes
+            with Progress(lanes, "orbit", done=done, quiet=quiet) as progress:
+                note = partial(report.tally.follow, progress)
+                _compute(parts, left, threads, scheduler, note, stop)
+            if shard is None:
+                parts.consolidate(blocks, check=stop.check)
+    report.seconds = time.perf_counter() - began
+    return report
+
+
+@contextmanager
+def _resumable(parts: Parts, blocks: list[Block], stop: interrupts.Stop) -> Iterator[None]:
+    """Turn the wish to stop into `Interrupted`, which says how to go on."""
+    try:
+        yield
+    except (interrupts.Stopped, KeyboardInterrupt):
+        kept = len(parts.files.there(blocks))
+        same = "the same command" if parts.shard else "the same command with --resume"
+        instead = "" if parts.shard else " (in place of --overwrite)"
+        raise Interrupted(
+            f"interrupted: {kept} of {len(blocks)} blocks are kept in {parts.folder}; "
+            f"{same}{instead} goes on from there",
+            stop.status,
+        ) from None
+
+
+def _left(parts: Parts, blocks: Sequence[Block], tally: Tally) -> list[Block]:
+    """Return the blocks still to be computed; count the orbits of the others."""
+    done = set()
+    for block, part in parts.sound(blocks):
+        done.add(block.index)
+        tally.note(part.arrays)
+    for line in parts.discarded:
+        print(line, file=sys.stderr)
+    return [block for block in blocks if block.index not in done]
+
+
+def _compute(
+    parts: Parts,
+    blocks: list[Block],
+    threads: int | None,
+    scheduler: str | None,
+    note: Note,
+    stop: interrupts.Stop,
+) -> None:
+    """Compute the missing blocks and store each: here one after the other, or on a cluster."""
+    if scheduler is not None:
+        from nlds_vines.bifurcation import cluster
+
+        cluster.compute(parts, blocks, scheduler, threads, note, stop)
+        return
+    used = use_threads(threads)
+    computer = Computer(parts.request)
+    with _Storing(parts, note) as storing:
+        began = time.perf_counter()
+        for block in blocks:
+            stop.check()
+            arrays = computer.block(block)
+            now = time.perf_counter()
+            storing.put(block, arrays, now - began, used)
+            began = now
+
+
+class _Storing:
+    """Stores a block while the next one is being computed, so that no disk is waited for."""
+
+    def __init__(self, parts: Parts, note: Note) -> None:
+        self._parts, self._note = parts, note
+        self._pool = ThreadPoolExecutor(1)
+        self._pending: tuple[Future[None], Mapping[str, np.ndarray]] | None = None
+
+    def __enter__(self) -> _Storing:
+        self._pool.submit(provenance.commit)  # asking git takes a moment, now while we compute
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        try:
+            self._settle()
+        finally:
+            self._pool.shutdown()
+
+    def put(
+        self, block: Block, arrays: Mapping[str, np.ndarray], seconds: float, threads: int
+    ) -> None:
+        """Begin to store a block, when the one before is stored; raises what went wrong there."""
+        self._settle()
+        stored = self._pool.submit(self._parts.write, block, arrays, seconds, threads)
+        self._pending = stored, arrays
+
+    def _settle(self) -> None:
+        """Wait for the block that is being stored; it counts as done from now on."""
+        pending, self._pending = self._pending, None
+        if pending is not None:
+            stored, arrays = pending
+            stored.result()
+            self._note(arrays)

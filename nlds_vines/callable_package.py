@@ -1,0 +1,26 @@
+"""A folder that is called like the function of its name: `nv.bifurcation(...)`.
+
+`python -m nlds_vines.bifurcation` needs a package of that name, `nv.bifurcation(...)` a function.
+Importing the package puts it in the function's place, so the package itself is made callable.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+
+
+class CallablePackage(ModuleType):
+    """A package whose call is that of the function of its name in its module `command`."""
+
+    def __call__(self, *args: Any, **keywords: Any) -> Any:
+        """Load the command's module and call the function."""
+        name = self.__name__.rpartition(".")[2]
+        return getattr(import_module(f"{self.__name__}.command"), name)(*args, **keywords)
+
+
+def make_callable(package: str) -> None:
+    """Let the package of this name be called; its `__init__` asks for it with `__name__`."""
+    sys.modules[package].__class__ = CallablePackage

@@ -1,0 +1,88 @@
+"""The options that say how a scan runs: how they are declared, what they mean and exclude."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from dataclasses import dataclass
+
+from nlds_vines.cli.parser import Parser
+from nlds_vines.errors import RequestError, shown, whole
+from nlds_vines.runs.shard import Shard
+
+MOST_THREADS = 4096
+_MOST_WORKERS = 1024
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How a scan runs; checked when made, before anything heavy is loaded.
+
+    Arguments:
+        threads: how many; None for as many as there are processors.
+        resume, overwrite: continue or replace what exists.
+        shard: compute this share of the parts only.
+        scheduler: `local:N`, or the address of a Dask scheduler, for its workers to compute.
+        quiet: show no progress.
+    """
+
+    threads: int | None = None
+    resume: bool = False
+    overwrite: bool = False
+    shard: Shard | None = None
+    scheduler: str | None = None
+    quiet: bool = False
+
+    def __post_init__(self) -> None:
+        """Raise `RequestError` for values out of range and options that exclude each other."""
+        if self.threads is not None:
+            whole("threads", self.threads, 1, MOST_THREADS)
+        if self.resume and self.overwrite:
+            raise RequestError("resume and overwrite exclude each other: give one of them")
+        if self.shard is not None and self.overwrite:
+            raise RequestError("--shard and --overwrite exclude each other: others may be at work")
+        if self.shard is not None and self.scheduler is not None:
+            raise RequestError("--shard and --scheduler exclude each other: give one of them")
+        if self.scheduler is not None:
+            _check_scheduler(self.scheduler)
+
+
+def _check_scheduler(text: str) -> None:
+    if text.startswith("local:"):
+        count = text.removeprefix("local:")
+        number = int(count) if re.fullmatch(r"[0-9]{1,9}", count) else count
+        whole("N of --scheduler local:N", number, 1, _MOST_WORKERS)
+    elif not re.fullmatch(r"(tcp|tls|ucx|ws|wss)://\S+:[0-9]{1,5}", text):
+        allowed = "local:N or an address such as tcp://node7:8786"
+        raise RequestError(f"--scheduler {shown(text)} must be {allowed}")
+
+
+def add_run_options(parser: Parser) -> None:
+    """Declare the options of a scan's run on a command's parser."""
+    group = add_local_options(parser)
+    group.add_argument("--shard", metavar="i/n", help="only this share of the parts; or slurm")
+    group.add_argument("--scheduler", metavar="WHERE", help="Dask: an address, or local:N")
+
+
+def add_local_options(parser: Parser) -> argparse._ArgumentGroup:
+    """Declare what any run on this machine takes, and return the group for more of it."""
+    group = parser.add_argument_group("running")
+    group.add_argument("--threads", type=int, metavar="N", help="by default all processors")
+    existing = group.add_mutually_exclusive_group()
+    existing.add_argument("--resume", action="store_true", help="continue an archive")
+    existing.add_argument("--overwrite", action="store_true", help="replace an archive")
+    group.add_argument("--dry-run", action="store_true", help="only say what it would take")
+    group.add_argument("--quiet", action="store_true", help="show no progress")
+    return group
+
+
+def run_options(options: argparse.Namespace) -> RunOptions:
+    """Return what the options of `add_run_options` mean; `RequestError` as `RunOptions`."""
+    return RunOptions(
+        threads=options.threads,
+        resume=options.resume,
+        overwrite=options.overwrite,
+        shard=None if options.shard is None else Shard.parse(options.shard),
+        scheduler=options.scheduler,
+        quiet=options.quiet,
+    )

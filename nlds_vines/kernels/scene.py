@@ -1,0 +1,147 @@
+"""The parts of a scene as kernels see them: plain numbers, and None for what is absent.
+
+Inside the kernels the state is (x1, v1, r, s): displacement and velocity of the primary structure,
+shortening of the damper's spring r = x1 - x2 + rest and its rate s = v1 - v2. The rest state is
+then all zeros, the spring pulls with k2 r, and a wall is nothing but a limit of r, so that a
+contact's depth z = r - gap carries no cancellation between the two displacements.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from .compiling import chosen, jit
+
+
+class Structure(NamedTuple):
+    """Primary structure and forcing, per unit of mass m1 where that saves a division."""
+
+    m1: float
+    k1: float
+    stiffness: float  # k1 / m1 [1/s^2]
+    damping: float  # c1 / m1 [1/s]
+    force: float  # P / m1 [m/s^2]
+    omega: float  # [rad/s]
+
+
+class Damper(NamedTuple):
+    """Damper mass on its spring and dashpot."""
+
+    m2: float
+    k2: float
+    c2: float
+    inv_m1: float  # 1 / m1
+    inv_mu: float  # 1 / m1 + 1 / m2, mu the reduced mass [1/kg]
+    share: float  # mu / m1 = m2 / (m1 + m2)
+    rest: float  # x2 - x1 of the unstretched spring [m]
+
+
+class Wall(NamedTuple):
+    """Obstacle with Hertz contact: depth z = r - gap (or -r - gap), force K z^(3/2)."""
+
+    gap: float  # [m]
+    K: float  # [N/m^1.5]
+    kappa: float  # K / mu [m^-0.5 s^-2]
+    speed: float  # sqrt(4 kappa / 5): approach speed = speed * (greatest depth)^(5/4)
+
+
+@jit
+def finite(x):
+    """Tell whether a number is neither infinite nor NaN."""
+    return abs(x) < math.inf
+
+
+@jit
+def allowed(classical, has_damper, has_near, has_far, cell):
+    """Tell whether the parameters of one cell are finite and in range, those of its parts alone.
+
+    The door has checked them; numbers that came another way must not pass for a result. Fixed steps
+    may have a negative force; the exact method's bounds of the motion presume P >= 0.
+    """
+    fine = 0.0 < cell.m1 < math.inf and 0.0 < cell.omega < math.inf
+    fine = fine and 0.0 <= cell.k1 < math.inf and 0.0 <= cell.c1 < math.inf
+    fine = fine and finite(cell.P) and (classical is not None or cell.P >= 0.0)
+    if has_damper is not None:
+        fine = fine and 0.0 < cell.m2 < math.inf and finite(cell.rest)
+        fine = fine and 0.0 <= cell.k2 < math.inf and 0.0 <= cell.c2 < math.inf
+    if has_near is not None:
+        fine = fine and 0.0 < cell.K < math.inf and finite(cell.near)
+    if has_far is not None:
+        fine = fine and 0.0 < cell.K < math.inf and finite(cell.far)
+        if has_near is not None:
+            fine = fine and cell.near + cell.far >= 0.0
+    return fine
+
+
+@jit
+def structure_of(cell):
+    """Return the `Structure` of one cell of parameters."""
+    m1 = cell.m1
+    return Structure(m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega)
+
+
+@jit
+def damper_in(cell):
+    """Return the `Damper` of one cell."""
+    inv_m1 = 1.0 / cell.m1
+    inv_mu = inv_m1 + 1.0 / cell.m2
+    return Damper(cell.m2, cell.k2, cell.c2, inv_m1, inv_mu, inv_m1 / inv_mu, cell.rest)
+
+
+@chosen
+def damper_of(present, cell):
+    """Return the `Damper` of one cell, or None where the scene has none."""
+    if present is None:
+        return lambda present, cell: None
+    return lambda present, cell: damper_in(cell)
+
+
+@jit
+def wall_at(gap, cell):
+    """Return the `Wall` at a limit `gap` of the spring's shortening."""
+    kappa = cell.K * (1.0 / cell.m1 + 1.0 / cell.m2)
+    return Wall(gap, cell.K, kappa, math.sqrt(0.8 * kappa))
+
+
+@chosen
+def near_wall_of(present, cell):
+    """Return the wall that pushes the damper towards +x2 (touched at r = gap), or None."""
+    if present is None:
+        return lambda present, cell: None
+    return lambda present, cell: wall_at(cell.near, cell)
+
+
+@chosen
+def far_wall_of(present, cell):
+    """Return the wall that pushes the damper towards -x2 (touched at -r = gap), or None."""
+    if present is None:
+        return lambda present, cell: None
+    return lambda present, cell: wall_at(cell.far, cell)
+
+
+@jit
+def accelerations(ps, damper, x1, v1, r, s, drive, contact):
+    """Return (dv1/dt, ds/dt), eq. (5) in the kernels' coordinates.
+
+    `drive` is cos(omega t); `contact` the force [N] of a wall on the damper towards +x2.
+    """
+    alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1
+    if damper is None:
+        return alone, 0.0
+    pull = damper.k2 * r + damper.c2 * s + contact
+    return alone - pull * damper.inv_m1, alone - pull * damper.inv_mu
+
+
+@jit
+def scale_of(ps, damper, x1, v1, r, s):
+    """Return S = sqrt(2 E), E the mechanical energy [J] of the structure and the damper's spring.
+
+    Damping only takes energy and the force gives at most P |v1|, hence |dS/dt| <= P / sqrt(m1):
+    a bound on the motion ahead that the certificate of `touch` rests on.
+    """
+    energy = ps.k1 * x1 * x1 + ps.m1 * v1 * v1
+    if damper is not None:
+        v2 = v1 - s
+        energy += damper.k2 * r * r + damper.m2 * v2 * v2
+    return math.sqrt(energy)

@@ -1,0 +1,131 @@
+"""The named systems of `data/dampers.toml`, and systems that users write down themselves."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from nlds_vines.errors import RequestError, at, choice, shown, string, table, unknown
+from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.system import System
+from nlds_vines.packaged_files import resource_text
+from nlds_vines.toml import parse_toml, read_toml
+
+FILE_KEYS = ("title", "system", "set", "vary", "start", "sampling", "record")
+"""What may stand at the top of a scan file; of these `load_system` reads `system` and `set`."""
+
+_SYSTEM_KEYS = ("kind", "name", "title", "parameters", "sources", "assumptions")
+
+
+@cache
+def catalogue() -> Mapping[str, System]:
+    """Return the named systems, each value with its source and, where made, its assumption."""
+    document = parse_toml(resource_text("dampers.toml"), "dampers.toml")
+    entries = document["systems"].items()
+    return {name: _entry(name, entry, document["groups"]) for name, entry in entries}
+
+
+def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float) -> System:
+    """Return a system of the catalogue, or one from a TOML file.
+
+    Arguments: a catalogue name, or the path of a TOML file with a `[system]` table that holds
+    `kind` and the parameters (a scan file will do: its `system` and `[set]` are read); keywords
+    override parameters, in SI units.
+
+    Raises `RequestError` for an unknown name, a faulty file, and overrides as `System.with_`.
+    """
+    if isinstance(name_or_path, str) and not _looks_like_path(name_or_path):
+        return _named(name_or_path).with_(**overrides)
+    path = Path(name_or_path)
+    document = read_toml(path)
+    with at(str(path)):
+        table("the file", document, FILE_KEYS)
+        system = system_from(document.get("system"), str(path))
+        with at("[set]"):
+            system = system.with_(**table("set", document.get("set", {})))
+    return system.with_(**overrides)
+
+
+def system_from(value: object, name: str = "") -> System:
+    """Return the system that the entry `system` of a scan file means.
+
+    Arguments: `value` is a catalogue name, a `System`, or a table with `kind` and the parameters,
+    beside it or in a table `parameters` of their own; `name` is the system's where the table has
+    none.
+
+    Raises `RequestError` where it is anything else.
+    """
+    if isinstance(value, System):
+        return value
+    if isinstance(value, str):
+        return _named(value)
+    if isinstance(value, Mapping):
+        with at("[system]"):
+            return _from_table(value, name)
+    given = "no system" if value is None else f"system = {shown(value)}"
+    raise RequestError(
+        f"{given}: give system = NAME, or a [system] table with kind and parameters; "
+        f"names: {', '.join(catalogue())}"
+    )
+
+
+def _looks_like_path(text: str) -> bool:
+    return text.endswith(".toml") or "/" in text or os.sep in text
+
+
+def _named(name: str) -> System:
+    if name not in catalogue():
+        raise unknown("system", name, catalogue())
+    return catalogue()[name]
+
+
+def _from_table(entry: Mapping[str, Any], name: str) -> System:
+    """Return the system in a `[system]` table."""
+    if "kind" not in entry:
+        raise RequestError(f"kind is missing; allowed: {', '.join(SCENES)}")
+    kind = choice("kind", entry["kind"], SCENES)
+    # another kind's parameter passes here: `System` says better what is wrong with it
+    foreign = {key: value for key, value in entry.items() if key not in PARAMETERS}
+    table("system", foreign, (*_SYSTEM_KEYS, *SCENES[kind].allowed))
+    beside = {key: value for key, value in entry.items() if key in PARAMETERS}
+    inside = table("parameters", entry.get("parameters", {}))
+    twice = sorted(beside.keys() & inside.keys())
+    if twice:
+        raise RequestError(f"{twice[0]} stands in [system] and in [system.parameters]")
+    return System(
+        kind=kind,
+        parameters={**beside, **inside},
+        name=string("name", entry.get("name", name)),
+        title=string("title", entry.get("title", "")),
+        sources=_notes("sources", entry.get("sources", {})),
+        assumptions=_notes("assumptions", entry.get("assumptions", {})),
+    )
+
+
+def _notes(key: str, value: object) -> dict[str, str]:
+    """Return a table of texts by parameter: `sources` or `assumptions`."""
+    entries = table(key, value, PARAMETERS)
+    return {name: string(f"{key}.{name}", text) for name, text in entries.items()}
+
+
+def _entry(name: str, entry: Mapping[str, Any], groups: Mapping[str, Any]) -> System:
+    """Return the system of one catalogue entry: the groups it names, then its own values."""
+    parts = [groups[group] for group in entry["groups"]]
+    if "values" in entry:
+        parts.append(entry)
+    texts = {
+        note: {key: part[note] for part in parts if note in part for key in part["values"]}
+        for note in ("source", "assumption")
+    }
+    return System(
+        kind=entry["kind"],
+        parameters={key: value for part in parts for key, value in part["values"].items()},
+        name=name,
+        title=entry["title"],
+        sources=texts["source"],
+        assumptions=texts["assumption"],
+    )

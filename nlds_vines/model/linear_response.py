@@ -1,0 +1,120 @@
+"""Motion without contact: the matrix of its flow, its steady state in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.model.system import System
+
+
+@dataclass(frozen=True)
+class Response:
+    """Complex amplitudes [m] of the structure and of the damper, from its rest, by frequency.
+
+    x1 = Re(X1 exp(i omega t)), and likewise x2; X2 is None without a damper.
+    """
+
+    system: System
+    omega: np.ndarray
+    X1: np.ndarray
+    X2: np.ndarray | None
+
+    @property
+    def E1max(self) -> np.ndarray:
+        """Largest energy of the structure [J], equation (6): at most of x1 or of its velocity."""
+        p = self.system.parameters
+        return _largest(p["m1"], p["k1"], self.omega, np.abs(self.X1))
+
+    @property
+    def shortening(self) -> np.ndarray:
+        """Amplitude of the spring's shortening [m]; zero without a damper."""
+        if self.X2 is None:
+            return np.zeros(self.omega.shape)
+        with np.errstate(invalid="ignore"):  # two infinite amplitudes have no difference
+            return np.abs(self.X2 - self.X1)
+
+    @property
+    def clears(self) -> np.ndarray:
+        """Where the motion without impacts is possible: the damper reaches none of the walls."""
+        scene, p = self.system.scene, self.system.parameters
+        gaps = [gap(p) for gap in (scene.gap_near, scene.gap_far) if gap is not None]
+        if self.X2 is None or not gaps:
+            return np.ones(self.omega.shape, dtype=bool)
+        return self.shortening <= min(gaps)
+
+
+def response(system: System, omega: np.ndarray) -> Response:
+    """Return the response of equation (5) without contact to P cos(omega t), omega in rad/s.
+
+    With structure and damper joined by k2 + i omega c2 the two equations are solved by hand;
+    without a damper X1 = P / (k1 - m1 omega^2 + i omega c1).  Infinite at a resonance without
+    damping, where there is no steady state.
+    """
+    p, omega = system.parameters, np.asarray(omega, dtype=float)
+    structure = p["k1"] - p["m1"] * omega**2 + 1j * omega * p["c1"]
+    if not system.scene.damper:
+        return Response(system, omega, _amplitude(p["P"], structure), None)
+    joint = p["k2"] + 1j * omega * p["c2"]
+    damper = joint - p["m2"] * omega**2
+    whole = (structure + joint) * damper - joint**2
+    X1, X2 = (_amplitude(p["P"] * force, whole) for force in (damper, joint))
+    return Response(system, omega, X1, X2)
+
+
+def flow_matrix(system: System) -> np.ndarray:
+    """Return the matrix A of the motion without contact, dy/dt = A y, equation (5); shape (6, 6).
+
+    y = (x1, v1, x2 - rest, v2, cos(omega t), sin(omega t)) [m, m/s]: with the force among them
+    the six are autonomous, and exp(A t) is the flight.  Without a damper the third and fourth
+    number are those of a mass of 1 kg that touches nothing.
+    """
+    p = {"m2": 1.0, "k2": 0.0, "c2": 0.0, **system.parameters}
+    flow = np.zeros((6, 6))
+    flow[0, 1] = flow[2, 3] = 1.0
+    flow[1, :4] = -(p["k1"] + p["k2"]), -(p["c1"] + p["c2"]), p["k2"], p["c2"]
+    flow[1, 4] = p["P"]
+    flow[1] /= p["m1"]
+    flow[3, :4] = np.array([p["k2"], p["c2"], -p["k2"], -p["c2"]]) / p["m2"]
+    flow[4, 5], flow[5, 4] = -p["omega"], p["omega"]
+    return flow
+
+
+def steady_state(system: System) -> np.ndarray:
+    """Return the state (x1, v1, x2, v2) [m, m/s] of the steady motion without contact at t = 0.
+
+    Shape (4,); (2,) without a damper.
+    """
+    omega = system.parameters["omega"]
+    found = response(system, np.array([omega]))
+    amplitudes = [X[0] for X in (found.X1, found.X2) if X is not None]
+    state = np.array([x for X in amplitudes for x in (X.real, (1j * omega * X).real)])
+    if len(state) == 4:
+        state[2] += system.rest
+    return state
+
+
+def _amplitude(force: Any, impedance: Any) -> np.ndarray:
+    """Return force / impedance, infinite where a force meets none."""
+    force, impedance = np.broadcast_arrays(force, impedance)
+    none = impedance == 0
+    found = force / np.where(none, 1, impedance)
+    return np.where(none, np.where(force == 0, 0, np.inf), found)
+
+
+def energy_alone(cells: np.ndarray) -> np.ndarray:
+    """Return E1max [J] of the structure without a damper in each of some `cells` (dtype `CELL`).
+
+    max(k1, m1 omega^2) X^2 / 2 with X = P / |k1 - m1 omega^2 + i omega c1|: what a damper has to be
+    measured by.  Infinite at resonance without damping.
+    """
+    m1, k1, omega = cells["m1"], cells["k1"], cells["omega"]
+    with np.errstate(all="ignore"):
+        amplitude = cells["P"] / np.abs(k1 - m1 * omega**2 + 1j * omega * cells["c1"])
+        return _largest(m1, k1, omega, amplitude)
+
+
+def _largest(m: Any, k: Any, omega: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
+    return np.maximum(m * omega**2, k) * amplitude**2 / 2

@@ -1,0 +1,10 @@
+"""The primary structure alone (Figures 2, 3, 6, 7): the reference for every damper."""
+
+from nlds_vines.model.parameters import FORCING, STRUCTURE
+from nlds_vines.model.scenes.base import Scene
+
+SCENE = Scene(
+    kind="none",
+    meaning="primary structure alone, without a damper",
+    own=STRUCTURE + FORCING,
+)

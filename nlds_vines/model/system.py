@@ -1,0 +1,256 @@
+"""A system: one kind of damper on the primary structure, with every parameter it needs.
+
+The parameters are checked here, once; what comes out (`System.cells`) is numbers for kernels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from math import pi
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.errors import RequestError, choice, number, unknown
+from nlds_vines.model.parameters import CONTACT, PARAMETERS
+from nlds_vines.model.scenes import SCENES, Scene
+
+_COPIED = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega")
+_DERIVED = ("K", "near", "far", "rest", "limit")
+
+CELL = np.dtype([(name, np.float64) for name in _COPIED + _DERIVED])
+"""One cell of a scan in numbers: the parameters of equation (5), the contact stiffness K
+[N/m^1.5], the spring's shortenings `near` and `far` [m] at which the walls are touched, its rest
+offset `rest` [m] and the shortening `limit` [m] that must not be reached.  A field that the scene
+does not have is 0 and never looked at."""
+
+
+def hertz_stiffness(p: Mapping[str, Any]) -> Any:
+    """Return the contact stiffness K [N/m^1.5] of two elastic bodies.
+
+    Arguments: `p` holds E1, E2 [Pa], nu1, nu2, A, B [1/m] and q1; each a float or an array.
+
+    K = (4/3) q1 / ((d1 + d2) sqrt(A + B)) with d_i = (1 - nu_i^2) / (pi E_i).
+    Where the constants are out of all proportion the result is 0, infinite or NaN, silently.
+
+    Source: equation (4).
+    """
+    E1, E2, nu1, nu2, A, B, q1 = (np.asarray(p[name], dtype=np.float64) for name in CONTACT)
+    with np.errstate(all="ignore"):
+        d1 = (1 - nu1**2) / (pi * E1)
+        d2 = (1 - nu2**2) / (pi * E2)
+        return (4 / 3) * q1 / ((d1 + d2) * np.sqrt(A + B))
+
+
+@dataclass(frozen=True)
+class System:
+    """A kind of damper with its parameters; checked when made, immutable afterwards.
+
+    Arguments:
+        kind: one of `SCENES`.
+        parameters: SI values by name, exactly those of the kind; `K` may stand in place of the
+            seven contact constants.
+        name: the catalogue's name or a file, `kind` by default; title: one line for people.
+        sources, assumptions: by parameter, where its value comes from, and what had to be assumed.
+
+    Raises `RequestError` for an unknown kind, a parameter that is unknown, missing or not the
+    kind's, and a value that is no finite number or out of its range.
+    """
+
+    kind: str
+    parameters: Mapping[str, float]
+    name: str = ""
+    title: str = ""
+    sources: Mapping[str, str] = field(default_factory=dict)
+    assumptions: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check everything and freeze the mappings."""
+        choice("kind", self.kind, SCENES)
+        complete = _merge(self.scene, {}, self.parameters)
+        values = {name: number(name, value) for name, value in complete.items()}
+        for name, value in values.items():
+            PARAMETERS[name].check(np.asarray(value))
+        object.__setattr__(self, "parameters", MappingProxyType(values))
+        object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
+        object.__setattr__(self, "assumptions", MappingProxyType(dict(self.assumptions)))
+        object.__setattr__(self, "name", self.name or self.kind)
+        self.cells()  # what follows from the parameters is checked there
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by value: read-only mappings cannot travel to other processes, plain ones can."""
+        values = (getattr(self, item.name) for item in fields(self))
+        return System, tuple(dict(v) if isinstance(v, Mapping) else v for v in values)
+
+    def to_table(self) -> dict[str, Any]:
+        """Return the `[system]` table of a scan file that means exactly this system."""
+        values = {item.name: getattr(self, item.name) for item in fields(self)}
+        plain = {key: dict(v) if isinstance(v, Mapping) else v for key, v in values.items()}
+        return {key: value for key, value in plain.items() if value}
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of this kind: its parts and walls."""
+        return SCENES[self.kind]
+
+    @property
+    def K(self) -> float:
+        """Contact stiffness [N/m^1.5], given or from equation (4).
+
+        Raises `RequestError` for a kind without contact.
+        """
+        if not self.scene.walls:
+            raise RequestError(f"kind {self.kind!r} has no contact and so no stiffness K")
+        return float(self.cells()["K"])
+
+    @property
+    def rest(self) -> float | None:
+        """Offset x2 - x1 [m] at which the damper's spring rests; None without a damper."""
+        return None if self.scene.rest is None else float(self.scene.rest(self.parameters))
+
+    @property
+    def period(self) -> float:
+        """Forcing period T = 2 pi / omega [s]."""
+        return 2 * pi / self.parameters["omega"]
+
+    def with_(self, /, **overrides: float) -> System:
+        """Return this system with some parameters replaced.
+
+        `K` replaces the seven contact constants; all seven together replace a given `K`.  What is
+        noted of a parameter's source is replaced where its value changes.
+
+        Raises `RequestError` as for `System`, and for `K` beside one of the constants it replaces.
+        """
+        merged = _merge(self.scene, self.parameters, overrides)
+        changed = {name for name in merged if merged[name] != self.parameters.get(name)}
+        kept = merged.keys() - changed
+        sources = {name: text for name, text in self.sources.items() if name in kept}
+        return replace(
+            self,
+            parameters=merged,
+            sources=sources | dict.fromkeys(sorted(changed), "set by the user"),
+            assumptions={name: text for name, text in self.assumptions.items() if name in kept},
+        )
+
+    @property
+    def attributes(self) -> dict[str, str | float]:
+        """What the attributes of an archive tell of it.
+
+        Every parameter stands under its own name in SI units, `K` [N/m^1.5] wherever there is a
+        contact; every assumption as `assumption_<parameter>`.
+        """
+        return {
+            "system": self.name,
+            "kind": self.kind,
+            **{name: float(value) for name, value in self.parameters.items()},
+            **({"K": self.K} if self.scene.walls else {}),
+            **{f"assumption_{name}": text for name, text in self.assumptions.items()},
+        }
+
+    def cells(self, grid: Mapping[str, Any] = MappingProxyType({})) -> np.ndarray:
+        """Return the numbers for kernels, one cell for each point of a grid.
+
+        Arguments: `grid` holds the varied parameters by name, as arrays that broadcast together.
+        Returns an array of dtype `CELL` of their common shape; () for an empty grid.
+
+        Raises `RequestError` that names parameter and value where one is not allowed.
+        """
+        varied = {name: np.asarray(values, dtype=np.float64) for name, values in grid.items()}
+        values = _merge(self.scene, self.parameters, varied)
+        for name, value in varied.items():  # the others were checked when the system was made
+            PARAMETERS[name].check(value)
+        cells = np.zeros(np.broadcast_shapes(*(array.shape for array in varied.values())), CELL)
+        for name in set(_COPIED) & values.keys():
+            cells[name] = values[name]
+        for name, value in _derived(self.scene, values).items():
+            cells[name] = value
+        return cells
+
+
+def refuse_contradiction(names: Collection[str]) -> None:
+    """Raise `RequestError` where `K` stands among `names` beside a constant that it replaces."""
+    beside = [name for name in CONTACT if name in names]
+    if beside and "K" in names:
+        raise RequestError(f"K beside {', '.join(beside)}: give K or the contact constants")
+
+
+def _refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
+    """Raise `RequestError` for the first of `names` that is no parameter of the scene."""
+    name = next((name for name in names if name not in scene.allowed), None)
+    if name is None:
+        return
+    if name not in PARAMETERS:
+        raise unknown("parameter", name, scene.allowed)
+    raise RequestError(
+        f"kind {scene.kind!r} has no parameter {name!r} ({PARAMETERS[name].meaning}); "
+        f"allowed: {', '.join(scene.allowed)}"
+    )
+
+
+def _merge(scene: Scene, known: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Lay the values `given` over those `known`; return exactly the scene's, in its order."""
+    _refuse_foreign(scene, given)
+    refuse_contradiction(given)
+    constants = [name for name in CONTACT if name in given]
+    merged: dict[str, Any] = {**known, **given}
+    if "K" in given:
+        merged = {name: value for name, value in merged.items() if name not in CONTACT}
+    elif constants:
+        merged.pop("K", None)
+    names = scene.own + (("K",) if "K" in merged else scene.parameters[len(scene.own) :])
+    missing = ", ".join(name for name in names if name not in merged)
+    if missing and "K" in known:
+        raise RequestError(
+            f"{', '.join(constants)} given for a system whose K is given: "
+            f"give also {missing}, or K instead"
+        )
+    if missing:
+        raise RequestError(f"parameters of kind {scene.kind!r} are missing: {missing}")
+    return {name: merged[name] for name in names}
+
+
+def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a cell that follow from the parameters: K, gaps and rest offset."""
+    found: dict[str, Any] = {}
+    with np.errstate(over="ignore"):
+        if scene.walls:
+            found["K"] = values["K"] if "K" in values else _checked_stiffness(values)
+        parts = {"near": scene.gap_near, "far": scene.gap_far, "rest": scene.rest}
+        for name, part in {**parts, "limit": scene.limit}.items():
+            if part is not None:
+                found[name] = part(values)
+    for name, value in found.items():
+        if not np.all(np.isfinite(value)):
+            raise RequestError(f"parameters out of all proportion: {name} is not finite")
+    if scene.gap_near is not None and scene.gap_far is not None:
+        _refuse_no_room(np.asarray(found["near"]) + np.asarray(found["far"]))
+    if np.any(np.asarray(found.get("limit", 1.0)) <= 0):
+        raise RequestError(
+            f"D = {float(np.min(values['D']))!r}: at rest the damper of kind {scene.kind!r} would "
+            "be where it must not come; D, or D + L, must be > 0"
+        )
+    return found
+
+
+def _refuse_no_room(room: np.ndarray) -> None:
+    """Raise `RequestError` where two walls overlap: a damper is in one contact at a time."""
+    if np.any(room < 0):
+        raise RequestError(
+            f"the walls are {float(np.min(room))!r} m apart: between them there must be room, or 0"
+        )
+
+
+def _checked_stiffness(values: Mapping[str, Any]) -> Any:
+    """Return K of equation (4), once it is known to be finite and positive."""
+    if np.any(np.asarray(values["A"]) + np.asarray(values["B"]) <= 0):
+        raise RequestError("A = 0.0 and B = 0.0 are not allowed together: A + B must be > 0")
+    stiffness = hertz_stiffness(values)
+    wrong = ~(np.isfinite(stiffness) & (stiffness > 0))
+    if np.any(wrong):
+        raise RequestError(
+            f"K = {float(np.asarray(stiffness)[wrong].flat[0])!r} is not allowed: "
+            "the contact constants must give a stiffness > 0 and finite"
+        )
+    return stiffness

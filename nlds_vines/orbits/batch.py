@@ -1,0 +1,240 @@
+"""Many orbits in one call of the kernels: an array of cells, each lane an orbit of its own.
+
+`Kernels` runs chains of cells with everything that is wanted of them; `Batch` runs designs, of
+which a search needs to know alone how they ended and their largest energies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.kernels import lanes
+from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.model.scenes import Scene
+from nlds_vines.orbits import evidence
+from nlds_vines.orbits.kernel_inputs import method_parts
+from nlds_vines.orbits.settings import EFFORTS, RESOLUTION, Settings
+from nlds_vines.orbits.status_words import OK
+from nlds_vines.orbits.wants import JUDGED, NOTED, components, noted
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is wanted of orbits of one scene, and how they are computed.
+
+    Arguments: the `scene`; `want`, of `wants.WANTS`; `method` of `settings.METHODS`; `effort` of
+    `settings.EFFORTS`, which a verdict may cost; the `settings` of the method.
+    """
+
+    scene: Scene
+    want: Collection[str]
+    method: str
+    effort: str
+    settings: Settings
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """The buffers of many orbits, (chains, links, ...) each; None for what was not asked for.
+
+    Where the error is asked for, `refined` are those of the same orbits by refined settings, and
+    `retraced` the error of a period.
+    """
+
+    section: np.ndarray | None
+    counts: np.ndarray | None
+    cycle: np.ndarray | None
+    energy: np.ndarray | None
+    peak: np.ndarray | None
+    clearance: np.ndarray | None
+    violation: np.ndarray | None
+    evidence: np.ndarray | None
+    ends: np.ndarray | None
+    status: np.ndarray
+    retraced: np.ndarray | None = None
+    refined: Outputs | None = None
+
+    @classmethod
+    def of(cls, wanted: Wanted, shape: tuple[int, int], transient: int, periods: int) -> Outputs:
+        """Allocate the buffers that a `want` needs for (chains, links) of so many periods."""
+        want, scene = set(wanted.want), wanted.scene
+        walls, judged = bool(scene.walls), bool(want & JUDGED)
+        kept = noted(want, transient, periods)
+
+        def rows(wanted: bool, *tail: int, dtype: Any = float) -> np.ndarray | None:
+            return np.zeros((*shape, *tail), dtype) if wanted else None
+
+        return cls(
+            section=rows(kept > 0, kept, len(components(scene))),
+            counts=rows(("impacts" in want or judged) and walls, 2, dtype=np.int64),
+            cycle=rows("impacts" in want or judged, 3, dtype=np.int64),
+            energy=rows("energy" in want, 2),
+            peak=rows("peak" in want, 2),
+            clearance=rows("clearance" in want and walls, 1),
+            violation=rows(scene.limit is not None, 3),
+            evidence=rows(judged, evidence.COLUMNS),
+            ends=rows(judged or "error" in want, 2, SIZE),
+            status=np.zeros(shape, np.int64),
+        )
+
+    def verdicts(self, cells: np.ndarray, transient: int) -> dict[str, np.ndarray]:
+        """Return every dataset that rests on a verdict, by name, (chains, links, ...) each.
+
+        Arguments: the `cells` (chains, links) that were run; the periods of their `transient`, of
+        which the last `NOTED` are in the section.
+        """
+        assert self.evidence is not None
+        assert self.section is not None
+        counts = np.zeros((*self.status.shape, 2), np.int64) if self.counts is None else self.counts
+        size = self.section.shape[-1]
+        found = evidence.arrays_of(self.status, self.evidence, counts, cells, size)
+        before = max(transient - NOTED, 0)
+        found["settling"][found["settling"] >= 0] += before
+        found["watched"] += before
+        return found
+
+
+class Kernels:
+    """The kernels for orbits of one scene at one fineness, with their constants prepared."""
+
+    def __init__(self, wanted: Wanted) -> None:
+        """Prepare the parts that the scene has."""
+        self._wanted, self._resolution = wanted, wanted.settings.resolution
+        self._parts = method_parts(wanted.method, wanted.scene, wanted.settings.nodes)
+        self._stages = np.array(EFFORTS[wanted.effort], dtype=np.int64)
+
+    def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
+        """Run chains of cells (chains, links) from `starts` (chains, 4), with their verdicts."""
+        outputs = Outputs.of(self._wanted, (len(chains), chains.shape[1]), transient, periods)
+        if outputs.clearance is not None:
+            outputs.clearance[:] = np.inf
+        lanes.run_lanes(
+            *self._parts,
+            self._resolution,
+            chains.view(np.recarray),
+            starts,
+            transient,
+            periods,
+            outputs.section,
+            outputs.counts,
+            outputs.cycle,
+            outputs.energy,
+            outputs.peak,
+            outputs.clearance,
+            outputs.violation,
+            outputs.ends,
+            outputs.status,
+        )
+        if outputs.evidence is not None:
+            self._judge(chains, outputs)
+        return outputs
+
+    def after_a_period(self, cells: np.ndarray, starts: np.ndarray) -> np.ndarray:
+        """Return the states (lanes, components) one period after `starts` (lanes, 4); NaN if none.
+
+        Arguments: the `cells` (lanes,) of the starts (x1, v1, r, s), which lie at phase zero.
+        """
+        chains = cells[:, np.newaxis]
+        section = np.zeros((*chains.shape, 1, len(components(self._wanted.scene))))
+        status = np.zeros(chains.shape, np.int64)
+        lanes.run_lanes(
+            *self._parts, self._resolution, chains.view(np.recarray), starts, 0, 1,
+            section, None, None, None, None, None, None, None, status,
+        )  # fmt: skip
+        section[status != OK] = np.nan
+        return section[:, 0, 0]
+
+    def _judge(self, chains: np.ndarray, outputs: Outputs) -> None:
+        """Fill the evidence of lanes that have run."""
+        lanes.judge_lanes(
+            *self._parts,
+            self._resolution,
+            chains.view(np.recarray),
+            outputs.ends,
+            outputs.section,
+            outputs.cycle,
+            self._stages,
+            outputs.evidence,
+            outputs.status,
+        )
+
+
+METHOD = "exact"
+"""The integrator of searches: rk4 is a cross-check, and too slow for them."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How every lane ended: largest energies [J] after the transient and status, one shape all.
+
+    `violations` counts how often the damper came where its scene forbids it, from the start on.
+
+    Energies of a lane that failed mean nothing; `inadmissible` says which may not be looked at.
+    """
+
+    E1max: np.ndarray
+    E2max: np.ndarray
+    status: np.ndarray
+    violations: np.ndarray
+
+    @property
+    def inadmissible(self) -> np.ndarray:
+        """Lane by lane, whether a design is refused for it, whatever its energies.
+
+        The one place that decides it: it failed, or broke the constraint of scenes b and c.
+        """
+        return (self.status != OK) | ~np.isfinite(self.E1max) | (self.violations > 0)
+
+
+class Batch:
+    """Runs batches of cells of one scene; what all batches share is prepared once."""
+
+    def __init__(self, scene: Scene) -> None:
+        """Prepare for cells of `scene`."""
+        self._scene, self._parts = scene, method_parts(METHOD, scene)
+
+    def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
+        """Run one lane for each cell on the current threads, all in one call of the kernel.
+
+        Arguments: `cells` of dtype `CELL` and any shape; `starts` (x1, v1, r, s) as
+        `starts.random_states` has it, of that shape + (4,), zeros for rest; the forcing periods
+        discarded and sampled.
+        """
+        chains = np.ascontiguousarray(cells.reshape(-1, 1))
+        energy = np.zeros((*chains.shape, 2))
+        violation = None if self._scene.limit is None else np.zeros((*chains.shape, 3))
+        status = np.zeros(chains.shape, np.int64)
+        classical, damper, near, far, arc = self._parts
+        lanes.run_lanes(
+            classical,
+            damper,
+            near,
+            far,
+            arc,
+            RESOLUTION[METHOD],
+            chains.view(np.recarray),
+            np.ascontiguousarray(starts.reshape(-1, 4)),
+            transient,
+            periods,
+            None,
+            None,
+            None,
+            energy,
+            None,
+            None,
+            violation,
+            None,
+            status,
+        )
+        broken = np.zeros(chains.shape) if violation is None else violation[..., 2]
+        shape = cells.shape
+        return Outcome(
+            E1max=energy[..., 0].reshape(shape),
+            E2max=energy[..., 1].reshape(shape),
+            status=status.reshape(shape),
+            violations=broken.reshape(shape),
+        )

@@ -1,0 +1,117 @@
+"""From the kernels' evidence to the datasets of an archive and to words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.kernels import verdict
+from nlds_vines.orbits.labels import flags_of, labels_of
+
+COLUMNS = verdict.COLUMNS
+
+_PLAIN = {
+    "lyapunov": verdict.LARGEST,
+    "lyapunov_width": verdict.WIDTH,
+    "settling": verdict.SETTLING,
+    "residual": verdict.RESIDUAL,
+    "averaging": verdict.DIGITS,
+    "watched": verdict.WATCHED,
+    "transient_lyapunov": verdict.PASSING,
+    "transient_lyapunov_width": verdict.PASSING_WIDTH,
+    "orbit_clearance": verdict.CLEARANCE,
+    "softest_impact": verdict.SOFTEST,
+}
+
+
+def multipliers_of(rows: np.ndarray, size: int) -> np.ndarray:
+    """Return the Floquet multipliers (..., size), complex, the largest modulus first.
+
+    Arguments: rows of evidence (..., COLUMNS); `size` of a state.  NaN for what is not periodic.
+    """
+    matrices = rows[..., verdict.MATRIX : verdict.MATRIX + 16].reshape(*rows.shape[:-1], 4, 4)
+    matrices = matrices[..., :size, :size]
+    known = np.isfinite(matrices).all(axis=(-2, -1))
+    found = np.full((*rows.shape[:-1], size), complex(np.nan, np.nan))
+    if known.any():
+        found[known] = np.linalg.eigvals(matrices[known])
+    order = np.argsort(-np.abs(found), axis=-1, kind="stable")
+    return np.take_along_axis(found, order, axis=-1)
+
+
+def exponents_of(rows: np.ndarray, size: int, period: np.ndarray) -> np.ndarray:
+    """Return all Lyapunov exponents [1/s] (..., size); of an nT orbit, ln |mu| / nT.
+
+    Arguments: rows of evidence (..., COLUMNS); `size` of a state; `period` T [s] of the forcing.
+    """
+    found = rows[..., verdict.EXPONENTS : verdict.EXPONENTS + size].copy()
+    n = rows[..., verdict.PERIOD]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        of_cycle = np.log(np.abs(multipliers_of(rows, size))) / (n * period)[..., np.newaxis]
+    return np.where((n > 0)[..., np.newaxis], of_cycle, found)
+
+
+def points_of(rows: np.ndarray, size: int, rest: np.ndarray) -> np.ndarray:
+    """Return a section point of each periodic orbit as (x1, v1, x2, v2) [m, m/s].
+
+    Arguments: rows of evidence (..., COLUMNS); `size` of a state; `rest` offset of the spring [m].
+    """
+    y = rows[..., verdict.POINT : verdict.POINT + 4]
+    found = y[..., :size].copy()
+    if size == 4:
+        found[..., 2] = y[..., 0] - y[..., 2] + rest
+        found[..., 3] = y[..., 1] - y[..., 3]
+    return found
+
+
+def regimes_of(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> dict[str, np.ndarray]:
+    """Return period, impacts by wall and in all, regime and label of every lane.
+
+    Arguments: `status`, rows of evidence and impact `counts` (..., 2) of the sampled window.
+    """
+    period = rows[..., verdict.PERIOD].astype(np.int64)
+    of_cycle = rows[..., verdict.NEAR : verdict.FAR + 1]
+    by_wall = np.where((period > 0)[..., np.newaxis], of_cycle, counts).astype(np.int64)
+    impacts = by_wall.sum(axis=-1)
+    regime = flags_of(status, rows[..., verdict.KIND].astype(np.int64))
+    return {
+        "period": period,
+        "impacts": impacts,
+        "impacts_by_wall": by_wall,
+        "regime": regime,
+        "label": labels_of(regime, period, impacts),
+    }
+
+
+def labels_from(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the labels alone, strings in an object array (arguments as above)."""
+    labels: np.ndarray = regimes_of(status, _judged(status, rows), counts)["label"]
+    return labels
+
+
+def _judged(status: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return rows of evidence without that of lanes that failed."""
+    rows = np.where((status == 0)[..., np.newaxis], rows, np.nan)
+    columns = [verdict.KIND, verdict.PERIOD]
+    rows[..., columns] = np.nan_to_num(rows[..., columns])
+    return rows
+
+
+def arrays_of(
+    status: np.ndarray, rows: np.ndarray, counts: np.ndarray, cells: np.ndarray, size: int
+) -> dict[str, np.ndarray]:
+    """Return every dataset that rests on a verdict, by name (arguments as above).
+
+    `cells` are the numbers of the lanes, of dtype `CELL`.
+    """
+    rows = _judged(status, rows)
+    multipliers = multipliers_of(rows, size)
+    found: dict[str, Any] = {name: rows[..., column] for name, column in _PLAIN.items()}
+    found["settling"] = np.nan_to_num(found["settling"], nan=-1.0).astype(np.int32)
+    found["multipliers"] = np.stack([multipliers.real, multipliers.imag], axis=-1)
+    with np.errstate(all="ignore"):  # lanes that failed may have no period
+        period = 2 * np.pi / cells["omega"]
+    found["exponents"] = exponents_of(rows, size, period)
+    found["orbit_point"] = points_of(rows, size, cells["rest"])
+    return found | regimes_of(status, rows, counts)

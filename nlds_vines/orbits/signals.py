@@ -1,0 +1,112 @@
+"""What follows from the states of an orbit by a formula: forces, energies, relative displacement.
+
+States come as in `Orbit.trajectory`, one row (x1, v1, x2, v2) [m, m/s] each, (x1, v1) without a
+damper; every result has one value a row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from nlds_vines.errors import RequestError, choice
+from nlds_vines.model.scenes import Scene
+from nlds_vines.model.system import System
+
+
+class Signal(NamedTuple):
+    """A quantity that changes along an orbit: unit, meaning and how it follows from the states."""
+
+    unit: str
+    meaning: str
+    of: Callable[[System, np.ndarray], np.ndarray]
+
+
+def relative_displacement(system: System, states: np.ndarray) -> np.ndarray:
+    """Return u = x2 - x1 [m]."""
+    return states[:, 2] - states[:, 0]
+
+
+def contact_forces(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the contact force on the damper [N] at each wall, by what is struck.
+
+    F = K z^1.5 where the approach z > 0, otherwise 0 (equations (2) and (3)).  A force in +x2 is
+    positive: that of a wall on the structure's side, as in SSul; that of a far wall is negative.
+    The structure feels the opposite.  Empty for a scene without walls.
+    """
+    scene, p = system.scene, system.parameters
+    if not scene.walls:
+        return {}
+    shortening = system.rest - relative_displacement(system, states)
+    found = {}
+    if scene.gap_near is not None:
+        approach = np.maximum(shortening - scene.gap_near(p), 0.0)
+        found[scene.struck["near"]] = system.K * approach**1.5
+    if scene.gap_far is not None:
+        approach = np.maximum(-shortening - scene.gap_far(p), 0.0)
+        found[scene.struck["far"]] = -system.K * approach**1.5
+    return found
+
+
+def contact_force(system: System, states: np.ndarray) -> np.ndarray:
+    """Return the contact force on the damper [N], the sum over the walls."""
+    return sum(contact_forces(system, states).values(), np.zeros(len(states)))
+
+
+def harmonic_force(system: System, time: np.ndarray) -> np.ndarray:
+    """Return the force P cos(omega t) on the structure [N] at times t [s]."""
+    return system.parameters["P"] * np.cos(system.parameters["omega"] * time)
+
+
+def energy_of_structure(system: System, states: np.ndarray) -> np.ndarray:
+    """Return E1 = (m1 v1^2 + k1 x1^2) / 2 [J], equation (6)."""
+    p = system.parameters
+    return 0.5 * (p["m1"] * states[:, 1] ** 2 + p["k1"] * states[:, 0] ** 2)
+
+
+def energy_of_damper(system: System, states: np.ndarray) -> np.ndarray:
+    """Return E2 = (m2 v2^2 + k2 w^2) / 2 [J], equation (6).
+
+    w is the damper's absolute displacement from its rest position, V + C for SSul, and not the
+    stretch of its spring.
+    """
+    p, w = system.parameters, states[:, 2] - system.rest
+    return 0.5 * (p["m2"] * states[:, 3] ** 2 + p["k2"] * w**2)
+
+
+def _component(column: int) -> Callable[[System, np.ndarray], np.ndarray]:
+    return lambda system, states: states[:, column]
+
+
+SIGNALS: Mapping[str, Signal] = {
+    "x1": Signal("m", "displacement of the structure", _component(0)),
+    "v1": Signal("m/s", "velocity of the structure", _component(1)),
+    "x2": Signal("m", "displacement of the damper", _component(2)),
+    "v2": Signal("m/s", "velocity of the damper", _component(3)),
+    "u": Signal("m", "relative displacement x2 - x1", relative_displacement),
+    "force": Signal("N", "contact force on the damper", contact_force),
+    "E1": Signal("J", "energy of the structure", energy_of_structure),
+    "E2": Signal("J", "energy of the damper", energy_of_damper),
+}
+"""All signals by name."""
+
+_OF_DAMPER = ("x2", "v2", "u", "force", "E2")
+
+
+def signals_of(scene: Scene) -> tuple[str, ...]:
+    """Return the names of the signals that a scene has: no x2 without a damper, for example."""
+    without = (() if scene.damper else _OF_DAMPER) + (() if scene.walls else ("force",))
+    return tuple(name for name in SIGNALS if name not in without)
+
+
+def checked_signal(name: object, scene: Scene) -> str:
+    """Return a signal's name; raises `RequestError` for none, and for one that a scene lacks."""
+    found = choice("signal", name, SIGNALS)
+    if found not in signals_of(scene):
+        raise RequestError(
+            f"signal {found!r} ({SIGNALS[found].meaning}) does not exist in kind {scene.kind!r}; "
+            f"allowed: {', '.join(signals_of(scene))}"
+        )
+    return found

@@ -1,0 +1,288 @@
+"""One orbit in Python: `simulate`."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nlds_vines.errors import RequestError, choice, number, whole
+from nlds_vines.kernels.cells import run_cell
+from nlds_vines.kernels.observe import COLUMNS, Rows
+from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.model.scenes import Scene
+from nlds_vines.model.scenes.base import LONGEST_NAME
+from nlds_vines.model.system import System
+from nlds_vines.orbits.kernel_inputs import cell_of, method_parts
+from nlds_vines.orbits.settings import METHODS, RESOLUTION
+from nlds_vines.orbits.status_words import OK, STATUS
+from nlds_vines.orbits.wants import COMPONENTS, refuse_impossible
+
+IMPACT = np.dtype(
+    [
+        ("wall", f"U{LONGEST_NAME}"),
+        ("touch", float),
+        ("release", float),
+        ("speed", float),
+        ("force", float),
+        ("depth", float),
+        ("gain1", float),
+        ("gain2", float),
+    ]
+)
+"""A row of `Orbit.impacts`: what is struck, obstacle or structure; times [s]; approach speed
+[m/s]; peak force [N]; depth [m]; what E1 and E2 gain from touch to release [J]."""
+
+RECORDS = ("section", "impacts", "energy", "peak", "clearance", "trajectory")
+"""What `simulate` can record."""
+
+SAMPLES = 512
+"""States of a trajectory in each forcing period, by default."""
+
+
+class IntegrationError(RuntimeError):
+    """An orbit could not be followed to its end; the message names the remedy."""
+
+
+class Violation(NamedTuple):
+    """How the limit of a scene was broken that its damper must keep, the transient included."""
+
+    number: int  # of passages
+    time: float  # of the first [s]
+    depth: float  # of the deepest [m]
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """What was recorded of an orbit; None for what was not asked for.
+
+    Attributes:
+        system: what was simulated.
+        section: the state at t = T, 2T, ..., shape (periods, 4) = x1, v1, x2, v2 [m, m/s]
+            ((periods, 2) without a damper), counted from the end of the transient.
+        state: the last state.
+        impacts: one row of dtype `IMPACT` for each touch; an impact that lasts beyond the end has
+            release = NaN.  Time counts from the start of the transient.
+        trajectory: `samples` equidistant states of each period, the last at its end, shape
+            (periods samples, 4) (or 2), and their `time` [s] from the start of the transient.
+        E1max, E2max: largest energies [J], eq. (6), exact in time, without the transient.
+        E1peak, E2peak: the same, the transient included.
+        violation: of a scene with a limit to keep; None for other scenes.
+        clearance: smallest distance [m] of an approach that did not become an impact; inf if none.
+    """
+
+    system: System
+    state: np.ndarray
+    section: np.ndarray | None = None
+    impacts: np.ndarray | None = None
+    E1max: float | None = None
+    E2max: float | None = None
+    E1peak: float | None = None
+    E2peak: float | None = None
+    clearance: float | None = None
+    violation: Violation | None = None
+    trajectory: np.ndarray | None = None
+    time: np.ndarray | None = None
+
+
+def simulate(
+    system: System,
+    periods: int,
+    *,
+    start: Sequence[float] | None = None,
+    transient: int = 0,
+    method: str = "exact",
+    record: Collection[str] | None = None,
+    resolution: float | None = None,
+    nodes: int | None = None,
+    samples: int = SAMPLES,
+) -> Orbit:
+    """Follow one orbit over forcing periods and return what was recorded.
+
+    Arguments:
+        system: from `load_system`.
+        periods: how many to record (>= 0), after `transient` unrecorded ones.
+        start: (x1, v1, x2, v2) [m, m/s] at t = 0, by default at rest; without a damper (x1, v1).
+            It may lie on a wall or inside a contact, which then is not counted as an impact.
+        method: `exact` (exact flight, certified touch) or `rk4` (fixed steps, refined contacts).
+        record: of section, impacts, energy, peak, clearance, trajectory; by default section and,
+            if there are walls, impacts.
+        resolution: of `exact`: Runge-Kutta steps of a contact that is stepped (28); of `rk4`:
+            steps of a period (512), four times those of a free impact.
+        nodes: collocation nodes of a short impact (12).
+        samples: states of a trajectory in each period.
+
+    Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
+    Cost with the defaults: about 2 us a period for an SSul NES, once compiled.
+    """
+    whole("periods", periods, 0)
+    whole("transient", transient, 0)
+    whole("samples", samples, 1, 10**6)
+    choice("method", method, METHODS)
+    record = _checked_record(system, record)
+    resolution = _checked_resolution(method, resolution)
+    parts = method_parts(method, system.scene, nodes)
+    cell = cell_of(system)
+    begin = start_state(system, cell.rest, start)
+    buffers = _Buffers.of(system, record, periods, samples)
+    while True:
+        state = begin.copy()
+        code = buffers.run(parts, resolution, cell, state, transient, periods)
+        if code != OK:
+            status = STATUS[code]
+            raise IntegrationError(f"{system.name}: {status.name}. {status.remedy}")
+        if buffers.enough():
+            return buffers.orbit(system, cell.rest, state, transient)
+        buffers = buffers.larger()  # deterministic: the second run finds as many
+
+
+@dataclass(frozen=True)
+class _Buffers:
+    """What a run fills; None for what was not asked for."""
+
+    record: tuple[str, ...]
+    stops: int
+    states: np.ndarray | None
+    rows: Rows | None
+    energy: np.ndarray | None
+    peak: np.ndarray | None
+    clearance: np.ndarray | None
+    violation: np.ndarray | None
+
+    @classmethod
+    def of(cls, system: System, record: tuple[str, ...], periods: int, samples: int) -> _Buffers:
+        """Make those that a record needs."""
+        scene = system.scene
+        stops = samples if "trajectory" in record else 1
+        noted = "section" in record or "trajectory" in record
+        return cls(
+            record=record,
+            stops=stops,
+            states=np.empty((periods * stops, _width(system))) if noted else None,
+            rows=_rows(16 + 4 * periods) if "impacts" in record else None,
+            energy=np.zeros(2) if "energy" in record else None,
+            peak=np.zeros(2) if "peak" in record else None,
+            clearance=np.full(1, np.inf) if "clearance" in record else None,
+            violation=None if scene.limit is None else np.zeros(3),
+        )
+
+    def run(
+        self,
+        parts: tuple[Any, ...],
+        resolution: float,
+        cell: Any,
+        state: np.ndarray,
+        transient: int,
+        periods: int,
+    ) -> int:
+        """Run the orbit from `state`, which becomes the last one; returns a status."""
+        classical, damper, near, far, arc = parts
+        return run_cell(
+            classical, damper, near, far, arc, resolution, cell, state, None,
+            self.states, None, self.rows, self.energy, self.peak, self.clearance, self.violation,
+            transient, transient, periods, self.stops,
+        )  # fmt: skip
+
+    def enough(self) -> bool:
+        """Tell whether there was room for all impacts."""
+        return self.rows is None or self.rows.filled[0] <= len(self.rows.data)
+
+    def larger(self) -> _Buffers:
+        """Return fresh buffers with room for the impacts that were counted."""
+        assert self.rows is not None
+        clearance = None if self.clearance is None else np.full(1, np.inf)
+        return replace(self, rows=_rows(int(self.rows.filled[0])), clearance=clearance)
+
+    def orbit(self, system: System, rest: float, state: np.ndarray, transient: int) -> Orbit:
+        """Return what was recorded, in the user's coordinates."""
+        stops, states, found = self.stops, self.states, dict[str, Any]()
+        if states is not None and "trajectory" in self.record:
+            count = transient * stops + 1 + np.arange(len(states))
+            found["trajectory"], found["time"] = states, count * (system.period / stops)
+        if states is not None and "section" in self.record:
+            found["section"] = np.ascontiguousarray(states[stops - 1 :: stops])
+        for name, energies in (("max", self.energy), ("peak", self.peak)):
+            if energies is not None:
+                found[f"E1{name}"] = float(energies[0])
+                found[f"E2{name}"] = float(energies[1]) if system.scene.damper else None
+        if self.rows is not None:
+            found["impacts"] = _impacts(self.rows, system.scene)
+        if self.clearance is not None:
+            found["clearance"] = float(self.clearance[0])
+        if self.violation is not None:
+            time, depth, number = self.violation.tolist()
+            found["violation"] = Violation(int(number), time, depth)
+        return Orbit(system, _user_state(system, rest, state), **found)
+
+
+def _checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:
+    if record is None:
+        return ("section", "impacts") if system.scene.walls else ("section",)
+    if isinstance(record, str):
+        record = (record,)
+    for word in record:
+        choice("record", word, RECORDS)
+    refuse_impossible(tuple(record), system.scene)
+    return tuple(record)
+
+
+def _checked_resolution(method: str, resolution: float | None) -> float:
+    if resolution is None:
+        return RESOLUTION[method]
+    found = number("resolution", resolution)
+    if not 4 <= found <= 1e6:
+        raise RequestError(f"resolution = {resolution!r}; allowed: 4 to 1e6")
+    return found
+
+
+def _rows(capacity: int) -> Rows:
+    return Rows(np.empty((capacity, COLUMNS)), np.zeros(1, np.int64))
+
+
+def start_state(system: System, rest: float, start: Sequence[float] | None) -> np.ndarray:
+    """Return the kernels' state (x1, v1, r, s, q, mode) of a start in the user's coordinates."""
+    state = np.zeros(SIZE)
+    if start is None:
+        return state
+    width = _width(system)
+    values = np.asarray(start, dtype=float)
+    if values.shape != (width,) or not np.isfinite(values).all():
+        names = ", ".join(COMPONENTS[:width])
+        raise RequestError(f"start = {start!r}; allowed: {width} finite numbers {names}")
+    state[:2] = values[:2]
+    if system.scene.damper:
+        state[2], state[3] = values[0] - (values[2] - rest), values[1] - values[3]
+    limit = system.scene.limit
+    if limit is not None and state[2] >= limit(system.parameters):
+        raise RequestError(
+            f"start = {start!r} is in violation: x1 - x2 = {values[0] - values[2]:g} m, where kind "
+            f"{system.kind!r} ({system.scene.meaning}) needs less than "
+            f"{limit(system.parameters) - rest:g} m"
+        )
+    return state
+
+
+def _width(system: System) -> int:
+    """Return how many numbers make a state in the user's coordinates."""
+    return 4 if system.scene.damper else 2
+
+
+def _user_state(system: System, rest: float, state: np.ndarray) -> np.ndarray:
+    """Return (x1, v1, x2, v2) of the kernels' state."""
+    x1, v1, r, s = state[:4]
+    if not system.scene.damper:
+        return np.array([x1, v1])
+    return np.array([x1, v1, x1 - r + rest, v1 - s])
+
+
+def _impacts(rows: Rows, scene: Scene) -> np.ndarray:
+    found = rows.data[: rows.filled[0]]
+    table = np.empty(len(found), IMPACT)
+    table["wall"] = np.where(found[:, 0] == 0, scene.struck["near"], scene.struck["far"])
+    for column, name in enumerate(IMPACT.names[1:], start=1):  # type: ignore[index]  # has fields
+        table[name] = found[:, column]
+    for name in ("gain1", "gain2"):  # known from the release on
+        table[name][np.isnan(table["release"])] = np.nan
+    return table

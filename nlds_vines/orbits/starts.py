@@ -1,0 +1,128 @@
+"""Where the orbits of a scan begin: the policy, and the states of random starts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from nlds_vines.errors import RequestError, choice, whole
+from nlds_vines.model.scenes import Scene
+
+POLICIES = ("rest", "up", "down", "both", "random")
+"""Where orbits may begin."""
+
+SWEEPS: Mapping[str, tuple[str, ...]] = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
+"""The sweeps along the last axis that a policy makes, in the order of the starts."""
+
+STRUCTURE_SPREAD = 5.0
+"""Random starts move the structure by up to so many static deflections P / k1."""
+
+DAMPER_SPREAD = 15.0
+"""Random starts move the damper, seen from the structure, by up to so many of them."""
+
+FALLBACK_LENGTH = 0.01
+"""Length [m] that stands for the static deflection where nothing in the system gives one."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where the orbits of every cell begin.
+
+    Arguments:
+        policy: `rest`; `up` or `down`, which follow the attractor of the neighbouring cell to
+            greater or smaller values of the last axis; `both` of these, as two starts, which
+            shows hysteresis; `random`, from `count` states.
+        count, seed: for `random` alone; the same count states are drawn for every cell.
+
+    Raises `RequestError` for anything else.
+    """
+
+    policy: str = "rest"
+    count: int = 1
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check everything."""
+        choice("policy", self.policy, POLICIES)
+        whole("count", self.count, 1, 10**6)
+        whole("seed", self.seed, 0, 2**63 - 1)
+        if self.policy != "random" and (self.count, self.seed) != (1, 0):
+            raise RequestError(
+                f"count and seed belong to policy 'random', not to policy {self.policy!r}"
+            )
+
+    @property
+    def sweeps(self) -> tuple[str, ...]:
+        """The sweeps of the last axis, of `up` and `down`; none where every cell is on its own."""
+        return SWEEPS.get(self.policy, ())
+
+    @property
+    def orbits(self) -> int:
+        """Number of orbits in each cell."""
+        return len(self.sweeps) or self.count
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the orbits of a cell are called: `rest`, `up`, `down`; `random 0`, `random 1`."""
+        if self.policy == "random" and self.count > 1:
+            return tuple(f"random {i}" for i in range(self.count))
+        return self.sweeps or (self.policy,)
+
+
+def start_states(start: Start) -> np.ndarray:
+    """Return the draws of random starts, the same for each cell of a scan.
+
+    Returns an array (starts, 4) of numbers uniform in [-1, 1), a function of the seed alone, for
+    `random_states`.  More starts of the same seed begin with the same draws.
+    """
+    generator = np.random.default_rng(start.seed)
+    return generator.uniform(-1.0, 1.0, size=(start.orbits, 4))
+
+
+def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndarray:
+    """Return the start states that `draws` mean in each cell.
+
+    Arguments: `cells`, of dtype `CELL` and any shape; `draws` (a, b, c, d) of `start_states`,
+    shape (starts, 4); the `scene` of the cells, which says what walls there are.
+
+    Returns x1 [m], v1 [m/s], r = x1 - x2 + rest [m] and s = v1 - v2 [m/s], shape
+    (cells' shape, starts, 4), all finite:
+    x1 = 5 l a, v1 = 5 l omega b, r = 15 l c, s = 15 l omega d with the length l = P / k1,
+    r held between the walls: -far <= r <= near.  Where a scene has a limit, what lies beyond is
+    mirrored at it: a start at the very limit would often be a violation.
+    """
+    length = _length(cells)[..., np.newaxis]
+    speed = length * cells["omega"][..., np.newaxis]
+    a, b, c, d = np.moveaxis(draws, -1, 0)
+    r = DAMPER_SPREAD * length * c
+    if "near" in scene.walls:
+        r = np.minimum(r, cells["near"][..., np.newaxis])
+    if scene.limit is not None:
+        limit = cells["limit"][..., np.newaxis]
+        r = np.where(r > limit, 2 * limit - r, r)
+    if "far" in scene.walls:
+        r = np.maximum(r, -cells["far"][..., np.newaxis])
+    x1, v1 = STRUCTURE_SPREAD * length * a, STRUCTURE_SPREAD * speed * b
+    return np.stack([x1, v1, r, DAMPER_SPREAD * speed * d], axis=-1)
+
+
+def _length(cells: np.ndarray) -> np.ndarray:
+    """Return the length [m] that measures random starts, positive and finite in every cell.
+
+    The static deflection P / k1; where that is 0 or without bound (P = 0 or k1 = 0), the greatest
+    of the deflection P / (m1 omega^2) against inertia and the distances of the walls; where these
+    are 0 too, `FALLBACK_LENGTH`.
+    """
+    with np.errstate(all="ignore"):
+        static = cells["P"] / cells["k1"]
+        inertial = cells["P"] / (cells["m1"] * cells["omega"] ** 2)
+    walls = np.maximum(np.abs(cells["near"]), np.abs(cells["far"]))
+    other = np.maximum(np.where(_is_length(inertial), inertial, 0.0), walls)
+    return np.select([_is_length(static), _is_length(other)], [static, other], FALLBACK_LENGTH)
+
+
+def _is_length(values: np.ndarray) -> np.ndarray:
+    """Tell where a value can measure starts: at least a femtometre, at most a megametre."""
+    return (values >= 1e-15) & (values <= 1e6)

@@ -1,0 +1,37 @@
+"""How the computation of an orbit ended: each status by its code, with the remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    pass
+
+
+class Status(NamedTuple):
+    """How the computation of one lane ended: a CF word, and the sentence that helps a user on."""
+
+    name: str
+    remedy: str
+
+    @property
+    def meaning(self) -> str:
+        """Name and remedy as one CF word, `diverged.check_the_damping`: split at the dot."""
+        words = self.remedy.rstrip(".").replace(",", "").replace(";", "").replace(":", "")
+        return f"{self.name}.{words.replace(' ', '_')}"
+
+
+OK, NOT_COMPUTED, DIVERGED, STEP_BUDGET, BAD_PARAMETERS, TOO_STIFF = range(6)
+
+STATUS: Mapping[int, Status] = {
+    OK: Status("ok", "Nothing to do."),
+    NOT_COMPUTED: Status("not_computed", "Finish the scan with --resume."),
+    DIVERGED: Status("diverged", "Check masses, damping and forcing: the state grows unbounded."),
+    STEP_BUDGET: Status("step_budget", "Raise omega or lower K: a period took too many steps."),
+    BAD_PARAMETERS: Status("bad_parameters", "Vary within the ranges that the system allows."),
+    TOO_STIFF: Status(
+        "too_stiff", "Raise omega, masses or the steps of rk4, or lower stiffness or damping."
+    ),
+}
+"""Status of a lane by code: the CF flags of the dataset `status`. New codes need no other place."""

@@ -1,0 +1,93 @@
+"""What a scan may ask to be recorded, and which of it a scene can give."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from nlds_vines.errors import RequestError, choice, shown
+from nlds_vines.model.scenes import Scene
+
+WANTS = (
+    "section",
+    "impacts",
+    "energy",
+    "peak",
+    "regime",
+    "lyapunov",
+    "settling",
+    "evidence",
+    "clearance",
+    "error",
+)
+"""What `[record] want` may ask for."""
+
+JUDGED = frozenset({"regime", "lyapunov", "settling", "evidence"})
+"""Of `WANTS`, what rests on a verdict."""
+
+NOTED = 4096
+"""Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
+
+RETRACED = 64
+"""Sampled periods, the last ones, that refined settings trace again for the error of a period.
+
+In a row, so that an orbit of up to so many periods shows all of its impacts."""
+
+COMPONENTS = ("x1", "v1", "x2", "v2")
+"""The state in the order in which kernels and archives hold it [m, m/s, m, m/s]."""
+
+_AT_WALLS = ("impacts", "clearance")
+_ALL_EXACT = "method 'exact' discretises nothing of it, method 'rk4' does"
+
+
+def checked_want(want: object) -> tuple[str, ...]:
+    """Return a request for records in the order of `WANTS`.
+
+    Raises `RequestError` unless it is a list of one or more different words of `WANTS`.
+    """
+    if isinstance(want, str) or not isinstance(want, Sequence):
+        raise RequestError(f"want = {shown(want)} must be a list of words")
+    if not want:
+        raise RequestError(f"want = [] is an empty request; allowed: {', '.join(WANTS)}")
+    words = [choice("want", word, WANTS) for word in want]
+    if len(set(words)) < len(words):
+        raise RequestError(f"want = {shown(words)} names something twice")
+    return tuple(word for word in WANTS if word in words)
+
+
+def possible_want(want: Sequence[str], scene: Scene, method: str = "exact") -> tuple[str, ...]:
+    """Return what of `want` the scene can give by a method.
+
+    Without walls there are neither impacts nor clearances, and nothing that `exact` discretises:
+    only the methods of fixed steps have an error.
+    """
+    if scene.walls:
+        return tuple(want)
+    missing = (*_AT_WALLS, "error") if method == "exact" else _AT_WALLS
+    return tuple(word for word in want if word not in missing)
+
+
+def refuse_impossible(want: Sequence[str], scene: Scene, method: str = "exact") -> None:
+    """Raise `RequestError` for the first of `want` that the scene cannot give by a method."""
+    for word in want:
+        if word not in possible_want(want, scene, method):
+            why = f": {_ALL_EXACT}" if word == "error" else ""
+            raise RequestError(
+                f"want {word!r} cannot be had: kind {scene.kind!r} ({scene.meaning}) has no "
+                f"wall{why}; allowed: {', '.join(possible_want(WANTS, scene, method))}"
+            )
+
+
+def noted(want: Collection[str], transient: int, periods: int) -> int:
+    """Return for how many periods of an orbit its section is kept while it is computed.
+
+    The error of a period needs the state at its beginning: a row before the sampled ones.
+    """
+    judged = not JUDGED.isdisjoint(want)
+    sampled = periods if judged or "section" in want or "error" in want else 0
+    before = NOTED if judged else int("error" in want)
+    return sampled + min(transient, before)
+
+
+def components(scene: Scene) -> tuple[str, ...]:
+    """Return the names of the state's components: without a damper only x1 and v1."""
+    return COMPONENTS if scene.damper else COMPONENTS[:2]

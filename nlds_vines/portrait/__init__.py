@@ -1,0 +1,17 @@
+"""One orbit in full on a page: time histories, phase planes, section, spectrum, and words.
+
+In reading order:
+
+    request          which orbit, which windows of it, which panels
+    request_file     a recipe (TOML) read into a request
+    run              the orbit computed, window by window
+    result           what one window shows, as numbers
+    page_layout      where the panels stand
+    spectrum_panel   the panel of the spectrum
+    picture          the page drawn
+    command          `python -m nlds_vines.portrait` and `nv.portrait`
+"""
+
+from nlds_vines.callable_package import make_callable
+
+make_callable(__name__)

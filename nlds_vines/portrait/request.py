@@ -1,0 +1,226 @@
+"""What a portrait shows: a system or several, windows of forcing periods, panels."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from nlds_vines.errors import RequestError, choice, shown, string, whole
+from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.scenes import Scene
+from nlds_vines.model.system import System
+from nlds_vines.orbits.settings import METHODS
+from nlds_vines.orbits.signals import checked_signal
+from nlds_vines.orbits.spectrum import TAPERS
+from nlds_vines.orbits.wants import COMPONENTS
+from nlds_vines.toml import toml_text
+
+PANELS: Mapping[str, str] = {
+    "displacement": "x1, x2 and what is struck",
+    "velocity": "v1 and v2",
+    "relative": "x2 - x1 and what is struck",
+    "force": "contact force and harmonic force",
+    "energy": "E1 and E2",
+    "energy1": "E1 alone",
+    "energy2": "E2 alone",
+    "phase": "structure, damper and what is struck in one phase plane",
+    "phase1": "phase trajectory of the structure, its section",
+    "phase2": "phase trajectory of the damper, its section, what is struck",
+    "spectrum": "Fourier spectrum",
+}
+"""What can be drawn, by name; on a page the panels stand in this order."""
+
+USUAL = ("displacement", "relative", "force", "energy", "phase1", "phase2", "spectrum")
+"""The panels of a page unless others are asked for."""
+
+_OF_DAMPER = ("relative", "energy2", "phase2")
+_AT_WALLS = ("force",)
+
+SYSTEM, TRANSIENT, PERIODS, SAMPLES, SHOW = "ssul-set6", 600, 240, 1024, 12
+"""What is drawn unless something else is asked for.  1024 samples of a period are some 20 of a
+contact: its force is folded onto its lines by 4e-4 of the largest at most."""
+
+MOST_STATES = 10**7
+"""The most states of a run, 320 MB."""
+
+MOST_COLUMNS = 4
+
+
+class Window(NamedTuple):
+    """Forcing periods from `begin` to `end`, counted from the start of the orbit."""
+
+    begin: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a page: a system, a window of its orbit, and what stands above it."""
+
+    system: System
+    window: Window
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What to draw; checked when made, immutable afterwards.
+
+    Arguments:
+        title: one line for people.
+        columns: one to four; those of equal systems show one run.
+        panels: of `PANELS`; kept in that order.  Those that no scene here can fill are left out.
+        start: (x1, v1, x2, v2) [m, m/s] of every orbit, None for rest.
+        samples: states in each forcing period; method: one of `METHODS`.
+        show: the most periods drawn in a time history, from the beginning of its window.
+        signal: what the spectrum is of, by default x2, or x1 without a damper; taper: its window.
+        comb: n of the nT whose lines do not count as broadband; 0 for the period that is found, or
+            T where none is.
+
+    Raises `RequestError` for anything else.
+    """
+
+    title: str
+    columns: tuple[Column, ...]
+    panels: tuple[str, ...] = USUAL
+    start: tuple[float, ...] | None = None
+    samples: int = SAMPLES
+    method: str = "exact"
+    show: int = SHOW
+    signal: str = ""
+    taper: str = "rectangular"
+    comb: int = 0
+
+    def __post_init__(self) -> None:
+        """Check everything."""
+        string("title", self.title)
+        whole("number of columns", len(self.columns), 1, MOST_COLUMNS)
+        scenes = self._scenes
+        object.__setattr__(self, "panels", self._possible(_words("panels", self.panels, PANELS)))
+        whole("samples", self.samples, 2, 10**6)
+        whole("show", self.show, 1)
+        whole("comb", self.comb, 0, min(c.window.end - c.window.begin for c in self.columns))
+        choice("method", self.method, METHODS)
+        choice("taper", self.taper, TAPERS)
+        usual = "x2" if all(scene.damper for scene in scenes) else "x1"
+        object.__setattr__(self, "signal", self.signal or usual)
+        for scene in scenes:
+            checked_signal(self.signal, scene)
+        self._check_start()
+        for run in self.runs():
+            self._check_run(run)
+
+    @property
+    def _scenes(self) -> tuple[Scene, ...]:
+        return tuple(column.system.scene for column in self.columns)
+
+    def _possible(self, panels: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the panels that can be filled; refuse a choice of which nothing remains."""
+        allowed = panels_of(self._scenes)
+        found = tuple(name for name in panels if name in allowed)
+        if not found:
+            kind = self._scenes[0].kind
+            raise RequestError(
+                f"panels {', '.join(panels)} cannot be filled for kind {kind!r}; "
+                f"allowed: {', '.join(allowed)}"
+            )
+        return found
+
+    def _check_start(self) -> None:
+        for scene in self._scenes:
+            width = 4 if scene.damper else 2
+            if self.start is not None and len(self.start) != width:
+                names = ", ".join(COMPONENTS[:width])
+                raise RequestError(f"start = {shown(self.start)}; allowed: rest, or {names}")
+
+    def _check_run(self, run: Sequence[Column]) -> None:
+        begin, end = span(run)
+        if (end - begin) * self.samples > MOST_STATES:
+            raise RequestError(
+                f"periods {begin} to {end} with {self.samples} samples each are too many states; "
+                f"allowed: {MOST_STATES}; take fewer samples or nearer windows"
+            )
+
+    def runs(self) -> tuple[tuple[Column, ...], ...]:
+        """Return the columns in groups of one system: what one orbit serves."""
+        groups: list[list[Column]] = []
+        for column in self.columns:
+            same = [group for group in groups if group[0].system == column.system]
+            if same:
+                same[0].append(column)
+            else:
+                groups.append([column])
+        return tuple(tuple(group) for group in groups)
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of all that determines the picture."""
+        columns = {
+            f"column {i}": {
+                "name": column.name,
+                "window": list(column.window),
+                "kind": column.system.kind,
+                "parameters": dict(column.system.parameters),
+            }
+            for i, column in enumerate(self.columns)
+        }
+        words = ("title", "samples", "method", "show", "signal", "taper", "comb")
+        settings = {name: getattr(self, name) for name in words}
+        start = "rest" if self.start is None else list(self.start)
+        document = {**settings, "panels": list(self.panels), "start": start, **columns}
+        return hashlib.sha256(toml_text(document).encode()).hexdigest()
+
+
+def span(run: Sequence[Column]) -> Window:
+    """Return the periods from the first to the last that columns of one run show."""
+    windows = [column.window for column in run]
+    return Window(min(w.begin for w in windows), max(w.end for w in windows))
+
+
+def panels_of(scenes: Sequence[Scene]) -> tuple[str, ...]:
+    """Return the panels that at least one of the scenes can fill."""
+    damper, walls = any(s.damper for s in scenes), any(s.walls for s in scenes)
+    without = (() if damper else _OF_DAMPER) + (() if walls else _AT_WALLS)
+    return tuple(name for name in PANELS if name not in without)
+
+
+def checked_window(what: str, value: object) -> Window:
+    """Return the window that a pair (begin, end) of whole numbers or a text `begin:end` means."""
+    pair: Any = value.split(":") if isinstance(value, str) else value
+    form = f"{what} = {shown(value)} must be BEGIN:END, two numbers of forcing periods"
+    if not isinstance(pair, Sequence) or isinstance(pair, str) or len(pair) != 2:
+        raise RequestError(form)
+    if isinstance(value, str):
+        try:
+            pair = [int(text) for text in pair]
+        except ValueError:
+            raise RequestError(form) from None
+    begin = whole(f"begin of {what}", pair[0], 0)
+    return Window(begin, whole(f"end of {what}", pair[1], begin + 1))
+
+
+def described(system: System) -> str:
+    """Return a system in one line: its title, what was set, the frequency of the force."""
+    changed = (name for name, text in system.sources.items() if text == "set by the user")
+    names = dict.fromkeys([*(name for name in changed if name != "omega"), "omega"])
+    return ", ".join([system.title or system.name, *(_described(system, name) for name in names)])
+
+
+def _described(system: System, name: str) -> str:
+    entry = PARAMETERS[name]
+    unit = "" if entry.unit == "1" else f" {entry.unit}"
+    return f"{entry.symbol} = {system.parameters[name]:g}{unit}"
+
+
+def _words(what: str, value: object, allowed: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return different words out of those allowed, in that order."""
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        raise RequestError(f"{what} = {shown(value)} must be a list of words")
+    if not value:
+        raise RequestError(f"{what} = [] is an empty request; allowed: {', '.join(allowed)}")
+    words = [choice(what, word, allowed) for word in value]
+    if len(set(words)) < len(words):
+        raise RequestError(f"{what} = {shown(words)} names something twice")
+    return tuple(word for word in allowed if word in words)

@@ -1,0 +1,158 @@
+"""Claims, what they are checked against, and what may come of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from nlds_vines.archives.archive import read
+from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.system import System
+from nlds_vines.reproduce.request import Page
+
+CLOSE = 1e-9
+"""How near a grid's frequency must be to the one asked for [rad/s]."""
+
+
+class Verdict(StrEnum):
+    """What may come of a check."""
+
+    AGREE = "agree"
+    DIFFER = "differ"
+    OPEN = "cannot be decided"
+    NOT_RUN = "not computed"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a check found: the verdict, and what was measured in one line."""
+
+    verdict: Verdict
+    text: str
+
+
+class Missing(LookupError):
+    """What a claim is checked against has not been computed."""
+
+
+@dataclass(frozen=True)
+class Data:
+    """The first start of an archive: the values of its axes, and its numbers and labels by name."""
+
+    system: System
+    axes: Mapping[str, np.ndarray]
+    numbers: Mapping[str, np.ndarray]
+
+    @property
+    def omega(self) -> np.ndarray:
+        """Frequencies of the force [rad/s]."""
+        return self.axes["omega"]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return an array of one value for each cell; `Missing` if it was not recorded."""
+        if name not in self.numbers:
+            raise Missing(f"{self.system.name}: {name} was not recorded")
+        return self.numbers[name]
+
+    def peak(self, name: str = "E1max") -> tuple[float, float]:
+        """Return the largest value along the frequency, and the frequency where it is."""
+        place = int(np.nanargmax(self[name]))
+        return float(self[name][place]), float(self.omega[place])
+
+    def at(self, omega: float, name: str = "E1max") -> float:
+        """Return the value at one frequency of the grid; `Missing` if it is not on it."""
+        return float(self[name][self.place(omega)])
+
+    def place(self, omega: float) -> int:
+        """Return the index of a frequency of the grid; `Missing` if it is not on it."""
+        place = int(np.argmin(np.abs(self.omega - omega)))
+        if abs(self.omega[place] - omega) > CLOSE:
+            raise Missing(f"{omega:g} rad/s is not on the grid")
+        return place
+
+
+Evidence = Callable[[str, str], Data]
+"""Returns the data of a curve by the short name of its recipe and its own; raises `Missing`."""
+
+Check = Callable[[Evidence], Finding]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One claim of the paper.
+
+    Arguments:
+        where: the section, table or equation it stands in.
+        says: what it says, in words of ours.
+        figure: short name of the recipe whose picture shows it.
+        check: what is measured, and the verdict.
+        rule: what a vague word (similar, slight) is taken to mean.
+    """
+
+    where: str
+    says: str
+    figure: str
+    check: Check
+    rule: str = ""
+
+
+def judge(claim: Claim, evidence: Evidence) -> Finding:
+    """Return what comes of a claim; without what it needs it counts as not computed."""
+    try:
+        return claim.check(evidence)
+    except Missing as missing:
+        return Finding(Verdict.NOT_RUN, str(missing))
+
+
+def decided(holds: bool | np.bool_, text: str) -> Finding:
+    """Return the finding of a check that can be decided."""
+    return Finding(Verdict.AGREE if holds else Verdict.DIFFER, text)
+
+
+def archived(recipes: Mapping[str, Page], folder: Path) -> Evidence:
+    """Return the evidence that lies in the archives of a folder."""
+
+    @cache
+    def of(figure: str, name: str) -> Data:
+        recipe = recipes[figure]
+        curve = next((curve for curve in recipe.curves if curve.name == name), None)
+        if curve is None:
+            raise Missing(f"{recipe.name} has no curve {name}")
+        path = folder / recipe.archive(curve)
+        if not path.exists():
+            raise Missing(f"{recipe.name} has not been computed")
+        return _load(path, curve.scan.system)
+
+    return of
+
+
+def _load(path: Path, system: System) -> Data:
+    """Return the first start of an archive, but for the sections."""
+    with read(path) as view:
+        whole = [name for name in view.names if view.dims(name) == (*view.axes, "start")]
+        numbers = {name: view.take(name, start=0) for name in whole}
+        return Data(system, {name: view[name] for name in view.axes}, numbers)
+
+
+def tuning_frequency() -> float:
+    """Return the frequency that the dampers were tuned at [rad/s]."""
+    return catalogue()["ssul-set6"].parameters["omega"]
+
+
+def spans(omega: np.ndarray, chosen: np.ndarray) -> list[tuple[float, float]]:
+    """Return the first and the last frequency of each run of chosen cells."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))
+    pairs = zip(edges[::2], edges[1::2], strict=True)
+    return [(float(omega[first]), float(omega[last - 1])) for first, last in pairs]
+
+
+def maxima(values: np.ndarray, least: float) -> np.ndarray:
+    """Return the indices of the local maxima of at least `least` times the highest value."""
+    inner = values[1:-1]
+    tops = (inner > values[:-2]) & (inner >= values[2:]) & (inner >= least * values.max())
+    return np.flatnonzero(tops) + 1

@@ -1,0 +1,73 @@
+"""Section 2: the contact stiffness, which the paper does not fix."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nlds_vines.reproduce.claims.claim import Claim, Data, Evidence, Finding, Verdict, decided
+
+SPECIAL = (7.375, 7.4, 7.575)
+"""The frequencies of the special regimes in Section 5 [rad/s]."""
+
+
+def _stiffness(evidence: Evidence) -> Finding:
+    system = evidence("stiffness", "ssul-set6").system
+    p = system.parameters
+    text = (
+        f"A, B and q1 are not printed; with A = {p['A']:g}, B = {p['B']:g} 1/m, q1 = {p['q1']:g} "
+        f"K = {system.K:.6g} N/m^1.5"
+    )
+    return Finding(Verdict.OPEN, text)
+
+
+def _mass(evidence: Evidence) -> Finding:
+    p = evidence("8", "ssul-set6").system.parameters
+    share = p["m2"] / p["m1"]
+    own = np.sqrt(p["k1"] / p["m1"])
+    text = f"m2 / m1 = {100 * share:g} %; the structure's own frequency is {own:.4f} rad/s"
+    return decided(abs(share - 0.06) < 1e-9 and abs(own - p["omega"]) < 0.01 * own, text)
+
+
+def holding(data: Data) -> tuple[list[float], list[float]]:
+    """Return the K [N/m^1.5] at which all three special regimes are found at once.
+
+    First: 3T,3 in the end; irregular, which is chaos or of no known kind; T without impacts in
+    the end.  Second, those of them that carry the published words: chaos, and transient chaos.
+    """
+    three, chaos, settled = (data.place(omega) for omega in SPECIAL)
+    period, impacts, label = data["period"], data["impacts"], data["label"].astype(str)
+    found = (period[three] == 3) & (impacts[three] == 3)
+    found &= np.isin(label[chaos], ("chaos", "undetermined"))
+    found &= (period[settled] == 1) & (impacts[settled] == 0)
+    worded = found & (label[three] == "3T,3") & (label[chaos] == "chaos")
+    worded &= np.char.startswith(label[settled], "transient chaos")
+    return data.axes["K"][found].tolist(), data.axes["K"][worded].tolist()
+
+
+def _together(evidence: Evidence) -> Finding:
+    found, worded = holding(evidence("stiffness", "ssul-set6"))
+    if not found:
+        return Finding(Verdict.DIFFER, "for no K of the grid")
+    exact = ", ".join(f"{K:.3g}" for K in worded) or "none"
+    text = (
+        f"for {len(found)} values of K from {min(found):.3g} to {max(found):.3g} N/m^1.5; "
+        f"with the published words for all three at {exact}"
+    )
+    return Finding(Verdict.AGREE, text)
+
+
+CONTACT = (
+    Claim("2", "A damper of 6 % of the structure's mass, tuned at resonance.", "8", _mass),
+    Claim(
+        "2, eq. 4",
+        "The moduli, the surfaces' geometry and equation (4) fix the contact stiffness K.",
+        "stiffness",
+        _stiffness,
+    ),
+    Claim(
+        "2 and 5",
+        "One K gives 3T,3 at 7.375, irregular motion at 7.400 and in the end T,0 at 7.575 rad/s.",
+        "stiffness",
+        _together,
+    ),
+)

@@ -1,0 +1,205 @@
+"""Section 5: the regimes of the SSul NES at different frequencies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from nlds_vines.model.linear_response import response
+from nlds_vines.reproduce.claims.claim import (
+    Claim,
+    Data,
+    Evidence,
+    Finding,
+    Verdict,
+    decided,
+    spans,
+)
+from nlds_vines.reproduce.claims.contact_constants import SPECIAL
+from nlds_vines.reproduce.claims.dampers import SET6, simple_region
+
+SOFTER = 2.5e7  # N/m^1.5: a K at which the three special regimes are found at once
+MOSTLY = 0.7  # of the range: almost all of it
+HARMLESS = 0.3  # of the peak: what irregular motion may reach and not matter
+
+
+def _regimes(data: Data) -> set[tuple[int, int]]:
+    """Return the different (n, k) of nT,k, and (0, 0) where anything irregular was met."""
+    pairs = zip(data["period"].tolist(), data["impacts"].tolist(), strict=True)
+    return {(n, k if n else 0) for n, k in pairs}
+
+
+def _calm(evidence: Evidence) -> Finding:
+    ours, other = evidence("8", SET6), evidence("ssbl", "ssbl")
+    text = []
+    shares = []
+    for data in (ours, other):
+        plain = (data["period"] == 1) & (data["impacts"] <= 1)
+        shares.append(float(np.mean(plain)))
+        kinds = len(_regimes(data))
+        irregular = int(np.sum(data["period"] == 0))
+        text.append(
+            f"{data.system.name} T,0 or T,1 at {100 * shares[-1]:.0f} % of the frequencies, "
+            f"{kinds} different regimes, {irregular} frequencies without a period"
+        )
+    return decided(shares[0] > shares[1], "; ".join(text))
+
+
+def _covers(evidence: Evidence) -> Finding:
+    data = evidence("8", SET6)
+    low, high = simple_region(data)
+    share = (high - low) / float(data.omega[-1] - data.omega[0])
+    text = f"{low:.3f} to {high:.4f} rad/s, {100 * share:.0f} % of 5 to 8 rad/s"
+    return decided(share > MOSTLY, text)
+
+
+def _one_impact(evidence: Evidence) -> Finding:
+    data = evidence("8", SET6)
+    above = data.omega > 7.3
+    calm_below = bool(np.all((data["period"][~above] == 1) & (data["impacts"][~above] == 1)))
+    others = len(_regimes(Data(data.system, data.axes, _cut(data, above))))
+    text = f"below 7.3 rad/s only T,1; above {others} different regimes"
+    return decided(calm_below and others >= 4, text)
+
+
+def _cut(data: Data, chosen: np.ndarray) -> dict[str, np.ndarray]:
+    return {name: data[name][chosen] for name in ("period", "impacts")}
+
+
+def _labelled(
+    omega: float, holds: Callable[[str], bool], unclear: Callable[[str], bool]
+) -> Callable[[Evidence], Finding]:
+    """Return the check of a regime at one frequency, and of how it depends on K.
+
+    `holds` says of a label whether it is as published, `unclear` whether it might be.
+    """
+
+    def check(evidence: Evidence) -> Finding:
+        data, study = evidence("8", SET6), evidence("stiffness", SET6)
+        label, K = str(data["label"][data.place(omega)]), study.axes["K"]
+        words = [str(word) for word in study["label"][study.place(omega)]]
+        soft = words[int(np.argmin(np.abs(K - SOFTER)))]
+        fitting, possible = sum(map(holds, words)), sum(map(unclear, words))
+        text = (
+            f"{label} with the assumed K, {soft} with K = {SOFTER:.3g}; as published at "
+            f"{fitting} of {K.size} K from {K.min():.3g} to {K.max():.3g}, "
+            f"not excluded at {possible} more"
+        )
+        if holds(label):
+            return Finding(Verdict.AGREE, text)
+        return Finding(Verdict.OPEN if fitting or possible else Verdict.DIFFER, text)
+
+    return check
+
+
+def _slightest(evidence: Evidence) -> Finding:
+    study = evidence("stiffness", SET6)
+    widths = []
+    for column in range(study.axes["K"].size):
+        three = (study["period"][:, column] == 3) & (study["impacts"][:, column] == 3)
+        widths += [high - low for low, high in spans(study.omega, three)]
+    if not widths:
+        return Finding(Verdict.DIFFER, "no 3T,3 at any K")
+    step = float(study.omega[1] - study.omega[0])
+    text = f"over all K the 3T,3 window is at most {max(widths) + step:.4f} rad/s wide"
+    return decided(max(widths) + step < 0.025, text)
+
+
+def _settled(evidence: Evidence) -> Finding:
+    data, omega = evidence("8", SET6), SPECIAL[2]
+    place = data.place(omega)
+    n, k = int(data["period"][place]), int(data["impacts"][place])
+    found = response(data.system, np.array([omega]))
+    expected = float(found.E1max[0])
+    text = (
+        f"n = {n}, {k} impacts, E1max {data['E1max'][place]:.3f} J; the linear response without "
+        f"impacts has {expected:.3f} J"
+    )
+    same = abs(data["E1max"][place] / expected - 1) < 1e-6
+    return decided(n == 1 and k == 0 and same, text)
+
+
+def _slow_damper(evidence: Evidence) -> Finding:
+    found = response(evidence("8", SET6).system, np.array([SPECIAL[2]]))
+    assert found.X2 is not None
+    v1, v2 = (float(SPECIAL[2] * np.abs(X[0])) for X in (found.X1, found.X2))
+    text = f"speeds up to {v2:.4f} m/s against {v1:.4f} m/s"
+    return decided(v2 < 0.5 * v1, text)
+
+
+def _harmless(evidence: Evidence) -> Finding:
+    data = evidence("8", SET6)
+    irregular = (data["period"] == 0) | np.array(["chaos" in word for word in data["label"]])
+    if not irregular.any():
+        return Finding(Verdict.OPEN, "no irregular regime was met")
+    worst, peak = float(data["E1max"][irregular].max()), data.peak()[0]
+    text = f"at most {worst:.0f} J where no period was found; the peak is {peak:.0f} J"
+    return decided(worst <= HARMLESS * peak, text)
+
+
+def _may_be_chaos(label: str) -> bool:
+    return label == "undetermined"
+
+
+def _ends_free(label: str) -> bool:
+    return label in ("T,0", "undetermined")
+
+
+DYNAMICS = (
+    Claim(
+        "5",
+        "The SSul NES is calm where the SSbl NES has rich dynamics.",
+        "ssbl",
+        _calm,
+        "more often T,0 or T,1",
+    ),
+    Claim(
+        "5",
+        "T,1 covers almost the whole range of frequencies.",
+        "8",
+        _covers,
+        f"more than {100 * MOSTLY:g} % of 5 to 8 rad/s",
+    ),
+    Claim("5", "Only high frequencies bring other regimes, in quick succession.", "8", _one_impact),
+    Claim(
+        "5",
+        "3T,3 at 7.375 rad/s.",
+        "stiffness",
+        _labelled(SPECIAL[0], lambda label: label == "3T,3", _may_be_chaos),
+    ),
+    Claim(
+        "5",
+        "The slightest change of that frequency destroys it.",
+        "stiffness",
+        _slightest,
+        "windows below 0.025 rad/s",
+    ),
+    Claim(
+        "5",
+        "Chaos at 7.400 rad/s.",
+        "stiffness",
+        _labelled(SPECIAL[1], lambda label: label == "chaos", _may_be_chaos),
+    ),
+    Claim(
+        "5",
+        "Transient chaos at 7.575 rad/s.",
+        "stiffness",
+        _labelled(SPECIAL[2], lambda label: label.startswith("transient chaos"), _ends_free),
+    ),
+    Claim("5", "It ends in T-periodic motion without impacts.", "8", _settled),
+    Claim(
+        "5",
+        "In that motion the damper is much slower than the structure.",
+        "8",
+        _slow_damper,
+        "less than half as fast",
+    ),
+    Claim(
+        "7",
+        "Irregular motion does not spoil the effect.",
+        "8",
+        _harmless,
+        f"below {100 * HARMLESS:g} % of the peak",
+    ),
+)

@@ -1,0 +1,270 @@
+"""The paper, figure by figure: every picture, and a report that checks every claim.
+
+As a command: `python -m nlds_vines.reproduce`, or `nlds-vines reproduce`.
+In Python: `nlds_vines.reproduce_paper(folder)`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.room import refuse_without_room
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.paths import PLOT_SUFFIXES, check_writable
+from nlds_vines.cli.run_options import MOST_THREADS
+from nlds_vines.cli.running import DONE, LANES_FAILED, complain, run_command
+from nlds_vines.errors import RequestError, choice, shown, unknown, whole
+from nlds_vines.reproduce.request import Page
+from nlds_vines.reproduce.request_file import load_page, packaged_pages
+from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
+
+_NAME = "reproduce"
+_FOLDER = "reproduction"
+_ARCHIVES = "archives"
+_REPORT = "reproduction.md"
+_PORTRAIT = "nlds_vines.portrait"
+FORMATS = tuple(suffix.removeprefix(".") for suffix in PLOT_SUFFIXES)
+"""What the pictures may be."""
+
+_EXAMPLES = """\
+examples:
+  nlds-vines reproduce
+      every figure and the report, in the folder `reproduction`
+  nlds-vines reproduce --only 2a,3,8 -o some --format pdf
+      three of the figures; what is computed already is used again
+  nlds-vines reproduce my-page.toml
+      a page of your own: copy one of the recipes in `scans`
+exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
+130 interrupted, 143 terminated: the same command goes on
+"""
+
+
+def reproduce_paper(
+    output: str | os.PathLike[str] = _FOLDER,
+    *,
+    only: Sequence[str] = (),
+    picture: str = "png",
+    threads: int | None = None,
+    overwrite: bool = False,
+    quiet: bool = True,
+) -> Path:
+    """Make the figures and the report in the folder `output`; return the report's path.
+
+    Arguments:
+        output: made if need be; its archives are used again where they are what is asked for.
+        only: figures by the names of the command line (`2a`, `8`, `stiffness`); empty for all.
+        picture: of `FORMATS`.
+        threads: how many; by default as many as the machine has processors.
+        overwrite: whether to compute again what is there.
+        quiet: whether to say nothing.
+
+    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    """
+    job = _Job(_chosen(only), Path(output), picture, threads, overwrite, quiet, report=True)
+    job.run()
+    return job.report_path
+
+
+def draw_recipe(path: str | os.PathLike[str], output: str | os.PathLike[str] = ".") -> Path:
+    """Compute and draw one recipe, its archives in `output`/archives; return the picture's path.
+
+    What the scripts in `scans` do: config in, archives in, picture out.
+    """
+    job = _Job((load_page(Path(path)),), Path(output), "png", None, False, False, report=False)
+    job.run()
+    return job.picture_path(job.recipes[0])
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command with the arguments `argv` (the process's own if None).
+
+    Returns the exit status: 0 done, 1 some orbits failed, 2 the request is wrong, 130 interrupted,
+    143 terminated.
+    """
+    return run_command(_NAME, _command, argv)
+
+
+@dataclass(frozen=True)
+class _Job:
+    """Recipes and where their pictures go; checked when made, before anything heavy is loaded."""
+
+    recipes: tuple[Page, ...]
+    folder: Path
+    picture: str
+    threads: int | None
+    overwrite: bool
+    quiet: bool
+    report: bool
+
+    def __post_init__(self) -> None:
+        choice("--format", self.picture, FORMATS)
+        if self.threads is not None:
+            whole("threads", self.threads, 1, MOST_THREADS)
+        if self.folder.exists() and not self.folder.is_dir():
+            raise RequestError(f"output {shown(str(self.folder))} is a file: name a folder")
+        check_writable("output", self.folder / _REPORT if self.folder.is_dir() else self._probe())
+        if any(recipe.kind == "portrait" for recipe in self.recipes) and not find_spec(_PORTRAIT):
+            raise RequestError(f"a recipe with [portrait] needs {_PORTRAIT}: it is not installed")
+
+    def _probe(self) -> Path:
+        """Return a file that can be written where the folder can be made."""
+        return self.folder.parent / f"{self.folder.name}.probe"
+
+    @property
+    def report_path(self) -> Path:
+        """Where the report goes."""
+        return self.folder / _REPORT
+
+    def picture_path(self, recipe: Page) -> Path:
+        """Return where the picture of a recipe goes."""
+        return self.folder / f"{recipe.name}.{self.picture}"
+
+    @cached_property
+    def scans(self) -> dict[str, Scan]:
+        """The scans of all recipes by the name of their archive, each once."""
+        return {recipe.archive(c): c.scan for recipe in self.recipes for c in recipe.curves}
+
+    def run(self) -> int:
+        """Compute, draw and report; return how many orbits failed."""
+        (self.folder / _ARCHIVES).mkdir(parents=True, exist_ok=True)
+        for name, scan in self.scans.items():
+            refuse_without_room(scan, self.folder / _ARCHIVES / name)
+        failed = sum(self._compute(number) for number in range(len(self.scans)))
+        failed += sum(self._draw(recipe) for recipe in self.recipes)
+        if self.report:
+            from nlds_vines.reproduce import report
+
+            report.write(self.report_path, self.folder / _ARCHIVES, self.picture)
+            self._say(str(self.report_path))
+        return failed
+
+    def _compute(self, number: int) -> int:
+        """Compute one scan, or find it computed; return how many of its orbits failed."""
+        from nlds_vines.bifurcation.run import run
+
+        name, scan = list(self.scans.items())[number]
+        path = self.folder / _ARCHIVES / name
+        report = run(
+            scan,
+            path,
+            threads=self.threads,
+            resume=not self.overwrite,
+            overwrite=self.overwrite,
+            quiet=True,
+        )
+        what = report.summary() if report.seconds else "there already, verified"
+        self._say(f"[{number + 1}/{len(self.scans)}] {path.stem}: {what}")
+        if report.failed_lanes:
+            where = f"the dataset `status` of {path} says why"
+            complain(_NAME, f"{report.failed_lanes} of {scan.lanes} orbits failed: {where}")
+        return report.failed_lanes
+
+    def _draw(self, recipe: Page) -> int:
+        """Draw the picture of a recipe; return how many orbits could not be followed for it."""
+        path = self.picture_path(recipe)
+        if recipe.kind == "portrait":
+            return self._draw_portrait(recipe, path)
+        from nlds_vines.bifurcation.picture.drawing import save
+        from nlds_vines.reproduce.picture import save_page
+
+        archives = self.folder / _ARCHIVES
+        if recipe.kind == "scan":
+            save(archives / recipe.archive(recipe.curves[0]), path)
+        else:
+            save_page(recipe, lambda curve: archives / recipe.archive(curve), path)
+        self._say(str(path))
+        return 0
+
+    def _draw_portrait(self, recipe: Page, path: Path) -> int:
+        """Hand the recipe of an orbit to the command that draws it; return 1 if it failed."""
+        arguments = [str(recipe.path), "--plot", str(path), "--quiet"]
+        status = import_module(_PORTRAIT).main(arguments)
+        if status == INTERRUPTED:
+            raise KeyboardInterrupt
+        if status not in (DONE, LANES_FAILED):
+            raise RequestError(f"{recipe.path} could not be drawn: see above")
+        self._say(str(path))
+        return int(status == LANES_FAILED)
+
+    def _say(self, text: str) -> None:
+        if not self.quiet:
+            print(text, flush=True)
+
+    def plan(self) -> list[str]:
+        """Return what the run would do, a line for each recipe and one for all of it."""
+        lines = []
+        for recipe in self.recipes:
+            orbits = sum(curve.scan.lanes for curve in recipe.curves) or 1
+            lines.append(f"{self.picture_path(recipe)}: {recipe.title}; orbits: {orbits}")
+        there = sum((self.folder / _ARCHIVES / name).exists() for name in self.scans)
+        there = 0 if self.overwrite else there
+        todo = sum(scan.lanes * (scan.transient + scan.periods) for scan in self.scans.values())
+        count = f"{len(self.scans)} different scans, {todo} forcing periods"
+        return [*lines, f"{count}; of the scans {there} are there already"]
+
+
+def _command(argv: Sequence[str]) -> int:
+    """Do what the arguments ask for; returns the exit status."""
+    options = _parser().parse_args(argv)
+    job = _job(options)
+    if options.dry_run:
+        print("\n".join(job.plan()))
+        return DONE
+    try:
+        failed = job.run()
+    except Interrupted as stop:
+        complain(_NAME, "interrupted: the same command goes on from what is computed")
+        return stop.status
+    return LANES_FAILED if failed else DONE
+
+
+def _job(options: argparse.Namespace) -> _Job:
+    """Return the job that the command line means."""
+    own = tuple(load_page(Path(path)) for path in options.recipes)
+    if own and options.only is not None:
+        raise RequestError("--only chooses among the paper's figures: leave out the recipes")
+    only = [] if options.only is None else options.only.split(",")
+    return _Job(
+        recipes=own or _chosen(only),
+        folder=Path(options.output),
+        picture=options.format,
+        threads=options.threads,
+        overwrite=options.overwrite,
+        quiet=options.quiet,
+        report=not own,
+    )
+
+
+def _chosen(only: Sequence[str]) -> tuple[Page, ...]:
+    """Return the packaged recipes of these names, in the paper's order; all for none."""
+    known = packaged_pages()
+    for name in only:
+        if name not in known:
+            raise unknown("figure", name, known)
+    return tuple(recipe for name, recipe in known.items() if not only or name in only)
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"nlds-vines {_NAME}",
+        description="Make every figure of the paper, and a report that checks its claims.",
+        epilog=_EXAMPLES,
+    )
+    text = "pages of your own, in place of the paper's"
+    parser.add_argument("recipes", nargs="*", metavar="RECIPE.toml", help=text)
+    parser.add_argument("--only", metavar="A,B", help="figures by name, as 2a,3,8")
+    parser.add_argument("-o", "--output", metavar="FOLDER", default=_FOLDER, help=f"[{_FOLDER}]")
+    parser.add_argument("--format", metavar="FORM", default="png", help=f"{', '.join(FORMATS)}")
+    parser.add_argument("--threads", type=int, metavar="N", help="by default all processors")
+    parser.add_argument("--overwrite", action="store_true", help="compute again what is there")
+    parser.add_argument("--dry-run", action="store_true", help="only say what would be done")
+    parser.add_argument("--quiet", action="store_true", help="show no progress")
+    return parser

@@ -1,0 +1,256 @@
+"""The report: every claim with its verdict, what tunings retain, what the paper leaves open."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from nlds_vines.archives.durable import in_one_line
+from nlds_vines.archives.provenance import version
+from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.reproduce.claims import (
+    CLAIMS,
+    FACTS,
+    Claim,
+    Evidence,
+    Missing,
+    Verdict,
+    archived,
+    judge,
+)
+from nlds_vines.reproduce.claims.claim import tuning_frequency
+from nlds_vines.reproduce.claims.contact_constants import SPECIAL
+from nlds_vines.reproduce.claims.dampers import FREED, SET6, SETS
+from nlds_vines.reproduce.claims.retention import retained
+from nlds_vines.reproduce.request import Page
+from nlds_vines.reproduce.request_file import packaged_pages
+
+RETENTION = (("4", "k1"), ("6", "c1"), ("7", "P"))
+"""The recipes on which one parameter changes, by short name, and that parameter."""
+
+_DAMPERS = (
+    ("3", "none"),
+    ("3", "tmd"),
+    ("3", "ssbl"),
+    *(("2a", name) for name in SETS),
+    ("rounding", "ssul-set6-table2"),
+    ("free-tmd", FREED),
+)
+
+_UNSAID = (
+    "Contact: A, B and q1 of equation (4). K follows from them, and the frequencies of the narrow "
+    "regimes follow K; the table of contact stiffness shows how.",
+    "Figures 4 and 5: the values of k1. Those here are ours.",
+    "Tables 1 and 2: the bounds of the optimisations. What the TMD of Table 2 is worth without "
+    "them, two of the claims tell.",
+    "All figures: the frequencies at which they were computed, how much of the transient was left "
+    "out, and whether an orbit begins at rest or on its neighbour's attractor. Here: every orbit "
+    "from rest, the energies those of the steady state, the grids in the recipes.",
+    "Equation (1) reads as if it bounded the motion; here it is the condition of contact, as "
+    "equations (3) and (5) have it.",
+)
+
+
+def write(path: Path, archives: Path, picture: str) -> None:
+    """Write the report to `path` from what lies in the folder `archives`.
+
+    Arguments: `picture` is the suffix of the pictures, which lie beside the report.
+
+    Raises `RequestError` where the report cannot be written or an archive cannot be read.
+    """
+    recipes = packaged_pages()
+    text = "\n".join(_Report(recipes, archived(recipes, archives), path.parent, picture).lines())
+    temporary = path.with_name(f"{path.name}.tmp")
+    with in_one_line(f"write {path}"):
+        try:
+            temporary.write_text(f"{text}\n", encoding="utf-8")
+            os.replace(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True)
+class _Report:
+    """What the report is made of."""
+
+    recipes: Mapping[str, Page]
+    evidence: Evidence
+    folder: Path
+    picture: str
+
+    def lines(self) -> Iterator[str]:
+        """Yield the report."""
+        yield "# The paper, claim by claim"
+        yield ""
+        yield (
+            f"Made by `nlds-vines reproduce`, nlds_vines {version('nlds-vines')}; not written by "
+            "hand. The claims are the paper's in our words. Every number comes from an archive "
+            "in the folder beside this report, or from a closed form where that is said."
+        )
+        yield ""
+        yield from self._claims()
+        yield from self._dampers()
+        yield from self._retention()
+        yield from self._stiffness()
+        yield from _heading("What the paper does not say")
+        yield from (f"- {text}" for text in _UNSAID)
+        yield from self._figures()
+
+    def _claims(self) -> Iterator[str]:
+        found = [(claim, judge(claim, self.evidence)) for claim in CLAIMS]
+        count = Counter(finding.verdict for _, finding in found)
+        total = ", ".join(f"{count[v]} {v}" for v in Verdict if count[v])
+        yield f"Of {len(found)} claims: {total}."
+        yield ""
+        head = ("where", "claim", "what comes out", "verdict", "see")
+        rows = (
+            (c.where, _with_rule(c), f.text, f"**{f.verdict}**", self._see(c)) for c, f in found
+        )
+        yield from _table(head, rows)
+        yield from _heading("The program against closed forms")
+        facts = ((claim, judge(claim, self.evidence)) for claim in FACTS)
+        rows4 = ((c.says, f.text, f"**{f.verdict}**", self._see(c)) for c, f in facts)
+        yield from _table(("check", "what comes out", "verdict", "see"), rows4)
+
+    def _see(self, claim: Claim) -> str:
+        """Return a link to the picture of a claim."""
+        recipe = self.recipes[claim.figure]
+        number = recipe.name.removeprefix("figure")
+        text = number if number == recipe.name else f"Figure {number}"
+        return f"[{text.removeprefix('study-')}]({recipe.name}.{self.picture})"
+
+    def _dampers(self) -> Iterator[str]:
+        yield from _heading("The dampers")
+        tuned = tuning_frequency()
+        yield "Steady state from rest; the reduction is that of the peak without a damper."
+        yield ""
+        head = (
+            "damper",
+            f"E1max at {tuned:g} rad/s [J]",
+            "peak [J]",
+            "at [rad/s]",
+            "reduction",
+            "E2max [J]",
+        )
+        yield from _table(head, filter(None, (self._damper(*curve) for curve in _DAMPERS)))
+
+    def _damper(self, figure: str, name: str) -> tuple[str, ...] | None:
+        """Return a row of the table of dampers; None for one that has not been computed."""
+        try:
+            data, bare = self.evidence(figure, name), self.evidence("3", "none")
+        except Missing:
+            return None
+        peak, omega = data.peak()
+        title = data.system.title if name == data.system.name else f"{data.system.title}, {name}"
+        damper = data.system.scene.damper
+        return (
+            title,
+            f"{data.at(tuning_frequency()):.2f}",
+            f"{peak:.1f}",
+            f"{omega:.3f}",
+            f"{100 * (1 - peak / bare.peak()[0]):.0f} %",
+            f"{data.peak('E2max')[0]:.1f}" if damper else "-",
+        )
+
+    def _retention(self) -> Iterator[str]:
+        yield from _heading("Retention of tuning")
+        yield (
+            "Each damper keeps its values while one number of structure or force changes. "
+            "`ratio`: over the same quantity at the tuning (bold); `left`: the peak over that of "
+            "the structure alone at the same value."
+        )
+        for short, parameter in RETENTION:
+            yield ""
+            yield from self._retention_table(short, parameter)
+
+    def _retention_table(self, short: str, parameter: str) -> Iterator[str]:
+        try:
+            rows = retained(self.recipes[short], parameter, self.evidence, short)
+        except Missing as missing:
+            yield f"{parameter}: {missing}."
+            return
+        unit = PARAMETERS[parameter].unit
+        there = f"E1max at {tuning_frequency():g} rad/s [J]"
+        head = (
+            "damper",
+            f"{parameter} [{unit}]",
+            "peak [J]",
+            "at [rad/s]",
+            "ratio",
+            there,
+            "ratio",
+            "left",
+        )
+        yield from _table(
+            head,
+            (
+                (
+                    catalogue()[row.damper].title,
+                    _marked(row.value, catalogue()[row.damper].parameters[parameter]),
+                    f"{row.peak:.1f}",
+                    f"{row.omega:.3f}",
+                    f"{row.relative:.2f}",
+                    f"{row.tuned:.1f}",
+                    f"{row.relative_tuned:.2f}",
+                    f"{row.left:.2f}",
+                )
+                for row in rows
+            ),
+        )
+
+    def _stiffness(self) -> Iterator[str]:
+        yield from _heading("Contact stiffness and the special regimes")
+        try:
+            study = self.evidence("stiffness", SET6)
+        except Missing as missing:
+            yield f"{missing}."
+            return
+        yield (
+            "Labels from rest, SSul NES Set 6; published: 3T,3, chaos, transient chaos to T,0. "
+            f"The assumed constants give K = {study.system.K:.6g} N/m^1.5."
+        )
+        yield ""
+        labels = [study["label"][study.place(omega)] for omega in SPECIAL]
+        rows = (
+            (f"{k:.3g}", *map(str, row)) for k, *row in zip(study.axes["K"], *labels, strict=True)
+        )
+        yield from _table(("K [N/m^1.5]", *(f"{omega:.3f} rad/s" for omega in SPECIAL)), rows)
+
+    def _figures(self) -> Iterator[str]:
+        yield "\n## Figures"
+        for recipe in self.recipes.values():
+            name = f"{recipe.name}.{self.picture}"
+            if (self.folder / name).exists():
+                yield ""
+                yield (
+                    f"![{recipe.title}]({name})"
+                    if self.picture != "pdf"
+                    else f"[{recipe.title}]({name})"
+                )
+        if not any(recipe.kind == "portrait" for recipe in self.recipes.values()):
+            yield ""
+            yield "Figures 9 to 12, portraits of single orbits, are not part of this version."
+
+
+def _heading(text: str) -> Sequence[str]:
+    return "", f"## {text}", ""
+
+
+def _with_rule(claim: Claim) -> str:
+    return f"{claim.says} *({claim.rule})*" if claim.rule else claim.says
+
+
+def _marked(value: float, base: float) -> str:
+    return f"**{value:g}**" if value == base else f"{value:g}"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+    """Yield the lines of a Markdown table."""
+    yield f"| {' | '.join(head)} |"
+    yield f"|{'---|' * len(head)}"
+    for row in rows:
+        yield f"| {' | '.join(cell.replace('|', '/') for cell in row)} |"

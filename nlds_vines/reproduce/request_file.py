@@ -1,0 +1,141 @@
+"""The recipe of a figure (TOML) read and checked."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.errors import RequestError, at, choice, shown, string, table, unknown, whole
+from nlds_vines.model.catalogue import FILE_KEYS
+from nlds_vines.packaged_files import recipe_paths
+from nlds_vines.reproduce.request import COLOURS, LINES, Curve, Page, Panel, short_name
+from nlds_vines.toml import read_toml
+
+_KEYS = (*FILE_KEYS, "figure", "panels", "curves")
+_FIGURE_KEYS = ("columns", "damper_energy")
+_PANEL_KEYS = ("title", "system", "set", "base")
+_CURVE_KEYS = ("label", "system", "set", "base", "colour", "line", "shade")
+_HEX = re.compile(r"#[0-9a-f]{6}")
+_MOST_COLUMNS = 4
+
+
+def packaged_pages() -> dict[str, Page]:
+    """Return the recipes that travel with the package, by short name, figures before studies."""
+    found = {short_name(path.stem): path for path in sorted(recipe_paths(), key=_order)}
+    return {name: load_page(path) for name, path in found.items()}
+
+
+def load_page(path: Path) -> Page:
+    """Return the recipe in a TOML file, checked throughout.
+
+    Raises `RequestError`, one line that names file, place and key.
+    """
+    document = read_toml(path)
+    if "portrait" in document:  # its own command reads and checks it
+        return Page(path, "portrait", _title(path, document))
+    if "curves" in document:
+        return _page(path, document)
+    scan = load_scan(path)
+    return Page(path, "scan", scan.title, (Panel((Curve(scan),)),))
+
+
+def _order(path: Path) -> tuple[bool, int, str]:
+    number = re.match(r"figure(\d+)", path.stem)
+    return number is None, int(number[1]) if number else 0, path.stem
+
+
+def _title(path: Path, document: Mapping[str, Any]) -> str:
+    with at(str(path)):
+        return string("title", document.get("title", path.stem))
+
+
+def _page(path: Path, document: Mapping[str, Any]) -> Page:
+    """Return the recipe of a page of curves."""
+    with at(str(path)):
+        table("the recipe", document, _KEYS)
+        with at("[figure]"):
+            look = table("figure", document.get("figure", {}), _FIGURE_KEYS)
+            columns = whole("columns", look.get("columns", 1), 1, _MOST_COLUMNS)
+            damper_energy = _truth(look, "damper_energy")
+        shared = {key: document[key] for key in FILE_KEYS if key in document and key != "title"}
+        frames = _entries(document, "panels", _PANEL_KEYS) or [{}]
+        curves = _entries(document, "curves", _CURVE_KEYS)
+        panels = tuple(_panel(shared, frame, curves) for frame in frames)
+    return Page(path, "curves", _title(path, document), panels, columns, damper_energy)
+
+
+def _entries(
+    document: Mapping[str, Any], key: str, allowed: Collection[str]
+) -> list[Mapping[str, Any]]:
+    """Return the tables of an array `[[key]]`, their keys checked."""
+    found = document.get(key, [])
+    if not isinstance(found, list) or (not found and key in document):
+        raise RequestError(f"{key} = {shown(found)} must be one or more tables [[{key}]]")
+    with at(f"[[{key}]]"):
+        return [table(f"entry {i}", entry, allowed) for i, entry in enumerate(found, start=1)]
+
+
+def _panel(
+    shared: Mapping[str, Any], frame: Mapping[str, Any], curves: list[Mapping[str, Any]]
+) -> Panel:
+    found = []
+    for number, entry in enumerate(curves, start=1):
+        with at(f"[[curves]] {number}"):
+            found.append(_curve(shared, frame, entry))
+    names = [curve.name for curve in found]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise RequestError(f"[[curves]]: {twice} stands twice in one panel")
+    with at("[[panels]]"):
+        title = string("title", frame.get("title", ""))
+        return Panel(tuple(found), title, _settings(frame), _truth(frame, "base"))
+
+
+def _curve(shared: Mapping[str, Any], frame: Mapping[str, Any], entry: Mapping[str, Any]) -> Curve:
+    _refuse_twice(frame, entry)
+    settings = {**_settings(frame), **_settings(entry)}
+    system = frame.get("system", entry.get("system", shared.get("system")))
+    everywhere = table("set", shared.get("set", {}))
+    scan = load_scan({**shared, "system": system, "set": {**everywhere, **settings}})
+    if len(scan.axes) != 1:
+        raise RequestError(f"{len(scan.axes)} parameters are varied; allowed: one")
+    return Curve(
+        scan,
+        string("label", entry.get("label", "")),
+        settings,
+        _colour(entry.get("colour", "black")),
+        choice("line", entry.get("line", "solid"), LINES),
+        _truth(entry, "base"),
+        _truth(entry, "shade"),
+    )
+
+
+def _refuse_twice(frame: Mapping[str, Any], entry: Mapping[str, Any]) -> None:
+    """Raise `RequestError` where panel and curve both name a system or set the same parameter."""
+    if "system" in frame and "system" in entry:
+        raise RequestError("system is named by [[panels]] as well: name it in one of the two")
+    both = sorted(_settings(frame).keys() & _settings(entry).keys())
+    if both:
+        raise RequestError(f"{both[0]} is set by [[panels]] as well: set it in one of the two")
+
+
+def _settings(part: Mapping[str, Any]) -> Mapping[str, Any]:
+    return table("set", part.get("set", {}))
+
+
+def _truth(part: Mapping[str, Any], key: str) -> bool:
+    value = part.get(key, False)
+    if not isinstance(value, bool):
+        raise RequestError(f"{key} = {shown(value)} must be true or false")
+    return value
+
+
+def _colour(value: object) -> str:
+    if isinstance(value, str) and _HEX.fullmatch(value):
+        return value
+    if isinstance(value, str) and value in COLOURS:
+        return COLOURS[value]
+    raise unknown("colour", value, [*COLOURS, "#rrggbb"])

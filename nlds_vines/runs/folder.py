@@ -1,0 +1,208 @@
+"""A run under way: the folder beside the archive to be, and who holds it.
+
+While a run lasts, its archive does not exist; the folder `FILE.parts` does.  A manifest in it says
+whose run it is, a lock that it is at work, part files what has been computed.  What a part holds, a
+block of a scan or the next designs of a search, is the business of those who build on this.
+
+A run holds the folder for itself alone.  Shards of one scan share it; each holds its own share.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+from nlds_vines.archives import archive, durable
+from nlds_vines.archives.provenance import Request, Value
+from nlds_vines.errors import RequestError
+from nlds_vines.runs.manifest import NAME, Manifest
+from nlds_vines.runs.partfile import PATTERN
+from nlds_vines.runs.shard import Shard
+
+
+@dataclass
+class RunFolder:
+    """The folder of one run; use `open`, and as a context manager.
+
+    `complete` says that the archive asked for exists already and is sound, so that there is nothing
+    to do; `discarded` collects one line for each part that did not verify and must be computed
+    again.
+    """
+
+    content: ClassVar[str]  # what kind of request this is; each kind of run says it
+
+    path: Path
+    request: Any  # a `Request`; each kind of run narrows it
+    shard: Shard | None = None
+    complete: bool = False
+    discarded: list[str] = field(default_factory=list)
+    _locks: list[int] = field(default_factory=list)
+
+    @classmethod
+    def open(
+        cls,
+        path: str | os.PathLike[str],
+        request: Request,
+        *,
+        resume: bool = False,
+        overwrite: bool = False,
+        shard: Shard | None = None,
+    ) -> Self:
+        """Begin a run whose archive is to be `path`, or continue it.
+
+        With `resume`, verified parts of the same request are kept.  With `overwrite`, parts are
+        discarded, and an archive of that name stays as it is until the new one replaces it.  A
+        `shard` joins whatever has been begun of the same scan, and others may be at work beside it.
+
+        Raises `RequestError`, leaving everything as it was, if an archive or parts exist and
+        neither option is given, if what is to be resumed belongs to another request, if another
+        process is at work on it, or if the folder cannot be written.
+        """
+        if resume and overwrite:
+            raise RequestError("--resume and --overwrite exclude each other: give one of them")
+        if shard and overwrite:
+            raise RequestError("--shard and --overwrite exclude each other: others may be at work")
+        run = cls(Path(path), request, shard)
+        with durable.in_one_line(f"write {path}"):
+            if run._archive_is_complete(resume, overwrite) and not run.folder.exists():
+                run.complete = True
+                return run
+            run.folder.mkdir(exist_ok=True)
+            with run._closed_on_error():
+                run._take_locks()
+                run._settle(resume, overwrite)
+        return run
+
+    @property
+    def folder(self) -> Path:
+        """Where the parts are: `FILE.parts`."""
+        return folder_of(self.path)
+
+    def __enter__(self) -> Self:
+        """Return the run itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let go of the folder, whatever happened; the parts stay."""
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the folder.  A folder in which nothing was ever begun is removed."""
+        if not self._locks:
+            return
+        if self.shard or (self.folder / NAME).exists():
+            self._unlock()
+        else:
+            self._remove()
+
+    def begun_by(self) -> dict[str, Value]:
+        """Return what the archive tells of the process that began the run: its command."""
+        manifest = Manifest.read(self.folder)
+        return {"argv": json.dumps(manifest.argv)} if manifest else {}
+
+    def deliver(self, make: Callable[[Path], object]) -> None:
+        """Let `make` write the archive to the path it is given, put it in place, remove the folder.
+
+        Raises `RequestError` if the disk is full.  However it ends early, the parts are intact, and
+        an archive of that name is as it was.
+        """
+        temporary = self.folder / "archive.tmp"
+        with durable.in_one_line(f"write {self.path} (the parts are intact, use --resume)"):
+            try:
+                make(temporary)
+                durable.replace(temporary, self.path)
+            finally:
+                with suppress(OSError):
+                    temporary.unlink()
+            self._remove()
+
+    def _archive_is_complete(self, resume: bool, overwrite: bool) -> bool:
+        """Tell whether the archive is there and this request's; refuse to touch any other."""
+        if overwrite or not self.path.exists():
+            return False
+        if not resume:
+            raise RequestError(f"{self.path} exists: --overwrite replaces it, -o names another")
+        with archive.read(self.path) as view:
+            same = view.attrs["scan_hash"] == self.request.hash
+        if not same:
+            manifest = Manifest.read(self.folder)
+            if manifest and manifest.overwrite:
+                return False  # the run to be resumed was told to replace it
+            raise RequestError(f"{self.path} holds another scan: --resume cannot continue it")
+        if problems := archive.verify(self.path):
+            raise RequestError(f"{self.path} is damaged ({problems[0]}): use --overwrite")
+        return True
+
+    def _take_locks(self) -> None:
+        """Hold the folder: a run for itself alone, a shard together with others."""
+        busy = f"another run is writing {self.path}: wait for it, or stop it"
+        self._lock("lock", busy, shared=self.shard is not None)
+        if self.shard:
+            name = f"shard-{self.shard.index}-of-{self.shard.count}.lock"
+            self._lock(name, f"another run is computing shard {self.shard} of {self.path}")
+
+    def _lock(self, name: str, busy: str, **how: Any) -> None:
+        descriptor = durable.lock(self.folder / name, **how)
+        if descriptor is None:
+            raise RequestError(busy)
+        self._locks.append(descriptor)
+
+    def _settle(self, resume: bool, overwrite: bool) -> None:
+        """Decide, alone with the folder, what its content means for this run."""
+        if self.shard:  # others may be about to settle as well: one after the other
+            self._lock("settling.lock", f"{self.folder} is locked", patience=60.0)
+        if self._archive_is_complete(resume, overwrite):  # again: another run may just have ended
+            self.complete = True
+            if not self.shard:
+                self._remove()
+            return
+        if overwrite:
+            self._clear()
+        found = Manifest.read(self.folder)
+        if found and not (resume or self.shard):
+            text = "--resume continues it, --overwrite discards it"
+            raise RequestError(f"{self.folder} holds an unfinished run: {text}")
+        if found and found.scan_hash != self.request.hash:
+            whose = f"{found.title!r}, {found.content} {found.scan_hash[:12]}"
+            raise RequestError(f"{self.folder} holds the parts of another scan ({whose})")
+        if not found:
+            Manifest.of(self.request, self.content, overwrite).write(self.folder)
+        if self.shard:
+            os.close(self._locks.pop())
+
+    def _clear(self) -> None:
+        """Remove the parts, the manifest last, so that parts never stand without it."""
+        for pattern in (PATTERN, "*.tmp", NAME):
+            for path in self.folder.glob(pattern):
+                path.unlink()
+
+    def _remove(self) -> None:
+        """Remove the folder, and with its lock let go of it: from then on it may be another's."""
+        self._clear()
+        for path in (*self.folder.glob("*.lock"), self.folder / "lock"):
+            path.unlink(missing_ok=True)
+        with suppress(OSError):  # it holds something that is not ours, or another run has begun
+            self.folder.rmdir()
+        self._unlock()
+
+    @contextmanager
+    def _closed_on_error(self) -> Iterator[None]:
+        try:
+            yield
+        except BaseException:
+            self.close()
+            raise
+
+    def _unlock(self) -> None:
+        while self._locks:
+            os.close(self._locks.pop())
+
+
+def folder_of(path: Path) -> Path:
+    """Return where the parts of an archive-to-be lie: `FILE.parts`."""
+    return path.with_name(path.name + ".parts")

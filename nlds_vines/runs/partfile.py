@@ -1,0 +1,129 @@
+"""Part files: sealed results, piece by piece, in the folder of a run under way.
+
+A part is one line of JSON (which part of what, made by what, which arrays), the bytes of the arrays
+one after the other, and a seal.  Existence proves nothing: a part counts when its seal, its
+identity, its arrays and its makers are right.  Those of a scan hold a block each (`PartFiles`).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nlds_vines.archives import durable
+from nlds_vines.archives.provenance import makers
+
+if TYPE_CHECKING:
+    pass
+
+
+PATTERN = "block-*.part"
+"""The names of part files."""
+
+UNSOUND = (ValueError, KeyError, TypeError)
+"""What is raised by a part that does not verify; it says what is wrong with it."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """How a part came to be: by what (`provenance.makers`), in how long [s], on how many threads.
+
+    The seconds are those that passed from block to block: of computing and of storing.
+    """
+
+    by: Mapping[str, str]
+    seconds: float
+    threads: int
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a part file holds: the arrays of a block by name, and how they were made."""
+
+    arrays: dict[str, np.ndarray]
+    made: Made
+
+    def by_us(self) -> Part:
+        """Return the part itself; ValueError if other versions made it."""
+        if self.made.by != makers():
+            raise ValueError("it was made by another version of the program or its libraries")
+        return self
+
+
+def path_of(folder: Path, index: int) -> Path:
+    """Return the path of the part of a number."""
+    return folder / f"block-{index:06d}.part"
+
+
+def store(
+    path: Path,
+    identity: list[Any],
+    arrays: Mapping[str, np.ndarray],
+    *,
+    seconds: float,
+    threads: int,
+) -> Part:
+    """Store contiguous arrays as a part: after this returns, it survives a power cut.
+
+    Arguments: `identity`, as JSON has it, is what `fetch` must ask for; the rest as in `Made`.
+
+    Returns the part as it stands in the file.  Raises OSError if it cannot be written.
+    """
+    made = Made(makers(), round(seconds, 6), threads)
+    head = {
+        "block": identity,
+        "made": vars(made),
+        "arrays": [[name, a.dtype.str, a.shape] for name, a in arrays.items()],
+    }
+    line = json.dumps(head).encode() + b"\n"
+    durable.write(path, line, *(_bytes(array) for array in arrays.values()))
+    return Part(dict(arrays), made)
+
+
+def fetch(path: Path, identity: list[Any]) -> Part:
+    """Return a verified part; one of `UNSOUND` says what is wrong with it, OSError that it is not.
+
+    Its arrays cannot be written to.
+    """
+    data = memoryview(durable.read(path))
+    head, start = _header(data)
+    if head["block"] != identity:
+        raise ValueError("it is of another scan or another block")
+    return Part(dict(_arrays(data, head["arrays"], start)), Made(**head["made"]))
+
+
+def _header(data: memoryview) -> tuple[dict[str, Any], int]:
+    """Return the first line of a part, and where its arrays begin."""
+    size = 1 << 12
+    while (end := bytes(data[:size]).find(b"\n")) < 0:
+        if size >= len(data):
+            raise ValueError("it is no part file")
+        size *= 2
+    return json.loads(bytes(data[:end])), end + 1
+
+
+def _arrays(
+    data: memoryview, table: Iterable[Any], start: int, wanted: set[str] | None = None
+) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield the arrays of a part by name, all of them or those wanted; they share its memory."""
+    for name, dtype, shape in table:
+        count = math.prod(shape)
+        if wanted is None or name in wanted:
+            yield name, np.frombuffer(data, dtype, count, start).reshape(shape)
+        start += count * np.dtype(dtype).itemsize
+
+
+def _bytes(array: np.ndarray) -> memoryview:
+    """Return the memory of a contiguous array, which for strings has no buffer of its own."""
+    return array.reshape(-1).view(np.uint8).data
+
+
+def identity(tuning: str, index: int) -> list[Any]:
+    """Return what makes a part the one of this number of the `tuning` of this hash."""
+    return [tuning, index]

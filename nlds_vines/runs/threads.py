@@ -1,0 +1,13 @@
+"""How many threads the kernels use."""
+
+from __future__ import annotations
+
+import numba
+
+
+def use_threads(threads: int | None) -> int:
+    """Let kernels use so many threads, at most those that there are; return how many."""
+    most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # set at run time
+    used = most if threads is None else min(threads, most)
+    numba.set_num_threads(used)
+    return used

@@ -1,0 +1,13 @@
+"""How long chaos lasts: many starts in one cell, followed until they settle.
+
+In reading order:
+
+    survival   Kaplan-Meier curve and exponential law of lifetimes
+    ensemble   the starts of one cell of an archive: which settled, when, where
+    picture    both drawn
+    command    `python -m nlds_vines.transients` and `nv.transients`
+"""
+
+from nlds_vines.callable_package import make_callable
+
+make_callable(__name__)

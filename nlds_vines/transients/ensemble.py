@@ -1,0 +1,185 @@
+"""An ensemble: many orbits of one cell from different starts; how long each took, where it ended.
+
+Arrays in, numbers and words out.  A lifetime is the number of forcing periods before an orbit
+settled; one that had not settled when the verdict stopped watching is censored there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nlds_vines.errors import RequestError
+from nlds_vines.orbits.coexistence import by_frequency, finals
+from nlds_vines.orbits.labels import TRANSIENT
+from nlds_vines.toml import parse_toml
+from nlds_vines.transients.survival import LEVEL, Decay, Survival, decay, share_interval, survival
+
+if TYPE_CHECKING:
+    from nlds_vines.archives.archive import ArchiveView
+
+NEEDED = ("label", "settling", "watched")
+"""What an archive must hold: want = ["regime", "settling", "evidence"]."""
+
+_NO_LIFETIME = ("failed", "quasiperiodic", "")
+"""Final regimes that were reached at a time that nobody knows."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """How many of `total` starts ended in a regime, and how many of these passed through chaos.
+
+    `low` and `high` are the ends of Wilson's interval of the share.
+    """
+
+    label: str
+    count: int
+    through_chaos: int
+    total: int
+    low: float
+    high: float
+
+    @property
+    def share(self) -> float:
+        """From 0 to 1."""
+        return self.count / self.total
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """What the starts of one cell came to.
+
+    Arguments:
+        labels: the regime of each, strings in an object array (n,).
+        settling: forcing periods until it settled, -1 where it did not.
+        watched: forcing periods that the verdict looked at.
+        delay: periods after which a transient counts as one, for the exponential law.
+        level: confidence of all intervals.
+    """
+
+    labels: np.ndarray
+    settling: np.ndarray
+    watched: np.ndarray
+    delay: float = 0.0
+    level: float = LEVEL
+
+    def __post_init__(self) -> None:
+        """Check that there are as many of each, and some at all."""
+        sizes = {np.size(self.labels), np.size(self.settling), np.size(self.watched)}
+        if len(sizes) > 1 or sizes == {0}:
+            raise RequestError("an ensemble needs labels, settling and watched of as many starts")
+
+    @cached_property
+    def counted(self) -> np.ndarray:
+        """Which starts have a lifetime (n,): not those that failed or whose regime has no date."""
+        return ~np.isin(finals(self.labels).astype(np.str_), _NO_LIFETIME)
+
+    @property
+    def times(self) -> np.ndarray:
+        """Lifetimes [forcing periods] of those counted, or how long these were watched."""
+        settled = self.settling >= 0
+        return np.where(settled, self.settling, self.watched)[self.counted].astype(float)
+
+    @property
+    def ended(self) -> np.ndarray:
+        """Which of `times` are lifetimes; the others are censored."""
+        return (self.settling >= 0)[self.counted]
+
+    @cached_property
+    def survival(self) -> Survival:
+        """The share still unsettled against time, by Kaplan and Meier."""
+        return survival(self.times, self.ended, self.level)
+
+    @cached_property
+    def decay(self) -> Decay | None:
+        """The exponential law beyond the delay; None where no lifetime is as long."""
+        if not (self.times > self.delay).any():
+            return None
+        return decay(self.times, self.ended, self.delay, self.level)
+
+    @cached_property
+    def shares(self) -> tuple[Share, ...]:
+        """The final regimes, the most frequent first."""
+        ends, total = finals(self.labels), self.labels.size
+        return tuple(
+            Share(
+                label,
+                count,
+                int((self.labels == TRANSIENT + label).sum()),
+                total,
+                *share_interval(count, total, self.level),
+            )
+            for label, count in by_frequency(ends)
+        )
+
+    def lines(self) -> Iterator[str]:
+        """Yield what came of it, in words."""
+        yield f"{'ended in':<16}{'starts':>7}  {'share':>7}  {self.level:.0%} interval"
+        for entry in self.shares:
+            interval = f"{entry.low:.2%} to {entry.high:.2%}"
+            passed = f"; {entry.through_chaos} through chaos" if entry.through_chaos else ""
+            line = f"  {entry.label:<14}{entry.count:>7}  {entry.share:>7.2%}  {interval}{passed}"
+            yield line
+        yield from self._lifetimes()
+
+    def _lifetimes(self) -> Iterator[str]:
+        if not self.counted.any():
+            yield "lifetimes: none, no start ended in a regime that has one"
+            return
+        settled, total = int(self.ended.sum()), int(self.counted.sum())
+        yield f"settled: {settled} of {total}{self._censored()}"
+        quantiles = (self.survival.quantile(q) for q in (0.5, 0.9, 0.99))
+        told = (
+            f"{q} by {time:g}" if np.isfinite(time) else f"{q} not yet"
+            for q, time in zip(("half", "90%", "99%"), quantiles, strict=True)
+        )
+        yield f"  forcing periods until then: {', '.join(told)}"
+        if self.decay is None:
+            yield f"  none lasted beyond {self.delay:g} periods: no law of decay"
+            return
+        yield f"  beyond {self.delay:g} periods: {self._law(self.decay)}"
+
+    def _censored(self) -> str:
+        open_ends = self.times[~self.ended]
+        if not open_ends.size:
+            return ""
+        return f"; the others watched for {open_ends.min():g} to {open_ends.max():g} periods"
+
+    def _law(self, law: Decay) -> str:
+        if law.ended == 0:
+            return f"none ended; mean lifetime of {1 / law.high:.4g} periods or more"
+        return (
+            f"mean lifetime {law.mean:.4g} periods, {self.level:.0%} interval "
+            f"{1 / law.high:.4g} to {1 / law.low:.4g} ({law.ended} ended, "
+            f"{law.exposure:.6g} periods watched)"
+        )
+
+
+def ensemble_of(
+    view: ArchiveView, *cell: int, delay: float = 0.0, level: float = LEVEL
+) -> Ensemble:
+    """Return the ensemble of one cell of an archive.
+
+    Arguments: an open archive; the place of the cell along each varied parameter, by default the
+    first; `delay` and `level` of the `Ensemble`.
+
+    Raises `RequestError` where the archive does not hold what is `NEEDED`.
+    """
+    missing = [name for name in NEEDED if name not in view]
+    if missing:
+        wants = "want = ['regime', 'settling', 'evidence']"
+        raise RequestError(f"{view.path} holds no {', '.join(missing)}: record {wants}")
+    where = dict(zip(view.axes, cell or (0,) * len(view.axes), strict=True))
+    labels, settling, watched = (view.take(name, **where) for name in NEEDED)
+    return Ensemble(labels, settling, _all_watched(view, watched), delay, level)
+
+
+def _all_watched(view: ArchiveView, watched: np.ndarray) -> np.ndarray:
+    """Return how long each was watched: the scan's own periods where the verdict gives none."""
+    sampling = parse_toml(view.attrs["scan"], str(view.path))["sampling"]
+    own = sampling["transient"] + sampling["periods"]
+    return np.where(np.isfinite(watched), watched, own)

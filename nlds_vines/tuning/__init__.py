@@ -1,0 +1,18 @@
+"""Search for the damper with the least energy of the structure, and say how robust the optimum is.
+
+In reading order:
+
+    free_parameter   a parameter that is free, its bounds and scale
+    request          `Tuning`: what to search, checked
+    request_file     a tuning file (TOML) read into a `Tuning`
+    free_options     what the command line changes in it
+    objective        designs through the kernels: the number to be made small
+    searches         differential evolution, CMA-ES, Nelder-Mead
+    evaluations      every design that was tried, kept as soon as it is known
+    optima           distinct optima, and the changes that test their robustness
+    archive_table    what the archive of a tuning holds
+    run              from request to archive
+    result           `Tuned`: an archive read
+    picture          the surface over two parameters
+    command          `python -m nlds_vines.tuning` and `nv.tune`
+"""

@@ -1,0 +1,128 @@
+"""What the archive of a tuning holds: evaluations, optima, how firm these are, a surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nlds_vines.archives.dataset import Dataset, Scale
+from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.orbits.status_words import STATUS
+from nlds_vines.tuning.evaluations import STAGES
+from nlds_vines.tuning.optima import perturbations
+from nlds_vines.tuning.request import Tuning
+
+Content = tuple[Dataset, np.ndarray]
+"""A dataset's description and its values."""
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a search has found.
+
+    Arguments:
+        columns: every evaluation, by column of the log.
+        optima: rows of the near-equal optima in the log, the best first.
+        robustness: objectives (optima, perturbations) [J].
+        surface: (values of the first parameter, of the second, objectives [J]) or None.
+        spread: the best objective of each seed [J].
+    """
+
+    columns: dict[str, np.ndarray]
+    optima: np.ndarray
+    robustness: np.ndarray
+    surface: tuple[np.ndarray, np.ndarray, np.ndarray] | None
+    spread: np.ndarray
+
+
+def scales(tuning: Tuning, found: Findings) -> list[Scale]:
+    """Return the dimensions of the archive."""
+
+    def numbered(name: str, count: int, text: str) -> Scale:
+        return Scale(name, np.arange(count, dtype=np.int32), "1", text)
+
+    names = np.array(perturbations(tuning), dtype=np.str_)
+    seeds = np.array(tuning.search.all_seeds, dtype=np.int64)
+    dims = [
+        numbered("evaluation", len(found.columns["objective"]), "evaluation, in order"),
+        numbered("case", tuning.case_count, "frequency and parameters a design is judged under"),
+        Scale("search", seeds, "1", "seed of a search"),
+        numbered("optimum", len(found.optima), "near-equal optimum, the best first"),
+        Scale("perturbation", names, "1", "what disturbs an optimum"),
+    ]
+    if tuning.surface is not None and found.surface is not None:
+        for name, values in zip(tuning.surface.parameters, found.surface, strict=False):
+            unit, text = PARAMETERS[name].unit, PARAMETERS[name].meaning
+            dims.append(Scale(f"surface_{name}", values, unit, text))
+    return dims
+
+
+def contents(tuning: Tuning, found: Findings) -> list[Content]:
+    """Return the datasets of the archive with their values; none without any, as no optimum."""
+    possible = [
+        *_evaluations(tuning, found),
+        *_cases(tuning),
+        *_optima(tuning, found),
+        *_surface(tuning, found),
+    ]
+    return [(entry, values) for entry, values in possible if values.size]
+
+
+def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
+    """Return the log, one dataset for each column."""
+    statuses = {status.meaning: code for code, status in STATUS.items()}
+    dims, columns = ("evaluation",), found.columns
+    table = [_parameter(name, dims) for name in tuning.names]
+    table += [
+        Dataset("detuning", dims, "float64", "1", "factor on every omega", np.nan),
+        Dataset("random_start", dims, "int32", "1", "random start; 0: from rest", 0),
+        Dataset("stretch", dims, "float64", "1", "factor on all numbers of periods", np.nan),
+        Dataset("objective", dims, "float64", "J", "largest E1max of all cases", np.inf),
+        Dataset("E2max", dims, "float64", "J", "the damper's energy in that case", np.nan),
+        Dataset("worst_case", dims, "int32", "1", "number of that case", 0),
+        Dataset("stage", dims, "int8", "1", "part of the search", 0, STAGES),
+        Dataset("seed", dims, "int64", "1", "seed of the search", 0),
+        Dataset("status", dims, "int8", "1", "how its worst orbit ended", 0, statuses),
+    ]
+    return [(entry, columns[entry.name]) for entry in table]
+
+
+def _cases(tuning: Tuning) -> list[Content]:
+    """Return what each case is: omega, and the other parameters that take several values."""
+    return [
+        (_parameter(name, ("case",), "case_"), values) for name, values in tuning.cases().items()
+    ]
+
+
+def _optima(tuning: Tuning, found: Findings) -> list[Content]:
+    """Return the optima, what disturbs them, and what each seed found."""
+    columns, rows, dims = found.columns, found.optima, ("optimum",)
+    row = Dataset("optimum_evaluation", dims, "int64", "1", "its place among the evaluations", 0)
+    value = Dataset("optimum_objective", dims, "float64", "J", "largest E1max of all cases", np.inf)
+    both = (*dims, "perturbation")
+    text = "largest E1max of all cases under a perturbation"
+    firm = Dataset("robustness", both, "float64", "J", text, np.inf)
+    seeds = Dataset("search_best", ("search",), "float64", "J", "best objective found", np.inf)
+    designs = [(_parameter(name, dims, "optimum_"), columns[name][rows]) for name in tuning.names]
+    return [
+        *designs,
+        (value, columns["objective"][rows]),
+        (row, rows),
+        (firm, found.robustness),
+        (seeds, found.spread),
+    ]
+
+
+def _surface(tuning: Tuning, found: Findings) -> list[Content]:
+    """Return the surface, where one was asked for."""
+    if tuning.surface is None or found.surface is None:
+        return []
+    dims = tuple(f"surface_{name}" for name in tuning.surface.parameters)
+    text = "objective over two parameters, the others as in the best optimum"
+    return [(Dataset("surface", dims, "float64", "J", text, np.inf), found.surface[2])]
+
+
+def _parameter(name: str, dims: tuple[str, ...], prefix: str = "") -> Dataset:
+    entry = PARAMETERS[name]
+    return Dataset(f"{prefix}{name}", dims, "float64", entry.unit, entry.meaning, np.nan)

@@ -1,0 +1,234 @@
+"""Tune all parameters of a damper at once: every evaluation in an archive, the optima in words.
+
+As a command: `python -m nlds_vines.tuning`, or `nlds-vines tuning`.
+In Python: `nlds_vines.tune(system)`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.paths import check_plot, check_writable, refuse_existing
+from nlds_vines.cli.run_options import MOST_THREADS, add_local_options
+from nlds_vines.cli.running import DONE, LANES_FAILED, complain, run_command
+from nlds_vines.errors import RequestError, shown, whole
+from nlds_vines.model.system import System
+from nlds_vines.tuning.free_options import add_tuning_options, changes
+from nlds_vines.tuning.request import Tuning
+from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.tuning.searches import check_installed
+
+if TYPE_CHECKING:
+    from nlds_vines.tuning.result import Tuned
+
+_NAME = "tuning"
+_DEFAULT = Path("tuning.h5")
+_EXAMPLES = """\
+examples:
+  nlds-vines tuning
+      k2, c2 and C of an SSul NES, for the least E1max at 6.28 rad/s
+  nlds-vines tuning --system tmd --band 5:8:61 --seeds 5 -o tmd.h5 --plot tmd.png
+      a tuned mass damper for the least peak over a band, five times; its surface over k2 and c2
+  nlds-vines tuning --free k2=100:1000 --over P=600,800,1000 --surface k2,C -o robust.h5
+      the worst of three forces, k2 held in a narrower range
+V (SSul) does not enter the dynamics, only C does: V shifts pictures, and tuning it is pointless.
+exit status: 0 done; 1 no design was admissible; 2 the request is wrong;
+130 interrupted, 143 terminated: --resume goes on
+"""
+
+
+def tune(
+    source: str | os.PathLike[str] | Mapping[str, Any] | System | Tuning | None = None,
+    output: str | os.PathLike[str] = _DEFAULT,
+    *,
+    plot: str | os.PathLike[str] | None = None,
+    threads: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    quiet: bool = True,
+    **tables: Mapping[str, Any],
+) -> Tuned:
+    """Tune a damper and return what was found.
+
+    Arguments:
+        source: a name of the catalogue, a `System`, a `Tuning`, the path of a tuning file, the
+            document in one, or None for SSul.
+        output: the archive of all evaluations.
+        plot: a picture of the surface to draw as well (.png, .pdf or .svg).
+        threads: how many; by default as many as the machine has processors.
+        resume, overwrite: continue or replace an archive that exists; not both.
+        quiet: whether to show no progress.
+        tables: tables of a tuning file laid over the source, as `free={"k2": {"low": 100.0,
+            "high": 3000.0}}`, `over={"P": {"values": [600.0, 800.0]}}`, `search={"seed": 1}`.
+
+    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    """
+    job = _Job(
+        tuning=_drawable(load_tuning(source, tables, "tune"), plot),
+        source=_source_path(source),
+        archive=Path(output),
+        plot=None if plot is None else Path(plot),
+        threads=threads,
+        resume=resume,
+        overwrite=overwrite,
+        quiet=quiet,
+    )
+    job.refuse_to_overwrite()
+    return job.run()
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command with the arguments `argv` (the process's own if None).
+
+    Returns the exit status: 0 done, 1 nothing admissible, 2 the request is wrong, 130 interrupted,
+    143 terminated.
+    """
+    return run_command(_NAME, _command, argv)
+
+
+@dataclass(frozen=True)
+class _Job:
+    """A tuning and where it goes; checked when made, before anything heavy is loaded."""
+
+    tuning: Tuning
+    source: Path | None
+    archive: Path
+    plot: Path | None
+    threads: int | None
+    resume: bool
+    overwrite: bool
+    quiet: bool
+
+    def __post_init__(self) -> None:
+        if self.resume and self.overwrite:
+            raise RequestError("resume and overwrite exclude each other: give one of them")
+        if self.threads is not None:
+            whole("threads", self.threads, 1, MOST_THREADS)
+        check_installed(self.tuning.search.method)
+        check_writable("output", self.archive)
+        if self.plot is not None:
+            check_plot(self.plot)
+        for path in filter(None, (self.source, self.plot)):
+            if path.resolve() == self.archive.resolve():
+                raise RequestError(f"output {shown(str(self.archive))} is another file of this run")
+
+    def refuse_to_overwrite(self) -> None:
+        """Raise `RequestError` where the archive exists and it was not said what to do with it."""
+        refuse_existing(self.archive, resume=self.resume, overwrite=self.overwrite)
+
+    def run(self) -> Tuned:
+        """Search, draw the picture, and return what was found."""
+        from nlds_vines.tuning.result import tuned
+        from nlds_vines.tuning.run import run
+
+        run(
+            self.tuning,
+            self.archive,
+            threads=self.threads,
+            resume=self.resume,
+            overwrite=self.overwrite,
+            quiet=self.quiet,
+        )
+        found = tuned(self.archive)
+        if self.plot is not None and found.optima:
+            from nlds_vines.tuning.picture import save
+
+            save(self.archive, self.plot)
+        return found
+
+
+def _command(argv: Sequence[str]) -> int:
+    options = _parser().parse_args(argv)
+    job = _job(options)
+    if options.dry_run:
+        print(*_plan(job), sep="\n")
+        return DONE
+    job.refuse_to_overwrite()
+    from nlds_vines.runs.interrupts import Interrupted
+
+    try:
+        found = job.run()
+    except Interrupted as stop:
+        complain(_NAME, str(stop))
+        return stop.status
+    if not job.quiet:
+        print(*found.lines(), *filter(None, (job.archive, job.plot)), sep="\n")
+    if not found.optima:
+        complain(_NAME, f"no design was admissible: `status` of {job.archive} says why")
+        return LANES_FAILED
+    return DONE
+
+
+def _plan(job: _Job) -> list[str]:
+    """Return what a tuning would do, one fact a line."""
+    tuning = job.tuning
+    search, each = tuning.search, tuning.transient + tuning.periods
+    cases = [f"{axis.values.size} values of {axis.name}" for axis in tuning.over]
+    bounds = [
+        f"free:     {item.name} from {item.low:g} to {item.high:g}"
+        f"{', logarithmic' if item.logarithmic else ''}"
+        f"{' (does not enter the dynamics: shifts pictures only)' if item.inert else ''}"
+        for item in tuning.free
+    ]
+    return [
+        tuning.title,
+        *bounds,
+        f"judged:   by the largest E1max of {' x '.join(cases) or 'one orbit'}, from rest",
+        f"search:   {search.method}, {search.population} designs in each of at most "
+        f"{search.generations + 1} generations, seeds {search.seed} to {search.all_seeds[-1]}",
+        f"designs:  at most {tuning.most_evaluations}, {tuning.case_count} orbits each",
+        f"periods:  {tuning.transient} + {tuning.periods} each, "
+        f"at most {tuning.most_lanes * each} in all",
+        f"archive:  {job.archive}",
+    ]
+
+
+def _job(options: argparse.Namespace) -> _Job:
+    """Return the job that the command line means."""
+    tuning = load_tuning(options.tuning, changes(options), "command line")
+    return _Job(
+        tuning=_drawable(tuning, options.plot),
+        source=_source_path(options.tuning),
+        archive=_DEFAULT if options.output is None else Path(options.output),
+        plot=None if options.plot is None else Path(options.plot),
+        threads=options.threads,
+        resume=options.resume,
+        overwrite=options.overwrite,
+        quiet=options.quiet,
+    )
+
+
+def _drawable(tuning: Tuning, plot: object) -> Tuning:
+    """Return the tuning with a surface if there is to be a picture: of the first two parameters."""
+    if plot is None or tuning.surface is not None:
+        return tuning
+    names = [item.name for item in tuning.free if not item.inert]
+    if len(names) < 2:
+        raise RequestError(f"--plot {shown(str(plot))}: a surface needs two free parameters")
+    return load_tuning(tuning, {"surface": {"parameters": names[:2]}})
+
+
+def _source_path(source: object) -> Path | None:
+    """Return the path of the tuning file, if the source is one."""
+    is_path = isinstance(source, os.PathLike) or str(source).endswith(".toml")
+    return Path(str(source)) if is_path else None
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"nlds-vines {_NAME}",
+        description="Tune all parameters of a damper at once for the least energy E1max.",
+        epilog=_EXAMPLES,
+    )
+    parser.add_argument("tuning", nargs="?", metavar="TUNING.toml", help="by default SSul")
+    parser.add_argument("-o", "--output", metavar="FILE.h5", help="archive [tuning.h5]")
+    parser.add_argument("--plot", metavar="FILE", help="the surface: .png, .pdf or .svg")
+    add_tuning_options(parser)
+    add_local_options(parser)
+    return parser

@@ -1,0 +1,169 @@
+"""The journal of a search: every evaluation in order, in sealed parts beside the archive to be.
+
+A search is a function of its request: run again, it asks for the same designs in the same order.
+So it is resumed by replaying it, with the journal's values in place of the kernels'.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from nlds_vines.archives import durable
+from nlds_vines.errors import RequestError
+from nlds_vines.runs.folder import RunFolder
+from nlds_vines.runs.interrupts import Stop
+from nlds_vines.runs.manifest import TUNING
+from nlds_vines.runs.partfile import PATTERN, UNSOUND, Part, fetch, identity, path_of, store
+from nlds_vines.runs.progress import Progress
+from nlds_vines.tuning.objective import HOW, RESULTS, Objective, Trials
+from nlds_vines.tuning.request import Tuning
+
+FLUSH_EVERY = 1.0
+"""Seconds of work that a killed process may lose."""
+
+
+@dataclass
+class Journal(RunFolder):
+    """The evaluations of one tuning: rows of numbers, those asked for and then those found.
+
+    `length` is the number of those that are on the disk; `seconds` they took, on up to `threads`.
+    """
+
+    content: ClassVar[str] = TUNING
+
+    request: Tuning
+    length: int = 0
+    seconds: float = 0.0
+    threads: int = 1
+    _known: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    _replayed: int = 0
+    _parts: int = 0
+    _waiting: list[np.ndarray] = field(default_factory=list)
+    _spoke: float = 0.0
+
+    def begin(self, threads: int) -> int:
+        """Read what an earlier run left, up to the first part that does not verify.
+
+        What is new will be found on so many `threads`.  Returns how many evaluations are there.
+        """
+        paths = sorted(self.folder.glob(PATTERN))
+        found = list(self._sound(paths))
+        for path in paths[len(found) :]:
+            path.unlink()
+        rows = [part.arrays["rows"] for part in found]
+        self._known = np.concatenate(rows) if rows else np.empty((0, 0))
+        self._parts, self.length = len(found), len(self._known)
+        self.seconds = sum(part.made.seconds for part in found)
+        self.threads = max([threads, *(part.made.threads for part in found)])
+        self._spoke = time.monotonic()
+        return self.length
+
+    def recall(self, asked: np.ndarray) -> np.ndarray | None:
+        """Return what an earlier run found for these rows, which must be next in the journal.
+
+        None where the journal ends.  Raises `RequestError` where it goes on with other rows: then
+        the search was not the same, and cannot be continued.
+        """
+        if self._replayed == len(self._known):
+            return None
+        rows = self._known[self._replayed : self._replayed + len(asked)]
+        if rows.shape[0] != len(asked) or not np.array_equal(rows[:, : asked.shape[1]], asked):
+            raise RequestError(f"{self.folder} does not fit this search: --overwrite begins anew")
+        self._replayed += len(asked)
+        return rows[:, asked.shape[1] :]
+
+    def note(self, asked: np.ndarray, found: np.ndarray) -> None:
+        """Add rows; they are on the disk at the latest a second of work later."""
+        self._waiting.append(np.column_stack([asked, found]))
+        if time.monotonic() - self._spoke > FLUSH_EVERY:
+            self.flush()
+
+    def flush(self) -> None:
+        """Force everything to the disk that waits."""
+        if self._waiting:
+            rows, spent = np.concatenate(self._waiting), time.monotonic() - self._spoke
+            path, identity = path_of(self.folder, self._parts), self._identity(self._parts)
+            with durable.in_one_line(f"write a part in {self.folder}"):
+                store(path, identity, {"rows": rows}, seconds=spent, threads=self.threads)
+            self._waiting.clear()
+            self.length += len(rows)
+            self.seconds += spent
+            self._parts += 1
+        self._spoke = time.monotonic()
+
+    def _sound(self, paths: list[Path]) -> Iterator[Part]:
+        """Yield the parts in order, up to the first that does not verify: it is told of."""
+        for index, path in enumerate(paths):
+            try:
+                if path != path_of(self.folder, index):
+                    raise ValueError("the one before it is missing")
+                yield fetch(path, self._identity(index)).by_us()
+            except UNSOUND as error:
+                self.discarded.append(f"{path.name} and what follows is computed again: {error}")
+                return
+
+    def _identity(self, index: int) -> list[Any]:
+        return identity(self.request.hash, index)
+
+
+STAGES: Mapping[str, int] = {"global": 0, "polish": 1, "robustness": 2, "surface": 3}
+"""The parts of a search by name: the CF flags of the dataset `stage`."""
+
+
+class Log:
+    """The only way from a search to the objective; nothing is evaluated that is not noted here."""
+
+    def __init__(self, tuning: Tuning, journal: Journal, progress: Progress, stop: Stop) -> None:
+        """Begin with nothing evaluated; whoever asks to stop is heard between two evaluations."""
+        self.tuning = tuning
+        self._objective = Objective(tuning)
+        self._journal, self._progress, self._stop = journal, progress, stop
+        self._blocks: list[np.ndarray] = []
+        self._best = np.inf
+
+    def evaluate(self, trials: Trials, stage: str, seed: int) -> np.ndarray:
+        """Return the objective [J] of each trial (n,), infinite where inadmissible.
+
+        Raises `interrupts.Stopped` where somebody has asked to stop.
+        """
+        self._stop.check()
+        asked = trials.table
+        found = self._journal.recall(asked)
+        if found is None:
+            found = self._objective.results(trials)
+            self._journal.note(asked, found)
+        marks = np.tile([STAGES[stage], seed], (len(asked), 1))
+        self._blocks.append(np.column_stack([asked, found, marks]))
+        self._show(found[:, 0], stage, seed)
+        return found[:, 0]
+
+    def _show(self, objectives: np.ndarray, stage: str, seed: int) -> None:
+        """Say that designs were evaluated, in which part of the search, and the best so far."""
+        if stage in ("global", "polish"):
+            self._best = min(self._best, float(objectives.min()))
+        self._progress.note(objectives.size, f"{stage}, seed {seed}, best {self._best:.5g} J")
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return everything evaluated so far, by column."""
+        names = (*self.tuning.names, *HOW, *RESULTS, "stage", "seed")
+        table = np.concatenate(self._blocks) if self._blocks else np.empty((0, len(names)))
+        return dict(zip(names, table.T, strict=True))
+
+    def designs(self, seed: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return what the searches looked at: points [SI], objectives [J], rows in the log.
+
+        Arguments: `seed` of one search; None for all of them.
+        """
+        columns = self.columns()
+        wanted = columns["stage"] <= STAGES["polish"]
+        if seed is not None:
+            wanted &= columns["seed"] == seed
+        rows = np.flatnonzero(wanted)
+        points = np.column_stack([columns[name][rows] for name in self.tuning.names])
+        return points, columns["objective"][rows], rows

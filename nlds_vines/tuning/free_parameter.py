@@ -1,0 +1,132 @@
+"""A free parameter of a search: between which bounds, and on which scale distances are taken."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from nlds_vines.errors import RequestError, number, table
+from nlds_vines.model.parameters import FORCING, PARAMETERS, STRUCTURE
+from nlds_vines.model.scenes import Scene
+
+
+class Bounds(NamedTuple):
+    """Where a parameter is looked for by default; on a logarithmic scale or a linear one."""
+
+    low: float
+    high: float
+    logarithmic: bool
+
+
+BOUNDS: Mapping[str, Bounds] = {
+    "m2": Bounds(10.0, 200.0, True),
+    "k2": Bounds(10.0, 1e4, True),
+    "c2": Bounds(10.0, 1e3, True),
+    "C": Bounds(0.0, 0.5, False),
+    "V": Bounds(0.0, 0.5, False),
+    "D": Bounds(0.0, 0.5, False),
+    "L": Bounds(0.0, 0.5, False),
+    "E2": Bounds(1e6, 1e9, True),
+    "K": Bounds(1e6, 1e9, True),
+}
+"""The default bounds (SI units), wide for a structure of a tonne as the paper has it.
+
+k2 reaches from far below the stiffness m2 omega^2 that tunes a linear damper of 60 kg to 6.28 rad/s
+(2366 N/m) to far above it; c2 from a damping at which orbits still settle within the default
+transient of 300 periods to ten times that of a good tuned mass damper."""
+
+USUAL = ("k2", "c2", "C", "D")
+"""What is tuned unless something else is asked for, as far as the scene has it."""
+
+INERT = ("V",)
+"""What does not enter the dynamics: V shifts pictures and the rest position, C alone matters."""
+
+
+def tunable(scene: Scene) -> tuple[str, ...]:
+    """Return the names of the parameters of a scene that belong to the damper."""
+    return tuple(name for name in scene.allowed if name not in STRUCTURE + FORCING)
+
+
+def usual(scene: Scene) -> tuple[str, ...]:
+    """Return what is tuned of a scene by default."""
+    return tuple(name for name in USUAL if name in scene.own)
+
+
+@dataclass(frozen=True)
+class Free:
+    """One free parameter: its `name`, and `low` < `high` in SI units.
+
+    Raises `RequestError` for bounds that are no numbers, in the wrong order, or outside the range
+    in which the parameter makes sense.
+    """
+
+    name: str
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        """Check everything; integers become floats."""
+        for end in ("low", "high"):
+            value = number(f"{end} of {self.name}", getattr(self, end))
+            PARAMETERS[self.name].check(np.asarray(value))
+            object.__setattr__(self, end, value)
+        if not self.low < self.high:
+            raise RequestError(
+                f"{self.name} from {self.low!r} to {self.high!r}: the low bound must be the lesser"
+            )
+
+    @classmethod
+    def of(cls, name: str, entry: object) -> Free:
+        """Return the free parameter that a table with `low` and `high` means.
+
+        What is missing in the table is taken from `BOUNDS`; `RequestError` where that has none.
+        """
+        given = dict(table(name, entry, ("low", "high")))
+        usual_bounds = BOUNDS.get(name)
+        if usual_bounds is None and given.keys() != {"low", "high"}:
+            raise RequestError(
+                f"{name} has no default bounds: give both; those with: {', '.join(BOUNDS)}"
+            )
+        if usual_bounds is not None:
+            given = {"low": usual_bounds.low, "high": usual_bounds.high} | given
+        return cls(name, **given)
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether ratios count rather than differences."""
+        return self.name in BOUNDS and BOUNDS[self.name].logarithmic and self.low > 0
+
+    @property
+    def inert(self) -> bool:
+        """Whether the dynamics do not depend on it."""
+        return self.name in INERT
+
+    def value(self, unit: np.ndarray) -> np.ndarray:
+        """Return the values [SI] at places from 0 (low) to 1 (high) on its scale."""
+        if self.logarithmic:
+            found = np.exp(np.log(self.low) + unit * (np.log(self.high) - np.log(self.low)))
+        else:
+            found = self.low + unit * (self.high - self.low)
+        return np.clip(found, self.low, self.high)  # round-off must not step over a bound
+
+    def unit(self, value: np.ndarray) -> np.ndarray:
+        """Return the places from 0 (low) to 1 (high) of values [SI] on its scale."""
+        if self.logarithmic:
+            span = np.log(self.high) - np.log(self.low)
+            return (np.log(value) - np.log(self.low)) / span
+        return (value - self.low) / (self.high - self.low)
+
+
+def values_of(free: tuple[Free, ...], units: np.ndarray) -> np.ndarray:
+    """Return the designs [SI], one column per parameter, of points in the unit cube."""
+    columns = [parameter.value(units[:, i]) for i, parameter in enumerate(free)]
+    return np.stack(columns, axis=1)
+
+
+def units_of(free: tuple[Free, ...], points: np.ndarray) -> np.ndarray:
+    """Return the points in the unit cube of designs [SI], one column per parameter."""
+    columns = [parameter.unit(points[:, i]) for i, parameter in enumerate(free)]
+    return np.stack(columns, axis=1)

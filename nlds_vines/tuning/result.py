@@ -1,0 +1,139 @@
+"""What a tuning has found, read from its archive: the set of optima and how firm they are."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from nlds_vines.archives.archive import ArchiveView, read
+from nlds_vines.errors import RequestError
+from nlds_vines.orbits.status_words import OK
+from nlds_vines.toml import parse_toml
+from nlds_vines.tuning.evaluations import STAGES
+from nlds_vines.tuning.request import Tuning
+from nlds_vines.tuning.request_file import load_tuning
+
+_AT_BOUND = 1e-3  # of the range
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """One design of the set: its parameters [SI], its objective [J] and what it is worth disturbed.
+
+    `robustness` holds the objective [J] under each perturbation, `none` among them.
+    """
+
+    parameters: Mapping[str, float]
+    objective: float
+    robustness: Mapping[str, float]
+
+    @property
+    def worst(self) -> float:
+        """The largest objective under any of the perturbations [J]."""
+        return max(self.robustness.values())
+
+    @property
+    def cause(self) -> str:
+        """The perturbation that does it."""
+        return max(self.robustness, key=self.robustness.__getitem__)
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What a tuning has found.
+
+    `optima` are designs nearly as good as the best and apart from one another, the best first;
+    empty where every design was inadmissible.  `spread` is the best objective [J] of each seed;
+    `evaluations` counts all designs looked at, `refused` those whose orbits failed.
+    """
+
+    tuning: Tuning
+    optima: tuple[Optimum, ...]
+    spread: Mapping[int, float]
+    evaluations: int
+    refused: int
+    path: Path
+
+    @property
+    def best(self) -> Optimum:
+        """The best design; `RequestError` where none was admissible."""
+        if not self.optima:
+            raise RequestError(f"{self.path}: every design was inadmissible; widen the bounds")
+        return self.optima[0]
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """The parameters of the best design [SI]."""
+        return self.best.parameters
+
+    @property
+    def objective(self) -> float:
+        """The objective of the best design [J]."""
+        return self.best.objective
+
+    def lines(self) -> Iterator[str]:
+        """Yield the report, a line at a time."""
+        yield self.tuning.title
+        if not self.optima:
+            yield f"all {self.evaluations} designs were inadmissible"
+            return
+        yield f"{self.evaluations} designs, {self.refused} of them inadmissible"
+        names = self.tuning.names
+        yield "  ".join([*(f"{name:>10}" for name in names), "  E1max [J]", "disturbed [J]"])
+        for item in self.optima:
+            design = [f"{item.parameters[name]:10.5g}" for name in names]
+            worst = f"{item.worst:.5g} ({item.cause})"
+            yield "  ".join([*design, f"{item.objective:11.5g}", worst])
+        yield from self._remarks()
+
+    def _remarks(self) -> Iterator[str]:
+        """Yield what a reader of the numbers should know beside them."""
+        if len(self.spread) > 1:
+            low, middle, high = np.percentile(list(self.spread.values()), [0, 50, 100])
+            yield (
+                f"{len(self.spread)} seeds: best {low:.6g}, median {middle:.6g}, worst {high:.6g} J"
+            )
+        for item in self.tuning.free:
+            value = self.parameters[item.name]
+            if item.inert:
+                yield f"{item.name} does not enter the dynamics: any value is as good"
+            elif not _AT_BOUND < item.unit(np.asarray(value)) < 1 - _AT_BOUND:
+                yield f"{item.name} stands at its bound {value:.4g}: the optimum may lie beyond"
+
+
+def tuned(path: str | os.PathLike[str]) -> Tuned:
+    """Return what a tuning has found, from its archive.
+
+    Raises `RequestError` for a file that is none.
+    """
+    with read(path) as view:
+        if view.attrs.get("content") != "tuning":
+            raise RequestError(f"{path} holds a scan, not a tuning")
+        document = parse_toml(str(view.attrs["scan"]), str(path))
+        seeds, best = view["search"].tolist(), view["search_best"].tolist()
+        tuning, stage = load_tuning(document), view["stage"]
+        refused = ~np.isfinite(view["objective"]) | (view["status"] != OK)
+        return Tuned(
+            tuning=tuning,
+            optima=tuple(_optima(view, tuning)),
+            spread=dict(zip(seeds, best, strict=True)),
+            evaluations=int(stage.size),
+            refused=int(np.count_nonzero(refused & (stage <= STAGES["polish"]))),
+            path=Path(path),
+        )
+
+
+def _optima(view: ArchiveView, tuning: Tuning) -> Iterator[Optimum]:
+    if "optimum_objective" not in view:
+        return
+    objective, causes = view["optimum_objective"], view["perturbation"].tolist()
+    for i in range(objective.size):
+        yield Optimum(
+            parameters={name: float(view[f"optimum_{name}"][i]) for name in tuning.names},
+            objective=float(objective[i]),
+            robustness=dict(zip(causes, view["robustness"][i].tolist(), strict=True)),
+        )

@@ -1,0 +1,142 @@
+"""A tuning from its request to its archive: search, polish, disturb the winners, draw the grid."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from nlds_vines.archives import archive
+from nlds_vines.archives.dataset import Table
+from nlds_vines.archives.provenance import attributes
+from nlds_vines.model.parameters import CONTACT
+from nlds_vines.runs import interrupts
+from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.threads import use_threads
+from nlds_vines.tuning import archive_table
+from nlds_vines.tuning.evaluations import Journal, Log
+from nlds_vines.tuning.free_parameter import units_of, values_of
+from nlds_vines.tuning.objective import Trials
+from nlds_vines.tuning.optima import distinct, perturbed
+from nlds_vines.tuning.request import Tuning
+from nlds_vines.tuning.searches import Evaluate, polish, search_globally
+
+PROMISING = 0.25
+"""How much worse than the best, relatively, a design may be that is worth a local search."""
+
+
+def run(
+    tuning: Tuning,
+    output: Path,
+    *,
+    threads: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    quiet: bool = True,
+) -> None:
+    """Do a tuning into the archive `output`.
+
+    `threads` None takes all processors.  Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with
+    every evaluation kept for `resume`, and `RequestError` where the archive cannot be had.
+    """
+    opened = Journal.open(output, tuning, resume=resume, overwrite=overwrite)
+    with opened as journal, interrupts.heard() as stop:
+        if journal.complete:
+            return
+        known = journal.begin(use_threads(threads))
+        for line in journal.discarded:
+            print(line, file=sys.stderr)
+        try:
+            with Progress(tuning.most_evaluations, "design", quiet=quiet) as progress:
+                found = _findings(tuning, Log(tuning, journal, progress, stop))
+            journal.flush()
+            _store(tuning, found, journal, known)
+        except (interrupts.Stopped, KeyboardInterrupt):
+            journal.flush()
+            raise Interrupted(
+                f"interrupted: {journal.length} evaluations are kept in {journal.folder}; "
+                "the same command with --resume (in place of --overwrite) goes on from there",
+                stop.status,
+            ) from None
+
+
+def _findings(tuning: Tuning, log: Log) -> archive_table.Findings:
+    """Search with every seed, and look at what was found from all sides."""
+    spread = np.array([_search(tuning, log, seed) for seed in tuning.search.all_seeds])
+    search = tuning.search
+    points, values, rows = log.designs()
+    chosen = _distinct(tuning, points, values, search.within)
+    robustness = [
+        log.evaluate(perturbed(tuning, point), "robustness", search.seed)
+        for point in points[chosen]
+    ]
+    surface = _surface(tuning, log, points[chosen[0]]) if chosen.size else None
+    width = len(perturbed(tuning, points[0]).start)
+    return archive_table.Findings(
+        columns=log.columns(),
+        optima=rows[chosen],
+        robustness=np.array(robustness).reshape(-1, width),
+        surface=surface,
+        spread=spread,
+    )
+
+
+def _search(tuning: Tuning, log: Log, seed: int) -> float:
+    """Search globally, then around what was most promising; return the best objective [J]."""
+
+    def evaluate(stage: str) -> Evaluate:
+        def of(units: np.ndarray) -> np.ndarray:
+            return log.evaluate(Trials.at_rest(values_of(tuning.free, units)), stage, seed)
+
+        return of
+
+    search = tuning.search
+    search_globally(evaluate("global"), len(tuning.free), search, seed)
+    points, values, _ = log.designs(seed)
+    for i in _distinct(tuning, points, values, PROMISING):
+        start = units_of(tuning.free, points[i : i + 1])[0]
+        polish(evaluate("polish"), np.clip(start, 0.0, 1.0), search.polish)
+    return float(log.designs(seed)[1].min(initial=np.inf))
+
+
+def _distinct(tuning: Tuning, points: np.ndarray, values: np.ndarray, within: float) -> np.ndarray:
+    """Return the indices of distinct good designs, told apart by what enters the dynamics."""
+    counts = [i for i, parameter in enumerate(tuning.free) if not parameter.inert]
+    units = units_of(tuning.free, points)[:, counts]
+    return distinct(units, values, within, tuning.search.apart, tuning.search.optima)
+
+
+def _surface(
+    tuning: Tuning, log: Log, best: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Evaluate the grid through the best design, a row at a time; None where none is asked for."""
+    if tuning.surface is None:
+        return None
+    first, second = (tuning.names.index(name) for name in tuning.surface.parameters)
+    places = np.linspace(0.0, 1.0, tuning.surface.size)
+    across, up = tuning.free[first].value(places), tuning.free[second].value(places)
+    rows = []
+    for value in across:
+        points = np.tile(best, (up.size, 1))
+        points[:, first], points[:, second] = value, up
+        rows.append(log.evaluate(Trials.at_rest(points), "surface", tuning.search.seed))
+    return across, up, np.array(rows)
+
+
+def _store(tuning: Tuning, found: archive_table.Findings, journal: Journal, known: int) -> None:
+    """Write the archive, put it in its place and let the journal go."""
+    spent = {"threads": journal.threads, "seconds": round(journal.seconds, 3), "replayed": known}
+    attrs = attributes(
+        tuning, {**tuning.about, "content": journal.content, **journal.begun_by(), **spent}
+    )
+    derived = ("K",) if set(CONTACT) & set(tuning.names) else ()
+    for name in (*tuning.names, *derived):  # what is free has no value of its own
+        attrs.pop(name, None)
+    scales, contents = archive_table.scales(tuning, found), archive_table.contents(tuning, found)
+    table = Table.of(
+        (entry for entry, _ in contents), {scale.name: scale.values.size for scale in scales}
+    )
+    pieces = archive.whole(contents)
+    journal.deliver(lambda path: archive.write(path, table, scales, pieces, lambda: attrs))

@@ -1,0 +1,183 @@
+"""What differs between two archives: in what was asked, in what came of it, in what made it.
+
+As a command: `nlds-vines diff A.h5 B.h5`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.running import DIFFERENT, DONE, run_command
+from nlds_vines.errors import RequestError, shown
+from nlds_vines.toml import parse_toml
+
+if TYPE_CHECKING:
+    from nlds_vines.archives.archive import ArchiveView
+
+_NAME = "diff"
+_EXAMPLES = """\
+examples:
+  nlds-vines diff figure8.h5 figure8-rerun.h5
+      parameters and results, to the last bit; versions are told, but do not count
+exit status: 0 no difference; 1 parameters or results differ; 2 the request is wrong
+"""
+_PROSE = ("title", "system.name", "system.title", "system.sources", "system.assumptions")
+_CIRCUMSTANCES = ("title", "commit", "threads", "machine", "source", "source_hash")
+_NONE = "none"
+
+
+@dataclass
+class Differences:
+    """What differs between two archives, one line each."""
+
+    parameters: list[str] = field(default_factory=list)
+    results: list[str] = field(default_factory=list)
+    circumstances: list[str] = field(default_factory=list)
+
+    @property
+    def different(self) -> bool:
+        """Whether parameters or results differ; circumstances do not count."""
+        return bool(self.parameters or self.results)
+
+    def lines(self) -> list[str]:
+        """Return all lines, each with its kind in front."""
+        same = [] if self.different else ["parameters and results are the same"]
+        asked = [f"parameter: {line}" for line in self.parameters]
+        came = [f"result: {line}" for line in self.results]
+        return [*same, *asked, *came, *(f"made by: {line}" for line in self.circumstances)]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command with the arguments `argv` (the process's own if None)."""
+    return run_command(_NAME, _command, argv)
+
+
+def compare(one: Path, other: Path) -> Differences:
+    """Return what differs between two archives.
+
+    Raises `RequestError` if one of them cannot be read.
+    """
+    for path in (one, other):
+        if not path.is_file():
+            raise RequestError(f"{shown(str(path))}: there is no such file")
+    from nlds_vines.archives import archive
+
+    with archive.read(one) as a, archive.read(other) as b:
+        return Differences(
+            list(_changes(_parameters(a), _parameters(b))),
+            list(_of_results(a, b)),
+            list(_changes(_circumstances(a), _circumstances(b))),
+        )
+
+
+def _changes(one: Mapping[str, str], other: Mapping[str, str]) -> Iterator[str]:
+    """Yield `name: old -> new` for everything in which two tables differ."""
+    for name in dict.fromkeys([*one, *other]):
+        old, new = one.get(name, _NONE), other.get(name, _NONE)
+        if old != new:
+            yield f"{name}: {old} -> {new}"
+
+
+def _parameters(view: ArchiveView) -> dict[str, str]:
+    """Return all that was asked for, by the dotted names of the scan file, without its prose."""
+    asked = _leaves(parse_toml(str(view.attrs["scan"]), f"{view.path}: its scan"), "")
+    return {name: value for name, value in asked if not name.startswith(_PROSE)}
+
+
+def _leaves(value: Any, name: str) -> Iterator[tuple[str, str]]:
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield from _leaves(inner, f"{name}.{key}" if name else key)
+    elif isinstance(value, list) and len(value) > 4 and isinstance(value[0], float):
+        # the digest tells apart what first, last and number do not
+        digest = hashlib.sha256(np.array(value).tobytes()).hexdigest()[:12]
+        yield name, f"{len(value)} values from {value[0]!r} to {value[-1]!r}, {digest}"
+    else:
+        yield name, shown(value)
+
+
+def _circumstances(view: ArchiveView) -> dict[str, str]:
+    """Return what may explain a difference of results."""
+    attrs = view.attrs
+    versions = sorted(name for name in attrs if name.endswith("_version"))
+    return {name: str(attrs.get(name, _NONE)) for name in (*_CIRCUMSTANCES, *versions)}
+
+
+def _of_results(a: ArchiveView, b: ArchiveView) -> Iterator[str]:
+    """Yield one line for every dataset that differs."""
+    for name in dict.fromkeys([*a.names, *b.names]):
+        if name not in a.names or name not in b.names:
+            yield f"{name} is only in {(a if name in a.names else b).path}"
+        elif (a.dims(name), a.shape(name)) != (b.dims(name), b.shape(name)):
+            yield f"{name} has {_sides(a, name)} in one and {_sides(b, name)} in the other"
+        else:
+            yield from _of_values(a, b, name)
+
+
+def _sides(view: ArchiveView, name: str) -> str:
+    pairs = zip(view.dims(name), view.shape(name), strict=True)
+    return " x ".join(f"{length} {dim}" for dim, length in pairs)
+
+
+def _of_values(a: ArchiveView, b: ArchiveView, name: str) -> Iterator[str]:
+    """Yield one line if a dataset differs: in how many values, by how much, where first."""
+    count, largest, first, row = 0, 0.0, None, 0
+    for old, new in zip(a.slabs(name), b.slabs(name), strict=True):
+        where = np.argwhere(_differ(old, new))
+        if len(where):
+            place = tuple(where.T)
+            largest = max(largest, _distance(old[place], new[place]))
+            first = first if first is not None else (row + where[0][0], *where[0][1:])
+        count, row = count + len(where), row + len(old)
+    if first is not None:
+        total = int(np.prod(a.shape(name)))
+        by = f" by up to {largest:.3g}" if largest else ""
+        yield f"{name}: {count} of {total} values differ{by}, first at {_place(a, name, first)}"
+
+
+def _differ(old: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """Tell where values differ, floats by their bits, so that NaN equals itself."""
+    if old.dtype == new.dtype == np.float64:
+        return np.ascontiguousarray(old).view(np.int64) != np.ascontiguousarray(new).view(np.int64)
+    return np.asarray(old != new)
+
+
+def _distance(old: np.ndarray, new: np.ndarray) -> float:
+    """Return the largest distance between numbers; 0 where there are none."""
+    if old.dtype == object:
+        return 0.0
+    with np.errstate(invalid="ignore"):
+        distances = np.abs(old.astype(float) - new.astype(float))
+    return float(np.max(distances[np.isfinite(distances)], initial=0.0))
+
+
+def _place(view: ArchiveView, name: str, index: tuple[int, ...]) -> str:
+    """Return an index in words: `omega = 7.375, start = rest`."""
+    pairs = zip(view.dims(name), index, strict=True)
+    return ", ".join(f"{dim} = {view[dim][i]}" for dim, i in pairs)
+
+
+def _command(argv: Sequence[str]) -> int:
+    """Compare what the arguments name; returns the exit status."""
+    options = _parser().parse_args(argv)
+    found = compare(Path(options.one), Path(options.other))
+    print("\n".join(found.lines()))
+    return DIFFERENT if found.different else DONE
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"nlds-vines {_NAME}",
+        description="Say what differs between two archives, in parameters and in results.",
+        epilog=_EXAMPLES,
+    )
+    parser.add_argument("one", metavar="A.h5", help="an archive")
+    parser.add_argument("other", metavar="B.h5", help="another archive")
+    return parser

@@ -1,0 +1,91 @@
+"""Repeat a scan from its own archive, and say whether the results are the same.
+
+As a command: `nlds-vines rerun FILE.h5`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nlds_vines.bifurcation.command import Job, carry_out
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.run_options import add_run_options, run_options
+from nlds_vines.cli.running import DIFFERENT, DONE, LANES_FAILED, run_command
+from nlds_vines.errors import RequestError, shown
+from nlds_vines.runs.manifest import SCAN, refuse_others
+from nlds_vines.toml import parse_toml
+
+if TYPE_CHECKING:
+    from nlds_vines.bifurcation.request import Scan
+
+_NAME = "rerun"
+_EXAMPLES = """\
+examples:
+  nlds-vines rerun figure8.h5
+      compute it again into figure8-rerun.h5, and compare
+  nlds-vines rerun map.h5 -o again.h5 --scheduler local:8
+exit status: 0 done, and the results are the same; 1 they are not, or some orbits failed; 2 the
+request is wrong; 130 interrupted, 143 terminated: --resume goes on
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command with the arguments `argv` (the process's own if None)."""
+    return run_command(_NAME, _command, argv)
+
+
+def scan_in(path: Path) -> Scan:
+    """Return the scan that an archive is of.
+
+    Raises `RequestError` if there is no such archive, or if its scan means something else by now.
+    """
+    if not path.is_file():
+        raise RequestError(f"{shown(str(path))}: there is no such file")
+    from nlds_vines.archives import archive
+
+    with archive.read(path) as view:
+        attrs = view.attrs
+    refuse_others(f"{path} holds", attrs.get("content", SCAN))
+    scan = load_scan(parse_toml(str(attrs["scan"]), f"{path}: its scan"))
+    if scan.hash != attrs["scan_hash"]:
+        raise RequestError(
+            f"{path}: its scan is damaged, or means something else to this version; "
+            f"it was made by {attrs.get('source', 'an unknown version')}"
+        )
+    return scan
+
+
+def _command(argv: Sequence[str]) -> int:
+    """Repeat what the arguments name; returns the exit status."""
+    options = _parser().parse_args(argv)
+    source, how = Path(options.file), run_options(options)
+    output = Path(options.output or f"{source.stem}-rerun.h5")
+    job = Job(scan_in(source), source, output, None, how)
+    status = carry_out(_NAME, job, options.dry_run)
+    if options.dry_run or how.shard is not None or status not in (DONE, LANES_FAILED):
+        return status
+    return max(status, _compared(source, output, how.quiet))
+
+
+def _compared(old: Path, new: Path, quiet: bool) -> int:
+    from nlds_vines.upkeep.diff import compare
+
+    found = compare(old, new)
+    if found.different or not quiet:
+        print("\n".join(found.lines()))
+    return DIFFERENT if found.different else DONE
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"nlds-vines {_NAME}",
+        description="Repeat a scan from its own archive, and compare the results.",
+        epilog=_EXAMPLES,
+    )
+    parser.add_argument("file", metavar="FILE.h5", help="the archive to repeat")
+    parser.add_argument("-o", "--output", metavar="NEW.h5", help="archive [FILE-rerun.h5]")
+    add_run_options(parser)
+    return parser

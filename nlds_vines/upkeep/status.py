@@ -1,0 +1,168 @@
+"""How a scan stands: read from its parts while it runs, without disturbing it.
+
+As a command: `nlds-vines status FILE.h5`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nlds_vines.bifurcation.tally import COUNTED, Tally
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.running import DONE, run_command
+from nlds_vines.errors import RequestError, shown
+from nlds_vines.runs.progress import duration
+
+if TYPE_CHECKING:
+    from nlds_vines.bifurcation.request import Scan
+
+_NAME = "status"
+_EXAMPLES = """\
+examples:
+  nlds-vines status map.h5
+      blocks, orbits, regimes and failures so far, who is at work, how long it will take
+  watch -n 60 nlds-vines status map.h5
+      likewise, every minute
+exit status: 0 told; 2 there is no such scan
+"""
+_RECENT = 64  # blocks whose pace is the pace
+_PAUSE = 10.0  # a gap of so many of the longest blocks, and as many seconds, is none of the pace
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command with the arguments `argv` (the process's own if None)."""
+    return run_command(_NAME, _command, argv)
+
+
+@dataclass
+class Standing:
+    """How the scan in a folder of parts stands."""
+
+    scan: Scan
+    began: str
+    blocks: int
+    tally: Tally = field(default_factory=Tally)
+    unreadable: int = 0
+    stored: list[tuple[float, int, float]] = field(default_factory=list)  # when, orbits, seconds
+    workers: list[str] = field(default_factory=list)
+
+    def lines(self) -> list[str]:
+        """Return it, one fact a line."""
+        done, lanes = len(self.stored), self.scan.lanes
+        share = f"{self.tally.lanes} of {lanes} ({100 * self.tally.lanes / lanes:.3g} %)"
+        damaged = f", {self.unreadable} unreadable" if self.unreadable else ""
+        return [
+            self.scan.title,
+            f"begun:    {self.began}",
+            f"blocks:   {done} of {self.blocks}{damaged}",
+            f"orbits:   {share}, {self.tally.failed} failed",
+            f"regimes:  {self.tally.regimes() or 'none known yet'}",
+            f"at work:  {', '.join(self.workers) or 'nobody that can be seen from here'}",
+            *self._pace(),
+        ]
+
+    def _pace(self) -> list[str]:
+        """Return how fast it went lately, and how long the rest will take at that pace."""
+        if not self.stored:
+            return []
+        ago = f"last block {duration(max(0.0, time.time() - self.stored[-1][0]))} ago"
+        rate, left = self.rate(), self.scan.lanes - self.tally.lanes
+        if rate is None:
+            return [f"pace:     {ago}"]
+        to_go = f"{duration(left / rate)} to go" if left else "only the archive is to be written"
+        return [f"pace:     {rate:.3g} orbits a second, {ago}", f"estimate: {to_go}"]
+
+    def rate(self) -> float | None:
+        """Return the orbits that were stored a second, lately and without pauses."""
+        recent = self.stored[-_RECENT:]
+        longest = max((seconds for _, _, seconds in recent), default=0.0)
+        for i, (one, other) in reversed(list(enumerate(pairwise(recent), 1))):
+            if other[0] - one[0] > _PAUSE * (longest + 1.0):
+                recent = recent[i:]
+                break
+        span = recent[-1][0] - recent[0][0] if recent else 0.0
+        return sum(lanes for _, lanes, _ in recent[1:]) / span if span > 0 else None
+
+
+def standing(folder: Path) -> Standing:
+    """Return how the scan in a folder of parts stands, without a lock and without a change.
+
+    Raises `RequestError` if nothing was begun there.
+    """
+    from nlds_vines.bifurcation.blocks import blocks_of
+    from nlds_vines.bifurcation.parts import PartFiles, scan_of
+    from nlds_vines.runs.manifest import Manifest
+
+    manifest = Manifest.read(folder)
+    if manifest is None:
+        raise RequestError(f"{shown(str(folder))}: nothing was begun there")
+    scan = scan_of(manifest)
+    blocks = list(blocks_of(scan))
+    files = PartFiles(folder, scan)
+    found = Standing(scan, manifest.began, len(blocks), workers=_workers(folder))
+    for block in files.there(blocks):
+        try:
+            part, when = files.peek(block, COUNTED), files.path(block).stat().st_mtime
+        except FileNotFoundError:  # removed since: it is being computed again, or joined
+            continue
+        except (OSError, ValueError, KeyError, TypeError):
+            found.unreadable += 1
+            continue
+        found.tally.note(part.arrays)
+        found.stored.append((when, part.arrays["status"].size, part.made.seconds))
+    found.stored.sort()
+    return found
+
+
+def _workers(folder: Path) -> list[str]:
+    """Return who holds the folder, as far as its file system tells."""
+    from nlds_vines.archives.durable import held
+
+    shards = [path.stem.split("-") for path in sorted(folder.glob("shard-*-of-*.lock"))]
+    at_work = [f"{w[1]}/{w[3]}" for w in shards if held(folder / f"{'-'.join(w)}.lock")]
+    return (["a run"] if held(folder / "lock") else []) + [f"shard {name}" for name in at_work]
+
+
+def _command(argv: Sequence[str]) -> int:
+    """Tell how the scan that the arguments name stands; returns the exit status."""
+    path = Path(_parser().parse_args(argv).file.removesuffix(".parts"))
+    folder = path.with_name(f"{path.name}.parts")
+    if folder.is_dir():
+        print("\n".join(standing(folder).lines()))
+    elif path.is_file():
+        print("\n".join(_of_archive(path)))
+    else:
+        raise RequestError(f"{shown(str(path))}: there is no such archive, and no parts of one")
+    return DONE
+
+
+def _of_archive(path: Path) -> list[str]:
+    """Return how a finished scan ended."""
+    from nlds_vines.archives import archive
+    from nlds_vines.runs.manifest import SCAN, refuse_others
+
+    tally = Tally()
+    with archive.read(path) as view:
+        refuse_others(f"{shown(str(path))} holds", view.attrs.get("content", SCAN))
+        tally.note({name: view[name] for name in COUNTED if name in view})
+        title = str(view.attrs["title"])
+    return [
+        title,
+        f"orbits:   {tally.lanes}, complete, {tally.failed} failed",
+        f"regimes:  {tally.regimes() or 'not recorded'}",
+    ]
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"nlds-vines {_NAME}",
+        description="Tell how a scan stands, while it runs or after it was interrupted.",
+        epilog=_EXAMPLES,
+    )
+    parser.add_argument("file", metavar="FILE.h5", help="the archive that is to be")
+    return parser

@@ -1,0 +1,132 @@
+"""Check archives, and the parts of runs under way, from end to end.
+
+As a command: `nlds-vines verify FILE...`.  In Python: `nlds_vines.verify(path)` for an archive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nlds_vines.bifurcation.blocks import blocks_of
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.running import DAMAGED, DONE, run_command
+from nlds_vines.errors import RequestError, shown
+
+if TYPE_CHECKING:
+    from nlds_vines.runs.manifest import Manifest
+
+_NAME = "verify"
+_EXAMPLES = """\
+examples:
+  nlds-vines verify figure8.h5
+      every dataset is read, every seal is checked
+  nlds-vines verify map.h5.parts
+      likewise for the parts of a scan or tuning under way, or of one that was interrupted
+exit status: 0 all sound; 1 something is damaged; 2 the request is wrong
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command with the arguments `argv` (the process's own if None)."""
+    return run_command(_NAME, _command, argv)
+
+
+def problems(path: Path) -> list[str]:
+    """Return what is wrong with an archive or with a folder of parts; empty if it is sound.
+
+    What is damaged is named: a dataset, a part.  Raises `RequestError` if there is no such thing.
+    """
+    if path.is_dir():
+        return list(_of_parts(path))
+    if not path.exists():
+        raise RequestError(f"{shown(str(path))}: there is no such file")
+    from nlds_vines.archives import archive
+
+    return archive.verify(path)
+
+
+def _of_parts(folder: Path) -> Iterator[str]:
+    """Yield what is wrong with the parts in a folder, the manifest first."""
+    from nlds_vines.runs.manifest import NAME, SCAN, Manifest
+    from nlds_vines.runs.partfile import PATTERN
+
+    names = {path.name for path in folder.glob(PATTERN)}
+    try:
+        manifest = Manifest.read(folder)
+    except RequestError as error:
+        yield str(error)
+        return
+    if manifest is None and not names:
+        raise RequestError(f"{shown(str(folder))} is a folder without parts")
+    if manifest is None:
+        yield f"{folder / NAME} is missing: whose parts these are is not known"
+        return
+    yield from (_of_scan if manifest.content == SCAN else _of_journal)(folder, manifest, names)
+
+
+def _of_scan(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Iterator[str]:
+    """Yield what is wrong with the parts of a scan, of these names."""
+    from nlds_vines.bifurcation.parts import PartFiles, scan_of
+    from nlds_vines.runs.manifest import NAME
+    from nlds_vines.runs.partfile import UNSOUND
+
+    scan = scan_of(manifest)
+    files = PartFiles(folder, scan)
+    if scan.hash != manifest.scan_hash:
+        yield f"{folder / NAME} holds another scan than it says, or one of another version"
+        return
+    blocks = list(blocks_of(scan))
+    for block in files.there(blocks):
+        try:
+            files.load(block)
+        except UNSOUND as error:
+            yield f"part {files.path(block).name} is damaged: {error}"
+    for name in sorted(names - {files.path(block).name for block in blocks}):
+        yield f"part {name} is none of this scan's"
+
+
+def _of_journal(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Iterator[str]:
+    """Yield what is wrong with the parts of a tuning: the journal of its search, in order."""
+    from nlds_vines.runs.partfile import UNSOUND, fetch, identity, path_of
+
+    there = {path_of(folder, index).name: index for index in range(len(names))}
+    for name, index in there.items():
+        try:
+            fetch(folder / name, identity(manifest.scan_hash, index))
+        except FileNotFoundError:
+            yield f"part {name} is missing, and others after it are there"
+        except UNSOUND as error:
+            yield f"part {name} is damaged: {error}"
+    for name in sorted(names - there.keys()):
+        yield f"part {name} is out of order"
+
+
+def _command(argv: Sequence[str]) -> int:
+    """Verify what the arguments name; returns the exit status."""
+    options = _parser().parse_args(argv)
+    sound = [_verified(Path(name), options.quiet) for name in options.files]
+    return DONE if all(sound) else DAMAGED
+
+
+def _verified(path: Path, quiet: bool) -> bool:
+    """Verify one file or folder, tell what was found and return whether it is sound."""
+    found = problems(path)
+    for problem in found:
+        print(f"{path}: {problem}")
+    if not found and not quiet:
+        print(f"{path}: sound")
+    return not found
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"nlds-vines {_NAME}",
+        description="Check archives, or folders of parts, from end to end.",
+        epilog=_EXAMPLES,
+    )
+    parser.add_argument("files", nargs="+", metavar="FILE", help="FILE.h5 or FILE.h5.parts")
+    parser.add_argument("--quiet", action="store_true", help="name only what is damaged")
+    return parser

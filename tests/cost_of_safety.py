@@ -17,7 +17,7 @@ from unittest.mock import patch
 
 from nlds_vines.archives import archive, durable
 from nlds_vines.archives.provenance import makers
-from nlds_vines.bifurcation import run as engine
+from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.parts import PartFiles, Parts
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.runs.partfile import Made, Part
@@ -45,7 +45,7 @@ def unsafe():
 def measured(scan, path):
     """Return wall and CPU time [s] of one run."""
     wall, cpu = time.perf_counter(), time.process_time()
-    engine.run(scan, path, overwrite=True)
+    scan_run.run(scan, path, overwrite=True)
     return time.perf_counter() - wall, time.process_time() - cpu
 
 
@@ -55,7 +55,7 @@ def main(runs=9, source=None):
     times = {"safe": [], "unsafe": []}
     with tempfile.TemporaryDirectory(dir=".") as folder:
         path = Path(folder) / "a.h5"
-        engine.run(scan, path)  # compiles
+        scan_run.run(scan, path)  # compiles
         for _ in range(runs):
             times["safe"].append(measured(scan, path))
             with unsafe():

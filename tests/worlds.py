@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from support import unfilled
 
-from nlds_vines.archives.dataset import filled
-from nlds_vines.bifurcation.datasets import datasets, sizes
 from nlds_vines.bifurcation.parts import Block, Parts
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.model.linear_response import response
@@ -117,8 +116,7 @@ def data_of(scan: Scan, system: System, energy: Any, moves: Any, damper: float) 
 
 def write_archive(path: Path, scan: Scan, numbers: dict[str, np.ndarray]) -> Path:
     """Write an archive of a scan that holds these numbers for its one start."""
-    length = sizes(scan)
-    found = {e.name: filled(e, tuple(length[dim] for dim in e.dims)) for e in datasets(scan)}
+    found = unfilled(scan)
     for name, array in found.items():
         if name in numbers:
             array[...] = numbers[name][..., np.newaxis]

@@ -83,12 +83,3 @@ class Table:
     def most_bytes(self) -> int:
         """How many bytes the archive takes, its dimensions included, were nothing compressed."""
         return self.bytes() + TEXT_BYTES * sum(self.length.values())
-
-
-def filled(dataset: Dataset, shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array of a dataset's type and `shape`, everywhere the fill value.
-
-    Strings come as an object array, so that labels of any length can be put in.
-    """
-    dtype = object if dataset.dtype == "str" else dataset.dtype
-    return np.full(shape, dataset.fill, dtype=dtype)

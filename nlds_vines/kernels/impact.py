@@ -39,7 +39,7 @@ MOST_SWEEPS = 12
 
 
 class Arc(NamedTuple):
-    """The Hertz arc at the collocation nodes, prepared by `nlds_vines.arc`.
+    """The Hertz arc at the collocation nodes, prepared by `nlds_vines.orbits.hertz_arc`.
 
     Few arrays with many rows: each array of a tuple costs every call that hands it on. Constant
     rows of `table`, a number for each node: U = sqrt(z / z_m), S = s / v, LOSS the integral of

@@ -25,7 +25,7 @@ from .observe import (
     powers_at,
 )
 
-OK, DIVERGED, BUDGET = 0, 2, 3  # `nlds_vines.record.STATUS` has the words
+OK, DIVERGED, BUDGET = 0, 2, 3  # `orbits.status_words` has the words
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
 MOST_TOUCHES = 100_000  # in one period
 FLYING = 0  # mode of an orbit; otherwise the event of the touch that began its contact

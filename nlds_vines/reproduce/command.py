@@ -11,8 +11,6 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 
 from nlds_vines.bifurcation.request import Scan
@@ -30,7 +28,6 @@ _NAME = "reproduce"
 _FOLDER = "reproduction"
 _ARCHIVES = "archives"
 _REPORT = "reproduction.md"
-_PORTRAIT = "nlds_vines.portrait"
 FORMATS = tuple(suffix.removeprefix(".") for suffix in PLOT_SUFFIXES)
 """What the pictures may be."""
 
@@ -111,8 +108,6 @@ class _Job:
         if self.folder.exists() and not self.folder.is_dir():
             raise RequestError(f"output {shown(str(self.folder))} is a file: name a folder")
         check_writable("output", self.folder / _REPORT if self.folder.is_dir() else self._probe())
-        if any(recipe.kind == "portrait" for recipe in self.recipes) and not find_spec(_PORTRAIT):
-            raise RequestError(f"a recipe with [portrait] needs {_PORTRAIT}: it is not installed")
 
     def _probe(self) -> Path:
         """Return a file that can be written where the folder can be made."""
@@ -185,8 +180,9 @@ class _Job:
 
     def _draw_portrait(self, recipe: Page, path: Path) -> int:
         """Hand the recipe of an orbit to the command that draws it; return 1 if it failed."""
-        arguments = [str(recipe.path), "--plot", str(path), "--quiet"]
-        status = import_module(_PORTRAIT).main(arguments)
+        from nlds_vines.portrait.command import main as portrait
+
+        status = portrait([str(recipe.path), "--plot", str(path), "--quiet"])
         if status == INTERRUPTED:
             raise KeyboardInterrupt
         if status not in (DONE, LANES_FAILED):

@@ -28,7 +28,7 @@ class Shard:
         return f"{self.index}/{self.count}"
 
     def has(self, number: int) -> bool:
-        """Tell whether the block of this number is of this share: every `count`-th from `index` - 1.
+        """Tell whether the block of this number is of this share: every `count`-th of all.
 
         So the dear regions of a scan are spread over all shards.
         """

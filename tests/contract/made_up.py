@@ -8,8 +8,8 @@ import textwrap
 import numpy as np
 
 from nlds_vines.archives import archive
-from nlds_vines.bifurcation.datasets import datasets, sizes
-from nlds_vines.bifurcation.parts import Block, Parts
+from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.orbits.wants import WANTS
 
@@ -46,10 +46,9 @@ def cut(scan, length=5):
 
 def results(scan, block):
     """Return made-up results: a function of the cell alone, whatever block it is in."""
-    length = sizes(scan)
     found = {}
-    for entry in datasets(scan):
-        shape = tuple(length[dim] for dim in entry.dims)
+    for entry in scan.table.datasets.values():
+        shape = scan.table.shape(entry.name)
         rng = np.random.default_rng(len(entry.name))
         if entry.dtype == "str":
             whole = rng.choice(np.array(["T,1", "3T,3", "chaos", "πéà"], dtype=object), shape)

@@ -7,8 +7,7 @@ import xarray as xr
 from made_up import MAP, arrays, cut, make_scan, results, same, write
 
 from nlds_vines.archives import archive
-from nlds_vines.bifurcation.datasets import datasets, sizes
-from nlds_vines.bifurcation.parts import Block
+from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.wants import WANTS
 
@@ -25,7 +24,7 @@ def test_round_trip_bit_by_bit(path, vary):
     whole = results(scan, Block(0, tuple((0, size) for size in scan.shape)))
     found = arrays(path)
     assert found.keys() == whole.keys()
-    for entry in datasets(scan):
+    for entry in scan.table.datasets.values():
         expected = whole[entry.name]
         if entry.dtype == "str":
             assert found[entry.name].tolist() == expected.tolist()
@@ -47,8 +46,8 @@ def test_arrays_do_not_depend_on_how_the_scan_was_cut(tmp_path):
 def test_only_what_was_asked_for_is_there(path, want):
     scan = make_scan(want=[want])
     write(path, scan)
-    expected = {entry.name for entry in datasets(scan)}
-    dimensions = {dim for entry in datasets(scan) for dim in entry.dims}
+    expected = {entry.name for entry in scan.table.datasets.values()}
+    dimensions = {dim for entry in scan.table.datasets.values() for dim in entry.dims}
     with h5py.File(path) as file:
         assert set(file) == expected | dimensions
 
@@ -59,13 +58,13 @@ def test_xarray_opens_it_with_dimensions_units_and_flags(path, system):
     scan = make_scan(want=want, system=system, vary=MAP)
     write(path, scan)
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
-        assert dict(dataset.sizes) == sizes(scan)
+        assert dict(dataset.sizes) == scan.table.length
         assert dataset.attrs["title"] == "a test"
         assert dataset["omega"].attrs["units"] == "rad/s"
         np.testing.assert_array_equal(dataset["omega"], scan.axes[0].values)
         assert dataset["start"].values.tolist() == ["rest"]
         assert dataset["cycle"].values.tolist() == [1, 2, 3]
-        for entry in datasets(scan):
+        for entry in scan.table.datasets.values():
             variable = dataset[entry.name]
             assert variable.dims == entry.dims
             assert variable.attrs["units"] == entry.units

@@ -278,14 +278,14 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.fixture(autouse=True)
-def _engine_must_not_run(monkeypatch):
+def _nothing_is_computed(monkeypatch):
     def run(*_, **__):
-        raise AssertionError("a faulty request has reached the engine")
+        raise AssertionError("a faulty request has reached the kernels")
 
-    engine = ModuleType("nlds_vines.engine")
-    vars(engine).update(run=run, estimate=run, Interrupted=KeyboardInterrupt)
-    monkeypatch.setitem(sys.modules, "nlds_vines.engine", engine)
-    monkeypatch.setattr(nlds_vines, "engine", engine, raising=False)
+    for name in ("run", "estimate"):
+        fake = ModuleType(f"nlds_vines.bifurcation.{name}")
+        setattr(fake, name, run)
+        monkeypatch.setitem(sys.modules, fake.__name__, fake)
 
 
 def everything(folder: Path) -> dict[str, bytes | None]:
@@ -335,11 +335,11 @@ def test_faulty_sister_commands(case, folder, capsys):
     assert everything(folder) == before
 
 
-def test_the_good_file_reaches_the_engine(folder):
+def test_the_good_file_reaches_the_kernels(folder):
     # or else every file above could be refused for a reason that is none
-    with pytest.raises(AssertionError, match="reached the engine"):
+    with pytest.raises(AssertionError, match="reached the kernels"):
         main(["scan.toml"])
-    with pytest.raises(AssertionError, match="reached the engine"):
+    with pytest.raises(AssertionError, match="reached the kernels"):
         main(["scan.toml", "-o", "old.h5", "--resume"])
 
 

@@ -136,7 +136,7 @@ def test_a_damaged_part_is_computed_again(path, begun):
 
 def test_parts_of_another_version_of_the_program_are_computed_again(path, begun, monkeypatch):
     blocks = list(blocks_of(make_scan()))
-    monkeypatch.setattr("nlds_vines.partfile.makers", lambda: {"source": "nlds_vines 0.0"})
+    monkeypatch.setattr("nlds_vines.runs.partfile.makers", lambda: {"source": "nlds_vines 0.0"})
     with Parts.open(path, make_scan(), resume=True) as parts:
         with pytest.raises(RequestError, match="another version"):
             parts.consolidate(blocks)

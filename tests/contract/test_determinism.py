@@ -16,10 +16,11 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation import blocks as cutting
-from nlds_vines.bifurcation import run as engine
+from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.orbits.status_words import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
+from nlds_vines.runs.interrupts import Interrupted
 
 ONE_AXIS = {"omega": {"start": 7.3, "stop": 7.6, "num": 13}}
 TWO_AXES = {"C": {"values": [0.05, 0.06233, 0.07]}, "omega": {"start": 7.3, "stop": 7.6, "num": 5}}
@@ -82,10 +83,10 @@ def test_threads_and_blocks_do_not_matter(vary, start, tmp_path, cut):
     whole = compute(tmp_path / "whole.h5", scan, threads=1)
     assert {"section", "period", "E1max", "label", "status"} <= whole.keys()
     assert compute(tmp_path / "two.h5", scan, threads=2) == whole
-    counts = {len(list(engine.blocks_of(scan)))}
+    counts = {len(list(cutting.blocks_of(scan)))}
     for cells in (1, 2, 7):
         cut(cells, scan.starts)
-        counts.add(len(list(engine.blocks_of(scan))))
+        counts.add(len(list(cutting.blocks_of(scan))))
         assert compute(tmp_path / f"{cells}.h5", scan, threads=2) == whole
     assert len(counts) > 1 or len(vary) == 1  # an axis that is followed stays whole
 
@@ -158,11 +159,11 @@ def test_a_resumed_scan_ends_in_the_same_bits(vary, start, tmp_path, monkeypatch
     scan = nv.load_scan(document(vary, start))
     whole = compute(tmp_path / "whole.h5", scan)
     cut(2, scan.starts)
-    blocks = len(list(engine.blocks_of(scan)))
+    blocks = len(list(cutting.blocks_of(scan)))
     done = min(3, blocks - 1)
     go_on = stop_after(monkeypatch, done)
     path = tmp_path / "stopped.h5"
-    with pytest.raises(engine.Interrupted, match="--resume") as stop:
+    with pytest.raises(Interrupted, match="--resume") as stop:
         nv.bifurcation(scan, path)
     assert f"{done} of {blocks} blocks" in str(stop.value)
     assert not path.exists()
@@ -189,7 +190,7 @@ def test_errors_do_not_depend_on_threads_blocks_shards_or_interruptions(
     cut(2, scan.starts)
     assert compute(tmp_path / "two.h5", scan, threads=2) == whole
     go_on = stop_after(monkeypatch, 1)
-    with pytest.raises(engine.Interrupted):
+    with pytest.raises(Interrupted):
         nv.bifurcation(scan, tmp_path / "stopped.h5")
     go_on()
     assert compute(tmp_path / "stopped.h5", scan, resume=True) == whole
@@ -233,11 +234,11 @@ def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, mo
     path = tmp_path / "a.h5"
     cut(1)
     go_on = stop_after(monkeypatch, 2)
-    with pytest.raises(engine.Interrupted):
-        engine.run(scan, path)
+    with pytest.raises(Interrupted):
+        scan_run.run(scan, path)
     go_on()
-    resumed = engine.run(scan, path, resume=True)
-    complete = engine.run(scan, path, resume=True)
+    resumed = scan_run.run(scan, path, resume=True)
+    complete = scan_run.run(scan, path, resume=True)
     for report in (resumed, complete):
         assert report.failed_lanes == 1
         assert report.tally.labels.total() == 4
@@ -250,9 +251,9 @@ def test_an_interrupted_consolidation_says_how_to_go_on(tmp_path, monkeypatch):
 
     scan, path = nv.load_scan(document()), tmp_path / "a.h5"
     with monkeypatch.context() as patch:
-        patch.setattr("nlds_vines.archive.write", interrupted)
-        with pytest.raises(engine.Interrupted, match="--resume"):
-            engine.run(scan, path)
+        patch.setattr("nlds_vines.archives.archive.write", interrupted)
+        with pytest.raises(Interrupted, match="--resume"):
+            scan_run.run(scan, path)
     assert not path.exists()
     assert compute(path, scan, resume=True) == compute(tmp_path / "b.h5", scan)
 

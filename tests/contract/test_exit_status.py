@@ -1,4 +1,4 @@
-"""What the command does with what the engine reports: exit statuses, words and files."""
+"""What the command does with what a run reports: exit statuses, words and files."""
 
 import sys
 from pathlib import Path
@@ -6,17 +6,12 @@ from types import ModuleType, SimpleNamespace
 
 import pytest
 
-import nlds_vines
 import nlds_vines.bifurcation as module
 from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation.command import bifurcation, main
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.shard import Shard
-
-
-class Interrupted(Exception):
-    status = 143
-
 
 USUAL = {
     "threads": None,
@@ -30,7 +25,7 @@ USUAL = {
 
 @pytest.fixture
 def calls(tmp_path, monkeypatch):
-    """Stand in for the engine and the pictures; returns what they were asked for."""
+    """Stand in for the computing and the pictures; returns what they were asked for."""
     asked = SimpleNamespace(runs=[], plots=[], failed=0, error=None)
 
     def run(scan, output, **options):
@@ -44,17 +39,17 @@ def calls(tmp_path, monkeypatch):
     def estimate(scan, threads):
         return SimpleNamespace(lines=lambda: [f"{scan.lanes} orbits", f"{threads} threads"])
 
-    stand_in(monkeypatch, "engine", run=run, estimate=estimate, Interrupted=Interrupted)
-    stand_in(monkeypatch, "figures", save=lambda *what: asked.plots.append(what))
+    stand_in(monkeypatch, "run", run=run)
+    stand_in(monkeypatch, "estimate", estimate=estimate)
+    stand_in(monkeypatch, "picture.drawing", save=lambda *what: asked.plots.append(what))
     monkeypatch.chdir(tmp_path)
     return asked
 
 
 def stand_in(monkeypatch, name, **content):
-    fake = ModuleType(f"nlds_vines.{name}")
+    fake = ModuleType(f"nlds_vines.bifurcation.{name}")
     vars(fake).update(content)
     monkeypatch.setitem(sys.modules, fake.__name__, fake)
-    monkeypatch.setattr(nlds_vines, name, fake, raising=False)
 
 
 def test_the_default_is_figure_8_with_its_picture(calls, capsys):
@@ -122,7 +117,8 @@ def test_failed_orbits_give_status_1_even_when_quiet(calls, capsys):
 
 
 @pytest.mark.parametrize(
-    ("error", "status"), [(Interrupted("resume with --resume"), 143), (KeyboardInterrupt(), 130)]
+    ("error", "status"),
+    [(Interrupted("resume with --resume", 143), 143), (KeyboardInterrupt(), 130)],
 )
 def test_an_interrupt_gives_the_status_of_its_signal(calls, capsys, error, status):
     calls.error = error

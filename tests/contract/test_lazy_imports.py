@@ -105,7 +105,7 @@ def test_the_console_script_itself_loads_nothing_heavy(option, tmp_path):
 
 
 def test_systems_and_scans_need_nothing_heavy(tmp_path):
-    program = "import nlds_vines.scan as s; s.load_scan().cells()"
+    program = "import nlds_vines.bifurcation.request_file as s; s.load_scan().cells()"
     found, modules = loaded(tmp_path, "-c", program)
     assert found == 0
     assert not modules & set(HEAVY)

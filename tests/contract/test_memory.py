@@ -13,10 +13,10 @@ import json, resource, sys
 from pathlib import Path
 import numpy as np
 import nlds_vines as nv
-from nlds_vines import cut
+from nlds_vines.bifurcation import blocks
 
 LANES, LONG = 4, 150_000
-cut.BLOCK_PERIODS = 10**9  # all lanes in one block
+blocks.BLOCK_PERIODS = 10**9  # all lanes in one block
 
 def scan(transient):
     "Run a scan and return the greatest memory [MB] that this process has had so far."

@@ -21,8 +21,8 @@ from nlds_vines.orbits.simulation import simulate
 MODULE = '''
 """Damper in a cage: two obstacles, each at the distance D from the damper at rest."""
 
-from nlds_vines.parameters import DAMPER, FORCING, STRUCTURE
-from nlds_vines.scenes.base import Scene
+from nlds_vines.model.parameters import DAMPER, FORCING, STRUCTURE
+from nlds_vines.model.scenes.base import Scene
 
 
 def rest(p):

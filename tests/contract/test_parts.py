@@ -136,8 +136,8 @@ def test_results_of_another_shape_are_a_mistake_of_the_caller(path):
 
 HOLD = """
 import sys
-from nlds_vines.parts import Parts
-from nlds_vines.scan import load_scan
+from nlds_vines.bifurcation.parts import Parts
+from nlds_vines.bifurcation.request_file import load_scan
 scan = load_scan(sys.stdin.readline().strip())
 parts = Parts.open({path!r}, scan)
 print("held", flush=True)

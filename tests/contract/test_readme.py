@@ -65,7 +65,7 @@ def test_every_command_is_understood(own, monkeypatch):
     assert len(found) >= 3
     for line in found:
         module, *arguments = line[line.index("-m") + 1 :]
-        assert import_module(module).main([*arguments, "--dry-run"]) == 0
+        assert import_module(f"{module}.command").main([*arguments, "--dry-run"]) == 0
 
 
 def test_the_scan_file_is_computed_and_drawn(own):
@@ -102,10 +102,20 @@ def test_the_recipes_for_clusters_are_understood(own):
         assert name in COMMANDS
 
 
-@pytest.mark.parametrize("module", [module for module, _ in COMMANDS.values()])
-def test_every_command_has_help(module):
+FOLDERS = [module.removesuffix(".command") for module, _ in COMMANDS.values()]
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        *(["nlds_vines", name] for name in COMMANDS),
+        *([folder] for folder in FOLDERS if "upkeep" not in folder),
+    ],
+    ids=" ".join,
+)
+def test_every_command_has_help(program):
     done = subprocess.run(
-        [sys.executable, "-m", module, "--help"], capture_output=True, text=True, check=False
+        [sys.executable, "-m", *program, "--help"], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0
     assert "example" in done.stdout

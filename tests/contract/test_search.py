@@ -12,7 +12,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
-from nlds_vines.bifurcation.picture import drawing as figures
+from nlds_vines.tuning import picture as drawn
 from nlds_vines.tuning.command import main
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.objective import Objective
@@ -127,7 +127,7 @@ def test_a_journal_of_other_versions_is_computed_again(tmp_path, interrupt, monk
     reference = tune(tmp_path / "a.h5", *TMD)
     interrupt(6)
     with monkeypatch.context() as patch:
-        patch.setattr("nlds_vines.partfile.makers", lambda: {"source": "another"})
+        patch.setattr("nlds_vines.runs.partfile.makers", lambda: {"source": "another"})
         assert main([*TMD, "-o", str(tmp_path / "b.h5"), "--quiet"]) == 130
     interrupt(None)
     assert tune(tmp_path / "b.h5", *TMD, "--resume") == reference
@@ -135,7 +135,7 @@ def test_a_journal_of_other_versions_is_computed_again(tmp_path, interrupt, monk
 
 
 def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, monkeypatch, capsys):
-    monkeypatch.setattr("nlds_vines.search.journal.FLUSH_EVERY", 0.0)
+    monkeypatch.setattr("nlds_vines.tuning.evaluations.FLUSH_EVERY", 0.0)
     path = tmp_path / "b.h5"
     interrupt(6)
     assert main([*TMD, "-o", str(path), "--quiet"]) == 130
@@ -162,7 +162,7 @@ def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, monkeypatch,
 
 
 def test_a_damaged_journal_is_not_believed(tmp_path, interrupt, monkeypatch, capsys):
-    monkeypatch.setattr("nlds_vines.search.journal.FLUSH_EVERY", 0.0)
+    monkeypatch.setattr("nlds_vines.tuning.evaluations.FLUSH_EVERY", 0.0)
     reference = tune(tmp_path / "a.h5", *TMD)
     interrupt(6)
     assert main([*TMD, "-o", str(tmp_path / "b.h5"), "--quiet"]) == 130
@@ -236,7 +236,7 @@ def test_a_full_disk_leaves_the_journal(tmp_path, monkeypatch, capsys):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr("nlds_vines.durable.reserve", full)
+        patched.setattr("nlds_vines.archives.durable.reserve", full)
         assert main([*TMD, "-o", str(tmp_path / "a.h5"), "--quiet"]) == 2
     said = capsys.readouterr().err
     assert "No space left on device" in said
@@ -309,14 +309,14 @@ def test_the_surface_is_drawn_alike_every_time(form, tmp_path):
     tune(tmp_path / "a.h5", *TMD)
     pictures = [tmp_path / f"{name}.{form}" for name in "ab"]
     for picture in pictures:
-        figures.save(tmp_path / "a.h5", picture)
+        drawn.save(tmp_path / "a.h5", picture)
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 
 def test_the_surface_shows_parameters_values_and_optima(tmp_path):
     tune(tmp_path / "a.h5", *TMD)
     with nv.read(tmp_path / "a.h5") as view:
-        axes, bar = figures.tuning_surface(view).axes
+        axes, bar = drawn.tuning_surface(view).axes
         (mesh,) = (
             item
             for item in axes.collections
@@ -334,7 +334,7 @@ def test_the_surface_shows_parameters_values_and_optima(tmp_path):
 def test_a_tuning_without_a_surface_is_not_drawn(tmp_path):
     tune(tmp_path / "a.h5", "--system", "tmd", *SMALL)
     with pytest.raises(nv.RequestError, match="holds no surface"):
-        figures.save(tmp_path / "a.h5", tmp_path / "a.png")
+        drawn.save(tmp_path / "a.h5", tmp_path / "a.png")
 
 
 def test_xarray_opens_it(tmp_path):

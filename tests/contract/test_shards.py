@@ -219,7 +219,7 @@ def test_workers_killed_three_times_end_in_the_same_bits(folder, whole):
 
 @dask
 def test_a_cluster_that_is_not_there_is_one_line(folder, monkeypatch, capsys):
-    monkeypatch.setattr("nlds_vines.cluster.REACH", 0.2)
+    monkeypatch.setattr("nlds_vines.bifurcation.cluster.REACH", 0.2)
     assert main(["bifurcation", "scan.toml", "--scheduler", "tcp://127.0.0.1:9"]) == 2
     err = capsys.readouterr().err
     assert err.count("\n") == 1
@@ -261,13 +261,15 @@ def test_a_cluster_without_workers_is_waited_for_and_given_up(
     folder, scheduler, whole, monkeypatch, capsys
 ):
     for name, value in {"PATIENCE": 0.3, "GIVE_UP": 1, "LOOK_EVERY": 0.1}.items():
-        monkeypatch.setattr(f"nlds_vines.cluster.{name}", value)
+        monkeypatch.setattr(f"nlds_vines.bifurcation.cluster.{name}", value)
     assert main(["bifurcation", "scan.toml", "--scheduler", scheduler]) == 2
     said = capsys.readouterr().err.splitlines()
     assert said[0] == "no progress: 0 workers; submitting again"
     assert "--resume goes on" in said[1]
     assert len(said) == 2
-    monkeypatch.setattr("nlds_vines.cluster.GIVE_UP", 20)  # it takes a worker more to load
+    monkeypatch.setattr(
+        "nlds_vines.bifurcation.cluster.GIVE_UP", 20
+    )  # it takes a worker more to load
     command = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--nthreads", "2"]
     with open("worker.log", "w") as log:
         worker = subprocess.Popen(

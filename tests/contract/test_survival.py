@@ -225,7 +225,7 @@ def test_signals_mean_what_they_did_before_when_a_run_is_over(tmp_path):
 
 TWICE = """
 import os, signal
-from nlds_vines import interrupts
+from nlds_vines.runs import interrupts
 with interrupts.heard() as stop:
     os.kill(os.getpid(), signal.SIGTERM)
     assert stop.asked and stop.status == 143

@@ -9,11 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
+from support import unfilled
 
 import nlds_vines
 from nlds_vines.archives.archive import read
-from nlds_vines.archives.dataset import filled
-from nlds_vines.bifurcation.datasets import datasets, sizes
 from nlds_vines.bifurcation.parts import Block, Parts
 from nlds_vines.bifurcation.picture import drawing as figures
 from nlds_vines.bifurcation.request_file import load_scan
@@ -49,8 +48,7 @@ def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None, fil
             "record": {"want": list(want)},
         }
     )
-    length = sizes(scan)
-    found = {e.name: filled(e, tuple(length[dim] for dim in e.dims)) for e in datasets(scan)}
+    found = unfilled(scan)
     omega = scan.axes[0].values
     for name, array in found.items():
         along = omega.reshape((-1,) + (1,) * (array.ndim - 1))
@@ -456,7 +454,7 @@ def test_an_interrupted_picture_leaves_the_old_one(tmp_path, usual, monkeypatch)
 
 def test_drawing_loads_no_kernel_and_no_window_system(tmp_path, usual):
     code = (
-        "import sys; from nlds_vines import figures; figures.save(*sys.argv[1:]);"
+        "import sys; from nlds_vines.bifurcation.picture.drawing import save; save(*sys.argv[1:]);"
         "print([n for n in sys.modules if n.split('.')[0] in ('numba', 'llvmlite', 'tkinter')"
         " or n.startswith(('nlds_vines.kernels', 'matplotlib.pyplot'))])"
     )

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from nlds_vines import packaged_files as _resources
+from nlds_vines import packaged_files
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.reproduce.request import short_name
@@ -176,12 +176,12 @@ def test_the_wheel_carries_every_recipe():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     carried = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
     assert carried["scans"] == "nlds_vines/_data"  # whatever is put there travels
-    assert {path.parent for path in _resources.recipe_paths()} == {ROOT / "scans"}
+    assert {path.parent for path in packaged_files.recipe_paths()} == {ROOT / "scans"}
 
 
 def test_an_installed_wheel_finds_its_own_recipes(tmp_path, monkeypatch):
     (tmp_path / "_data").mkdir()
     (tmp_path / "_data" / "figure9.toml").write_text("")
     (tmp_path / "_data" / "dampers.toml").write_text("")
-    monkeypatch.setattr(_resources, "files", lambda package: tmp_path)
-    assert [path.name for path in _resources.recipe_paths()] == ["figure9.toml"]
+    monkeypatch.setattr(packaged_files, "files", lambda package: tmp_path)
+    assert [path.name for path in packaged_files.recipe_paths()] == ["figure9.toml"]

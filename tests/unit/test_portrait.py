@@ -170,7 +170,7 @@ def test_windows_are_cut_from_one_run(monkeypatch):
     calls = []
     real = simulation.simulate
     monkeypatch.setattr(
-        "nlds_vines.viewing.simulate", lambda *a, **k: calls.append(k) or real(*a, **k)
+        "nlds_vines.portrait.run.simulate", lambda *a, **k: calls.append(k) or real(*a, **k)
     )
     _, (first, second) = page(OF_KIND["ssul"], windows=[[3, 5], [9, 20]])
     assert [call["transient"] for call in calls] == [3]
@@ -346,7 +346,7 @@ def test_a_wrong_request_is_one_line_and_leaves_nothing(case, folder, capsys):
 
 def test_nothing_heavy_is_loaded_for_help_or_a_wrong_request(folder):
     program = (
-        "import sys; from nlds_vines.portrait import main\n"
+        "import sys; from nlds_vines.portrait.command import main\n"
         "main(sys.argv[1:]); heavy = {'numba', 'matplotlib', 'scipy', 'h5py'} & set(sys.modules)\n"
         "sys.exit(bool(heavy))"
     )

@@ -4,9 +4,8 @@ import re
 
 import numpy as np
 import pytest
+from support import unfilled
 
-from nlds_vines.archives.dataset import filled
-from nlds_vines.bifurcation.datasets import datasets, most_bytes, scales, sizes, starts
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.orbits.labels import FLAGS
 from nlds_vines.orbits.status_words import NOT_COMPUTED, STATUS
@@ -26,7 +25,7 @@ def scan(system="ssul-set6", want=WANTS, start=None, vary=None):
 
 
 def names(*args, **keywords):
-    return {dataset.name for dataset in datasets(scan(*args, **keywords))}
+    return set(scan(*args, **keywords).table.datasets)
 
 
 @pytest.mark.parametrize(
@@ -62,39 +61,38 @@ def test_an_error_is_told_of_what_else_is_wanted():
 
 
 def test_what_two_wants_share_is_there_once():
-    table = datasets(scan(want=["impacts", "regime"]))
-    assert sorted(d.name for d in table).count("impacts") == 1
+    assert list(scan(want=["impacts", "regime"]).table.datasets).count("impacts") == 1
 
 
 def test_dimensions_are_axes_start_and_tail():
     vary = {"omega": {"values": [5.0, 6.0]}, "P": {"values": [1.0, 2.0, 3.0]}}
     request = scan(vary=vary, start={"policy": "random", "count": 5, "seed": 1})
-    by_name = {dataset.name: dataset for dataset in datasets(request)}
+    by_name = request.table.datasets
     assert by_name["section"].dims == ("omega", "P", "start", "cycle", "component")
     assert by_name["section"].tail == ("cycle", "component")
     assert by_name["label"].dims == ("omega", "P", "start")
-    found = sizes(request)
+    found = request.table.length
     axes = {"omega": 2, "P": 3, "start": 5}
     of_state = dict.fromkeys(("component", "multiplier", "exponent"), 4)
     assert found == axes | of_state | {"cycle": 4, "part": 2}
-    assert "part" not in sizes(scan(want=["section"]))
-    assert sizes(scan("ssbl", ["impacts"]))["wall"] == 2
+    assert "part" not in scan(want=["section"]).table.length
+    assert scan("ssbl", ["impacts"]).table.length["wall"] == 2
 
 
 def test_scales_agree_with_sizes_and_name_the_starts():
     request = scan(start={"policy": "random", "count": 3, "seed": 1})
-    assert {scale.name: scale.values.size for scale in scales(request)} == sizes(request)
-    assert starts(request) == ("random 0", "random 1", "random 2")
-    assert starts(scan(start={"policy": "down"})) == ("down",)
+    assert {scale.name: scale.values.size for scale in request.scales()} == request.table.length
+    assert request.start.names == ("random 0", "random 1", "random 2")
+    assert scan(start={"policy": "down"}).start.names == ("down",)
 
 
 def test_components_follow_the_scene():
-    assert components(scan("none", ["section"])) == ("x1", "v1")
-    assert components(scan()) == ("x1", "v1", "x2", "v2")
+    assert components(scan("none", ["section"]).system.scene) == ("x1", "v1")
+    assert components(scan().system.scene) == ("x1", "v1", "x2", "v2")
 
 
 def test_types_units_and_fills_are_those_of_the_contract():
-    table = {dataset.name: dataset for dataset in datasets(scan())}
+    table = scan().table.datasets
     types = {name: dataset.dtype for name, dataset in table.items()}
     assert types == {
         **dict.fromkeys(table, "float64"),
@@ -109,18 +107,16 @@ def test_types_units_and_fills_are_those_of_the_contract():
     assert all(dataset.units and dataset.long_name for dataset in table.values())
 
 
-def test_filled_arrays_say_that_nothing_was_computed():
-    table = {dataset.name: dataset for dataset in datasets(scan())}
-    assert np.all(filled(table["status"], (2, 1)) == NOT_COMPUTED)
-    assert np.all(np.isnan(filled(table["section"], (2, 1, 4, 4))))
-    labels = filled(table["label"], (2, 1))
-    labels[0, 0] = "transient chaos to T,0"  # of any length
-    assert labels.tolist() == [["transient chaos to T,0"], [""]]
-    assert filled(table["status"], (1,)).dtype == np.int8
+def test_fill_values_say_that_nothing_was_computed():
+    found = unfilled(scan())
+    assert np.all(found["status"] == NOT_COMPUTED)
+    assert found["status"].dtype == np.int8
+    assert np.all(np.isnan(found["section"]))
+    assert found["label"].tolist() == [[""]] * 3
 
 
 def test_flags_are_words_that_cf_allows_in_the_order_of_their_codes():
-    table = {dataset.name: dataset for dataset in datasets(scan())}
+    table = scan().table.datasets
     for dataset in (table["regime"], table["status"], table["label_kept"]):
         words = dataset.flag_meanings.split(" ")
         assert len(words) == len(dataset.flag_values)
@@ -140,6 +136,5 @@ def test_every_status_has_a_name_and_a_remedy():
 
 def test_most_bytes_counts_every_number():
     request = scan(want=["section", "energy"])
-    numbers = {entry.name: filled(entry, tuple(sizes(request)[d] for d in entry.dims)).nbytes
-               for entry in datasets(request)}  # fmt: skip
-    assert most_bytes(request) == sum(numbers.values()) + 64 * sum(sizes(request).values())
+    numbers = sum(array.nbytes for array in unfilled(request).values())
+    assert request.table.most_bytes == numbers + 64 * sum(request.table.length.values())

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
+from support import unfilled
 
 import nlds_vines as nv
 from nlds_vines.archives.archive import read
-from nlds_vines.archives.dataset import filled
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.bifurcation.datasets import datasets, sizes
 from nlds_vines.bifurcation.parts import Block, Parts
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
@@ -145,7 +144,7 @@ def archive_of(path, want=("energy", "regime", "error"), fill=None):
             "record": {"want": list(want)},
         }
     )
-    found = {d.name: filled(d, tuple(sizes(scan)[dim] for dim in d.dims)) for d in datasets(scan)}
+    found = unfilled(scan)
     found["status"][:, 0] = [OK, OK, OK, OK, DIVERGED]
     found["error"][:4, 0] = [1e-12, 3e-11, 2e-9, 5e-13]
     found["error_at_end"][:4] = 1e-9

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
@@ -11,15 +10,14 @@ import pytest
 import worlds
 from matplotlib.colors import to_hex
 
-import nlds_vines.reproduce as module
 from nlds_vines.archives.archive import verify
-from nlds_vines.bifurcation import run as engine
-from nlds_vines.bifurcation.picture import drawing as figures
+from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.errors import RequestError
 from nlds_vines.reproduce import picture as drawing
 from nlds_vines.reproduce import report
 from nlds_vines.reproduce.command import main, reproduce_paper
 from nlds_vines.reproduce.request_file import load_page
+from nlds_vines.runs.interrupts import Interrupted
 
 PAGE = """
 title = "a small page"
@@ -77,7 +75,7 @@ def test_what_is_computed_is_used_again_and_what_changes_is_computed(here, capsy
     before = (here / "out" / "page.png").read_bytes()
 
     with monkeypatch.context() as patch:
-        patch.setattr(engine, "Computer", never)
+        patch.setattr(scan_run, "Computer", never)
         assert main(["page.toml", "-o", "out"]) == 0
         assert capsys.readouterr().out.count("there already, verified") == 4
         assert (here / "out" / "page.png").read_bytes() == before
@@ -115,7 +113,7 @@ def test_a_scan_file_is_drawn_as_well(here):
 
 
 def test_a_script_beside_a_recipe_does_the_same(here):
-    script = Path(module.__file__).parents[1] / "scans" / "figure3.py"
+    script = Path(__file__).parents[2] / "scans" / "figure3.py"
     (here / "page.py").write_text(script.read_text())
     done = subprocess.run(
         [sys.executable, "page.py"], capture_output=True, text=True, check=False, cwd=here
@@ -129,7 +127,7 @@ def test_a_script_beside_a_recipe_does_the_same(here):
 
 
 def test_a_dry_run_computes_and_writes_nothing(here, capsys, monkeypatch):
-    monkeypatch.setattr(engine, "run", never)
+    monkeypatch.setattr(scan_run, "run", never)
     assert main(["--dry-run"]) == 0
     out = capsys.readouterr().out
     for name in ("figure2a.png", "figure8.png", "study-stiffness.png"):
@@ -164,7 +162,9 @@ def test_a_wrong_request_is_one_line(here, capsys, arguments, words):
 
 
 def test_help_and_refusals_load_nothing_heavy(here):
-    program = "import sys; from nlds_vines.reproduce import main; print(main(sys.argv[1:])); "
+    program = (
+        "import sys; from nlds_vines.reproduce.command import main; print(main(sys.argv[1:])); "
+    )
     program += "print(sorted({'numba', 'matplotlib', 'h5py'} & sys.modules.keys()))"
     for arguments in (["--help"], ["--only", "13"], ["--dry-run"]):
         done = subprocess.run(
@@ -179,32 +179,27 @@ def test_help_and_refusals_load_nothing_heavy(here):
 
 def test_failed_orbits_are_told_and_make_status_1(here, capsys, monkeypatch):
     found = SimpleNamespace(failed_lanes=2, seconds=1.0, summary=lambda: "the summary")
-    monkeypatch.setattr(engine, "run", lambda *_, **__: found)
-    monkeypatch.setattr(figures, "save_page", lambda recipe, archive_of, path: path)
+    monkeypatch.setattr(scan_run, "run", lambda *_, **__: found)
+    monkeypatch.setattr(drawing, "save_page", lambda recipe, archive_of, path: path)
     assert main(["page.toml"]) == 1
     assert capsys.readouterr().err.count("2 of 6 orbits failed") == 4
 
 
 def test_an_interruption_is_status_130(here, capsys, monkeypatch):
     def stop(*_, **__):
-        raise engine.Interrupted("stopped")
+        raise Interrupted("stopped")
 
-    monkeypatch.setattr(engine, "run", stop)
+    monkeypatch.setattr(scan_run, "run", stop)
     assert main(["page.toml"]) == 130
     assert "goes on" in capsys.readouterr().err
 
 
 def test_a_portrait_is_handed_to_its_command(here, monkeypatch, capsys):
     (here / "orbit.toml").write_text('title = "an orbit"\n[portrait]\n')
-    monkeypatch.setattr(module, "find_spec", lambda name: None)
-    assert main(["orbit.toml"]) == 2
-    assert "nlds_vines.portrait" in capsys.readouterr().err
-
     asked = []
-    fake = ModuleType("nlds_vines.portrait")
+    fake = ModuleType("nlds_vines.portrait.command")
     fake.main = lambda arguments: asked.append(arguments) or 0
     monkeypatch.setitem(sys.modules, fake.__name__, fake)
-    monkeypatch.setattr(module, "find_spec", lambda name: ModuleSpec(name, None))
     assert main(["orbit.toml", "-o", "out"]) == 0
     (arguments,) = asked
     assert arguments == ["orbit.toml", "--plot", "out/orbit.png", "--quiet"]
@@ -266,7 +261,7 @@ def test_a_report_that_cannot_be_written_leaves_nothing(tmp_path, archives):
 
 def page_of(short, archives):
     recipe = worlds.recipes()[short]
-    return recipe, figures.draw_page(recipe, lambda curve: archives / recipe.archive(curve))
+    return recipe, drawing.draw_page(recipe, lambda curve: archives / recipe.archive(curve))
 
 
 def test_curves_are_the_archives_energies_solid_and_dotted(archives):
@@ -294,7 +289,7 @@ def test_impacts_are_yellow_and_windows_without_them_stand_between_dashed_lines(
     free = ((omega > 7.5) & (omega < 7.7)) | ((omega > 7.899) & (omega < 7.901))
     numbers = {"E1max": omega, "E2max": omega, "impacts": np.where(free, 0, 120)}
     path = worlds.write_archive(tmp_path / "a.h5", curve.scan, numbers)
-    (frame,) = figures.draw_page(recipe, lambda _: path).axes
+    (frame,) = drawing.draw_page(recipe, lambda _: path).axes
     yellow = [patch for patch in frame.patches if to_hex(patch.get_facecolor()) == drawing.IMPACTS]
     spans = [(p.get_x(), p.get_x() + p.get_width()) for p in yellow]
     assert [tuple(np.round(span, 2)) for span in spans] == [(5.0, 7.5), (7.7, 7.9), (7.9, 8.0)]
@@ -339,22 +334,16 @@ def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):
     assert widths.index(max(widths)) == 3
 
 
-def test_no_module_of_the_pictures_hides_what_they_offer():
-    import nlds_vines.figures.portrait  # noqa: F401  # it loads modules of its own
-
-    assert all(not isinstance(getattr(figures, n), ModuleType) for n in figures.__all__)
-
-
 def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archives):
     recipe = worlds.recipes()["3"]
     paths = [tmp_path / name for name in ("a.png", "b.png")]
     for path in paths:
-        figures.save_page(recipe, lambda curve: archives / recipe.archive(curve), path)
+        drawing.save_page(recipe, lambda curve: archives / recipe.archive(curve), path)
     assert paths[0].read_bytes() == paths[1].read_bytes()
     with pytest.raises(RequestError, match="kind 'scan'"):
-        figures.draw_page(worlds.recipes()["8"], never)
+        drawing.draw_page(worlds.recipes()["8"], never)
     with pytest.raises(RequestError, match=r"\.png"):
-        figures.save_page(recipe, never, tmp_path / "a.gif")
+        drawing.save_page(recipe, never, tmp_path / "a.gif")
 
 
 # ---- everything ----------------------------------------------------------------------------------
@@ -370,7 +359,7 @@ def test_the_whole_paper_is_reproduced(tmp_path):
 
 
 def test_one_figure_by_name(tmp_path, monkeypatch):
-    monkeypatch.setattr(engine, "run", never)
+    monkeypatch.setattr(scan_run, "run", never)
     with pytest.raises(AssertionError):
         reproduce_paper(tmp_path / "out", only=["2b"])
     with pytest.raises(RequestError, match="unknown figure"):

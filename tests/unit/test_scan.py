@@ -9,15 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nlds_vines.bifurcation.datasets import datasets
 from nlds_vines.bifurcation.picture.choices import check_show
-from nlds_vines.bifurcation.request import Axis, Scan, Start, random_states, start_states
+from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
+from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import catalogue, load_system
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.system import CELL
 from nlds_vines.orbits.settings import METHODS
+from nlds_vines.orbits.starts import Start, random_states, start_states
 from nlds_vines.orbits.wants import WANTS, possible_want
 from nlds_vines.toml import toml_text
 
@@ -310,7 +311,7 @@ def test_cells_of_a_map():
 
 def test_draws_depend_on_the_seed_alone():
     def draws(count, seed):
-        return start_states(scan(start={"policy": "random", "count": count, "seed": seed}))
+        return start_states(Start("random", count, seed))
 
     assert draws(7, 3).shape == (7, 4)
     assert np.array_equal(draws(7, 3), draws(7, 3))
@@ -391,7 +392,7 @@ MAPS = sorted([*REPO.glob("scans/map-*.toml"), *REPO.glob("scans/special-*.toml"
 @pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
 def test_the_scans_of_maps_are_sound_and_can_be_drawn(path):
     found = load_scan(path)
-    names = [dataset.name for dataset in datasets(found)]
+    names = list(found.table.datasets)
     assert found.system.kind == "ssul"
     check_show("settling", len(found.axes), found.starts, names)
     if found.starts > 1:

@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from nlds_vines import packaged_files as _resources
+from nlds_vines import packaged_files
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalogue import catalogue, load_system
 from nlds_vines.model.parameters import CONTACT, PARAMETERS
@@ -71,13 +71,13 @@ def test_what_the_paper_does_not_give_is_marked_as_assumed(set6):
 
 
 def test_a_wheel_finds_its_own_files_before_those_of_a_clone(tmp_path, monkeypatch):
-    clone = _resources.resource_text("figure8.toml")
+    clone = packaged_files.resource_text("figure8.toml")
     (tmp_path / "_data").mkdir()
     (tmp_path / "_data" / "figure8.toml").write_text("packed")
-    monkeypatch.setattr(_resources, "files", lambda package: tmp_path)
-    assert _resources.resource_text("figure8.toml") == "packed"
+    monkeypatch.setattr(packaged_files, "files", lambda package: tmp_path)
+    assert packaged_files.resource_text("figure8.toml") == "packed"
     (tmp_path / "_data" / "figure8.toml").unlink()
-    assert _resources.resource_text("figure8.toml") == clone
+    assert packaged_files.resource_text("figure8.toml") == clone
 
 
 # ---- K -------------------------------------------------------------------------------------------

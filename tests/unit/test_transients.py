@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.bifurcation import run as engine
+from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.errors import RequestError
+from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.transients.command import main
 from nlds_vines.transients.ensemble import Ensemble, ensemble_of
 from nlds_vines.transients.picture import draw_ensemble
@@ -183,9 +184,9 @@ def test_a_wrong_request_is_one_line_and_status_2(options, words, here, capsys):
 
 def test_an_interrupted_ensemble_says_how_to_go_on(here, capsys, monkeypatch):
     def stop(*_, **__):
-        raise engine.Interrupted("interrupted: --resume goes on from there")
+        raise Interrupted("interrupted: --resume goes on from there")
 
-    monkeypatch.setattr(engine, "run", stop)
+    monkeypatch.setattr(scan_run, "run", stop)
     assert main([*OPTIONS, "--quiet"]) == 130
     out, err = capsys.readouterr()
     assert (out, err.count("\n")) == ("", 1)
@@ -198,6 +199,6 @@ def test_failed_orbits_are_told_by_the_status(here, capsys, monkeypatch):
         labels = np.array(["T,0", "failed", "failed"], dtype=object)
         return Ensemble(labels, np.array([3, -1, -1]), np.array([9.0, np.nan, np.nan]))
 
-    monkeypatch.setattr("nlds_vines.ensemble.ensemble_of", two_failed)
+    monkeypatch.setattr("nlds_vines.transients.ensemble.ensemble_of", two_failed)
     assert main([*OPTIONS, "--quiet"]) == 1
     assert "2 of 40 orbits failed" in capsys.readouterr().err

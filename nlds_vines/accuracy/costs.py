@@ -109,27 +109,26 @@ def _recording(system: System, *record: str) -> Callable[[int], object]:
 
 def _judging(system: System) -> Callable[[int], object]:
     """Return a function that follows orbits of `DIAGRAM` periods and judges each of them."""
+    from nlds_vines.kernels.arguments import CellBuffers, Span
     from nlds_vines.kernels.cells import judge_cell, run_cell
     from nlds_vines.kernels.orbit import SIZE
     from nlds_vines.kernels.recurrence import TOLERANCE, period_of
     from nlds_vines.kernels.verdict import COLUMNS
-    from nlds_vines.orbits.kernel_inputs import cell_of, method_parts
-    from nlds_vines.orbits.settings import EFFORTS, RESOLUTION
+    from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
+    from nlds_vines.orbits.settings import EFFORTS
 
-    present, cell = method_parts("exact", system.scene), cell_of(system)
-    resolution, stages = RESOLUTION["exact"], np.array(EFFORTS["standard"], np.int64)
-    origin, evidence = np.zeros(SIZE), np.zeros(COLUMNS)
+    parts, cell = parts_of("exact", system.scene), cell_of(system)
+    stages = np.array(EFFORTS["standard"], np.int64)
+    ends, evidence = np.zeros((2, SIZE)), np.zeros(COLUMNS)
     section = np.zeros((DIAGRAM, 4 if system.scene.damper else 2))
     violation = None if system.scene.limit is None else np.zeros(3)
+    buffers = CellBuffers(section=section, violation=violation)
 
     def run(periods: int) -> None:
         for _ in range(periods // DIAGRAM):
-            state = origin.copy()
-            run_cell(
-                *present, resolution, cell, state, None, section, None, None, None, None, None,
-                violation, 0, 0, DIAGRAM, 1,
-            )  # fmt: skip
+            ends[1] = ends[0]
+            run_cell(parts, cell, ends[1], Span(0, DIAGRAM, 1), buffers)
             hint = period_of(section[TRANSIENT:], TOLERANCE)
-            judge_cell(*present, resolution, cell, origin, state, section, hint, stages, evidence)
+            judge_cell(parts, cell, ends, section, hint, stages, evidence)
 
     return run

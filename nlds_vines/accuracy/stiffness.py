@@ -25,7 +25,7 @@ from nlds_vines.kernels.impact import LONGEST
 from nlds_vines.kernels.scene import damper_in, structure_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of
-from nlds_vines.orbits.settings import RESOLUTION
+from nlds_vines.orbits.settings import CONTACT_STEPS, PERIOD_STEPS, STEPS_RATIO
 
 MODULI = (2e5, 2e6, 2.05e7, 2e8, 2e9, 2.1e10, 2.1e11, 2.1e12, 2.1e13)
 """Young's moduli E2 of the damper's side [Pa]: soft rubber, rubber, ..., steel, beyond."""
@@ -89,8 +89,8 @@ def _rows(case: Case, rigid: Callable[[], np.ndarray], peers: tuple[Peer, ...]) 
 
 def _methods(peers: tuple[Peer, ...]) -> Iterator[Contender]:
     """Yield our methods as they come, and each peer at the tolerance next to `RTOL`."""
-    yield ours("exact", NODES, "as it comes", nodes=NODES, resolution=RESOLUTION["exact"])
-    yield ours("rk4", RESOLUTION["rk4"], "as it comes", resolution=RESOLUTION["rk4"])
+    yield ours("exact", NODES, "as it comes", nodes=NODES, contact_steps=CONTACT_STEPS)
+    yield ours("rk4", PERIOD_STEPS, "as it comes", period_steps=PERIOD_STEPS)
     for peer in peers:
         fitting = max(peer.settings) if peer.setting == "steps" else nearest(peer.settings)
         yield from of_peer(replace(peer, settings=(fitting,)))
@@ -105,15 +105,15 @@ def steps(case: Case, contender: Contender, reference: Reference) -> float:
     """Return the steps of a contact that our methods are set to, on the average; NaN for others.
 
     `exact` solves a short impact at once, at its nodes; one that lasts longer than `LONGEST` in
-    units of the flight's own rate takes the steps of its resolution, as all do with `rk4`: a
-    quarter of those of a period.
+    units of the flight's own rate takes its contact steps, as all do with `rk4`: a quarter of
+    those of a period.
     """
     if contender.setting.method == "rk4":
-        return RESOLUTION["rk4"] / 4
+        return PERIOD_STEPS / STEPS_RATIO
     if contender.setting.method != "exact":
         return math.nan
     short = reference.durations * _rate(case.system) < LONGEST
-    return float(np.where(short, NODES, RESOLUTION["exact"]).mean()) if short.size else math.nan
+    return float(np.where(short, NODES, CONTACT_STEPS).mean()) if short.size else math.nan
 
 
 def _rate(system: System) -> float:

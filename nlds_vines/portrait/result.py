@@ -34,7 +34,7 @@ class View:
         period: n of nT, by recurrence of the section to a `tolerance`; 0 where no period of up to
             `longest` was found.
         comb: n of the nT whose lines do not count as broadband.
-        spectrum: that of the recipe's signal, over as many last periods as the comb divides.
+        spectrum: that of the request's signal, over as many last periods as the comb divides.
         violation: how the scene's limit was violated in the whole run; None without a limit.
     """
 

@@ -23,7 +23,7 @@ from nlds_vines.plotting.bands import bands
 from nlds_vines.plotting.panels import add_panel, letter, text_width, write_title
 from nlds_vines.plotting.save import check_format, save_figure
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label, quantity_label, setting_label
-from nlds_vines.reproduce.request import Curve, Page, Panel
+from nlds_vines.reproduce.request import Curve, FigureRequest, Panel
 
 IMPACTS = "#fff7c2"
 """The colour of frequencies with impacts: light yellow, as in Figure 2b."""
@@ -49,53 +49,55 @@ _BOUND: dict[str, Any] = {
 
 
 @matplotlib.rc_context(STYLE)
-def draw_page(recipe: Page, archive_of: Callable[[Curve], Path]) -> Figure:
-    """Return the figure of a recipe of curves.
+def draw_page(request: FigureRequest, archive_of: Callable[[Curve], Path]) -> Figure:
+    """Return the figure of a request of curves.
 
-    Arguments: the recipe; `archive_of` returns the path of a curve's archive.
+    Arguments: the request; `archive_of` returns the path of a curve's archive.
 
-    E1max is drawn as the recipe says, E2max (where asked for) dotted in the same colour.  A
+    E1max is drawn as the request says, E2max (where asked for) dotted in the same colour.  A
     vertical line marks the structure's own frequency omega0 = sqrt(k1 / m1).  The frequencies
     at which a shaded curve has impacts are light yellow, its windows without impacts white
     between dashed lines.
 
-    Raises `RequestError` for a recipe of another kind and for archives without the energies.
+    Raises `RequestError` for a request of another kind and for archives without the energies.
     """
-    if recipe.kind != "curves":
-        raise RequestError(f"{recipe.path}: a recipe of kind {recipe.kind!r} is no page of curves")
-    figure, frames = _make_frames(recipe)
+    if request.kind != "curves":
+        raise RequestError(
+            f"{request.path}: a request of kind {request.kind!r} is no page of curves"
+        )
+    figure, frames = _make_frames(request)
     with ExitStack() as stack:
         views = [
             [(curve, stack.enter_context(read(archive_of(curve)))) for curve in panel.curves]
-            for panel in recipe.panels
+            for panel in request.panels
         ]
         for frame, content in zip(frames, views, strict=True):
-            _draw_panel(frame, content, recipe.damper_energy)
-        _label_axes(frames, recipe, views[0][0][1])
+            _draw_panel(frame, content, request.damper_energy)
+        _label_axes(frames, request, views[0][0][1])
     if len(frames) > 1:
-        for index, (frame, panel) in enumerate(zip(frames, recipe.panels, strict=True)):
+        for index, (frame, panel) in enumerate(zip(frames, request.panels, strict=True)):
             _write_panel_title(frame, panel, index)
     frames[0].set_ylim(0, _ABOVE * max(frame.dataLim.y1 for frame in frames))
     return figure
 
 
-def _make_frames(recipe: Page) -> tuple[Figure, list[Axes]]:
+def _make_frames(request: FigureRequest) -> tuple[Figure, list[Axes]]:
     """Return a figure with the panels, which share both axes; title and legend stand above."""
-    columns = min(recipe.columns, len(recipe.panels))
-    rows = ceil(len(recipe.panels) / columns)
-    handles = _handles(recipe)
+    columns = min(request.columns, len(request.panels))
+    rows = ceil(len(request.panels) / columns)
+    handles = _handles(request)
     per_row = _per_row([str(handle.get_label()) for handle in handles])
     head = _HEAD + ceil(len(handles) / per_row) * _LEGEND + 0.15 * CM
-    row_height = _HEIGHTS[columns] + (_NAME if len(recipe.panels) > 1 else 0.0)
+    row_height = _HEIGHTS[columns] + (_NAME if len(request.panels) > 1 else 0.0)
     figure = Figure(figsize=(WIDTH, head + rows * row_height + _FOOT))
     frames: list[Axes] = []
     across = (WIDTH - _LEFT - _RIGHT - (columns - 1) * _GAP) / columns
-    for index in range(len(recipe.panels)):
+    for index in range(len(request.panels)):
         row, column = divmod(index, columns)
         left, bottom = _LEFT + column * (across + _GAP), _FOOT + (rows - 1 - row) * row_height
         shared: dict[str, Any] = {"sharex": frames[0], "sharey": frames[0]} if frames else {}
         frames.append(add_panel(figure, (left, bottom, across, _HEIGHTS[columns]), **shared))
-    write_title(figure, recipe.title, _LEFT / WIDTH)
+    write_title(figure, request.title, _LEFT / WIDTH)
     _add_legend(figure, handles, per_row)
     return figure, frames
 
@@ -127,16 +129,16 @@ def _per_row(labels: Sequence[str]) -> int:
     return 1
 
 
-def _handles(recipe: Page) -> list[Any]:
+def _handles(request: FigureRequest) -> list[Any]:
     """Return the entries of the legend: the curves of the first panel, then everything else."""
-    first = recipe.panels[0]
+    first = request.panels[0]
     found: list[Any] = [
         Line2D([], [], label=_curve_label(curve), **_look(curve)) for curve in first.curves
     ]
-    if recipe.damper_energy:
+    if request.damper_energy:
         text = r"$E_2^{\,\mathrm{max}}$ of the damper"
         found.append(Line2D([], [], color=RESONANCE, linestyle=_DOTTED, label=text))
-    if any(curve.shade for curve in recipe.curves):
+    if any(curve.shade for curve in request.curves):
         found.append(Patch(facecolor=IMPACTS, edgecolor="#c9bd78", linewidth=0.4, label="impacts"))
     resonance: dict[str, Any] = {"color": RESONANCE, "linewidth": 0.7}
     found.append(Line2D([], [], label=r"$\omega_0=\sqrt{k_1/m_1}$", **resonance))
@@ -213,14 +215,14 @@ def _write_panel_title(frame: Axes, panel: Panel, index: int) -> None:
     frame.set_title(text, fontsize=8.5, loc="left", pad=3, color=BASE if panel.base else "black")
 
 
-def _label_axes(frames: Sequence[Axes], recipe: Page, view: ArchiveView) -> None:
+def _label_axes(frames: Sequence[Axes], request: FigureRequest, view: ArchiveView) -> None:
     """Label the outer axes of a figure; in narrow panels by the frequency's symbol alone."""
-    columns = min(recipe.columns, len(frames))
+    columns = min(request.columns, len(frames))
     across = axis_label(view.axes[0])
     if columns > 1:
         across = across.rpartition("force ")[2]
     up = quantity_label("E1max", view.units("E1max"))
-    if recipe.damper_energy:
+    if request.damper_energy:
         up = r"largest energies $E_1^{\,\mathrm{max}}, E_2^{\,\mathrm{max}}$ [J]"
     for index, frame in enumerate(frames):
         if index + columns >= len(frames):
@@ -234,18 +236,18 @@ def _label_axes(frames: Sequence[Axes], recipe: Page, view: ArchiveView) -> None
 
 
 def save_page(
-    recipe: Page, archive_of: Callable[[Curve], Path], plot_path: str | os.PathLike[str]
+    request: FigureRequest, archive_of: Callable[[Curve], Path], plot_path: str | os.PathLike[str]
 ) -> Path:
-    """Draw the figure of a recipe of curves, save it and return the picture's path.
+    """Draw the figure of a request of curves, save it and return the picture's path.
 
-    Arguments: the recipe; `archive_of` returns the path of a curve's archive; `plot_path`, whose
+    Arguments: the request; `archive_of` returns the path of a curve's archive; `plot_path`, whose
     suffix is one of `plotting.save.FORMATS`.  The hash in the picture is that of all its scans.
 
     Raises `RequestError` as `draw_page` and `save_figure` do.
     """
     path = Path(plot_path)
     check_format(path)
-    figure = draw_page(recipe, archive_of)
-    hashes = "".join(curve.scan.hash for curve in recipe.curves)
+    figure = draw_page(request, archive_of)
+    hashes = "".join(curve.scan.hash for curve in request.curves)
     origin = ("scan_hash", sha256(hashes.encode()).hexdigest())
-    return save_figure(figure, path, recipe.title, origin)
+    return save_figure(figure, path, request.title, origin)

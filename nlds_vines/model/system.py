@@ -237,7 +237,7 @@ def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
                 found[name] = part(values)
     for name, value in found.items():
         if not np.all(np.isfinite(value)):
-            raise RequestError(f"parameters out of proportion: {name} is infinite or undefined")
+            raise RequestError(f"parameters out of proportion: {name} is not finite")
     if scene.gap_near is not None and scene.gap_far is not None:
         _refuse_no_room(np.asarray(found["near"]) + np.asarray(found["far"]))
     if np.any(np.asarray(found.get("limit", 1.0)) <= 0):

@@ -1,7 +1,9 @@
 """The manners that all commands share.
 
-parser        the argument parser, options NAME=VALUE
-paths         checks of the paths that are written
-running       exit statuses, one line for an error
-run_options   the options that say how a run goes
+In reading order:
+
+    parser        the argument parser, options NAME=VALUE
+    paths         checks of the paths that are written
+    running       exit statuses, one line for an error
+    run_options   the options that say how a run goes
 """

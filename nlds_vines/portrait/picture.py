@@ -20,7 +20,7 @@ from nlds_vines.orbits.signals import (
 )
 from nlds_vines.plotting.style import CM, GREEN, STYLE, WIDTH
 from nlds_vines.portrait.page_layout import CROWD, LEFT, OVER_TIME, Place, make_page
-from nlds_vines.portrait.request import Recipe, panels_of
+from nlds_vines.portrait.request import PortraitRequest, panels_of
 from nlds_vines.portrait.result import View
 from nlds_vines.portrait.spectrum_panel import draw_spectrum, limit_spectra
 
@@ -51,26 +51,26 @@ _THIN = 0.8
 
 
 @matplotlib.rc_context(STYLE)
-def portrait(recipe: Recipe, views: Sequence[View]) -> Figure:
-    """Return the page of a recipe, drawn from the views of its columns.
+def portrait(request: PortraitRequest, views: Sequence[View]) -> Figure:
+    """Return the page of a request, drawn from the views of its columns.
 
-    Time histories begin with the window and are at most `recipe.show` periods long.  Phase planes
+    Time histories begin with the window and are at most `request.show` periods long.  Phase planes
     hold one cycle of a periodic orbit, up to `TANGLED` periods of any other.  Values of one row
     share their scale, phase planes excepted.
     """
-    figure, rows = make_page(recipe.panels, views)
+    figure, rows = make_page(request.panels, views)
     for row in rows:
         for place in row:
             if place.panel in panels_of([place.view.column.system.scene]):
-                _PANELS[place.panel](place, recipe)
-                _finish(place, row, recipe)
+                _PANELS[place.panel](place, request)
+                _finish(place, row, request)
             else:
                 place.axes.set_axis_off()
         _leave_room(row)
         if row[0].panel == "spectrum":
             limit_spectra(row)
     tall = figure.get_figheight() / CM
-    figure.text(LEFT * CM / WIDTH, 1 - 0.2 / tall, recipe.title, va="top")
+    figure.text(LEFT * CM / WIDTH, 1 - 0.2 / tall, request.title, va="top")
     for place in rows[0]:
         if place.first or len(views) > 1:
             left, bottom = place.axes.get_position().x0, place.axes.get_position().y1 + 0.12 / tall
@@ -85,7 +85,7 @@ def _heading(view: View, joint: str) -> str:
     return f"{view.column.name or label}{joint}periods {begin} to {end}"
 
 
-def _finish(place: Place, row: Sequence[Place], recipe: Recipe) -> None:
+def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> None:
     """Add axis of time, legend and ticks that all panels have in common."""
     axes = place.axes
     axes.tick_params(top=True, right=True)
@@ -95,7 +95,7 @@ def _finish(place: Place, row: Sequence[Place], recipe: Recipe) -> None:
             words = "" if len(row) > CROWD else "time "
             axes.set_xlabel(f"{words}$t/T$ [forcing periods]")
         begin, end = place.view.column.window
-        axes.set_xlim(begin, min(end, begin + recipe.show))
+        axes.set_xlim(begin, min(end, begin + request.show))
         axes.xaxis.set_major_locator(_ticks(12 // len(row), integer=True))
     if not place.first and not place.panel.startswith("phase"):
         axes.set_ylabel("")
@@ -111,9 +111,9 @@ def _ticks(most: int, integer: bool = False) -> MaxNLocator:
     return MaxNLocator(most, integer=integer, steps=[1, 2, 5, 10])
 
 
-def _shown(view: View, recipe: Recipe) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _shown(view: View, request: PortraitRequest) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return periods, times [s] and states of what a time history shows."""
-    count = recipe.show * view.samples
+    count = request.show * view.samples
     time = view.time[:count]
     return time / view.column.system.period, time, view.states[:count]
 
@@ -124,9 +124,9 @@ def _over_time(place: Place, label: str, curves: Iterable[tuple[Any, Any, dict[s
     place.axes.set_ylabel(label)
 
 
-def _bodies(place: Place, recipe: Recipe, column: int, symbol: str, label: str) -> None:
+def _bodies(place: Place, request: PortraitRequest, column: int, symbol: str, label: str) -> None:
     """Draw one component of structure and damper over time."""
-    across, _, states = _shown(place.view, recipe)
+    across, _, states = _shown(place.view, request)
     curves = [(across, states[:, column], {"color": STRUCTURE, "label": f"${symbol}_1$"})]
     if place.view.column.system.scene.damper:
         curves.append((across, states[:, column + 2], {"color": DAMPER, "label": f"${symbol}_2$"}))
@@ -139,20 +139,20 @@ def _struck(view: View) -> Mapping[str, float]:
     return {name: float(u) for name, u in system.scene.obstacle(system.parameters).items()}
 
 
-def _displacement(place: Place, recipe: Recipe) -> None:
-    _bodies(place, recipe, 0, "x", "displacement [m]")
-    across, _, states = _shown(place.view, recipe)
+def _displacement(place: Place, request: PortraitRequest) -> None:
+    _bodies(place, request, 0, "x", "displacement [m]")
+    across, _, states = _shown(place.view, request)
     for name, u in _struck(place.view).items():
         if name != "structure":
             place.axes.plot(across, states[:, 0] + u, label=name, **STRUCK[name])
 
 
-def _velocity(place: Place, recipe: Recipe) -> None:
-    _bodies(place, recipe, 1, r"\dot{x}", "velocity [m/s]")
+def _velocity(place: Place, request: PortraitRequest) -> None:
+    _bodies(place, request, 1, r"\dot{x}", "velocity [m/s]")
 
 
-def _relative(place: Place, recipe: Recipe) -> None:
-    across, _, states = _shown(place.view, recipe)
+def _relative(place: Place, request: PortraitRequest) -> None:
+    across, _, states = _shown(place.view, request)
     u = relative_displacement(place.view.column.system, states)
     look = {"color": DAMPER, "label": "$x_2-x_1$"}
     _over_time(place, "$x_2-x_1$ [m]", [(across, u, look)])
@@ -160,8 +160,8 @@ def _relative(place: Place, recipe: Recipe) -> None:
         place.axes.axhline(height, label=name, **STRUCK[name])
 
 
-def _force(place: Place, recipe: Recipe) -> None:
-    across, time, states = _shown(place.view, recipe)
+def _force(place: Place, request: PortraitRequest) -> None:
+    across, time, states = _shown(place.view, request)
     system = place.view.column.system
     outer = harmonic_force(system, time) / 1000
     harmonic = {"color": FORCE, "linestyle": (0, (3, 1.5)), "label": r"$P\,\cos\,\omega t$"}
@@ -173,20 +173,20 @@ def _force(place: Place, recipe: Recipe) -> None:
     _over_time(place, "force [kN]", curves)
 
 
-def _energy(place: Place, recipe: Recipe) -> None:
-    _energies(place, recipe, "energy [J]", (1, 2))
+def _energy(place: Place, request: PortraitRequest) -> None:
+    _energies(place, request, "energy [J]", (1, 2))
 
 
-def _energy1(place: Place, recipe: Recipe) -> None:
-    _energies(place, recipe, "$E_1$ [J]", (1,))
+def _energy1(place: Place, request: PortraitRequest) -> None:
+    _energies(place, request, "$E_1$ [J]", (1,))
 
 
-def _energy2(place: Place, recipe: Recipe) -> None:
-    _energies(place, recipe, "$E_2$ [J]", (2,))
+def _energy2(place: Place, request: PortraitRequest) -> None:
+    _energies(place, request, "$E_2$ [J]", (2,))
 
 
-def _energies(place: Place, recipe: Recipe, label: str, bodies: tuple[int, ...]) -> None:
-    across, _, states = _shown(place.view, recipe)
+def _energies(place: Place, request: PortraitRequest, label: str, bodies: tuple[int, ...]) -> None:
+    across, _, states = _shown(place.view, request)
     system, curves = place.view.column.system, []
     if 1 in bodies:
         found = energy_of_structure(system, states)
@@ -229,7 +229,7 @@ def _plane(axes: Axes, symbol: str) -> None:
     axes.xaxis.set_major_locator(_ticks(6))
 
 
-def _phase(place: Place, recipe: Recipe) -> None:
+def _phase(place: Place, request: PortraitRequest) -> None:
     states, axes = _closed(place.view), place.axes
     _curve(axes, states[:, 0], states[:, 1], STRUCTURE, "structure")
     if place.view.column.system.scene.damper:
@@ -239,14 +239,14 @@ def _phase(place: Place, recipe: Recipe) -> None:
     axes.set_ylabel("velocity [m/s]")
 
 
-def _phase1(place: Place, recipe: Recipe) -> None:
+def _phase1(place: Place, request: PortraitRequest) -> None:
     states = _closed(place.view)
     _curve(place.axes, states[:, 0], states[:, 1], STRUCTURE, "structure")
     _points(place, 0)
     _plane(place.axes, "x_1")
 
 
-def _phase2(place: Place, recipe: Recipe) -> None:
+def _phase2(place: Place, request: PortraitRequest) -> None:
     states = _closed(place.view)
     _curve(place.axes, states[:, 2], states[:, 3], DAMPER, "damper")
     _struck_planes(place, states)
@@ -269,7 +269,7 @@ def _leave_room(row: Sequence[Place]) -> None:
         row[0].axes.set_ylim(low, high + 0.28 * (high - low))
 
 
-_PANELS: Mapping[str, Callable[[Place, Recipe], None]] = {
+_PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {
     "displacement": _displacement,
     "velocity": _velocity,
     "relative": _relative,

@@ -34,7 +34,7 @@ class View:
             up to `longest`.
         comb: n of the nT whose lines do not count as broadband.
         violation: of the scene's limit in the whole run, None for a scene without one.
-        spectrum: of the recipe's signal, over as many last periods as the comb divides.
+        spectrum: of the request's signal, over as many last periods as the comb divides.
     """
 
     column: Column

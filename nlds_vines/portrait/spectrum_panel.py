@@ -11,7 +11,7 @@ import numpy as np
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.portrait.page_layout import Place
-from nlds_vines.portrait.request import Recipe
+from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.result import View
 
 LINE = "#000000"
@@ -32,7 +32,7 @@ SILENT = 400.0
 """Decibels below one unit that stand for an amplitude of exactly zero."""
 
 
-def draw_spectrum(place: Place, recipe: Recipe) -> None:
+def draw_spectrum(place: Place, request: PortraitRequest) -> None:
     """Draw the lines of a spectrum in decibels, and write its broadband share beside them."""
     found = place.view.spectrum
     with np.errstate(divide="ignore"):

@@ -24,7 +24,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import bands
 from nlds_vines.plotting.save import check_format, save_figure
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label, quantity_label, setting_label
-from nlds_vines.reproduce.request import Curve, Page, Panel
+from nlds_vines.reproduce.request import Curve, FigureRequest, Panel
 
 IMPACTS = "#fff7c2"
 """Light yellow, as in Figure 2b: where there are impacts."""
@@ -46,53 +46,55 @@ _BOUND: dict[str, Any] = {"color": "#666666", "lw": 0.6, "ls": (0, (4, 2)), "zor
 
 
 @matplotlib.rc_context(STYLE)
-def draw_page(recipe: Page, archive_of: Callable[[Curve], Path]) -> Figure:
-    """Return the page of a recipe of curves, drawn from the archives that `archive_of` names.
+def draw_page(request: FigureRequest, archive_of: Callable[[Curve], Path]) -> Figure:
+    """Return the page of a request of curves, drawn from the archives that `archive_of` names.
 
-    E1max is drawn as the recipe says, E2max (where asked for) dotted in the same colour; a
+    E1max is drawn as the request says, E2max (where asked for) dotted in the same colour; a
     vertical line marks the structure's own frequency omega0 = sqrt(k1 / m1).  The frequencies
     at which a shaded curve has impacts are light yellow, its windows without impacts white
     between dashed lines.
 
-    Raises `RequestError` for a recipe of another kind and for archives without the energies.
+    Raises `RequestError` for a request of another kind and for archives without the energies.
     """
-    if recipe.kind != "curves":
-        raise RequestError(f"{recipe.path}: a recipe of kind {recipe.kind!r} is no page of curves")
-    figure, frames = _frames(recipe)
+    if request.kind != "curves":
+        raise RequestError(
+            f"{request.path}: a request of kind {request.kind!r} is no page of curves"
+        )
+    figure, frames = _frames(request)
     with ExitStack() as stack:
         views = [
             [(curve, stack.enter_context(read(archive_of(curve)))) for curve in panel.curves]
-            for panel in recipe.panels
+            for panel in request.panels
         ]
-        for frame, panel, content in zip(frames, recipe.panels, views, strict=True):
-            _draw(frame, content, recipe.damper_energy)
+        for frame, panel, content in zip(frames, request.panels, views, strict=True):
+            _draw(frame, content, request.damper_energy)
             _name(frame, panel, len(frames))
-        _label_axes(frames, recipe, views[0][0][1])
+        _label_axes(frames, request, views[0][0][1])
     frames[0].set_ylim(0, _ABOVE * max(frame.dataLim.y1 for frame in frames))
     return figure
 
 
-def _frames(recipe: Page) -> tuple[Figure, list[Axes]]:
+def _frames(request: FigureRequest) -> tuple[Figure, list[Axes]]:
     """Return a figure with the panels, which share both axes; title and legend stand above."""
-    columns = min(recipe.columns, len(recipe.panels))
-    rows = ceil(len(recipe.panels) / columns)
-    handles = _handles(recipe)
+    columns = min(request.columns, len(request.panels))
+    rows = ceil(len(request.panels) / columns)
+    handles = _handles(request)
     per_row = _per_row([str(handle.get_label()) for handle in handles])
     head = _HEAD + ceil(len(handles) / per_row) * _LEGEND + 0.15 * CM
-    named = _ROW if len(recipe.panels) > 1 else 0.0
+    named = _ROW if len(request.panels) > 1 else 0.0
     body = rows * (_SHARES[columns] + named)
     height = head + body + _FOOT
     figure = Figure(figsize=(WIDTH, height))
     frames: list[Axes] = []
     across = (WIDTH - _SIDE - _EDGE - (columns - 1) * _GAP) / columns
-    for index in range(len(recipe.panels)):
+    for index in range(len(request.panels)):
         row, column = divmod(index, columns)
         left = _SIDE + column * (across + _GAP)
         bottom = _FOOT + (rows - 1 - row) * (_SHARES[columns] + named)
         box = (left / WIDTH, bottom / height, across / WIDTH, _SHARES[columns] / height)
         shared: dict[str, Any] = {"sharex": frames[0], "sharey": frames[0]} if frames else {}
         frames.append(figure.add_axes(box, **shared))
-    figure.text(_SIDE / WIDTH, 1 - 0.15 * CM / height, recipe.title, va="top")
+    figure.text(_SIDE / WIDTH, 1 - 0.15 * CM / height, request.title, va="top")
     figure.legend(
         handles=handles,
         loc="upper left",
@@ -125,16 +127,16 @@ def _text_width(text: str) -> float:
     return float(TextPath((0, 0), text, prop=font).get_extents().width)
 
 
-def _handles(recipe: Page) -> list[Any]:
+def _handles(request: FigureRequest) -> list[Any]:
     """Return the entries of the legend: the curves of the first panel, and what else is drawn."""
-    first = recipe.panels[0]
+    first = request.panels[0]
     found: list[Any] = [
         Line2D([], [], label=_curve_label(curve), **_look(curve)) for curve in first.curves
     ]
-    if recipe.damper_energy:
+    if request.damper_energy:
         text = r"$E_2^{\,\mathrm{max}}$ of the damper"
         found.append(Line2D([], [], color=RESONANCE, linestyle=_DOTS, label=text))
-    if any(curve.shade for curve in recipe.curves):
+    if any(curve.shade for curve in request.curves):
         found.append(Patch(facecolor=IMPACTS, edgecolor="#c9bd78", linewidth=0.4, label="impacts"))
     resonance: dict[str, Any] = {"color": RESONANCE, "linewidth": 0.7}
     found.append(Line2D([], [], label=r"$\omega_0=\sqrt{k_1/m_1}$", **resonance))
@@ -212,14 +214,14 @@ def _name(frame: Axes, panel: Panel, count: int) -> None:
     frame.set_title(text, fontsize=8.5, loc="left", pad=3, color=BASE if panel.base else "black")
 
 
-def _label_axes(frames: Sequence[Axes], recipe: Page, view: ArchiveView) -> None:
+def _label_axes(frames: Sequence[Axes], request: FigureRequest, view: ArchiveView) -> None:
     """Label the outer axes of a page; in narrow panels the frequency's words are left out."""
-    columns = min(recipe.columns, len(frames))
+    columns = min(request.columns, len(frames))
     across = axis_label(view.axes[0])
     if columns > 1:
         across = across.rpartition("force ")[2]
     up = quantity_label("E1max", view.units("E1max"))
-    if recipe.damper_energy:
+    if request.damper_energy:
         up = r"largest energies $E_1^{\,\mathrm{max}}, E_2^{\,\mathrm{max}}$ [J]"
     for index, frame in enumerate(frames):
         if index + columns >= len(frames):
@@ -233,7 +235,7 @@ def _label_axes(frames: Sequence[Axes], recipe: Page, view: ArchiveView) -> None
 
 
 def save_page(
-    recipe: Page, archive_of: Callable[[Curve], Path], plot_path: str | os.PathLike[str]
+    request: FigureRequest, archive_of: Callable[[Curve], Path], plot_path: str | os.PathLike[str]
 ) -> Path:
     """Draw a page of curves as `save` draws an archive; returns the picture's path.
 
@@ -242,7 +244,7 @@ def save_page(
     """
     path = Path(plot_path)
     check_format(path)
-    figure = draw_page(recipe, archive_of)
-    hashes = "".join(curve.scan.hash for curve in recipe.curves)
+    figure = draw_page(request, archive_of)
+    hashes = "".join(curve.scan.hash for curve in request.curves)
     origin = ("scan_hash", sha256(hashes.encode()).hexdigest())
-    return save_figure(figure, path, recipe.title, origin)
+    return save_figure(figure, path, request.title, origin)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -14,10 +12,7 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
-
-if TYPE_CHECKING:
-    pass
+from typing import Protocol
 
 
 class Request(Protocol):
@@ -84,30 +79,11 @@ def makers() -> dict[str, str]:
 
 @cache
 def version(package: str) -> str:
-    """Return the version of an installed package without importing it; `unknown` if it is not.
-
-    Octave is no package but a program, and is asked itself.
-    """
-    if package == "octave":
-        return _octave()
+    """Return the version of an installed package without importing it; `unknown` if it is not."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "unknown"
-
-
-def _octave() -> str:
-    """Return the number in the first line of what Octave says of itself; `unknown` without it."""
-    if shutil.which("octave-cli") is None:
-        return "unknown"
-    try:
-        said = subprocess.run(
-            ["octave-cli", "--version"], capture_output=True, text=True, check=True, timeout=60
-        ).stdout
-    except (OSError, subprocess.SubprocessError):
-        return "unknown"
-    number = re.search(r"\d+(\.\d+)+", said.partition("\n")[0])
-    return number.group() if number else "unknown"
 
 
 @cache

@@ -16,8 +16,8 @@ from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
 from nlds_vines.reproduce.claims import Data, Missing
 from nlds_vines.reproduce.claims.claim import Evidence
-from nlds_vines.reproduce.request import Page
-from nlds_vines.reproduce.request_file import packaged_pages
+from nlds_vines.reproduce.request import FigureRequest
+from nlds_vines.reproduce.request_file import packaged_figures
 
 PATTERN = ((2, 2), (3, 2), (4, 2), (1, 0), (2, 1), (0, 5))  # above T,1
 SPECIAL = {7.375: (3, 3), 7.4: (0, 90), 7.575: (1, 0)}
@@ -26,8 +26,8 @@ BASE = 3.95e4  # N/m
 
 
 @cache
-def recipes() -> dict[str, Page]:
-    return packaged_pages()
+def requests() -> dict[str, FigureRequest]:
+    return packaged_figures()
 
 
 def bell(omega, height, centre, width=0.25):
@@ -91,7 +91,7 @@ def made_up(
 
     @cache
     def of(figure: str, name: str) -> Data:
-        curve = next((c for c in recipes()[figure].curves if c.name == name), None)
+        curve = next((c for c in requests()[figure].curves if c.name == name), None)
         if curve is None:
             raise Missing(name)
         own = {key: value for key, value in changed.items() if key in curve.scan.system.parameters}

@@ -1,8 +1,10 @@
 """The manners that all commands share.
 
-parser        the argument parser, options NAME=VALUE
-paths         checks of the paths that are written
-running       exit statuses, one line for an error
-run_options   the options that say how a run goes
-markdown      tables of pages and reports
+In reading order:
+
+    parser        the argument parser, options NAME=VALUE
+    paths         checks of the paths that are written
+    running       exit statuses, one line for an error
+    run_options   the options that say how a run goes
+    markdown      tables of pages and reports
 """

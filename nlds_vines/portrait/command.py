@@ -21,8 +21,16 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.spectrum import TAPERS
-from nlds_vines.portrait.request import PANELS, PERIODS, SAMPLES, SHOW, TRANSIENT, Recipe, span
-from nlds_vines.portrait.request_file import load_recipe
+from nlds_vines.portrait.request import (
+    PANELS,
+    PERIODS,
+    SAMPLES,
+    SHOW,
+    TRANSIENT,
+    PortraitRequest,
+    span,
+)
+from nlds_vines.portrait.request_file import load_portrait
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,21 +51,21 @@ examples:
           --plot phases.png
       two windows of one run, side by side: before and after a chaotic transient
   nlds-vines portrait scans/figure10.toml --samples 2048
-      a recipe; options override it
+      a request file; options override it
 exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 130 interrupted
 """
 
 
 def portrait(
-    source: Recipe | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    source: PortraitRequest | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     plot: str | os.PathLike[str] | None = None,
     **options: Any,
 ) -> Figure:
     """Follow an orbit and return its portrait, a matplotlib `Figure`.
 
     Arguments:
-        source: a `System` or the name of one, a `Recipe`, the path of a recipe file (.toml) or
-            the document in one; None for SSul NES Set 6.
+        source: a `System` or the name of one, a `PortraitRequest`, the path of a request file
+            (.toml) or the document in one; None for SSul NES Set 6.
         plot: where to save it (.png, .pdf or .svg), if anywhere.
         options: what the command's options change: `windows`, pairs (begin, end) of forcing
             periods, or `transient` and `periods`; `panels`, `start` (x1, v1, x2, v2) [m, m/s],
@@ -66,13 +74,17 @@ def portrait(
     Raises `RequestError` where anything asked for is wrong, before anything is computed, and
     `IntegrationError` where the orbit ends early.
     """
-    if isinstance(source, Recipe) and options:
-        raise RequestError(f"{', '.join(options)} given beside a Recipe: they stand in it already")
-    recipe = source if isinstance(source, Recipe) else load_recipe(source, _document(options))
+    if isinstance(source, PortraitRequest) and options:
+        raise RequestError(
+            f"{', '.join(options)} given beside a PortraitRequest: they stand in it already"
+        )
+    request = (
+        source if isinstance(source, PortraitRequest) else load_portrait(source, _document(options))
+    )
     path = None if plot is None else Path(plot)
     if path is not None:
         check_plot(path)
-    _, figure = _drawn(recipe, path)
+    _, figure = _drawn(request, path)
     return figure
 
 
@@ -87,58 +99,58 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _command(argv: Sequence[str]) -> int:
     options = _parser().parse_args(argv)
-    recipe = load_recipe(options.recipe, _changes(options))
-    stem = _NAME if options.recipe is None else Path(options.recipe).stem
+    request = load_portrait(options.source, _changes(options))
+    stem = _NAME if options.source is None else Path(options.source).stem
     plot = Path(f"{stem}.png" if options.plot is None else options.plot)
     check_plot(plot)
     if options.dry_run:
-        print("\n".join(_plan(recipe, plot)))
+        print("\n".join(_plan(request, plot)))
         return DONE
-    return _run(recipe, plot, options.quiet)
+    return _run(request, plot, options.quiet)
 
 
-def _run(recipe: Recipe, plot: Path, quiet: bool) -> int:
+def _run(request: PortraitRequest, plot: Path, quiet: bool) -> int:
     from nlds_vines.orbits.simulation import IntegrationError
 
     try:
-        views, _ = _drawn(recipe, plot)
+        views, _ = _drawn(request, plot)
     except IntegrationError as error:
         complain(_NAME, str(error))
         return LANES_FAILED
     if not quiet:
-        print(recipe.title)
+        print(request.title)
         for view in views:
             print("\n".join(view.lines()))
         print(plot)
     return DONE
 
 
-def _drawn(recipe: Recipe, plot: Path | None) -> tuple[list[View], Figure]:
-    """Return the views of a recipe and the page drawn from them, saved if there is a path."""
+def _drawn(request: PortraitRequest, plot: Path | None) -> tuple[list[View], Figure]:
+    """Return the views of a request and the page drawn from them, saved if there is a path."""
     from nlds_vines.plotting.save import save_figure
     from nlds_vines.portrait.picture import portrait as draw
     from nlds_vines.portrait.run import views_of
 
-    views = views_of(recipe)
-    figure = draw(recipe, views)
+    views = views_of(request)
+    figure = draw(request, views)
     if plot is not None:
-        save_figure(figure, plot, recipe.title, ("recipe_hash", recipe.hash))
+        save_figure(figure, plot, request.title, ("recipe_hash", request.hash))
     return views, figure
 
 
-def _plan(recipe: Recipe, plot: Path) -> list[str]:
+def _plan(request: PortraitRequest, plot: Path) -> list[str]:
     """Return what would be computed and drawn, in words."""
-    lines = [recipe.title]
-    for run in recipe.runs():
+    lines = [request.title]
+    for run in request.runs():
         begin, end = span(run)
-        states = (end - begin) * recipe.samples
+        states = (end - begin) * request.samples
         windows = ", ".join(f"{c.window.begin} to {c.window.end}" for c in run)
         lines.append(
             f"{run[0].system.name}: {end} periods from "
-            f"{'rest' if recipe.start is None else recipe.start}; "
+            f"{'rest' if request.start is None else request.start}; "
             f"{states} states from period {begin} on; drawn: {windows}"
         )
-    return [*lines, f"panels: {', '.join(recipe.panels)}", f"picture: {plot}"]
+    return [*lines, f"panels: {', '.join(request.panels)}", f"picture: {plot}"]
 
 
 def _parser() -> Parser:
@@ -148,8 +160,8 @@ def _parser() -> Parser:
         epilog=_EXAMPLES,
     )
     add = parser.add_argument
-    add("recipe", nargs="?", metavar="RECIPE.toml", help="by default SSul NES Set 6")
-    add("--plot", metavar="FILE", help="picture: .png, .pdf or .svg [RECIPE.png]")
+    add("source", nargs="?", metavar="PORTRAIT.toml", help="by default SSul NES Set 6")
+    add("--plot", metavar="FILE", help="picture: .png, .pdf or .svg [PORTRAIT.png]")
     add("--system", metavar="NAME", help="of the catalogue, or a TOML file")
     add("--set", action="append", default=[], metavar="NAME=VALUE", help="SI units")
     add("--start", metavar="X1,V1,X2,V2", help="state at t = 0 [m, m/s], or rest")
@@ -169,7 +181,7 @@ def _parser() -> Parser:
 
 
 def _changes(options: argparse.Namespace) -> dict[str, Any]:
-    """Return what the options change in a recipe, as a document of the same form."""
+    """Return what the options change in a request, as a document of the same form."""
     names = ("transient", "periods", "samples", "method", "show", "signal", "taper", "comb")
     given = {name: getattr(options, name) for name in names}
     for name in ("windows", "panels"):
@@ -190,7 +202,7 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _document(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options by name as a recipe's document; an unknown one goes where it is refused."""
+    """Return options by name as a request's document; an unknown one goes where it is refused."""
     sampling = ("transient", "periods", "windows", "samples", "method")
     found: dict[str, Any] = {}
     for name, value in given.items():

@@ -65,7 +65,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Recipe:
+class PortraitRequest:
     """What to draw; checked when made, immutable afterwards.
 
     Arguments:

@@ -1,4 +1,4 @@
-"""A recipe from TOML: `load_recipe` reads one and checks it once; what comes out is sound."""
+"""The request file of a portrait (TOML), read and checked."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nlds_vines.portrait.request import (
     SYSTEM,
     TRANSIENT,
     Column,
-    Recipe,
+    PortraitRequest,
     Window,
     checked_window,
     described,
@@ -32,11 +32,11 @@ _KEYS: Mapping[str, tuple[str, ...] | None] = {
 _TOP = ("title", "system", *_KEYS, "column")
 
 
-def load_recipe(
+def load_portrait(
     source: str | os.PathLike[str] | Mapping[str, Any] | System | None = None,
     changes: Mapping[str, Any] | None = None,
-) -> Recipe:
-    """Return the recipe that a source means, checked throughout.
+) -> PortraitRequest:
+    """Return the request that a source means, checked throughout.
 
     Arguments:
         source: path of a TOML file (.toml), name of a system, the document in a file as nested
@@ -55,7 +55,7 @@ def load_recipe(
         _refuse_both(above["sampling"])
     with at(where):
         columns = _columns(below, above, merged)
-        return Recipe(
+        return PortraitRequest(
             _title(below, above, columns),
             columns,
             start=_start(merged["start"]),
@@ -71,17 +71,17 @@ def _open(source: object) -> tuple[str, Mapping[str, Any]]:
     if isinstance(source, System):
         return "", {"system": source}
     if isinstance(source, Mapping):
-        return "recipe", source
+        return "portrait", source
     if isinstance(source, str) and not source.endswith(".toml"):
         return "", {"system": load_system(source)}
     if isinstance(source, str | os.PathLike):
         return str(source), read_toml(Path(source))
-    raise RequestError(f"recipe = {shown(source)} must be a path, a name, a table or a System")
+    raise RequestError(f"portrait = {shown(source)} must be a path, a name, a table or a System")
 
 
 def _checked(document: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return a document whose tables hold none but known keys."""
-    table("the recipe", document, _TOP)
+    table("the portrait", document, _TOP)
     for key, allowed in _KEYS.items():
         table(f"[{key}]", document.get(key, {}), allowed)
     columns = document.get("column", [])

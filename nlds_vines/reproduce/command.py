@@ -20,8 +20,8 @@ from nlds_vines.cli.paths import PLOT_SUFFIXES, check_writable
 from nlds_vines.cli.run_options import MOST_THREADS
 from nlds_vines.cli.running import DONE, LANES_FAILED, complain, run_command
 from nlds_vines.errors import RequestError, choice, shown, unknown, whole
-from nlds_vines.reproduce.request import Page
-from nlds_vines.reproduce.request_file import load_page, packaged_pages
+from nlds_vines.reproduce.request import FigureRequest
+from nlds_vines.reproduce.request_file import load_figure, packaged_figures
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
 
 _NAME = "reproduce"
@@ -38,7 +38,7 @@ examples:
   nlds-vines reproduce --only 2a,3,8 -o some --format pdf
       three of the figures; what is computed already is used again
   nlds-vines reproduce my-page.toml
-      a page of your own: copy one of the recipes in `scans`
+      a page of your own: copy one of the files in `scans`
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 130 interrupted, 143 terminated: the same command goes on
 """
@@ -70,14 +70,14 @@ def reproduce_paper(
     return job.report_path
 
 
-def draw_recipe(path: str | os.PathLike[str], output: str | os.PathLike[str] = ".") -> Path:
-    """Compute and draw one recipe, its archives in `output`/archives; return the picture's path.
+def draw_figure(path: str | os.PathLike[str], output: str | os.PathLike[str] = ".") -> Path:
+    """Compute and draw one request, its archives in `output`/archives; return the picture's path.
 
     What the scripts in `scans` do: config in, archives in, picture out.
     """
-    job = _Job((load_page(Path(path)),), Path(output), "png", None, False, False, report=False)
+    job = _Job((load_figure(Path(path)),), Path(output), "png", None, False, False, report=False)
     job.run()
-    return job.picture_path(job.recipes[0])
+    return job.picture_path(job.requests[0])
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -91,9 +91,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @dataclass(frozen=True)
 class _Job:
-    """Recipes and where their pictures go; checked when made, before anything heavy is loaded."""
+    """Requests and where their pictures go; checked when made, before anything heavy is loaded."""
 
-    recipes: tuple[Page, ...]
+    requests: tuple[FigureRequest, ...]
     folder: Path
     picture: str
     threads: int | None
@@ -118,14 +118,14 @@ class _Job:
         """Where the report goes."""
         return self.folder / _REPORT
 
-    def picture_path(self, recipe: Page) -> Path:
-        """Return where the picture of a recipe goes."""
-        return self.folder / f"{recipe.name}.{self.picture}"
+    def picture_path(self, request: FigureRequest) -> Path:
+        """Return where the picture of a request goes."""
+        return self.folder / f"{request.name}.{self.picture}"
 
     @cached_property
     def scans(self) -> dict[str, Scan]:
-        """The scans of all recipes by the name of their archive, each once."""
-        return {recipe.archive(c): c.scan for recipe in self.recipes for c in recipe.curves}
+        """The scans of all requests by the name of their archive, each once."""
+        return {request.archive(c): c.scan for request in self.requests for c in request.curves}
 
     def run(self) -> int:
         """Compute, draw and report; return how many orbits failed."""
@@ -133,7 +133,7 @@ class _Job:
         for name, scan in self.scans.items():
             refuse_without_room(scan, self.folder / _ARCHIVES / name)
         failed = sum(self._compute(number) for number in range(len(self.scans)))
-        failed += sum(self._draw(recipe) for recipe in self.recipes)
+        failed += sum(self._draw(request) for request in self.requests)
         if self.report:
             from nlds_vines.reproduce import report
 
@@ -162,31 +162,31 @@ class _Job:
             complain(_NAME, f"{report.failed_lanes} of {scan.lanes} orbits failed: {where}")
         return report.failed_lanes
 
-    def _draw(self, recipe: Page) -> int:
-        """Draw the picture of a recipe; return how many orbits could not be followed for it."""
-        path = self.picture_path(recipe)
-        if recipe.kind == "portrait":
-            return self._draw_portrait(recipe, path)
+    def _draw(self, request: FigureRequest) -> int:
+        """Draw the picture of a request; return how many orbits could not be followed for it."""
+        path = self.picture_path(request)
+        if request.kind == "portrait":
+            return self._draw_portrait(request, path)
         from nlds_vines.bifurcation.picture.drawing import save
         from nlds_vines.reproduce.picture import save_page
 
         archives = self.folder / _ARCHIVES
-        if recipe.kind == "scan":
-            save(archives / recipe.archive(recipe.curves[0]), path)
+        if request.kind == "scan":
+            save(archives / request.archive(request.curves[0]), path)
         else:
-            save_page(recipe, lambda curve: archives / recipe.archive(curve), path)
+            save_page(request, lambda curve: archives / request.archive(curve), path)
         self._say(str(path))
         return 0
 
-    def _draw_portrait(self, recipe: Page, path: Path) -> int:
-        """Hand the recipe of an orbit to the command that draws it; return 1 if it failed."""
+    def _draw_portrait(self, request: FigureRequest, path: Path) -> int:
+        """Hand the request of an orbit to the command that draws it; return 1 if it failed."""
         from nlds_vines.portrait.command import main as portrait
 
-        status = portrait([str(recipe.path), "--plot", str(path), "--quiet"])
+        status = portrait([str(request.path), "--plot", str(path), "--quiet"])
         if status == INTERRUPTED:
             raise KeyboardInterrupt
         if status not in (DONE, LANES_FAILED):
-            raise RequestError(f"{recipe.path} could not be drawn: see above")
+            raise RequestError(f"{request.path} could not be drawn: see above")
         self._say(str(path))
         return int(status == LANES_FAILED)
 
@@ -195,11 +195,11 @@ class _Job:
             print(text, flush=True)
 
     def plan(self) -> list[str]:
-        """Return what the run would do, a line for each recipe and one for all of it."""
+        """Return what the run would do, a line for each request and one for all of it."""
         lines = []
-        for recipe in self.recipes:
-            orbits = sum(curve.scan.lanes for curve in recipe.curves) or 1
-            lines.append(f"{self.picture_path(recipe)}: {recipe.title}; orbits: {orbits}")
+        for request in self.requests:
+            orbits = sum(curve.scan.lanes for curve in request.curves) or 1
+            lines.append(f"{self.picture_path(request)}: {request.title}; orbits: {orbits}")
         there = sum((self.folder / _ARCHIVES / name).exists() for name in self.scans)
         there = 0 if self.overwrite else there
         todo = sum(scan.lanes * (scan.transient + scan.periods) for scan in self.scans.values())
@@ -224,12 +224,12 @@ def _command(argv: Sequence[str]) -> int:
 
 def _job(options: argparse.Namespace) -> _Job:
     """Return the job that the command line means."""
-    own = tuple(load_page(Path(path)) for path in options.recipes)
+    own = tuple(load_figure(Path(path)) for path in options.sources)
     if own and options.only is not None:
-        raise RequestError("--only chooses among the paper's figures: leave out the recipes")
+        raise RequestError("--only chooses among the paper's figures: leave out the files")
     only = [] if options.only is None else options.only.split(",")
     return _Job(
-        recipes=own or _chosen(only),
+        requests=own or _chosen(only),
         folder=Path(options.output),
         picture=options.format,
         threads=options.threads,
@@ -239,13 +239,13 @@ def _job(options: argparse.Namespace) -> _Job:
     )
 
 
-def _chosen(only: Sequence[str]) -> tuple[Page, ...]:
-    """Return the packaged recipes of these names, in the paper's order; all for none."""
-    known = packaged_pages()
+def _chosen(only: Sequence[str]) -> tuple[FigureRequest, ...]:
+    """Return the packaged requests of these names, in the paper's order; all for none."""
+    known = packaged_figures()
     for name in only:
         if name not in known:
             raise unknown("figure", name, known)
-    return tuple(recipe for name, recipe in known.items() if not only or name in only)
+    return tuple(request for name, request in known.items() if not only or name in only)
 
 
 def _parser() -> Parser:
@@ -255,7 +255,7 @@ def _parser() -> Parser:
         epilog=_EXAMPLES,
     )
     text = "pages of your own, in place of the paper's"
-    parser.add_argument("recipes", nargs="*", metavar="RECIPE.toml", help=text)
+    parser.add_argument("sources", nargs="*", metavar="FIGURE.toml", help=text)
     parser.add_argument("--only", metavar="A,B", help="figures by name, as 2a,3,8")
     parser.add_argument("-o", "--output", metavar="FOLDER", default=_FOLDER, help=f"[{_FOLDER}]")
     parser.add_argument("--format", metavar="FORM", default="png", help=f"{', '.join(FORMATS)}")

@@ -27,11 +27,11 @@ from nlds_vines.reproduce.claims.claim import tuning_frequency
 from nlds_vines.reproduce.claims.contact_constants import SPECIAL
 from nlds_vines.reproduce.claims.dampers import FREED, SET6, SETS
 from nlds_vines.reproduce.claims.retention import retained
-from nlds_vines.reproduce.request import Page
-from nlds_vines.reproduce.request_file import packaged_pages
+from nlds_vines.reproduce.request import FigureRequest
+from nlds_vines.reproduce.request_file import packaged_figures
 
 RETENTION = (("4", "k1"), ("6", "c1"), ("7", "P"))
-"""The recipes on which one parameter changes, by short name, and that parameter."""
+"""The figures on which one parameter changes, by short name, and that parameter."""
 
 _DAMPERS = (
     ("3", "none"),
@@ -50,7 +50,7 @@ _UNSAID = (
     "them, two of the claims tell.",
     "All figures: the frequencies at which they were computed, how much of the transient was left "
     "out, and whether an orbit begins at rest or on its neighbour's attractor. Here: every orbit "
-    "from rest, the energies those of the steady state, the grids in the recipes.",
+    "from rest, the energies those of the steady state, the grids in the request files.",
     "Equation (1) reads as if it bounded the motion; here it is the condition of contact, as "
     "equations (3) and (5) have it.",
 )
@@ -63,8 +63,8 @@ def write(path: Path, archives: Path, picture: str) -> None:
 
     Raises `RequestError` where the report cannot be written or an archive cannot be read.
     """
-    recipes = packaged_pages()
-    text = "\n".join(_Report(recipes, archived(recipes, archives), path.parent, picture).lines())
+    requests = packaged_figures()
+    text = "\n".join(_Report(requests, archived(requests, archives), path.parent, picture).lines())
     temporary = path.with_name(f"{path.name}.tmp")
     with in_one_line(f"write {path}"):
         try:
@@ -78,7 +78,7 @@ def write(path: Path, archives: Path, picture: str) -> None:
 class _Report:
     """What the report is made of."""
 
-    recipes: Mapping[str, Page]
+    requests: Mapping[str, FigureRequest]
     evidence: Evidence
     folder: Path
     picture: str
@@ -119,10 +119,10 @@ class _Report:
 
     def _see(self, claim: Claim) -> str:
         """Return a link to the picture of a claim."""
-        recipe = self.recipes[claim.figure]
-        number = recipe.name.removeprefix("figure")
-        text = number if number == recipe.name else f"Figure {number}"
-        return f"[{text.removeprefix('study-')}]({recipe.name}.{self.picture})"
+        request = self.requests[claim.figure]
+        number = request.name.removeprefix("figure")
+        text = number if number == request.name else f"Figure {number}"
+        return f"[{text.removeprefix('study-')}]({request.name}.{self.picture})"
 
     def _dampers(self) -> Iterator[str]:
         yield from _heading("The dampers")
@@ -170,7 +170,7 @@ class _Report:
 
     def _retention_table(self, short: str, parameter: str) -> Iterator[str]:
         try:
-            rows = retained(self.recipes[short], parameter, self.evidence, short)
+            rows = retained(self.requests[short], parameter, self.evidence, short)
         except Missing as missing:
             yield f"{parameter}: {missing}."
             return
@@ -223,16 +223,16 @@ class _Report:
 
     def _figures(self) -> Iterator[str]:
         yield "\n## Figures"
-        for recipe in self.recipes.values():
-            name = f"{recipe.name}.{self.picture}"
+        for request in self.requests.values():
+            name = f"{request.name}.{self.picture}"
             if (self.folder / name).exists():
                 yield ""
                 yield (
-                    f"![{recipe.title}]({name})"
+                    f"![{request.title}]({name})"
                     if self.picture != "pdf"
-                    else f"[{recipe.title}]({name})"
+                    else f"[{request.title}]({name})"
                 )
-        if not any(recipe.kind == "portrait" for recipe in self.recipes.values()):
+        if not any(request.kind == "portrait" for request in self.requests.values()):
             yield ""
             yield "Figures 9 to 12, portraits of single orbits, are not part of this version."
 

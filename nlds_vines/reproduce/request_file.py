@@ -1,4 +1,4 @@
-"""The recipe of a figure (TOML) read and checked."""
+"""The request file of a figure (TOML), read and checked."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError, at, choice, shown, string, table, unknown, whole
 from nlds_vines.model.catalogue import FILE_KEYS
-from nlds_vines.packaged_files import recipe_paths
-from nlds_vines.reproduce.request import COLOURS, LINES, Curve, Page, Panel, short_name
+from nlds_vines.packaged_files import figure_files
+from nlds_vines.reproduce.request import COLOURS, LINES, Curve, FigureRequest, Panel, short_name
 from nlds_vines.toml import read_toml
 
 _KEYS = (*FILE_KEYS, "figure", "panels", "curves")
@@ -22,24 +22,24 @@ _HEX = re.compile(r"#[0-9a-f]{6}")
 _MOST_COLUMNS = 4
 
 
-def packaged_pages() -> dict[str, Page]:
-    """Return the recipes that travel with the package, by short name, figures before studies."""
-    found = {short_name(path.stem): path for path in sorted(recipe_paths(), key=_order)}
-    return {name: load_page(path) for name, path in found.items()}
+def packaged_figures() -> dict[str, FigureRequest]:
+    """Return the requests of all packaged files, by short name, figures before studies."""
+    found = {short_name(path.stem): path for path in sorted(figure_files(), key=_order)}
+    return {name: load_figure(path) for name, path in found.items()}
 
 
-def load_page(path: Path) -> Page:
-    """Return the recipe in a TOML file, checked throughout.
+def load_figure(path: Path) -> FigureRequest:
+    """Return the request in a TOML file, checked throughout.
 
     Raises `RequestError`, one line that names file, place and key.
     """
     document = read_toml(path)
     if "portrait" in document:  # its own command reads and checks it
-        return Page(path, "portrait", _title(path, document))
+        return FigureRequest(path, "portrait", _title(path, document))
     if "curves" in document:
         return _page(path, document)
     scan = load_scan(path)
-    return Page(path, "scan", scan.title, (Panel((Curve(scan),)),))
+    return FigureRequest(path, "scan", scan.title, (Panel((Curve(scan),)),))
 
 
 def _order(path: Path) -> tuple[bool, int, str]:
@@ -52,10 +52,10 @@ def _title(path: Path, document: Mapping[str, Any]) -> str:
         return string("title", document.get("title", path.stem))
 
 
-def _page(path: Path, document: Mapping[str, Any]) -> Page:
-    """Return the recipe of a page of curves."""
+def _page(path: Path, document: Mapping[str, Any]) -> FigureRequest:
+    """Return the request of a page of curves."""
     with at(str(path)):
-        table("the recipe", document, _KEYS)
+        table("the figure", document, _KEYS)
         with at("[figure]"):
             look = table("figure", document.get("figure", {}), _FIGURE_KEYS)
             columns = whole("columns", look.get("columns", 1), 1, _MOST_COLUMNS)
@@ -64,7 +64,7 @@ def _page(path: Path, document: Mapping[str, Any]) -> Page:
         frames = _entries(document, "panels", _PANEL_KEYS) or [{}]
         curves = _entries(document, "curves", _CURVE_KEYS)
         panels = tuple(_panel(shared, frame, curves) for frame in frames)
-    return Page(path, "curves", _title(path, document), panels, columns, damper_energy)
+    return FigureRequest(path, "curves", _title(path, document), panels, columns, damper_energy)
 
 
 def _entries(

@@ -13,7 +13,7 @@ import numpy as np
 from nlds_vines.archives.archive import read
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.system import System
-from nlds_vines.reproduce.request import Page
+from nlds_vines.reproduce.request import FigureRequest
 
 CLOSE = 1e-9
 """How near a grid's frequency must be to the one asked for [rad/s]."""
@@ -77,7 +77,7 @@ class Data:
 
 
 Evidence = Callable[[str, str], Data]
-"""Returns the data of a curve by the short name of its recipe and its own; raises `Missing`."""
+"""Returns the data of a curve by the short name of its request and its own; raises `Missing`."""
 
 Check = Callable[[Evidence], Finding]
 
@@ -89,7 +89,7 @@ class Claim:
     Arguments:
         where: the section, table or equation it stands in.
         says: what it says, in words of ours.
-        figure: short name of the recipe whose picture shows it.
+        figure: short name of the request whose picture shows it.
         check: what is measured, and the verdict.
         rule: what a vague word (similar, slight) is taken to mean.
     """
@@ -114,18 +114,18 @@ def decided(holds: bool | np.bool_, text: str) -> Finding:
     return Finding(Verdict.AGREE if holds else Verdict.DIFFER, text)
 
 
-def archived(recipes: Mapping[str, Page], folder: Path) -> Evidence:
+def archived(requests: Mapping[str, FigureRequest], folder: Path) -> Evidence:
     """Return the evidence that lies in the archives of a folder."""
 
     @cache
     def of(figure: str, name: str) -> Data:
-        recipe = recipes[figure]
-        curve = next((curve for curve in recipe.curves if curve.name == name), None)
+        request = requests[figure]
+        curve = next((curve for curve in request.curves if curve.name == name), None)
         if curve is None:
-            raise Missing(f"{recipe.name} has no curve {name}")
-        path = folder / recipe.archive(curve)
+            raise Missing(f"{request.name} has no curve {name}")
+        path = folder / request.archive(curve)
         if not path.exists():
-            raise Missing(f"{recipe.name} has not been computed")
+            raise Missing(f"{request.name} has not been computed")
         return _load(path, curve.scan.system)
 
     return of

@@ -17,7 +17,7 @@ from nlds_vines.reproduce.claims.claim import (
     Verdict,
     decided,
 )
-from nlds_vines.reproduce.request import Curve, Page
+from nlds_vines.reproduce.request import Curve, FigureRequest
 
 ALONE = "none"
 """The system without a damper, which everything is measured against."""
@@ -46,15 +46,17 @@ class Retained:
     left: float
 
 
-def retained(recipe: Page, parameter: str, evidence: Evidence, short: str) -> list[Retained]:
+def retained(
+    request: FigureRequest, parameter: str, evidence: Evidence, short: str
+) -> list[Retained]:
     """Return a row for every damper and value on a page where one parameter changes.
 
-    Arguments: the `recipe` and its `short` name, the `parameter` that its panels or its curves
+    Arguments: the `request` and its `short` name, the `parameter` that its panels or its curves
     set, and the `evidence` of its curves.  Rows come by damper, then by value.
 
     Raises `Missing` where a curve has not been computed.
     """
-    curves = {(c.scan.system.name, c.settings[parameter]): c for c in recipe.curves}
+    curves = {(c.scan.system.name, c.settings[parameter]): c for c in request.curves}
 
     def data(damper: str, value: float) -> Data:
         return evidence(short, curves[damper, value].name)

@@ -1,4 +1,4 @@
-"""Recipes: what they mean, and one line for each way in which they can be wrong."""
+"""Requests: what they mean, and one line for each way in which they can be wrong."""
 
 import tomllib
 from pathlib import Path
@@ -9,7 +9,7 @@ from nlds_vines import packaged_files
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.reproduce.request import short_name
-from nlds_vines.reproduce.request_file import load_page, packaged_pages
+from nlds_vines.reproduce.request_file import load_figure, packaged_figures
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = """
@@ -43,17 +43,17 @@ shade = true
 
 
 @pytest.fixture
-def recipe(tmp_path):
+def figure(tmp_path):
     def write(text=PAGE, name="page.toml"):
         path = tmp_path / name
         path.write_text(text)
-        return load_page(path)
+        return load_figure(path)
 
     return write
 
 
-def test_every_curve_stands_in_every_panel(recipe):
-    page = recipe()
+def test_every_curve_stands_in_every_panel(figure):
+    page = figure()
     assert (page.kind, page.name, page.title) == ("curves", "page", "a page")
     assert (page.columns, page.damper_energy) == (2, True)
     assert [(panel.title, panel.base) for panel in page.panels] == [("one", True), ("", False)]
@@ -68,40 +68,40 @@ def test_every_curve_stands_in_every_panel(recipe):
     )
 
 
-def test_a_curve_is_named_by_what_is_not_as_in_the_catalogue(recipe):
-    names = [curve.name for curve in recipe().curves]
+def test_a_curve_is_named_by_what_is_not_as_in_the_catalogue(figure):
+    names = [curve.name for curve in figure().curves]
     assert names == [
         *("none_P=700", "ssul-set6_k1=30000_P=700"),
         *("none_c1=300_P=700", "ssul-set6_k1=30000_c1=300_P=700"),
     ]
 
 
-def test_curves_that_mean_the_same_share_an_archive_and_no_others(recipe):
-    page = recipe()
-    again = recipe(PAGE.replace('"alone"', '"bare"').replace("a page", "b"), "other.toml")
-    longer = recipe(PAGE.replace("num = 6", "num = 7"), "longer.toml")
+def test_curves_that_mean_the_same_share_an_archive_and_no_others(figure):
+    page = figure()
+    again = figure(PAGE.replace('"alone"', '"bare"').replace("a page", "b"), "other.toml")
+    longer = figure(PAGE.replace("num = 6", "num = 7"), "longer.toml")
     archives = [[r.archive(curve) for curve in r.curves] for r in (page, again, longer)]
     assert archives[0] == archives[1]
     assert not set(archives[0]) & set(archives[2])
     assert len(set(archives[0])) == 4
 
 
-def test_without_panels_there_is_one(recipe):
+def test_without_panels_there_is_one(figure):
     head, _, rest = PAGE.partition("[[panels]]")
-    page = recipe(head + "[[curves]]" + rest.partition("[[curves]]")[2])
+    page = figure(head + "[[curves]]" + rest.partition("[[curves]]")[2])
     assert [len(panel.curves) for panel in page.panels] == [2]
 
 
-def test_a_scan_file_is_a_recipe(recipe):
+def test_a_scan_file_is_a_request(figure):
     text = (ROOT / "scans" / "figure8.toml").read_text()
-    found = recipe(text, "figure8.toml")
+    found = figure(text, "figure8.toml")
     assert found.kind == "scan"
     assert found.curves[0].scan == load_scan()
     assert found.archive(found.curves[0]).startswith("figure8-")
 
 
-def test_a_portrait_is_left_to_its_own_command(recipe):
-    found = recipe('title = "an orbit"\n[portrait]\nomega = 7.4\n')
+def test_a_portrait_is_left_to_its_own_command(figure):
+    found = figure('title = "an orbit"\n[portrait]\nomega = 7.4\n')
     assert (found.kind, found.title, found.curves) == ("portrait", "an orbit", ())
 
 
@@ -133,10 +133,10 @@ def test_a_portrait_is_left_to_its_own_command(recipe):
         ),
     ],
 )
-def test_a_faulty_recipe_is_one_line_with_file_and_key(recipe, old, new, words):
+def test_a_faulty_request_is_one_line_with_file_and_key(figure, old, new, words):
     assert old in PAGE
     with pytest.raises(RequestError) as caught:
-        recipe(PAGE.replace(old, new, 1))
+        figure(PAGE.replace(old, new, 1))
     message = str(caught.value)
     assert "\n" not in message
     assert "page.toml" in message
@@ -145,43 +145,43 @@ def test_a_faulty_recipe_is_one_line_with_file_and_key(recipe, old, new, words):
 
 
 @pytest.mark.parametrize("text", ["curves = 1", "curves = []", "[curves]\nsystem = 'tmd'"])
-def test_curves_are_an_array_of_tables(recipe, text):
+def test_curves_are_an_array_of_tables(figure, text):
     with pytest.raises(RequestError, match=r"must be one or more tables \[\[curves\]\]"):
-        recipe(text)
+        figure(text)
 
 
-def test_the_same_curve_twice_is_refused(recipe):
+def test_the_same_curve_twice_is_refused(figure):
     twice = PAGE + '[[curves]]\nsystem = "none"\n'
     with pytest.raises(RequestError, match="none_P=700 stands twice"):
-        recipe(twice)
+        figure(twice)
 
 
 # ---- what travels with the package ---------------------------------------------------------------
 
 
 def test_the_papers_figures_come_first_in_their_order():
-    names = list(packaged_pages())
+    names = list(packaged_figures())
     figures = [name for name in names if name[0].isdigit()]
     assert names[: len(figures)] == figures
     assert figures[:8] == ["2a", "2b", "3", "4", "5", "6", "7", "8"]
     assert short_name("study-free-tmd") == "free-tmd"
 
 
-def test_each_figure_of_the_paper_has_a_script_beside_its_recipe():
+def test_each_figure_of_the_paper_has_a_script_beside_its_request():
     for path in (ROOT / "scans").glob("figure*.toml"):
         assert path.with_suffix(".py").is_file(), path
 
 
-def test_the_wheel_carries_every_recipe():
+def test_the_wheel_carries_every_request_file():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     carried = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
     assert carried["scans"] == "nlds_vines/_data"  # whatever is put there travels
-    assert {path.parent for path in packaged_files.recipe_paths()} == {ROOT / "scans"}
+    assert {path.parent for path in packaged_files.figure_files()} == {ROOT / "scans"}
 
 
-def test_an_installed_wheel_finds_its_own_recipes(tmp_path, monkeypatch):
+def test_an_installed_wheel_finds_its_own_requests(tmp_path, monkeypatch):
     (tmp_path / "_data").mkdir()
     (tmp_path / "_data" / "figure9.toml").write_text("")
     (tmp_path / "_data" / "dampers.toml").write_text("")
     monkeypatch.setattr(packaged_files, "files", lambda package: tmp_path)
-    assert [path.name for path in packaged_files.recipe_paths()] == ["figure9.toml"]
+    assert [path.name for path in packaged_files.figure_files()] == ["figure9.toml"]

@@ -1,4 +1,4 @@
-"""The portrait: recipes checked once, windows of one run, pages for every scene, exit statuses."""
+"""The portrait: requests checked once, windows of one run, pages for every scene, exit statuses."""
 
 import subprocess
 import sys
@@ -17,8 +17,8 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits import simulation
 from nlds_vines.portrait.command import main
 from nlds_vines.portrait.picture import portrait as draw
-from nlds_vines.portrait.request import PANELS, USUAL, Column, Recipe, Window
-from nlds_vines.portrait.request_file import load_recipe
+from nlds_vines.portrait.request import PANELS, USUAL, Column, PortraitRequest, Window
+from nlds_vines.portrait.request_file import load_portrait
 from nlds_vines.portrait.run import views_of
 from nlds_vines.portrait.spectrum_panel import DEPTH
 
@@ -35,16 +35,16 @@ OF_KIND = {
 }
 
 
-def recipe_of(system, **portrait):
+def request_of(system, **portrait):
     sampling = {key: portrait.pop(key) for key in tuple(portrait) if key in (*SHORT, "windows")}
     sampling = {"samples": SAMPLES, **sampling} if "windows" in sampling else SHORT | sampling
-    return load_recipe(system, {"sampling": sampling, "portrait": portrait})
+    return load_portrait(system, {"sampling": sampling, "portrait": portrait})
 
 
 def page(system, **options):
-    recipe = recipe_of(system, **options)
-    views = views_of(recipe)
-    return draw(recipe, views), views
+    request = request_of(system, **options)
+    views = views_of(request)
+    return draw(request, views), views
 
 
 def panels_by_label(figure):
@@ -138,15 +138,15 @@ def test_walls_are_drawn_by_their_own_lines_and_forces():
     ],
 )
 def test_limits_are_lines_too_and_have_no_force(kind, own, lines):
-    recipe = recipe_of(OF_KIND["ssbl"], panels=ALL)
-    (view,) = views_of(recipe)
+    request = request_of(OF_KIND["ssbl"], panels=ALL)
+    (view,) = views_of(request)
     system = System(kind, {**OF_KIND["ssbl"].parameters, **own})
     column = Column(system, view.column.window)  # the orbit does not matter here, the scene does
     seen = replace(view, column=column, violation=simulation.Violation(2, 1.5, 0.01))
     assert "violated 2 times, by up to 0.01 m, first at 1.5 s" in "\n".join(seen.lines())
     kept = replace(seen, violation=simulation.Violation(0, np.nan, 0.0))
     assert "in the whole run: kept" in "\n".join(kept.lines())
-    figure = draw(replace(recipe, columns=(column,)), [seen])
+    figure = draw(replace(request, columns=(column,)), [seen])
     panels = panels_by_label(figure)
     relative = panels["$x_2-x_1$ [m]"].get_lines()[1:]
     assert {line.get_label(): line.get_ydata()[0] for line in relative} == pytest.approx(lines)
@@ -196,8 +196,8 @@ def test_columns_of_other_systems_are_other_runs_beside_each_other():
             {"name": "high", "set": {"omega": 8.0}, "window": [300, 312]},
         ],
     }
-    recipe = load_recipe(document)
-    assert len(recipe.runs()) == 2
+    request = load_portrait(document)
+    assert len(request.runs()) == 2
     figure = nv.portrait(document)
     low, high = figure.axes[:2]
     assert low.get_ylim() == high.get_ylim()
@@ -208,10 +208,10 @@ def test_columns_of_other_systems_are_other_runs_beside_each_other():
 
 
 def test_a_subharmonic_orbit_is_told_by_its_period():
-    recipe = recipe_of(
+    request = request_of(
         nv.load_system("ssul-set6", omega=7.375, K=2.5e7), transient=1500, periods=40
     )
-    (view,) = views_of(recipe)
+    (view,) = views_of(request)
     assert (view.label, view.comb, view.spectrum.periods) == ("3T,3", 3, 39)
     assert view.share < 1e-10
     text = "\n".join(view.lines())
@@ -219,7 +219,9 @@ def test_a_subharmonic_orbit_is_told_by_its_period():
     assert "impacts per period: 1 (40 in the window)" in text
     ((line, points),) = [
         axes.get_lines()
-        for axes in draw(Recipe("", recipe.columns, ("phase1",), samples=SAMPLES), [view]).axes
+        for axes in draw(
+            PortraitRequest("", request.columns, ("phase1",), samples=SAMPLES), [view]
+        ).axes
     ]
     assert len(points.get_xdata()) == 3
     start, end = line.get_xydata()[[0, -1]]
@@ -237,56 +239,59 @@ def test_what_is_not_known_is_said():
 
 
 def test_a_start_is_where_the_orbit_begins():
-    recipe = load_recipe(
+    request = load_portrait(
         OF_KIND["ssul"],
         {"start": {"state": [0.01, 0.0, 0.3, 0.0]}, "sampling": {**SHORT, "transient": 0}},
     )
-    (view,) = views_of(recipe)
+    (view,) = views_of(request)
     assert view.states[0, 2] == pytest.approx(0.3, abs=0.01)
-    assert recipe.hash != recipe_of(OF_KIND["ssul"], transient=0).hash
+    assert request.hash != request_of(OF_KIND["ssul"], transient=0).hash
 
 
-# ---- recipes -------------------------------------------------------------------------------------
+# ---- requests ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("number", [9, 10, 11, 12])
-def test_the_recipes_of_the_papers_figures_state_their_assumption(number):
+def test_the_requests_of_the_papers_figures_state_their_assumption(number):
     path = ROOT / "scans" / f"figure{number}.toml"
-    recipe = load_recipe(path)
-    assert "K = 2.5e7 N/m^1.5 assumed" in recipe.title
-    assert f"(Figure {number})" in recipe.title
-    assert all(column.system.K == 2.5e7 for column in recipe.columns)
+    request = load_portrait(path)
+    assert "K = 2.5e7 N/m^1.5 assumed" in request.title
+    assert f"(Figure {number})" in request.title
+    assert all(column.system.K == 2.5e7 for column in request.columns)
     script = path.with_suffix(".py")
     done = subprocess.run(
         [sys.executable, str(script), "--dry-run"],
         capture_output=True, text=True, check=True, env={"PYTHONPATH": str(ROOT)},
     )  # fmt: skip
-    assert recipe.title in done.stdout
+    assert request.title in done.stdout
 
 
-def test_options_override_a_recipe():
+def test_options_override_a_request():
     path = ROOT / "scans" / "figure11.toml"
-    recipe = load_recipe(path, {"sampling": {"windows": ["5:7", (8, 9)]}, "set": {"P": 700.0}})
-    windows = [column.window for column in recipe.columns]
+    request = load_portrait(path, {"sampling": {"windows": ["5:7", (8, 9)]}, "set": {"P": 700.0}})
+    windows = [column.window for column in request.columns]
     assert windows == [Window(5, 7), Window(8, 9)] * 2
-    assert {column.system.parameters["P"] for column in recipe.columns} == {700.0}
-    assert "P = 700 N" in recipe.title  # the recipe's own title is true no more
-    single = load_recipe(path, {"sampling": {"transient": 4, "periods": 2}})
+    assert {column.system.parameters["P"] for column in request.columns} == {700.0}
+    assert "P = 700 N" in request.title  # the request's own title is true no more
+    single = load_portrait(path, {"sampling": {"transient": 4, "periods": 2}})
     assert [column.window for column in single.columns] == [Window(4, 6)] * 2
 
 
 def test_panels_keep_the_order_of_the_page_and_need_something_to_show():
-    assert recipe_of("tmd", panels=["spectrum", "force", "energy"]).panels == ("energy", "spectrum")
-    assert recipe_of("ssul-set6").panels == tuple(name for name in PANELS if name in USUAL)
+    assert request_of("tmd", panels=["spectrum", "force", "energy"]).panels == (
+        "energy",
+        "spectrum",
+    )
+    assert request_of("ssul-set6").panels == tuple(name for name in PANELS if name in USUAL)
     with pytest.raises(RequestError, match="force cannot be filled for kind 'tmd'"):
-        recipe_of("tmd", panels=["force"])
+        request_of("tmd", panels=["force"])
 
 
-def test_a_recipe_in_python_is_checked_too():
+def test_a_request_in_python_is_checked_too():
     column = Column(OF_KIND["tmd"], Window(0, 3))
-    assert Recipe("a title", (column,)).signal == "x2"
+    assert PortraitRequest("a title", (column,)).signal == "x2"
     with pytest.raises(RequestError, match="number of columns = 5"):
-        Recipe("a title", (column,) * 5)
+        PortraitRequest("a title", (column,) * 5)
 
 
 # ---- the command ---------------------------------------------------------------------------------
@@ -375,7 +380,7 @@ def test_a_run_draws_and_says_what_was_seen(folder, capsys):
         assert image.info["Title"] == "Tuned mass damper, ω = 6.28 rad/s"
         assert (
             image.info["recipe_hash"]
-            == load_recipe("good.toml", {"start": {"state": [0, 0, 0.1, 0]}}).hash
+            == load_portrait("good.toml", {"start": {"state": [0, 0, 0.1, 0]}}).hash
         )
     assert main(["good.toml", "--quiet"]) == 0
     assert capsys.readouterr().out == ""
@@ -409,8 +414,8 @@ def test_the_function_refuses_as_the_command_does(folder):
         nv.portrait("tmd", "x.gif")
     with pytest.raises(RequestError, match="unknown key 'pannels'"):
         nv.portrait("tmd", pannels=["energy"])
-    with pytest.raises(RequestError, match="recipe = 3"):
+    with pytest.raises(RequestError, match="portrait = 3"):
         nv.portrait(3)
-    with pytest.raises(RequestError, match="show given beside a Recipe"):
-        nv.portrait(load_recipe("tmd"), show=3)
+    with pytest.raises(RequestError, match="show given beside a PortraitRequest"):
+        nv.portrait(load_portrait("tmd"), show=3)
     assert not list(folder.glob("x*"))

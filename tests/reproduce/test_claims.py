@@ -77,7 +77,7 @@ def test_every_check_can_fail_and_can_hold(verdicts, claim):
 def test_claims_name_place_figure_and_one_line():
     for claim in ALL:
         assert claim.where
-        assert claim.figure in worlds.recipes()
+        assert claim.figure in worlds.requests()
         text = judge(claim, WORLDS["published"]).text
         assert text
         assert "\n" not in text
@@ -85,7 +85,7 @@ def test_claims_name_place_figure_and_one_line():
 
 
 def test_what_was_not_computed_is_said_to_be(tmp_path):
-    evidence = archived(worlds.recipes(), tmp_path)
+    evidence = archived(worlds.requests(), tmp_path)
     found = [judge(claim, evidence) for claim in ALL]
     # the only one that needs nothing computed is about what is not printed
     assert [f.verdict for f in found].count(Verdict.NOT_RUN) == len(ALL) - 1
@@ -95,18 +95,18 @@ def test_what_was_not_computed_is_said_to_be(tmp_path):
 
 def test_a_doctored_archive_changes_the_verdict(tmp_path):
     claim = next(claim for claim in CLAIMS if "Sets 1 and 2" in claim.says)
-    recipe = worlds.recipes()["2a"]
-    curves = {curve.name: curve for curve in recipe.curves}
+    request = worlds.requests()["2a"]
+    curves = {curve.name: curve for curve in request.curves}
     for name in ("ssul-set1", "ssul-set2"):
         numbers = WORLDS["published"]("2a", name).numbers
-        worlds.write_archive(tmp_path / recipe.archive(curves[name]), curves[name].scan, numbers)
-    assert judge(claim, archived(worlds.recipes(), tmp_path)).verdict == Verdict.AGREE
-    (tmp_path / recipe.archive(curves["ssul-set2"])).unlink()
+        worlds.write_archive(tmp_path / request.archive(curves[name]), curves[name].scan, numbers)
+    assert judge(claim, archived(worlds.requests(), tmp_path)).verdict == Verdict.AGREE
+    (tmp_path / request.archive(curves["ssul-set2"])).unlink()
     doctored = {name: values * 1.1 for name, values in numbers.items() if name != "label"}
     worlds.write_archive(
-        tmp_path / recipe.archive(curves["ssul-set2"]), curves["ssul-set2"].scan, doctored
+        tmp_path / request.archive(curves["ssul-set2"]), curves["ssul-set2"].scan, doctored
     )
-    found = judge(claim, archived(worlds.recipes(), tmp_path))
+    found = judge(claim, archived(worlds.requests(), tmp_path))
     assert found.verdict == Verdict.DIFFER
     assert found.text == "at most 10.0 % of the peak apart"
 

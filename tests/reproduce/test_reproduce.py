@@ -16,7 +16,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.reproduce import picture as drawing
 from nlds_vines.reproduce import report
 from nlds_vines.reproduce.command import main, reproduce_paper
-from nlds_vines.reproduce.request_file import load_page
+from nlds_vines.reproduce.request_file import load_figure
 from nlds_vines.runs.interrupts import Interrupted
 
 PAGE = """
@@ -46,7 +46,7 @@ base = true
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """Work in an empty folder that holds a small recipe."""
+    """Work in an empty folder that holds a small request."""
     (tmp_path / "page.toml").write_text(PAGE)
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -60,7 +60,7 @@ def files(folder):
     return sorted(path.name for path in folder.rglob("*") if path.is_file())
 
 
-# ---- from recipe to picture ----------------------------------------------------------------------
+# ---- from request to picture ---------------------------------------------------------------------
 
 
 def test_what_is_computed_is_used_again_and_what_changes_is_computed(here, capsys, monkeypatch):
@@ -112,7 +112,7 @@ def test_a_scan_file_is_drawn_as_well(here):
     assert "reproduction.md" not in files(here / "out")
 
 
-def test_a_script_beside_a_recipe_does_the_same(here):
+def test_a_script_beside_a_request_does_the_same(here):
     script = Path(__file__).parents[2] / "scans" / "figure3.py"
     (here / "page.py").write_text(script.read_text())
     done = subprocess.run(
@@ -180,7 +180,7 @@ def test_help_and_refusals_load_nothing_heavy(here):
 def test_failed_orbits_are_told_and_make_status_1(here, capsys, monkeypatch):
     found = SimpleNamespace(failed_lanes=2, seconds=1.0, summary=lambda: "the summary")
     monkeypatch.setattr(scan_run, "run", lambda *_, **__: found)
-    monkeypatch.setattr(drawing, "save_page", lambda recipe, archive_of, path: path)
+    monkeypatch.setattr(drawing, "save_page", lambda request, archive_of, path: path)
     assert main(["page.toml"]) == 1
     assert capsys.readouterr().err.count("2 of 6 orbits failed") == 4
 
@@ -213,12 +213,12 @@ def test_a_portrait_is_handed_to_its_command(here, monkeypatch, capsys):
 
 @pytest.fixture(scope="module")
 def archives(tmp_path_factory):
-    """Made-up archives of all packaged recipes but the largest: results as published."""
+    """Made-up archives of all packaged requests but the largest: results as published."""
     folder = tmp_path_factory.mktemp("archives")
     evidence = worlds.made_up()
-    for short, recipe in worlds.recipes().items():
-        for curve in recipe.curves:
-            path = folder / recipe.archive(curve)
+    for short, request in worlds.requests().items():
+        for curve in request.curves:
+            path = folder / request.archive(curve)
             if not path.exists() and "section" not in curve.scan.want:
                 worlds.write_archive(path, curve.scan, evidence(short, curve.name).numbers)
     return folder
@@ -260,19 +260,19 @@ def test_a_report_that_cannot_be_written_leaves_nothing(tmp_path, archives):
 
 
 def page_of(short, archives):
-    recipe = worlds.recipes()[short]
-    return recipe, drawing.draw_page(recipe, lambda curve: archives / recipe.archive(curve))
+    request = worlds.requests()[short]
+    return request, drawing.draw_page(request, lambda curve: archives / request.archive(curve))
 
 
 def test_curves_are_the_archives_energies_solid_and_dotted(archives):
-    recipe, figure = page_of("3", archives)
+    request, figure = page_of("3", archives)
     (frame,) = figure.axes
     lines = {(line.get_color(), line.get_linestyle()): line for line in frame.get_lines()}
-    damped = recipe.curves[3]
+    damped = request.curves[3]
     evidence = worlds.made_up()("3", "ssul-set6")
     np.testing.assert_array_equal(lines[damped.colour, "-"].get_ydata(), evidence["E1max"])
     of_damper = [line for line in frame.get_lines() if line._unscaled_dash_pattern[1] == (1, 1.6)]
-    assert [line.get_color() for line in of_damper] == [c.colour for c in recipe.curves[1:]]
+    assert [line.get_color() for line in of_damper] == [c.colour for c in request.curves[1:]]
     np.testing.assert_array_equal(of_damper[-1].get_ydata(), evidence["E2max"])
     assert frame.get_xlabel() == r"angular frequency of the force $\omega$ [rad/s]"
     assert "E_1" in frame.get_ylabel()
@@ -283,13 +283,13 @@ def test_curves_are_the_archives_energies_solid_and_dotted(archives):
 
 
 def test_impacts_are_yellow_and_windows_without_them_stand_between_dashed_lines(tmp_path):
-    recipe = worlds.recipes()["2b"]
-    (curve,) = recipe.curves
+    request = worlds.requests()["2b"]
+    (curve,) = request.curves
     omega = curve.scan.axes[0].values
     free = ((omega > 7.5) & (omega < 7.7)) | ((omega > 7.899) & (omega < 7.901))
     numbers = {"E1max": omega, "E2max": omega, "impacts": np.where(free, 0, 120)}
     path = worlds.write_archive(tmp_path / "a.h5", curve.scan, numbers)
-    (frame,) = drawing.draw_page(recipe, lambda _: path).axes
+    (frame,) = drawing.draw_page(request, lambda _: path).axes
     yellow = [patch for patch in frame.patches if to_hex(patch.get_facecolor()) == drawing.IMPACTS]
     spans = [(p.get_x(), p.get_x() + p.get_width()) for p in yellow]
     assert [tuple(np.round(span, 2)) for span in spans] == [(5.0, 7.5), (7.7, 7.9), (7.9, 8.0)]
@@ -302,8 +302,8 @@ def test_impacts_are_yellow_and_windows_without_them_stand_between_dashed_lines(
 
 @pytest.mark.parametrize("short", ["2a", "3", "4", "6", "free-tmd"])
 def test_panels_share_their_axes_and_no_text_overlaps(archives, short):
-    recipe, figure = page_of(short, archives)
-    assert len(figure.axes) == len(recipe.panels)
+    request, figure = page_of(short, archives)
+    assert len(figure.axes) == len(request.panels)
     assert len({frame.get_xlim() for frame in figure.axes}) == 1
     assert len({frame.get_ylim() for frame in figure.axes}) == 1
     figure.draw_without_rendering()
@@ -335,15 +335,15 @@ def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):
 
 
 def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archives):
-    recipe = worlds.recipes()["3"]
+    request = worlds.requests()["3"]
     paths = [tmp_path / name for name in ("a.png", "b.png")]
     for path in paths:
-        drawing.save_page(recipe, lambda curve: archives / recipe.archive(curve), path)
+        drawing.save_page(request, lambda curve: archives / request.archive(curve), path)
     assert paths[0].read_bytes() == paths[1].read_bytes()
     with pytest.raises(RequestError, match="kind 'scan'"):
-        drawing.draw_page(worlds.recipes()["8"], never)
+        drawing.draw_page(worlds.requests()["8"], never)
     with pytest.raises(RequestError, match=r"\.png"):
-        drawing.save_page(recipe, never, tmp_path / "a.gif")
+        drawing.save_page(request, never, tmp_path / "a.gif")
 
 
 # ---- everything ----------------------------------------------------------------------------------
@@ -352,8 +352,8 @@ def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archive
 @pytest.mark.long
 def test_the_whole_paper_is_reproduced(tmp_path):
     text = reproduce_paper(tmp_path / "out").read_text()
-    for recipe in worlds.recipes().values():
-        assert (tmp_path / "out" / f"{recipe.name}.png").stat().st_size > 0
+    for request in worlds.requests().values():
+        assert (tmp_path / "out" / f"{request.name}.png").stat().st_size > 0
     assert "not computed" not in text
     assert text.count("**agree**") >= 25
 
@@ -364,4 +364,4 @@ def test_one_figure_by_name(tmp_path, monkeypatch):
         reproduce_paper(tmp_path / "out", only=["2b"])
     with pytest.raises(RequestError, match="unknown figure"):
         reproduce_paper(tmp_path / "out", only=["x"])
-    assert load_page(Path(worlds.recipes()["2b"].path)).name == "figure2b"
+    assert load_figure(Path(worlds.requests()["2b"].path)).name == "figure2b"

@@ -5,6 +5,7 @@ As a command: `python -m nlds_vines.accuracy`, or `nlds-vines accuracy`.
 
 from __future__ import annotations
 
+import argparse
 import os
 import shlex
 import sys
@@ -15,11 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.accuracy.request import Mode, mode_of
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.cli.parser import Parser, assignments, parsed
+from nlds_vines.cli.option_values import add_system_options, chosen_system, settings_of
+from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot, check_writable, refuse_existing
-from nlds_vines.cli.running import DONE, LANES_FAILED, complain, run_command
+from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command
 from nlds_vines.errors import RequestError, shown
-from nlds_vines.model.catalogue import load_system
 
 if TYPE_CHECKING:
     from nlds_vines.model.system import System
@@ -46,31 +48,19 @@ exit status: 0 done; 1 a promise is not kept (--extreme); 2 the request is wrong
 """
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None)."""
-    return run_command(_NAME, _command, argv)
-
-
-def _command(argv: Sequence[str]) -> int:
-    options = _parser().parse_args(argv)
+def _carry_out(options: argparse.Namespace) -> int:
     _refuse_ignored(options)
     if options.extreme:
-        return _extreme(options, _told(argv))
+        return _extreme(options, _told(options.argv))
     system = _system(options)
     if options.parts:
         return _parts(system, options.dry_run)
-    return _Job.of(options, system, _told(argv)).run(options.dry_run)
+    return _Job.of(options, system, _told(options.argv)).run(options.dry_run)
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Error against run time of every method on one system.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     parser.add_argument("scan", nargs="?", metavar="SCAN.toml", help="whose system is taken")
-    parser.add_argument("--system", metavar="NAME", help=f"[{_DEFAULT}]")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
+    add_system_options(parser, f"of the catalogue, or a TOML file [{_DEFAULT}]")
     parser.add_argument("--periods", metavar="N", help="after which errors are taken [20]")
     parser.add_argument("--want", metavar="ERROR", help="advise a setting with this error at most")
     what = parser.add_mutually_exclusive_group()
@@ -82,12 +72,8 @@ def _parser() -> Parser:
     parser.add_argument("-o", "--output", metavar="FILE.h5", help="[accuracy.h5 or stiffness.h5]")
     parser.add_argument("--plot", metavar="FILE.png|pdf|svg", help="[the same, .png]")
     parser.add_argument("--markdown", metavar="FILE.md", help="write the page, too")
-    parser.add_argument("--resume", action="store_true", help="go on where a run ended")
-    parser.add_argument("--overwrite", action="store_true", help="replace what exists")
     parser.add_argument("--long", action="store_true", help="with --extreme: also what takes long")
-    parser.add_argument("--dry-run", action="store_true", help="only say what would be run")
-    parser.add_argument("--quiet", action="store_true", help="no progress")
-    return parser
+    add_local_options(parser, threads=False)
 
 
 _NOT_WITH = {
@@ -117,17 +103,15 @@ def _refuse_ignored(options: Any) -> None:
 
 def _system(options: Any) -> System:
     """Return the system asked for: of the catalogue, or a scan's, in the middle of its axes."""
-    texts = assignments("--set", options.set, "NAME=VALUE")
-    changes = {name: parsed(float, f"--set {name}", text) for name, text in texts.items()}
     if options.scan is None:
-        return load_system(options.system or _DEFAULT, **changes)
+        return chosen_system(options, _DEFAULT)
     if options.system is not None:
         raise RequestError(
             f"{shown(options.scan)} and --system {options.system} exclude each other: give one"
         )
     scan = load_scan(options.scan)
     middle = {axis.name: float(axis.values[axis.values.size // 2]) for axis in scan.axes}
-    return scan.system.with_(**(middle | changes))
+    return scan.system.with_(**(middle | settings_of(options)))
 
 
 @dataclass(frozen=True)
@@ -139,9 +123,7 @@ class _Job:
     archive: Path
     plot: Path
     markdown: Path | None
-    resume: bool
-    overwrite: bool
-    quiet: bool
+    how: RunOptions
 
     @classmethod
     def of(cls, options: Any, system: System, command: str) -> _Job:
@@ -154,14 +136,10 @@ class _Job:
             archive=archive,
             plot=archive.with_suffix(".png") if options.plot is None else Path(options.plot),
             markdown=None if options.markdown is None else Path(options.markdown),
-            resume=options.resume,
-            overwrite=options.overwrite,
-            quiet=options.quiet,
+            how=run_options(options),
         )
 
     def __post_init__(self) -> None:
-        if self.resume and self.overwrite:
-            raise RequestError("resume and overwrite exclude each other: give one of them")
         check_writable("output", self.archive)
         check_plot(self.plot)
         if self.markdown is not None:
@@ -172,16 +150,11 @@ class _Job:
         if dry_run:
             print(*(task.name for task in self.mode.survey().tasks), sep="\n")
             return DONE
-        refuse_existing(self.archive, resume=self.resume, overwrite=self.overwrite)
+        refuse_existing(self.archive, self.how)
         from nlds_vines.accuracy.survey import run
-        from nlds_vines.runs.interrupts import Interrupted
 
-        how = {"resume": self.resume, "overwrite": self.overwrite}
-        try:
-            run(self.mode.survey(), self.archive, **how, show=None if self.quiet else _say)
-        except Interrupted as stop:
-            complain(_NAME, str(stop))
-            return stop.status
+        how = {"resume": self.how.resume, "overwrite": self.how.overwrite}
+        run(self.mode.survey(), self.archive, **how, show=None if self.how.quiet else _say)
         self._tell()
         return DONE
 
@@ -252,3 +225,13 @@ def _parts(system: System, dry_run: bool) -> int:
 
 def _say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
+
+
+COMMAND = Command(
+    name=_NAME,
+    description="Error against run time of every method on one system.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

@@ -145,7 +145,7 @@ def run(
     `RequestError` where the archive cannot be had.
     """
     opened = SurveyRun.open(output, survey, resume=resume, overwrite=overwrite)
-    with opened as journal, interrupts.heard() as stop:
+    with opened as journal, interrupts.stop_on_signals() as stop:
         if journal.complete:
             return
         known = journal.recall()

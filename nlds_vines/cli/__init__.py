@@ -1,7 +1,8 @@
-"""The manners that all commands share.
+"""What all commands have in common.
 
-parser        the argument parser, options NAME=VALUE
-paths         checks of the paths that are written
-running       exit statuses, one line for an error
-run_options   the options that say how a run goes
+parser          the argument parser
+option_values   --system, --set NAME=VALUE, START:STOP:NUM and their like
+paths           checks of the paths that are written
+run_options     the options that say how a run goes
+running         a command from its arguments to its exit status
 """

@@ -15,11 +15,10 @@ from nlds_vines.portrait.result import View
 
 
 def views_of(request: PortraitRequest) -> list[View]:
-    """Return the views of a request's columns, in their order; one run for each system.
+    """Return the views of a request's columns, in their order, from one run for each system.
 
-    Sampling an orbit cuts its steps: the states of a chaotic orbit, and with them the length of a
-    chaotic transient, change with `samples` as with any round-off.  So all windows of a system
-    are taken from one run.
+    Samples end steps of the integration, so a chaotic orbit, and the length of a chaotic transient,
+    depend on `samples` as on any round-off.  All windows of a system therefore come from one run.
 
     Raises `IntegrationError` where an orbit ends early.
     """
@@ -31,7 +30,7 @@ def views_of(request: PortraitRequest) -> list[View]:
 
 
 def _orbit(request: PortraitRequest, run: Sequence[Column]) -> Orbit:
-    """Return the orbit from the first to the last period that the columns of a run show."""
+    """Return the orbit from the first to the last period in the columns of a run."""
     system, (begin, end) = run[0].system, span(run)
     return simulate(
         system,
@@ -45,7 +44,7 @@ def _orbit(request: PortraitRequest, run: Sequence[Column]) -> Orbit:
 
 
 def _view(request: PortraitRequest, run: Sequence[Column], orbit: Orbit, column: Column) -> View:
-    """Return a window of an orbit."""
+    """Return the window of an orbit that a column shows, with its period and its spectrum."""
     assert orbit.trajectory is not None
     assert orbit.time is not None
     begin, end = (count - span(run).begin for count in column.window)
@@ -70,7 +69,7 @@ def _view(request: PortraitRequest, run: Sequence[Column], orbit: Orbit, column:
 
 
 def _touches(orbit: Orbit, window: Window) -> np.ndarray:
-    """Return when walls were touched in a window of an orbit [s]."""
+    """Return the times [s] at which walls were touched in a window of an orbit."""
     if orbit.impacts is None:
         return np.empty(0)
     touches = orbit.impacts["touch"]
@@ -79,7 +78,7 @@ def _touches(orbit: Orbit, window: Window) -> np.ndarray:
 
 
 def _spectrum(request: PortraitRequest, column: Column, states: np.ndarray, comb: int) -> Spectrum:
-    """Return the spectrum of as many last periods of a window as a comb divides."""
+    """Return the spectrum over the last periods of a window, as many as the comb divides."""
     usable = len(states) - len(states) % (comb * request.samples)
     signal, system = SIGNALS[request.signal], column.system
     return spectrum_of(

@@ -10,23 +10,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.model.catalogue import catalogue
+from nlds_vines.plotting.style import HUES
 
-COLOURS: Mapping[str, str] = MappingProxyType(
-    {
-        "black": "#000000",
-        "grey": "#767676",
-        "orange": "#e69f00",
-        "sky": "#56b4e9",
-        "green": "#009e73",
-        "blue": "#0072b2",
-        "vermillion": "#d55e00",
-        "pink": "#cc79a7",
-    }
-)
+COLOURS: Mapping[str, str] = HUES
 """Colours by name, those of Okabe and Ito; a request file may also write `#rrggbb`."""
 
 LINES = ("solid", "dashed", "dashdot")

@@ -37,7 +37,7 @@ STARTS, TRANSIENT, PERIODS = 1000, 4000, 120
 """Random starts; forcing periods of each that are discarded, and that are sampled then."""
 
 DELAY = 50.0
-"""Forcing periods after which lifetimes count: by then orbits are on the chaotic set, or past it."""
+"""Forcing periods until lifetimes count: by then orbits are on the chaotic set, or past it."""
 
 _WANT = ("regime", "settling", "lyapunov", "evidence")
 _EXAMPLES = f"""\

@@ -73,7 +73,7 @@ def usual(tmp_path_factory):
 
 def drawn(path):
     with read(path) as view:
-        return figures.diagram(view) if len(view.axes) == 1 else figures.regime_map(view)
+        return figures.draw(view)
 
 
 def texts(axes):
@@ -235,7 +235,7 @@ def coexisting_archive(path, want=("regime", "settling", "lyapunov")):
 
 def shown(path, what):
     with read(path) as view:
-        return figures.regime_map(view, what)
+        return figures.draw(view, what)
 
 
 def legend_of(axes):
@@ -392,14 +392,28 @@ def test_exponents_stand_on_a_line_at_zero_with_their_intervals(tmp_path):
     np.testing.assert_allclose(first[:, 1], [-0.22, -0.18])
 
 
-def test_diagram_and_map_refuse_each_others_archives(tmp_path, usual):
-    with read(usual) as view, pytest.raises(RequestError, match="diagram"):
-        figures.regime_map(view)
-    with (
-        read(archive_of(tmp_path / "m.h5", ["regime"], MAP)) as view,
-        pytest.raises(RequestError, match="map"),
-    ):
-        figures.diagram(view)
+def test_the_number_of_varied_parameters_decides_between_diagram_and_map(tmp_path, usual):
+    diagram, map_ = drawn(usual), drawn(archive_of(tmp_path / "m.h5", ["regime"], MAP))
+    assert not diagram.axes[0].collections
+    assert map_.axes[0].collections[0].get_array().shape == (20, 30)
+    for figure in (diagram, map_):
+        assert figure.texts[-1].get_text() == "a test of pictures"
+
+
+def test_an_archive_with_nothing_to_draw_says_what_it_holds(tmp_path):
+    path = archive_of(tmp_path / "m.h5", ["section"], MAP)
+    with pytest.raises(RequestError, match=r"holds only .*section.*: nothing to draw"):
+        figures.save(path, tmp_path / "m.png")
+
+
+def test_shares_of_unknown_regimes_are_refused_in_one_line(tmp_path):
+    def unknown(name, array):
+        if name == "label":
+            array[...] = "undetermined"
+
+    path = archive_of(tmp_path / "m.h5", ["regime"], MAP, start=FOUR, fill=unknown)
+    with pytest.raises(RequestError, match="no start ended in a known regime"):
+        shown(path, "shares")
 
 
 # ---- files ---------------------------------------------------------------------------------------

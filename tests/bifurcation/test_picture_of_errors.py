@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.colors import LogNorm
-from test_figures import FOUR, MAP, archive_of, drawn, faces, legend_of, shown
+from test_picture import FOUR, MAP, archive_of, drawn, faces, legend_of, shown
 
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.picture import drawing as figures

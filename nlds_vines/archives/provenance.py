@@ -5,8 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -86,30 +84,11 @@ def makers() -> dict[str, str]:
 
 @cache
 def version(package: str) -> str:
-    """Return the version of a package without importing it; `unknown` if it is not installed.
-
-    Octave is not a package but a program, which reports its own version.
-    """
-    if package == "octave":
-        return _octave()
+    """Return the version of a package without importing it; `unknown` if it is not installed."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "unknown"
-
-
-def _octave() -> str:
-    """Return the version that `octave-cli --version` reports; `unknown` where that fails."""
-    if shutil.which("octave-cli") is None:
-        return "unknown"
-    try:
-        text = subprocess.run(
-            ["octave-cli", "--version"], capture_output=True, text=True, check=True, timeout=60
-        ).stdout
-    except (OSError, subprocess.SubprocessError):
-        return "unknown"
-    number = re.search(r"\d+(\.\d+)+", text.partition("\n")[0])
-    return number.group() if number else "unknown"
 
 
 @cache

@@ -8,4 +8,5 @@ In reading order:
     system            a kind with its parameters, checked
     catalogue         the named systems
     linear_response   the motion without contact, in closed form
+    layers            a request read from a file, with changes laid over it
 """

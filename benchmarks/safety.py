@@ -1,6 +1,6 @@
 """What it costs that nothing is lost: run times with parts, seals and checks, and without them.
 
-    python tests/cost_of_safety.py [RUNS] [SCAN.toml]
+    python -m benchmarks.safety [RUNS] [SCAN.toml]
 
 The default scan (Figure 8) or another is computed again and again in turn: as it is, and with the
 archive written straight from memory, without parts, seals, forced writes and comparison.
@@ -20,6 +20,7 @@ from nlds_vines.archives.provenance import makers
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.parts import PartFiles, Parts
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.runs.partfile import Made, Part
 
 
@@ -45,14 +46,14 @@ def unsafe():
 def measured(scan, path):
     """Return wall and CPU time [s] of one run."""
     wall, cpu = time.perf_counter(), time.process_time()
-    scan_run.run(scan, path, overwrite=True)
+    scan_run.run(scan, path, RunOptions(overwrite=True))
     return time.perf_counter() - wall, time.process_time() - cpu
 
 
 def main(runs=9, source=None):
     """Measure and print."""
     scan = load_scan(source)
-    times = {"safe": [], "unsafe": []}
+    times: dict[str, list[tuple[float, float]]] = {"safe": [], "unsafe": []}
     with tempfile.TemporaryDirectory(dir=".") as folder:
         path = Path(folder) / "a.h5"
         scan_run.run(scan, path)  # compiles

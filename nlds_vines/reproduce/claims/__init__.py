@@ -1,4 +1,14 @@
-"""What the paper says, in words of ours, and a check of each against archives."""
+"""The claims of the paper, in our own words, each with a check against archives.
+
+In reading order:
+
+    claim               what a claim is, the data that it is checked against, its verdict
+    contact_constants   Section 2
+    dampers             Section 3
+    retention           Section 4
+    dynamics            Section 5
+    facts               this program against closed forms
+"""
 
 from nlds_vines.reproduce.claims.claim import (
     Claim,

@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 
 from benchmarks.rivals import RIVALS
-from nlds_vines.accuracy import command
+from nlds_vines.accuracy.command import command
 
 if __name__ == "__main__":
-    sys.exit(command.main(rivals=RIVALS, module="benchmarks.accuracy"))
+    sys.exit(command(RIVALS, "benchmarks.accuracy").main())

@@ -20,6 +20,7 @@ from nlds_vines.archives.provenance import makers
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.parts import PartFiles, Parts
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.runs.partfile import Made, Part
 
 
@@ -45,7 +46,7 @@ def unsafe():
 def measured(scan, path):
     """Return wall and CPU time [s] of one run."""
     wall, cpu = time.perf_counter(), time.process_time()
-    scan_run.run(scan, path, overwrite=True)
+    scan_run.run(scan, path, RunOptions(overwrite=True))
     return time.perf_counter() - wall, time.process_time() - cpu
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import shlex
 import sys
 from collections.abc import Sequence
@@ -11,7 +12,7 @@ from benchmarks import extremes
 from nlds_vines.archives.durable import in_one_line
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_writable
-from nlds_vines.cli.running import DONE, run_command
+from nlds_vines.cli.running import DONE, Command
 
 BROKEN = 1
 """Exit status where a promise is not kept."""
@@ -27,13 +28,7 @@ exit status: 0 every promise is kept; 1 one is not; 2 the request is wrong
 """
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None)."""
-    return run_command(_NAME, _command, argv)
-
-
-def _command(argv: Sequence[str]) -> int:
-    options = _parser().parse_args(argv)
+def _carry_out(options: argparse.Namespace) -> int:
     path = None if options.markdown is None else Path(options.markdown)
     if path is not None:
         check_writable("--markdown", path)
@@ -51,24 +46,28 @@ def _command(argv: Sequence[str]) -> int:
     print(*lines, sep="\n")
     if path is not None:
         with in_one_line(f"write {path}"):
-            path.write_text("\n".join([*lines, *_made_by(argv)]), encoding="utf-8")
+            path.write_text("\n".join([*lines, *_made_by(options.argv)]), encoding="utf-8")
     return DONE if all(finding.passed for _, finding in found) else BROKEN
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"python -m benchmarks.{_NAME}",
-        description="The catalogue of extremes: what is promised, and what was measured.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     parser.add_argument("--long", action="store_true", help="also what takes long")
     parser.add_argument("--markdown", metavar="FILE.md", help="write the page, too")
     parser.add_argument("--dry-run", action="store_true", help="only say what would be checked")
     parser.add_argument("--quiet", action="store_true", help="no progress")
-    return parser
 
 
 def _made_by(argv: Sequence[str]) -> list[str]:
     """Return the end of a page: the command, without what only says how it ran."""
     given = [text for text in argv if text != "--quiet"]
     return ["", "```sh", shlex.join(["python", "-m", f"benchmarks.{_NAME}", *given]), "```", ""]
+
+
+main = Command(
+    name=_NAME,
+    description="The catalogue of extremes: what is promised, and what was measured.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+    program=f"python -m benchmarks.{_NAME}",
+).main

@@ -5,6 +5,7 @@ As a command: `python -m nlds_vines.accuracy`, or `nlds-vines accuracy`.
 
 from __future__ import annotations
 
+import argparse
 import os
 import shlex
 from collections.abc import Sequence
@@ -14,11 +15,12 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.accuracy.request import Mode, mode_of
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.cli.parser import Parser, assignments, parsed
+from nlds_vines.cli.option_values import add_system_options, chosen_system, settings_of
+from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot, check_writable, refuse_existing
-from nlds_vines.cli.running import DONE, complain, run_command
+from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
+from nlds_vines.cli.running import DONE, Command
 from nlds_vines.errors import RequestError, shown
-from nlds_vines.model.catalogue import load_system
 
 if TYPE_CHECKING:
     from nlds_vines.accuracy.rivals import Rival
@@ -45,37 +47,32 @@ exit status: 0 done; 2 the request is wrong;
 """
 
 
-def main(
-    argv: Sequence[str] | None = None,
-    rivals: tuple[Rival, ...] = (),
-    module: str = "nlds_vines.accuracy",
-) -> int:
-    """Run the command with the arguments `argv` (the process's own if None).
+def command(rivals: tuple[Rival, ...] = (), module: str = "nlds_vines.accuracy") -> Command:
+    """Return the command that measures `rivals` beside the methods of the package.
 
-    `rivals` are measured beside those of the package; `module` is run by `python -m`, for the page.
+    `module` is what `python -m` runs, for the line that a page names.
     """
 
-    def command(argv: Sequence[str]) -> int:
-        options = _parser().parse_args(argv)
+    def carry_out(options: argparse.Namespace) -> int:
         _refuse_ignored(options)
         system = _system(options)
         if options.parts:
             return _parts(system, options.dry_run)
         mode = mode_of(options, system, rivals)
-        return _Job.of(options, mode, _told(module, argv)).run(options.dry_run)
+        return _Job.of(options, mode, _told(module, options.argv)).run(options.dry_run)
 
-    return run_command(_NAME, command, argv)
-
-
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
+    return Command(
+        name=_NAME,
         description="Error against run time of every method on one system.",
-        epilog=_EXAMPLES,
+        examples=_EXAMPLES,
+        declare=_declare,
+        carry_out=carry_out,
     )
+
+
+def _declare(parser: Parser) -> None:
     parser.add_argument("scan", nargs="?", metavar="SCAN.toml", help="whose system is taken")
-    parser.add_argument("--system", metavar="NAME", help=f"[{_DEFAULT}]")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
+    add_system_options(parser, f"of the catalogue, or a TOML file [{_DEFAULT}]")
     parser.add_argument("--periods", metavar="N", help="after which errors are taken [20]")
     parser.add_argument("--want", metavar="ERROR", help="advise a setting with this error at most")
     what = parser.add_mutually_exclusive_group()
@@ -86,11 +83,7 @@ def _parser() -> Parser:
     parser.add_argument("-o", "--output", metavar="FILE.h5", help="[accuracy.h5 or stiffness.h5]")
     parser.add_argument("--plot", metavar="FILE.png|pdf|svg", help="[the same, .png]")
     parser.add_argument("--markdown", metavar="FILE.md", help="write the page, too")
-    parser.add_argument("--resume", action="store_true", help="go on where a run ended")
-    parser.add_argument("--overwrite", action="store_true", help="replace what exists")
-    parser.add_argument("--dry-run", action="store_true", help="only say what would be run")
-    parser.add_argument("--quiet", action="store_true", help="no progress")
-    return parser
+    add_local_options(parser, threads=False)
 
 
 _NOT_WITH_PARTS = (
@@ -116,17 +109,15 @@ def _refuse_ignored(options: Any) -> None:
 
 def _system(options: Any) -> System:
     """Return the system asked for: of the catalogue, or a scan's, in the middle of its axes."""
-    texts = assignments("--set", options.set, "NAME=VALUE")
-    changes = {name: parsed(float, f"--set {name}", text) for name, text in texts.items()}
     if options.scan is None:
-        return load_system(options.system or _DEFAULT, **changes)
+        return chosen_system(options, _DEFAULT)
     if options.system is not None:
         raise RequestError(
             f"{shown(options.scan)} and --system {options.system} exclude each other: give one"
         )
     scan = load_scan(options.scan)
     middle = {axis.name: float(axis.values[axis.values.size // 2]) for axis in scan.axes}
-    return scan.system.with_(**(middle | changes))
+    return scan.system.with_(**(middle | settings_of(options)))
 
 
 @dataclass(frozen=True)
@@ -138,9 +129,7 @@ class _Job:
     archive: Path
     plot: Path
     markdown: Path | None
-    resume: bool
-    overwrite: bool
-    quiet: bool
+    how: RunOptions
 
     @classmethod
     def of(cls, options: Any, mode: Mode, command: str) -> _Job:
@@ -152,14 +141,10 @@ class _Job:
             archive=archive,
             plot=archive.with_suffix(".png") if options.plot is None else Path(options.plot),
             markdown=None if options.markdown is None else Path(options.markdown),
-            resume=options.resume,
-            overwrite=options.overwrite,
-            quiet=options.quiet,
+            how=run_options(options),
         )
 
     def __post_init__(self) -> None:
-        if self.resume and self.overwrite:
-            raise RequestError("resume and overwrite exclude each other: give one of them")
         check_writable("output", self.archive)
         check_plot(self.plot)
         if self.markdown is not None:
@@ -170,16 +155,10 @@ class _Job:
         if dry_run:
             print(*(task.name for task in self.mode.survey().tasks), sep="\n")
             return DONE
-        refuse_existing(self.archive, resume=self.resume, overwrite=self.overwrite)
+        refuse_existing(self.archive, self.how)
         from nlds_vines.accuracy.survey import run
-        from nlds_vines.runs.interrupts import Interrupted
 
-        how = {"resume": self.resume, "overwrite": self.overwrite}
-        try:
-            run(self.mode.survey(), self.archive, **how, quiet=self.quiet)
-        except Interrupted as stop:
-            complain(_NAME, str(stop))
-            return stop.status
+        run(self.mode.survey(), self.archive, self.how)
         self._tell()
         return DONE
 
@@ -218,3 +197,6 @@ def _parts(system: System, dry_run: bool) -> int:
     for line in costs.report(system):
         print(line, flush=True)
     return DONE
+
+
+main = command().main

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
-from nlds_vines.cli.parser import parsed
+from nlds_vines.cli.option_values import parsed
 from nlds_vines.errors import RequestError, whole
 
 if TYPE_CHECKING:

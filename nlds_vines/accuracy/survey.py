@@ -21,6 +21,7 @@ from nlds_vines.accuracy.columns import DIMS, Row, table_of
 from nlds_vines.archives import archive, durable
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.provenance import attributes
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.folder import RunFolder
@@ -130,28 +131,24 @@ class SurveyRun(RunFolder):
         self.deliver(lambda path: archive.write(path, table, [rows], pieces, lambda: attrs))
 
 
-def run(
-    survey: Survey,
-    output: Path,
-    *,
-    resume: bool = False,
-    overwrite: bool = False,
-    quiet: bool = True,
-) -> None:
-    """Do a survey into the archive `output`; unless `quiet`, its progress is shown.
+def run(survey: Survey, output: Path, how: RunOptions | None = None) -> None:
+    """Do a survey into the archive `output`.
 
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, every finished task kept for `resume`, and
-    `RequestError` where the archive cannot be had.
+    Arguments: `how` the run goes, None for the defaults of `RunOptions`; there are no shards.
+
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, every finished task kept for --resume, and
+    `RequestError` where the archive cannot be written.
     """
-    opened = SurveyRun.open(output, survey, resume=resume, overwrite=overwrite)
-    with opened as journal, interrupts.heard() as stop:
+    how = RunOptions() if how is None else how
+    opened = SurveyRun.open(output, survey, resume=how.resume, overwrite=how.overwrite)
+    with opened as journal, interrupts.stop_on_signals() as stop:
         if journal.complete:
             return
         known = journal.recall()
         for line in journal.discarded:
             print(line, file=sys.stderr)
         try:
-            _measure(journal, stop, known, quiet)
+            _measure(journal, stop, known, how.quiet)
             journal.store()
         except RequestError:
             journal.abandon()

@@ -25,12 +25,13 @@ from nlds_vines.toml import toml_text
 MOST_LANES = 10**8
 """The most orbits that one scan may ask for."""
 
-_SAMPLING: Mapping[str, Callable[[object], Any]] = {
+SAMPLING: Mapping[str, Callable[[object], Any]] = {
     "transient": lambda value: whole("transient", value, 0),
     "periods": lambda value: whole("periods", value, 1),
     "method": lambda value: choice("method", value, METHODS),
     "effort": lambda value: choice("effort", value, EFFORTS),
 }
+"""The checks of the table [sampling] of a scan file, by key."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class Scan:
         string("title", self.title)
         object.__setattr__(self, "axes", tuple(self.axes))
         object.__setattr__(self, "want", checked_want(self.want))
-        for name, check in _SAMPLING.items():
+        for name, check in SAMPLING.items():
             object.__setattr__(self, name, check(getattr(self, name)))
         refuse_impossible(self.want, self.system.scene, self.method)
         self._check_axes()
@@ -122,7 +123,7 @@ class Scan:
             "system": self.system.to_table(),
             "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.axes},
             "start": start | drawn if self.start.policy == "random" else start,
-            "sampling": {name: getattr(self, name) for name in _SAMPLING},
+            "sampling": {name: getattr(self, name) for name in SAMPLING},
             "record": {"want": list(self.want)},
         }
 

@@ -1,4 +1,4 @@
-"""The system: structure, damper, force.
+"""The system: a structure under a harmonic force, and a damper joined to it.
 
 In reading order:
 
@@ -8,4 +8,5 @@ In reading order:
     system            a kind with its parameters, checked
     catalogue         the named systems
     linear_response   the motion without contact, in closed form
+    layers            a request read from a file, with changes laid over it
 """

@@ -8,20 +8,27 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines.cli.parser import Parser, assignments, parsed
+from nlds_vines.cli.option_values import (
+    add_system_options,
+    comma_separated,
+    given,
+    parsed,
+    system_changes,
+)
+from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot
-from nlds_vines.cli.running import DONE, LANES_FAILED, complain, run_command
-from nlds_vines.errors import RequestError, at
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
+from nlds_vines.errors import RequestError
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.portrait.request import (
+    LOOK,
     PANELS,
     PERIODS,
     SAMPLES,
@@ -74,13 +81,13 @@ def portrait(
     Raises `RequestError` where anything asked for is wrong, before anything is computed, and
     `IntegrationError` where the orbit ends early.
     """
-    if isinstance(source, PortraitRequest) and options:
-        raise RequestError(
-            f"{', '.join(options)} given beside a PortraitRequest: they stand in it already"
-        )
-    request = (
-        source if isinstance(source, PortraitRequest) else load_portrait(source, _document(options))
-    )
+    if isinstance(source, PortraitRequest):
+        if options:
+            names = ", ".join(options)
+            raise RequestError(f"{names} given beside a PortraitRequest: they stand in it already")
+        request = source
+    else:
+        request = load_portrait(source, _document(options), "portrait")
     path = None if plot is None else Path(plot)
     if path is not None:
         check_plot(path)
@@ -88,28 +95,14 @@ def portrait(
     return figure
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None).
-
-    Returns the exit status: 0 done, 1 the orbit ended early, 2 the request is wrong,
-    130 interrupted.
-    """
-    return run_command(_NAME, _command, argv)
-
-
-def _command(argv: Sequence[str]) -> int:
-    options = _parser().parse_args(argv)
-    request = load_portrait(options.source, _changes(options))
+def _carry_out(options: argparse.Namespace) -> int:
+    request = load_portrait(options.source, _changes(options), "command line")
     stem = _NAME if options.source is None else Path(options.source).stem
     plot = Path(f"{stem}.png" if options.plot is None else options.plot)
     check_plot(plot)
     if options.dry_run:
         print("\n".join(_plan(request, plot)))
         return DONE
-    return _run(request, plot, options.quiet)
-
-
-def _run(request: PortraitRequest, plot: Path, quiet: bool) -> int:
     from nlds_vines.orbits.simulation import IntegrationError
 
     try:
@@ -117,11 +110,8 @@ def _run(request: PortraitRequest, plot: Path, quiet: bool) -> int:
     except IntegrationError as error:
         complain(_NAME, str(error))
         return LANES_FAILED
-    if not quiet:
-        print(request.title)
-        for view in views:
-            print("\n".join(view.lines()))
-        print(plot)
+    if not options.quiet:
+        print(request.title, *(line for view in views for line in view.lines()), plot, sep="\n")
     return DONE
 
 
@@ -153,17 +143,11 @@ def _plan(request: PortraitRequest, plot: Path) -> list[str]:
     return [*lines, f"panels: {', '.join(request.panels)}", f"picture: {plot}"]
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="One orbit in full: histories, phase planes, forces, energies, spectrum.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     add = parser.add_argument
     add("source", nargs="?", metavar="PORTRAIT.toml", help="by default SSul NES Set 6")
     add("--plot", metavar="FILE", help="picture: .png, .pdf or .svg [PORTRAIT.png]")
-    add("--system", metavar="NAME", help="of the catalogue, or a TOML file")
-    add("--set", action="append", default=[], metavar="NAME=VALUE", help="SI units")
+    add_system_options(parser)
     add("--start", metavar="X1,V1,X2,V2", help="state at t = 0 [m, m/s], or rest")
     add("--transient", type=int, metavar="PERIODS", help=f"discarded [{TRANSIENT}]")
     add("--periods", type=int, metavar="PERIODS", help=f"looked at [{PERIODS}]")
@@ -177,42 +161,47 @@ def _parser() -> Parser:
     add("--comb", type=int, metavar="N", help="nT whose lines are not broadband [as found, or T]")
     add("--dry-run", action="store_true", help="only say what would be done")
     add("--quiet", action="store_true", help="say nothing")
-    return parser
 
 
 def _changes(options: argparse.Namespace) -> dict[str, Any]:
-    """Return what the options change in a request, as a document of the same form."""
-    names = ("transient", "periods", "samples", "method", "show", "signal", "taper", "comb")
-    given = {name: getattr(options, name) for name in names}
-    for name in ("windows", "panels"):
-        text = getattr(options, name)
-        given[name] = None if text is None else _split(text)
-    if options.start is not None and options.start != "rest":
-        given["start"] = [parsed(float, "--start", text) for text in _split(options.start)]
-    found = _document({name: value for name, value in given.items() if value is not None})
-    if options.start == "rest":
-        found["start"] = {"policy": "rest"}
-    texts = assignments("--set", options.set, "NAME=VALUE")
-    if texts:
-        found["set"] = {name: parsed(float, f"--set {name}", text) for name, text in texts.items()}
-    if options.system is not None:
-        with at("--system"):
-            found["system"] = load_system(options.system)
+    """Return what the options change in a request file, as a document of the same form."""
+    values = {name: getattr(options, name) for name in (*_SAMPLING, *LOOK)}
+    values |= {name: comma_separated(values[name]) for name in ("windows", "panels")}
+    found = {**system_changes(options), **_document(given(values))}
+    if options.start is not None:
+        found |= _document({"start": _state(options.start)})
     return found
 
 
-def _document(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options by name as a request's document; an unknown one goes where it is refused."""
-    sampling = ("transient", "periods", "windows", "samples", "method")
+_SAMPLING = ("transient", "periods", "windows", "samples", "method")
+
+
+def _state(text: str) -> list[float] | None:
+    """Return the numbers between commas; None for the word `rest`."""
+    if text == "rest":
+        return None
+    return [parsed(float, "--start", word) for word in comma_separated(text) or ()]
+
+
+def _document(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options by name as the document of a request file.
+
+    A name that is none goes into [portrait], where it is refused.
+    """
     found: dict[str, Any] = {}
-    for name, value in given.items():
+    for name, value in values.items():
         if name == "start":
             found["start"] = {"policy": "rest"} if value is None else {"state": list(value)}
         else:
-            found.setdefault("sampling" if name in sampling else "portrait", {})[name] = value
+            found.setdefault("sampling" if name in _SAMPLING else "portrait", {})[name] = value
     return found
 
 
-def _split(text: str) -> list[str]:
-    """Return the words between commas."""
-    return [word for word in (word.strip() for word in text.split(",")) if word]
+COMMAND = Command(
+    name=_NAME,
+    description="One orbit in full: histories, phase planes, forces, energies, spectrum.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

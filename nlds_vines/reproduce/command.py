@@ -9,17 +9,18 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.room import refuse_without_room
+from nlds_vines.cli.option_values import comma_separated
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import PLOT_SUFFIXES, check_writable
-from nlds_vines.cli.run_options import MOST_THREADS
-from nlds_vines.cli.running import DONE, LANES_FAILED, complain, run_command
-from nlds_vines.errors import RequestError, choice, shown, unknown, whole
+from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
+from nlds_vines.errors import RequestError, choice, shown, unknown
 from nlds_vines.reproduce.request import FigureRequest
 from nlds_vines.reproduce.request_file import load_figure, packaged_figures
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
@@ -65,28 +66,26 @@ def reproduce_paper(
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
-    job = _Job(_chosen(only), Path(output), picture, threads, overwrite, quiet, report=True)
+    how = _how(threads, overwrite, quiet)
+    job = _Job(_chosen(only), Path(output), picture, how, report=True)
     job.run()
     return job.report_path
 
 
 def draw_figure(path: str | os.PathLike[str], output: str | os.PathLike[str] = ".") -> Path:
-    """Compute and draw one request, its archives in `output`/archives; return the picture's path.
+    """Compute and draw the figure of a request file; return the path of the picture.
 
-    What the scripts in `scans` do: config in, archives in, picture out.
+    The archives go into `output`/archives.  The scripts in `scans` call it.
     """
-    job = _Job((load_figure(Path(path)),), Path(output), "png", None, False, False, report=False)
+    how = _how(threads=None, overwrite=False, quiet=False)
+    job = _Job((load_figure(Path(path)),), Path(output), "png", how, report=False)
     job.run()
     return job.picture_path(job.requests[0])
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None).
-
-    Returns the exit status: 0 done, 1 some orbits failed, 2 the request is wrong, 130 interrupted,
-    143 terminated.
-    """
-    return run_command(_NAME, _command, argv)
+def _how(threads: int | None, overwrite: bool, quiet: bool) -> RunOptions:
+    """Return how the scans run: what is computed already is used again unless it is replaced."""
+    return RunOptions(threads, resume=not overwrite, overwrite=overwrite, quiet=quiet)
 
 
 @dataclass(frozen=True)
@@ -96,15 +95,11 @@ class _Job:
     requests: tuple[FigureRequest, ...]
     folder: Path
     picture: str
-    threads: int | None
-    overwrite: bool
-    quiet: bool
+    how: RunOptions
     report: bool
 
     def __post_init__(self) -> None:
         choice("--format", self.picture, FORMATS)
-        if self.threads is not None:
-            whole("threads", self.threads, 1, MOST_THREADS)
         if self.folder.exists() and not self.folder.is_dir():
             raise RequestError(f"output {shown(str(self.folder))} is a file: name a folder")
         check_writable("output", self.folder / _REPORT if self.folder.is_dir() else self._probe())
@@ -147,14 +142,7 @@ class _Job:
 
         name, scan = list(self.scans.items())[number]
         path = self.folder / _ARCHIVES / name
-        report = run(
-            scan,
-            path,
-            threads=self.threads,
-            resume=not self.overwrite,
-            overwrite=self.overwrite,
-            quiet=True,
-        )
+        report = run(scan, path, replace(self.how, quiet=True))
         what = report.summary() if report.seconds else "there already, verified"
         self._say(f"[{number + 1}/{len(self.scans)}] {path.stem}: {what}")
         if report.failed_lanes:
@@ -191,7 +179,7 @@ class _Job:
         return int(status == LANES_FAILED)
 
     def _say(self, text: str) -> None:
-        if not self.quiet:
+        if not self.how.quiet:
             print(text, flush=True)
 
     def plan(self) -> list[str]:
@@ -201,15 +189,13 @@ class _Job:
             orbits = sum(curve.scan.lanes for curve in request.curves) or 1
             lines.append(f"{self.picture_path(request)}: {request.title}; orbits: {orbits}")
         there = sum((self.folder / _ARCHIVES / name).exists() for name in self.scans)
-        there = 0 if self.overwrite else there
+        there = 0 if self.how.overwrite else there
         todo = sum(scan.lanes * (scan.transient + scan.periods) for scan in self.scans.values())
         count = f"{len(self.scans)} different scans, {todo} forcing periods"
         return [*lines, f"{count}; of the scans {there} are there already"]
 
 
-def _command(argv: Sequence[str]) -> int:
-    """Do what the arguments ask for; returns the exit status."""
-    options = _parser().parse_args(argv)
+def _carry_out(options: argparse.Namespace) -> int:
     job = _job(options)
     if options.dry_run:
         print("\n".join(job.plan()))
@@ -217,8 +203,8 @@ def _command(argv: Sequence[str]) -> int:
     try:
         failed = job.run()
     except Interrupted as stop:
-        complain(_NAME, "interrupted: the same command goes on from what is computed")
-        return stop.status
+        text = "interrupted: the same command goes on from what is computed"
+        raise Interrupted(text, stop.status) from stop
     return LANES_FAILED if failed else DONE
 
 
@@ -227,14 +213,11 @@ def _job(options: argparse.Namespace) -> _Job:
     own = tuple(load_figure(Path(path)) for path in options.sources)
     if own and options.only is not None:
         raise RequestError("--only chooses among the paper's figures: leave out the files")
-    only = [] if options.only is None else options.only.split(",")
     return _Job(
-        requests=own or _chosen(only),
+        requests=own or _chosen(comma_separated(options.only) or ()),
         folder=Path(options.output),
         picture=options.format,
-        threads=options.threads,
-        overwrite=options.overwrite,
-        quiet=options.quiet,
+        how=_how(options.threads, options.overwrite, options.quiet),
         report=not own,
     )
 
@@ -248,12 +231,7 @@ def _chosen(only: Sequence[str]) -> tuple[FigureRequest, ...]:
     return tuple(request for name, request in known.items() if not only or name in only)
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Make every figure of the paper, and a report that checks its claims.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     text = "pages of your own, in place of the paper's"
     parser.add_argument("sources", nargs="*", metavar="FIGURE.toml", help=text)
     parser.add_argument("--only", metavar="A,B", help="figures by name, as 2a,3,8")
@@ -263,4 +241,13 @@ def _parser() -> Parser:
     parser.add_argument("--overwrite", action="store_true", help="compute again what is there")
     parser.add_argument("--dry-run", action="store_true", help="only say what would be done")
     parser.add_argument("--quiet", action="store_true", help="show no progress")
-    return parser
+
+
+COMMAND = Command(
+    name=_NAME,
+    description="Make every figure of the paper, and a report that checks its claims.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

@@ -37,11 +37,13 @@ DETUNING, SHIFT, STARTS, STRETCH = 0.01, 0.02, 4, 5
 """What a winner must stand: frequencies 1 % off, parameters 2 % off, so many random starts, so many
 times the periods (which tells of an orbit that had not settled, or is irregular)."""
 
-_SAMPLING: Mapping[str, Callable[[object], int]] = {
+SAMPLING: Mapping[str, Callable[[object], int]] = {
     "transient": lambda value: whole("transient", value, 0),
     "periods": lambda value: whole("periods", value, 1),
 }
-_SEARCH: Mapping[str, Callable[[object], Any]] = {
+"""The checks of the table [sampling] of a tuning file, by key."""
+
+SEARCH: Mapping[str, Callable[[object], Any]] = {
     "method": lambda value: choice("search method", value, SEARCHES),
     "population": lambda value: whole("population", value, 5, 10**5),
     "generations": lambda value: whole("generations", value, 1, 10**5),
@@ -52,15 +54,7 @@ _SEARCH: Mapping[str, Callable[[object], Any]] = {
     "seed": lambda value: whole("seed", value, 0, 2**31),
     "seeds": lambda value: whole("seeds", value, 1, 1000),
 }
-SECTIONS: Mapping[str, tuple[str, ...] | None] = {
-    "set": None,
-    "free": None,
-    "over": None,
-    "sampling": tuple(_SAMPLING),
-    "search": tuple(_SEARCH),
-    "surface": ("parameters", "size"),
-}
-"""The tables of a tuning file with their keys; None where names of parameters stand."""
+"""The checks of the table [search] of a tuning file, by key."""
 
 
 def _fraction(what: str, value: object) -> float:
@@ -98,7 +92,7 @@ class Search:
 
     def __post_init__(self) -> None:
         """Check everything."""
-        for name, check in _SEARCH.items():
+        for name, check in SEARCH.items():
             object.__setattr__(self, name, check(getattr(self, name)))
 
     @property
@@ -150,7 +144,7 @@ class Tuning:
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
-        for name, check in _SAMPLING.items():
+        for name, check in SAMPLING.items():
             object.__setattr__(self, name, check(getattr(self, name)))
         self._check_names()
         self._check_corners()
@@ -230,8 +224,8 @@ class Tuning:
             "system": self.system.to_table(),
             "free": {item.name: {"low": item.low, "high": item.high} for item in self.free},
             "over": {axis.name: {"values": axis.values.tolist()} for axis in self.over},
-            "sampling": {name: getattr(self, name) for name in _SAMPLING},
-            "search": {name: getattr(self.search, name) for name in _SEARCH},
+            "sampling": {name: getattr(self, name) for name in SAMPLING},
+            "search": {name: getattr(self.search, name) for name in SEARCH},
         }
         if self.surface is not None:
             size = self.surface.size

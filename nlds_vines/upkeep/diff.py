@@ -5,8 +5,9 @@ As a command: `nlds-vines diff A.h5 B.h5`.
 
 from __future__ import annotations
 
+import argparse
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,14 +15,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DIFFERENT, DONE, run_command
+from nlds_vines.cli.running import DIFFERENT, DONE, Command
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.toml import parse_toml
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
 
-_NAME = "diff"
 _EXAMPLES = """\
 examples:
   nlds-vines diff figure8.h5 figure8-rerun.h5
@@ -52,11 +52,6 @@ class Differences:
         asked = [f"parameter: {line}" for line in self.parameters]
         came = [f"result: {line}" for line in self.results]
         return [*same, *asked, *came, *(f"made by: {line}" for line in self.circumstances)]
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None)."""
-    return run_command(_NAME, _command, argv)
 
 
 def compare(one: Path, other: Path) -> Differences:
@@ -164,20 +159,23 @@ def _place(view: ArchiveView, name: str, index: tuple[int, ...]) -> str:
     return ", ".join(f"{dim} = {view[dim][i]}" for dim, i in pairs)
 
 
-def _command(argv: Sequence[str]) -> int:
+def _carry_out(options: argparse.Namespace) -> int:
     """Compare what the arguments name; returns the exit status."""
-    options = _parser().parse_args(argv)
     found = compare(Path(options.one), Path(options.other))
     print("\n".join(found.lines()))
     return DIFFERENT if found.different else DONE
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Say what differs between two archives, in parameters and in results.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     parser.add_argument("one", metavar="A.h5", help="an archive")
     parser.add_argument("other", metavar="B.h5", help="another archive")
-    return parser
+
+
+COMMAND = Command(
+    name="diff",
+    description="Say what differs between two archives, in parameters and in results.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

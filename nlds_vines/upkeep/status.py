@@ -5,8 +5,8 @@ As a command: `nlds-vines status FILE.h5`.
 
 from __future__ import annotations
 
+import argparse
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.tally import COUNTED, Tally
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DONE, run_command
+from nlds_vines.cli.running import DONE, Command
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.runs.progress import duration
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan
 
-_NAME = "status"
 _EXAMPLES = """\
 examples:
   nlds-vines status map.h5
@@ -32,11 +31,6 @@ exit status: 0 told; 2 there is no such scan
 """
 _RECENT = 64  # blocks whose pace is the pace
 _PAUSE = 10.0  # a gap of so many of the longest blocks, and as many seconds, is none of the pace
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None)."""
-    return run_command(_NAME, _command, argv)
 
 
 @dataclass
@@ -128,9 +122,9 @@ def _workers(folder: Path) -> list[str]:
     return (["a run"] if held(folder / "lock") else []) + [f"shard {name}" for name in at_work]
 
 
-def _command(argv: Sequence[str]) -> int:
+def _carry_out(options: argparse.Namespace) -> int:
     """Tell how the scan that the arguments name stands; returns the exit status."""
-    path = Path(_parser().parse_args(argv).file.removesuffix(".parts"))
+    path = Path(options.file.removesuffix(".parts"))
     folder = path.with_name(f"{path.name}.parts")
     if folder.is_dir():
         print("\n".join(standing(folder).lines()))
@@ -158,11 +152,15 @@ def _of_archive(path: Path) -> list[str]:
     ]
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Tell how a scan stands, while it runs or after it was interrupted.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     parser.add_argument("file", metavar="FILE.h5", help="the archive that is to be")
-    return parser
+
+
+COMMAND = Command(
+    name="status",
+    description="Tell how a scan stands, while it runs or after it was interrupted.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

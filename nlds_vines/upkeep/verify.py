@@ -5,20 +5,20 @@ As a command: `nlds-vines verify FILE...`.  In Python: `nlds_vines.verify(path)`
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import argparse
+from collections.abc import Iterator
 from collections.abc import Set as AbstractSet
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DAMAGED, DONE, run_command
+from nlds_vines.cli.running import DAMAGED, DONE, Command
 from nlds_vines.errors import RequestError, shown
 
 if TYPE_CHECKING:
     from nlds_vines.runs.manifest import Manifest
 
-_NAME = "verify"
 _EXAMPLES = """\
 examples:
   nlds-vines verify figure8.h5
@@ -27,11 +27,6 @@ examples:
       likewise for the parts of a scan or tuning under way, or of one that was interrupted
 exit status: 0 all sound; 1 something is damaged; 2 the request is wrong
 """
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None)."""
-    return run_command(_NAME, _command, argv)
 
 
 def problems(path: Path) -> list[str]:
@@ -104,9 +99,8 @@ def _of_journal(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> It
         yield f"part {name} is out of order"
 
 
-def _command(argv: Sequence[str]) -> int:
+def _carry_out(options: argparse.Namespace) -> int:
     """Verify what the arguments name; returns the exit status."""
-    options = _parser().parse_args(argv)
     sound = [_verified(Path(name), options.quiet) for name in options.files]
     return DONE if all(sound) else DAMAGED
 
@@ -121,12 +115,16 @@ def _verified(path: Path, quiet: bool) -> bool:
     return not found
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Check archives, or folders of parts, from end to end.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     parser.add_argument("files", nargs="+", metavar="FILE", help="FILE.h5 or FILE.h5.parts")
     parser.add_argument("--quiet", action="store_true", help="name only what is damaged")
-    return parser
+
+
+COMMAND = Command(
+    name="verify",
+    description="Check archives, or folders of parts, from end to end.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

@@ -226,7 +226,7 @@ def test_signals_mean_what_they_did_before_when_a_run_is_over(tmp_path):
 TWICE = """
 import os, signal
 from nlds_vines.runs import interrupts
-with interrupts.heard() as stop:
+with interrupts.stop_on_signals() as stop:
     os.kill(os.getpid(), signal.SIGTERM)
     assert stop.asked and stop.status == 143
     try:

@@ -173,7 +173,7 @@ def without_the_compiler() -> Finding:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "plain.npz"
         code = (
-            "import numpy; from nlds_vines.extremes.repetition import sample; "
+            "import numpy; from benchmarks.extremes.repetition import sample; "
             f"numpy.savez({str(path)!r}, **sample())"
         )
         home = str(Path(nlds_vines.__path__[0]).parent)

@@ -7,4 +7,5 @@ In reading order:
     run_options     the options that say how a run goes
     paths           checks of the paths that are written
     running         a command from its arguments to its exit status
+    markdown        tables of pages and reports
 """

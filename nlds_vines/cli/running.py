@@ -26,6 +26,7 @@ class Command:
         declare: declares its options on a parser.
         carry_out: does what the options ask for and returns the exit status; `options.argv` is
             the list of the arguments as they were given.
+        program: how it is called, where that is not `nlds-vines NAME`.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Command:
     examples: str
     declare: Callable[[Parser], None]
     carry_out: Callable[[argparse.Namespace], int]
+    program: str = ""
 
     def main(self, argv: Sequence[str] | None = None) -> int:
         """Run the command with the arguments `argv`, None for the process's own.
@@ -60,7 +62,7 @@ class Command:
 
     def _options(self, arguments: list[str]) -> argparse.Namespace:
         """Return the options that the arguments mean; `argv` among them is the arguments."""
-        prog = f"nlds-vines {self.name}"
+        prog = self.program or f"nlds-vines {self.name}"
         parser = Parser(prog=prog, description=self.description, epilog=self.examples)
         self.declare(parser)
         options = parser.parse_args(arguments)

@@ -1,4 +1,4 @@
-"""The system: structure, damper, force.
+"""The system: a structure under a harmonic force, and a damper joined to it.
 
 In reading order:
 

@@ -62,9 +62,7 @@ def draw_page(request: FigureRequest, archive_of: Callable[[Curve], Path]) -> Fi
     Raises `RequestError` for a request of another kind and for archives without the energies.
     """
     if request.kind != "curves":
-        raise RequestError(
-            f"{request.path}: a request of kind {request.kind!r} is no page of curves"
-        )
+        raise RequestError(f"{request.path}: a request of kind {request.kind!r} has no curves")
     figure, frames = _make_frames(request)
     with ExitStack() as stack:
         views = [

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from nlds_vines.archives.durable import in_one_line
 from nlds_vines.archives.provenance import version
+from nlds_vines.cli.markdown import table
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.reproduce.claims import (
@@ -110,11 +111,11 @@ class _Report:
         rows = (
             (c.where, _with_rule(c), f.text, f"**{f.verdict}**", self._see(c)) for c, f in found
         )
-        yield from _table(head, rows)
+        yield from table(head, rows)
         yield from _heading("The program against closed forms")
         facts = ((claim, judge(claim, self.evidence)) for claim in FACTS)
         rows4 = ((c.says, f.text, f"**{f.verdict}**", self._see(c)) for c, f in facts)
-        yield from _table(("check", "what comes out", "verdict", "see"), rows4)
+        yield from table(("check", "what comes out", "verdict", "see"), rows4)
 
     def _see(self, claim: Claim) -> str:
         """Return a link to the picture of a claim."""
@@ -136,7 +137,7 @@ class _Report:
             "reduction",
             "E2max [J]",
         )
-        yield from _table(head, filter(None, (self._damper(*curve) for curve in _DAMPERS)))
+        yield from table(head, filter(None, (self._damper(*curve) for curve in _DAMPERS)))
 
     def _damper(self, figure: str, name: str) -> tuple[str, ...] | None:
         """Return a row of the table of dampers; None for one that has not been computed."""
@@ -185,7 +186,7 @@ class _Report:
             "ratio",
             "left",
         )
-        yield from _table(
+        yield from table(
             head,
             (
                 (
@@ -218,7 +219,7 @@ class _Report:
         rows = (
             (f"{k:.3g}", *map(str, row)) for k, *row in zip(study.axes["K"], *labels, strict=True)
         )
-        yield from _table(("K [N/m^1.5]", *(f"{omega:.3f} rad/s" for omega in SPECIAL)), rows)
+        yield from table(("K [N/m^1.5]", *(f"{omega:.3f} rad/s" for omega in SPECIAL)), rows)
 
     def _figures(self) -> Iterator[str]:
         yield "\n## Figures"
@@ -246,11 +247,3 @@ def _with_rule(claim: Claim) -> str:
 
 def _marked(value: float, base: float) -> str:
     return f"**{value:g}**" if value == base else f"{value:g}"
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """Yield the lines of a Markdown table."""
-    yield f"| {' | '.join(head)} |"
-    yield f"|{'---|' * len(head)}"
-    for row in rows:
-        yield f"| {' | '.join(cell.replace('|', '/') for cell in row)} |"

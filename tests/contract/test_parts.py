@@ -209,7 +209,7 @@ def test_a_run_killed_after_the_archive_took_its_name_leaves_a_complete_one(path
 def test_an_archive_that_differs_from_its_parts_is_not_put_in_place(path, monkeypatch):
     scan = make_scan()
     blocks = cut(scan)
-    crc = archive._crc
+    crc = archive.crc32_of
     seen = []
 
     def miscounted(values, start=0):
@@ -219,7 +219,7 @@ def test_an_archive_that_differs_from_its_parts_is_not_put_in_place(path, monkey
     with Parts.open(path, scan) as parts:
         for block in blocks:
             parts.write(block, results(scan, block))
-        monkeypatch.setattr(archive, "_crc", miscounted)
+        monkeypatch.setattr(archive, "crc32_of", miscounted)
         with pytest.raises(RequestError, match="did not reach the disk"):
             parts.consolidate(blocks, {})
     assert not path.exists()

@@ -1,8 +1,8 @@
 """What the program costs, as ratios that survive a change of machine or of weather.
 
-    python tests/benchmarks                       measure, and compare with ratios.json beside it
-    python tests/benchmarks --keep                ... and make it the new baseline
-    python tests/benchmarks --only diagram,rk4    some of them
+    python -m benchmarks.speed                       measure, and compare with ratios.json beside it
+    python -m benchmarks.speed --keep                ... and make it the new baseline
+    python -m benchmarks.speed --only diagram,rk4    some of them
 
 Each benchmark is timed in turn with a yardstick: fixed Runge-Kutta steps of an impact oscillator,
 compiled by the same compiler, which no change of the program touches.  What counts is CPU time over
@@ -17,6 +17,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import numba
 import numpy as np
@@ -62,7 +63,7 @@ def yardstick() -> None:
 
 
 def orbit(
-    name: str, periods: int, record: tuple[str, ...], **settings: object
+    name: str, periods: int, record: tuple[str, ...], **settings: Any
 ) -> Callable[[], object]:
     """Return what follows one orbit."""
     system = load_system(name, omega=6.28)

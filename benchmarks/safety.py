@@ -1,6 +1,6 @@
 """What it costs that nothing is lost: run times with parts, seals and checks, and without them.
 
-    python tests/cost_of_safety.py [RUNS] [SCAN.toml]
+    python -m benchmarks.safety [RUNS] [SCAN.toml]
 
 The default scan (Figure 8) or another is computed again and again in turn: as it is, and with the
 archive written straight from memory, without parts, seals, forced writes and comparison.
@@ -53,7 +53,7 @@ def measured(scan, path):
 def main(runs=9, source=None):
     """Measure and print."""
     scan = load_scan(source)
-    times = {"safe": [], "unsafe": []}
+    times: dict[str, list[tuple[float, float]]] = {"safe": [], "unsafe": []}
     with tempfile.TemporaryDirectory(dir=".") as folder:
         path = Path(folder) / "a.h5"
         scan_run.run(scan, path)  # compiles

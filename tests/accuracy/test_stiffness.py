@@ -57,7 +57,7 @@ def found(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stiffness, "MODULI", (2.05e7, 2.1e13))
         patch.setattr(stiffness, "STIFFNESSES", (1e4, *KS))
-        survey.run(stiffness.stiffness(SET6, 20, peers=False), path)
+        survey.run(stiffness.stiffness(SET6, 20), path)
     with archive.read(path) as view:
         return read_stiffness(view)
 
@@ -113,7 +113,7 @@ def preloaded(tmp_path_factory):
 
         patch.setattr(stiffness, "reference_of", known)
         system = load_system("ssul-set6", K=2.5e7, C=-0.01)
-        survey.run(stiffness.stiffness(system, 3, peers=False), path)
+        survey.run(stiffness.stiffness(system, 3), path)
     with archive.read(path) as view:
         return read_stiffness(view)
 

@@ -24,10 +24,10 @@ from benchmarks.extremes import (
     repetition,
     scales,
 )
+from benchmarks.extremes.command import main
 from benchmarks.extremes.entry import Finding, within
 from benchmarks.extremes.page import page
 from nlds_vines import load_system, simulate
-from nlds_vines.accuracy.command import main
 from nlds_vines.errors import RequestError
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.orbits.simulation import IntegrationError
@@ -286,7 +286,7 @@ def raising(error):
 def test_a_check_that_raises_is_a_broken_promise_and_the_next_follows(folder, monkeypatch, capsys):
     error = IntegrationError("too_stiff at lane 3.\nRaise omega")
     monkeypatch.setattr(extremes, "CATALOGUE", (KEPT, raising(error), raising(KeyError()), KEPT))
-    assert main(["--extreme", "--quiet"]) == 1
+    assert main(["--quiet"]) == 1
     text = capsys.readouterr().out
     assert "2 of 4 promises are kept" in " ".join(text.split())
     assert "Measured: IntegrationError: too_stiff at lane 3 (**broken**)." in text
@@ -308,20 +308,18 @@ def folder(tmp_path, monkeypatch):
 
 def test_a_broken_promise_is_status_1_and_the_page_is_written(folder, monkeypatch, capsys):
     monkeypatch.setattr(extremes, "CATALOGUE", (KEPT, BROKEN, LENGTHY))
-    assert main(["--extreme", "--quiet", "--markdown", "extremes.md"]) == 1
+    assert main(["--quiet", "--markdown", "extremes.md"]) == 1
     out, err = capsys.readouterr()
     assert err == ""
     text = Path("extremes.md").read_text()
     assert text.startswith(out)
-    assert text.endswith(
-        "\n```sh\npython -m nlds_vines.accuracy --extreme --markdown extremes.md\n```\n"
-    )
+    assert text.endswith("\n```sh\npython -m benchmarks.extremes --markdown extremes.md\n```\n")
     assert "third thing" not in text
 
 
 def test_kept_promises_are_status_0_and_are_told_as_they_come(folder, monkeypatch, capsys):
     monkeypatch.setattr(extremes, "CATALOGUE", (KEPT, LENGTHY))
-    assert main(["--extreme", "--long"]) == 0
+    assert main(["--long"]) == 0
     out, err = capsys.readouterr()
     assert "third thing" in out
     assert [line.partition(":")[0] for line in err.splitlines()] == [
@@ -335,10 +333,10 @@ def test_a_dry_run_lists_and_checks_nothing(folder, monkeypatch, capsys):
         raise AssertionError
 
     monkeypatch.setattr(extremes, "CATALOGUE", (Entry(1, "first thing", "", never), LENGTHY))
-    assert main(["--extreme", "--dry-run"]) == 0
+    assert main(["--dry-run"]) == 0
     assert capsys.readouterr().out == "1 first thing\n"
 
 
 def test_a_page_that_cannot_be_written_is_refused_before_anything_is_checked(folder, capsys):
-    assert main(["--extreme", "--markdown", "no/x.md"]) == 2
+    assert main(["--markdown", "no/x.md"]) == 2
     assert "--markdown" in capsys.readouterr().err

@@ -94,11 +94,7 @@ REFUSED = {
     "a picture of no kind": (["--plot", "a.gif"], ["a.gif"]),
     "a folder that is not there": (["-o", "no/a.h5"], ["no"]),
     "a page where none can be": (["--markdown", "no/a.md"], ["--markdown", "no"]),
-    "--extreme of a system": (["--extreme", "--system", "tmd"], ["--extreme", "--system"]),
-    "--extreme resumed": (["--extreme", "--resume"], ["--extreme", "--resume"]),
-    "--extreme of a scan": (["--extreme", "own.toml"], ["--extreme", "a scan"]),
     "--parts into an archive": (["--parts", "-o", "a.h5"], ["--parts", "-o"]),
-    "--long alone": (["--long"], ["--long", "--extreme"]),
     "an orbit that ends": (["--set", "omega=1e-6", "--no-peers"], ["no reference", "too_stiff"]),
     "resume and overwrite": (["--resume", "--overwrite"], ["resume", "overwrite"]),
 }

@@ -145,10 +145,6 @@ class Parts(RunFolder):
                 else:
                     yield block, part
 
-    def finished(self, blocks: Iterable[Block]) -> set[int]:
-        """Return the indices of the blocks whose parts verify, as `sound`."""
-        return {block.index for block, _ in self.sound(blocks)}
-
     def load(self, block: Block) -> Part:
         """Return the verified part of a block; raises one of `UNSOUND` where it does not verify."""
         return self.files.load(block).by_us()

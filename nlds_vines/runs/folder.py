@@ -134,7 +134,9 @@ class RunFolder:
             manifest = Manifest.read(self.folder)
             if manifest and manifest.overwrite:
                 return False  # the run to be resumed began with --overwrite
-            raise RequestError(f"{self.path} holds another scan: --resume cannot continue it")
+            raise RequestError(
+                f"{self.path} holds another {self.content}: --resume cannot continue it"
+            )
         if problems := archive.verify(self.path):
             raise RequestError(f"{self.path} is damaged ({problems[0]}): use --overwrite")
         return True
@@ -169,8 +171,10 @@ class RunFolder:
             text = "--resume continues it, --overwrite discards it"
             raise RequestError(f"{self.folder} holds an unfinished run: {text}")
         if found and found.scan_hash != self.request.hash:
-            whose = f"{found.title!r}, {found.content} {found.scan_hash[:12]}"
-            raise RequestError(f"{self.folder} holds the parts of another scan ({whose})")
+            whose = f"{found.title!r}, {found.scan_hash[:12]}"
+            raise RequestError(
+                f"{self.folder} holds the parts of another {found.content} ({whose})"
+            )
         if not found:
             Manifest.of(self.request, self.content, overwrite).write(self.folder)
         if self.shard:

@@ -90,7 +90,7 @@ def fetch(path: Path, identity: list[Any]) -> Part:
     data = memoryview(durable.read(path))
     head, start = _header(data)
     if head["block"] != identity:
-        raise ValueError("it is of another scan or another block")
+        raise ValueError("it is of another request or another block")
     return Part(dict(_arrays(data, head["arrays"], start)), Made(**head["made"]))
 
 

@@ -1,11 +1,11 @@
-"""Where the files that travel with the package lie: inside a wheel, or beside it in a clone."""
+"""The paths of packaged files: inside a wheel, or beside the package in a clone."""
 
 from __future__ import annotations
 
 from importlib.resources import files
 from pathlib import Path
 
-# all else stands in `scans`
+# all others lie in `scans`
 _FOLDER_IN_CLONE = {"dampers.toml": "data", "states.json": "data/reference"}
 _FIGURES = ("figure*.toml", "study-*.toml")
 
@@ -13,7 +13,7 @@ _FIGURES = ("figure*.toml", "study-*.toml")
 def resource_text(name: str) -> str:
     """Return the text of the packaged file `name`: `dampers.toml`, a request file, `states.json`.
 
-    A wheel carries them in `nlds_vines/_data`; in a clone they stay in `data` and `scans`.
+    A wheel holds them in `nlds_vines/_data`; in a clone they stay in `data` and `scans`.
     """
     return resource_path(name).read_text(encoding="utf-8")
 

@@ -48,7 +48,7 @@ def comma_separated(text: str | None) -> list[str] | None:
     """Return the words between the commas of a text, empty ones left out; None for None."""
     if text is None:
         return None
-    return [word for word in (part.strip() for part in text.split(",")) if word]
+    return [word for word in (piece.strip() for piece in text.split(",")) if word]
 
 
 def spaced(option: str, text: str, form: str = "START:STOP:NUM") -> dict[str, float]:
@@ -65,11 +65,11 @@ def interval(option: str, text: str) -> dict[str, float]:
 
 
 def _between_colons(option: str, text: str, form: str) -> list[str]:
-    """Return the parts of `text` between its colons, which must be as many as in `form`."""
-    parts = text.split(":")
-    if len(parts) != form.count(":") + 1:
+    """Return what stands between the colons of `text`, which must be as many as in `form`."""
+    pieces = text.split(":")
+    if len(pieces) != form.count(":") + 1:
         raise RequestError(f"{option} = {shown(text)} must be {form}")
-    return parts
+    return pieces
 
 
 def given(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -138,12 +138,12 @@ def _refuse_twice(frame: Document, entry: Document) -> None:
         raise RequestError(f"{both[0]} is set by [[panels]] as well: set it in one of the two")
 
 
-def _settings(part: Document) -> Mapping[str, Any]:
-    return table("set", part.get("set", {}))
+def _settings(entry: Document) -> Mapping[str, Any]:
+    return table("set", entry.get("set", {}))
 
 
-def _flag(part: Document, key: str) -> bool:
-    return _truth(key, part.get(key, False))
+def _flag(entry: Document, key: str) -> bool:
+    return _truth(key, entry.get(key, False))
 
 
 def _colour(value: object) -> str:

@@ -31,11 +31,12 @@ SEARCHES = ("de", "cma")
 """The global searches: differential evolution; CMA-ES, which needs the extra `cma`."""
 
 MOST_LANES = 10**8
-"""The most orbits that one tuning may ask for."""
+"""The most orbits of one tuning: days of work on a large machine."""
 
 DETUNING, SHIFT, STARTS, STRETCH = 0.01, 0.02, 4, 5
-"""What a winner must stand: frequencies 1 % off, parameters 2 % off, so many random starts, so many
-times the periods (which tells of an orbit that had not settled, or is irregular)."""
+"""The perturbations of an optimum: frequencies 1 % off, parameters 2 % off, this number of random
+starts, and this multiple of the periods (which shows an orbit that had not settled, or is
+irregular)."""
 
 SAMPLING: Mapping[str, Callable[[object], int]] = {
     "transient": lambda value: whole("transient", value, 0),
@@ -109,7 +110,7 @@ class Surface:
     size: int = 41
 
     def __post_init__(self) -> None:
-        """Check the size; what parameters there are is known to the tuning."""
+        """Check the size; the tuning checks the parameters."""
         whole("size of the surface", self.size, 2, 10**4)
 
 
@@ -173,7 +174,7 @@ class Tuning:
                 raise RequestError("a surface takes two different parameters")
 
     def _check_corners(self) -> None:
-        """Let the system look at the corners of all intervals: they speak for what is inside."""
+        """Let the system check the corners of all intervals: what holds there holds inside."""
         ends = [(item.low, item.high) for item in self.free]
         ends += [tuple(axis.values[[0, -1]]) for axis in self.over]
         corners = np.array(list(product(*ends))).T
@@ -187,7 +188,7 @@ class Tuning:
 
     @property
     def about(self) -> dict[str, Value]:
-        """What the attributes of its archive tell beside the request itself."""
+        """The attributes of its archive beside the request itself: system, parameters, seed."""
         return {**self.system.attributes, "seed": self.search.seed}
 
     def cases(self) -> Mapping[str, np.ndarray]:
@@ -204,7 +205,7 @@ class Tuning:
 
     @property
     def most_evaluations(self) -> int:
-        """The most designs that will be looked at, perturbed ones counted each."""
+        """The most designs that will be evaluated, each perturbed one counted."""
         search = self.search
         globally = search.population * (search.generations + 1)
         locally = search.optima * search.polish
@@ -238,7 +239,7 @@ class Tuning:
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of what determines the numbers: the canonical TOML without its prose."""
+        """SHA-256 of what determines the numbers: the canonical TOML without titles and sources."""
         document = self.document() | {"title": ""}
         document["system"] = {key: document["system"][key] for key in ("kind", "parameters")}
         return hashlib.sha256(toml_text(document).encode()).hexdigest()

@@ -27,13 +27,13 @@ examples:
       map.h5.parts, filled by `nlds-vines bifurcation ... -o map.h5 --shard i/n`, becomes map.h5
   nlds-vines consolidate map.h5 --dry-run
       only say what is there and what is missing
-exit status: 0 done; 2 blocks are missing, or somebody is at work on them; 130, 143 interrupted
+exit status: 0 done; 2 blocks are missing, or a run is at work on them; 130, 143 interrupted
 """
-_MOST_NAMED = 8
+_MOST_NAMED = 8  # shards that an error names
 
 
 def shards_without(parts: Parts, missing: Sequence[Block]) -> list[Shard]:
-    """Return the shards that miss blocks, where the folder tells of one number of shards alone."""
+    """Return the shards with missing blocks; none where the folder does not show their number."""
     names = (path.stem.split("-") for path in parts.folder.glob("shard-*-of-*.lock"))
     counts = {int(words[3]) for words in names}
     if len(counts) != 1:
@@ -44,7 +44,7 @@ def shards_without(parts: Parts, missing: Sequence[Block]) -> list[Shard]:
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    """Consolidate what the arguments name; returns the exit status."""
+    """Consolidate the parts of an archive to be; return the exit status."""
     path = Path(options.file.removesuffix(".parts"))
     if not path.with_name(f"{path.name}.parts").is_dir():
         raise RequestError(f"{shown(str(path))} has no parts: nothing was begun, or all is done")

@@ -1,4 +1,4 @@
-"""Repeat a scan from its own archive, and say whether the results are the same.
+"""Repeat a scan from its own archive, and compare the results.
 
 As a command: `nlds-vines rerun FILE.h5`.
 """
@@ -15,7 +15,7 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.run_options import add_run_options, run_options
 from nlds_vines.cli.running import DIFFERENT, DONE, LANES_FAILED, Command
 from nlds_vines.errors import RequestError, shown
-from nlds_vines.runs.manifest import SCAN, refuse_others
+from nlds_vines.runs.manifest import SCAN, refuse_unless_scan
 from nlds_vines.toml import parse_toml
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ request is wrong; 130 interrupted, 143 terminated: --resume goes on
 
 
 def scan_in(path: Path) -> Scan:
-    """Return the scan that an archive is of.
+    """Return the scan of an archive.
 
     Raises `RequestError` if there is no such archive, or if its scan means something else by now.
     """
@@ -43,7 +43,7 @@ def scan_in(path: Path) -> Scan:
 
     with archive.read(path) as view:
         attrs = view.attrs
-    refuse_others(f"{path} holds", attrs.get("content", SCAN))
+    refuse_unless_scan(f"{path} holds", attrs.get("content", SCAN))
     scan = load_scan(parse_toml(str(attrs["scan"]), f"{path}: its scan"))
     if scan.hash != attrs["scan_hash"]:
         raise RequestError(
@@ -54,7 +54,7 @@ def scan_in(path: Path) -> Scan:
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    """Repeat what the arguments name; returns the exit status."""
+    """Repeat a scan and compare; return the exit status."""
     source, how = Path(options.file), run_options(options)
     output = Path(options.output or f"{source.stem}-rerun.h5")
     job = Job(scan_in(source), source, output, None, how)

@@ -32,7 +32,8 @@ exit status: 0 all sound; 1 something is damaged; 2 the request is wrong
 def problems(path: Path) -> list[str]:
     """Return what is wrong with an archive or with a folder of parts; empty if it is sound.
 
-    What is damaged is named: a dataset, a part.  Raises `RequestError` if there is no such thing.
+    Each line names the dataset or the part that is damaged.  Raises `RequestError` if there is
+    neither file nor folder.
     """
     if path.is_dir():
         return list(_of_parts(path))
@@ -57,9 +58,11 @@ def _of_parts(folder: Path) -> Iterator[str]:
     if manifest is None and not names:
         raise RequestError(f"{shown(str(folder))} is a folder without parts")
     if manifest is None:
-        yield f"{folder / NAME} is missing: whose parts these are is not known"
+        yield f"{folder / NAME} is missing: the request of these parts is not known"
         return
-    yield from (_of_scan if manifest.content == SCAN else _of_journal)(folder, manifest, names)
+    yield from (_of_scan if manifest.content == SCAN else _of_numbered_parts)(
+        folder, manifest, names
+    )
 
 
 def _of_scan(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Iterator[str]:
@@ -83,8 +86,8 @@ def _of_scan(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Itera
         yield f"part {name} is none of this scan's"
 
 
-def _of_journal(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Iterator[str]:
-    """Yield what is wrong with the parts of a tuning: the journal of its search, in order."""
+def _of_numbered_parts(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Iterator[str]:
+    """Yield what is wrong with the parts of a tuning or a survey, which are numbered in order."""
     from nlds_vines.runs.partfile import UNSOUND, fetch, identity, path_of
 
     there = {path_of(folder, index).name: index for index in range(len(names))}
@@ -100,13 +103,13 @@ def _of_journal(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> It
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    """Verify what the arguments name; returns the exit status."""
+    """Verify files and folders; return the exit status."""
     sound = [_verified(Path(name), options.quiet) for name in options.files]
     return DONE if all(sound) else DAMAGED
 
 
 def _verified(path: Path, quiet: bool) -> bool:
-    """Verify one file or folder, tell what was found and return whether it is sound."""
+    """Verify one file or folder, print what is wrong and return whether it is sound."""
     found = problems(path)
     for problem in found:
         print(f"{path}: {problem}")

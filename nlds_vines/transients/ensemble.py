@@ -26,7 +26,7 @@ NEEDED = ("label", "settling", "watched")
 """What an archive must hold: want = ["regime", "settling", "evidence"]."""
 
 _NO_LIFETIME = ("failed", "quasiperiodic", "")
-"""Final regimes that were reached at a time that nobody knows."""
+"""Final regimes without a known time at which they were reached."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Share:
 
 @dataclass(frozen=True)
 class Ensemble:
-    """What the starts of one cell came to.
+    """The final regimes and lifetimes of the starts of one cell.
 
     Arguments:
         labels: the regime of each, strings in an object array (n,).
@@ -117,7 +117,7 @@ class Ensemble:
         )
 
     def lines(self) -> Iterator[str]:
-        """Yield what came of it, in words."""
+        """Yield the shares and lifetimes, in words."""
         yield f"{'ended in':<16}{'starts':>7}  {'share':>7}  {self.level:.0%} interval"
         for entry in self.shares:
             interval = f"{entry.low:.2%} to {entry.high:.2%}"
@@ -133,11 +133,11 @@ class Ensemble:
         settled, total = int(self.ended.sum()), int(self.counted.sum())
         yield f"settled: {settled} of {total}{self._censored()}"
         quantiles = (self.survival.quantile(q) for q in (0.5, 0.9, 0.99))
-        told = (
+        times = (
             f"{q} by {time:g}" if np.isfinite(time) else f"{q} not yet"
             for q, time in zip(("half", "90%", "99%"), quantiles, strict=True)
         )
-        yield f"  forcing periods until then: {', '.join(told)}"
+        yield f"  forcing periods until then: {', '.join(times)}"
         if self.decay is None:
             yield f"  none lasted beyond {self.delay:g} periods: no law of decay"
             return

@@ -15,7 +15,7 @@ import numpy as np
 from nlds_vines.errors import RequestError
 
 LEVEL = 0.95
-"""Confidence of all intervals, unless told."""
+"""The default confidence of all intervals."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Claims, what they are checked against, and what may come of it."""
+"""A claim, the evidence that it is checked against, and the verdicts there are."""
 
 from __future__ import annotations
 

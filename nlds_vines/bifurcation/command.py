@@ -19,7 +19,7 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_output, check_plot, refuse_existing
+from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
 from nlds_vines.errors import RequestError, shown
@@ -87,7 +87,7 @@ def bifurcation(
         scan=load_scan(scan),
         source=source,
         archive=_archive_path(output, source),
-        plot=None if plot is None else Path(plot),
+        plot=optional_path(plot),
         how=RunOptions(threads, resume, overwrite, share, scheduler, quiet),
         show=show,
     )
@@ -197,13 +197,13 @@ def _made(job: Job) -> list[str]:
 
 def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
-    source = None if options.scan is None else Path(options.scan)
+    source = optional_path(options.scan)
     archive = _archive_path(options.output, source)
     scan, how = load_scan(source, changes(options), "command line"), run_options(options)
     plot = options.plot
     if plot is None and source is None and how.shard is None and _can_be_drawn(scan):
         plot = archive.parent / f"{archive.stem}.png"  # the embedded default is a figure
-    return Job(scan, source, archive, None if plot is None else Path(plot), how, options.show)
+    return Job(scan, source, archive, optional_path(plot), how, options.show)
 
 
 def _can_be_drawn(scan: Scan) -> bool:

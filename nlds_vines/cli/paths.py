@@ -13,6 +13,11 @@ PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 """The ends of the names of pictures, by which their kinds are chosen."""
 
 
+def optional_path(value: str | os.PathLike[str] | None) -> Path | None:
+    """Return the path of a file that may be left out; None for None."""
+    return None if value is None else Path(value)
+
+
 def check_writable(what: str, path: Path) -> None:
     """Raise `RequestError` unless a file of this path can be written; nothing is left behind."""
     if os.path.isdir(path):  # unlike `Path.is_dir`, never raises

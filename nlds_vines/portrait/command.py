@@ -20,7 +20,7 @@ from nlds_vines.cli.option_values import (
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_plot
+from nlds_vines.cli.paths import check_plot, optional_path
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
 from nlds_vines.errors import RequestError
 from nlds_vines.model.system import System
@@ -88,7 +88,7 @@ def portrait(
         request = source
     else:
         request = load_portrait(source, _document(options), "portrait")
-    path = None if plot is None else Path(plot)
+    path = optional_path(plot)
     if path is not None:
         check_plot(path)
     _, figure = _drawn(request, path)

@@ -30,7 +30,7 @@ _FOLDER = "reproduction"
 _ARCHIVES = "archives"
 _REPORT = "reproduction.md"
 FORMATS = tuple(suffix.removeprefix(".") for suffix in PLOT_SUFFIXES)
-"""What the pictures may be."""
+"""The formats of pictures."""
 
 _EXAMPLES = """\
 examples:
@@ -57,7 +57,7 @@ def reproduce_paper(
     """Make the figures and the report in the folder `output`; return the report's path.
 
     Arguments:
-        output: made if need be; its archives are used again where they are what is asked for.
+        output: made if need be; archives in it are used again if they are of the same scans.
         only: figures by the names of the command line (`2a`, `8`, `stiffness`); empty for all.
         picture: of `FORMATS`.
         threads: how many; by default as many as the machine has processors.
@@ -127,7 +127,7 @@ class _Job:
         (self.folder / _ARCHIVES).mkdir(parents=True, exist_ok=True)
         for name, scan in self.scans.items():
             refuse_without_room(scan, self.folder / _ARCHIVES / name)
-        failed = sum(self._compute(number) for number in range(len(self.scans)))
+        failed = sum(self._compute(name, scan) for name, scan in self.scans.items())
         failed += sum(self._draw(request) for request in self.requests)
         if self.report:
             from nlds_vines.reproduce import report
@@ -136,15 +136,15 @@ class _Job:
             self._say(str(self.report_path))
         return failed
 
-    def _compute(self, number: int) -> int:
-        """Compute one scan, or find it computed; return how many of its orbits failed."""
+    def _compute(self, name: str, scan: Scan) -> int:
+        """Compute one scan unless its archive is there; return how many of its orbits failed."""
         from nlds_vines.bifurcation.run import run
 
-        name, scan = list(self.scans.items())[number]
         path = self.folder / _ARCHIVES / name
         report = run(scan, path, replace(self.how, quiet=True))
         what = report.summary() if report.seconds else "there already, verified"
-        self._say(f"[{number + 1}/{len(self.scans)}] {path.stem}: {what}")
+        number = list(self.scans).index(name) + 1
+        self._say(f"[{number}/{len(self.scans)}] {path.stem}: {what}")
         if report.failed_lanes:
             where = f"the dataset `status` of {path} says why"
             complain(_NAME, f"{report.failed_lanes} of {scan.lanes} orbits failed: {where}")
@@ -213,8 +213,10 @@ def _job(options: argparse.Namespace) -> _Job:
     own = tuple(load_figure(Path(path)) for path in options.sources)
     if own and options.only is not None:
         raise RequestError("--only chooses among the paper's figures: leave out the files")
+    # no name between the commas is a wrong name, not a wish for all figures
+    names = () if options.only is None else comma_separated(options.only) or [options.only]
     return _Job(
-        requests=own or _chosen(comma_separated(options.only) or ()),
+        requests=own or _chosen(names),
         folder=Path(options.output),
         picture=options.format,
         how=_how(options.threads, options.overwrite, options.quiet),

@@ -26,7 +26,7 @@ from nlds_vines.reproduce.claims import (
 from nlds_vines.reproduce.claims.claim import tuning_frequency
 from nlds_vines.reproduce.claims.contact_constants import SPECIAL
 from nlds_vines.reproduce.claims.dampers import FREED, SET6, SETS
-from nlds_vines.reproduce.claims.retention import retained
+from nlds_vines.reproduce.claims.retention import Retained, retained
 from nlds_vines.reproduce.request import FigureRequest
 from nlds_vines.reproduce.request_file import packaged_figures
 
@@ -180,34 +180,9 @@ class _Report:
         except Missing as missing:
             yield f"{parameter}: {missing}."
             return
-        unit = PARAMETERS[parameter].unit
-        there = f"E1max at {tuning_frequency():g} rad/s [J]"
-        head = (
-            "damper",
-            f"{parameter} [{unit}]",
-            "peak [J]",
-            "at [rad/s]",
-            "ratio",
-            there,
-            "ratio",
-            "left",
-        )
-        yield from table(
-            head,
-            (
-                (
-                    catalogue()[row.damper].title,
-                    _marked(row.value, catalogue()[row.damper].parameters[parameter]),
-                    f"{row.peak:.1f}",
-                    f"{row.omega:.3f}",
-                    f"{row.relative:.2f}",
-                    f"{row.tuned:.1f}",
-                    f"{row.relative_tuned:.2f}",
-                    f"{row.left:.2f}",
-                )
-                for row in rows
-            ),
-        )
+        head = ("damper", f"{parameter} [{PARAMETERS[parameter].unit}]", "peak [J]", "at [rad/s]")
+        tuned = f"E1max at {tuning_frequency():g} rad/s [J]"
+        yield from table((*head, "ratio", tuned, "ratio", "left"), map(_retention_cells, rows))
 
     def _stiffness(self) -> Iterator[str]:
         """Yield the table of the labels at the special frequencies by contact stiffness."""
@@ -246,6 +221,21 @@ def _heading(text: str) -> Sequence[str]:
 def _with_rule(claim: Claim) -> str:
     """Return a claim, and its rule if it has one."""
     return f"{claim.statement} *({claim.rule})*" if claim.rule else claim.statement
+
+
+def _retention_cells(row: Retained) -> tuple[str, ...]:
+    """Return the cells of a row of the table of retention."""
+    damper = catalogue()[row.damper]
+    return (
+        damper.title,
+        _marked(row.value, damper.parameters[row.parameter]),
+        f"{row.peak:.1f}",
+        f"{row.omega:.3f}",
+        f"{row.relative:.2f}",
+        f"{row.tuned:.1f}",
+        f"{row.relative_tuned:.2f}",
+        f"{row.left:.2f}",
+    )
 
 
 def _marked(value: float, base: float) -> str:

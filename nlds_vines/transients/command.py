@@ -18,7 +18,7 @@ from nlds_vines.bifurcation.command import Job, bifurcation, carry_out
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.cli.option_values import add_system_options, chosen_system
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_plot
+from nlds_vines.cli.paths import check_plot, optional_path
 from nlds_vines.cli.run_options import add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
 from nlds_vines.errors import RequestError, at, number
@@ -84,7 +84,7 @@ def transients(
     """
     sampling = {"transient": transient, "periods": periods, "method": method, "effort": effort}
     scan = _scan(system, starts, seed, sampling)
-    delay, path = _checked_delay(delay), None if plot is None else Path(plot)
+    delay, path = _checked_delay(delay), optional_path(plot)
     if path is not None:
         check_plot(path)
     archive = bifurcation(scan, f"{_NAME}.h5" if output is None else output, **running)

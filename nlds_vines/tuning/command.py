@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_output, check_plot, refuse_existing
+from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
 from nlds_vines.errors import RequestError, shown
@@ -73,7 +73,7 @@ def tune(
         tuning=_drawable(load_tuning(source, tables, "tune"), plot),
         source=_source_path(source),
         archive=Path(output),
-        plot=None if plot is None else Path(plot),
+        plot=optional_path(plot),
         how=RunOptions(threads, resume, overwrite, quiet=quiet),
     )
     return job.run()
@@ -158,7 +158,7 @@ def _job(options: argparse.Namespace) -> _Job:
         tuning=_drawable(tuning, options.plot),
         source=_source_path(options.tuning),
         archive=_DEFAULT if options.output is None else Path(options.output),
-        plot=None if options.plot is None else Path(options.plot),
+        plot=optional_path(options.plot),
         how=run_options(options),
     )
 

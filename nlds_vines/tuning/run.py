@@ -98,7 +98,7 @@ def _search(tuning: Tuning, log: Log, seed: int) -> float:
 
 
 def _distinct(tuning: Tuning, points: np.ndarray, values: np.ndarray, within: float) -> np.ndarray:
-    """Return the indices of distinct good designs, told apart by what enters the dynamics."""
+    """Return the indices of good designs that differ in parameters that enter the dynamics."""
     counts = [i for i, parameter in enumerate(tuning.free) if not parameter.inert]
     units = units_of(tuning.free, points)[:, counts]
     return distinct(units, values, within, tuning.search.apart, tuning.search.optima)

@@ -56,7 +56,7 @@ class Standing:
             f"blocks:   {done} of {self.blocks}{damaged}",
             f"orbits:   {share}, {self.tally.failed} failed",
             f"regimes:  {self.tally.regimes() or 'none known yet'}",
-            f"at work:  {', '.join(self.workers) or 'nobody that can be seen from here'}",
+            f"at work:  {', '.join(self.workers) or 'no run that can be seen from here'}",
             *self._pace(),
         ]
 

@@ -83,7 +83,7 @@ def _of_scan(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Itera
         except UNSOUND as error:
             yield f"part {files.path(block).name} is damaged: {error}"
     for name in sorted(names - {files.path(block).name for block in blocks}):
-        yield f"part {name} is none of this scan's"
+        yield f"part {name} belongs to no block of this scan"
 
 
 def _of_numbered_parts(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Iterator[str]:

@@ -117,7 +117,7 @@ def test_three_hundred_flipped_bits_are_all_found_and_told(path, begun, capsys):
 def test_parts_without_their_manifest_or_in_excess_are_told(begun, capsys):
     (begun / "block-000099.part").write_bytes(b"")
     assert main(["verify", str(begun)]) == 1
-    assert "block-000099.part is none of this scan's" in capsys.readouterr().out
+    assert "block-000099.part belongs to no block of this scan" in capsys.readouterr().out
     (begun / "manifest.json").unlink()
     assert main(["verify", str(begun)]) == 1
     assert "manifest.json is missing" in capsys.readouterr().out

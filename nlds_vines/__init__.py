@@ -40,7 +40,7 @@ _HOMES = {
     "verify": "archives.archive",
 }
 
-__all__ = sorted([*_HOMES, "__version__"])  # strings all
+__all__ = sorted([*_HOMES, "__version__"])
 
 
 def __getattr__(name: str) -> Any:

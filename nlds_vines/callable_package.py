@@ -1,4 +1,4 @@
-"""A folder that is called like the function of its name: `nv.bifurcation(...)`.
+"""A package that can be called, as the function of its name: `nv.bifurcation(...)`.
 
 `python -m nlds_vines.bifurcation` needs a package of that name, `nv.bifurcation(...)` a function.
 Importing the package puts it in the function's place, so the package itself is made callable.
@@ -22,5 +22,5 @@ class CallablePackage(ModuleType):
 
 
 def make_callable(package: str) -> None:
-    """Let the package of this name be called; its `__init__` asks for it with `__name__`."""
+    """Make the package of this name callable; its `__init__` calls this with `__name__`."""
     sys.modules[package].__class__ = CallablePackage

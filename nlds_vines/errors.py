@@ -57,7 +57,7 @@ def number(what: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise RequestError(f"{what} = {shown(value)} must be a number")
     try:
-        result = float(value) + 0.0  # -0.0 becomes 0.0: equal numbers shall print alike
+        result = float(value) + 0.0  # -0.0 becomes 0.0: equal numbers print alike
     except OverflowError:
         result = math.inf
     if not math.isfinite(result):

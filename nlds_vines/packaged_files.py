@@ -1,19 +1,19 @@
-"""Where the files that travel with the package lie: inside a wheel, or beside it in a clone."""
+"""The paths of packaged files: inside a wheel, or beside the package in a clone."""
 
 from __future__ import annotations
 
 from importlib.resources import files
 from pathlib import Path
 
-# all else stands in `scans`
+# all others lie in `scans`
 _FOLDER_IN_CLONE = {"dampers.toml": "data", "states.json": "data/reference"}
-_RECIPES = ("figure*.toml", "study-*.toml")
+_FIGURES = ("figure*.toml", "study-*.toml")
 
 
 def resource_text(name: str) -> str:
-    """Return the text of the packaged file `name`: `dampers.toml`, a recipe, `states.json`.
+    """Return the text of the packaged file `name`: `dampers.toml`, a request file, `states.json`.
 
-    A wheel carries them in `nlds_vines/_data`; in a clone they stay in `data` and `scans`.
+    A wheel holds them in `nlds_vines/_data`; in a clone they stay in `data` and `scans`.
     """
     return resource_path(name).read_text(encoding="utf-8")
 
@@ -26,10 +26,10 @@ def resource_path(name: str) -> Path:
     return _clone() / _FOLDER_IN_CLONE.get(name, "scans") / name
 
 
-def recipe_paths() -> list[Path]:
-    """Return the recipes that travel with the package: the paper's figures, and studies of ours."""
+def figure_files() -> list[Path]:
+    """Return the request files in the package: the paper's figures, and studies of our own."""
     folder = _packed() if _packed().is_dir() else _clone() / "scans"
-    return sorted(path for pattern in _RECIPES for path in folder.glob(pattern))
+    return sorted(path for pattern in _FIGURES for path in folder.glob(pattern))
 
 
 def _packed() -> Path:

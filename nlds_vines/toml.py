@@ -1,4 +1,4 @@
-"""TOML in, with errors of one line; TOML out, in the canonical form that hashes are taken of."""
+"""TOML read, with errors of one line; TOML written, in the canonical form that is hashed."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Figure 10: chaos at 7.400 rad/s.
 
 `python scans/figure10.py [OPTION ...]` draws figure10.png; the options are those of the command
-`nlds-vines portrait`, which this is with the recipe beside it.
+`nlds-vines portrait`, here with the request file beside this script.
 """
 
 import sys

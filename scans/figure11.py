@@ -1,7 +1,7 @@
 """Figure 11: transient chaos at 7.575 rad/s, its chaotic and its periodic phase.
 
 `python scans/figure11.py [OPTION ...]` draws figure11.png; the options are those of the command
-`nlds-vines portrait`, which this is with the recipe beside it.
+`nlds-vines portrait`, here with the request file beside this script.
 """
 
 import sys

@@ -1,7 +1,7 @@
 """Figure 12: the energies of structure and damper in these regimes.
 
 `python scans/figure12.py [OPTION ...]` draws figure12.png; the options are those of the command
-`nlds-vines portrait`, which this is with the recipe beside it.
+`nlds-vines portrait`, here with the request file beside this script.
 """
 
 import sys

@@ -1,8 +1,8 @@
-"""Figure 4: the recipe beside this script in, archives and picture out, in the current folder."""
+"""Figure 4: from the request file beside this script, in the current folder."""
 
 from pathlib import Path
 
-from nlds_vines.reproduce.command import draw_recipe
+from nlds_vines.reproduce.command import draw_figure
 
 if __name__ == "__main__":
-    draw_recipe(Path(__file__).with_suffix(".toml"))
+    draw_figure(Path(__file__).with_suffix(".toml"))

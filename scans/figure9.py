@@ -1,7 +1,7 @@
 """Figure 9: the 3T,3 regime at 7.375 rad/s.
 
 `python scans/figure9.py [OPTION ...]` draws figure9.png; the options are those of the command
-`nlds-vines portrait`, which this is with the recipe beside it.
+`nlds-vines portrait`, here with the request file beside this script.
 """
 
 import sys

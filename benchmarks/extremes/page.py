@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterable, Iterator
 
 from benchmarks.extremes.entry import Entry, Finding
+from nlds_vines.cli.markdown import table
 
 _WIDTH = 100
 _ABOUT = (
@@ -24,28 +25,10 @@ def page(found: Iterable[tuple[Entry, Finding]]) -> Iterator[str]:
     yield from ("# Extremes", "")
     yield from textwrap.wrap(f"{_ABOUT} {kept} of {len(pairs)} promises are kept.", _WIDTH)
     yield ""
-    yield from _table(pairs)
+    yield from table(_HEADER, (_row(*pair) for pair in pairs), right=(0, 2, 3), padded=True)
     for entry, finding in pairs:
         yield ""
         yield from _section(entry, finding)
-
-
-def _table(pairs: list[tuple[Entry, Finding]]) -> Iterator[str]:
-    """Yield a row for each entry, its columns aligned."""
-    rows = [_HEADER, *(_row(entry, finding) for entry, finding in pairs)]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(_HEADER))]
-    numbers = (0, 2, 3)
-    for line, row in enumerate(rows):
-        cells = (
-            text.rjust(width) if i in numbers else text.ljust(width)
-            for i, (text, width) in enumerate(zip(row, widths, strict=True))
-        )
-        yield f"| {' | '.join(cells)} |"
-        if line == 0:
-            rules = (
-                "-" * (width + 1) + (":" if i in numbers else "-") for i, width in enumerate(widths)
-            )
-            yield f"|{'|'.join(rules)}|"
 
 
 def _row(entry: Entry, finding: Finding) -> tuple[str, ...]:
@@ -59,7 +42,7 @@ def _row(entry: Entry, finding: Finding) -> tuple[str, ...]:
 
 
 def _section(entry: Entry, finding: Finding) -> Iterator[str]:
-    """Yield the promise, what was measured, and what stands against more."""
+    """Yield the promise, what was measured, and why no more is promised."""
     yield from (f"## {entry.number}. {entry.name[0].upper()}{entry.name[1:]}", "")
     yield from textwrap.wrap(entry.promise, _WIDTH)
     yield ""

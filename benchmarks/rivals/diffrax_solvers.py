@@ -22,8 +22,8 @@ from nlds_vines.accuracy.rivals.rival import (
     BUDGET,
     TOLERANCES,
     Flow,
-    Peer,
-    PeerFailure,
+    Rival,
+    RivalFailure,
     Track,
     begun,
     flow_of,
@@ -306,21 +306,21 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
             states, well, *rest = (np.asarray(item) for item in found)
         states = states[: len(wanted)]
         if not well:
-            raise PeerFailure(
+            raise RivalFailure(
                 f"{method} gave up: too many steps or events, or a state that is not finite"
             )
         if not rest:
             return Track(states)
         touches, count, steps = rest
         if count > room:
-            raise PeerFailure(f"more than {room} touches")
+            raise RivalFailure(f"more than {room} touches")
         return Track(states, touches[:count], float(steps / count) if count else None)
 
     return flow_of(system, state, follow)
 
 
-def _peer(method: str, order: float, split: bool) -> Peer:
-    return Peer(
+def _rival(method: str, order: float, split: bool) -> Rival:
+    return Rival(
         name=f"diffrax {method}, events" if split else f"diffrax {method}",
         settings=TOLERANCES,
         setting="rtol",
@@ -332,10 +332,10 @@ def _peer(method: str, order: float, split: bool) -> Peer:
     )
 
 
-PEERS = (
-    _peer("Tsit5", 5.0, True),
-    _peer("Tsit5", 5.0, False),
-    _peer("Dopri8", 8.0, True),
-    _peer("Dopri8", 8.0, False),
-    _peer("Kvaerno5", 5.0, False),
+RIVALS = (
+    _rival("Tsit5", 5.0, True),
+    _rival("Tsit5", 5.0, False),
+    _rival("Dopri8", 8.0, True),
+    _rival("Dopri8", 8.0, False),
+    _rival("Kvaerno5", 5.0, False),
 )

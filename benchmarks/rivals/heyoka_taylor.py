@@ -19,8 +19,8 @@ from nlds_vines.accuracy.rivals.rival import (
     BUDGET,
     TOLERANCES,
     Flow,
-    Peer,
-    PeerFailure,
+    Rival,
+    RivalFailure,
     Track,
     begun,
     flow_of,
@@ -125,10 +125,10 @@ class _Integrators:
                 self._note(state)
                 continue
             if not -len(self.walls) <= int(outcome) < 0:
-                raise PeerFailure(f"in flight at t = {flight.time:.6g} s: {outcome}")
+                raise RivalFailure(f"in flight at t = {flight.time:.6g} s: {outcome}")
             self.touches.append(flight.time)
             if len(self.touches) > most:
-                raise PeerFailure(f"more than {most} touches up to t = {flight.time:.6g} s")
+                raise RivalFailure(f"more than {most} touches up to t = {flight.time:.6g} s")
             self._contact(self.walls[-1 - int(outcome)], 0.0)
         mean = self.steps / self.releases if self.releases else None
         return Track(self.states, self.touches, mean)
@@ -155,7 +155,7 @@ class _Integrators:
             if int(outcome) == RELEASE:
                 break
             if int(outcome) != MOMENT:
-                raise PeerFailure(f"in the contact at t = {t + passed:.6g} s: {outcome}")
+                raise RivalFailure(f"in the contact at t = {t + passed:.6g} s: {outcome}")
             self._note(flight.state)
             pars[1] = moments[self.noted] - t
             if self.noted == len(self.states):
@@ -175,13 +175,13 @@ def _prepare(system: System, start: np.ndarray) -> Flow:
         try:
             return integrators(tolerance).follow(state, times, most_events(system, times))
         except ValueError as error:  # a state that is not finite
-            raise PeerFailure(str(error)) from None
+            raise RivalFailure(str(error)) from None
 
     return flow_of(system, state, follow)
 
 
-PEERS = (
-    Peer(
+RIVALS = (
+    Rival(
         name="heyoka Taylor, events",
         settings=(*TOLERANCES, 1e-14),
         setting="rtol",

@@ -26,8 +26,8 @@ from nlds_vines.accuracy.rivals.rival import (
     BUDGET,
     TOLERANCES,
     Flow,
-    Peer,
-    PeerFailure,
+    Rival,
+    RivalFailure,
     Track,
     begun,
     flow_of,
@@ -154,7 +154,7 @@ def _events(system: System, start: np.ndarray) -> Flow:
                 states, touches, len(times) + most_events(system, times),
             )  # fmt: skip
             if room < 0:
-                raise PeerFailure("DOP853 gave up: too many steps or events, or steps too small")
+                raise RivalFailure("DOP853 gave up: too many steps or events, or steps too small")
             if room <= touches.size:
                 return Track(states, touches[:room])
 
@@ -172,14 +172,14 @@ def _plain(system: System, start: np.ndarray, *, method: str) -> Flow:
         grid = np.concatenate([[0.0], times])
         states, well = solve(rates.address, state, grid, p, rtol, 1e-3 * rtol, BUDGET)
         if not well:
-            raise PeerFailure(f"{method.upper()} gave up: too many steps, or steps too small")
+            raise RivalFailure(f"{method.upper()} gave up: too many steps, or steps too small")
         return Track(states[1:])
 
     return flow_of(system, state, follow)
 
 
-def _peer(name: str, prepare: Callable[..., Flow], order: float | None) -> Peer:
-    return Peer(
+def _rival(name: str, prepare: Callable[..., Flow], order: float | None) -> Rival:
+    return Rival(
         name=f"numbalsoda {name}",
         settings=TOLERANCES,
         setting="rtol",
@@ -191,8 +191,8 @@ def _peer(name: str, prepare: Callable[..., Flow], order: float | None) -> Peer:
     )
 
 
-PEERS = (
-    _peer("DOP853, events", _events, 8.0),
-    _peer("DOP853", partial(_plain, method="dop853"), 8.0),
-    _peer("LSODA", partial(_plain, method="lsoda"), None),
+RIVALS = (
+    _rival("DOP853, events", _events, 8.0),
+    _rival("DOP853", partial(_plain, method="dop853"), 8.0),
+    _rival("LSODA", partial(_plain, method="lsoda"), None),
 )

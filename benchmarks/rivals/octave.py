@@ -7,19 +7,23 @@ are those that ode23s returns for a given list of times.
 from __future__ import annotations
 
 import math
+import re
+import shutil
 import subprocess
 import tempfile
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from nlds_vines.accuracy.rivals.equation import constants
-from nlds_vines.accuracy.rivals.rival import Flow, Peer, PeerFailure, Track, begun, flow_of
+from nlds_vines.accuracy.rivals.rival import Flow, Rival, RivalFailure, Track, begun, flow_of
 from nlds_vines.model.system import System
 
 SETTINGS = (1e-3, 1e-4, 1e-5, 1e-6)  # without the Jacobian the last takes longest, for the same
 PATIENCE, PATIENCE_FOR_PERIOD = 30.0, 5.0  # seconds until it is killed: to begin, and a period
+_PROGRAM = "octave-cli"
 _NAMES = "m1 k1 c1 m2 k2 c2 P omega K near far rest"
 
 _SLOPE = """
@@ -100,7 +104,7 @@ def _executed(script: str, limit: float) -> str:
         path.write_text(script, encoding="ascii")
         try:
             done = subprocess.run(
-                ["octave-cli", "--norc", "--quiet", str(path)],
+                [_PROGRAM, "--norc", "--quiet", str(path)],
                 capture_output=True,
                 text=True,
                 timeout=limit,
@@ -108,10 +112,10 @@ def _executed(script: str, limit: float) -> str:
                 stdin=subprocess.DEVNULL,
             )
         except subprocess.TimeoutExpired:
-            raise PeerFailure(f"ode23s was killed after {limit:g} s") from None
+            raise RivalFailure(f"ode23s was killed after {limit:g} s") from None
     if done.returncode != 0:
         words = done.stderr.strip().splitlines()
-        raise PeerFailure(f"Octave failed: {words[0] if words else done.returncode}")
+        raise RivalFailure(f"Octave failed: {words[0] if words else done.returncode}")
     return done.stdout
 
 
@@ -124,15 +128,35 @@ def _prepare(system: System, start: np.ndarray, *, jacobian: bool) -> Flow:
         head, *rows = printed.splitlines()[-1 - len(times) :]
         words = head.split()
         if len(rows) < len(times) or words[0] != "seconds":
-            raise PeerFailure("ode23s gave up before the end")
+            raise RivalFailure("ode23s gave up before the end")
         states = np.array([[float(word) for word in row.split()] for row in rows])
         return Track(states, seconds=float(words[1]))
 
     return flow_of(system, state, follow)
 
 
-PEERS = tuple(
-    Peer(
+@dataclass(frozen=True)
+class OctaveRival(Rival):
+    """A rival that needs no Python package but a program, which says its own version."""
+
+    def available(self) -> bool:
+        """Tell whether the program is installed."""
+        return shutil.which(_PROGRAM) is not None
+
+    def version(self) -> str:
+        """Return the number in the first line of what Octave says of itself; or `unknown`."""
+        try:
+            said = subprocess.run(
+                [_PROGRAM, "--version"], capture_output=True, text=True, check=True, timeout=60
+            ).stdout
+        except (OSError, subprocess.SubprocessError):
+            return "unknown"
+        number = re.search(r"\d+(\.\d+)+", said.partition("\n")[0])
+        return number.group() if number else "unknown"
+
+
+RIVALS = tuple(
+    OctaveRival(
         name="Octave ode23s, Jacobian" if jacobian else "Octave ode23s",
         settings=SETTINGS if jacobian else SETTINGS[:-1],
         setting="rtol",

@@ -28,8 +28,8 @@ from nlds_vines.accuracy.rivals.rival import (
     BUDGET_IN_PYTHON,
     TOLERANCES,
     Flow,
-    Peer,
-    PeerFailure,
+    Rival,
+    RivalFailure,
     Track,
     begun,
     flow_of,
@@ -71,7 +71,7 @@ def _watching(p: np.ndarray, watch: np.ndarray) -> Callable[..., None]:
 
 
 class _Split:
-    """One orbit on its way from event to event; CVODE interpolates at the times."""
+    """One orbit under way, from event to event; CVODE interpolates at the times."""
 
     def __init__(
         self,
@@ -125,7 +125,7 @@ class _Split:
     def _note(self, found: Any, turn: float) -> float:
         """Write down the state at a time that is noted; return up to where to go on."""
         if not found.success:
-            raise PeerFailure(f"at t = {found.t:.6g} s: {found.message}")
+            raise RivalFailure(f"at t = {found.t:.6g} s: {found.message}")
         if self.times[self.noted] > turn:  # by round-off nothing is touched before it
             return math.inf
         self.states[self.noted] = found.y
@@ -133,10 +133,10 @@ class _Split:
         return turn
 
     def _count(self, t: float) -> None:
-        """Count an event; raises `PeerFailure` where there are too many."""
+        """Count an event; raises `RivalFailure` where there are too many."""
         self.events, self.listed = self.events + 1, self.listed + 1
         if self.events > self.most:
-            raise PeerFailure(f"more than {self.most} events up to t = {t:.6g} s")
+            raise RivalFailure(f"more than {self.most} events up to t = {t:.6g} s")
 
     def _switch(self, found: Any) -> None:
         self.t, self.y = found.t, found.y
@@ -160,7 +160,7 @@ def _whole(
     solver = new(eventsfn=touch, num_events=len(walls)) if counting else new()
     found = solver.solve(np.concatenate([[0.0], times]), start)
     if not found.success:
-        raise PeerFailure(f"at t = {found.t[-1]:.6g} s: {found.message}")
+        raise RivalFailure(f"at t = {found.t[-1]:.6g} s: {found.message}")
     touches = [] if found.t_events is None else found.t_events
     return Track(found.y[1:], touches if counting else None)
 
@@ -175,19 +175,20 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
                 return _Split(p, state, times, most_events(system, times), new).follow()
             return _whole(p, state, times, watched, new)
         except (ArithmeticError, RuntimeError) as error:
-            raise PeerFailure(str(error)) from None
+            raise RivalFailure(str(error)) from None
 
     return flow_of(system, state, follow)
 
 
-PEERS = tuple(
-    Peer(
+RIVALS = tuple(
+    Rival(
         name=f"SUNDIALS {method}, events" if split else f"SUNDIALS {method}",
         settings=TOLERANCES,
         setting="rtol",
         events=split,
         compiled=False,
         needs="scikit-sundae",
+        module="sksundae",
         prepare=partial(_prepare, method=method, split=split),
     )
     for method in ("BDF", "Adams")

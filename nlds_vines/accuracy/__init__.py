@@ -3,19 +3,20 @@
 In reading order:
 
     cases              what is followed
-    rivals/            solvers of others, used as their users would
+    rivals/            naive RK4 and SciPy's solvers, used as their users would
+    columns            records that describe their own columns of a table
+    results            one measurement, as such records
     reference          the true states, with witnesses
     rigid              the limit of an infinitely hard contact
     contenders         every method with its settings from coarse to fine
     measure            the error and the cost of one setting
-    results            one measurement; the columns of a table of them
     survey             many measurements into one archive, resumable
     comparison         all methods on some cases
-    comparison_table   its columns, and an archive of it read
+    comparison_table   an archive of it read
     comparison_page    its tables and its page
     curves             error against cost of one method: order, cheapest setting
     stiffness          all methods over the stiffness of the contact
-    stiffness_table    its columns, an archive of it read, its tables and its page
+    stiffness_table    an archive of it read, its tables and its page
     costs              what each part and each record costs
     request            what the command can measure
     picture            both drawn

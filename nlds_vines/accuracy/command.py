@@ -1,13 +1,13 @@
-"""Error against run time beside what a user would try instead; stiff and extreme cases.
+"""Error against run time beside what a user would try instead; stiff contacts; what parts cost.
 
 As a command: `python -m nlds_vines.accuracy`, or `nlds-vines accuracy`.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import shlex
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,13 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.accuracy.request import Mode, mode_of
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.cli.parser import Parser, assignments, parsed
+from nlds_vines.cli.option_values import add_system_options, chosen_system, settings_of
+from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot, check_writable, refuse_existing
-from nlds_vines.cli.running import DONE, LANES_FAILED, complain, run_command
+from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
+from nlds_vines.cli.running import DONE, Command
 from nlds_vines.errors import RequestError, shown
-from nlds_vines.model.catalogue import load_system
 
 if TYPE_CHECKING:
+    from nlds_vines.accuracy.rivals import Rival
     from nlds_vines.model.system import System
 
 _NAME = "accuracy"
@@ -36,98 +38,86 @@ examples:
       five cases: soft, steel, two walls, near grazing, no contact
   nlds-vines accuracy --stiff -o stiffness.h5
       Young's modulus from 2e5 to 2.1e13 Pa and K from 1e4 to 1e16 N/m^1.5
-  nlds-vines accuracy --extreme
-      the catalogue of extremes: what is promised, what was measured
   nlds-vines accuracy --parts
       what a wall, a limit and each record cost per forcing period
-peers are measured where they are installed: pip install 'nlds-vines[peers]', and octave
-exit status: 0 done; 1 a promise is not kept (--extreme); 2 the request is wrong;
+peers are naive RK4 and SciPy's solvers; numbalsoda, heyoka, SUNDIALS, diffrax and Octave are
+measured too by `python -m benchmarks.accuracy` in a clone, where they are installed
+exit status: 0 done; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on with what writes an archive
 """
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None)."""
-    return run_command(_NAME, _command, argv)
+def command(rivals: tuple[Rival, ...] = (), module: str = "nlds_vines.accuracy") -> Command:
+    """Return the command that measures `rivals` beside the methods of the package.
 
+    `module` is what `python -m` runs, for the line that a page names.
+    """
 
-def _command(argv: Sequence[str]) -> int:
-    options = _parser().parse_args(argv)
-    _refuse_ignored(options)
-    if options.extreme:
-        return _extreme(options, _told(argv))
-    system = _system(options)
-    if options.parts:
-        return _parts(system, options.dry_run)
-    return _Job.of(options, system, _told(argv)).run(options.dry_run)
+    def carry_out(options: argparse.Namespace) -> int:
+        _refuse_ignored(options)
+        system = _system(options)
+        if options.parts:
+            return _parts(system, options.dry_run)
+        mode = mode_of(options, system, rivals)
+        return _Job.of(options, mode, _command_line(module, options.argv)).run(options.dry_run)
 
-
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
+    return Command(
+        name=_NAME,
         description="Error against run time of every method on one system.",
-        epilog=_EXAMPLES,
+        examples=_EXAMPLES,
+        declare=_declare,
+        carry_out=carry_out,
     )
+
+
+def _declare(parser: Parser) -> None:
     parser.add_argument("scan", nargs="?", metavar="SCAN.toml", help="whose system is taken")
-    parser.add_argument("--system", metavar="NAME", help=f"[{_DEFAULT}]")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
+    add_system_options(parser, f"of the catalogue, or a TOML file [{_DEFAULT}]")
     parser.add_argument("--periods", metavar="N", help="after which errors are taken [20]")
     parser.add_argument("--want", metavar="ERROR", help="advise a setting with this error at most")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--suite", action="store_true", help="five cases that stand for all")
     what.add_argument("--stiff", action="store_true", help="from soft rubber to beyond steel")
-    what.add_argument("--extreme", action="store_true", help="the catalogue of extremes")
     what.add_argument("--parts", action="store_true", help="what each part and record costs")
     parser.add_argument("--no-peers", action="store_true", help="our own methods only")
     parser.add_argument("-o", "--output", metavar="FILE.h5", help="[accuracy.h5 or stiffness.h5]")
     parser.add_argument("--plot", metavar="FILE.png|pdf|svg", help="[the same, .png]")
     parser.add_argument("--markdown", metavar="FILE.md", help="write the page, too")
-    parser.add_argument("--resume", action="store_true", help="go on where a run ended")
-    parser.add_argument("--overwrite", action="store_true", help="replace what exists")
-    parser.add_argument("--long", action="store_true", help="with --extreme: also what takes long")
-    parser.add_argument("--dry-run", action="store_true", help="only say what would be run")
-    parser.add_argument("--quiet", action="store_true", help="no progress")
-    return parser
+    add_local_options(parser, threads=False)
 
 
-_NOT_WITH = {
-    "extreme": (
-        *("scan", "system", "set", "periods", "want", "no_peers", "output", "plot"),
-        *("resume", "overwrite"),
-    ),
-    "parts": (
-        *("periods", "want", "no_peers", "output", "plot", "markdown"),
-        *("resume", "overwrite", "long"),
-    ),
-}
-"""What means nothing to a mode, and would be passed over."""
+_NOT_WITH_PARTS = (
+    "periods",
+    "want",
+    "no_peers",
+    "output",
+    "plot",
+    "markdown",
+    "resume",
+    "overwrite",
+)
+"""What means nothing to --parts, and would be passed over."""
 
 
 def _refuse_ignored(options: Any) -> None:
-    """Raise `RequestError` for an option that means nothing beside another."""
-    for mode, others in _NOT_WITH.items():
-        for name in others if getattr(options, mode) else ():
-            if getattr(options, name):
-                given = "a scan" if name == "scan" else f"--{name.replace('_', '-')}"
-                given = "-o" if name == "output" else given
-                raise RequestError(f"--{mode} has no use for {given}: leave it out")
-    if options.long and not options.extreme:
-        raise RequestError("--long is for --extreme: leave it out")
+    """Raise `RequestError` for an option that means nothing beside --parts."""
+    for name in _NOT_WITH_PARTS if options.parts else ():
+        if getattr(options, name):
+            given = "-o" if name == "output" else f"--{name.replace('_', '-')}"
+            raise RequestError(f"--parts has no use for {given}: leave it out")
 
 
 def _system(options: Any) -> System:
     """Return the system asked for: of the catalogue, or a scan's, in the middle of its axes."""
-    texts = assignments("--set", options.set, "NAME=VALUE")
-    changes = {name: parsed(float, f"--set {name}", text) for name, text in texts.items()}
     if options.scan is None:
-        return load_system(options.system or _DEFAULT, **changes)
+        return chosen_system(options, _DEFAULT)
     if options.system is not None:
         raise RequestError(
             f"{shown(options.scan)} and --system {options.system} exclude each other: give one"
         )
     scan = load_scan(options.scan)
     middle = {axis.name: float(axis.values[axis.values.size // 2]) for axis in scan.axes}
-    return scan.system.with_(**(middle | changes))
+    return scan.system.with_(**(middle | settings_of(options)))
 
 
 @dataclass(frozen=True)
@@ -139,14 +129,11 @@ class _Job:
     archive: Path
     plot: Path
     markdown: Path | None
-    resume: bool
-    overwrite: bool
-    quiet: bool
+    how: RunOptions
 
     @classmethod
-    def of(cls, options: Any, system: System, command: str) -> _Job:
-        """Return the job that the options ask for; `command` tells them, for the page."""
-        mode = mode_of(options, system)
+    def of(cls, options: Any, mode: Mode, command: str) -> _Job:
+        """Return the job that the options ask for; `command` is the line for the page."""
         archive = Path(options.output or mode.default)
         return cls(
             mode,
@@ -154,40 +141,31 @@ class _Job:
             archive=archive,
             plot=archive.with_suffix(".png") if options.plot is None else Path(options.plot),
             markdown=None if options.markdown is None else Path(options.markdown),
-            resume=options.resume,
-            overwrite=options.overwrite,
-            quiet=options.quiet,
+            how=run_options(options),
         )
 
     def __post_init__(self) -> None:
-        if self.resume and self.overwrite:
-            raise RequestError("resume and overwrite exclude each other: give one of them")
         check_writable("output", self.archive)
         check_plot(self.plot)
         if self.markdown is not None:
             check_writable("--markdown", self.markdown)
 
     def run(self, dry_run: bool) -> int:
-        """Measure, draw and tell."""
+        """Measure, draw and print."""
         if dry_run:
             print(*(task.name for task in self.mode.survey().tasks), sep="\n")
             return DONE
-        refuse_existing(self.archive, resume=self.resume, overwrite=self.overwrite)
+        refuse_existing(self.archive, self.how)
         from nlds_vines.accuracy.survey import run
-        from nlds_vines.runs.interrupts import Interrupted
 
-        how = {"resume": self.resume, "overwrite": self.overwrite}
-        try:
-            run(self.mode.survey(), self.archive, **how, show=None if self.quiet else _say)
-        except Interrupted as stop:
-            complain(_NAME, str(stop))
-            return stop.status
-        self._tell()
+        run(self.mode.survey(), self.archive, self.how)
+        self._report()
         return DONE
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         """Draw the picture, write the page, print the tables: all from the archive."""
         from nlds_vines.archives.archive import read
+        from nlds_vines.archives.durable import in_one_line
         from nlds_vines.plotting.save import save_figure
 
         with read(self.archive) as view:
@@ -196,46 +174,17 @@ class _Job:
             if self.markdown is not None:
                 where = os.path.relpath(self.plot, self.markdown.parent)
                 text = self.mode.page(view, where, self.command)
-                _write(self.markdown, text)
+                with in_one_line(f"write {self.markdown}"):
+                    self.markdown.write_text(text, encoding="utf-8")
             for line in self.mode.lines(view):
                 print(line, flush=True)
 
 
-def _told(argv: Sequence[str]) -> str:
+def _command_line(module: str, argv: Sequence[str]) -> str:
     """Return the command with these arguments, without those that only say how it ran."""
     passing = ("--resume", "--overwrite", "--quiet")
     given = [text for text in argv if text not in passing]
-    return shlex.join(["python", "-m", f"nlds_vines.{_NAME}", *given])
-
-
-def _extreme(options: Any, command: str) -> int:
-    """Check the catalogue of extremes and print what was found; 1 where a promise is not kept."""
-    if options.markdown is not None:
-        check_writable("--markdown", Path(options.markdown))
-    from benchmarks import extremes
-
-    entries = [entry for entry in extremes.CATALOGUE if options.long or not entry.long]
-    if options.dry_run:
-        print(*(f"{entry.number} {entry.name}" for entry in entries), sep="\n")
-        return DONE
-    found = []
-    for entry, finding in extremes.findings(entries):
-        found.append((entry, finding))
-        if not options.quiet:
-            _say(f"{len(found)}/{len(entries)} {entry.number} {entry.name}: {finding.words}")
-    lines = list(extremes.page(found))
-    print(*lines, sep="\n")
-    if options.markdown is not None:
-        _write(Path(options.markdown), "\n".join([*lines, "", "```sh", command, "```", ""]))
-    return DONE if all(finding.passed for _, finding in found) else LANES_FAILED
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a page."""
-    from nlds_vines.archives import durable
-
-    with durable.in_one_line(f"write {path}"):
-        path.write_text(text, encoding="utf-8")
+    return shlex.join(["python", "-m", module, *given])
 
 
 def _parts(system: System, dry_run: bool) -> int:
@@ -250,5 +199,4 @@ def _parts(system: System, dry_run: bool) -> int:
     return DONE
 
 
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
+main = command().main

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from nlds_vines.accuracy.comparison_table import Measured
 from nlds_vines.accuracy.curves import DECADES, Curve, above, advised
 from nlds_vines.accuracy.results import EXACT, Result
+from nlds_vines.cli.markdown import table
 
 COMPARED = (1e-6, 1e-9)
 """Errors at which the summary compares costs."""
@@ -57,30 +58,41 @@ def head(case: Measured) -> Iterator[str]:
 
 def measurements(case: Measured) -> Iterator[str]:
     """Yield the table of all measurements on a case."""
-    yield "| method | setting | error | touches | E1max | label | CPU per period |"
-    yield "|---|---|---:|---:|---:|---|---:|"
-    for curve in case.curves:
-        for found in curve.results:
-            start = f"| {found.setting.method} | {found.setting.words} "
-            if found.failure:
-                yield f"{start}| failed: {found.failure} | | | | |"
-                continue
-            error = f"{found.error:.1e}" if found.error > case.doubt else f"< {case.doubt:.0e}"
-            yield (
-                f"{start}| {error} | {_touches(found)} | {_number(found.energy_error, ' J')} "
-                f"| {found.label} | {duration(found.seconds)} |"
-            )
+    head = ("method", "setting", "error", "touches", "E1max", "label", "CPU per period")
+    yield from table(head, (_measurement(case, found) for found in case.results), (2, 3, 4, 6))
+
+
+def _measurement(case: Measured, found: Result) -> tuple[str, ...]:
+    """Return a row of the table of measurements."""
+    setting = found.setting
+    if found.failure:
+        return setting.method, setting.words, f"failed: {found.failure}"
+    return (
+        setting.method,
+        setting.words,
+        f"{found.error:.1e}" if found.error > case.doubt else f"< {case.doubt:.0e}",
+        _touches(found),
+        _number(found.energy_error, " J"),
+        found.label,
+        duration(found.seconds),
+    )
 
 
 def summary(case: Measured) -> Iterator[str]:
     """Yield the table by method: observed order, cost at `COMPARED` and its ratio to `exact`."""
     ours = case.curve("exact")
-    columns = "".join(f" at {error:.0e} | × exact |" for error in COMPARED)
-    yield f"| method | order | best error |{columns}"
-    yield "|---|---:|---:|" + "---:|---:|" * len(COMPARED)
-    for curve in case.curves:
-        costs = "".join(_cost(curve, ours, error) for error in COMPARED)
-        yield f"| {curve.method} | {_order(curve)} | {_best(curve)} |{costs}"
+    costs = (text for error in COMPARED for text in (f"at {error:.0e}", "× exact"))
+    head = ("method", "order", "best error", *costs)
+    rows = (
+        (
+            curve.method,
+            _order(curve),
+            _best(curve),
+            *(text for error in COMPARED for text in _cost(curve, ours, error)),
+        )
+        for curve in case.curves
+    )
+    yield from table(head, rows, range(1, len(head)))
 
 
 def verdict(case: Measured) -> str:
@@ -110,7 +122,7 @@ def _blind(case: Measured) -> str:
 
 
 def ratios(case: Measured) -> Iterator[str]:
-    """Yield by how much the best peer of each family costs more than `exact` at `COMPARED`."""
+    """Yield by how much the best rival of each family costs more than `exact` at `COMPARED`."""
     ours = case.curve("exact")
     for error in COMPARED:
         if math.isinf(ours.cost(error)):
@@ -203,13 +215,13 @@ def _best(curve: Curve) -> str:
     return f"{min(error for error, _ in curve.points):.0e}"
 
 
-def _cost(curve: Curve, ours: Curve, error: float) -> str:
+def _cost(curve: Curve, ours: Curve, error: float) -> tuple[str, str]:
+    """Return the cost of an error in words, and its ratio to that of `ours`."""
     cost = curve.cost(error)
     if math.isinf(cost):
-        return " not reached | |"
-    if math.isinf(ours.cost(error)):
-        return f" {duration(cost)} | |"
-    return f" {duration(cost)} | {cost / ours.cost(error):.3g} |"
+        return "not reached", ""
+    ratio = "" if math.isinf(ours.cost(error)) else f"{cost / ours.cost(error):.3g}"
+    return duration(cost), ratio
 
 
 def page(cases: Sequence[Measured], picture: str, command: str, want: float | None = None) -> str:

@@ -1,9 +1,9 @@
-"""Who competes: both methods of ours and the solvers of others, each at several settings."""
+"""The methods that are compared: ours and the solvers of others, each at several settings."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from nlds_vines.accuracy.cases import Case
 from nlds_vines.accuracy.reference import watched
 from nlds_vines.accuracy.results import EXACT, RK4, Setting
-from nlds_vines.accuracy.rivals import Asked, Course, Peer, installed
+from nlds_vines.accuracy.rivals import Asked, Course, Rival
 from nlds_vines.orbits.simulation import simulate
 
 Follow = Callable[[Case, bool | Asked], Course]
@@ -27,19 +27,19 @@ class Contender:
     follow: Follow
 
 
-def contenders(case: Case, peers: bool = True) -> Iterator[Contender]:
-    """Yield the methods on a case, from coarse to fine: ours, then the solvers of others."""
+def contenders(case: Case, rivals: Iterable[Rival] = ()) -> Iterator[Contender]:
+    """Yield the methods on a case, from coarse to fine: ours, then `rivals` if it has a damper."""
     for nodes, steps in EXACT if case.system.scene.walls else EXACT[-1:]:
         words = f"{nodes} nodes" if case.system.scene.walls else "no contact"
         yield ours("exact", nodes, words, nodes=nodes, contact_steps=float(steps))
     for steps in RK4:
         yield ours("rk4", steps, f"{steps} steps", period_steps=float(steps))
-    if peers and case.system.scene.damper:
-        for peer in installed():
-            yield from of_peer(peer)
+    if case.system.scene.damper:
+        for rival in rivals:
+            yield from of_rival(rival)
 
 
-def of_peer(peer: Peer) -> Iterator[Contender]:
+def of_rival(rival: Rival) -> Iterator[Contender]:
     """Yield a solver of others at all its settings, prepared once for each orbit."""
     prepared: dict[tuple[int, tuple[float, ...]], tuple[Any, Any]] = {}
 
@@ -47,15 +47,15 @@ def of_peer(peer: Peer) -> Iterator[Contender]:
         def follow(case: Case, observed: bool | Asked) -> Course:
             key = id(case.system), tuple(case.state)
             if key not in prepared:  # the system stays, and so its identity is no other's
-                prepared[key] = case.system, peer.prepare(case.system, case.state)
+                prepared[key] = case.system, rival.prepare(case.system, case.state)
             return prepared[key][1](value, case.periods, observed)
 
         return follow
 
-    for value in peer.settings:
-        words = words_of(peer, value)
-        order = math.nan if peer.order is None else peer.order
-        yield Contender(Setting(peer.name, value, words, False, order), following(value))
+    for value in rival.settings:
+        words = words_of(rival, value)
+        order = math.nan if rival.order is None else rival.order
+        yield Contender(Setting(rival.name, value, words, False, order), following(value))
 
 
 def ours(method: str, value: float, words: str, **keywords: Any) -> Contender:
@@ -77,6 +77,6 @@ def ours(method: str, value: float, words: str, **keywords: Any) -> Contender:
     return Contender(Setting(method, value, words, True, order), follow)
 
 
-def words_of(peer: Peer, value: float) -> str:
+def words_of(rival: Rival, value: float) -> str:
     """Return a setting of a solver of others in words."""
-    return f"{value:g} steps" if peer.setting == "steps" else f"rtol {value:.0e}"
+    return f"{value:g} steps" if rival.setting == "steps" else f"rtol {value:.0e}"

@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 
+from nlds_vines.cli.markdown import table
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.wants import possible_want
@@ -55,14 +56,21 @@ def report(system: System) -> Iterator[str]:
     yield f"{system.title or system.name}, omega = {system.parameters['omega']:g} rad/s, and other"
     yield f"scenes: CPU time of one thread per forcing period, from rest, median of {REPEATS} runs."
     yield ""
-    yield "| orbit | impacts per period | CPU per period | ratio |"
-    yield "|---|---:|---:|---:|"
+    head = ("orbit", "impacts per period", "CPU per period", "ratio")
+    yield from table(head, _rows(system), right=(1, 2, 3))
+
+
+def _rows(system: System) -> Iterator[tuple[str, ...]]:
+    """Yield the cells of each part, measured on one thread."""
+    from nlds_vines.runs.threads import use_threads
+
+    use_threads(1)
     bare = 0.0
     for part in parts(system):
         seconds = measured(part)
         bare = bare or seconds
         often = f"{impact_rate(part.system):.2g}"
-        yield f"| {part.name} | {often} | {seconds * 1e6:.2g} us | {seconds / bare:.2g} |"
+        yield part.name, often, f"{seconds * 1e6:.2g} us", f"{seconds / bare:.2g}"
 
 
 @cache
@@ -109,26 +117,15 @@ def _recording(system: System, *record: str) -> Callable[[int], object]:
 
 def _judging(system: System) -> Callable[[int], object]:
     """Return a function that follows orbits of `DIAGRAM` periods and judges each of them."""
-    from nlds_vines.kernels.arguments import CellBuffers, Span
-    from nlds_vines.kernels.cells import judge_cell, run_cell
-    from nlds_vines.kernels.orbit import SIZE
-    from nlds_vines.kernels.recurrence import TOLERANCE, period_of
-    from nlds_vines.kernels.verdict import COLUMNS
-    from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
-    from nlds_vines.orbits.settings import EFFORTS
+    from nlds_vines.orbits.batch import Kernels, Wanted
+    from nlds_vines.orbits.settings import Settings
 
-    parts, cell = parts_of("exact", system.scene), cell_of(system)
-    stages = np.array(EFFORTS["standard"], np.int64)
-    ends, evidence = np.zeros((2, SIZE)), np.zeros(COLUMNS)
-    section = np.zeros((DIAGRAM, 4 if system.scene.damper else 2))
-    violation = None if system.scene.limit is None else np.zeros(3)
-    buffers = CellBuffers(section=section, violation=violation)
+    wanted = Wanted(system.scene, ("regime",), "exact", "standard", Settings.of("exact"))
+    kernels = Kernels(wanted)
 
     def run(periods: int) -> None:
-        for _ in range(periods // DIAGRAM):
-            ends[1] = ends[0]
-            run_cell(parts, cell, ends[1], Span(0, DIAGRAM, 1), buffers)
-            hint = period_of(section[TRANSIENT:], TOLERANCE)
-            judge_cell(parts, cell, ends, section, hint, stages, evidence)
+        orbits = periods // DIAGRAM
+        cells, starts = np.full((orbits, 1), system.cells()), np.zeros((orbits, 4))
+        kernels.run(cells, starts, TRANSIENT, DIAGRAM - TRANSIENT)
 
     return run

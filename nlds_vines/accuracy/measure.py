@@ -13,7 +13,7 @@ from nlds_vines.accuracy.cases import Case
 from nlds_vines.accuracy.contenders import Contender
 from nlds_vines.accuracy.reference import Reference
 from nlds_vines.accuracy.results import Result
-from nlds_vines.accuracy.rivals import Asked, Course, PeerFailure
+from nlds_vines.accuracy.rivals import Asked, Course, RivalFailure
 from nlds_vines.kernels.recurrence import period_of
 from nlds_vines.orbits.classification import classify
 from nlds_vines.orbits.simulation import IntegrationError
@@ -83,7 +83,7 @@ def measured(truth: Truth, contender: Contender, asked: Asked = Asked.ALL) -> Re
             seconds=seconds_of(truth.steady or case, contender),
             steps=math.nan if course.steps_in_contact is None else course.steps_in_contact,
         )
-    except (PeerFailure, IntegrationError) as failure:
+    except (RivalFailure, IntegrationError) as failure:
         return Result(contender.setting, failure=str(failure))
 
 

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.accuracy.cases import Case
-from nlds_vines.accuracy.rivals import PEERS, PeerFailure
+from nlds_vines.accuracy.results import Known
+from nlds_vines.accuracy.rivals import RIVALS, RivalFailure
 from nlds_vines.errors import RequestError
 from nlds_vines.model.system import System
 from nlds_vines.orbits.simulation import IntegrationError, Orbit, simulate
@@ -40,7 +41,7 @@ _SAME = 1e-14  # relative, of parameters: K is computed from moduli, in some ord
 
 
 @dataclass(frozen=True)
-class Reference:
+class Reference(Known):
     """The truth about a case, as well as it is known.
 
     Attributes:
@@ -48,26 +49,15 @@ class Reference:
         touches: times of touch [s]; None without walls.
         durations: of the contacts that ended [s].
         E1max: largest E1 over the last half of the periods [J].
-        growth: by how much a small disturbance of the start has grown at the end, at least 1.
-        doubt: distance of the last state from that of the first witness, or of the stored digits
-            from themselves in double precision; errors below it cannot be measured.
-        independent: distance of the last state from that of the nearest independent witness.
-        witness: which one that is.
-        source: where the section comes from, in words.
     """
 
     section: np.ndarray
     touches: np.ndarray | None
     durations: np.ndarray
     E1max: float
-    growth: float
-    doubt: float
-    independent: float
-    witness: str
-    source: str
 
 
-NOBODY = Reference(
+UNKNOWN = Reference(
     section=np.full((1, 4), np.nan),
     touches=None,
     durations=np.empty(0),
@@ -206,11 +196,11 @@ def _same(system: System, numbers: dict[str, Any]) -> bool:
 
 def _witnessed(case: Case) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the section that each independent witness finds, by its name; some break down."""
-    for peer in PEERS:
-        if peer.name in WITNESSES:
-            flow = peer.prepare(case.system, case.state)
-            with suppress(PeerFailure):
-                yield peer.name, flow(WITNESSES[peer.name], case.periods, False).section
+    for rival in RIVALS:
+        if rival.name in WITNESSES:
+            flow = rival.prepare(case.system, case.state)
+            with suppress(RivalFailure):
+                yield rival.name, flow(WITNESSES[rival.name], case.periods, False).section
 
 
 def _durations(orbit: Orbit) -> np.ndarray:

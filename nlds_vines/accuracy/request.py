@@ -6,19 +6,20 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
-from nlds_vines.cli.parser import parsed
+from nlds_vines.cli.option_values import parsed
 from nlds_vines.errors import RequestError, whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from nlds_vines.accuracy.rivals import Rival
     from nlds_vines.accuracy.survey import Survey
     from nlds_vines.archives.archive import ArchiveView
     from nlds_vines.model.system import System
 
 
 class Mode(Protocol):
-    """What is measured, and how it is told; kernels and matplotlib are loaded by its methods."""
+    """What is measured, drawn and printed; kernels and matplotlib are loaded by its methods."""
 
     @property
     def default(self) -> str:
@@ -39,13 +40,16 @@ class Mode(Protocol):
 
 @dataclass(frozen=True)
 class Compared:
-    """Error against run time, on one system or on the suite; `want` asks for advice."""
+    """Error against run time, on one system or on the suite; `want` asks for advice.
+
+    `rivals` are measured beside those of the package, where they are installed; None: no rival.
+    """
 
     system: System
     periods: int | None
     want: float | None
     suite: bool
-    peers: bool
+    rivals: tuple[Rival, ...] | None
     default: str = "accuracy.h5"
 
     def survey(self) -> Survey:
@@ -56,7 +60,7 @@ class Compared:
         cases = list(suite()) if self.suite else [of_system(self.system)]
         if self.periods is not None:
             cases = [replace(case, periods=self.periods) for case in cases]
-        return comparison(cases, "Error against run time", self.peers)
+        return comparison(cases, "Error against run time", _there(self.rivals))
 
     def draw(self, view: ArchiveView) -> Figure:
         """Return a panel for each case."""
@@ -87,18 +91,18 @@ class Compared:
 
 @dataclass(frozen=True)
 class Stiffened:
-    """One system with its contact made softer and harder."""
+    """One system with its contact made softer and harder; `rivals` as in `Compared`."""
 
     system: System
     periods: int
-    peers: bool
+    rivals: tuple[Rival, ...] | None
     default: str = "stiffness.h5"
 
     def survey(self) -> Survey:
         """Return the measurements of every method at every stiffness."""
         from nlds_vines.accuracy.stiffness import stiffness
 
-        return stiffness(self.system, self.periods, self.peers)
+        return stiffness(self.system, self.periods, _there(self.rivals))
 
     def draw(self, view: ArchiveView) -> Figure:
         """Return error and cost against K."""
@@ -109,19 +113,29 @@ class Stiffened:
 
     def lines(self, view: ArchiveView) -> Iterator[str]:
         """Yield the tables of all stiffnesses."""
-        from nlds_vines.accuracy import stiffness_table as stiff_layout
+        from nlds_vines.accuracy import stiffness_table as tables
 
-        return stiff_layout.lines(stiff_layout.read_stiffness(view))
+        return tables.lines(tables.read_stiffness(view))
 
     def page(self, view: ArchiveView, picture: str, command: str) -> str:
         """Return the page for `docs`."""
-        from nlds_vines.accuracy import stiffness_table as stiff_layout
+        from nlds_vines.accuracy import stiffness_table as tables
 
-        return stiff_layout.page(stiff_layout.read_stiffness(view), picture, command)
+        return tables.page(tables.read_stiffness(view), picture, command)
 
 
-def mode_of(options: Any, system: System) -> Mode:
-    """Return what the options ask for; `RequestError` for those that do not go together."""
+def _there(rivals: tuple[Rival, ...] | None) -> tuple[Rival, ...]:
+    """Return the package's rivals and those given that are installed; none for None."""
+    from nlds_vines.accuracy.rivals import RIVALS, installed
+
+    return () if rivals is None else installed((*RIVALS, *rivals))
+
+
+def mode_of(options: Any, system: System, rivals: tuple[Rival, ...] = ()) -> Mode:
+    """Return what the options ask for, with `rivals` beside those of the package.
+
+    Raises `RequestError` for options that do not go together.
+    """
     periods, want = None, None
     if options.periods is not None:
         periods = whole("--periods", parsed(int, "--periods", options.periods), 2, 10_000)
@@ -129,13 +143,13 @@ def mode_of(options: Any, system: System) -> Mode:
         want = parsed(float, "--want", options.want)
         if not 0.0 < want < 1.0:
             raise RequestError(f"--want = {want:g} must lie between 0 and 1")
-    peers = not options.no_peers
+    chosen = None if options.no_peers else rivals
     if not options.stiff:
         if options.suite and (options.scan or options.system or options.set):
             raise RequestError("--suite has cases of its own: leave out the system and --set")
-        return Compared(system, periods, want, options.suite, peers)
+        return Compared(system, periods, want, options.suite, chosen)
     if want is not None:
         raise RequestError("--want advises on error against run time: leave it out with --stiff")
     if not system.scene.walls:
         raise RequestError(f"--stiff: kind {system.kind!r} has no contact to make stiff")
-    return Stiffened(system, periods or 20, peers)
+    return Stiffened(system, periods or 20, chosen)

@@ -1,29 +1,12 @@
-"""What was measured, as plain data: a setting of a method, and what came of it."""
+"""What was measured: a setting of a method, how well the truth is known, and what came of it."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Annotated
 
-import numpy as np
-
-from nlds_vines.archives.dataset import Dataset
-
-DIMS = ("row",)
-"""The one dimension of a table."""
-
-
-def column(name: str, dtype: str, units: str, long_name: str) -> Dataset:
-    """Return a column of a table: NaN, 0 or nothing where there is no value."""
-    fills: dict[str, float | int | str] = {"str": "", "float64": np.nan}
-    return Dataset(name, DIMS, dtype, units, long_name, fills.get(dtype, 0))
-
-
-def status_column() -> Dataset:
-    """Return the column that every table has: whether there is a measurement in the row."""
-    flags = {"ok": 0, "failed": 1}
-    return Dataset("status", DIMS, "int8", "1", "whether the measurement was made", 0, flags)
-
+from nlds_vines.accuracy.columns import Column
 
 EXACT = (
     (4, 4),
@@ -49,50 +32,63 @@ RK4 = (64, 128, 256, 512, 1024, 2048, 4096, 8192)
 
 @dataclass(frozen=True)
 class Setting:
-    """A method at one setting.
+    """A method at one setting; the method is one curve of the picture."""
 
-    Attributes:
-        method: its name, one curve of the picture.
-        value: the setting as a number: nodes, steps of a period, or rtol.
-        words: the same in words.
-        ours: whether it is of this program.
-        order: the method's on smooth equations, NaN where it has none.
+    method: Annotated[str, Column("1", "integrator")]
+    value: Annotated[float, Column("1", "its setting: nodes, steps of a period, or rtol")]
+    words: Annotated[str, Column("1", "its setting in words", "setting")]
+    ours: Annotated[bool, Column("1", "1: of this program")]
+    order: Annotated[
+        float, Column("1", "order that the method has on smooth equations", "expected_order")
+    ] = math.nan
+
+
+@dataclass(frozen=True)
+class Known:
+    """How well the truth about a case is known.
+
+    `doubt` is the distance of the last state from that of the first witness, or of stored digits
+    from themselves in double precision; `growth` is at least 1.
     """
 
-    method: str
-    value: float
-    words: str
-    ours: bool
-    order: float = math.nan
+    source: Annotated[str, Column("1", "where the reference comes from")]
+    doubt: Annotated[float, Column("m, m/s", "errors below this cannot be told from none")]
+    independent: Annotated[float, Column("m, m/s", "distance of the reference from its witness")]
+    witness: Annotated[str, Column("1", "independent program that confirms it, and its setting")]
+    growth: Annotated[float, Column("1", "growth of a disturbance of the start until the end")]
 
 
 @dataclass(frozen=True)
 class Result:
-    """What was measured of a method at a setting, on one case.
+    """What was measured of a method at a setting, on one case; NaN where there is no number.
 
-    Attributes:
-        error: of the last state, largest of x1, v1, x2, v2 [m, m/s].
-        touch_error: of the times of touch, the largest [s]; NaN where their numbers differ, or
-            where there are none.
-        missed: touches of the truth less those found: negative where some were invented; NaN
-            where this way of using the solver cannot tell.
-        energy_error: of E1max over the last half of the periods [J].
-        label: `nT,k` as a recurrence over some periods from a point of the true orbit tells it;
-            empty where the truth is not periodic.
-        seconds: CPU time per forcing period [s], of all threads.
-        steps: of a contact, as the method itself counts them; NaN where it does not.
-        failure: why there is nothing of all this; empty where there is.
+    There is no `touch_error` where the numbers of touches differ or there are none, no `missed`
+    where this way of using the solver cannot tell, no `steps` where they are not counted.  The
+    `label` is `nT,k` as a recurrence tells it; empty where the truth is not periodic.
     """
 
     setting: Setting
-    error: float = math.nan
-    touch_error: float = math.nan
-    missed: float = math.nan
-    energy_error: float = math.nan
-    label: str = ""
-    seconds: float = math.nan
-    steps: float = math.nan
-    failure: str = ""
+    error: Annotated[
+        float, Column("m, m/s", "of the last state, the largest of its components")
+    ] = math.nan
+    touch_error: Annotated[float, Column("s", "of the times of touch, the largest")] = math.nan
+    missed: Annotated[float, Column("1", "touches missed; negative: invented")] = math.nan
+    energy_error: Annotated[float, Column("J", "of E1max over the last half of the periods")] = (
+        math.nan
+    )
+    label: Annotated[str, Column("1", "regime by recurrence, begun on the true orbit")] = ""
+    seconds: Annotated[float, Column("s", "CPU time per forcing period, of all threads")] = math.nan
+    steps: Annotated[
+        float, Column("1", "steps, or nodes, of a contact: ours as set, others' counted")
+    ] = math.nan
+    failure: Annotated[str, Column("1", "why there is no measurement")] = ""
+    status: Annotated[
+        bool, Column("1", "whether the measurement was made", flags={"ok": 0, "failed": 1})
+    ] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Note whether there is a measurement."""
+        object.__setattr__(self, "status", bool(self.failure))
 
     @property
     def complete(self) -> bool:

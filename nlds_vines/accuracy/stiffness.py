@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
 
 from nlds_vines.accuracy.cases import Case
-from nlds_vines.accuracy.contenders import Contender, of_peer, ours
+from nlds_vines.accuracy.columns import Row, row_of
+from nlds_vines.accuracy.contenders import Contender, of_rival, ours
 from nlds_vines.accuracy.measure import Truth, measured
-from nlds_vines.accuracy.reference import NOBODY, Reference, reference_of
+from nlds_vines.accuracy.reference import UNKNOWN, Reference, reference_of
 from nlds_vines.accuracy.results import Result
 from nlds_vines.accuracy.rigid import Rigid
-from nlds_vines.accuracy.rivals import Asked, Peer, installed
-from nlds_vines.accuracy.stiffness_table import COLUMNS, SHAPE
-from nlds_vines.accuracy.survey import Row, Survey, Task
-from nlds_vines.archives.provenance import version
+from nlds_vines.accuracy.rivals import Asked, Rival
+from nlds_vines.accuracy.stiffness_table import COLUMNS, SHAPE, Stiffened
+from nlds_vines.accuracy.survey import Survey, Task
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.flight import rate_of
 from nlds_vines.kernels.impact import LONGEST
@@ -40,16 +40,18 @@ RTOL = 1e-8
 """Tolerance of the solvers of others, or the nearest of theirs."""
 
 
-def stiffness(system: System, periods: int, peers: bool = True) -> Survey:
-    """Return the survey of a system whose contact is made softer and harder, from rest."""
-    there = installed() if peers else ()
+def stiffness(system: System, periods: int, rivals: Sequence[Rival] = ()) -> Survey:
+    """Return the survey of a system whose contact is made softer and harder, from rest.
+
+    Measured are our methods and `rivals`, which are installed.
+    """
     cases = list(_cases(system, periods))
     about = {
         "cases": {case.name: case.to_table() for case in cases},
-        "peers": {peer.name: version(peer.needs) if peer.needs else "-" for peer in there},
+        "peers": {rival.name: rival.version() or "-" for rival in rivals},
     }
     rigid = cache(partial(_rigid_state, cases[0]))
-    tasks = tuple(Task(case.name, partial(_rows, case, rigid, there)) for case in cases)
+    tasks = tuple(Task(case.name, partial(_rows, case, rigid, rivals)) for case in cases)
     title = f"Stiff contacts: {system.title or system.name}"
     return Survey(title, SHAPE, about, COLUMNS, tasks)
 
@@ -69,31 +71,41 @@ def _rigid_state(case: Case) -> np.ndarray:
         return np.full(4, math.nan)
 
 
-def _rows(case: Case, rigid: Callable[[], np.ndarray], peers: tuple[Peer, ...]) -> list[Row]:
+def _rows(case: Case, rigid: Callable[[], np.ndarray], rivals: Sequence[Rival]) -> list[Row]:
     """Measure every method on one stiffness; where there is no reference all fail."""
-    methods = list(_methods(peers))
+    methods = list(_methods(rivals))
     try:
         reference = reference_of(case)
     except RequestError as error:
-        truth = Truth(case, NOBODY, "", None)
         results = [Result(contender.setting, failure=str(error)) for contender in methods]
-        return [_row(truth, math.nan, found, math.nan) for found in results]
-    distance = float(np.abs(reference.section[-1] - rigid()).max())
+        return _rows_of(case, UNKNOWN, math.nan, results)
     truth = Truth(case, reference, "", None)
-    results = [measured(truth, contender, Asked.TOUCHES) for contender in methods]
-    return [
-        _row(truth, distance, found, steps(case, contender, reference))
-        for contender, found in zip(methods, results, strict=True)
-    ]
+    results = [_measured(truth, contender) for contender in methods]
+    return _rows_of(case, reference, float(np.abs(reference.section[-1] - rigid()).max()), results)
 
 
-def _methods(peers: tuple[Peer, ...]) -> Iterator[Contender]:
-    """Yield our methods as they come, and each peer at the tolerance next to `RTOL`."""
+def _measured(truth: Truth, contender: Contender) -> Result:
+    """Return what is found of a contender, with the steps of a contact where they are set."""
+    found = measured(truth, contender, Asked.TOUCHES)
+    taken = steps(truth.case, contender, truth.reference)
+    return found if math.isnan(taken) else replace(found, steps=taken)
+
+
+def _rows_of(case: Case, reference: Reference, distance: float, results: list[Result]) -> list[Row]:
+    """Return the rows of a stiffness; `distance` is that of the true state from the rigid one."""
+    E2 = case.system.parameters.get("E2", math.nan)
+    touches = 0 if reference.touches is None else len(reference.touches)
+    stiffened = Stiffened(case.system.K, E2, touches, distance)
+    return [row_of(stiffened, reference, found.setting, found) for found in results]
+
+
+def _methods(rivals: Sequence[Rival]) -> Iterator[Contender]:
+    """Yield our methods as they come, and each rival at the tolerance next to `RTOL`."""
     yield ours("exact", NODES, "as it comes", nodes=NODES, contact_steps=CONTACT_STEPS)
     yield ours("rk4", PERIOD_STEPS, "as it comes", period_steps=PERIOD_STEPS)
-    for peer in peers:
-        fitting = max(peer.settings) if peer.setting == "steps" else nearest(peer.settings)
-        yield from of_peer(replace(peer, settings=(fitting,)))
+    for rival in rivals:
+        fitting = max(rival.settings) if rival.setting == "steps" else nearest(rival.settings)
+        yield from of_rival(replace(rival, settings=(fitting,)))
 
 
 def nearest(tolerances: tuple[float, ...]) -> float:
@@ -104,40 +116,18 @@ def nearest(tolerances: tuple[float, ...]) -> float:
 def steps(case: Case, contender: Contender, reference: Reference) -> float:
     """Return the steps of a contact that our methods are set to, on the average; NaN for others.
 
-    `exact` solves a short impact at once, at its nodes; one that lasts longer than `LONGEST` in
-    units of the flight's own rate takes its contact steps, as all do with `rk4`: a quarter of
-    those of a period.
+    `exact` solves a short impact at once, at its nodes; a longer one takes its contact
+    steps.  With `rk4` every contact takes a quarter of the steps of a period.
     """
     if contender.setting.method == "rk4":
         return PERIOD_STEPS / STEPS_RATIO
     if contender.setting.method != "exact":
         return math.nan
-    short = reference.durations * _rate(case.system) < LONGEST
+    short = reference.durations < _longest_short(case.system)
     return float(np.where(short, NODES, CONTACT_STEPS).mean()) if short.size else math.nan
 
 
-def _rate(system: System) -> float:
+def _longest_short(system: System) -> float:
+    """Return the duration [s] up to which `exact` solves an impact in the contact's own units."""
     cell = cell_of(system)
-    return float(rate_of(structure_of(cell), damper_in(cell)))
-
-
-def _row(truth: Truth, distance: float, found: Result, taken: float) -> Row:
-    system, setting = truth.case.system, found.setting
-    return {
-        "K": system.K,
-        "E2": system.parameters.get("E2", math.nan),
-        "method": setting.method,
-        "setting": setting.words,
-        "ours": int(setting.ours),
-        "error": found.error,
-        "growth": truth.reference.growth,
-        "doubt": truth.reference.doubt,
-        "touches": 0 if truth.reference.touches is None else len(truth.reference.touches),
-        "missed": found.missed,
-        "touch_error": found.touch_error,
-        "steps": found.steps if math.isnan(taken) else taken,
-        "seconds": found.seconds,
-        "rigid": distance,
-        "failure": found.failure,
-        "status": int(bool(found.failure)),
-    }
+    return LONGEST / float(rate_of(structure_of(cell), damper_in(cell)))

@@ -5,34 +5,34 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
+from nlds_vines.accuracy.columns import Column, columns
 from nlds_vines.accuracy.comparison_page import duration, family_of, number_words
-from nlds_vines.accuracy.results import column, status_column
+from nlds_vines.accuracy.results import Known, Result, Setting
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.cli.markdown import table
 
 SHAPE = "stiffness"
 
-COLUMNS = (
-    column("K", "float64", "N/m^1.5", "contact stiffness"),
-    column("E2", "float64", "Pa", "Young's modulus of the damper's side, where K follows from it"),
-    column("method", "str", "1", "integrator"),
-    column("setting", "str", "1", "its setting in words"),
-    column("ours", "int8", "1", "1: of this program"),
-    column("error", "float64", "m, m/s", "of the last state, the largest of its components"),
-    column("growth", "float64", "1", "growth of a disturbance of the start until the end"),
-    column("doubt", "float64", "m, m/s", "errors below this cannot be told from none"),
-    column("touches", "int32", "1", "touches there are"),
-    column("missed", "float64", "1", "touches missed; negative: invented"),
-    column("touch_error", "float64", "s", "of the times of touch, the largest"),
-    column("steps", "float64", "1", "steps, or nodes, of a contact: ours as set, others' counted"),
-    column("seconds", "float64", "s", "CPU time per forcing period, of all threads"),
-    column("rigid", "float64", "m, m/s", "distance of the true state from the rigid limit's"),
-    column("failure", "str", "1", "why there is no measurement"),
-    status_column(),
-)
+
+@dataclass(frozen=True)
+class Stiffened:
+    """One stiffness of the contact, and the true orbit with it."""
+
+    K: Annotated[float, Column("N/m^1.5", "contact stiffness")]
+    E2: Annotated[
+        float, Column("Pa", "Young's modulus of the damper's side, where K follows from it")
+    ]
+    touches: Annotated[int, Column("1", "touches there are")]
+    rigid: Annotated[float, Column("m, m/s", "distance of the true state from the rigid limit's")]
+
+
+_UNUSED = "source independent witness value expected_order energy_error label"
+
+COLUMNS = columns(Stiffened, Known, Setting, Result, without=_UNUSED.split())
 
 _PAGE = """\
 # Stiff contacts
@@ -55,6 +55,15 @@ paper's K.
 {command}
 ```
 """
+
+_OURS = (
+    *("K [N/m^1.5]", "error", "growth", "touches", "missed", "steps a contact"),
+    *("CPU per period", "to the rigid limit"),
+)
+_OTHERS = (
+    *("peer", "setting", "largest error", "at K", "missed", "invented", "steps a contact"),
+    *("dearest period", "failed"),
+)
 
 _STIFF = 1e9  # K from which on the law of the rigid limit is fitted
 _SOFT = 3e7  # K of the paper's rubber: the soft case that harder ones are compared with
@@ -101,22 +110,17 @@ def read_stiffness(view: ArchiveView) -> Stiff:
 
 
 def lines(found: Stiff, methods: Sequence[str] | None = None) -> Iterator[str]:
-    """Yield the tables: ours in full, then where and how each peer fails."""
+    """Yield the tables: ours in full, then where and how each rival fails."""
     if math.isfinite(found.exponent):
         yield f"The distance to the rigid limit falls as K^{found.exponent:.3f} (expected: K^-0.4)."
     else:
         yield "There is no rigid limit of isolated impacts to compare with."
     yield ""
     for method in ("exact", "rk4"):
-        yield from _table(found, method)
+        yield from table((f"{method}: E2 [Pa]", *_OURS), _rows(found.of(method)), range(9))
         yield ""
-    yield (
-        "| peer | setting | largest error | at K | missed | invented | steps a contact "
-        "| dearest period | failed |"
-    )
-    yield "|---|---|---:|---:|---:|---:|---:|---:|---|"
-    for method in methods or found.methods[2:]:
-        yield _peer(found.of(method), method)
+    rows = (_summary(found.of(method), method) for method in methods or found.methods[2:])
+    yield from table(_OTHERS, rows, range(2, 8))
 
 
 def representatives(found: Stiff) -> list[str]:
@@ -133,45 +137,45 @@ def representatives(found: Stiff) -> list[str]:
     return list(best.values())
 
 
-def _table(found: Stiff, method: str) -> Iterator[str]:
-    yield (
-        f"| {method}: E2 [Pa] | K [N/m^1.5] | error | growth | touches | missed | steps a contact "
-        "| CPU per period | to the rigid limit |"
-    )
-    yield "|---:|---:|---:|---:|---:|---:|---:|---:|---:|"
-    rows = found.of(method)
-    for i in range(len(rows["K"])):
-        row = {name: values[i] for name, values in rows.items()}
-        yield _line(row)
+def _rows(found: dict[str, np.ndarray]) -> Iterator[tuple[str, ...]]:
+    """Yield the cells of one of our methods, a row for each stiffness."""
+    for i in range(len(found["K"])):
+        row = {name: values[i] for name, values in found.items()}
+        modulus = "" if math.isnan(row["E2"]) else f"{row['E2']:.3g}"
+        yield modulus, f"{row['K']:.2e}", *_cells(row)
 
 
-def _line(row: dict[str, Any]) -> str:
-    modulus = "" if math.isnan(row["E2"]) else f"{row['E2']:.3g}"
+def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     if row["failure"]:
-        return f"| {modulus} | {row['K']:.2e} | failed: {row['failure']} | | | | | | |"
+        return (f"failed: {row['failure']}",)
     return (
-        f"| {modulus} | {row['K']:.2e} | {row['error']:.1e} | {row['growth']:.2g} "
-        f"| {row['touches']} | {number_words(row['missed'])} | {_three_digits(row['steps'])} "
-        f"| {duration(row['seconds'])} | {row['rigid']:.1e} |"
+        f"{row['error']:.1e}",
+        f"{row['growth']:.2g}",
+        f"{row['touches']}",
+        number_words(row["missed"]),
+        _three_digits(row["steps"]),
+        duration(row["seconds"]),
+        f"{row['rigid']:.1e}",
     )
 
 
-def _peer(rows: dict[str, np.ndarray], method: str) -> str:
-    done = rows["status"] == 0
+def _summary(rows: dict[str, np.ndarray], method: str) -> tuple[str, ...]:
+    """Return the cells of a solver of others: its worst over all stiffnesses."""
+    done, setting = rows["status"] == 0, str(rows["setting"][0])
     if not done.any():
-        return f"| {method} | {rows['setting'][0]} | | | | | | | everywhere: {rows['failure'][0]} |"
-    errors = np.where(done, rows["error"], -np.inf)
-    worst = int(np.argmax(errors))
-    missed, dearest = rows["missed"][done], float(rows["seconds"][done].max())
-    failed = "; ".join(
-        f"K = {K:.0e}: {why}"
-        for K, why in zip(rows["K"][~done], rows["failure"][~done], strict=True)
-    )
+        return method, setting, *[""] * 6, f"everywhere: {rows['failure'][0]}"
+    worst = int(np.argmax(np.where(done, rows["error"], -np.inf)))
+    failed = zip(rows["K"][~done], rows["failure"][~done], strict=True)
     return (
-        f"| {method} | {rows['setting'][0]} | {errors[worst]:.1e} | {rows['K'][worst]:.1e} "
-        f"| {_sum(missed, 1)} | {_sum(missed, -1)} | {_counted(rows['steps'])} "
-        f"| {duration(dearest)} "
-        f"| {failed} |"
+        method,
+        setting,
+        f"{rows['error'][worst]:.1e}",
+        f"{rows['K'][worst]:.1e}",
+        _sum(rows["missed"][done], 1),
+        _sum(rows["missed"][done], -1),
+        _counted(rows["steps"]),
+        duration(float(rows["seconds"][done].max())),
+        "; ".join(f"K = {K:.0e}: {why}" for K, why in failed),
     )
 
 
@@ -180,13 +184,13 @@ def _three_digits(value: float) -> str:
 
 
 def _counted(steps: np.ndarray) -> str:
-    """Return the range of the steps of a contact; empty if nobody counted."""
+    """Return the range of the steps of a contact; empty if they were not counted."""
     known = steps[np.isfinite(steps)]
     return f"{known.min():.0f} to {known.max():.0f}" if known.size else ""
 
 
 def _sum(missed: np.ndarray, sign: int) -> str:
-    """Return how many touches were missed (1) or invented (-1) in all; empty if nobody knows."""
+    """Return how many touches were missed (1) or invented (-1) in all; empty if not known."""
     if np.isnan(missed).all():
         return ""
     return f"{np.nansum(np.maximum(sign * missed, 0.0)):g}"

@@ -9,27 +9,27 @@ from __future__ import annotations
 import hashlib
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from nlds_vines.accuracy.results import DIMS
+from nlds_vines.accuracy.columns import DIMS, Row, table_of
 from nlds_vines.archives import archive, durable
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.provenance import attributes
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import RequestError
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.folder import RunFolder
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.manifest import SURVEY
 from nlds_vines.runs.partfile import UNSOUND, fetch, identity, path_of, store
+from nlds_vines.runs.progress import Progress
 from nlds_vines.toml import toml_text
-
-Row = Mapping[str, Any]
-"""One measurement: a value for each column."""
 
 
 @dataclass(frozen=True)
@@ -131,30 +131,24 @@ class SurveyRun(RunFolder):
         self.deliver(lambda path: archive.write(path, table, [rows], pieces, lambda: attrs))
 
 
-def run(
-    survey: Survey,
-    output: Path,
-    *,
-    resume: bool = False,
-    overwrite: bool = False,
-    show: Callable[[str], object] | None = None,
-) -> None:
-    """Do a survey into the archive `output`; `show` is told of each task with the time to go.
+def run(survey: Survey, output: Path, how: RunOptions | None = None) -> None:
+    """Do a survey into the archive `output`.
 
-    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, every finished task kept for `resume`, and
-    `RequestError` where the archive cannot be had.
+    Arguments: `how` the run goes, None for the defaults of `RunOptions`; there are no shards.
+
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, every finished task kept for --resume, and
+    `RequestError` where the archive cannot be written.
     """
-    opened = SurveyRun.open(output, survey, resume=resume, overwrite=overwrite)
-    with opened as journal, interrupts.heard() as stop:
+    how = RunOptions() if how is None else how
+    opened = SurveyRun.open(output, survey, resume=how.resume, overwrite=how.overwrite)
+    with opened as journal, interrupts.stop_on_signals() as stop:
         if journal.complete:
             return
         known = journal.recall()
         for line in journal.discarded:
             print(line, file=sys.stderr)
         try:
-            for line in _done(journal, stop, known):
-                if show is not None:
-                    show(line)
+            _measure(journal, stop, known, how.quiet)
             journal.store()
         except RequestError:
             journal.abandon()
@@ -168,24 +162,13 @@ def run(
             ) from None
 
 
-def _done(journal: SurveyRun, stop: interrupts.Stop, known: int) -> Iterator[str]:
-    """Measure task by task; yield a line before each: which, and how long the rest may take."""
-    tasks, began = journal.request.tasks, time.monotonic()
-    for index, task in enumerate(tasks):
-        stop.check()
-        if index in journal.kept:
-            continue
-        done = len(journal.kept) - known
-        left = (time.monotonic() - began) / done * (len(tasks) - known - done) if done else None
-        estimate = "" if left is None else f", about {left:.0f} s to go"
-        yield f"{index + 1}/{len(tasks)} {task.name}{estimate}"
-        journal.measure(index)
-
-
-def table_of(columns: Iterable[Dataset], rows: Sequence[Row]) -> dict[str, np.ndarray]:
-    """Return rows as contiguous arrays by column."""
-    found = {}
-    for column in columns:
-        dtype: Any = np.str_ if column.dtype == "str" else column.dtype
-        found[column.name] = np.array([row[column.name] for row in rows], dtype=dtype)
-    return found
+def _measure(journal: SurveyRun, stop: interrupts.Stop, known: int, quiet: bool) -> None:
+    """Measure what is not kept, task by task; the progress names the task that comes next."""
+    tasks = journal.request.tasks
+    left = [index for index in range(len(tasks)) if index not in journal.kept]
+    with Progress(len(tasks), "task", done=known, quiet=quiet) as progress:
+        for index, following in zip_longest(left, left[1:]):
+            stop.check()
+            journal.measure(index)
+            words = "done" if following is None else f"next: {tasks[following].name}"
+            progress.note(1, words)

@@ -1,7 +1,10 @@
-"""What is finished: one HDF5 file.
+"""What is finished: one HDF5 file, written whole and read by name.
 
-dataset      a dataset and a dimension, described
-durable      files that survive a power cut; seals, locks
-provenance   where an archive comes from
-archive      written whole, read by name, verified: the only module that imports h5py
+In reading order:
+
+    dataset      the description of datasets and dimensions: type, unit, meaning, shape
+    durable      files that survive a power cut; seals, locks
+    provenance   where an archive comes from: request, versions, sources, machine
+    layout       how an array is laid out on the disk: chunks, slabs, checksums
+    archive      the archive itself, written, read and verified: the only module that imports h5py
 """

@@ -1,44 +1,42 @@
-"""The HDF5 archive of a scan: written once and whole, read by name, verified end to end.
+"""The HDF5 archive: written once and whole, read by name, verified from end to end.
 
 The only module that imports h5py.  The layout is that of netCDF-4: every dimension of every dataset
-has its scale attached, so that `xarray.open_dataset(FILE, engine="h5netcdf")` opens it.  Numbers
-carry HDF5's Fletcher checksum, strings (whose bytes HDF5 keeps out of any filter's reach) a CRC-32
-attribute: both name the dataset that is damaged.  A seal over the whole file finds the rest.
+has its scale attached, so that `xarray.open_dataset(FILE, engine="h5netcdf")` opens it.
+
+Numbers have HDF5's Fletcher checksum.  Strings have a CRC-32 in an attribute, because HDF5 stores
+their bytes where no checksum of its own covers them.  Both tell which dataset is damaged; a seal
+over the whole file detects any other damage.
 """
 
 from __future__ import annotations
 
-import math
 import os
-import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import h5py
 import numpy as np
 
 from nlds_vines.archives import durable
 from nlds_vines.archives.dataset import Dataset, Scale, Table
+from nlds_vines.archives.layout import chunk_shape, crc32_of, slabs
 from nlds_vines.archives.provenance import SCHEMA, Value
 from nlds_vines.errors import RequestError
 
-if TYPE_CHECKING:
-    pass
-
 Piece = tuple[str, tuple[slice, ...], np.ndarray]
-"""A dataset's name, a rectangle of cells, and the values there."""
+"""The name of a dataset, a rectangle of its cells, and the values there."""
 
 _HDF5 = {"hdf5_version": h5py.version.hdf5_version}
 _STRING = h5py.string_dtype()  # variable-length UTF-8
 _OVERHEAD = 1 << 19  # bytes for headers, attributes and what HDF5 leaves unused
-_CHUNK_BYTES = 1 << 18  # small enough to read a few cells, large enough to compress and to seek
-# rectangles need not end where chunks do: half-written chunks wait in this cache
+# pieces need not end where chunks do: half-written chunks are kept in this cache (64 MiB, and a
+# prime number of slots, as HDF5 advises)
 _CACHE = {"rdcc_nbytes": 1 << 26, "rdcc_nslots": 10007}
-_SLAB_ITEMS = 1 << 22  # values read at a time when everything is read
-_DAMAGE = (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError)  # says h5py
+_DAMAGE = (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError)
+"""The errors that h5py raises for damaged files."""
 
 
 def write(
@@ -48,14 +46,17 @@ def write(
     pieces: Iterable[Piece],
     attributes: Callable[[], Mapping[str, Value]],
 ) -> None:
-    """Write an archive to `path`, sealed and forced to the disk, and check it.
+    """Write an archive to `path`, seal it, force it to the disk, and read it back.
 
-    Arguments: the `table` of its datasets; the `scales` of all dimensions that these have;
-    `pieces` yields the results, and cells without a piece keep their fill value; `attributes`
-    returns those of the file, and is called when the last piece has been taken.
+    Arguments:
+        path: the file; an existing one is replaced.
+        table: the datasets.
+        scales: the scales of all dimensions of the datasets.
+        pieces: the results, in any order; cells without a piece keep their fill value.
+        attributes: returns the attributes of the file; called after the last piece was taken.
 
-    Memory is that of one piece.  Raises `RequestError` if what is read back is not what was given,
-    OSError or (from HDF5) RuntimeError if it cannot be written.
+    Holds one piece in memory at a time.  Raises `RequestError` if the values that are read back
+    differ from those given, OSError or (from HDF5) RuntimeError if the file cannot be written.
     """
     durable.reserve(path, table.most_bytes + _OVERHEAD)
     # v110 checksums the metadata too, and is read by every netCDF-4 library of this decade
@@ -64,7 +65,7 @@ def write(
         given = []
         for name, where, values in pieces:
             file[name][where] = _storable(values)
-            given.append((name, where, _crc(values)))
+            given.append((name, where, crc32_of(values)))
         file.attrs.update({**_HDF5, **attributes()})
         _note_checksums(file)
     durable.seal(path)
@@ -72,24 +73,24 @@ def write(
 
 
 def whole(contents: Iterable[tuple[Dataset, np.ndarray]]) -> Iterator[Piece]:
-    """Yield the pieces of an archive whose datasets are there as whole arrays."""
+    """Yield each dataset, given as a whole array of any numeric type, as one piece."""
     for entry, values in contents:
         stored = values if entry.dtype == "str" else values.astype(entry.dtype)
         yield entry.name, (slice(None),) * values.ndim, stored
 
 
 def _note_checksums(file: h5py.File) -> None:
-    """Give every dataset of strings its CRC-32: no filter of HDF5 reaches their bytes."""
+    """Give every dataset of strings its CRC-32 as an attribute."""
     for dataset in filter(_is_text, file.values()):
         dataset.attrs["crc32"] = np.uint32(_whole_crc(dataset))
 
 
 @dataclass(frozen=True)
 class ArchiveView:
-    """An open archive: its datasets by name, read from the disk when asked for.
+    """An open archive; its datasets are read from the disk when they are asked for.
 
     `view["section"]` is the whole array, `view.take("section", start=0, component=2)` a part of
-    it.  A dataset that cannot be read as it was written raises `RequestError` with its name.
+    it.  Reading a damaged dataset raises `RequestError` with its name.
     """
 
     path: Path
@@ -97,23 +98,23 @@ class ArchiveView:
 
     @property
     def attrs(self) -> dict[str, Any]:
-        """The attributes of the file: title, history, scan, parameters, assumptions, versions."""
+        """The attributes of the file: title, history, request, parameters, versions ..."""
         with _reading(self.path, "an attribute"):
             return {name: _plain(value) for name, value in self._file.attrs.items()}
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The recorded datasets, without the scales of their dimensions."""
+        """The names of the recorded datasets, without the scales of their dimensions."""
         with _reading(self.path, "the list of its datasets"):
             return tuple(name for name in self._file if not self._file[name].is_scale)
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The varied parameters, in the order of the dimensions."""
+        """The names of the varied parameters, in the order of the dimensions."""
         return self.dims("status")[:-1]
 
     def __contains__(self, name: str) -> bool:
-        """Tell whether a dataset (or a scale) of this name is in the archive."""
+        """Return whether a dataset or a scale of this name is in the archive."""
         return name in self._file
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -121,7 +122,7 @@ class ArchiveView:
         return self.take(name)
 
     def take(self, name: str, **index: int) -> np.ndarray:
-        """Return a dataset at the given index of some of its dimensions, whole along the others."""
+        """Return a part of a dataset: at the `index` of some dimensions, all of the others."""
         if name not in self._file:
             raise RequestError(f"{self.path} holds no {name}, only {', '.join(self.names)}")
         where = tuple(index.get(dim, slice(None)) for dim in self.dims(name))
@@ -131,9 +132,9 @@ class ArchiveView:
             return _values(dataset, where)
 
     def slabs(self, name: str) -> Iterator[np.ndarray]:
-        """Yield a dataset in slices along its first dimension that fit into memory."""
+        """Yield a dataset in parts along its first dimension, each of which fits into memory."""
         with _reading(self.path, f"dataset {name}"):
-            for slab in _slabs(self._file[name]):
+            for slab in slabs(self._file[name].shape):
                 yield _values(self._file[name], slab)
 
     def shape(self, name: str) -> tuple[int, ...]:
@@ -154,7 +155,7 @@ class ArchiveView:
         return str(self._attribute(name, "units"))
 
     def long_name(self, name: str) -> str:
-        """Return what a dataset or scale means, in words."""
+        """Return the meaning of a dataset or scale, in words."""
         return str(self._attribute(name, "long_name"))
 
     def flags(self, name: str) -> dict[int, str]:
@@ -170,10 +171,10 @@ class ArchiveView:
 
 @contextmanager
 def read(path: str | os.PathLike[str]) -> Iterator[ArchiveView]:
-    """Open an archive for reading; use it in a `with` statement.
+    """Open an archive for reading, in a `with` statement.
 
-    Raises `RequestError` if there is no such file, if it is not an archive of this program, or if
-    its schema is newer than this version knows.
+    Raises `RequestError` if the file does not exist, if it is not an archive of this program, or if
+    its format is newer than this version knows.
     """
     path = Path(path)
     try:
@@ -195,8 +196,8 @@ def read(path: str | os.PathLike[str]) -> Iterator[ArchiveView]:
 def verify(path: str | os.PathLike[str]) -> list[str]:
     """Read an archive from end to end and return its problems, one line each; empty if sound.
 
-    A damaged dataset is named.  Damage anywhere else, be it one bit of a header, of an attribute
-    or of padding, breaks the seal.  Raises `RequestError` if there is no such file.
+    A damaged dataset is named.  Damage anywhere else, even of one bit of a header, an attribute or
+    padding, breaks the seal.  Raises `RequestError` if the file does not exist.
     """
     path = Path(path)
     with durable.in_one_line(f"read {path}"):
@@ -211,7 +212,7 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
 
 
 def _schema(file: h5py.File) -> int | None:
-    """Return the number of the archive's layout; None if the file is no archive."""
+    """Return the number of the archive's format; None if the file is no archive."""
     try:
         known = "scan_hash" in file.attrs and "status" in file
         return int(file.attrs["schema"]) if known else None
@@ -250,27 +251,15 @@ def _dataset(
     """Create an empty dataset; numbers are chunked, each chunk with its checksum."""
     options: dict[str, Any] = {"dtype": dtype, "fillvalue": fill, "track_times": False}
     if h5py.check_string_dtype(dtype) is None:
-        options |= {"chunks": _chunks(shape, dtype.itemsize), "fletcher32": True}
+        options |= {"chunks": chunk_shape(shape, dtype.itemsize), "fletcher32": True}
     if compress:
-        # a settled orbit repeats itself: a third of the bytes for a hundredth of the run time
+        # settled orbits repeat themselves: a third of the bytes, for a hundredth of the run time
         options |= {"shuffle": True, "compression": "gzip", "compression_opts": 1}
     return file.create_dataset(name, shape, **options)
 
 
-def _chunks(shape: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
-    """Halve the longer of the first two sides until a chunk is small, and then the other sides.
-
-    So a lane's samples stay together as long as they can, and the layout does not depend on how
-    the scan was cut into blocks.
-    """
-    chunk = list(shape)
-    while math.prod(chunk) * itemsize > _CHUNK_BYTES:
-        side = max(range(len(chunk)), key=lambda i: (i < 2 and chunk[i] > 1, chunk[i]))
-        chunk[side] = -(-chunk[side] // 2)
-    return tuple(chunk)
-
-
 def _attributes(entry: Dataset) -> dict[str, Any]:
+    """Return the attributes of a dataset: unit, meaning, the words of an enumeration."""
     attributes: dict[str, Any] = {"units": entry.units, "long_name": entry.long_name}
     if entry.flags is not None:
         attributes["flag_values"] = np.array(entry.flag_values, dtype=entry.dtype)
@@ -279,44 +268,36 @@ def _attributes(entry: Dataset) -> dict[str, Any]:
 
 
 def _storable(values: np.ndarray) -> np.ndarray:
-    """Return strings as h5py takes them, and anything else as it is."""
+    """Return strings in the type that h5py stores, other values as they are."""
     if values.dtype.kind not in "UO":
         return values
     return values.astype(object).astype(_STRING)
 
 
 def _compare(path: Path, given: Iterable[tuple[str, tuple[slice, ...], int]]) -> None:
-    """Read back every piece; `RequestError` if its CRC-32 is not that of what was given."""
+    """Read every piece back; raise `RequestError` if its CRC-32 is not the `given` one."""
     if not durable.sealed(path):
         raise RequestError(f"{path} did not reach the disk as it was written")
     with h5py.File(path, "r", **_CACHE) as file:
         for name, cells, crc in given:
-            if _crc(_values(file[name], cells)) != crc:
+            if crc32_of(_values(file[name], cells)) != crc:
                 raise RequestError(f"{path}: {name} did not reach the disk as it was computed")
 
 
 def _problems(file: h5py.File, name: str) -> Iterator[str]:
-    """Read one dataset from end to end and say what is wrong with it."""
+    """Read one dataset from end to end and yield what is wrong with it."""
     try:
         dataset = file[name]
-        for slab in _slabs(dataset):
+        for slab in slabs(dataset.shape):
             dataset[slab]
         _check_crc(dataset)
     except _DAMAGE as error:
         yield f"dataset {name} is damaged: {_first_line(error)}"
 
 
-def _slabs(dataset: h5py.Dataset) -> Iterator[slice]:
-    """Cut a dataset along its first dimension into slices that fit into memory."""
-    length = dataset.shape[0]
-    step = max(1, _SLAB_ITEMS // max(1, math.prod(dataset.shape[1:])))
-    for first in range(0, length, step):
-        yield slice(first, min(first + step, length))
-
-
 @contextmanager
 def _reading(path: Path, what: str) -> Iterator[None]:
-    """Turn what h5py says of a damaged file into one line that names the place."""
+    """Turn h5py's error for a damaged file into a `RequestError` that names the place."""
     try:
         yield
     except _DAMAGE as error:
@@ -324,35 +305,34 @@ def _reading(path: Path, what: str) -> Iterator[None]:
 
 
 def _first_line(error: Exception) -> str:
+    """Return the first line of an error's message, or the error's name if it has none."""
     return (str(error).splitlines() or [type(error).__name__])[0]
 
 
 def _values(dataset: h5py.Dataset, where: Any) -> np.ndarray:
+    """Return a part of a dataset; strings as an array of `str` objects."""
     return dataset.asstr()[where] if _is_text(dataset) else dataset[where]
 
 
 def _is_text(dataset: h5py.Dataset) -> bool:
+    """Return whether a dataset holds strings."""
     return h5py.check_string_dtype(dataset.dtype) is not None
 
 
 def _plain(value: Any) -> Any:
+    """Return an attribute as a Python number or string."""
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _crc(values: np.ndarray, crc: int = 0) -> int:
-    """Return the CRC-32, continued from `crc`, of values; each string is closed by a zero byte."""
-    if values.dtype.kind not in "UO":
-        return zlib.crc32(np.ascontiguousarray(values).data, crc)
-    return zlib.crc32("".join(f"{text}\0" for text in values.flat).encode(), crc)
-
-
 def _whole_crc(dataset: h5py.Dataset) -> int:
+    """Return the CRC-32 of all values of a dataset, in the order of the disk."""
     crc = 0
-    for slab in _slabs(dataset):
-        crc = _crc(_values(dataset, slab), crc)
+    for slab in slabs(dataset.shape):
+        crc = crc32_of(_values(dataset, slab), crc)
     return crc
 
 
 def _check_crc(dataset: h5py.Dataset) -> None:
+    """Raise ValueError if the strings of a dataset have another CRC-32 than its attribute says."""
     if _is_text(dataset) and _whole_crc(dataset) != dataset.attrs.get("crc32"):
         raise ValueError("its checksum is not that of its strings")

@@ -1,4 +1,4 @@
-"""The table of an archive: datasets with type, unit and meaning; lengths of dimensions."""
+"""The description of an archive: its datasets with type, unit and meaning, its dimensions."""
 
 from __future__ import annotations
 
@@ -10,16 +10,22 @@ from typing import NamedTuple
 import numpy as np
 
 TEXT_BYTES = 64
-"""What a string counts for: more than any label with its reference needs."""
+"""Bytes that a string counts for: more than any label and its entry in the file take."""
 
 
 @dataclass(frozen=True)
 class Dataset:
     """One dataset of an archive.
 
-    `dims` are the names of its dimensions: the varied parameters, then `start`, then its tail
-    (`cycle`, `component`).  `dtype` is a NumPy type name, or "str" for variable-length UTF-8.
-    `fill` stands where nothing was computed.  `flags` maps the CF words of an enumeration to codes.
+    Attributes:
+        name: in the archive.
+        dims: the names of its dimensions: the varied parameters, then `start`, then the dimensions
+            of a single orbit (`cycle`, `component`).
+        dtype: the name of a NumPy type, or "str" for UTF-8 strings of variable length.
+        units: SI, in the notation of CF; "1" for a number without a unit.
+        long_name: its meaning in words.
+        fill: the value of cells that were not computed.
+        flags: of an enumeration the codes by word, as CF has them; None for anything else.
     """
 
     name: str
@@ -32,7 +38,7 @@ class Dataset:
 
     @property
     def tail(self) -> tuple[str, ...]:
-        """The dimensions after `start`: what one lane contributes."""
+        """The dimensions after `start`: those of a single orbit."""
         return self.dims[self.dims.index("start") + 1 :]
 
     @property
@@ -42,12 +48,12 @@ class Dataset:
 
     @property
     def flag_meanings(self) -> str | None:
-        """The words of an enumeration, blank-separated as CF has it; None for anything else."""
+        """The words of an enumeration, separated by blanks as in CF; None for anything else."""
         return None if self.flags is None else " ".join(self.flags)
 
 
 class Scale(NamedTuple):
-    """A dimension: its values (one-dimensional; numbers or strings), their unit and meaning."""
+    """A dimension: its name, its values (n,), numbers or strings, their unit and meaning."""
 
     name: str
     values: np.ndarray
@@ -57,22 +63,25 @@ class Scale(NamedTuple):
 
 @dataclass(frozen=True)
 class Table:
-    """What an archive holds: its datasets by name, the length of every dimension there may be."""
+    """The description of an archive: datasets by name, lengths of dimensions by name.
+
+    A length may be given for a dimension that no dataset has.
+    """
 
     datasets: Mapping[str, Dataset]
     length: Mapping[str, int]
 
     @classmethod
     def of(cls, datasets: Iterable[Dataset], length: Mapping[str, int]) -> Table:
-        """Return the table of some datasets; of those with one name the last counts."""
+        """Return the table of `datasets`; of several with the same name it holds the last."""
         return cls({dataset.name: dataset for dataset in datasets}, length)
 
     def shape(self, name: str) -> tuple[int, ...]:
-        """Return the shape of a dataset."""
+        """Return the shape of a dataset: the lengths of its dimensions."""
         return tuple(self.length[dim] for dim in self.datasets[name].dims)
 
     def bytes(self, text: int = TEXT_BYTES) -> int:
-        """Return how many bytes all datasets take uncompressed; a string counts for `text`."""
+        """Return the size of all datasets without compression [bytes]; a string takes `text`."""
         return sum(
             (text if dataset.dtype == "str" else np.dtype(dataset.dtype).itemsize)
             * prod(self.shape(name))
@@ -81,5 +90,5 @@ class Table:
 
     @property
     def most_bytes(self) -> int:
-        """How many bytes the archive takes, its dimensions included, were nothing compressed."""
+        """The size of the archive without compression [bytes], its dimensions included."""
         return self.bytes() + TEXT_BYTES * sum(self.length.values())

@@ -1,10 +1,12 @@
-"""Bytes that survive: files that appear whole or not at all, seals, a lock that leaves no trace.
+"""Files that survive a power cut: they appear whole or not at all.  Seals, and locks.
 
-A writer may be killed, or the power cut, between any two system calls.  So nothing is ever written
-in place: the bytes go to a temporary name, are forced to the disk, and take their name by a rename,
-which the folder is then forced to remember.  A seal (SHA-256 of all that stands before it, appended
-to the file) finds every flipped bit, in data, headers and padding alike; HDF5 ignores what follows
-its own end of file, so a sealed archive is an ordinary archive.
+A writer may be killed, or the power cut, between any two system calls.  So no file is written in
+place: the bytes go to a temporary file, are forced to the disk (fsync), and take their name by a
+rename, which is forced to the disk as well (fsync of the folder).
+
+A seal is the SHA-256 of all bytes before it, appended to the file.  It detects every flipped bit,
+in data, headers and padding alike.  HDF5 ignores bytes after its own end of file, so a sealed
+archive is an ordinary archive.
 """
 
 from __future__ import annotations
@@ -24,12 +26,15 @@ Buffer = bytes | memoryview
 
 _MARK = b"\nnlds_vines seal sha256 "
 _SEAL_BYTES = len(_MARK) + hashlib.sha256().digest_size * 2 + 1
-_SLAB = 1 << 20  # bytes hashed at a time: files of any size need no more memory
+_SLAB = 1 << 20  # bytes hashed at a time, so that a file may be larger than the memory
+_RETRY = 0.02  # s between two attempts to take a lock
 
 
 @contextmanager
 def in_one_line(doing: str) -> Iterator[None]:
-    """Turn what the operating system or HDF5 says while `doing` something into a `RequestError`.
+    """Turn an error of the operating system or of HDF5 into a `RequestError` of one line.
+
+    Arguments: `doing`, what is attempted inside: the message is "cannot <doing>: <reason>".
 
     HDF5 reports a full disk as OSError or, while closing, as RuntimeError, both over many lines.
     """
@@ -41,10 +46,10 @@ def in_one_line(doing: str) -> Iterator[None]:
 
 
 def write(path: Path, *pieces: Buffer) -> None:
-    """Put the bytes of `pieces`, sealed, under the name `path`: whole and on the disk, or OSError.
+    """Write `pieces` one after the other and a seal to the file `path`, and force it to the disk.
 
-    Two writers of one name do not meet: each has a temporary file of its own, and the last rename
-    wins.
+    Each of two writers of the same name has a temporary file of its own, and the last rename wins.
+    Raises OSError, and then leaves the file as it was.
     """
     temporary = path.with_name(f"{path.name}.{secrets.token_hex(8)}.tmp")
     digest = hashlib.sha256()
@@ -58,13 +63,13 @@ def write(path: Path, *pieces: Buffer) -> None:
             os.fsync(file.fileno())
         replace(temporary, path)
     except BaseException:
-        with suppress(OSError):  # it may never have come to be
+        with suppress(OSError):  # the file may not exist yet
             temporary.unlink()
         raise
 
 
 def read(path: Path) -> bytes:
-    """Return what `write` put there, without its seal; ValueError if a single bit has changed."""
+    """Return the bytes that `write` wrote, without the seal; ValueError if any bit has changed."""
     sealed = path.read_bytes()
     data = sealed[:-_SEAL_BYTES]
     if sealed[-_SEAL_BYTES:] != _seal(hashlib.sha256(data)):
@@ -73,7 +78,7 @@ def read(path: Path) -> bytes:
 
 
 def replace(temporary: Path, path: Path) -> None:
-    """Rename a file that is on the disk, and force the folder to remember its new name."""
+    """Rename a file that is on the disk to `path`, and force the rename to the disk."""
     os.replace(temporary, path)
     folder = os.open(path.parent, os.O_RDONLY)
     try:
@@ -83,9 +88,9 @@ def replace(temporary: Path, path: Path) -> None:
 
 
 def reserve(path: Path, size: int) -> None:
-    """Raise OSError unless a file of `size` bytes could be written beside `path`, or as it.
+    """Raise OSError unless the disk has room for a file `path` of `size` bytes.
 
-    For writers that cannot be stopped half-way with grace, as HDF5: ask before they begin.
+    HDF5 may lose data silently, or crash, when the disk fills while it writes: it is not begun.
     """
     trial = path.with_name(path.name + ".room.tmp")
     try:
@@ -97,7 +102,7 @@ def reserve(path: Path, size: int) -> None:
 
 
 def seal(path: Path) -> None:
-    """Append a seal to a finished file and force the whole of it to the disk."""
+    """Append a seal to a finished file and force the file to the disk."""
     digest = _digest(path, path.stat().st_size)
     with path.open("ab") as file:
         file.write(_seal(digest))
@@ -106,7 +111,7 @@ def seal(path: Path) -> None:
 
 
 def sealed(path: Path) -> bool:
-    """Tell whether a file ends in the seal of all the bytes before it."""
+    """Return whether a file ends in the seal of all the bytes before it."""
     size = path.stat().st_size - _SEAL_BYTES
     if size < 0:
         return False
@@ -117,42 +122,44 @@ def sealed(path: Path) -> bool:
 
 
 def lock(path: Path, *, shared: bool = False, patience: float = 0.3) -> int | None:
-    """Lock `path`, created if need be, for this process; None if others hold it against us.
+    """Lock the file `path`, created if need be, for this process.
 
-    Arguments: with `shared`, others may share it; `patience` [s] outlasts those who hold it only
-    for a moment, to look whether anybody does.
+    Arguments:
+        shared: whether other processes may hold the same lock, shared as well.
+        patience: seconds to wait for processes that hold the lock only for a moment, as `held`.
 
-    Returns the descriptor to `os.close` when done.  The kernel keeps the lock, not the file: that
-    of a dead process is gone with it, so there is no such thing as a stale one.
+    Returns the descriptor, which `os.close` unlocks; None where another process keeps the lock.
+    The operating system releases the lock of a process that ends, so no lock outlives its holder.
     """
     kind = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
     until = time.monotonic() + patience
     while True:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-        if not _locks(descriptor, kind):
+        if not _try_lock(descriptor, kind):
             os.close(descriptor)
             if time.monotonic() > until:
                 return None
-            time.sleep(0.02)
-        elif _names(path, descriptor):
+            time.sleep(_RETRY)
+        elif _is_open_as(path, descriptor):
             return descriptor
         else:
-            os.close(descriptor)  # its owner removed the file meanwhile: this lock guards nothing
+            os.close(descriptor)  # the holder removed the file meanwhile: others would not see it
 
 
 def held(path: Path) -> bool:
-    """Tell whether some process holds the lock `path` for itself alone."""
+    """Return whether a process holds the lock `path` unshared."""
     try:
         descriptor = os.open(path, os.O_RDONLY)
     except FileNotFoundError:
         return False
     try:
-        return not _locks(descriptor, fcntl.LOCK_SH)
+        return not _try_lock(descriptor, fcntl.LOCK_SH)
     finally:
         os.close(descriptor)
 
 
-def _locks(descriptor: int, kind: int) -> bool:
+def _try_lock(descriptor: int, kind: int) -> bool:
+    """Lock an open file without waiting; return whether that succeeded."""
     try:
         fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -160,7 +167,8 @@ def _locks(descriptor: int, kind: int) -> bool:
     return True
 
 
-def _names(path: Path, descriptor: int) -> bool:
+def _is_open_as(path: Path, descriptor: int) -> bool:
+    """Return whether the open file is the one that has the name `path` now."""
     try:
         return os.path.samestat(path.stat(), os.fstat(descriptor))
     except FileNotFoundError:
@@ -168,6 +176,7 @@ def _names(path: Path, descriptor: int) -> bool:
 
 
 def _seal(digest: hashlib._Hash) -> bytes:
+    """Return the bytes of a seal."""
     return _MARK + digest.hexdigest().encode() + b"\n"
 
 

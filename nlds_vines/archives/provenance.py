@@ -1,12 +1,10 @@
-"""Where an archive comes from: what was computed, from what, by what, and when."""
+"""Where an archive comes from: the request, the program, its libraries, the machine, the time."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import platform
-import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -14,40 +12,42 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
-
-if TYPE_CHECKING:
-    pass
+from typing import Protocol
 
 
 class Request(Protocol):
-    """What is computed: a title for people, and all that determines the numbers."""
+    """What an archive records of any request: its title, its text, its hash."""
 
     @property
     def title(self) -> str:
-        """One line for people."""
+        """One line that describes it."""
 
     @property
     def hash(self) -> str:
-        """SHA-256 of what determines the numbers."""
+        """SHA-256 of everything in it that determines the numbers."""
 
     def to_toml(self) -> str:
-        """Return the file that means exactly this request."""
+        """Return the request file that describes exactly this request."""
 
 
 Value = str | int | float
+"""The value of an attribute of an archive."""
 
 SCHEMA = 1
-"""Number of the archive's layout; it rises when a reader of the old one would misread the new."""
+"""Number of the archive's format; it rises when older readers would misread a new archive."""
 
 LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "h5py")
-"""The packages whose versions may change a bit of a result or of a file."""
+"""The libraries whose versions may change a bit of a result or of a file."""
 
 _PACKAGE = Path(__file__).parent.parent
 
 
 def attributes(request: Request, more: Mapping[str, Value]) -> dict[str, Value]:
-    """Return the attributes of any archive: what was asked for, when, by what; and `more`."""
+    """Return the attributes of an archive: the request, the time, the program, and `more`.
+
+    Arguments: the request; `more`, attributes of this kind of archive, which replace others of the
+    same name.
+    """
     return {
         "Conventions": "CF-1.10",
         "title": request.title,
@@ -63,7 +63,7 @@ def attributes(request: Request, more: Mapping[str, Value]) -> dict[str, Value]:
 
 
 def now() -> str:
-    """Return the time, in UTC to the second."""
+    """Return the time in UTC, to the second, as ISO 8601 has it."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
@@ -71,7 +71,7 @@ def now() -> str:
 def makers() -> dict[str, str]:
     """Return what may change a bit of a result: versions, this program's sources, the machine.
 
-    Results of different makers never meet in one archive.
+    An archive never holds results of different makers.
     """
     return {
         "source": f"nlds_vines {version('nlds-vines')}",
@@ -84,53 +84,38 @@ def makers() -> dict[str, str]:
 
 @cache
 def version(package: str) -> str:
-    """Return the version of an installed package without importing it; `unknown` if it is not.
-
-    Octave is no package but a program, and is asked itself.
-    """
-    if package == "octave":
-        return _octave()
+    """Return the version of a package without importing it; `unknown` if it is not installed."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "unknown"
 
 
-def _octave() -> str:
-    """Return the number in the first line of what Octave says of itself; `unknown` without it."""
-    if shutil.which("octave-cli") is None:
-        return "unknown"
-    try:
-        said = subprocess.run(
-            ["octave-cli", "--version"], capture_output=True, text=True, check=True, timeout=60
-        ).stdout
-    except (OSError, subprocess.SubprocessError):
-        return "unknown"
-    number = re.search(r"\d+(\.\d+)+", said.partition("\n")[0])
-    return number.group() if number else "unknown"
-
-
 @cache
 def commit() -> str:
-    """Return the commit of the clone that this program runs from, `+` for changes; else `none`."""
+    """Return the commit of the clone from which this program runs, with `+` after it for changes.
+
+    Returns `none` outside a clone, and `unknown` where git fails.
+    """
     if not (_PACKAGE.parent / ".git").exists():
         return "none"
     try:
         found = _git("rev-parse", "HEAD")
         changed = _git("status", "--porcelain", "--untracked-files=no", "--", str(_PACKAGE))
-    except (OSError, subprocess.SubprocessError):  # no git here, or it refuses this clone
+    except (OSError, subprocess.SubprocessError):  # git is not installed, or refuses this clone
         return "unknown"
     return found + ("+" if changed else "")
 
 
 def _git(*arguments: str) -> str:
+    """Return the output of git in the folder of the clone."""
     command = ["git", "-C", str(_PACKAGE.parent), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=10)
     return done.stdout.strip()
 
 
 def _source_hash() -> str:
-    """Return a hash of all sources of this program, in their order of names."""
+    """Return the SHA-256 of the names and contents of all sources of this program."""
     digest = hashlib.sha256()
     for path in sorted(_PACKAGE.rglob("*.py")):
         digest.update(f"{path.relative_to(_PACKAGE).as_posix()}\0".encode())

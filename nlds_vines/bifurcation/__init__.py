@@ -5,15 +5,15 @@ In reading order:
     options        what the command line changes in a scan file
     request        `Scan`: what to compute, checked
     request_file   a scan file (TOML) read into a `Scan`
-    datasets       the table of what a scan's archive holds
-    blocks         the rectangles of cells into which a scan is cut
+    datasets       the datasets of a scan's archive
+    blocks         the rectangles of cells that are computed and stored as one
     room           whether memory and disk suffice
     compute        one block through the kernels
     parts          the part files of a scan under way
+    tally          counts of orbits: done, failed, of each regime
     run            block after block, from request to archive
-    tally          what came of the orbits so far
-    estimate       what a scan would take
     cluster        blocks on the workers of a Dask cluster
+    estimate       how long a scan takes, from a sample of it
     picture/       diagrams and maps, drawn from the archive alone
     command        `python -m nlds_vines.bifurcation` and `nv.bifurcation`
 """

@@ -1,7 +1,7 @@
-"""How a scan is cut into blocks, and which of them are a shard's.
+"""The blocks of a scan: rectangles of cells that are computed and stored as one.
 
-The cut is a function of the scan alone, never of the machine: so a run can be resumed on another
-one, and many machines can share one scan without talking to each other.
+The blocks depend on the scan alone, not on the machine.  So a run can be resumed on another
+machine, and many machines can share one scan without communication.
 """
 
 from __future__ import annotations
@@ -20,11 +20,17 @@ if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan
 
 
-BLOCK_PERIODS = 200_000  # forcing periods in a block: some tenths of a second
+BLOCK_PERIODS = 200_000
+"""Forcing periods in a block: some tenths of a second, which an interruption may lose."""
+
 MOST_BLOCKS = 4000
-BLOCK_BYTES = 1 << 27  # of one block, while it is computed
-_LANE_BYTES = 1024  # of one orbit's numbers: counts, energies, evidence, ends, status
-_PERIOD_BYTES = CELL.itemsize + 6 * 32  # of one traced again: its cell, and six states at a time
+"""Blocks of a scan: with many more, a folder of as many files becomes slow."""
+
+BLOCK_BYTES = 1 << 27
+"""Bytes of one block while it is computed (128 MB): small beside the memory of any machine."""
+
+_LANE_BYTES = 1024  # bytes of one orbit without its section: counts, energies, evidence, status
+_PERIOD_BYTES = CELL.itemsize + 6 * 32  # of a period that is retraced: its cell and six states
 
 
 @dataclass(frozen=True)
@@ -54,7 +60,7 @@ class Block:
 
 
 def blocks_of(scan: Scan, shard: Shard | None = None) -> Iterator[Block]:
-    """Cut the grid of a scan into rectangles of cells: all of them, or those of one shard.
+    """Yield the blocks of a scan: all of them, or those of one shard.
 
     Where orbits follow an attractor along the last axis, that axis stays whole.
     """
@@ -66,15 +72,15 @@ def blocks_of(scan: Scan, shard: Shard | None = None) -> Iterator[Block]:
 
 
 def result_bytes(scan: Scan) -> int:
-    """Return the size of all results of a scan before compression, 16 bytes for a string."""
+    """Return the bytes of all results of a scan before compression, 16 for a string."""
     return scan.table.bytes(text=16)
 
 
 def lane_bytes(scan: Scan) -> int:
-    """Return the size of one orbit's buffers while it is computed, its section foremost.
+    """Return the bytes of one orbit's buffers while it is computed; most are its section.
 
-    For a verdict that is longer than what is stored: part of the transient belongs to it.  For an
-    error there are two such orbits, and the periods that are traced again.
+    For a verdict the section is longer than what is stored, by a part of the transient.  For an
+    error there are two such orbits, and the periods that are retraced.
     """
     rows = noted(scan.want, scan.transient, scan.periods)
     orbit = 8 * rows * len(components(scan.system.scene)) + _LANE_BYTES
@@ -84,18 +90,18 @@ def lane_bytes(scan: Scan) -> int:
 
 
 def block_bytes(scan: Scan) -> int:
-    """Return the size of the results of the largest block."""
+    """Return the bytes of the results of the largest block."""
     total = math.prod(scan.shape)
     return result_bytes(scan) * _largest(scan) // total
 
 
 def work_bytes(scan: Scan) -> int:
-    """Return the size of the buffers of the largest block, while it is computed."""
+    """Return the bytes of the buffers of the largest block while it is computed."""
     return lane_bytes(scan) * scan.starts * _largest(scan)
 
 
 def _largest(scan: Scan) -> int:
-    """Return the most cells of a block."""
+    """Return the number of cells of the largest block."""
     return min(math.prod(scan.shape), math.prod(_block_sides(scan)))
 
 
@@ -107,7 +113,7 @@ def _block_sides(scan: Scan) -> tuple[int, int]:
 
 
 def _block_cells(scan: Scan) -> int:
-    """Return how many cells make a block of agreeable duration and size."""
+    """Return how many cells make a block of about `BLOCK_PERIODS`, within `BLOCK_BYTES`."""
     per_cell = scan.starts * (scan.transient + scan.periods)
     total = math.prod(scan.shape)
     by_time = max(BLOCK_PERIODS // per_cell, math.ceil(total / MOST_BLOCKS))

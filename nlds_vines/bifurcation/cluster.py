@@ -1,9 +1,9 @@
-"""Blocks on the workers of a Dask cluster, which may be lost, killed and replaced as they like.
+"""Blocks on the workers of a Dask cluster, which may be lost, killed and replaced at any time.
 
-The only module that imports `distributed` (extra `cluster`).  A task is a block: it computes and
-writes the part into the shared folder, and returns nothing but how it went.  To do it twice does no
-harm, for both write the same bytes under the same name.  So whatever is not known to be finished is
-simply submitted again; what counts is the verified part in the folder.
+This is the only module that imports `distributed` (extra `cluster`).  A task computes one block,
+writes the part into the shared folder and returns the number of the block.  A task that is done
+twice does no harm: both times the same bytes are written under the same name.  So what is not known
+to be finished is submitted again; only the verified part in the folder counts.
 """
 
 from __future__ import annotations
@@ -30,14 +30,25 @@ if TYPE_CHECKING:
     from nlds_vines.bifurcation.compute import Computer
     from nlds_vines.bifurcation.parts import Parts
 
-WINDOW = 2  # blocks that are submitted at a time, for each worker
-LOOK_EVERY = 0.5  # seconds between two looks at the workers
-PATIENCE = 60.0  # seconds without progress until all is submitted again; doubled each time
-MOST_TRIES = 8  # of one block
-GIVE_UP = 6  # so many times in a row, two hours in all
-REACH = 30.0  # seconds to reach a scheduler
+BLOCKS_PER_WORKER = 2
+"""Blocks submitted at a time for each worker: one to compute, one that waits beside it."""
 
-_one_at_a_time = threading.Lock()  # kernels are parallel inside, and not to be entered twice
+POLL_SECONDS = 0.5
+"""Seconds between two looks at the futures."""
+
+STALL_SECONDS = 60.0
+"""Seconds without a finished block until all is submitted again; doubled each time."""
+
+MOST_STALLS = 6
+"""Stalls in a row, two hours in all, after which the run ends."""
+
+MOST_TRIES = 8
+"""Tries of one block, after which the run ends."""
+
+CONNECT_SECONDS = 30.0
+"""Seconds to reach a scheduler."""
+
+_one_at_a_time = threading.Lock()  # kernels are parallel inside: two at a time slow each other
 
 
 def compute(
@@ -52,10 +63,11 @@ def compute(
 
     Arguments: `scheduler` is `local:N` for N processes here, or the address of a scheduler whose
     workers see the folder of the parts under the same path; `threads` of one worker, by default 1
-    where workers are ours, and else what they were started with.
+    for processes here, and what they were started with for others; `note` is called with the
+    arrays of every block that is done.
 
-    Raises `RequestError` where there is no such scheduler, a worker cannot write, or nothing
-    finishes any more; `interrupts.Stopped` when asked to stop.
+    Raises `RequestError` where there is no such scheduler, a worker cannot write, or no block is
+    finished any more; `interrupts.Stopped` when a signal has asked to stop.
     """
     if not blocks:
         return
@@ -68,7 +80,7 @@ def compute(
 
 
 def work(folder: str, scan_hash: str, block: Block, threads: int | None) -> int:
-    """Compute a block of the scan in a folder of parts, on a worker; returns the block's index."""
+    """Compute a block of the scan in a folder of parts, on a worker; return the block's index."""
     with _one_at_a_time:
         began = time.perf_counter()
         from nlds_vines.runs.threads import use_threads
@@ -82,7 +94,7 @@ def work(folder: str, scan_hash: str, block: Block, threads: int | None) -> int:
 
 @lru_cache(maxsize=2)
 def _prepared(folder: str, scan_hash: str) -> tuple[Computer, PartFiles]:
-    """Return what all blocks of a scan share, prepared once in a worker.
+    """Return the computer and the part files of a scan, prepared once in a worker.
 
     Raises `RequestError` if the folder does not hold that scan, as seen from here.
     """
@@ -127,7 +139,7 @@ class _Blocks:
 
     def _submit(self) -> None:
         """Keep about twice as many blocks under way as there are workers."""
-        room = WINDOW * max(1, self._workers()) - len(self._under_way)
+        room = BLOCKS_PER_WORKER * max(1, self._workers()) - len(self._under_way)
         for _ in range(min(room, len(self._waiting))):
             block = self._waiting.popleft()
             future = self._client.submit(work, *self._where, block, self._threads, pure=False)
@@ -141,13 +153,13 @@ class _Blocks:
         from distributed import wait
 
         try:
-            wait(list(self._under_way), timeout=LOOK_EVERY, return_when="FIRST_COMPLETED")
+            wait(list(self._under_way), timeout=POLL_SECONDS, return_when="FIRST_COMPLETED")
         except TimeoutError:
             return []
         return [future for future in self._under_way if future.status != "pending"]
 
     def _collect(self, future: Any) -> None:
-        """Count the block of a future if its part is there and sound; else let it be done again."""
+        """Count the block of a future if its part is there and sound; else submit it again."""
         block = self._under_way.pop(future)
         reason = self._failure(future)
         future.release()
@@ -178,6 +190,7 @@ class _Blocks:
         return str(error) if isinstance(error, RequestError) else f"{type(error).__name__}: {error}"
 
     def _again(self, block: Block, reason: str) -> None:
+        """Put a block back among those that wait; `RequestError` after too many tries."""
         self._failures[block.index] += 1
         if self._failures[block.index] >= MOST_TRIES:
             raise RequestError(
@@ -187,15 +200,16 @@ class _Blocks:
         self._waiting.appendleft(block)
 
     def _watch(self) -> None:
-        """Submit again what is under way when nothing has moved for long; give up in the end.
+        """Submit again what is under way when no block has been finished for long.
 
-        The first blocks may take as long as compiling does, so patience grows.
+        The first blocks take as long as compiling does, so the time grows from stall to stall.
+        Raises `RequestError` after `MOST_STALLS` of them.
         """
-        if time.monotonic() - self._moved < PATIENCE * 2**self._stalls + 10 * self._longest:
+        if time.monotonic() - self._moved < STALL_SECONDS * 2**self._stalls + 10 * self._longest:
             return
         self._moved, self._stalls = time.monotonic(), self._stalls + 1
         workers = self._workers()
-        if self._stalls > GIVE_UP:
+        if self._stalls > MOST_STALLS:
             raise RequestError(
                 f"no block has been finished by {workers} workers for long; --resume goes on"
             )
@@ -203,13 +217,13 @@ class _Blocks:
         futures, blocks = list(self._under_way), list(self._under_way.values())
         self._client.cancel(futures, force=True)
         self._under_way.clear()
-        # a worker that we lost sight of may have finished its block all the same
+        # a worker that cannot be reached may have finished its block before
         self._waiting.extend(block for block in blocks if self._count(block) is not None)
 
 
 @contextmanager
 def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
-    """Connect to a scheduler, or start one with workers here; leave nothing behind."""
+    """Connect to a scheduler, or start one with workers here; both end with the `with` block."""
     try:
         import distributed
     except ImportError as error:
@@ -220,7 +234,7 @@ def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
         if scheduler.startswith("local:"):
             address = stack.enter_context(_local(int(scheduler.removeprefix("local:")), threads))
         try:
-            client = distributed.Client(address, timeout=REACH, set_as_default=False)
+            client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             text = f"--scheduler {shown(scheduler)} cannot be reached"
             raise RequestError(f"{text}: {error}") from error
@@ -230,9 +244,10 @@ def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
 
 
 def _local(workers: int, threads: int | None) -> Any:
-    """Return a cluster of so many processes here; those that die are replaced, however they die.
+    """Return a cluster of `workers` processes here; those that end are replaced.
 
-    A worker killed while it starts would be the end of a cluster of a fixed size.
+    It adapts its size, because a cluster of a fixed size ends when a worker is killed while it
+    starts.
     """
     from distributed import LocalCluster
 

@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from nlds_vines.bifurcation.options import add_scan_options, changes
 from nlds_vines.bifurcation.picture.choices import check_show
@@ -21,21 +19,15 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_plot, check_writable, refuse_existing
+from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
-from nlds_vines.cli.running import DONE, LANES_FAILED, complain, run_command
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
 from nlds_vines.errors import RequestError, shown
-from nlds_vines.orbits.labels import FLAGS, KEPT
-from nlds_vines.orbits.status_words import OK
-from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:
-    from nlds_vines.archives.archive import ArchiveView
     from nlds_vines.bifurcation.run import Report
 
-
-_NAME = "bifurcation"
 _DEFAULT_STEM = "figure8"
 _EXAMPLES = """\
 examples:
@@ -58,6 +50,7 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 """
 
 
+# public: its keywords are those of the command, more than eight
 def bifurcation(
     scan: Scan | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     output: str | os.PathLike[str] | None = None,
@@ -78,7 +71,7 @@ def bifurcation(
         output: the archive; by default the scan file's name with `.h5`, in the current folder.
         plot: a picture to draw as well (.png, .pdf or .svg).
         show: what the picture of a map shows: `regimes`, `coexisting`, `shares`, `share:LABEL` or
-            a recorded number (`shows.NUMBERS`).
+            a recorded number (`bifurcation.picture.choices.NUMBERS`).
         threads: how many; by default as many as the machine has processors.
         resume, overwrite: continue or replace an archive that exists; not both.
         shard: `3/7` computes the third of seven shares, into parts that `nlds-vines consolidate`
@@ -94,7 +87,7 @@ def bifurcation(
         scan=load_scan(scan),
         source=source,
         archive=_archive_path(output, source),
-        plot=None if plot is None else Path(plot),
+        plot=optional_path(plot),
         how=RunOptions(threads, resume, overwrite, share, scheduler, quiet),
         show=show,
     )
@@ -103,18 +96,16 @@ def bifurcation(
     return job.archive
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None).
-
-    Returns the exit status: 0 done, 1 some orbits failed, 2 the request is wrong, 130 interrupted,
-    143 terminated.
-    """
-    return run_command(_NAME, _command, argv)
-
-
 @dataclass(frozen=True)
 class Job:
-    """A scan, where it goes and how it runs; checked when made, before anything heavy is loaded."""
+    """A scan, where it goes and how it runs; checked when made, before anything heavy is loaded.
+
+    Arguments:
+        scan: what to compute; source: the file that it was read from, which is not to be replaced.
+        archive, plot: the files to write; None for no picture.
+        how: how the run goes.
+        show: what the picture of a map shows, None for what is usual.
+    """
 
     scan: Scan
     source: Path | None
@@ -124,16 +115,13 @@ class Job:
     show: str | None = None
 
     def __post_init__(self) -> None:
-        """Raise `RequestError` unless everything can be written where it shall go."""
-        check_writable("output", self.archive)
+        """Raise `RequestError` unless archive and picture can be written, and the picture drawn."""
+        check_output(self.archive, self.source, self.plot)
         if self.plot is not None:
             self._check_plot(self.plot)
         if self.show is not None:
-            names = list(self.scan.table.datasets)
+            names = self.scan.table.datasets.keys()
             check_show(self.show, len(self.scan.axes), self.scan.starts, names)
-        for path in filter(None, (self.source, self.plot)):
-            if path.resolve() == self.archive.resolve():
-                raise RequestError(f"output {shown(str(self.archive))} is another file of this run")
 
     def _check_plot(self, plot: Path) -> None:
         check_plot(plot)
@@ -149,18 +137,15 @@ class Job:
             )
 
     def refuse(self) -> None:
-        """Raise `RequestError` where the archive exists and it was not said what to do with it.
-
-        And where a scan cannot fit into memory or onto the disk.
-        """
-        refuse_existing(self.archive, resume=self.how.resume, overwrite=self.how.overwrite)
+        """Raise `RequestError` where the archive exists, or the scan does not fit the machine."""
+        refuse_existing(self.archive, self.how)
         refuse_without_room(self.scan, self.archive)
 
     def run(self) -> Report:
-        """Compute the scan, draw the picture, and return its report."""
+        """Compute the scan, draw the picture, and return the report of the run."""
         from nlds_vines.bifurcation.run import run
 
-        report = run(self.scan, self.archive, **vars(self.how))
+        report = run(self.scan, self.archive, self.how)
         if self.plot is not None:
             from nlds_vines.bifurcation.picture.drawing import save
 
@@ -169,33 +154,11 @@ class Job:
 
 
 def carry_out(name: str, job: Job, dry_run: bool) -> int:
-    """Do a job for the command `name`, or only say what it would take; returns the exit status."""
+    """Do a job for the command `name`, or only say what it would take; return the exit status."""
     if dry_run:
         return _dry_run(job)
     job.refuse()
-    return _run(name, job)
-
-
-def _command(argv: Sequence[str]) -> int:
-    """Do what the arguments ask for; returns the exit status."""
-    options = _parser().parse_args(argv)
-    return carry_out(_NAME, _job(options), options.dry_run)
-
-
-def _dry_run(job: Job) -> int:
-    refuse_without_room(job.scan, job.archive)
-    from nlds_vines.bifurcation.estimate import estimate
-
-    print("\n".join(estimate(job.scan, job.how.threads).lines()))
-    return DONE
-
-
-def _run(name: str, job: Job) -> int:
-    try:
-        report = job.run()
-    except Interrupted as stop:
-        complain(name, str(stop))
-        return stop.status
+    report = job.run()
     if not job.how.quiet:
         print(report.summary())
         print(*_refined(job), *_made(job), sep="\n")
@@ -206,14 +169,23 @@ def _run(name: str, job: Job) -> int:
     return DONE
 
 
+def _dry_run(job: Job) -> int:
+    refuse_without_room(job.scan, job.archive)
+    from nlds_vines.bifurcation.estimate import estimate
+
+    print("\n".join(estimate(job.scan, job.how.threads).lines()))
+    return DONE
+
+
 def _refined(job: Job) -> list[str]:
-    """Return how the results stand up to refinement, in one line, where that was asked for."""
+    """Return a line on the change of the results under refinement, where that was asked for."""
     if "error" not in job.scan.want or job.how.shard is not None:
         return []
     from nlds_vines.archives import archive
+    from nlds_vines.bifurcation.tally import refinement_summary
 
     with archive.read(job.archive) as view:
-        return [summary(view)]
+        return [refinement_summary(view)]
 
 
 def _made(job: Job) -> list[str]:
@@ -225,13 +197,13 @@ def _made(job: Job) -> list[str]:
 
 def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
-    source = None if options.scan is None else Path(options.scan)
+    source = optional_path(options.scan)
     archive = _archive_path(options.output, source)
     scan, how = load_scan(source, changes(options), "command line"), run_options(options)
     plot = options.plot
     if plot is None and source is None and how.shard is None and _can_be_drawn(scan):
         plot = archive.parent / f"{archive.stem}.png"  # the embedded default is a figure
-    return Job(scan, source, archive, None if plot is None else Path(plot), how, options.show)
+    return Job(scan, source, archive, optional_path(plot), how, options.show)
 
 
 def _can_be_drawn(scan: Scan) -> bool:
@@ -246,12 +218,7 @@ def _archive_path(output: str | os.PathLike[str] | None, source: Path | None) ->
     return Path(f"{_DEFAULT_STEM if source is None else source.stem}.h5")
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Scan one parameter or two: an archive (HDF5) and a picture.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     parser.add_argument("scan", nargs="?", metavar="SCAN.toml", help="by default Figure 8")
     parser.add_argument("-o", "--output", metavar="FILE.h5", help="archive [SCAN.h5]")
     parser.add_argument("--plot", metavar="FILE", help="picture: .png, .pdf or .svg")
@@ -262,25 +229,13 @@ def _parser() -> Parser:
     )
     add_scan_options(parser)
     add_run_options(parser)
-    return parser
 
 
-_SETTLED = (FLAGS["periodic"], FLAGS["transient_chaos"])  # ends of orbits that are known
-
-
-def summary(view: ArchiveView) -> str:
-    """Return in one line how the results of a scan stand up to refinement."""
-    sound = view["status"] == OK
-    error, words = view["error"], []
-    which = sound
-    if "label_kept" in view:
-        changed = np.count_nonzero(view["label_kept"] == KEPT["no"])
-        words.append(f"{changed} of {np.count_nonzero(sound)} orbits change their label")
-        which = sound & np.isin(view["regime"], _SETTLED)
-    known = error[which & np.isfinite(error)]
-    if known.size:
-        of = " of settled ones" if "label_kept" in view else ""
-        words.append(f"largest error{of} over a period {known.max():.1e} (m, m/s)")
-    if lost := np.count_nonzero(sound & np.isnan(view["error_at_end"])):
-        words.append(f"{lost} of them fail")
-    return f"refined: {', '.join(words)}" if words else "refined: no orbit to compare"
+COMMAND = Command(
+    name="bifurcation",
+    description="Scan one parameter or two: an archive (HDF5) and a picture.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=lambda options: carry_out("bifurcation", _job(options), options.dry_run),
+)
+main = COMMAND.main

@@ -1,4 +1,4 @@
-"""One block of cells through the kernels: from a scan's numbers to the arrays of its archive."""
+"""One block of cells through the kernels: from numbers to the arrays of an archive."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 STEP = {"up": 1, "down": -1}
-"""How a sweep goes along the last axis, whose values ascend."""
+"""The step of a sweep along the last axis, whose values ascend."""
 
 
 class Computer:
@@ -49,9 +49,10 @@ class Computer:
         }
 
     def lanes(self, chains: np.ndarray, starts: np.ndarray) -> dict[str, np.ndarray]:
-        """Return everything found out about chains of cells (chains, links) from their starts.
+        """Return the results of chains of cells (chains, links) from their starts (chains, 4).
 
-        By name of the dataset, each (chains, links, tail); some may be more than the scan wants.
+        They are arrays (chains, links, tail) by name of the dataset; there may be more of them than
+        the scan wants.
         """
         outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
         return self._arrays(outputs, chains)
@@ -59,7 +60,7 @@ class Computer:
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads.
 
-        And once more by refined settings, where the scan wants the error.
+        Where the scan wants the error, they are run once more with refined settings.
         """
         outputs = self._kernels.run(chains, starts, transient, periods)
         if self._finer is None:
@@ -83,7 +84,7 @@ class Computer:
         return chains, np.ascontiguousarray(states.reshape(-1, 4))
 
     def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the datasets in the order of the lanes (chains, links, tail)."""
+        """Return the datasets by name, in the order of the lanes: (chains, links, tail)."""
         status = outputs.status
         arrays = {"status": status}
         if outputs.section is not None:
@@ -123,7 +124,7 @@ class Computer:
 
 
 def _failed_filled(values: np.ndarray, dataset: Dataset, status: np.ndarray) -> np.ndarray:
-    """Return the values with the fill value in lanes that failed, but for what says that."""
+    """Return the values, those of failed lanes replaced by the fill value; labels stay."""
     failed = status != OK
     if dataset.name not in ("status", "regime", "label") and failed.any():
         values[failed] = dataset.fill

@@ -1,7 +1,7 @@
-"""What a scan's archive holds: every dataset with its dimensions, type, unit and meaning.
+"""The datasets of a scan's archive: each with its dimensions, type, unit and meaning.
 
-The one table: the blocks are allocated by it, the archive is written by it, the pictures take their
-units from it.  `Scan.table` makes it once.
+This is the only table of them: blocks are checked against it, the archive is written by it, and
+pictures take their units from it.  `Scan.table` makes it once.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from nlds_vines.orbits.wants import RETRACED, WANTS, components
 
 
 def struck(scene: Scene) -> tuple[str, ...]:
-    """Return what the walls of a scene belong to where it has two of them; otherwise nothing."""
+    """Return the names of the two bodies that a damper strikes; empty for a scene of one wall."""
     return tuple(scene.struck[wall] for wall in scene.walls) if len(scene.walls) > 1 else ()
 
 
@@ -56,7 +56,7 @@ def _state_scales(count: int) -> Iterator[Scale]:
 def table_of(
     axes: Sequence[Axis], scene: Scene, start: Start, periods: int, want: Collection[str]
 ) -> Table:
-    """Return what the archive of a scan holds: what its `want` asks for, `status`, nothing else.
+    """Return the datasets of a scan's archive: those that `want` asks for, and `status`.
 
     Impacts and clearances exist only in scenes with a wall, the damper's energy only with a
     damper: what cannot happen in a scene takes no room in its archive.
@@ -85,7 +85,7 @@ def table_of(
 def _lengths(
     axes: Sequence[Axis], scene: Scene, start: Start, periods: int, want: Collection[str]
 ) -> dict[str, int]:
-    """Return the length of every dimension, without making its values: there may be too many."""
+    """Return the length of every dimension, without its values: there may be too many of them."""
     size = len(components(scene))
     found = {axis.name: axis.values.size for axis in axes}
     found |= {"start": start.orbits, "cycle": periods, "component": size}
@@ -132,7 +132,7 @@ def _reduction(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
 
 
 def _violations(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
-    """What a scene reports whose damper must not come too near the structure."""
+    """Return the datasets of a scene whose damper must not come too near the structure."""
     number = "how often the damper came where it must not, the transient included"
     first, depth = "time of the first violation; NaN if there was none", "deepest violation"
     return (
@@ -164,7 +164,7 @@ def _settling(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
 
 
 def _evidence(lanes: tuple[str, ...], walls: bool) -> Iterator[Dataset]:
-    """What a verdict rests on; NaN where it does not apply."""
+    """Yield the evidence of a verdict; NaN where it does not apply."""
 
     def number(name: str, units: str, text: str) -> Dataset:
         return Dataset(name, lanes, "float64", units, text, np.nan)
@@ -192,7 +192,7 @@ def _clearance(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
 
 
 def _error(lanes: tuple[str, ...], want: Collection[str]) -> Iterator[Dataset]:
-    """What refined settings find otherwise; NaN where they fail."""
+    """Yield the differences that refined settings make; NaN where they fail."""
 
     def number(name: str, units: str, text: str) -> Dataset:
         return Dataset(name, lanes, "float64", units, text, np.nan)

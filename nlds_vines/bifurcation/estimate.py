@@ -1,4 +1,4 @@
-"""What a scan would take, from a small sample of it."""
+"""How long a scan takes and how much room it needs, estimated from a small sample of it."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.runs.progress import duration, size
 from nlds_vines.runs.threads import use_threads
 
-SAMPLE_LANES, SAMPLE_PERIODS = 32, 60  # what an estimate runs
+SAMPLE_LANES, SAMPLE_PERIODS = 32, 60
+"""Orbits and forcing periods of the sample: a second or two after compiling."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a scan would take."""
+    """The time that a scan takes: `seconds` on so many `threads`."""
 
     scan: Scan
     threads: int
@@ -42,7 +43,7 @@ class Estimate:
 
 
 def estimate(scan: Scan, threads: int | None = None) -> Estimate:
-    """Return what a scan would take on this machine, by running a small sample of its cells."""
+    """Return the estimate for this machine, from a run of some cells of the scan."""
     used = use_threads(threads)
     computer = Computer(replace(scan, periods=SAMPLE_PERIODS))
     cells = scan.cells().ravel()

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from typing import Any
 
-from nlds_vines.cli.parser import Parser, assignments, parsed
-from nlds_vines.errors import RequestError, at, shown
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.cli.option_values import (
+    add_system_options,
+    assignments,
+    comma_separated,
+    given,
+    parsed,
+    spaced,
+    system_changes,
+)
+from nlds_vines.cli.parser import Parser
 from nlds_vines.orbits.settings import EFFORTS, METHODS
 from nlds_vines.orbits.wants import WANTS
 
@@ -16,8 +22,7 @@ from nlds_vines.orbits.wants import WANTS
 def add_scan_options(parser: Parser) -> None:
     """Declare the options on a command's parser."""
     group = parser.add_argument_group("options that override the scan file")
-    group.add_argument("--system", metavar="NAME", help="of the catalogue, or a TOML file")
-    group.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="SI units")
+    add_system_options(group)
     group.add_argument(
         "--vary", action="append", default=[], metavar="NAME=START:STOP:NUM", help="once or twice"
     )
@@ -34,46 +39,18 @@ def changes(options: argparse.Namespace) -> dict[str, Any]:
 
     Raises `RequestError` for an option that cannot be read as its form demands.
     """
-    sampling = {
-        name: getattr(options, name) for name in ("transient", "periods", "method", "effort")
-    }
+    sampling = ("transient", "periods", "method", "effort")
+    vary = assignments("--vary", options.vary, "NAME=START:STOP:NUM")
     found: dict[str, Any] = {
-        "set": _settings(options.set),
-        "vary": _axes(options.vary),
-        "sampling": {name: value for name, value in sampling.items() if value is not None},
+        **system_changes(options),
+        "vary": {name: spaced(f"--vary {name}", text) for name, text in vary.items()},
+        "sampling": given({name: getattr(options, name) for name in sampling}),
     }
-    if options.system is not None:
-        with at("--system"):
-            found["system"] = load_system(options.system)
     if options.start is not None:
         found["start"] = _start(options.start)
     if options.record is not None:
-        words = (word.strip() for word in options.record.split(","))
-        found["record"] = {"want": [word for word in words if word]}
+        found["record"] = {"want": comma_separated(options.record)}
     return {key: value for key, value in found.items() if value}
-
-
-def _settings(texts: Sequence[str]) -> dict[str, float]:
-    """Return the parameters in a list of NAME=VALUE."""
-    pairs = assignments("--set", texts, "NAME=VALUE")
-    return {name: parsed(float, f"--set {name}", text) for name, text in pairs.items()}
-
-
-def _axes(texts: Sequence[str]) -> dict[str, dict[str, float]]:
-    """Return the entries of `[vary]` in a list of NAME=START:STOP:NUM."""
-    return {
-        name: _range(f"--vary {name}", text)
-        for name, text in assignments("--vary", texts, "NAME=START:STOP:NUM").items()
-    }
-
-
-def _range(where: str, text: str) -> dict[str, float]:
-    """Return the range in START:STOP:NUM."""
-    parts = text.split(":")
-    if len(parts) != 3:
-        raise RequestError(f"{where} = {shown(text)} must be START:STOP:NUM")
-    start, stop = (parsed(float, where, part) for part in parts[:2])
-    return {"start": start, "stop": stop, "num": parsed(int, where, parts[2])}
 
 
 def _start(text: str) -> dict[str, Any]:

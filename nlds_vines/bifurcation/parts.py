@@ -1,8 +1,8 @@
 """A scan under way: one sealed part file for every finished block, beside the archive to be.
 
-Each block of cells becomes a part file in the scan's folder (`folder`) the moment it is computed,
-and nothing computed is ever lost again.  At the end the parts become one archive, which is checked
-before it takes its name; then they go.
+Each block of cells becomes a part file in the folder of the run as soon as it is computed, so that
+it is not lost when the run ends early.  At the end the parts become one archive, which is checked
+before it takes its name; then they are removed.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.folder import RunFolder, folder_of
-from nlds_vines.runs.manifest import NAME, SCAN, Manifest, refuse_others
-from nlds_vines.runs.partfile import UNSOUND, Made, Part, _arrays, _header, fetch, path_of, store
+from nlds_vines.runs.manifest import NAME, SCAN, Manifest, refuse_unless_scan
+from nlds_vines.runs.partfile import UNSOUND, Part, fetch, path_of, peek, store
 from nlds_vines.toml import parse_toml
 
 
 def scan_of(manifest: Manifest) -> Scan:
-    """Return the scan that a manifest tells of; `RequestError` where it tells of no scan."""
-    refuse_others(f"{manifest.title!r} under way is", manifest.content)
+    """Return the scan in a manifest; `RequestError` where it holds another kind of request."""
+    refuse_unless_scan(f"{manifest.title!r} under way is", manifest.content)
     return load_scan(parse_toml(manifest.toml, NAME))
 
 
 class PartFiles:
-    """The part files of one scan in one folder; no lock is held, whoever writes them."""
+    """The part files of one scan in one folder; no lock is taken."""
 
     def __init__(self, folder: Path, scan: Scan) -> None:
         """Look into `folder`, which need not exist, for parts of `scan`."""
@@ -55,20 +55,14 @@ class PartFiles:
         return [block for block in blocks if self.path(block).name in names]
 
     def load(self, block: Block) -> Part:
-        """Return the verified part of a block; one of `UNSOUND` says what is wrong with it."""
+        """Return the verified part of a block; raises one of `UNSOUND` where it does not verify."""
         part = fetch(self.path(block), self._identity(block))
         self._check(block, part.arrays)
         return part
 
     def peek(self, block: Block, wanted: Iterable[str]) -> Part:
-        """Return the `wanted` arrays of a part as they stand, without looking at the seal.
-
-        For a look from outside at a scan under way: it reads no more than it must.
-        """
-        data = np.memmap(self.path(block), mode="r").data
-        head, start = _header(data)
-        arrays = {name: a.copy() for name, a in _arrays(data, head["arrays"], start, set(wanted))}
-        return Part(arrays, Made(**head["made"]))
+        """Return the `wanted` arrays of a part as they stand, as `partfile.peek`."""
+        return peek(self.path(block), wanted)
 
     def write(
         self, block: Block, arrays: Mapping[str, np.ndarray], *, seconds: float, threads: int
@@ -111,7 +105,7 @@ class PartFiles:
 Arrays = dict[str, np.ndarray]
 
 FRESH_BYTES = 1 << 26
-"""Results up to this size stay in memory until they are consolidated, and are not read back."""
+"""Bytes of results that stay in memory (64 MB) until the archive is made, and are not read back."""
 
 
 @dataclass
@@ -138,8 +132,7 @@ class Parts(RunFolder):
     def sound(self, blocks: Iterable[Block]) -> Iterator[tuple[Block, Part]]:
         """Yield the blocks whose parts verify: seal, scan, rectangle, arrays and makers.
 
-        Existence proves nothing.  A part that does not verify is removed, and noted in
-        `discarded`.
+        A part that does not verify is removed, and noted in `discarded`.
         """
         with durable.in_one_line(f"read the parts in {self.folder}"):
             for block in self.files.there(blocks):
@@ -152,12 +145,8 @@ class Parts(RunFolder):
                 else:
                     yield block, part
 
-    def finished(self, blocks: Iterable[Block]) -> set[int]:
-        """Return the indices of the blocks whose parts verify, as `sound`."""
-        return {block.index for block, _ in self.sound(blocks)}
-
     def load(self, block: Block) -> Part:
-        """Return the verified part of a block; one of `UNSOUND` says what is wrong with it."""
+        """Return the verified part of a block; raises one of `UNSOUND` where it does not verify."""
         return self.files.load(block).by_us()
 
     def write(
@@ -181,19 +170,19 @@ class Parts(RunFolder):
     ) -> Path:
         """Make one archive of all the parts, check it, put it in place and remove the parts.
 
-        `provenance` joins the archive's attributes; its `command` is what the history tells.
-        `check` is called for every part: what it raises ends the work.  Memory is that of one part.
-        Raises `RequestError` if a block is missing, or as `deliver`.
+        Arguments: `provenance` is added to the attributes of the archive, and its `command` stands
+        in their history; `check` is called for every part, and what it raises ends the work.
+        Memory is that of one part.  Raises `RequestError` if a block is missing, or as `deliver`.
         """
         missing = len(blocks) - len(self.files.there(blocks))
         if missing:
             raise RequestError(f"{self.path}: {missing} blocks are missing, use --resume")
 
         def make(path: Path) -> None:
-            told = {"seconds": 0.0, "threads": 0} | self.begun_by() | dict(provenance or {})
-            scan, pieces = self.request, self._pieces(blocks, told, check)
+            made = {"seconds": 0.0, "threads": 0} | self.begun_by() | dict(provenance or {})
+            scan, pieces = self.request, self._pieces(blocks, made, check)
             archive.write(
-                path, scan.table, scan.scales(), pieces, lambda: attributes(scan, scan.about | told)
+                path, scan.table, scan.scales(), pieces, lambda: attributes(scan, scan.about | made)
             )
 
         self.deliver(make)
@@ -205,9 +194,9 @@ class Parts(RunFolder):
         return PartFiles(self.folder, self.request)
 
     def _pieces(
-        self, blocks: Iterable[Block], told: dict[str, Any], check: Callable[[], object]
+        self, blocks: Iterable[Block], made: dict[str, Any], check: Callable[[], object]
     ) -> Iterator[archive.Piece]:
-        """Yield what the parts hold; `told` learns how long they took, on how many threads."""
+        """Yield the arrays of the parts; note the seconds they took and their threads in `made`."""
         for block in blocks:
             check()
             try:
@@ -215,7 +204,7 @@ class Parts(RunFolder):
             except UNSOUND as error:
                 text = f"{self.files.path(block)} cannot be used ({error}): use --resume"
                 raise RequestError(text) from error
-            told["seconds"] = round(told["seconds"] + part.made.seconds, 6)
-            told["threads"] = max(told["threads"], part.made.threads)
+            made["seconds"] = round(made["seconds"] + part.made.seconds, 6)
+            made["threads"] = max(made["threads"], part.made.threads)
             for name, array in part.arrays.items():
                 yield name, block.selection, array

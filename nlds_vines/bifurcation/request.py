@@ -23,14 +23,15 @@ from nlds_vines.orbits.wants import checked_want, refuse_impossible
 from nlds_vines.toml import toml_text
 
 MOST_LANES = 10**8
-"""The most orbits that one scan may ask for."""
+"""The most orbits of one scan: days of work on a large machine."""
 
-_SAMPLING: Mapping[str, Callable[[object], Any]] = {
+SAMPLING: Mapping[str, Callable[[object], Any]] = {
     "transient": lambda value: whole("transient", value, 0),
     "periods": lambda value: whole("periods", value, 1),
     "method": lambda value: choice("method", value, METHODS),
     "effort": lambda value: choice("effort", value, EFFORTS),
 }
+"""The checks of the table [sampling] of a scan file, by key."""
 
 
 @dataclass(frozen=True)
@@ -41,11 +42,11 @@ class Scan:
         title: one line for people.
         system: the parameters that do not vary.
         axes: one or two varied parameters.
-        want: of `wants.WANTS`; nothing else is computed.  Kept in that order.
+        want: of `orbits.wants.WANTS`, kept in that order; nothing else is computed.
         start: where the orbits of each cell begin.
         transient, periods: forcing periods discarded (>= 0) and sampled (>= 1).
         method: one of `METHODS`.
-        effort: one of `EFFORTS`, which a verdict may cost.
+        effort: one of `EFFORTS`: how much a verdict may cost.
 
     Raises `RequestError` for anything else, and for a varied value that the system refuses.
     """
@@ -65,7 +66,7 @@ class Scan:
         string("title", self.title)
         object.__setattr__(self, "axes", tuple(self.axes))
         object.__setattr__(self, "want", checked_want(self.want))
-        for name, check in _SAMPLING.items():
+        for name, check in SAMPLING.items():
             object.__setattr__(self, name, check(getattr(self, name)))
         refuse_impossible(self.want, self.system.scene, self.method)
         self._check_axes()
@@ -76,7 +77,7 @@ class Scan:
             raise RequestError(
                 f"varied parameters: {', '.join(names) or 'none'}; allowed: one, or two different"
             )
-        # ranges are intervals and K is monotonic in each constant: the corners speak for the grid
+        # ranges are intervals and K is monotonic in each constant: the corners cover the grid
         self._grid([axis.values[[0, -1]] for axis in self.axes])
         if self.lanes > MOST_LANES:
             raise RequestError(f"the scan has {self.lanes} orbits; allowed: up to {MOST_LANES}")
@@ -106,7 +107,7 @@ class Scan:
 
     @cached_property
     def table(self) -> Table:
-        """What its archive holds."""
+        """The datasets of its archive."""
         return table_of(self.axes, self.system.scene, self.start, self.periods, self.want)
 
     def scales(self) -> tuple[Scale, ...]:
@@ -122,7 +123,7 @@ class Scan:
             "system": self.system.to_table(),
             "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.axes},
             "start": start | drawn if self.start.policy == "random" else start,
-            "sampling": {name: getattr(self, name) for name in _SAMPLING},
+            "sampling": {name: getattr(self, name) for name in SAMPLING},
             "record": {"want": list(self.want)},
         }
 
@@ -135,12 +136,12 @@ class Scan:
 
     @property
     def about(self) -> dict[str, Value]:
-        """What the attributes of its archive tell beside the request itself."""
+        """The attributes of its archive beside the request itself: system, parameters, seed."""
         return {**self.system.attributes, "seed": self.start.seed}
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of what determines the numbers: the canonical TOML without its prose."""
+        """SHA-256 of what determines the numbers: the canonical TOML without titles and sources."""
         document = self.document() | {"title": ""}
         document["system"] = {key: document["system"][key] for key in ("kind", "parameters")}
         return hashlib.sha256(toml_text(document).encode()).hexdigest()

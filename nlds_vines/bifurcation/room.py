@@ -1,9 +1,10 @@
-"""Whether there is room for a scan, in memory and on the disk: asked before its first orbit."""
+"""Whether memory and disk suffice for a scan, checked before its first orbit."""
 
 from __future__ import annotations
 
 import os
 import resource
+import shutil
 from collections.abc import Iterator
 from math import prod
 from pathlib import Path
@@ -16,16 +17,16 @@ from nlds_vines.model.system import CELL
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan
 
-_BLOCKS = 2  # in memory: one that is being computed, and the one before, that is being stored
-_CELL_COPIES = 2
-_PROGRAM = 200_000_000  # bytes, with compiler and caches
+_BLOCKS = 2  # blocks in memory: one is computed while the one before is stored
+_CELL_COPIES = 2  # of the grid of cells: the grid itself, and the chains cut from it
+_PROGRAM = 200_000_000  # bytes of the program itself, with compiler and caches
 
 
 def refuse_without_room(scan: Scan, archive: Path) -> None:
-    """Raise `RequestError` where a scan fits into this machine's memory or disk by no means.
+    """Raise `RequestError` where a scan does not fit into this machine's memory or disk.
 
-    The disk must hold the parts and the archive that is made of them.  What was computed before
-    counts as room; where a system does not tell, nothing is refused.
+    The disk must hold the parts and the archive that is made of them.  Parts that exist already
+    need no room; where the system does not say how much is free, nothing is refused.
     """
     needed, free = _memory(scan), free_memory()
     if free is not None and needed > free:
@@ -42,20 +43,20 @@ def refuse_without_room(scan: Scan, archive: Path) -> None:
 
 
 def free_memory() -> int | None:
-    """Return how many bytes this process may still take; None where nobody says."""
+    """Return how many bytes this process may still take; None if unknown."""
     return min(_limits(), default=None)
 
 
 def free_disk(folder: Path) -> int | None:
-    """Return how many bytes may be written below a folder; None where nobody says."""
+    """Return how many bytes may be written below a folder; None if unknown."""
     try:
-        found = os.statvfs(folder)
+        return shutil.disk_usage(folder).free
     except OSError:
         return None
-    return found.f_bavail * found.f_frsize
 
 
 def _limits() -> Iterator[int]:
+    """Yield what limits this process [bytes]: free memory, the control group, `ulimit -v`."""
     for path, key in (("/proc/meminfo", "MemAvailable:"), ("/sys/fs/cgroup/memory.max", "")):
         try:
             lines = Path(path).read_text(encoding="ascii").splitlines()
@@ -71,9 +72,9 @@ def _limits() -> Iterator[int]:
 
 
 def _memory(scan: Scan) -> int:
-    """Return how many bytes a run needs at most, beside the program itself two blocks and the grid.
+    """Return how many bytes a run needs at most: the program, the blocks and the grid.
 
-    A block counts as it is computed, which for a verdict is more than what is stored of it.
+    A block counts while it is computed, which for a verdict is more than what is stored of it.
     """
     grid = prod(scan.shape) * CELL.itemsize
     blocks = _BLOCKS * work_bytes(scan) + block_bytes(scan)
@@ -81,7 +82,7 @@ def _memory(scan: Scan) -> int:
 
 
 def _kept(archive: Path) -> int:
-    """Return the bytes of the parts that there are already."""
+    """Return the bytes of the parts that exist already."""
     folder = archive.with_name(f"{archive.name}.parts")
     try:
         return sum(entry.stat().st_size for entry in os.scandir(folder))

@@ -1,7 +1,7 @@
-"""Where blocks run: the threads of this machine, or the workers of a cluster.
+"""A scan from request to archive, block after block.
 
-A scan is cut into blocks by its own size alone (`cut`).  Every block is stored as soon as it is
-computed, while the next one is being computed.
+Blocks run on the threads of this machine, or on the workers of a cluster (`cluster`).  Here, a
+block is stored while the next one is being computed.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.tally import COUNTED, Note, Tally
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.progress import Progress
@@ -32,7 +33,7 @@ from nlds_vines.runs.threads import use_threads
 
 @dataclass
 class Report:
-    """What came of a scan, or of a shard of it."""
+    """The archive of a scan, or of a shard of it, how long it took, and counts of its orbits."""
 
     path: Path
     shard: Shard | None = None
@@ -62,42 +63,31 @@ class Report:
         return f"{text}: {regimes}" if regimes else text
 
 
-def run(
-    scan: Scan,
-    output: Path,
-    *,
-    threads: int | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-    shard: Shard | None = None,
-    scheduler: str | None = None,
-    quiet: bool = True,
-) -> Report:
+def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
     """Compute a scan into the archive `output` and return a `Report`.
 
-    `threads` None takes all processors.  With a `shard`, only its parts are computed, beside the
-    archive to be, and `Parts.begun(...).consolidate` joins them when all are there.  With a
-    `scheduler`, blocks run on the workers of a Dask cluster (`cluster.address`).
+    Arguments: `how` the run goes, None for the defaults of `RunOptions`.  With a shard, only its
+    parts are computed, beside the archive to be; `nlds-vines consolidate` makes an archive of all.
 
     Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every finished block kept for
-    `resume`, and `RequestError` where the archive cannot be had.
+    --resume, and `RequestError` where the archive cannot be written.
     """
+    how = RunOptions() if how is None else how
     began = time.perf_counter()
-    report = Report(Path(output), shard)
-    opened = Parts.open(output, scan, resume=resume, overwrite=overwrite, shard=shard)
-    with opened as parts, interrupts.heard() as stop:
+    report = Report(Path(output), how.shard)
+    opened = Parts.open(output, scan, resume=how.resume, overwrite=how.overwrite, shard=how.shard)
+    with opened as parts, interrupts.stop_on_signals() as stop:
         if parts.complete:
             report.note_archive()
             return report
-        blocks = list(blocks_of(scan, shard))
+        blocks = list(blocks_of(scan, how.shard))
         with _resumable(parts, blocks, stop):
             left = _left(parts, blocks, report.tally)
             lanes = scan.starts * sum(block.cells for block in blocks)
             done = report.tally.lanes
-            with Progress(lanes, "orbit", done=done, quiet=quiet) as progress:
-                note = partial(report.tally.follow, progress)
-                _compute(parts, left, threads, scheduler, note, stop)
-            if shard is None:
+            with Progress(lanes, "orbit", done=done, quiet=how.quiet) as progress:
+                _compute(parts, left, how, partial(report.tally.follow, progress), stop)
+            if how.shard is None:
                 parts.consolidate(blocks, check=stop.check)
     report.seconds = time.perf_counter() - began
     return report
@@ -105,7 +95,7 @@ def run(
 
 @contextmanager
 def _resumable(parts: Parts, blocks: list[Block], stop: interrupts.Stop) -> Iterator[None]:
-    """Turn the wish to stop into `Interrupted`, which says how to go on."""
+    """Turn `Stopped` into `Interrupted`, whose message says how to go on."""
     try:
         yield
     except (interrupts.Stopped, KeyboardInterrupt):
@@ -131,20 +121,15 @@ def _left(parts: Parts, blocks: Sequence[Block], tally: Tally) -> list[Block]:
 
 
 def _compute(
-    parts: Parts,
-    blocks: list[Block],
-    threads: int | None,
-    scheduler: str | None,
-    note: Note,
-    stop: interrupts.Stop,
+    parts: Parts, blocks: list[Block], how: RunOptions, note: Note, stop: interrupts.Stop
 ) -> None:
     """Compute the missing blocks and store each: here one after the other, or on a cluster."""
-    if scheduler is not None:
+    if how.scheduler is not None:
         from nlds_vines.bifurcation import cluster
 
-        cluster.compute(parts, blocks, scheduler, threads, note, stop)
+        cluster.compute(parts, blocks, how.scheduler, how.threads, note, stop)
         return
-    used = use_threads(threads)
+    used = use_threads(how.threads)
     computer = Computer(parts.request)
     with _Storing(parts, note) as storing:
         began = time.perf_counter()
@@ -157,7 +142,7 @@ def _compute(
 
 
 class _Storing:
-    """Stores a block while the next one is being computed, so that no disk is waited for."""
+    """Stores a block while the next one is being computed, which so does not wait for the disk."""
 
     def __init__(self, parts: Parts, note: Note) -> None:
         self._parts, self._note = parts, note
@@ -165,7 +150,8 @@ class _Storing:
         self._pending: tuple[Future[None], Mapping[str, np.ndarray]] | None = None
 
     def __enter__(self) -> _Storing:
-        self._pool.submit(provenance.commit)  # asking git takes a moment, now while we compute
+        # asking git for the commit takes a moment: now, while the first block is computed
+        self._pool.submit(provenance.commit)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -177,13 +163,13 @@ class _Storing:
     def put(
         self, block: Block, arrays: Mapping[str, np.ndarray], seconds: float, threads: int
     ) -> None:
-        """Begin to store a block, when the one before is stored; raises what went wrong there."""
+        """Begin to store a block once the one before is stored; raises the error of that one."""
         self._settle()
         stored = self._pool.submit(self._parts.write, block, arrays, seconds, threads)
         self._pending = stored, arrays
 
     def _settle(self) -> None:
-        """Wait for the block that is being stored; it counts as done from now on."""
+        """Wait until the block before is stored, and count it as done."""
         pending, self._pending = self._pending, None
         if pending is not None:
             stored, arrays = pending

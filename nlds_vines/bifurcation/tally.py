@@ -1,20 +1,25 @@
-"""How many orbits are done, how many of them failed, how many are of each regime."""
+"""Counts of orbits: how many are done, failed, of each regime, and unchanged under refinement."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.runs.progress import Progress
 
-_MOST_LABELS = 6
+if TYPE_CHECKING:
+    from nlds_vines.archives.archive import ArchiveView
+
+_MOST_LABELS = 6  # regimes named in a line: as many as fit beside the bar of progress
 
 Note = Callable[[Mapping[str, np.ndarray]], None]
-"""What is told of the arrays of every block that is done."""
+"""Is called with the arrays of every block that is done."""
 
 COUNTED = ("status", "label")
 """The datasets that a tally looks at."""
@@ -22,7 +27,7 @@ COUNTED = ("status", "label")
 
 @dataclass
 class Tally:
-    """What came of the orbits so far: how many, how many failed, how many of each regime."""
+    """Counts of the orbits so far: all, those that failed, those of each regime."""
 
     lanes: int = 0
     failed: int = 0
@@ -37,7 +42,7 @@ class Tally:
             self.labels.update(arrays["label"].ravel().tolist())
 
     def follow(self, progress: Progress, arrays: Mapping[str, np.ndarray]) -> None:
-        """Count the orbits of a block and show what came of all so far."""
+        """Count the orbits of a block and show the counts of all so far."""
         self.note(arrays)
         regimes, failed = self.regimes(), f"{self.failed} failed"
         words = f"{regimes}; {failed}" if regimes else failed
@@ -49,3 +54,24 @@ class Tally:
         words = [f"{count} {label}" for label, count in common]
         others = self.labels.total() - sum(count for _, count in common)
         return ", ".join([*words, *([f"{others} of other regimes"] if others else [])])
+
+
+_SETTLED = (FLAGS["periodic"], FLAGS["transient_chaos"])  # regimes whose orbit is known
+
+
+def refinement_summary(view: ArchiveView) -> str:
+    """Return in one line how much the results of a scan change under refinement."""
+    sound = view["status"] == OK
+    error, words = view["error"], []
+    which = sound
+    if "label_kept" in view:
+        changed = np.count_nonzero(view["label_kept"] == KEPT["no"])
+        words.append(f"{changed} of {np.count_nonzero(sound)} orbits change their label")
+        which = sound & np.isin(view["regime"], _SETTLED)
+    known = error[which & np.isfinite(error)]
+    if known.size:
+        of = " of settled ones" if "label_kept" in view else ""
+        words.append(f"largest error{of} over a period {known.max():.1e} (m, m/s)")
+    if lost := np.count_nonzero(sound & np.isnan(view["error_at_end"])):
+        words.append(f"{lost} of them fail")
+    return f"refined: {', '.join(words)}" if words else "refined: no orbit to compare"

@@ -1,7 +1,11 @@
-"""The manners that all commands share.
+"""What all commands have in common.
 
-parser        the argument parser, options NAME=VALUE
-paths         checks of the paths that are written
-running       exit statuses, one line for an error
-run_options   the options that say how a run goes
+In reading order:
+
+    parser          the argument parser
+    option_values   --system, --set NAME=VALUE, START:STOP:NUM and their like
+    run_options     the options that say how a run goes
+    paths           checks of the paths that are written
+    running         a command from its arguments to its exit status
+    markdown        tables of pages and reports
 """

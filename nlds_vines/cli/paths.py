@@ -6,10 +6,16 @@ import os
 import tempfile
 from pathlib import Path
 
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import RequestError, shown
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
-"""The kinds of pictures, by the end of their names."""
+"""The ends of the names of pictures, by which their kinds are chosen."""
+
+
+def optional_path(value: str | os.PathLike[str] | None) -> Path | None:
+    """Return the path of a file that may be left out; None for None."""
+    return None if value is None else Path(value)
 
 
 def check_writable(what: str, path: Path) -> None:
@@ -18,16 +24,27 @@ def check_writable(what: str, path: Path) -> None:
         raise RequestError(f"{what} {shown(str(path))} is a folder: name a file")
     if not path.parent.is_dir():
         raise RequestError(f"{what} {shown(str(path))}: there is no folder {str(path.parent)!r}")
-    try:  # neither permission bits nor the length of a name tell the truth on every file system
+    try:  # permission bits and the length of a name do not decide it on every file system
         tempfile.NamedTemporaryFile(dir=path.parent, prefix=f"{path.name}.").close()
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise RequestError(f"{what} {shown(str(path))} cannot be written: {reason}") from None
 
 
-def refuse_existing(archive: Path, *, resume: bool, overwrite: bool) -> None:
-    """Raise `RequestError` where an archive exists and it was not said what to do with it."""
-    if os.path.lexists(archive) and not (resume or overwrite):
+def check_output(archive: Path, *others: Path | None) -> None:
+    """Raise `RequestError` unless an archive of this path can be written.
+
+    Arguments: `others` are further files of the run, None for one that there is not: the archive
+    must be none of them.
+    """
+    check_writable("output", archive)
+    if any(path.resolve() == archive.resolve() for path in others if path is not None):
+        raise RequestError(f"output {shown(str(archive))} is another file of this run")
+
+
+def refuse_existing(archive: Path, how: RunOptions) -> None:
+    """Raise `RequestError` for an archive that exists, without --resume and --overwrite."""
+    if os.path.lexists(archive) and not (how.resume or how.overwrite):
         raise RequestError(
             f"output {shown(str(archive))} exists: --resume continues it, "
             "--overwrite replaces it, -o names another file"

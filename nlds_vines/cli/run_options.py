@@ -1,4 +1,4 @@
-"""The options that say how a scan runs: how they are declared, what they mean and exclude."""
+"""The options that say how a run goes: what they mean, what they exclude, how they are declared."""
 
 from __future__ import annotations
 
@@ -11,19 +11,23 @@ from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.runs.shard import Shard
 
 MOST_THREADS = 4096
-_MOST_WORKERS = 1024
+"""Threads that may be asked for: more than any machine has, so that a typing error is noticed."""
+
+_MOST_WORKERS = 1024  # processes of --scheduler local:N, for the same reason
 
 
 @dataclass(frozen=True)
 class RunOptions:
-    """How a scan runs; checked when made, before anything heavy is loaded.
+    """How a run goes; checked when made, before anything heavy is loaded.
 
     Arguments:
         threads: how many; None for as many as there are processors.
-        resume, overwrite: continue or replace what exists.
+        resume, overwrite: continue or replace what exists; not both.
         shard: compute this share of the parts only.
-        scheduler: `local:N`, or the address of a Dask scheduler, for its workers to compute.
+        scheduler: `local:N`, or the address of a Dask scheduler whose workers are to compute.
         quiet: show no progress.
+
+    A command without one of these options leaves it at its default.
     """
 
     threads: int | None = None
@@ -31,7 +35,7 @@ class RunOptions:
     overwrite: bool = False
     shard: Shard | None = None
     scheduler: str | None = None
-    quiet: bool = False
+    quiet: bool = True
 
     def __post_init__(self) -> None:
         """Raise `RequestError` for values out of range and options that exclude each other."""
@@ -58,16 +62,21 @@ def _check_scheduler(text: str) -> None:
 
 
 def add_run_options(parser: Parser) -> None:
-    """Declare the options of a scan's run on a command's parser."""
+    """Declare all options of a run, --dry-run beside them."""
     group = add_local_options(parser)
     group.add_argument("--shard", metavar="i/n", help="only this share of the parts; or slurm")
     group.add_argument("--scheduler", metavar="WHERE", help="Dask: an address, or local:N")
 
 
-def add_local_options(parser: Parser) -> argparse._ArgumentGroup:
-    """Declare what any run on this machine takes, and return the group for more of it."""
+def add_local_options(parser: Parser, threads: bool = True) -> argparse._ArgumentGroup:
+    """Declare the options of a run on this machine alone, --dry-run beside them.
+
+    Arguments: `threads` is False for a command that does not let them be chosen.
+    Returns the group in the help, for further options.
+    """
     group = parser.add_argument_group("running")
-    group.add_argument("--threads", type=int, metavar="N", help="by default all processors")
+    if threads:
+        group.add_argument("--threads", type=int, metavar="N", help="by default all processors")
     existing = group.add_mutually_exclusive_group()
     existing.add_argument("--resume", action="store_true", help="continue an archive")
     existing.add_argument("--overwrite", action="store_true", help="replace an archive")
@@ -77,12 +86,11 @@ def add_local_options(parser: Parser) -> argparse._ArgumentGroup:
 
 
 def run_options(options: argparse.Namespace) -> RunOptions:
-    """Return what the options of `add_run_options` mean; `RequestError` as `RunOptions`."""
-    return RunOptions(
-        threads=options.threads,
-        resume=options.resume,
-        overwrite=options.overwrite,
-        shard=None if options.shard is None else Shard.parse(options.shard),
-        scheduler=options.scheduler,
-        quiet=options.quiet,
-    )
+    """Return how the options of a command say that the run goes; `RequestError` as `RunOptions`."""
+    given = {name: value for name, value in vars(options).items() if name in _NAMES}
+    if given.get("shard") is not None:
+        given["shard"] = Shard.parse(given["shard"])
+    return RunOptions(**given)
+
+
+_NAMES = frozenset(RunOptions.__dataclass_fields__)

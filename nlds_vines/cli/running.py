@@ -1,43 +1,77 @@
-"""The manners that all commands share: one line for an error, exit statuses, paths that work."""
+"""A command from its arguments to its exit status: what all commands have in common."""
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
+from nlds_vines.cli.parser import Parser
 from nlds_vines.errors import RequestError
-from nlds_vines.runs.interrupts import INTERRUPTED
+from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
 
 DONE, LANES_FAILED, DAMAGED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 1, 2
 """Exit statuses, beside those of `interrupts`."""
 
 
-def run_command(
-    name: str, command: Callable[[Sequence[str]], int], argv: Sequence[str] | None
-) -> int:
-    """Run a command and return its exit status.
+@dataclass(frozen=True)
+class Command:
+    """One command of the console script.
 
-    Arguments: its `name`, its function of the arguments, and `argv` (the process's own if None).
-    A wrong request becomes one line on standard error and status 2, and so does what the operating
-    system refuses (a full disk, a file that vanished); Ctrl-C becomes status 130.
+    Arguments:
+        name: as it is called, `nlds-vines NAME`.
+        description: one sentence for the top of its help.
+        examples: the end of its help: examples that work, and the exit statuses.
+        declare: declares its options on a parser.
+        carry_out: does what the options ask for and returns the exit status; `options.argv` is
+            the list of the arguments as they were given.
+        program: how it is called, where that is not `nlds-vines NAME`.
     """
-    try:
-        return command(sys.argv[1:] if argv is None else argv)
-    except RequestError as error:
-        complain(name, f"error: {error}")
-        return WRONG_REQUEST
-    except OSError as error:
-        complain(name, f"error: {_in_words(error)}")
-        return WRONG_REQUEST
-    except KeyboardInterrupt:
-        complain(name, "interrupted")
-        return INTERRUPTED
-    except SystemExit as stop:  # argparse after --help
-        return int(stop.code or DONE)
+
+    name: str
+    description: str
+    examples: str
+    declare: Callable[[Parser], None]
+    carry_out: Callable[[argparse.Namespace], int]
+    program: str = ""
+
+    def main(self, argv: Sequence[str] | None = None) -> int:
+        """Run the command with the arguments `argv`, None for the process's own.
+
+        Returns the exit status.  A wrong request becomes one line on standard error and status 2,
+        and so does what the operating system refuses (a full disk, a file that vanished).  A run
+        that was interrupted says how to go on; its status is 130 after Ctrl-C, 143 after SIGTERM.
+        """
+        try:
+            return self.carry_out(self._options(list(sys.argv[1:] if argv is None else argv)))
+        except RequestError as error:
+            complain(self.name, f"error: {error}")
+            return WRONG_REQUEST
+        except OSError as error:
+            complain(self.name, f"error: {_in_words(error)}")
+            return WRONG_REQUEST
+        except Interrupted as stop:
+            complain(self.name, str(stop))
+            return stop.status
+        except KeyboardInterrupt:
+            complain(self.name, "interrupted")
+            return INTERRUPTED
+        except SystemExit as stop:  # argparse after --help
+            return int(stop.code or DONE)
+
+    def _options(self, arguments: list[str]) -> argparse.Namespace:
+        """Return the options that the arguments mean; `argv` among them is the arguments."""
+        prog = self.program or f"nlds-vines {self.name}"
+        parser = Parser(prog=prog, description=self.description, epilog=self.examples)
+        self.declare(parser)
+        options = parser.parse_args(arguments)
+        options.argv = arguments
+        return options
 
 
 def _in_words(error: OSError) -> str:
-    """Return what the operating system said, after the file that it spoke of."""
+    """Return the operating system's message, with the name of the file in front if it has one."""
     reason = error.strerror or str(error) or type(error).__name__
     return f"{error.filename}: {reason}" if error.filename is not None else reason
 

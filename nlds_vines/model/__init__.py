@@ -1,9 +1,12 @@
-"""The system: structure, damper, force.
+"""The system: a structure under a harmonic force, and a damper joined to it.
 
-parameters        every parameter: symbol, unit, range
-axis              a parameter and the values it takes
-scenes/           the kinds of dampers, a file each
-system            a kind with its parameters, checked
-catalogue         the named systems
-linear_response   the motion without contact, in closed form
+In reading order:
+
+    parameters        every parameter: symbol, unit, range
+    axis              a parameter and the values it takes
+    scenes/           the kinds of dampers, a file each
+    system            a kind with its parameters, checked
+    catalogue         the named systems
+    linear_response   the motion without contact, in closed form
+    layers            a request read from a file, with changes laid over it
 """

@@ -10,15 +10,17 @@ import numpy as np
 from nlds_vines.errors import RequestError, number, shown, string, table, whole
 
 MOST_VALUES = 10**7
-"""The most values that one axis may have."""
+"""The most values of one axis: far more than can be computed, far fewer than fill the memory."""
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """One varied parameter.
+    """One varied parameter and its values.
 
-    Arguments: `name` of the parameter; `values` in SI units, one or more, all different.  They are
-    kept in ascending order, as a read-only array.
+    Arguments:
+        name: the parameter, one of `parameters.PARAMETERS`.
+        values: its values in SI units, one or more, all different; kept in ascending order, as a
+            read-only array of shape (n,).
 
     Raises `RequestError` for no values, too many, equal ones, and anything but finite numbers.
     """
@@ -38,7 +40,7 @@ class Axis:
 
     @classmethod
     def spaced(cls, name: str, start: object, stop: object, num: object) -> Axis:
-        """Return `num` values at equal distances from `start` to `stop`, both included.
+        """Return an axis of `num` values at equal distances from `start` to `stop`, both included.
 
         Raises `RequestError` for a start beyond the stop and, as `Axis`, for faulty numbers.
         """
@@ -51,9 +53,10 @@ class Axis:
 
     @classmethod
     def of(cls, name: str, entry: object) -> Axis:
-        """Return the axis that a table of a file means: start, stop and num, or values alone.
+        """Return the axis that an `entry` of a request file's table `[vary]` describes.
 
-        Raises `RequestError` for a table of other keys and, as `Axis`, for faulty numbers.
+        The entry holds start, stop and num, or values alone.  Raises `RequestError` for other keys
+        and, as `Axis`, for faulty numbers.
         """
         found = table(name, entry, ("start", "stop", "num", "values"))
         if found.keys() == {"values"}:
@@ -65,7 +68,7 @@ class Axis:
         )
 
     def __eq__(self, other: object) -> bool:
-        """Two axes are equal where name and all values are."""
+        """Return whether the other axis has the same name and equal values."""
         if not isinstance(other, Axis):
             return NotImplemented
         return self.name == other.name and np.array_equal(self.values, other.values)

@@ -1,4 +1,4 @@
-"""The named systems of `data/dampers.toml`, and systems that users write down themselves."""
+"""The named systems of `data/dampers.toml`, and systems from files of the user."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from nlds_vines.packaged_files import resource_text
 from nlds_vines.toml import parse_toml, read_toml
 
 FILE_KEYS = ("title", "system", "set", "vary", "start", "sampling", "record")
-"""What may stand at the top of a scan file; of these `load_system` reads `system` and `set`."""
+"""The keys of a scan file; of these `load_system` reads `system` and `set`."""
 
 _SYSTEM_KEYS = ("kind", "name", "title", "parameters", "sources", "assumptions")
 
 
 @cache
 def catalogue() -> Mapping[str, System]:
-    """Return the named systems, each value with its source and, where made, its assumption."""
+    """Return the named systems by name, each value with its source and any assumption behind it."""
     document = parse_toml(resource_text("dampers.toml"), "dampers.toml")
     entries = document["systems"].items()
     return {name: _entry(name, entry, document["groups"]) for name, entry in entries}
@@ -32,9 +32,10 @@ def catalogue() -> Mapping[str, System]:
 def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float) -> System:
     """Return a system of the catalogue, or one from a TOML file.
 
-    Arguments: a catalogue name, or the path of a TOML file with a `[system]` table that holds
-    `kind` and the parameters (a scan file will do: its `system` and `[set]` are read); keywords
-    override parameters, in SI units.
+    Arguments:
+        name_or_path: a catalogue name, or the path of a TOML file with a `[system]` table of `kind`
+            and parameters.  Of a scan file the entries `system` and `[set]` are read.
+        overrides: parameters with values of their own, in SI units.
 
     Raises `RequestError` for an unknown name, a faulty file, and overrides as `System.with_`.
     """
@@ -51,13 +52,14 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float) -> 
 
 
 def system_from(value: object, name: str = "") -> System:
-    """Return the system that the entry `system` of a scan file means.
+    """Return the system that the entry `system` of a request file describes.
 
-    Arguments: `value` is a catalogue name, a `System`, or a table with `kind` and the parameters,
-    beside it or in a table `parameters` of their own; `name` is the system's where the table has
-    none.
+    Arguments:
+        value: a catalogue name, a `System`, or a table with `kind` and the parameters, which stand
+            beside `kind` or in a table `parameters`.
+        name: the name of the system where the table gives none.
 
-    Raises `RequestError` where it is anything else.
+    Raises `RequestError` for anything else.
     """
     if isinstance(value, System):
         return value
@@ -74,21 +76,23 @@ def system_from(value: object, name: str = "") -> System:
 
 
 def _looks_like_path(text: str) -> bool:
+    """Return whether a text is to be read as a path: it has a folder in it, or ends in .toml."""
     return text.endswith(".toml") or "/" in text or os.sep in text
 
 
 def _named(name: str) -> System:
+    """Return the system of that name in the catalogue; `RequestError` if there is none."""
     if name not in catalogue():
         raise unknown("system", name, catalogue())
     return catalogue()[name]
 
 
 def _from_table(entry: Mapping[str, Any], name: str) -> System:
-    """Return the system in a `[system]` table."""
+    """Return the system in a `[system]` table; `name` is its name where the table gives none."""
     if "kind" not in entry:
         raise RequestError(f"kind is missing; allowed: {', '.join(SCENES)}")
     kind = choice("kind", entry["kind"], SCENES)
-    # another kind's parameter passes here: `System` says better what is wrong with it
+    # a parameter of another kind is refused by `System`, whose message names that parameter
     foreign = {key: value for key, value in entry.items() if key not in PARAMETERS}
     table("system", foreign, (*_SYSTEM_KEYS, *SCENES[kind].allowed))
     beside = {key: value for key, value in entry.items() if key in PARAMETERS}
@@ -107,13 +111,13 @@ def _from_table(entry: Mapping[str, Any], name: str) -> System:
 
 
 def _notes(key: str, value: object) -> dict[str, str]:
-    """Return a table of texts by parameter: `sources` or `assumptions`."""
+    """Return the table `sources` or `assumptions`: texts by parameter."""
     entries = table(key, value, PARAMETERS)
     return {name: string(f"{key}.{name}", text) for name, text in entries.items()}
 
 
 def _entry(name: str, entry: Mapping[str, Any], groups: Mapping[str, Any]) -> System:
-    """Return the system of one catalogue entry: the groups it names, then its own values."""
+    """Return the system of one catalogue entry: the values of its groups, then its own."""
     parts = [groups[group] for group in entry["groups"]]
     if "values" in entry:
         parts.append(entry)

@@ -1,4 +1,4 @@
-"""Motion without contact: the matrix of its flow, its steady state in closed form."""
+"""Motion without contact: its steady state in closed form, and the matrix of its flow."""
 
 from __future__ import annotations
 
@@ -12,9 +12,15 @@ from nlds_vines.model.system import System
 
 @dataclass(frozen=True)
 class Response:
-    """Complex amplitudes [m] of the structure and of the damper, from its rest, by frequency.
+    """The steady state without contact, for one frequency of the force or several.
 
-    x1 = Re(X1 exp(i omega t)), and likewise x2; X2 is None without a damper.
+    x1 = Re(X1 exp(i omega t)) and x2 - rest = Re(X2 exp(i omega t)).
+
+    Attributes:
+        system: the parameters, of which omega is not used.
+        omega: angular frequencies of the force [rad/s], any shape.
+        X1, X2: complex amplitudes [m] of structure and damper, of that shape; X2 is None without
+            a damper.
     """
 
     system: System
@@ -24,13 +30,13 @@ class Response:
 
     @property
     def E1max(self) -> np.ndarray:
-        """Largest energy of the structure [J], equation (6): at most of x1 or of its velocity."""
+        """Largest energy of the structure over a period [J], equation (6), by frequency."""
         p = self.system.parameters
         return _largest(p["m1"], p["k1"], self.omega, np.abs(self.X1))
 
     @property
     def shortening(self) -> np.ndarray:
-        """Amplitude of the spring's shortening [m]; zero without a damper."""
+        """Amplitude of the shortening of the damper's spring [m]; zero without a damper."""
         if self.X2 is None:
             return np.zeros(self.omega.shape)
         with np.errstate(invalid="ignore"):  # two infinite amplitudes have no difference
@@ -38,7 +44,7 @@ class Response:
 
     @property
     def clears(self) -> np.ndarray:
-        """Where the motion without impacts is possible: the damper reaches none of the walls."""
+        """Whether the damper reaches no wall, by frequency: the motion without impacts exists."""
         scene, p = self.system.scene, self.system.parameters
         gaps = [gap(p) for gap in (scene.gap_near, scene.gap_far) if gap is not None]
         if self.X2 is None or not gaps:
@@ -47,11 +53,14 @@ class Response:
 
 
 def response(system: System, omega: np.ndarray) -> Response:
-    """Return the response of equation (5) without contact to P cos(omega t), omega in rad/s.
+    """Return the steady response of equation (5) without contact to the force P cos(omega t).
 
-    With structure and damper joined by k2 + i omega c2 the two equations are solved by hand;
-    without a damper X1 = P / (k1 - m1 omega^2 + i omega c1).  Infinite at a resonance without
-    damping, where there is no steady state.
+    Arguments: the system; `omega` in rad/s, any shape.
+
+    With the joint j = k2 + i omega c2, the structure's s = k1 - m1 omega^2 + i omega c1 and the
+    damper's d = j - m2 omega^2:  X1 = P d / ((s + j) d - j^2) and X2 = P j / ((s + j) d - j^2);
+    without a damper X1 = P / s.  The amplitudes are infinite at a resonance without damping, where
+    there is no steady state.
     """
     p, omega = system.parameters, np.asarray(omega, dtype=float)
     structure = p["k1"] - p["m1"] * omega**2 + 1j * omega * p["c1"]
@@ -65,11 +74,13 @@ def response(system: System, omega: np.ndarray) -> Response:
 
 
 def flow_matrix(system: System) -> np.ndarray:
-    """Return the matrix A of the motion without contact, dy/dt = A y, equation (5); shape (6, 6).
+    """Return the matrix A of the motion without contact, dy/dt = A y; shape (6, 6).
 
-    y = (x1, v1, x2 - rest, v2, cos(omega t), sin(omega t)) [m, m/s]: with the force among them
-    the six are autonomous, and exp(A t) is the flight.  Without a damper the third and fourth
-    number are those of a mass of 1 kg that touches nothing.
+    y = (x1, v1, x2 - rest, v2, cos(omega t), sin(omega t)) [m, m/s].  With the force among the
+    unknowns the system is autonomous, and its solution is y(t) = exp(A t) y(0).  Without a damper
+    the third and fourth number are those of a free mass of 1 kg.
+
+    Source: equation (5) without contact.
     """
     p = {"m2": 1.0, "k2": 0.0, "c2": 0.0, **system.parameters}
     flow = np.zeros((6, 6))
@@ -83,9 +94,9 @@ def flow_matrix(system: System) -> np.ndarray:
 
 
 def steady_state(system: System) -> np.ndarray:
-    """Return the state (x1, v1, x2, v2) [m, m/s] of the steady motion without contact at t = 0.
+    """Return the state of the steady motion without contact at t = 0.
 
-    Shape (4,); (2,) without a damper.
+    x1, v1, x2, v2 [m, m/s], shape (4,); without a damper x1, v1, shape (2,).
     """
     omega = system.parameters["omega"]
     found = response(system, np.array([omega]))
@@ -96,19 +107,13 @@ def steady_state(system: System) -> np.ndarray:
     return state
 
 
-def _amplitude(force: Any, impedance: Any) -> np.ndarray:
-    """Return force / impedance, infinite where a force meets none."""
-    force, impedance = np.broadcast_arrays(force, impedance)
-    none = impedance == 0
-    found = force / np.where(none, 1, impedance)
-    return np.where(none, np.where(force == 0, 0, np.inf), found)
-
-
 def energy_alone(cells: np.ndarray) -> np.ndarray:
-    """Return E1max [J] of the structure without a damper in each of some `cells` (dtype `CELL`).
+    """Return E1max [J] of the structure without its damper, the reference for every damper.
 
-    max(k1, m1 omega^2) X^2 / 2 with X = P / |k1 - m1 omega^2 + i omega c1|: what a damper has to be
-    measured by.  Infinite at resonance without damping.
+    Arguments: `cells` of dtype `CELL`, any shape.  Returns an array of that shape:
+
+    max(k1, m1 omega^2) X^2 / 2 with X = P / |k1 - m1 omega^2 + i omega c1|; infinite at resonance
+    without damping.
     """
     m1, k1, omega = cells["m1"], cells["k1"], cells["omega"]
     with np.errstate(all="ignore"):
@@ -116,5 +121,14 @@ def energy_alone(cells: np.ndarray) -> np.ndarray:
         return _largest(m1, k1, omega, amplitude)
 
 
+def _amplitude(force: Any, impedance: Any) -> np.ndarray:
+    """Return force / impedance: infinite where only the impedance is 0, and 0 where both are."""
+    force, impedance = np.broadcast_arrays(force, impedance)
+    none = impedance == 0
+    found = force / np.where(none, 1, impedance)
+    return np.where(none, np.where(force == 0, 0, np.inf), found)
+
+
 def _largest(m: Any, k: Any, omega: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
+    """Return the largest energy m v^2 / 2 + k x^2 / 2 of a harmonic motion [J]."""
     return np.maximum(m * omega**2, k) * amplitude**2 / 2

@@ -1,6 +1,6 @@
-"""Every parameter by name: symbol, unit, meaning and the range in which it makes sense.
+"""Every parameter by name: symbol, unit, meaning and allowed range.
 
-The names are those of the paper's equations (1)-(6); SI units throughout.
+The names are those of the paper's equations (1)-(6).  All values are in SI units.
 """
 
 from __future__ import annotations
@@ -14,23 +14,29 @@ import numpy as np
 from nlds_vines.errors import RequestError
 
 STRUCTURE = ("m1", "k1", "c1")
-"""The primary structure."""
+"""The parameters of the primary structure: mass, stiffness, damping."""
 
 DAMPER = ("m2", "k2", "c2")
-"""The damper and its joint with the structure."""
+"""The parameters of the damper and its joint with the structure: mass, stiffness, damping."""
 
 FORCING = ("P", "omega")
-"""The harmonic force on the structure, P cos(omega t)."""
+"""The parameters of the harmonic force on the structure, P cos(omega t)."""
 
 CONTACT = ("E1", "E2", "nu1", "nu2", "A", "B", "q1")
-"""The contact constants of equation (4); `K` may stand in place of all seven."""
+"""The contact constants of equation (4); `K` may be given in place of all seven."""
 
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """One parameter: what it means and which finite values are allowed.
 
-    Allowed are `low` <= value <= `high`, or `low` < value where `above` is set.
+    Attributes:
+        name: as in files, archives and Python.
+        symbol: as in formulas and pictures.
+        unit: SI; "1" for a number without a unit.
+        meaning: in words.
+        low, high: the allowed range, `low` <= value <= `high`.
+        above: whether `low` itself is excluded.
     """
 
     name: str
@@ -43,7 +49,7 @@ class Parameter:
 
     @property
     def allowed(self) -> str:
-        """The allowed range in words, for messages and documentation."""
+        """The allowed range in words, for messages and documentation: `> 0 and finite`."""
         if self.high < inf:
             return f"from {self.low:g} to {self.high:g}"
         if self.low > -inf:
@@ -51,12 +57,15 @@ class Parameter:
         return "finite"
 
     def accepts(self, values: np.ndarray) -> np.ndarray:
-        """Return, element by element, whether `values` (any shape) are allowed; NaN never is."""
+        """Return whether `values` are allowed, element by element, in the same shape.
+
+        NaN is never allowed.
+        """
         bottom = values > self.low if self.above else values >= self.low
         return bottom & (values <= self.high) & np.isfinite(values)
 
     def check(self, values: np.ndarray) -> None:
-        """Raise `RequestError` that quotes the first value outside the range, if there is one."""
+        """Raise `RequestError` for the first of `values` (any shape) outside the range, if any."""
         wrong = ~self.accepts(values)
         if np.any(wrong):
             given = float(values[wrong].flat[0])
@@ -67,11 +76,7 @@ class Parameter:
             )
 
 
-def _index(*parameters: Parameter) -> Mapping[str, Parameter]:
-    return {parameter.name: parameter for parameter in parameters}
-
-
-PARAMETERS: Mapping[str, Parameter] = _index(
+_ALL = (
     Parameter("m1", "m₁", "kg", "mass of the primary structure", low=0, above=True),
     Parameter("k1", "k₁", "N/m", "stiffness of the primary structure", low=0),
     Parameter("c1", "c₁", "N s/m", "damping of the primary structure", low=0),
@@ -93,4 +98,6 @@ PARAMETERS: Mapping[str, Parameter] = _index(
     Parameter("q1", "q₁", "1", "Hertz coefficient that belongs to A / B", low=0, above=True),
     Parameter("K", "K", "N/m^1.5", "contact stiffness", low=0, above=True),
 )
-"""All parameters of all scenes by name."""
+
+PARAMETERS: Mapping[str, Parameter] = {parameter.name: parameter for parameter in _ALL}
+"""All parameters of all kinds of dampers, by name."""

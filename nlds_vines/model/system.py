@@ -1,6 +1,6 @@
-"""A system: one kind of damper on the primary structure, with every parameter it needs.
+"""A system: one kind of damper on the primary structure, with all its parameters.
 
-The parameters are checked here, once; what comes out (`System.cells`) is numbers for kernels.
+The parameters are checked here, once.  `System.cells` returns them as numbers for the kernels.
 """
 
 from __future__ import annotations
@@ -21,10 +21,12 @@ _COPIED = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega")
 _DERIVED = ("K", "near", "far", "rest", "limit")
 
 CELL = np.dtype([(name, np.float64) for name in _COPIED + _DERIVED])
-"""One cell of a scan in numbers: the parameters of equation (5), the contact stiffness K
-[N/m^1.5], the spring's shortenings `near` and `far` [m] at which the walls are touched, its rest
-offset `rest` [m] and the shortening `limit` [m] that must not be reached.  A field that the scene
-does not have is 0 and never looked at."""
+"""The record of one cell of a scan, as the kernels read it, in SI units.
+
+Its fields are the parameters of equation (5); the contact stiffness K [N/m^1.5]; `near`, the
+spring's shortening, and `far`, its lengthening [m], at which the walls are touched; the rest offset
+`rest` [m]; `limit`, the shortening [m] that must not be reached.  A field that the scene does not
+have is 0, and no kernel reads it."""
 
 
 def hertz_stiffness(p: Mapping[str, Any]) -> Any:
@@ -33,7 +35,8 @@ def hertz_stiffness(p: Mapping[str, Any]) -> Any:
     Arguments: `p` holds E1, E2 [Pa], nu1, nu2, A, B [1/m] and q1; each a float or an array.
 
     K = (4/3) q1 / ((d1 + d2) sqrt(A + B)) with d_i = (1 - nu_i^2) / (pi E_i).
-    Where the constants are out of all proportion the result is 0, infinite or NaN, silently.
+
+    Where a term overflows or divides by zero the result is 0, infinite or NaN, without a warning.
 
     Source: equation (4).
     """
@@ -50,13 +53,15 @@ class System:
 
     Arguments:
         kind: one of `SCENES`.
-        parameters: SI values by name, exactly those of the kind; `K` may stand in place of the
+        parameters: SI values by name, exactly those of the kind; `K` may be given in place of the
             seven contact constants.
-        name: the catalogue's name or a file, `kind` by default; title: one line for people.
-        sources, assumptions: by parameter, where its value comes from, and what had to be assumed.
+        name: the name in the catalogue, or the path of a file; by default the kind.
+        title: one line that describes it.
+        sources: by parameter, where its value comes from.
+        assumptions: by parameter, what had to be assumed for its value.
 
-    Raises `RequestError` for an unknown kind, a parameter that is unknown, missing or not the
-    kind's, and a value that is no finite number or out of its range.
+    Raises `RequestError` for an unknown kind, for a parameter that is missing or that the kind does
+    not have, and for a value that is no finite number or out of its range.
     """
 
     kind: str
@@ -77,22 +82,22 @@ class System:
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         object.__setattr__(self, "assumptions", MappingProxyType(dict(self.assumptions)))
         object.__setattr__(self, "name", self.name or self.kind)
-        self.cells()  # what follows from the parameters is checked there
+        self.cells()  # checks the numbers that follow from the parameters, too
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by value: read-only mappings cannot travel to other processes, plain ones can."""
+        """Pickle with plain dictionaries: read-only mappings cannot be pickled."""
         values = (getattr(self, item.name) for item in fields(self))
         return System, tuple(dict(v) if isinstance(v, Mapping) else v for v in values)
 
     def to_table(self) -> dict[str, Any]:
-        """Return the `[system]` table of a scan file that means exactly this system."""
+        """Return the `[system]` table of a request file that describes exactly this system."""
         values = {item.name: getattr(self, item.name) for item in fields(self)}
         plain = {key: dict(v) if isinstance(v, Mapping) else v for key, v in values.items()}
         return {key: value for key, value in plain.items() if value}
 
     @property
     def scene(self) -> Scene:
-        """The scene of this kind: its parts and walls."""
+        """The scene of this kind: its parts and its walls."""
         return SCENES[self.kind]
 
     @property
@@ -116,12 +121,12 @@ class System:
         return 2 * pi / self.parameters["omega"]
 
     def with_(self, /, **overrides: float) -> System:
-        """Return this system with some parameters replaced.
+        """Return this system with some parameters replaced, by name, in SI units.
 
-        `K` replaces the seven contact constants; all seven together replace a given `K`.  What is
-        noted of a parameter's source is replaced where its value changes.
+        `K` replaces the seven contact constants; all seven together replace a given `K`.  The
+        source of a changed value becomes "set by the user", and its assumption is dropped.
 
-        Raises `RequestError` as for `System`, and for `K` beside one of the constants it replaces.
+        Raises `RequestError` as `System` does, and for `K` beside a constant that it replaces.
         """
         merged = _merge(self.scene, self.parameters, overrides)
         changed = {name for name in merged if merged[name] != self.parameters.get(name)}
@@ -136,10 +141,10 @@ class System:
 
     @property
     def attributes(self) -> dict[str, str | float]:
-        """What the attributes of an archive tell of it.
+        """The attributes by which an archive describes the system.
 
-        Every parameter stands under its own name in SI units, `K` [N/m^1.5] wherever there is a
-        contact; every assumption as `assumption_<parameter>`.
+        Every parameter under its own name in SI units, `K` [N/m^1.5] of every kind with contact,
+        every assumption as `assumption_<parameter>`.
         """
         return {
             "system": self.name,
@@ -150,12 +155,13 @@ class System:
         }
 
     def cells(self, grid: Mapping[str, Any] = MappingProxyType({})) -> np.ndarray:
-        """Return the numbers for kernels, one cell for each point of a grid.
+        """Return the numbers for the kernels, one record for each point of a grid.
 
         Arguments: `grid` holds the varied parameters by name, as arrays that broadcast together.
-        Returns an array of dtype `CELL` of their common shape; () for an empty grid.
 
-        Raises `RequestError` that names parameter and value where one is not allowed.
+        Returns an array of dtype `CELL` of their common shape; of shape () for an empty grid.
+
+        Raises `RequestError`, which names parameter and value, where one is not allowed.
         """
         varied = {name: np.asarray(values, dtype=np.float64) for name, values in grid.items()}
         values = _merge(self.scene, self.parameters, varied)
@@ -170,14 +176,14 @@ class System:
 
 
 def refuse_contradiction(names: Collection[str]) -> None:
-    """Raise `RequestError` where `K` stands among `names` beside a constant that it replaces."""
+    """Raise `RequestError` where `names` hold both `K` and a constant that it replaces."""
     beside = [name for name in CONTACT if name in names]
     if beside and "K" in names:
         raise RequestError(f"K beside {', '.join(beside)}: give K or the contact constants")
 
 
 def _refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
-    """Raise `RequestError` for the first of `names` that is no parameter of the scene."""
+    """Raise `RequestError` for the first of `names` that the scene does not have, if any."""
     name = next((name for name in names if name not in scene.allowed), None)
     if name is None:
         return
@@ -190,7 +196,11 @@ def _refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
 
 
 def _merge(scene: Scene, known: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Lay the values `given` over those `known`; return exactly the scene's, in its order."""
+    """Return the scene's parameters, in its order: those `given`, then those `known`.
+
+    Raises `RequestError` for parameters that the scene does not have, for `K` beside a constant
+    that it replaces, and for missing parameters.
+    """
     _refuse_foreign(scene, given)
     refuse_contradiction(given)
     constants = [name for name in CONTACT if name in given]
@@ -212,7 +222,11 @@ def _merge(scene: Scene, known: Mapping[str, Any], given: Mapping[str, Any]) -> 
 
 
 def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a cell that follow from the parameters: K, gaps and rest offset."""
+    """Return the fields of a cell that follow from the parameters: K, gaps, rest offset, limit.
+
+    Raises `RequestError` where one is not finite, where two walls overlap, and where the damper
+    would rest at or beyond its limit.
+    """
     found: dict[str, Any] = {}
     with np.errstate(over="ignore"):
         if scene.walls:
@@ -223,27 +237,30 @@ def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
                 found[name] = part(values)
     for name, value in found.items():
         if not np.all(np.isfinite(value)):
-            raise RequestError(f"parameters out of all proportion: {name} is not finite")
+            raise RequestError(f"parameters out of proportion: {name} is not finite")
     if scene.gap_near is not None and scene.gap_far is not None:
         _refuse_no_room(np.asarray(found["near"]) + np.asarray(found["far"]))
     if np.any(np.asarray(found.get("limit", 1.0)) <= 0):
         raise RequestError(
-            f"D = {float(np.min(values['D']))!r}: at rest the damper of kind {scene.kind!r} would "
-            "be where it must not come; D, or D + L, must be > 0"
+            f"D = {float(np.min(values['D']))!r}: a damper of kind {scene.kind!r} would rest at or "
+            "beyond its limit; D, or D + L, must be > 0"
         )
     return found
 
 
 def _refuse_no_room(room: np.ndarray) -> None:
-    """Raise `RequestError` where two walls overlap: a damper is in one contact at a time."""
+    """Raise `RequestError` where two walls overlap, of which `room` [m] is the distance.
+
+    A damper is in one contact at a time.
+    """
     if np.any(room < 0):
         raise RequestError(
-            f"the walls are {float(np.min(room))!r} m apart: between them there must be room, or 0"
+            f"the walls are {float(np.min(room))!r} m apart: their distance must be >= 0"
         )
 
 
 def _checked_stiffness(values: Mapping[str, Any]) -> Any:
-    """Return K of equation (4), once it is known to be finite and positive."""
+    """Return K of equation (4); raise `RequestError` unless it is finite and positive."""
     if np.any(np.asarray(values["A"]) + np.asarray(values["B"]) <= 0):
         raise RequestError("A = 0.0 and B = 0.0 are not allowed together: A + B must be > 0")
     stiffness = hertz_stiffness(values)

@@ -1,18 +1,20 @@
 """One orbit or many, in Python.
 
-settings         methods, their fineness, the effort of a verdict
-wants            what may be recorded
-status           how a computation ended
-labels           what an orbit is, in the paper's words
-hertz_arc        the free impact at the collocation nodes
-kernel_inputs    scene and cell as kernels take them
-starts           where orbits begin
-batch            many orbits in one call of the kernels
-evidence         from the kernels' numbers to datasets and labels
-refinement       errors, from the same orbits computed more finely
-simulation       `nv.simulate`
-classification   `nv.classify`
-coexistence      which regimes the starts of a cell reach
-signals          forces, energies, relative displacement
-spectrum         `nv.spectrum`
+In reading order:
+
+    settings         methods, their fineness, the effort of a verdict
+    wants            what may be recorded
+    status_words     how a computation ended
+    labels           what an orbit is, in the paper's words
+    hertz_arc        the free impact at the collocation nodes
+    kernel_inputs    scene and cell as kernels take them
+    starts           where orbits begin
+    batch            many orbits in one call of the kernels
+    evidence         from the kernels' numbers to datasets and labels
+    refinement       errors, from the same orbits computed more finely
+    simulation       `nv.simulate`
+    classification   `nv.classify`
+    coexistence      which regimes the starts of a cell reach
+    signals          forces, energies, relative displacement
+    spectrum         `nv.spectrum`
 """

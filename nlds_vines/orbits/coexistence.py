@@ -1,6 +1,6 @@
-"""Which regimes coexist: the labels of several starts of one cell, sorted, shared out and counted.
+"""Which regimes coexist in a cell, from the labels of its starts.
 
-Labels are strings as an archive has them, with the starts along their last dimension.
+Labels are strings as an archive holds them; the starts run along the last dimension.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 from nlds_vines.orbits.labels import TRANSIENT
 
 UNKNOWN = ("undetermined", "failed", "")
-"""Labels that say nothing of the orbit: they take part in no count of regimes."""
+"""Labels that do not name a regime; no count of regimes includes them."""
 
 CHAOS = "chaos"
 
@@ -29,18 +29,18 @@ def finals(labels: np.ndarray) -> np.ndarray:
 def share_of(labels: np.ndarray, wanted: str) -> np.ndarray:
     """Return the share of the starts (..., starts) in a regime, shape (...), from 0 to 1.
 
-    A `wanted` final regime counts whoever ended in it; `transient chaos to T,0` only those that
-    came to it that way.
+    Where `wanted` is a final regime such as `T,0`, every start that ended in it counts; where it is
+    `transient chaos to T,0`, only those that were chaotic before.
     """
     found = labels if wanted.startswith(TRANSIENT) else finals(labels)
     return (found == wanted).mean(axis=-1)
 
 
 def coexisting(labels: np.ndarray) -> np.ndarray:
-    """Return at least how many regimes coexist in each cell: (..., starts) to integers (...).
+    """Return how many regimes coexist in each cell at least: (..., starts) to integers (...).
 
-    The different final regimes of its starts, those that are not known left out.  Where one start
-    has left chaos, chaos that others are still in may be the same that ends: it does not count.
+    Counted are the different known final regimes of its starts.  Chaos does not count where one
+    start has left it: the chaos of the other starts may end as well.
     """
     words, index = _words(labels)
     ends = [final(word) for word in words]
@@ -56,10 +56,11 @@ def coexisting(labels: np.ndarray) -> np.ndarray:
 
 
 def most_frequent(labels: np.ndarray) -> np.ndarray:
-    """Return the label that stands for each cell, (..., starts) to strings (...).
+    """Return one label for each cell, (..., starts) to strings (...).
 
-    The final regime that most starts ended in; of equally many, a known one, and of these the one
-    that is more frequent in the other cells.  It is called a transient where most of those were.
+    It is the final regime that most starts ended in.  Of equally frequent ones a known regime is
+    preferred, and then the one that is more frequent in the other cells.  The label says `transient
+    chaos to` where more than half of these starts were chaotic before.
     """
     words, index = _words(labels)
     ends = np.array([final(word) for word in words])
@@ -83,6 +84,6 @@ def by_frequency(labels: np.ndarray) -> list[tuple[str, int]]:
 
 
 def _words(labels: np.ndarray) -> tuple[list[str], np.ndarray]:
-    """Return the different labels, and for each place which of them stands there."""
+    """Return the different labels, and at each place the index of the label there."""
     words, index = np.unique(labels.astype(np.str_), return_inverse=True)
     return words.tolist(), index.reshape(labels.shape)

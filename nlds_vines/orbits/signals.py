@@ -1,4 +1,4 @@
-"""What follows from the states of an orbit by a formula: forces, energies, relative displacement.
+"""Forces, energies and relative displacement, computed from the states of an orbit.
 
 States come as in `Orbit.trajectory`, one row (x1, v1, x2, v2) [m, m/s] each, (x1, v1) without a
 damper; every result has one value a row.
@@ -17,7 +17,7 @@ from nlds_vines.model.system import System
 
 
 class Signal(NamedTuple):
-    """A quantity that changes along an orbit: unit, meaning and how it follows from the states."""
+    """A quantity along an orbit: its unit, its meaning, and the function of the states."""
 
     unit: str
     meaning: str

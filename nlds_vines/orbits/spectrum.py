@@ -23,11 +23,11 @@ class Taper(NamedTuple):
 
 
 TAPERS: Mapping[str, Taper] = {"rectangular": Taper("boxcar", 0), "hann": Taper("hann", 1)}
-"""Window functions.  Rectangular: a line that stands on a bin stays in it; anything else leaks
-far.  Hann: a line on a bin fills three; what stands between two bins leaks little."""
+"""Window functions.  Rectangular: a line on a bin fills that bin; one between two bins leaks far.
+Hann: a line on a bin fills three bins; one between two bins leaks little."""
 
 SILENCE = 1.0e-15
-"""Standard deviation, relative to the largest value, below which a signal is a constant."""
+"""Standard deviation, relative to the largest value, below which a signal counts as constant."""
 
 
 @dataclass(frozen=True)

@@ -17,13 +17,13 @@ SWEEPS: Mapping[str, tuple[str, ...]] = {"up": ("up",), "down": ("down",), "both
 """The sweeps along the last axis that a policy makes, in the order of the starts."""
 
 STRUCTURE_SPREAD = 5.0
-"""Random starts move the structure by up to so many static deflections P / k1."""
+"""Largest displacement of the structure in a random start, in static deflections P / k1."""
 
 DAMPER_SPREAD = 15.0
-"""Random starts move the damper, seen from the structure, by up to so many of them."""
+"""Largest displacement of the damper against the structure, in the same unit."""
 
 FALLBACK_LENGTH = 0.01
-"""Length [m] that stands for the static deflection where nothing in the system gives one."""
+"""Unit of length [m] where no parameter of the system gives one."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndar
 
 
 def _length(cells: np.ndarray) -> np.ndarray:
-    """Return the length [m] that measures random starts, positive and finite in every cell.
+    """Return the unit of length [m] of random starts, positive and finite in every cell.
 
     The static deflection P / k1; where that is 0 or without bound (P = 0 or k1 = 0), the greatest
     of the deflection P / (m1 omega^2) against inertia and the distances of the walls; where these
@@ -124,5 +124,5 @@ def _length(cells: np.ndarray) -> np.ndarray:
 
 
 def _is_length(values: np.ndarray) -> np.ndarray:
-    """Tell where a value can measure starts: at least a femtometre, at most a megametre."""
+    """Tell where a value can be the unit of starts: from 1e-15 m to 1e6 m."""
     return (values >= 1e-15) & (values <= 1e6)

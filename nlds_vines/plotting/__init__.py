@@ -1,7 +1,10 @@
-"""The kit that all pictures are made of.
+"""The kit that all pictures are drawn with.
 
-style     sizes, fonts, colours, labels of axes
-palette   colours of regimes
-bands     runs of equal labels along an axis, edges between values
-save      a figure into a file, with its origin
+In reading order:
+
+    style     sizes, fonts, colours; meaning, symbol and unit along an axis
+    palette   the colours of regimes
+    bands     runs of equal labels along an axis; borders between cells; places for names
+    panels    what pictures have in common: titles, panels and their letters, colour bars
+    save      a figure written to a file, with its origin in the metadata
 """

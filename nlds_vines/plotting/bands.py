@@ -1,4 +1,4 @@
-"""Bands of equal regime along an axis, and where to write their names without overlaps."""
+"""Bands of equal labels along an axis, borders between cells, places for names without overlaps."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+
+_EVEN = 1e-6  # relative difference of two steps that count as equal: far above round-off
 
 
 class Band(NamedTuple):
@@ -26,10 +28,16 @@ class Band(NamedTuple):
         return (self.low + self.high) / 2
 
 
-def edges(values: np.ndarray) -> np.ndarray:
-    """Return where the cells around ascending `values` begin and end: one more than they are.
+def evenly_spaced(values: np.ndarray) -> bool:
+    """Return whether two or more ascending `values` (n,) stand at equal distances."""
+    steps = np.diff(values)
+    return bool(np.allclose(steps, steps[0], rtol=_EVEN))
 
-    Cells meet half-way; the first and the last are as wide outside as inside.
+
+def edges(values: np.ndarray) -> np.ndarray:
+    """Return the borders (n + 1,) of the cells around ascending `values` (n,).
+
+    Neighbouring cells meet half-way; the first and the last extend as far outwards as inwards.
     """
     if values.size == 1:
         half = 0.5 * abs(values[0]) or 0.5
@@ -51,28 +59,21 @@ def bands(values: np.ndarray, labels: np.ndarray) -> list[Band]:
 
 
 def spread(wanted: Sequence[float], gap: float, low: float, high: float) -> np.ndarray:
-    """Return places near the ascending `wanted` ones, at least `gap` apart within [low, high].
+    """Return places (n,) near the ascending `wanted` ones, at least `gap` apart in [low, high].
 
-    They minimise the sum of the squared displacements (before the ends are respected): names that
-    would collide form a group, and a group stands centred over what it names.  ValueError if
-    there is no room for so many.
+    Before the ends are respected, the places minimise the sum of the squared displacements: names
+    that would collide form a group, and each group is centred over what it names.  With the gaps
+    subtracted this is an isotonic regression: the nearest sequence that never falls.
+
+    Raises ValueError where there is no room for so many.
     """
+    from scipy.optimize import isotonic_regression
+
     count = len(wanted)
     if (count - 1) * gap > high - low:
         raise ValueError(f"no room for {count} places {gap} apart within {high - low}")
+    if not count:
+        return np.empty(0)
     offset = gap * np.arange(count)
-    level = _never_falling(np.asarray(wanted, dtype=float) - offset)
+    level = isotonic_regression(np.asarray(wanted, dtype=float) - offset).x
     return np.clip(level, low, high - gap * (count - 1)) + offset
-
-
-def _never_falling(values: np.ndarray) -> np.ndarray:
-    """Return the never-falling sequence nearest to `values`: neighbours that violate are pooled."""
-    pools: list[tuple[float, int]] = []
-    for value in values:
-        total, count = float(value), 1
-        while pools and pools[-1][0] * count > total * pools[-1][1]:
-            before, members = pools.pop()
-            total, count = total + before, count + members
-        pools.append((total, count))
-    levels = [total / count for total, count in pools]
-    return np.repeat(levels, np.array([count for _, count in pools], dtype=int))

@@ -1,4 +1,4 @@
-"""A figure saved in one of the formats, with its origin in its metadata."""
+"""A figure written to a file, whole or not at all, with its origin in the metadata."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ from nlds_vines.errors import RequestError
 from nlds_vines.plotting.style import STYLE
 
 FORMATS = {"png": 200, "pdf": 600, "svg": 600}
-"""What a picture may be, by the suffix of its name, and its resolution in dots per inch; in the
-vector formats that of the clouds of dots alone."""
+"""The formats of a picture, by the suffix of its name, each with its resolution in dots per inch.
+
+In the vector formats only clouds of dots and shaded cells have a resolution."""
 
 
 def save_drawn(
@@ -25,11 +26,13 @@ def save_drawn(
     plot_path: str | os.PathLike[str],
     draw: Callable[[ArchiveView], Figure],
 ) -> Path:
-    """Open an archive, `draw` it and save the picture; returns the picture's path.
+    """Open an archive, draw it, save the picture and return the picture's path.
 
-    The suffix of `plot_path` chooses the format, one of `FORMATS`.  The picture takes its name only
-    when it is whole, carries the hash of what was asked for in its metadata, and has the same bytes
-    whenever it is drawn from the same archive.
+    Arguments: the path of the archive; `plot_path`, whose suffix chooses one of `FORMATS`; `draw`
+    returns the figure of an open archive.
+
+    The file takes its name only when it is complete.  Its metadata hold the hash of the request,
+    and it has the same bytes whenever it is drawn from the same archive.
 
     Raises `RequestError` for another suffix, for an archive that cannot be read or holds nothing
     to draw, and for a place that cannot be written.
@@ -43,7 +46,7 @@ def save_drawn(
 
 
 def check_format(path: Path) -> str:
-    """Return the format that a picture's suffix means; raises `RequestError` for another one."""
+    """Return the format that a picture's suffix means; `RequestError` if it is not in `FORMATS`."""
     form = path.suffix.lower().removeprefix(".")
     if form not in FORMATS:
         raise RequestError(f"{path}: a picture is one of .{', .'.join(FORMATS)}")
@@ -51,13 +54,16 @@ def check_format(path: Path) -> str:
 
 
 def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str]) -> Path:
-    """Save a figure with its title and its `origin`, the name and value of a hash; same manners.
+    """Save a figure, completely or not at all, and return its path.
+
+    Arguments: the `figure`; its `path`, whose suffix chooses one of `FORMATS`; for the metadata its
+    `title` and its `origin`, the name and the value of a hash.
 
     Raises `RequestError` for another suffix and for a place that cannot be written.
     """
     form, (name, digest) = check_format(path), origin
     temporary = path.with_name(f"{path.name}.tmp")
-    # without salt of one's own, the names inside an SVG are drawn by lot
+    # matplotlib names the elements of an SVG at random unless it is given a salt
     salt: dict[Any, Any] = {"svg.hashsalt": digest}
     with in_one_line(f"write {path}"), matplotlib.rc_context({**STYLE, **salt}):
         try:
@@ -70,7 +76,7 @@ def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str])
 
 
 def _metadata(form: str, title: str, name: str, digest: str) -> dict[str, str | None]:
-    """Return title and origin in the words of each format; without a date, so that bytes repeat."""
+    """Return title and origin under the keys of a format; no date, so that the bytes repeat."""
     origin = f"{name} {digest}"
     if form == "png":
         return {"Title": title, name: digest}

@@ -6,7 +6,8 @@ Colours are those of Okabe and Ito, which colour-blind readers tell apart.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from nlds_vines.model.parameters import PARAMETERS
@@ -18,7 +19,9 @@ WIDTH = 16 * CM
 """Width of every picture in inches."""
 
 LEFT, RIGHT = 0.095, 0.905
-"""The sides of the panels as fractions of the width: fixed, so that text can be placed undrawn."""
+"""The sides of the panels as fractions of the width.
+
+They are fixed, so that names can be placed before anything is drawn."""
 
 STYLE: dict[Any, Any] = {
     "font.family": "STIXGeneral",
@@ -31,28 +34,62 @@ STYLE: dict[Any, Any] = {
     "xtick.direction": "in",
     "ytick.direction": "in",
     "legend.fontsize": 8,
+    "legend.frameon": False,
     "hatch.linewidth": 0.4,
     "pdf.fonttype": 42,
 }
 """Settings of matplotlib under which pictures are made and saved."""
 
-GREEN = "#009e73"
-"""The structure's energy, green as in the paper."""
+HUES: Mapping[str, str] = MappingProxyType(
+    {
+        "black": "#000000",
+        "grey": "#767676",
+        "orange": "#e69f00",
+        "sky": "#56b4e9",
+        "green": "#009e73",
+        "blue": "#0072b2",
+        "vermillion": "#d55e00",
+        "pink": "#cc79a7",
+    }
+)
+"""Colours by name: those of Okabe and Ito, and grey; without yellow, too pale for a line."""
+
+GREEN = HUES["green"]
+"""The colour of the structure's energy, green as in the paper."""
+
+NAVY = "#1b2a49"
+"""The colour of a curve that stands alone, and of orbits from rest."""
+
+GREY = "#8a8a8a"
+"""The colour of thin lines that are no result: a zero, a hatch, the frame of a patch."""
+
+NO_VALUE = "#c8c8c8"
+"""The colour of cells without a value."""
+
+SHADES = "viridis"
+"""The colour map of numbers: even steps of lightness, in colour-blind sight and grey print too."""
+
+DOT: dict[str, Any] = {"marker": "o", "markeredgewidth": 0, "linestyle": "none"}
+"""Settings of a cloud of unconnected dots; their size is the picture's."""
 
 ERRORS = ("error", "error_at_end", "E1max_error")
-"""What is drawn by logarithm."""
+"""The recorded numbers that are drawn on a logarithmic scale."""
 
 ROUND_OFF = 1e-17
-"""Where an error of zero is drawn: what is below says nothing."""
+"""The value at which an error of zero is drawn: smaller ones are round-off."""
 
 FLAGGED = "label changes under refinement"
-"""What a mark says of an orbit whose label is not kept."""
+"""What a legend says of the marks of orbits whose label is not kept."""
 
 FLAG_COLOUR = "#c00000"
 """The colour of such marks."""
 
-_POLICIES = {"rest": "#1b2a49", "up": "#0072b2", "down": "#d55e00"}
-_STARTS = ("#1b2a49", "#d55e00", "#0072b2", "#cc79a7", "#e69f00", "#56b4e9", "#555555")
+_POLICIES = {"rest": NAVY, "up": HUES["blue"], "down": HUES["vermillion"]}
+_STARTS = (
+    NAVY,
+    *(HUES[name] for name in ("vermillion", "blue", "pink", "orange", "sky")),
+    "#555555",
+)
 
 _QUANTITIES = {
     "x1": ("structure", "x_1"),
@@ -77,13 +114,13 @@ _LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
 
 
 def axis_label(parameter: str) -> str:
-    """Return meaning, symbol and unit of a varied parameter: what stands along its axis."""
+    """Return what stands along the axis of a varied parameter: meaning, symbol and unit."""
     entry = PARAMETERS[parameter]
     return _labelled(entry.meaning, latex_symbol(parameter), entry.unit)
 
 
 def latex_symbol(parameter: str) -> str:
-    """Return the symbol of a parameter as mathematics: the fonts lack the plain subscripts."""
+    """Return the symbol of a parameter in LaTeX: the fonts lack the Unicode subscripts."""
     return "".join(_LATEX.get(letter, letter) for letter in PARAMETERS[parameter].symbol)
 
 
@@ -93,27 +130,26 @@ def quantity_label(name: str, unit: str) -> str:
 
 
 def setting_label(parameter: str, value: float) -> str:
-    """Return symbol, value and unit of a parameter that is set, as mathematics: k1 = 3.95e4 N/m."""
-    entry = PARAMETERS[parameter]
-    symbol = "".join(_LATEX.get(letter, letter) for letter in entry.symbol)
+    """Return symbol, value and unit of a parameter that is set, in LaTeX: k1 = 3.95e4 N/m."""
+    unit = PARAMETERS[parameter].unit
     digits, _, power = f"{value:.6e}".partition("e")
     shown = f"{value:g}"
     if not 1e-3 <= abs(value) < 1e4 and value:
         shown = rf"{float(digits):g}\cdot10^{{{int(power)}}}"
-    unit = f" {entry.unit}" if entry.unit != "1" else ""
-    return f"${symbol}={shown}${unit}"
+    return f"${latex_symbol(parameter)}={shown}$" + (f" {unit}" if unit != "1" else "")
 
 
 def start_colours(starts: Sequence[str]) -> list[str]:
-    """Return a colour for every start; there are seven, which then come again."""
+    """Return a colour for every start, by its name; after seven the colours repeat."""
     return [_POLICIES.get(name, _STARTS[i % len(_STARTS)]) for i, name in enumerate(starts)]
 
 
 def _labelled(meaning: str, symbol: str, unit: str) -> str:
+    """Return what stands along an axis; without a symbol or a unit where there is none."""
     parts = (meaning, f"${symbol}$" if symbol else "", f"[{_raised(unit)}]" if unit != "1" else "")
     return " ".join(filter(None, parts))
 
 
 def _raised(unit: str) -> str:
-    """Return a unit with its powers raised: N/m^1.5."""
+    """Return a unit with its powers as superscripts: N/m^1.5."""
     return re.sub(r"\^([-\d.]+)", r"$^{\1}$", unit)

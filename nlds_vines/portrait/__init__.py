@@ -3,7 +3,7 @@
 In reading order:
 
     request          which orbit, which windows of it, which panels
-    request_file     a recipe (TOML) read into a request
+    request_file     a request file (TOML) read into a request
     run              the orbit computed, window by window
     result           what one window shows, as numbers
     page_layout      where the panels stand

@@ -8,21 +8,36 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines.cli.parser import Parser, assignments, parsed
-from nlds_vines.cli.paths import check_plot
-from nlds_vines.cli.running import DONE, LANES_FAILED, complain, run_command
-from nlds_vines.errors import RequestError, at
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.cli.option_values import (
+    add_system_options,
+    comma_separated,
+    given,
+    parsed,
+    system_changes,
+)
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.paths import check_plot, optional_path
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
+from nlds_vines.errors import RequestError
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.spectrum import TAPERS
-from nlds_vines.portrait.request import PANELS, PERIODS, SAMPLES, SHOW, TRANSIENT, Recipe, span
-from nlds_vines.portrait.request_file import load_recipe
+from nlds_vines.portrait.request import (
+    LOOK,
+    PANELS,
+    PERIODS,
+    SAMPLES,
+    SHOW,
+    TRANSIENT,
+    PortraitRequest,
+    span,
+)
+from nlds_vines.portrait.request_file import load_portrait
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,21 +58,21 @@ examples:
           --plot phases.png
       two windows of one run, side by side: before and after a chaotic transient
   nlds-vines portrait scans/figure10.toml --samples 2048
-      a recipe; options override it
+      a request file; options override it
 exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 130 interrupted
 """
 
 
 def portrait(
-    source: Recipe | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    source: PortraitRequest | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     plot: str | os.PathLike[str] | None = None,
     **options: Any,
 ) -> Figure:
     """Follow an orbit and return its portrait, a matplotlib `Figure`.
 
     Arguments:
-        source: a `System` or the name of one, a `Recipe`, the path of a recipe file (.toml) or
-            the document in one; None for SSul NES Set 6.
+        source: a `System` or the name of one, a `PortraitRequest`, the path of a request file
+            (.toml) or the document in one; None for SSul NES Set 6.
         plot: where to save it (.png, .pdf or .svg), if anywhere.
         options: what the command's options change: `windows`, pairs (begin, end) of forcing
             periods, or `transient` and `periods`; `panels`, `start` (x1, v1, x2, v2) [m, m/s],
@@ -66,92 +81,73 @@ def portrait(
     Raises `RequestError` where anything asked for is wrong, before anything is computed, and
     `IntegrationError` where the orbit ends early.
     """
-    if isinstance(source, Recipe) and options:
-        raise RequestError(f"{', '.join(options)} given beside a Recipe: they stand in it already")
-    recipe = source if isinstance(source, Recipe) else load_recipe(source, _document(options))
-    path = None if plot is None else Path(plot)
+    if isinstance(source, PortraitRequest):
+        if options:
+            names = ", ".join(options)
+            raise RequestError(f"{names} given beside a PortraitRequest: they stand in it already")
+        request = source
+    else:
+        request = load_portrait(source, _document(options), "portrait")
+    path = optional_path(plot)
     if path is not None:
         check_plot(path)
-    _, figure = _drawn(recipe, path)
+    _, figure = _drawn(request, path)
     return figure
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None).
-
-    Returns the exit status: 0 done, 1 the orbit ended early, 2 the request is wrong,
-    130 interrupted.
-    """
-    return run_command(_NAME, _command, argv)
-
-
-def _command(argv: Sequence[str]) -> int:
-    options = _parser().parse_args(argv)
-    recipe = load_recipe(options.recipe, _changes(options))
-    stem = _NAME if options.recipe is None else Path(options.recipe).stem
+def _carry_out(options: argparse.Namespace) -> int:
+    request = load_portrait(options.source, _changes(options), "command line")
+    stem = _NAME if options.source is None else Path(options.source).stem
     plot = Path(f"{stem}.png" if options.plot is None else options.plot)
     check_plot(plot)
     if options.dry_run:
-        print("\n".join(_plan(recipe, plot)))
+        print("\n".join(_plan(request, plot)))
         return DONE
-    return _run(recipe, plot, options.quiet)
-
-
-def _run(recipe: Recipe, plot: Path, quiet: bool) -> int:
     from nlds_vines.orbits.simulation import IntegrationError
 
     try:
-        views, _ = _drawn(recipe, plot)
+        views, _ = _drawn(request, plot)
     except IntegrationError as error:
         complain(_NAME, str(error))
         return LANES_FAILED
-    if not quiet:
-        print(recipe.title)
-        for view in views:
-            print("\n".join(view.lines()))
-        print(plot)
+    if not options.quiet:
+        print(request.title, *(line for view in views for line in view.lines()), plot, sep="\n")
     return DONE
 
 
-def _drawn(recipe: Recipe, plot: Path | None) -> tuple[list[View], Figure]:
-    """Return the views of a recipe and the page drawn from them, saved if there is a path."""
+def _drawn(request: PortraitRequest, plot: Path | None) -> tuple[list[View], Figure]:
+    """Return the views of a request and the page drawn from them, saved if there is a path."""
     from nlds_vines.plotting.save import save_figure
     from nlds_vines.portrait.picture import portrait as draw
     from nlds_vines.portrait.run import views_of
 
-    views = views_of(recipe)
-    figure = draw(recipe, views)
+    views = views_of(request)
+    figure = draw(request, views)
     if plot is not None:
-        save_figure(figure, plot, recipe.title, ("recipe_hash", recipe.hash))
+        save_figure(figure, plot, request.title, ("recipe_hash", request.hash))
     return views, figure
 
 
-def _plan(recipe: Recipe, plot: Path) -> list[str]:
+def _plan(request: PortraitRequest, plot: Path) -> list[str]:
     """Return what would be computed and drawn, in words."""
-    lines = [recipe.title]
-    for run in recipe.runs():
+    lines = [request.title]
+    for run in request.runs():
         begin, end = span(run)
-        states = (end - begin) * recipe.samples
+        states = (end - begin) * request.samples
         windows = ", ".join(f"{c.window.begin} to {c.window.end}" for c in run)
         lines.append(
             f"{run[0].system.name}: {end} periods from "
-            f"{'rest' if recipe.start is None else recipe.start}; "
+            f"{'rest' if request.start is None else request.start}; "
             f"{states} states from period {begin} on; drawn: {windows}"
         )
-    return [*lines, f"panels: {', '.join(recipe.panels)}", f"picture: {plot}"]
+    return [*lines, f"panels: {', '.join(request.panels)}", f"picture: {plot}"]
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="One orbit in full: histories, phase planes, forces, energies, spectrum.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     add = parser.add_argument
-    add("recipe", nargs="?", metavar="RECIPE.toml", help="by default SSul NES Set 6")
-    add("--plot", metavar="FILE", help="picture: .png, .pdf or .svg [RECIPE.png]")
-    add("--system", metavar="NAME", help="of the catalogue, or a TOML file")
-    add("--set", action="append", default=[], metavar="NAME=VALUE", help="SI units")
+    add("source", nargs="?", metavar="PORTRAIT.toml", help="by default SSul NES Set 6")
+    add("--plot", metavar="FILE", help="picture: .png, .pdf or .svg [PORTRAIT.png]")
+    add_system_options(parser)
     add("--start", metavar="X1,V1,X2,V2", help="state at t = 0 [m, m/s], or rest")
     add("--transient", type=int, metavar="PERIODS", help=f"discarded [{TRANSIENT}]")
     add("--periods", type=int, metavar="PERIODS", help=f"looked at [{PERIODS}]")
@@ -165,42 +161,47 @@ def _parser() -> Parser:
     add("--comb", type=int, metavar="N", help="nT whose lines are not broadband [as found, or T]")
     add("--dry-run", action="store_true", help="only say what would be done")
     add("--quiet", action="store_true", help="say nothing")
-    return parser
 
 
 def _changes(options: argparse.Namespace) -> dict[str, Any]:
-    """Return what the options change in a recipe, as a document of the same form."""
-    names = ("transient", "periods", "samples", "method", "show", "signal", "taper", "comb")
-    given = {name: getattr(options, name) for name in names}
-    for name in ("windows", "panels"):
-        text = getattr(options, name)
-        given[name] = None if text is None else _split(text)
-    if options.start is not None and options.start != "rest":
-        given["start"] = [parsed(float, "--start", text) for text in _split(options.start)]
-    found = _document({name: value for name, value in given.items() if value is not None})
-    if options.start == "rest":
-        found["start"] = {"policy": "rest"}
-    texts = assignments("--set", options.set, "NAME=VALUE")
-    if texts:
-        found["set"] = {name: parsed(float, f"--set {name}", text) for name, text in texts.items()}
-    if options.system is not None:
-        with at("--system"):
-            found["system"] = load_system(options.system)
+    """Return what the options change in a request file, as a document of the same form."""
+    values = {name: getattr(options, name) for name in (*_SAMPLING, *LOOK)}
+    values |= {name: comma_separated(values[name]) for name in ("windows", "panels")}
+    found = {**system_changes(options), **_document(given(values))}
+    if options.start is not None:
+        found |= _document({"start": _state(options.start)})
     return found
 
 
-def _document(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options by name as a recipe's document; an unknown one goes where it is refused."""
-    sampling = ("transient", "periods", "windows", "samples", "method")
+_SAMPLING = ("transient", "periods", "windows", "samples", "method")
+
+
+def _state(text: str) -> list[float] | None:
+    """Return the numbers between commas; None for the word `rest`."""
+    if text == "rest":
+        return None
+    return [parsed(float, "--start", word) for word in comma_separated(text) or ()]
+
+
+def _document(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options by name as the document of a request file.
+
+    A name that is none goes into [portrait], where it is refused.
+    """
     found: dict[str, Any] = {}
-    for name, value in given.items():
+    for name, value in values.items():
         if name == "start":
             found["start"] = {"policy": "rest"} if value is None else {"state": list(value)}
         else:
-            found.setdefault("sampling" if name in sampling else "portrait", {})[name] = value
+            found.setdefault("sampling" if name in _SAMPLING else "portrait", {})[name] = value
     return found
 
 
-def _split(text: str) -> list[str]:
-    """Return the words between commas."""
-    return [word for word in (word.strip() for word in text.split(",")) if word]
+COMMAND = Command(
+    name=_NAME,
+    description="One orbit in full: histories, phase planes, forces, energies, spectrum.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

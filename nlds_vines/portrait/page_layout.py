@@ -1,40 +1,42 @@
 """The layout of a portrait: rows of panels with fixed room for labels, so that nothing collides.
 
-Lengths are in centimetres; figures are as wide as every picture (16 cm).
+Lengths are in centimetres; the figure is as wide as every picture (16 cm).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from nlds_vines.plotting.panels import add_panel, write_letters
 from nlds_vines.plotting.style import CM, WIDTH
 from nlds_vines.portrait.result import View
 
 LEFT, RIGHT, GAP = 1.45, 1.85, 1.3
-"""Room for the labels on the left, the legends on the right, the ticks between two columns."""
+"""Room [cm] for the labels on the left, the legends on the right, the ticks between columns."""
 
 HEAD, NAMES, FOOT, SEAM = 0.6, 0.5, 1.05, 0.2
-"""Room for the title, for the names of the columns, below a row that has an axis of its own, and
-between two rows that share it."""
+"""Room [cm] for the title, for the names of the columns, below a row that has an axis of its own,
+and between two rows that share their axis."""
 
 CROWD = 2
-"""Columns beyond which their names need two lines, and labels have to be short."""
+"""The most columns with names of one line and full labels; more have less room for each."""
 
 OVER_TIME = ("displacement", "velocity", "relative", "force", "energy", "energy1", "energy2")
-"""The panels over time."""
+"""The panels whose horizontal axis is time."""
 
-_TIME, _SPECTRUM = 2.5, 3.4  # heights
-_FLATTEST, _TALLEST = 0.7, 4.8  # height of a phase plane over its width, and at most
-_CROWDED = 0.88  # of these, where several columns make more rows
+_TIME, _SPECTRUM = 2.5, 3.4  # cm, heights of a panel over time and of a spectrum
+_PLANE, _TALLEST = 0.7, 4.8  # height of a phase plane over its width, and in cm at most
+_CROWDED = 0.88  # of these heights, where several columns make more rows
+_TWO_LINES = 2.2  # height of a name of two lines over that of one
 
 
 class Place(NamedTuple):
-    """A panel on the page: which, of what, and whether it stands first or last in its row."""
+    """A panel on the page: its kind, what it shows, whether it is first or last in its row."""
 
     panel: str
     view: View
@@ -44,7 +46,10 @@ class Place(NamedTuple):
 
 
 def rows_of(panels: Sequence[str], views: Sequence[View]) -> list[list[tuple[str, View]]]:
-    """Return what stands in each row: one panel of all columns; of one column two phase planes."""
+    """Return what stands in each row: one kind of panel for all columns.
+
+    With a single column, two phase planes that follow one another share a row.
+    """
     if len(views) > 1:
         return [[(panel, view) for view in views] for panel in panels]
     rows: list[list[tuple[str, View]]] = []
@@ -58,56 +63,62 @@ def rows_of(panels: Sequence[str], views: Sequence[View]) -> list[list[tuple[str
 
 
 def make_page(panels: Sequence[str], views: Sequence[View]) -> tuple[Figure, list[list[Place]]]:
-    """Return a figure and its panels, row by row, with their letters."""
+    """Return a figure and its panels, row by row, with their letters and shared axes."""
     rows = rows_of(panels, views)
     heights = [_height(row) for row in rows]
     feet = [_foot(row, following) for row, following in pairwise([*rows, []])]
-    head = HEAD + (NAMES if len(views) <= CROWD else 2.2 * NAMES)
+    head = HEAD + NAMES * (1 if len(views) <= CROWD else _TWO_LINES)
     tall = head + sum(heights) + sum(feet)
     figure = Figure(figsize=(WIDTH, tall * CM))
     top, places = tall - head, []
     for row, height, foot in zip(rows, heights, feet, strict=True):
-        places.append(_row(figure, row, top - height, height, tall))
+        places.append(_make_row(figure, row, top - height, height))
         top -= height + foot
-    _share(places)
-    _letters(places)
+    _share_axes(places)
+    write_letters([place.axes for row in places for place in row])
     return figure, places
 
 
-def _row(
-    figure: Figure, row: Sequence[tuple[str, View]], bottom: float, height: float, tall: float
+def _make_row(
+    figure: Figure, row: Sequence[tuple[str, View]], bottom: float, height: float
 ) -> list[Place]:
     """Return the panels of one row, side by side."""
-    wide, width = WIDTH / CM, _width(len(row))
+    width, last = _width(len(row)), len(row) - 1
     found = []
     for i, (panel, view) in enumerate(row):
-        left = LEFT + i * (width + GAP)
-        box = (left / wide, bottom / tall, width / wide, height / tall)
-        found.append(Place(panel, view, figure.add_axes(box), i == 0, i == len(row) - 1))
+        box = (LEFT + i * (width + GAP), bottom, width, height)
+        axes = add_panel(figure, [length * CM for length in box])
+        found.append(Place(panel, view, axes, i == 0, i == last))
     return found
 
 
 def _width(columns: int) -> float:
+    """Return the width of each of so many columns."""
     return (WIDTH / CM - LEFT - RIGHT - (columns - 1) * GAP) / columns
 
 
 def _height(row: Sequence[tuple[str, View]]) -> float:
+    """Return the height of a row of panels."""
     panel, view = row[0]
     several = len(row) > 1 and row[1][1] is not view
     if panel.startswith("phase"):
-        height = min(_FLATTEST * _width(len(row)), _TALLEST)
+        height = min(_PLANE * _width(len(row)), _TALLEST)
     else:
         height = _SPECTRUM if panel == "spectrum" else _TIME
     return _CROWDED * height if several else height
 
 
 def _foot(row: Sequence[tuple[str, View]], below: Sequence[tuple[str, View]]) -> float:
+    """Return the room below a row: little where the row below it has the same axis of time."""
     joined = below and row[0][0] in OVER_TIME and below[0][0] in OVER_TIME
     return SEAM if joined else FOOT
 
 
-def _share(places: Sequence[Sequence[Place]]) -> None:
-    """Let the panels over time share their times, and all but phase planes their values."""
+def _share_axes(places: Sequence[Sequence[Place]]) -> None:
+    """Let panels over time share their times, and the panels of a row their values.
+
+    Phase planes share nothing: their axes are as wide as their own orbit.
+    """
     for row in places:
         if not row[0].panel.startswith("phase"):
             for place in row[1:]:
@@ -117,15 +128,3 @@ def _share(places: Sequence[Sequence[Place]]) -> None:
             for upper, lower in zip(above, below, strict=True):
                 lower.axes.sharex(upper.axes)
                 upper.axes.tick_params(labelbottom=False)
-
-
-def _letters(places: Sequence[Sequence[Place]]) -> None:
-    """Write (a), (b) ... into the corners of the panels; none where there is only one."""
-    flat = [place for row in places for place in row]
-    if len(flat) < 2:
-        return
-    paper = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.8}
-    look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
-    for i, place in enumerate(flat):
-        letter = f"({chr(ord('a') + i % 26) * (1 + i // 26)})"
-        place.axes.annotate(letter, (0, 1), (4, -4), va="top", bbox=paper, zorder=9, **look)

@@ -1,4 +1,4 @@
-"""One orbit in full: what each panel of a portrait shows (Figures 9 to 12)."""
+"""The picture of one orbit in full: what each panel of a portrait shows (Figures 9 to 12)."""
 
 from __future__ import annotations
 
@@ -18,75 +18,81 @@ from nlds_vines.orbits.signals import (
     harmonic_force,
     relative_displacement,
 )
-from nlds_vines.plotting.style import CM, GREEN, STYLE, WIDTH
+from nlds_vines.plotting.panels import write_title
+from nlds_vines.plotting.style import CM, DOT, GREEN, HUES, STYLE, WIDTH
 from nlds_vines.portrait.page_layout import CROWD, LEFT, OVER_TIME, Place, make_page
-from nlds_vines.portrait.request import Recipe, panels_of
+from nlds_vines.portrait.request import PortraitRequest, panels_of
 from nlds_vines.portrait.result import View
 from nlds_vines.portrait.spectrum_panel import draw_spectrum, limit_spectra
 
-STRUCTURE, DAMPER, OBSTACLE, FORCE, BLUE = "#7a7a7a", "#000000", "#d55e00", "#0072b2", "#0072b2"
-"""Colours of the bodies, near the paper's grey, black and red; of the harmonic force; of E2."""
+STRUCTURE, DAMPER, OBSTACLE = "#7a7a7a", HUES["black"], HUES["vermillion"]
+"""Colours of the bodies, near the paper's grey, black and red."""
 
-STRUCK: Mapping[str, dict[str, Any]] = {
+FORCE = DAMPER_ENERGY = HUES["blue"]
+"""The colour of the harmonic force, and in another panel of the damper's energy."""
+
+BOUNDARIES: Mapping[str, dict[str, Any]] = {
     "obstacle": {"color": OBSTACLE, "linewidth": 0.9},
     "structure": {"color": STRUCTURE, "linewidth": 0.9},
     "limit": {"color": OBSTACLE, "linewidth": 0.8, "linestyle": (0, (4, 2))},
 }
-"""How what the damper strikes, or must not reach, is drawn."""
+"""Lines for what the damper strikes and for the limit that it must not reach, by name."""
 
 MOST_VECTOR = 40_000
-"""The most states of a curve that vector formats hold as a path; a longer one becomes dots."""
+"""The most states of a curve that is a path in vector formats; a longer one becomes an image."""
 
 MOST_THICK = 8_000
-"""States of a curve from which it is drawn thinner."""
+"""The number of states from which a curve is drawn thinner."""
 
-PLAIN = 6
-"""The longest period n whose phase plane also shows the motion of what the damper strikes: of a
-longer one, the curves would hide each other."""
+LONGEST_PLAIN = 6
+"""The longest period n whose phase plane also shows the motion of the boundaries.
 
-TANGLED = 160
-"""The most forcing periods of a phase trajectory: more of a tangle is only ink."""
+With a longer period the curves would hide each other."""
 
-_THIN = 0.8
+MOST_CYCLES = 160
+"""The most forcing periods of a phase trajectory: more of a chaotic one only blackens the plane."""
+
+_LINE = 0.8  # points, width of a curve
+_MANY_POINTS = 40  # points of a section from which they are drawn smaller
 
 
 @matplotlib.rc_context(STYLE)
-def portrait(recipe: Recipe, views: Sequence[View]) -> Figure:
-    """Return the page of a recipe, drawn from the views of its columns.
+def portrait(request: PortraitRequest, views: Sequence[View]) -> Figure:
+    """Return the page of a request, drawn from the views of its columns.
 
-    Time histories begin with the window and are at most `recipe.show` periods long.  Phase planes
-    hold one cycle of a periodic orbit, up to `TANGLED` periods of any other.  Values of one row
-    share their scale, phase planes excepted.
+    Time histories begin with the window and are at most `request.show` periods long.  Phase planes
+    show one cycle of a periodic orbit, up to `MOST_CYCLES` periods of any other.  The panels of a
+    row share their scale of values, phase planes excepted.
     """
-    figure, rows = make_page(recipe.panels, views)
+    figure, rows = make_page(request.panels, views)
     for row in rows:
         for place in row:
             if place.panel in panels_of([place.view.column.system.scene]):
-                _PANELS[place.panel](place, recipe)
-                _finish(place, row, recipe)
+                _PANELS[place.panel](place, request)
+                _finish(place, row, request)
             else:
                 place.axes.set_axis_off()
         _leave_room(row)
         if row[0].panel == "spectrum":
             limit_spectra(row)
-    tall = figure.get_figheight() / CM
-    figure.text(LEFT * CM / WIDTH, 1 - 0.2 / tall, recipe.title, va="top")
+    write_title(figure, request.title, LEFT * CM / WIDTH)
     for place in rows[0]:
         if place.first or len(views) > 1:
-            left, bottom = place.axes.get_position().x0, place.axes.get_position().y1 + 0.12 / tall
+            box, gap = place.axes.get_position(), 0.12 * CM / figure.get_figheight()
             heading = _heading(place.view, "\n" if len(views) > CROWD else ", ")
-            figure.text(left, bottom, heading, va="bottom", fontsize=8)
+            figure.text(box.x0, box.y1 + gap, heading, va="bottom", fontsize=8)
     return figure
 
 
 def _heading(view: View, joint: str) -> str:
+    """Return the name of a column, or its regime, and its window, with `joint` between them."""
     begin, end = view.column.window
     label = view.label if view.period else "no period found"
     return f"{view.column.name or label}{joint}periods {begin} to {end}"
 
 
-def _finish(place: Place, row: Sequence[Place], recipe: Recipe) -> None:
-    """Add axis of time, legend and ticks that all panels have in common."""
+def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> None:
+    """Add the axis of time, the legend and the ticks that all panels have in common."""
     axes = place.axes
     axes.tick_params(top=True, right=True)
     axes.yaxis.set_major_locator(_ticks(5))
@@ -95,119 +101,121 @@ def _finish(place: Place, row: Sequence[Place], recipe: Recipe) -> None:
             words = "" if len(row) > CROWD else "time "
             axes.set_xlabel(f"{words}$t/T$ [forcing periods]")
         begin, end = place.view.column.window
-        axes.set_xlim(begin, min(end, begin + recipe.show))
+        axes.set_xlim(begin, min(end, begin + request.show))
         axes.xaxis.set_major_locator(_ticks(12 // len(row), integer=True))
     if not place.first and not place.panel.startswith("phase"):
         axes.set_ylabel("")
     if place.last and axes.get_legend_handles_labels()[1]:
         axes.legend(
-            loc="upper left", bbox_to_anchor=(1.0, 1.04), frameon=False, handlelength=1.1,
-            handletextpad=0.5, borderaxespad=0.4, borderpad=0.2, labelspacing=0.35,
+            loc="upper left", bbox_to_anchor=(1.0, 1.04), handlelength=1.1, handletextpad=0.5,
+            borderaxespad=0.4, borderpad=0.2, labelspacing=0.35,
         )  # fmt: skip
 
 
 def _ticks(most: int, integer: bool = False) -> MaxNLocator:
-    """Return the rule for ticks at round numbers, at `most` so many intervals."""
+    """Return the rule for ticks at round numbers, which make at `most` so many intervals."""
     return MaxNLocator(most, integer=integer, steps=[1, 2, 5, 10])
 
 
-def _shown(view: View, recipe: Recipe) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return periods, times [s] and states of what a time history shows."""
-    count = recipe.show * view.samples
+def _shown(view: View, request: PortraitRequest) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return times [forcing periods], times [s] and states (n, 4) of a time history."""
+    count = request.show * view.samples
     time = view.time[:count]
     return time / view.column.system.period, time, view.states[:count]
 
 
 def _over_time(place: Place, label: str, curves: Iterable[tuple[Any, Any, dict[str, Any]]]) -> None:
+    """Draw curves over time, each of times, values and look, and label the axis of values."""
     for across, values, look in curves:
-        place.axes.plot(across, values, **{"linewidth": _THIN, **look})
+        place.axes.plot(across, values, **{"linewidth": _LINE, **look})
     place.axes.set_ylabel(label)
 
 
-def _bodies(place: Place, recipe: Recipe, column: int, symbol: str, label: str) -> None:
+def _bodies(place: Place, request: PortraitRequest, column: int, symbol: str, label: str) -> None:
     """Draw one component of structure and damper over time."""
-    across, _, states = _shown(place.view, recipe)
+    across, _, states = _shown(place.view, request)
     curves = [(across, states[:, column], {"color": STRUCTURE, "label": f"${symbol}_1$"})]
     if place.view.column.system.scene.damper:
         curves.append((across, states[:, column + 2], {"color": DAMPER, "label": f"${symbol}_2$"}))
     _over_time(place, label, curves)
 
 
-def _struck(view: View) -> Mapping[str, float]:
-    """Return where what the damper strikes is drawn, as x2 - x1 [m]; not the structure itself."""
+def _boundaries(view: View) -> Mapping[str, float]:
+    """Return where what the damper strikes, or must not reach, is drawn: x2 - x1 [m] by name."""
     system = view.column.system
     return {name: float(u) for name, u in system.scene.obstacle(system.parameters).items()}
 
 
-def _displacement(place: Place, recipe: Recipe) -> None:
-    _bodies(place, recipe, 0, "x", "displacement [m]")
-    across, _, states = _shown(place.view, recipe)
-    for name, u in _struck(place.view).items():
-        if name != "structure":
-            place.axes.plot(across, states[:, 0] + u, label=name, **STRUCK[name])
+def _displacement(place: Place, request: PortraitRequest) -> None:
+    _bodies(place, request, 0, "x", "displacement [m]")
+    across, _, states = _shown(place.view, request)
+    for name, u in _boundaries(place.view).items():
+        if name != "structure":  # which is drawn as a body
+            place.axes.plot(across, states[:, 0] + u, label=name, **BOUNDARIES[name])
 
 
-def _velocity(place: Place, recipe: Recipe) -> None:
-    _bodies(place, recipe, 1, r"\dot{x}", "velocity [m/s]")
+def _velocity(place: Place, request: PortraitRequest) -> None:
+    _bodies(place, request, 1, r"\dot{x}", "velocity [m/s]")
 
 
-def _relative(place: Place, recipe: Recipe) -> None:
-    across, _, states = _shown(place.view, recipe)
+def _relative(place: Place, request: PortraitRequest) -> None:
+    across, _, states = _shown(place.view, request)
     u = relative_displacement(place.view.column.system, states)
     look = {"color": DAMPER, "label": "$x_2-x_1$"}
     _over_time(place, "$x_2-x_1$ [m]", [(across, u, look)])
-    for name, height in _struck(place.view).items():
-        place.axes.axhline(height, label=name, **STRUCK[name])
+    for name, height in _boundaries(place.view).items():
+        place.axes.axhline(height, label=name, **BOUNDARIES[name])
 
 
-def _force(place: Place, recipe: Recipe) -> None:
-    across, time, states = _shown(place.view, recipe)
+def _force(place: Place, request: PortraitRequest) -> None:
+    across, time, states = _shown(place.view, request)
     system = place.view.column.system
-    outer = harmonic_force(system, time) / 1000
+    outer = harmonic_force(system, time) / 1000  # kN
     harmonic = {"color": FORCE, "linestyle": (0, (3, 1.5)), "label": r"$P\,\cos\,\omega t$"}
     curves: list[tuple[Any, Any, dict[str, Any]]] = [(across, outer, harmonic)]
     found = contact_forces(system, states)
     for name, values in found.items():
         label = name if len(found) > 1 else "contact"
-        curves.append((across, values / 1000, {**STRUCK[name], "label": label}))
+        curves.append((across, values / 1000, {**BOUNDARIES[name], "label": label}))
     _over_time(place, "force [kN]", curves)
 
 
-def _energy(place: Place, recipe: Recipe) -> None:
-    _energies(place, recipe, "energy [J]", (1, 2))
+def _energy(place: Place, request: PortraitRequest) -> None:
+    _energies(place, request, "energy [J]", (1, 2))
 
 
-def _energy1(place: Place, recipe: Recipe) -> None:
-    _energies(place, recipe, "$E_1$ [J]", (1,))
+def _energy1(place: Place, request: PortraitRequest) -> None:
+    _energies(place, request, "$E_1$ [J]", (1,))
 
 
-def _energy2(place: Place, recipe: Recipe) -> None:
-    _energies(place, recipe, "$E_2$ [J]", (2,))
+def _energy2(place: Place, request: PortraitRequest) -> None:
+    _energies(place, request, "$E_2$ [J]", (2,))
 
 
-def _energies(place: Place, recipe: Recipe, label: str, bodies: tuple[int, ...]) -> None:
-    across, _, states = _shown(place.view, recipe)
+def _energies(place: Place, request: PortraitRequest, label: str, bodies: tuple[int, ...]) -> None:
+    """Draw the energies of the bodies, of 1 and 2, over time."""
+    across, _, states = _shown(place.view, request)
     system, curves = place.view.column.system, []
     if 1 in bodies:
         found = energy_of_structure(system, states)
         curves.append((across, found, {"color": GREEN, "label": "$E_1$"}))
     if 2 in bodies and system.scene.damper:
         found = energy_of_damper(system, states)
-        curves.append((across, found, {"color": BLUE, "label": "$E_2$"}))
+        curves.append((across, found, {"color": DAMPER_ENERGY, "label": "$E_2$"}))
     _over_time(place, label, curves)
     place.axes.set_ylim(bottom=0)
 
 
-def _closed(view: View) -> np.ndarray:
-    """Return the states of one cycle, with the one before so that a periodic curve closes."""
-    return view.states[-(min(view.cycle, TANGLED) * view.samples + 1) :]
+def _cycle_states(view: View) -> np.ndarray:
+    """Return the states of one cycle and the state before it, so that a periodic curve closes."""
+    return view.states[-(min(view.cycle, MOST_CYCLES) * view.samples + 1) :]
 
 
 def _curve(axes: Axes, across: np.ndarray, values: np.ndarray, colour: str, label: str) -> None:
-    """Draw a phase trajectory, thinner the longer it is, and so long a one as dots."""
+    """Draw a phase trajectory, thinner the longer it is; as an image beyond `MOST_VECTOR`."""
     long = across.size > MOST_VECTOR
-    width, alpha = (0.25, 0.6) if long else (_THIN if across.size < MOST_THICK else 0.4, 1.0)
-    # a path of this length exceeds the memory of the raster engine in one piece
+    width, alpha = (0.25, 0.6) if long else (_LINE if across.size < MOST_THICK else 0.4, 1.0)
+    # a path of this length is too much for the raster engine in one piece
     with matplotlib.rc_context({"agg.path.chunksize": 10_000}):
         axes.plot(
             across, values, color=colour, linewidth=width, alpha=alpha, rasterized=long, label=label
@@ -217,59 +225,59 @@ def _curve(axes: Axes, across: np.ndarray, values: np.ndarray, colour: str, labe
 def _points(place: Place, body: int) -> None:
     """Draw the stroboscopic section of a body: n points of an nT orbit, all of any other."""
     section, n = place.view.section, place.view.period
-    size = 3.4 if 0 < n < 40 else 1.7
-    look: dict[str, Any] = {"marker": "o", "markeredgewidth": 0, "linestyle": "none"}
+    size = 3.4 if 0 < n < _MANY_POINTS else 1.7
     points = section[-n:, 2 * body], section[-n:, 2 * body + 1]  # all where n is 0
-    place.axes.plot(*points, color=OBSTACLE, markersize=size, zorder=5, label="$t=nT$", **look)
+    place.axes.plot(*points, color=OBSTACLE, markersize=size, zorder=5, label="$t=nT$", **DOT)
 
 
-def _plane(axes: Axes, symbol: str) -> None:
+def _label_plane(axes: Axes, symbol: str) -> None:
+    """Label the axes of a phase plane by the symbol of its coordinate."""
     axes.set_xlabel(f"${symbol}$ [m]")
     axes.set_ylabel(rf"$\dot{{{symbol[0]}}}{symbol[1:]}$ [m/s]")
     axes.xaxis.set_major_locator(_ticks(6))
 
 
-def _phase(place: Place, recipe: Recipe) -> None:
-    states, axes = _closed(place.view), place.axes
+def _phase(place: Place, request: PortraitRequest) -> None:
+    states, axes = _cycle_states(place.view), place.axes
     _curve(axes, states[:, 0], states[:, 1], STRUCTURE, "structure")
     if place.view.column.system.scene.damper:
         _curve(axes, states[:, 2], states[:, 3], DAMPER, "damper")
-    _struck_planes(place, states)
+    _draw_boundaries(place, states)
     axes.set_xlabel("displacement [m]")
     axes.set_ylabel("velocity [m/s]")
 
 
-def _phase1(place: Place, recipe: Recipe) -> None:
-    states = _closed(place.view)
+def _phase1(place: Place, request: PortraitRequest) -> None:
+    states = _cycle_states(place.view)
     _curve(place.axes, states[:, 0], states[:, 1], STRUCTURE, "structure")
     _points(place, 0)
-    _plane(place.axes, "x_1")
+    _label_plane(place.axes, "x_1")
 
 
-def _phase2(place: Place, recipe: Recipe) -> None:
-    states = _closed(place.view)
+def _phase2(place: Place, request: PortraitRequest) -> None:
+    states = _cycle_states(place.view)
     _curve(place.axes, states[:, 2], states[:, 3], DAMPER, "damper")
-    _struck_planes(place, states)
+    _draw_boundaries(place, states)
     _points(place, 1)
-    _plane(place.axes, "x_2")
+    _label_plane(place.axes, "x_2")
 
 
-def _struck_planes(place: Place, states: np.ndarray) -> None:
-    """Draw the motion of what the damper strikes, x1 + u, in its phase plane."""
-    if not 0 < place.view.period <= PLAIN:
+def _draw_boundaries(place: Place, states: np.ndarray) -> None:
+    """Draw the motion of what the damper strikes, x1 + u, in the damper's phase plane."""
+    if not 0 < place.view.period <= LONGEST_PLAIN:
         return
-    for name, u in _struck(place.view).items():
-        place.axes.plot(states[:, 0] + u, states[:, 1], label=name, **STRUCK[name])
+    for name, u in _boundaries(place.view).items():
+        place.axes.plot(states[:, 0] + u, states[:, 1], label=name, **BOUNDARIES[name])
 
 
 def _leave_room(row: Sequence[Place]) -> None:
-    """Leave room for the letters above what panels over time show."""
+    """Leave room for the letters above the curves of panels over time."""
     if row[0].panel in OVER_TIME:
         low, high = row[0].axes.get_ylim()
         row[0].axes.set_ylim(low, high + 0.28 * (high - low))
 
 
-_PANELS: Mapping[str, Callable[[Place, Recipe], None]] = {
+_PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {
     "displacement": _displacement,
     "velocity": _velocity,
     "relative": _relative,

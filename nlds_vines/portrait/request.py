@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -43,9 +43,25 @@ SYSTEM, TRANSIENT, PERIODS, SAMPLES, SHOW = "ssul-set6", 600, 240, 1024, 12
 contact: its force is folded onto its lines by 4e-4 of the largest at most."""
 
 MOST_STATES = 10**7
-"""The most states of a run, 320 MB."""
+"""The most states of a run: at 32 bytes each 320 MB, which any machine has."""
 
 MOST_COLUMNS = 4
+"""Columns of a page: more of them are too narrow to read."""
+
+RUN: Mapping[str, Callable[[object], Any]] = {
+    "samples": lambda value: whole("samples", value, 2, 10**6),
+    "method": lambda value: choice("method", value, METHODS),
+}
+"""The checks of how an orbit is computed, by key of the table [sampling]."""
+
+LOOK: Mapping[str, Callable[[object], Any]] = {
+    "panels": lambda value: _words("panels", value, PANELS),
+    "show": lambda value: whole("show", value, 1),
+    "signal": lambda value: string("signal", value),
+    "taper": lambda value: choice("taper", value, TAPERS),
+    "comb": lambda value: whole("comb", value, 0),
+}
+"""The checks of what is drawn, by key of the table [portrait]."""
 
 
 class Window(NamedTuple):
@@ -65,7 +81,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Recipe:
+class PortraitRequest:
     """What to draw; checked when made, immutable afterwards.
 
     Arguments:
@@ -97,16 +113,13 @@ class Recipe:
         """Check everything."""
         string("title", self.title)
         whole("number of columns", len(self.columns), 1, MOST_COLUMNS)
-        scenes = self._scenes
-        object.__setattr__(self, "panels", self._possible(_words("panels", self.panels, PANELS)))
-        whole("samples", self.samples, 2, 10**6)
-        whole("show", self.show, 1)
+        for name, check in {**RUN, **LOOK}.items():
+            object.__setattr__(self, name, check(getattr(self, name)))
+        object.__setattr__(self, "panels", self._possible(self.panels))
         whole("comb", self.comb, 0, min(c.window.end - c.window.begin for c in self.columns))
-        choice("method", self.method, METHODS)
-        choice("taper", self.taper, TAPERS)
-        usual = "x2" if all(scene.damper for scene in scenes) else "x1"
+        usual = "x2" if all(scene.damper for scene in self._scenes) else "x1"
         object.__setattr__(self, "signal", self.signal or usual)
-        for scene in scenes:
+        for scene in self._scenes:
             checked_signal(self.signal, scene)
         self._check_start()
         for run in self.runs():

@@ -1,4 +1,4 @@
-"""What a column of a portrait shows: a window of an orbit, and what was seen in it."""
+"""A window of an orbit, as one column of a portrait shows it, and what was found in it."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from nlds_vines.portrait.request import Column
 if TYPE_CHECKING:
     from nlds_vines.orbits.simulation import Violation
 
-MOST = 0.99
-"""Of the power: in how few bins it lies, is told."""
+POWER_SHARE = 0.99
+"""The share of a spectrum's power for which the report counts the fewest bins that hold it."""
 
 
 @dataclass(frozen=True)
@@ -25,16 +25,17 @@ class View:
     """A window of an orbit.
 
     Attributes:
-        column: which system, which forcing periods.
-        time: of the states [s], from the start of the orbit.
-        states: `samples` for each period, the last at its end, x1, v1, x2, v2 [m, m/s].
-        samples: in each period.
-        touches: when the damper touched a wall [s].
-        period: n of nT by recurrence of the section to a `tolerance`, 0 where there was none of
-            up to `longest`.
+        column: the system and the window, a range of forcing periods.
+        time: times [s] of the states from the start of the orbit, shape (n,).
+        states: x1, v1, x2, v2 [m, m/s], shape (n, 4), or (n, 2) without a damper; `samples` of
+            each period, the last at its end.
+        samples: states in each period.
+        touches: times [s] at which the damper touched a wall.
+        period: n of nT, by recurrence of the section to a `tolerance`; 0 where no period of up to
+            `longest` was found.
         comb: n of the nT whose lines do not count as broadband.
-        violation: of the scene's limit in the whole run, None for a scene without one.
-        spectrum: of the recipe's signal, over as many last periods as the comb divides.
+        spectrum: that of the request's signal, over as many last periods as the comb divides.
+        violation: how the scene's limit was violated in the whole run; None without a limit.
     """
 
     column: Column
@@ -51,17 +52,17 @@ class View:
 
     @property
     def section(self) -> np.ndarray:
-        """The states at the integer forcing periods."""
+        """The states at the whole forcing periods, shape (periods, 4)."""
         return self.states[self.samples - 1 :: self.samples]
 
     @property
     def cycle(self) -> int:
-        """How many periods hold the whole orbit: n of nT, or all of the window."""
+        """The number of periods that hold the whole orbit: n of nT, or all of the window."""
         return self.period or len(self.section)
 
     @property
     def impacts(self) -> int:
-        """Impacts k per nT, counted over the whole cycles of the window; in all if n is 0."""
+        """Impacts k per nT, counted over the whole cycles of the window; all impacts if n is 0."""
         if not self.period:
             return len(self.touches)
         cycles = len(self.section) // self.period
@@ -70,18 +71,18 @@ class View:
 
     @property
     def label(self) -> str:
-        """The regime as recurrence shows it: `3T,3`, or `undetermined`."""
+        """The regime by recurrence alone: `3T,3`, or `undetermined`."""
         return name_of(self.period, self.impacts)
 
     @property
     def share(self) -> float | None:
-        """The broadband share of the spectrum, None where it has too few periods to tell."""
+        """The broadband share of the spectrum, from 0 to 1; None where its periods are too few."""
         if self.comb > self.spectrum.most_lines():
             return None
         return self.spectrum.broadband_share(self.comb)
 
     def lines(self) -> Iterator[str]:
-        """Yield what was seen, in words."""
+        """Yield the report of the window, a line at a time."""
         begin, end = self.column.window
         name = f"{self.column.name}: " if self.column.name else ""
         yield f"{name}periods {begin} to {end} of {self.column.system.period:.6g} s each"
@@ -98,6 +99,7 @@ class View:
         yield f"  spectrum of {self.spectrum.quantity}: {self._spectrum()}"
 
     def _recurrence(self) -> str:
+        """Return what the recurrence of the section says, in words."""
         if self.period:
             times = f"{self.period} period{'s' if self.period > 1 else ''}"
             return f"{self.label}: the section repeats after {times} to {self.tolerance:g}"
@@ -106,15 +108,17 @@ class View:
         return f"no period of up to {self.longest} found; that alone proves no chaos"
 
     def _limit(self, found: Violation) -> str:
+        """Return how the limit of the scene was kept, in words."""
         if found.number == 0:
             return "kept"
         times = f"{found.number} time{'s' if found.number > 1 else ''}"
         return f"violated {times}, by up to {found.depth:.4g} m, first at {found.time:.6g} s"
 
     def _spectrum(self) -> str:
+        """Return how the power of the spectrum is distributed, in words."""
         found, n = self.spectrum, self.comb
         text = f"{found.periods} periods, {found.window} window, resolution {found.resolution:.4g}"
         outside = "the harmonics of the force" if n == 1 else f"the lines of {n}T"
         share = "(too few periods to tell)" if self.share is None else f"{self.share:.2g}"
-        few = f"{MOST:.0%} of its power in {found.bins_holding(MOST)} bins"
+        few = f"{POWER_SHARE:.0%} of its power in {found.bins_holding(POWER_SHARE)} bins"
         return f"{text} of the forcing frequency; {share} of its power outside {outside}, {few}"

@@ -11,34 +11,32 @@ import numpy as np
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.portrait.page_layout import Place
-from nlds_vines.portrait.request import Recipe
+from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.result import View
 
-LINE = "#000000"
-
 DEPTH = 100.0
-"""The lowest line of a spectrum that is drawn, in decibels below the highest of the page."""
+"""How far down a spectrum is drawn, in decibels below the highest line of its row."""
 
-AUDIBLE = 1.0e-4
-"""The amplitude, relative to the largest, above which a line should be on the page."""
+LEAST = 1.0e-4
+"""The amplitude of a line, relative to the largest, above which the line is to be visible."""
 
 SHORTEST, LONGEST = 4, 8
-"""Up to which multiple of the forcing frequency spectra are shown: at least, at most."""
+"""The least and the greatest upper end of the frequencies, in multiples of the force's."""
 
 FINE = 240
-"""Periods above which the bins of a spectrum stand so close that its line has to be thinner."""
+"""Periods above which the bins of a spectrum are so close that its curve has to be thinner."""
 
-SILENT = 400.0
-"""Decibels below one unit that stand for an amplitude of exactly zero."""
+ZERO = -400.0
+"""The decibels at which an amplitude of exactly zero is drawn."""
 
 
-def draw_spectrum(place: Place, recipe: Recipe) -> None:
+def draw_spectrum(place: Place, request: PortraitRequest) -> None:
     """Draw the lines of a spectrum in decibels, and write its broadband share beside them."""
     found = place.view.spectrum
     with np.errstate(divide="ignore"):
-        heights = np.maximum(found.decibels(), -SILENT)
+        heights = np.maximum(found.decibels(), ZERO)
     width = 0.5 if found.periods <= FINE else 0.3
-    place.axes.plot(found.order[1:], heights[1:], color=LINE, linewidth=width)
+    place.axes.plot(found.order[1:], heights[1:], color="black", linewidth=width)
     omega = place.view.column.system.parameters["omega"]
     place.axes.set_xlabel(rf"frequency [multiples of $\omega$ = {omega:g} rad/s]")
     name, unit = found.quantity, SIGNALS[found.quantity].unit
@@ -50,23 +48,23 @@ def draw_spectrum(place: Place, recipe: Recipe) -> None:
 
 
 def _share(view: View) -> str:
-    """Return the broadband share in words; one of round-off by its order of magnitude."""
+    """Return the broadband share in words; a tiny one by its order of magnitude."""
     share, n = view.share or 0.0, view.comb
     value = f"{share:.1%}" if share >= 5e-4 or share == 0 else f"{share:.0e}"
     return f"power outside {n if n > 1 else ''}T lines: {value}"
 
 
 def limit_spectra(row: Sequence[Place]) -> None:
-    """Cut the spectra of a row off at one depth below their highest line, at one frequency."""
+    """Give the spectra of a row the same scales: `DEPTH` below the highest line, one end."""
     found = [place.view.spectrum for place in row]
     highest = max(float(s.decibels()[1:].max()) for s in found)
-    if highest > -SILENT:
+    if highest > ZERO:
         row[0].axes.set_ylim(highest - DEPTH, highest + 0.2 * DEPTH)
     for place in row:
-        place.axes.set_xlim(0, max(_audible(s) for s in found))
+        place.axes.set_xlim(0, max(_highest_order(s) for s in found))
 
 
-def _audible(found: Spectrum) -> int:
+def _highest_order(found: Spectrum) -> int:
     """Return the frequency, in whole multiples of the force's, up to which a spectrum is shown."""
-    loud = found.order[1:][found.amplitude[1:] > AUDIBLE * found.amplitude[1:].max()]
-    return min(max(SHORTEST, ceil(loud[-1] + 0.2) if loud.size else 0), LONGEST)
+    strong = found.order[1:][found.amplitude[1:] > LEAST * found.amplitude[1:].max()]
+    return min(max(SHORTEST, ceil(strong[-1] + 0.2) if strong.size else 0), LONGEST)

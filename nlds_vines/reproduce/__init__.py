@@ -3,7 +3,7 @@
 In reading order:
 
     request        a figure: panels, curves and the scan of each
-    request_file   a recipe (TOML) read into a request
+    request_file   a request file (TOML) read into a request
     picture        a figure drawn
     claims/        what the paper says, each with the rule by which it is judged
     report         the page of claims and retention

@@ -9,19 +9,20 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.room import refuse_without_room
+from nlds_vines.cli.option_values import comma_separated
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import PLOT_SUFFIXES, check_writable
-from nlds_vines.cli.run_options import MOST_THREADS
-from nlds_vines.cli.running import DONE, LANES_FAILED, complain, run_command
-from nlds_vines.errors import RequestError, choice, shown, unknown, whole
-from nlds_vines.reproduce.request import Page
-from nlds_vines.reproduce.request_file import load_page, packaged_pages
+from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
+from nlds_vines.errors import RequestError, choice, shown, unknown
+from nlds_vines.reproduce.request import FigureRequest
+from nlds_vines.reproduce.request_file import load_figure, packaged_figures
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
 
 _NAME = "reproduce"
@@ -29,7 +30,7 @@ _FOLDER = "reproduction"
 _ARCHIVES = "archives"
 _REPORT = "reproduction.md"
 FORMATS = tuple(suffix.removeprefix(".") for suffix in PLOT_SUFFIXES)
-"""What the pictures may be."""
+"""The formats of pictures."""
 
 _EXAMPLES = """\
 examples:
@@ -38,7 +39,7 @@ examples:
   nlds-vines reproduce --only 2a,3,8 -o some --format pdf
       three of the figures; what is computed already is used again
   nlds-vines reproduce my-page.toml
-      a page of your own: copy one of the recipes in `scans`
+      a page of your own: copy one of the files in `scans`
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 130 interrupted, 143 terminated: the same command goes on
 """
@@ -56,7 +57,7 @@ def reproduce_paper(
     """Make the figures and the report in the folder `output`; return the report's path.
 
     Arguments:
-        output: made if need be; its archives are used again where they are what is asked for.
+        output: made if need be; archives in it are used again if they are of the same scans.
         only: figures by the names of the command line (`2a`, `8`, `stiffness`); empty for all.
         picture: of `FORMATS`.
         threads: how many; by default as many as the machine has processors.
@@ -65,46 +66,40 @@ def reproduce_paper(
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
-    job = _Job(_chosen(only), Path(output), picture, threads, overwrite, quiet, report=True)
+    how = _how(threads, overwrite, quiet)
+    job = _Job(_chosen(only), Path(output), picture, how, report=True)
     job.run()
     return job.report_path
 
 
-def draw_recipe(path: str | os.PathLike[str], output: str | os.PathLike[str] = ".") -> Path:
-    """Compute and draw one recipe, its archives in `output`/archives; return the picture's path.
+def draw_figure(path: str | os.PathLike[str], output: str | os.PathLike[str] = ".") -> Path:
+    """Compute and draw the figure of a request file; return the path of the picture.
 
-    What the scripts in `scans` do: config in, archives in, picture out.
+    The archives go into `output`/archives.  The scripts in `scans` call it.
     """
-    job = _Job((load_page(Path(path)),), Path(output), "png", None, False, False, report=False)
+    how = _how(threads=None, overwrite=False, quiet=False)
+    job = _Job((load_figure(Path(path)),), Path(output), "png", how, report=False)
     job.run()
-    return job.picture_path(job.recipes[0])
+    return job.picture_path(job.requests[0])
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None).
-
-    Returns the exit status: 0 done, 1 some orbits failed, 2 the request is wrong, 130 interrupted,
-    143 terminated.
-    """
-    return run_command(_NAME, _command, argv)
+def _how(threads: int | None, overwrite: bool, quiet: bool) -> RunOptions:
+    """Return how the scans run: what is computed already is used again unless it is replaced."""
+    return RunOptions(threads, resume=not overwrite, overwrite=overwrite, quiet=quiet)
 
 
 @dataclass(frozen=True)
 class _Job:
-    """Recipes and where their pictures go; checked when made, before anything heavy is loaded."""
+    """Requests and where their pictures go; checked when made, before anything heavy is loaded."""
 
-    recipes: tuple[Page, ...]
+    requests: tuple[FigureRequest, ...]
     folder: Path
     picture: str
-    threads: int | None
-    overwrite: bool
-    quiet: bool
+    how: RunOptions
     report: bool
 
     def __post_init__(self) -> None:
         choice("--format", self.picture, FORMATS)
-        if self.threads is not None:
-            whole("threads", self.threads, 1, MOST_THREADS)
         if self.folder.exists() and not self.folder.is_dir():
             raise RequestError(f"output {shown(str(self.folder))} is a file: name a folder")
         check_writable("output", self.folder / _REPORT if self.folder.is_dir() else self._probe())
@@ -118,22 +113,22 @@ class _Job:
         """Where the report goes."""
         return self.folder / _REPORT
 
-    def picture_path(self, recipe: Page) -> Path:
-        """Return where the picture of a recipe goes."""
-        return self.folder / f"{recipe.name}.{self.picture}"
+    def picture_path(self, request: FigureRequest) -> Path:
+        """Return where the picture of a request goes."""
+        return self.folder / f"{request.name}.{self.picture}"
 
     @cached_property
     def scans(self) -> dict[str, Scan]:
-        """The scans of all recipes by the name of their archive, each once."""
-        return {recipe.archive(c): c.scan for recipe in self.recipes for c in recipe.curves}
+        """The scans of all requests by the name of their archive, each once."""
+        return {request.archive(c): c.scan for request in self.requests for c in request.curves}
 
     def run(self) -> int:
         """Compute, draw and report; return how many orbits failed."""
         (self.folder / _ARCHIVES).mkdir(parents=True, exist_ok=True)
         for name, scan in self.scans.items():
             refuse_without_room(scan, self.folder / _ARCHIVES / name)
-        failed = sum(self._compute(number) for number in range(len(self.scans)))
-        failed += sum(self._draw(recipe) for recipe in self.recipes)
+        failed = sum(self._compute(name, scan) for name, scan in self.scans.items())
+        failed += sum(self._draw(request) for request in self.requests)
         if self.report:
             from nlds_vines.reproduce import report
 
@@ -141,75 +136,66 @@ class _Job:
             self._say(str(self.report_path))
         return failed
 
-    def _compute(self, number: int) -> int:
-        """Compute one scan, or find it computed; return how many of its orbits failed."""
+    def _compute(self, name: str, scan: Scan) -> int:
+        """Compute one scan unless its archive is there; return how many of its orbits failed."""
         from nlds_vines.bifurcation.run import run
 
-        name, scan = list(self.scans.items())[number]
         path = self.folder / _ARCHIVES / name
-        report = run(
-            scan,
-            path,
-            threads=self.threads,
-            resume=not self.overwrite,
-            overwrite=self.overwrite,
-            quiet=True,
-        )
+        report = run(scan, path, replace(self.how, quiet=True))
         what = report.summary() if report.seconds else "there already, verified"
-        self._say(f"[{number + 1}/{len(self.scans)}] {path.stem}: {what}")
+        number = list(self.scans).index(name) + 1
+        self._say(f"[{number}/{len(self.scans)}] {path.stem}: {what}")
         if report.failed_lanes:
             where = f"the dataset `status` of {path} says why"
             complain(_NAME, f"{report.failed_lanes} of {scan.lanes} orbits failed: {where}")
         return report.failed_lanes
 
-    def _draw(self, recipe: Page) -> int:
-        """Draw the picture of a recipe; return how many orbits could not be followed for it."""
-        path = self.picture_path(recipe)
-        if recipe.kind == "portrait":
-            return self._draw_portrait(recipe, path)
+    def _draw(self, request: FigureRequest) -> int:
+        """Draw the picture of a request; return how many orbits could not be followed for it."""
+        path = self.picture_path(request)
+        if request.kind == "portrait":
+            return self._draw_portrait(request, path)
         from nlds_vines.bifurcation.picture.drawing import save
         from nlds_vines.reproduce.picture import save_page
 
         archives = self.folder / _ARCHIVES
-        if recipe.kind == "scan":
-            save(archives / recipe.archive(recipe.curves[0]), path)
+        if request.kind == "scan":
+            save(archives / request.archive(request.curves[0]), path)
         else:
-            save_page(recipe, lambda curve: archives / recipe.archive(curve), path)
+            save_page(request, lambda curve: archives / request.archive(curve), path)
         self._say(str(path))
         return 0
 
-    def _draw_portrait(self, recipe: Page, path: Path) -> int:
-        """Hand the recipe of an orbit to the command that draws it; return 1 if it failed."""
+    def _draw_portrait(self, request: FigureRequest, path: Path) -> int:
+        """Hand the request of an orbit to the command that draws it; return 1 if it failed."""
         from nlds_vines.portrait.command import main as portrait
 
-        status = portrait([str(recipe.path), "--plot", str(path), "--quiet"])
+        status = portrait([str(request.path), "--plot", str(path), "--quiet"])
         if status == INTERRUPTED:
             raise KeyboardInterrupt
         if status not in (DONE, LANES_FAILED):
-            raise RequestError(f"{recipe.path} could not be drawn: see above")
+            raise RequestError(f"{request.path} could not be drawn: see above")
         self._say(str(path))
         return int(status == LANES_FAILED)
 
     def _say(self, text: str) -> None:
-        if not self.quiet:
+        if not self.how.quiet:
             print(text, flush=True)
 
     def plan(self) -> list[str]:
-        """Return what the run would do, a line for each recipe and one for all of it."""
+        """Return what the run would do, a line for each request and one for all of it."""
         lines = []
-        for recipe in self.recipes:
-            orbits = sum(curve.scan.lanes for curve in recipe.curves) or 1
-            lines.append(f"{self.picture_path(recipe)}: {recipe.title}; orbits: {orbits}")
+        for request in self.requests:
+            orbits = sum(curve.scan.lanes for curve in request.curves) or 1
+            lines.append(f"{self.picture_path(request)}: {request.title}; orbits: {orbits}")
         there = sum((self.folder / _ARCHIVES / name).exists() for name in self.scans)
-        there = 0 if self.overwrite else there
+        there = 0 if self.how.overwrite else there
         todo = sum(scan.lanes * (scan.transient + scan.periods) for scan in self.scans.values())
         count = f"{len(self.scans)} different scans, {todo} forcing periods"
         return [*lines, f"{count}; of the scans {there} are there already"]
 
 
-def _command(argv: Sequence[str]) -> int:
-    """Do what the arguments ask for; returns the exit status."""
-    options = _parser().parse_args(argv)
+def _carry_out(options: argparse.Namespace) -> int:
     job = _job(options)
     if options.dry_run:
         print("\n".join(job.plan()))
@@ -217,45 +203,39 @@ def _command(argv: Sequence[str]) -> int:
     try:
         failed = job.run()
     except Interrupted as stop:
-        complain(_NAME, "interrupted: the same command goes on from what is computed")
-        return stop.status
+        text = "interrupted: the same command goes on from what is computed"
+        raise Interrupted(text, stop.status) from stop
     return LANES_FAILED if failed else DONE
 
 
 def _job(options: argparse.Namespace) -> _Job:
     """Return the job that the command line means."""
-    own = tuple(load_page(Path(path)) for path in options.recipes)
+    own = tuple(load_figure(Path(path)) for path in options.sources)
     if own and options.only is not None:
-        raise RequestError("--only chooses among the paper's figures: leave out the recipes")
-    only = [] if options.only is None else options.only.split(",")
+        raise RequestError("--only chooses among the paper's figures: leave out the files")
+    # no name between the commas is a wrong name, not a wish for all figures
+    names = () if options.only is None else comma_separated(options.only) or [options.only]
     return _Job(
-        recipes=own or _chosen(only),
+        requests=own or _chosen(names),
         folder=Path(options.output),
         picture=options.format,
-        threads=options.threads,
-        overwrite=options.overwrite,
-        quiet=options.quiet,
+        how=_how(options.threads, options.overwrite, options.quiet),
         report=not own,
     )
 
 
-def _chosen(only: Sequence[str]) -> tuple[Page, ...]:
-    """Return the packaged recipes of these names, in the paper's order; all for none."""
-    known = packaged_pages()
+def _chosen(only: Sequence[str]) -> tuple[FigureRequest, ...]:
+    """Return the packaged requests of these names, in the paper's order; all for none."""
+    known = packaged_figures()
     for name in only:
         if name not in known:
             raise unknown("figure", name, known)
-    return tuple(recipe for name, recipe in known.items() if not only or name in only)
+    return tuple(request for name, request in known.items() if not only or name in only)
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Make every figure of the paper, and a report that checks its claims.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     text = "pages of your own, in place of the paper's"
-    parser.add_argument("recipes", nargs="*", metavar="RECIPE.toml", help=text)
+    parser.add_argument("sources", nargs="*", metavar="FIGURE.toml", help=text)
     parser.add_argument("--only", metavar="A,B", help="figures by name, as 2a,3,8")
     parser.add_argument("-o", "--output", metavar="FOLDER", default=_FOLDER, help=f"[{_FOLDER}]")
     parser.add_argument("--format", metavar="FORM", default="png", help=f"{', '.join(FORMATS)}")
@@ -263,4 +243,13 @@ def _parser() -> Parser:
     parser.add_argument("--overwrite", action="store_true", help="compute again what is there")
     parser.add_argument("--dry-run", action="store_true", help="only say what would be done")
     parser.add_argument("--quiet", action="store_true", help="show no progress")
-    return parser
+
+
+COMMAND = Command(
+    name=_NAME,
+    description="Make every figure of the paper, and a report that checks its claims.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

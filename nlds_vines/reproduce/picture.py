@@ -1,4 +1,4 @@
-"""Pages of curves: largest energies against frequency, one archive a curve (Figures 2 to 7)."""
+"""Figures of curves: largest energies against frequency, one archive a curve (Figures 2 to 7)."""
 
 from __future__ import annotations
 
@@ -14,127 +14,129 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.textpath import TextPath
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import bands
+from nlds_vines.plotting.panels import add_panel, letter, text_width, write_title
 from nlds_vines.plotting.save import check_format, save_figure
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label, quantity_label, setting_label
-from nlds_vines.reproduce.request import Curve, Page, Panel
+from nlds_vines.reproduce.request import Curve, FigureRequest, Panel
 
 IMPACTS = "#fff7c2"
-"""Light yellow, as in Figure 2b: where there are impacts."""
+"""The colour of frequencies with impacts: light yellow, as in Figure 2b."""
 
 RESONANCE = "#444444"
-"""The line of the structure's own frequency."""
+"""The colour of the structure's own frequency."""
 
 BASE = "#b03a00"
-"""The title of the panel of the tuning."""
+"""The colour of the title of the panel that shows the tuning."""
 
-_DOTS = (0, (1, 1.6))  # E2max
-_SHARES = {1: 7.2 * CM, 2: 4.9 * CM, 3: 5.4 * CM, 4: 4.2 * CM}  # panel height by columns, inches
-_SIDE, _EDGE, _GAP = 1.45 * CM, 0.35 * CM, 0.6 * CM  # inches
-_HEAD, _FOOT, _ROW, _LEGEND = 0.65 * CM, 1.05 * CM, 0.5 * CM, 0.42 * CM
-_HANDLE = 36  # points that the line of an entry takes, and the space around it
-_VISIBLE = 0.008  # of the axis: a narrower window gets no dashed bounds, which would hide it
-_ABOVE = 1.1  # room above the highest curve
-_BOUND: dict[str, Any] = {"color": "#666666", "lw": 0.6, "ls": (0, (4, 2)), "zorder": 1}
+_DOTTED = (0, (1, 1.6))  # the line of E2max: lengths of dot and gap
+_HEIGHTS = {1: 7.2 * CM, 2: 4.9 * CM, 3: 5.4 * CM, 4: 4.2 * CM}  # inches, of a panel, by columns
+_LEFT, _RIGHT, _GAP = 1.45 * CM, 0.35 * CM, 0.6 * CM  # inches: left, right, between two columns
+_HEAD, _FOOT, _NAME, _LEGEND = 0.65 * CM, 1.05 * CM, 0.5 * CM, 0.42 * CM
+"""Heights [inches] of the title, of the labels below, of a panel's title, of a legend's row."""
+
+_HANDLE = 36  # points that the line of a legend's entry and the space around it take
+_VISIBLE = 0.008  # of the axis: a narrower window has no dashed bounds, which would hide it
+_ABOVE = 1.1  # upper end of the axis of energies over the highest curve
+_BOUND: dict[str, Any] = {
+    "color": "#666666", "linewidth": 0.6, "linestyle": (0, (4, 2)), "zorder": 1,
+}  # fmt: skip
 
 
 @matplotlib.rc_context(STYLE)
-def draw_page(recipe: Page, archive_of: Callable[[Curve], Path]) -> Figure:
-    """Return the page of a recipe of curves, drawn from the archives that `archive_of` names.
+def draw_page(request: FigureRequest, archive_of: Callable[[Curve], Path]) -> Figure:
+    """Return the figure of a request of curves.
 
-    E1max is drawn as the recipe says, E2max (where asked for) dotted in the same colour; a
+    Arguments: the request; `archive_of` returns the path of a curve's archive.
+
+    E1max is drawn as the request says, E2max (where asked for) dotted in the same colour.  A
     vertical line marks the structure's own frequency omega0 = sqrt(k1 / m1).  The frequencies
     at which a shaded curve has impacts are light yellow, its windows without impacts white
     between dashed lines.
 
-    Raises `RequestError` for a recipe of another kind and for archives without the energies.
+    Raises `RequestError` for a request of another kind and for archives without the energies.
     """
-    if recipe.kind != "curves":
-        raise RequestError(f"{recipe.path}: a recipe of kind {recipe.kind!r} is no page of curves")
-    figure, frames = _frames(recipe)
+    if request.kind != "curves":
+        raise RequestError(f"{request.path}: a request of kind {request.kind!r} has no curves")
+    figure, frames = _make_frames(request)
     with ExitStack() as stack:
         views = [
             [(curve, stack.enter_context(read(archive_of(curve)))) for curve in panel.curves]
-            for panel in recipe.panels
+            for panel in request.panels
         ]
-        for frame, panel, content in zip(frames, recipe.panels, views, strict=True):
-            _draw(frame, content, recipe.damper_energy)
-            _name(frame, panel, len(frames))
-        _label_axes(frames, recipe, views[0][0][1])
+        for frame, content in zip(frames, views, strict=True):
+            _draw_panel(frame, content, request.damper_energy)
+        _label_axes(frames, request, views[0][0][1])
+    if len(frames) > 1:
+        for index, (frame, panel) in enumerate(zip(frames, request.panels, strict=True)):
+            _write_panel_title(frame, panel, index)
     frames[0].set_ylim(0, _ABOVE * max(frame.dataLim.y1 for frame in frames))
     return figure
 
 
-def _frames(recipe: Page) -> tuple[Figure, list[Axes]]:
+def _make_frames(request: FigureRequest) -> tuple[Figure, list[Axes]]:
     """Return a figure with the panels, which share both axes; title and legend stand above."""
-    columns = min(recipe.columns, len(recipe.panels))
-    rows = ceil(len(recipe.panels) / columns)
-    handles = _handles(recipe)
+    columns = min(request.columns, len(request.panels))
+    rows = ceil(len(request.panels) / columns)
+    handles = _handles(request)
     per_row = _per_row([str(handle.get_label()) for handle in handles])
     head = _HEAD + ceil(len(handles) / per_row) * _LEGEND + 0.15 * CM
-    named = _ROW if len(recipe.panels) > 1 else 0.0
-    body = rows * (_SHARES[columns] + named)
-    height = head + body + _FOOT
-    figure = Figure(figsize=(WIDTH, height))
+    row_height = _HEIGHTS[columns] + (_NAME if len(request.panels) > 1 else 0.0)
+    figure = Figure(figsize=(WIDTH, head + rows * row_height + _FOOT))
     frames: list[Axes] = []
-    across = (WIDTH - _SIDE - _EDGE - (columns - 1) * _GAP) / columns
-    for index in range(len(recipe.panels)):
+    across = (WIDTH - _LEFT - _RIGHT - (columns - 1) * _GAP) / columns
+    for index in range(len(request.panels)):
         row, column = divmod(index, columns)
-        left = _SIDE + column * (across + _GAP)
-        bottom = _FOOT + (rows - 1 - row) * (_SHARES[columns] + named)
-        box = (left / WIDTH, bottom / height, across / WIDTH, _SHARES[columns] / height)
+        left, bottom = _LEFT + column * (across + _GAP), _FOOT + (rows - 1 - row) * row_height
         shared: dict[str, Any] = {"sharex": frames[0], "sharey": frames[0]} if frames else {}
-        frames.append(figure.add_axes(box, **shared))
-    figure.text(_SIDE / WIDTH, 1 - 0.15 * CM / height, recipe.title, va="top")
+        frames.append(add_panel(figure, (left, bottom, across, _HEIGHTS[columns]), **shared))
+    write_title(figure, request.title, _LEFT / WIDTH)
+    _add_legend(figure, handles, per_row)
+    return figure, frames
+
+
+def _add_legend(figure: Figure, handles: Sequence[Any], per_row: int) -> None:
+    """Add the legend of all panels below the title, `per_row` entries side by side."""
     figure.legend(
         handles=handles,
         loc="upper left",
-        bbox_to_anchor=(_SIDE / WIDTH, 1 - _HEAD / height),
+        bbox_to_anchor=(_LEFT / WIDTH, 1 - _HEAD / figure.get_figheight()),
         ncols=per_row,
-        frameon=False,
         borderaxespad=0,
         borderpad=0,
         columnspacing=1.4,
         handlelength=2.2,
         labelspacing=0.35,
     )
-    return figure, frames
 
 
 def _per_row(labels: Sequence[str]) -> int:
     """Return how many entries of a legend stand side by side; they fill it column by column."""
-    widths = np.array([_HANDLE + _text_width(label) for label in labels])
+    size = STYLE["legend.fontsize"]
+    widths = np.array([_HANDLE + text_width(label, size) for label in labels])
     for rows in range(1, len(labels)):
         columns = ceil(len(labels) / rows)
         needed = sum(column.max() for column in np.array_split(widths, columns))
-        if needed <= 72 * (WIDTH - _SIDE - _EDGE):
+        if needed <= 72 * (WIDTH - _LEFT - _RIGHT):
             return columns
     return 1
 
 
-def _text_width(text: str) -> float:
-    """Return the width of a text of the legend in points."""
-    font = FontProperties(family=STYLE["font.family"], size=STYLE["legend.fontsize"])
-    return float(TextPath((0, 0), text, prop=font).get_extents().width)
-
-
-def _handles(recipe: Page) -> list[Any]:
-    """Return the entries of the legend: the curves of the first panel, and what else is drawn."""
-    first = recipe.panels[0]
+def _handles(request: FigureRequest) -> list[Any]:
+    """Return the entries of the legend: the curves of the first panel, then everything else."""
+    first = request.panels[0]
     found: list[Any] = [
         Line2D([], [], label=_curve_label(curve), **_look(curve)) for curve in first.curves
     ]
-    if recipe.damper_energy:
+    if request.damper_energy:
         text = r"$E_2^{\,\mathrm{max}}$ of the damper"
-        found.append(Line2D([], [], color=RESONANCE, linestyle=_DOTS, label=text))
-    if any(curve.shade for curve in recipe.curves):
+        found.append(Line2D([], [], color=RESONANCE, linestyle=_DOTTED, label=text))
+    if any(curve.shade for curve in request.curves):
         found.append(Patch(facecolor=IMPACTS, edgecolor="#c9bd78", linewidth=0.4, label="impacts"))
     resonance: dict[str, Any] = {"color": RESONANCE, "linewidth": 0.7}
     found.append(Line2D([], [], label=r"$\omega_0=\sqrt{k_1/m_1}$", **resonance))
@@ -149,6 +151,7 @@ def _curve_label(curve: Curve) -> str:
 
 
 def _look(curve: Curve) -> dict[str, Any]:
+    """Return how a curve is drawn: the base stronger, and over the others."""
     return {
         "color": curve.colour,
         "linestyle": curve.line,
@@ -157,7 +160,9 @@ def _look(curve: Curve) -> dict[str, Any]:
     }
 
 
-def _draw(frame: Axes, content: Sequence[tuple[Curve, ArchiveView]], damper_energy: bool) -> None:
+def _draw_panel(
+    frame: Axes, content: Sequence[tuple[Curve, ArchiveView]], damper_energy: bool
+) -> None:
     """Draw one panel: shading, then resonances, then the curves, the base last."""
     for curve, view in content:
         if curve.shade:
@@ -167,7 +172,7 @@ def _draw(frame: Axes, content: Sequence[tuple[Curve, ArchiveView]], damper_ener
         values, look = view[view.axes[0]], _look(curve)
         frame.plot(values, view.take("E1max", start=0), **look)
         if damper_energy and "E2max" in view:
-            frame.plot(values, view.take("E2max", start=0), **{**look, "linestyle": _DOTS})
+            frame.plot(values, view.take("E2max", start=0), **{**look, "linestyle": _DOTTED})
     frame.set_xlim(*content[0][1][content[0][1].axes[0]][[0, -1]])
     frame.tick_params(top=True, right=True)
 
@@ -181,13 +186,11 @@ def _shade(frame: Axes, view: ArchiveView) -> None:
             frame.axvspan(band.low, band.high, color=IMPACTS, linewidth=0, zorder=0)
         elif band.width >= _VISIBLE * (values[-1] - values[0]):
             for bound in (band.low, band.high):
-                frame.axvline(
-                    bound, color="#666666", linewidth=0.6, linestyle=(0, (4, 2)), zorder=1
-                )
+                frame.axvline(bound, **_BOUND)
 
 
 def _mark_resonances(frame: Axes, curves: Sequence[Curve]) -> None:
-    """Mark omega0 = sqrt(k1 / m1): by a line, or where it differs by a mark for each curve."""
+    """Mark omega0 = sqrt(k1 / m1): by a line, or by a short one for each of several values."""
     places = {_own_frequency(curve): curve.colour for curve in curves}
     if len(places) == 1:
         frame.axvline(next(iter(places)), color=RESONANCE, linewidth=0.7, zorder=2)
@@ -197,29 +200,27 @@ def _mark_resonances(frame: Axes, curves: Sequence[Curve]) -> None:
 
 
 def _own_frequency(curve: Curve) -> float:
+    """Return omega0 = sqrt(k1 / m1) of the structure in a curve's system [rad/s]."""
     p = curve.scan.system.parameters
     return sqrt(p["k1"] / p["m1"])
 
 
-def _name(frame: Axes, panel: Panel, count: int) -> None:
-    """Write a panel's letter and title above it; that of the tuning is marked."""
-    if count == 1:
-        return
-    letter = "abcdefghijklmnop"[frame.figure.axes.index(frame)]
+def _write_panel_title(frame: Axes, panel: Panel, index: int) -> None:
+    """Write a panel's letter and title above it; the title of the tuning has a colour."""
     settings = [setting_label(name, value) for name, value in panel.settings.items()]
     title = panel.title or ", ".join(settings)
-    text = f"({letter})  {title}" + (" (tuning)" if panel.base else "")
+    text = f"{letter(index)}  {title}" + (" (tuning)" if panel.base else "")
     frame.set_title(text, fontsize=8.5, loc="left", pad=3, color=BASE if panel.base else "black")
 
 
-def _label_axes(frames: Sequence[Axes], recipe: Page, view: ArchiveView) -> None:
-    """Label the outer axes of a page; in narrow panels the frequency's words are left out."""
-    columns = min(recipe.columns, len(frames))
+def _label_axes(frames: Sequence[Axes], request: FigureRequest, view: ArchiveView) -> None:
+    """Label the outer axes of a figure; in narrow panels by the frequency's symbol alone."""
+    columns = min(request.columns, len(frames))
     across = axis_label(view.axes[0])
     if columns > 1:
         across = across.rpartition("force ")[2]
     up = quantity_label("E1max", view.units("E1max"))
-    if recipe.damper_energy:
+    if request.damper_energy:
         up = r"largest energies $E_1^{\,\mathrm{max}}, E_2^{\,\mathrm{max}}$ [J]"
     for index, frame in enumerate(frames):
         if index + columns >= len(frames):
@@ -233,16 +234,18 @@ def _label_axes(frames: Sequence[Axes], recipe: Page, view: ArchiveView) -> None
 
 
 def save_page(
-    recipe: Page, archive_of: Callable[[Curve], Path], plot_path: str | os.PathLike[str]
+    request: FigureRequest, archive_of: Callable[[Curve], Path], plot_path: str | os.PathLike[str]
 ) -> Path:
-    """Draw a page of curves as `save` draws an archive; returns the picture's path.
+    """Draw the figure of a request of curves, save it and return the picture's path.
 
-    Arguments: `archive_of` returns the path of a curve's archive.  The hash in the picture is
-    that of all its scans.
+    Arguments: the request; `archive_of` returns the path of a curve's archive; `plot_path`, whose
+    suffix is one of `plotting.save.FORMATS`.  The hash in the picture is that of all its scans.
+
+    Raises `RequestError` as `draw_page` and `save_figure` do.
     """
     path = Path(plot_path)
     check_format(path)
-    figure = draw_page(recipe, archive_of)
-    hashes = "".join(curve.scan.hash for curve in recipe.curves)
+    figure = draw_page(request, archive_of)
+    hashes = "".join(curve.scan.hash for curve in request.curves)
     origin = ("scan_hash", sha256(hashes.encode()).hexdigest())
-    return save_figure(figure, path, recipe.title, origin)
+    return save_figure(figure, path, request.title, origin)

@@ -1,8 +1,8 @@
-"""Pages: a recipe in TOML names the curves of a picture and what to compute for them.
+"""The request of a figure: the curves of a picture, and what to compute for them.
 
-A recipe with `[[curves]]` is a page of panels; every curve stands in every panel, and each of the
-two may name a system and set parameters.  A scan file is the recipe of its own diagram or map, and
-a file with a `[portrait]` table that of one orbit in full.
+A request file with `[[curves]]` is a page of panels; every curve stands in every panel, and each
+of the two may name a system and set parameters.  A scan file is the request file of its own diagram
+or map, and a file with a `[portrait]` table that of one orbit in full.
 """
 
 from __future__ import annotations
@@ -10,24 +10,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.model.catalogue import catalogue
+from nlds_vines.plotting.style import HUES
 
-COLOURS: Mapping[str, str] = MappingProxyType(
-    {
-        "black": "#000000",
-        "grey": "#767676",
-        "orange": "#e69f00",
-        "sky": "#56b4e9",
-        "green": "#009e73",
-        "blue": "#0072b2",
-        "vermillion": "#d55e00",
-        "pink": "#cc79a7",
-    }
-)
-"""Colours by name, those of Okabe and Ito; a recipe may also write `#rrggbb`."""
+COLOURS: Mapping[str, str] = HUES
+"""Colours by name, those of Okabe and Ito; a request file may also write `#rrggbb`."""
 
 LINES = ("solid", "dashed", "dashdot")
 """Kinds of line; a dotted one is the damper's energy."""
@@ -71,8 +60,8 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Page:
-    """What a picture needs, as its recipe says.
+class FigureRequest:
+    """What a picture needs.
 
     Arguments:
         path: of the TOML file.
@@ -110,7 +99,7 @@ class Page:
 
 
 def short_name(name: str) -> str:
-    """Return what the command line calls a recipe: `2a` for figure2a, `stiffness` for a study."""
+    """Return what the command line calls a request: `2a` for figure2a, `stiffness` for a study."""
     return name.removeprefix("figure").removeprefix("study-")
 
 

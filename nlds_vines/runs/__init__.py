@@ -1,10 +1,12 @@
 """What is under way: the folder of parts beside the archive to be.
 
-manifest     whose run it is
-partfile     one sealed part file
-folder       the folder of a run, and who holds it
-shard        the share of one of several machines
-interrupts   Ctrl-C and SIGTERM, heard between two pieces of work
-progress     how far, how fast, how long to go
-threads      how many threads the kernels use
+In reading order:
+
+    manifest     which request the parts belong to, and who began it
+    partfile     one sealed part file
+    shard        the share of one of several machines
+    folder       the folder of a run, and its locks
+    interrupts   Ctrl-C and SIGTERM, which end a run between two pieces of work
+    progress     how much is done, how fast, how long to go
+    threads      how many threads the kernels use
 """

@@ -1,10 +1,11 @@
-"""A run under way: the folder beside the archive to be, and who holds it.
+"""A run under way: the folder beside the archive to be, and its locks.
 
-While a run lasts, its archive does not exist; the folder `FILE.parts` does.  A manifest in it says
-whose run it is, a lock that it is at work, part files what has been computed.  What a part holds, a
-block of a scan or the next designs of a search, is the business of those who build on this.
+While a run lasts, its archive does not exist yet; the folder `FILE.parts` does.  In it lie a
+manifest, which names the request; a lock, which is held while the run is at work; and part files
+with what has been computed.  What a part holds is known to the kinds of runs that build on this: a
+block of a scan, or the next designs of a search.
 
-A run holds the folder for itself alone.  Shards of one scan share it; each holds its own share.
+A run locks the folder for itself alone.  Shards of one scan share it; each locks its own share.
 """
 
 from __future__ import annotations
@@ -34,10 +35,10 @@ class RunFolder:
     again.
     """
 
-    content: ClassVar[str]  # what kind of request this is; each kind of run says it
+    content: ClassVar[str]  # the kind of request, of `manifest`; each kind of run has its own
 
     path: Path
-    request: Any  # a `Request`; each kind of run narrows it
+    request: Any  # a `Request`; each kind of run says which
     shard: Shard | None = None
     complete: bool = False
     discarded: list[str] = field(default_factory=list)
@@ -88,11 +89,11 @@ class RunFolder:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Let go of the folder, whatever happened; the parts stay."""
+        """Release the folder; the parts stay."""
         self.close()
 
     def close(self) -> None:
-        """Let go of the folder.  A folder in which nothing was ever begun is removed."""
+        """Release the folder.  A folder in which nothing was begun is removed."""
         if not self._locks:
             return
         if self.shard or (self.folder / NAME).exists():
@@ -101,15 +102,15 @@ class RunFolder:
             self._remove()
 
     def begun_by(self) -> dict[str, Value]:
-        """Return what the archive tells of the process that began the run: its command."""
+        """Return the arguments of the process that began the run, as an attribute `argv`."""
         manifest = Manifest.read(self.folder)
         return {"argv": json.dumps(manifest.argv)} if manifest else {}
 
     def deliver(self, make: Callable[[Path], object]) -> None:
-        """Let `make` write the archive to the path it is given, put it in place, remove the folder.
+        """Put the archive in place that `make` writes to a path, and remove the folder.
 
-        Raises `RequestError` if the disk is full.  However it ends early, the parts are intact, and
-        an archive of that name is as it was.
+        Raises `RequestError` if the disk is full.  If it ends early for any reason, the parts are
+        intact, and an archive of that name is as it was.
         """
         temporary = self.folder / "archive.tmp"
         with durable.in_one_line(f"write {self.path} (the parts are intact, use --resume)"):
@@ -132,14 +133,16 @@ class RunFolder:
         if not same:
             manifest = Manifest.read(self.folder)
             if manifest and manifest.overwrite:
-                return False  # the run to be resumed was told to replace it
-            raise RequestError(f"{self.path} holds another scan: --resume cannot continue it")
+                return False  # the run to be resumed began with --overwrite
+            raise RequestError(
+                f"{self.path} holds another {self.content}: --resume cannot continue it"
+            )
         if problems := archive.verify(self.path):
             raise RequestError(f"{self.path} is damaged ({problems[0]}): use --overwrite")
         return True
 
     def _take_locks(self) -> None:
-        """Hold the folder: a run for itself alone, a shard together with others."""
+        """Lock the folder: a run for itself alone, a shard together with others."""
         busy = f"another run is writing {self.path}: wait for it, or stop it"
         self._lock("lock", busy, shared=self.shard is not None)
         if self.shard:
@@ -153,8 +156,8 @@ class RunFolder:
         self._locks.append(descriptor)
 
     def _settle(self, resume: bool, overwrite: bool) -> None:
-        """Decide, alone with the folder, what its content means for this run."""
-        if self.shard:  # others may be about to settle as well: one after the other
+        """Keep or clear what the folder holds, and write the manifest where there is none."""
+        if self.shard:  # other shards may be at this point as well: one after the other
             self._lock("settling.lock", f"{self.folder} is locked", patience=60.0)
         if self._archive_is_complete(resume, overwrite):  # again: another run may just have ended
             self.complete = True
@@ -168,8 +171,10 @@ class RunFolder:
             text = "--resume continues it, --overwrite discards it"
             raise RequestError(f"{self.folder} holds an unfinished run: {text}")
         if found and found.scan_hash != self.request.hash:
-            whose = f"{found.title!r}, {found.content} {found.scan_hash[:12]}"
-            raise RequestError(f"{self.folder} holds the parts of another scan ({whose})")
+            whose = f"{found.title!r}, {found.scan_hash[:12]}"
+            raise RequestError(
+                f"{self.folder} holds the parts of another {found.content} ({whose})"
+            )
         if not found:
             Manifest.of(self.request, self.content, overwrite).write(self.folder)
         if self.shard:
@@ -182,11 +187,11 @@ class RunFolder:
                 path.unlink()
 
     def _remove(self) -> None:
-        """Remove the folder, and with its lock let go of it: from then on it may be another's."""
+        """Remove the folder and its locks: from then on another run may begin."""
         self._clear()
         for path in (*self.folder.glob("*.lock"), self.folder / "lock"):
             path.unlink(missing_ok=True)
-        with suppress(OSError):  # it holds something that is not ours, or another run has begun
+        with suppress(OSError):  # it holds files of other programs, or another run has begun
             self.folder.rmdir()
         self._unlock()
 

@@ -1,4 +1,4 @@
-"""Asked to stop: Ctrl-C, SIGTERM and SIGUSR1 end a run between two blocks, not within one."""
+"""Ctrl-C, SIGTERM and SIGUSR1 end a run between two pieces of its work, not within one."""
 
 from __future__ import annotations
 
@@ -9,63 +9,61 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from nlds_vines.runs import interrupts
-
-_ASKING = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
-_HEARD = b"stopping after this block; once more, and at once\n"
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
+_ANSWER = b"stopping after this block; once more, and at once\n"
 
 INTERRUPTED, TERMINATED = 130, 143
 """Exit statuses: of Ctrl-C; of SIGTERM and of SIGUSR1, by which SLURM gives notice of it."""
 
 
 class Stopped(Exception):
-    """Somebody asked to stop."""
+    """A signal has asked to stop; raised between two pieces of work."""
+
+
+class Interrupted(Exception):
+    """A run was stopped from outside; what is finished is kept.  The message says how to go on."""
+
+    def __init__(self, message: str, status: int = INTERRUPTED) -> None:
+        """Take the message and the exit status."""
+        super().__init__(message)
+        self.status = status
 
 
 class Stop:
-    """Whether somebody has asked to stop, and the exit status that answers."""
+    """Whether a signal has asked to stop, and the exit status that belongs to it."""
 
     def __init__(self) -> None:
-        """Nobody has asked."""
+        """Begin without a signal."""
         self.asked = False
         self.status = INTERRUPTED
 
     def check(self) -> None:
-        """Raise `Stopped` if somebody has asked."""
+        """Raise `Stopped` if a signal has asked to stop."""
         if self.asked:
             raise Stopped
 
-    def hear(self, number: int, frame: FrameType | None) -> None:
-        """Note a signal; the second one raises `KeyboardInterrupt`."""
+    def handle(self, number: int, frame: FrameType | None) -> None:
+        """Take a signal; the second one raises `KeyboardInterrupt` at once."""
         self.status = INTERRUPTED if number == signal.SIGINT else TERMINATED
         if self.asked:
             raise KeyboardInterrupt
         self.asked = True
-        os.write(2, _HEARD)  # `print` might be at work below this very call
+        os.write(2, _ANSWER)  # the signal may have come within a call of `print`
 
 
 @contextmanager
-def heard() -> Iterator[Stop]:
-    """Return what hears the signals during the `with` block; then they mean what they did.
+def stop_on_signals() -> Iterator[Stop]:
+    """Return a `Stop` that takes the signals during the `with` block; then all is as before.
 
-    Only the main thread may listen: elsewhere, nothing changes.
+    Python allows this in the main thread only: elsewhere the signals keep their meaning.
     """
     stop = Stop()
     if threading.current_thread() is not threading.main_thread():
         yield stop
         return
-    before = {number: signal.signal(number, stop.hear) for number in _ASKING}
+    before = {number: signal.signal(number, stop.handle) for number in _SIGNALS}
     try:
         yield stop
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-class Interrupted(Exception):
-    """A scan was stopped from outside; what is finished is kept.  The message says how to go on."""
-
-    def __init__(self, message: str, status: int = interrupts.INTERRUPTED) -> None:
-        """Take the message and the exit status."""
-        super().__init__(message)
-        self.status = status

@@ -1,4 +1,4 @@
-"""The manifest of a folder of parts: whose run this is, and what it takes to finish it."""
+"""The manifest of a folder of parts: the request they belong to, and who began the run."""
 
 from __future__ import annotations
 
@@ -6,30 +6,26 @@ import json
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nlds_vines.archives import durable
 from nlds_vines.archives.provenance import Request, now
 from nlds_vines.errors import RequestError
 
-if TYPE_CHECKING:
-    pass
-
-
 NAME = "manifest.json"
 """The manifest's name in the folder of parts."""
 
 SCAN, TUNING, SURVEY = "scan", "tuning", "survey"
-"""What may be under way: a scan, in blocks; the search of a tuning, design by design; a survey of
+"""The kinds of requests: a scan, in blocks; the search of a tuning, design by design; a survey of
 measurements, task by task."""
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """Whose parts these are.
+    """The request that parts belong to, and the run that began them.
 
-    Arguments: `toml` and `scan_hash` are the request's, `content` is its kind; `argv` and `began`
-    (UTC) tell of the run that began it; `overwrite` says that it was told to replace an archive.
+    Arguments: `title`, `toml` and `scan_hash` are those of the request, `content` is its kind;
+    `argv` are the arguments of the process that began the run, at the time `began` (UTC), and
+    `overwrite` is True where it is to replace an archive.
     """
 
     title: str
@@ -65,7 +61,7 @@ class Manifest:
         durable.write(folder / NAME, json.dumps(asdict(self)).encode())
 
 
-def refuse_others(words: str, content: str) -> None:
-    """Raise `RequestError`, beginning with `words`, where a content is not that of a scan."""
+def refuse_unless_scan(words: str, content: str) -> None:
+    """Raise `RequestError`, which begins with `words`, for a content other than a scan."""
     if content != SCAN:
         raise RequestError(f"{words} a {content}, not a scan")

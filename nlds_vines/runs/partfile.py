@@ -1,8 +1,8 @@
 """Part files: sealed results, piece by piece, in the folder of a run under way.
 
 A part is one line of JSON (which part of what, made by what, which arrays), the bytes of the arrays
-one after the other, and a seal.  Existence proves nothing: a part counts when its seal, its
-identity, its arrays and its makers are right.  Those of a scan hold a block each (`PartFiles`).
+one after the other, and a seal.  A file that exists is not enough: a part counts when its seal, its
+identity, its arrays and its makers are right.  The parts of a scan hold one block each.
 """
 
 from __future__ import annotations
@@ -12,29 +12,25 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from nlds_vines.archives import durable
 from nlds_vines.archives.provenance import makers
 
-if TYPE_CHECKING:
-    pass
-
-
 PATTERN = "block-*.part"
 """The names of part files."""
 
 UNSOUND = (ValueError, KeyError, TypeError)
-"""What is raised by a part that does not verify; it says what is wrong with it."""
+"""The errors of a part that does not verify; the message says what is wrong with it."""
 
 
 @dataclass(frozen=True)
 class Made:
-    """How a part came to be: by what (`provenance.makers`), in how long [s], on how many threads.
+    """How a part was made: by what (`provenance.makers`), in how long [s], on how many threads.
 
-    The seconds are those that passed from block to block: of computing and of storing.
+    The time runs from block to block, so that it counts computing and storing.
     """
 
     by: Mapping[str, str]
@@ -44,7 +40,7 @@ class Made:
 
 @dataclass(frozen=True)
 class Part:
-    """What a part file holds: the arrays of a block by name, and how they were made."""
+    """The content of a part file: arrays by name, and how they were made."""
 
     arrays: dict[str, np.ndarray]
     made: Made
@@ -87,15 +83,26 @@ def store(
 
 
 def fetch(path: Path, identity: list[Any]) -> Part:
-    """Return a verified part; one of `UNSOUND` says what is wrong with it, OSError that it is not.
+    """Return a verified part; its arrays cannot be written to.
 
-    Its arrays cannot be written to.
+    Raises one of `UNSOUND`, which says what is wrong with the part, or OSError where there is none.
     """
     data = memoryview(durable.read(path))
     head, start = _header(data)
     if head["block"] != identity:
-        raise ValueError("it is of another scan or another block")
+        raise ValueError("it is of another request or another block")
     return Part(dict(_arrays(data, head["arrays"], start)), Made(**head["made"]))
+
+
+def peek(path: Path, wanted: Iterable[str]) -> Part:
+    """Return the `wanted` arrays of a part as they stand; the seal is not checked.
+
+    It is for a look at a run under way, and reads no more than it must.
+    """
+    data = np.memmap(path, mode="r").data
+    head, start = _header(data)
+    arrays = {name: a.copy() for name, a in _arrays(data, head["arrays"], start, set(wanted))}
+    return Part(arrays, Made(**head["made"]))
 
 
 def _header(data: memoryview) -> tuple[dict[str, Any], int]:
@@ -124,6 +131,6 @@ def _bytes(array: np.ndarray) -> memoryview:
     return array.reshape(-1).view(np.uint8).data
 
 
-def identity(tuning: str, index: int) -> list[Any]:
-    """Return what makes a part the one of this number of the `tuning` of this hash."""
-    return [tuning, index]
+def identity(request_hash: str, index: int) -> list[Any]:
+    """Return what makes a part the one of this number, of the request of this hash."""
+    return [request_hash, index]

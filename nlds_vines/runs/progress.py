@@ -1,4 +1,4 @@
-"""Long work in view: how much is done, how fast it goes, when it will end."""
+"""The progress of long work: how much is done, how fast it goes, when it will end."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ LINE_EVERY = 5.0
 
 
 class Progress:
-    """A bar on a terminal, a line now and then elsewhere, nothing when quiet."""
+    """Shows a bar on a terminal, a line every few seconds elsewhere, nothing when quiet."""
 
     def __init__(self, total: int, unit: str, *, done: int = 0, quiet: bool = False) -> None:
-        """Expect at most `total` pieces of work, so many of them `done` before.
+        """Begin to count.
 
-        Arguments: `unit` is the singular of what is counted, an orbit or a design.
+        Arguments: `total` pieces of work at most, of which some are `done` before; `unit` is the
+        singular of what is counted, an orbit or a design.
         """
         self._total, self._unit, self._done, self._quiet = total, unit, done, quiet
-        self._began = self._spoke = time.perf_counter()
-        self._first = 0  # done with the first piece, whose time is mostly that of compiling
+        self._began = self._printed = time.perf_counter()
+        self._first = 0  # done with the first piece, most of whose time is that of compiling
         self._bar: tqdm[Any] | None = None
 
     def __enter__(self) -> Progress:
@@ -42,7 +43,7 @@ class Progress:
             self._bar.close()
 
     def note(self, count: int, words: str) -> None:
-        """Add so many pieces of work, and show what came of all of them in `words`."""
+        """Add `count` pieces of work; `words` say how all of them went so far."""
         self._done += count
         if self._bar is not None:
             self._bar.set_postfix_str(words, refresh=False)
@@ -51,13 +52,13 @@ class Progress:
         now = time.perf_counter()
         if self._first == 0:
             self._first, self._began = self._done, now
-        elif not self._quiet and now - self._spoke >= LINE_EVERY:
-            self._spoke = now
+        elif not self._quiet and now - self._printed >= LINE_EVERY:
+            self._printed = now
             rate = (self._done - self._first) / (now - self._began)
             print(f"{self._pace(rate)}; {words}", file=sys.stderr, flush=True)
 
     def _pace(self, rate: float) -> str:
-        """Return how much is done, how much of it a second, and how long the rest will take."""
+        """Return in words how much is done, how much a second, and how long the rest will take."""
         left = duration((self._total - self._done) / rate)
         return f"{self._done} of {self._total} {self._unit}s, {rate:.3g} a second, {left} to go"
 

@@ -6,14 +6,11 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from nlds_vines.errors import RequestError, shown
 
-if TYPE_CHECKING:
-    pass
-
 MOST_SHARDS = 10_000
+"""Shards of one scan: more than any cluster has tasks, so that a typing error is noticed."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +25,9 @@ class Shard:
         return f"{self.index}/{self.count}"
 
     def has(self, number: int) -> bool:
-        """Tell whether the block of this number is of this share: every `count`-th of all.
+        """Tell whether the block of this number belongs to this share: every `count`-th does.
 
-        So the dear regions of a scan are spread over all shards.
+        So the regions of a scan that take long are spread over all shards.
         """
         return number % self.count == self.index - 1
 

@@ -8,24 +8,25 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nlds_vines.bifurcation.command import Job, bifurcation, carry_out
-from nlds_vines.bifurcation.request import Scan, Start
-from nlds_vines.cli.parser import Parser, assignments, parsed
-from nlds_vines.cli.paths import check_plot
-from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.cli.running import DONE, LANES_FAILED, complain, run_command
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.cli.option_values import add_system_options, chosen_system
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.paths import check_plot, optional_path
+from nlds_vines.cli.run_options import add_local_options, run_options
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
 from nlds_vines.errors import RequestError, at, number
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import EFFORTS, METHODS
-from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.orbits.starts import Start
 
 if TYPE_CHECKING:
     from nlds_vines.transients.ensemble import Ensemble
@@ -33,8 +34,10 @@ if TYPE_CHECKING:
 _NAME = "transients"
 _SYSTEM = "ssul-set6"
 STARTS, TRANSIENT, PERIODS = 1000, 4000, 120
+"""Random starts; forcing periods of each that are discarded, and that are sampled then."""
+
 DELAY = 50.0
-"""Forcing periods that random starts are given to fall on to the chaotic set, or past it."""
+"""Forcing periods until lifetimes count: by then orbits are on the chaotic set, or past it."""
 
 _WANT = ("regime", "settling", "lyapunov", "evidence")
 _EXAMPLES = f"""\
@@ -49,6 +52,7 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 """
 
 
+# public: its keywords are those of the command, more than eight
 def transients(
     system: System | str | os.PathLike[str] | None = None,
     output: str | os.PathLike[str] | None = None,
@@ -63,15 +67,15 @@ def transients(
     plot: str | os.PathLike[str] | None = None,
     **running: Any,
 ) -> Ensemble:
-    """Follow an ensemble of starts and return what came of it.
+    """Follow an ensemble of starts; return how long each took to settle, and where.
 
     Arguments:
         system: a `System` or the name of one, by default SSul NES Set 6.
         output: the archive, by default transients.h5 in the current folder.
-        starts, seed: how many random starts, drawn by which seed (`starts.random_states`).
+        starts, seed: how many random starts, drawn by which seed (`orbits.starts.random_states`).
         transient, periods: forcing periods of each, discarded and sampled; what has not settled
             then is watched for as many more as the `effort` of verdicts allows.
-        method: of `scan.METHODS`.
+        method: of `orbits.settings.METHODS`; effort: of `orbits.settings.EFFORTS`.
         delay: forcing periods after which lifetimes count in the exponential law.
         plot: a picture to draw as well (.png, .pdf or .svg).
         running: `threads`, `resume`, `overwrite`, `quiet`, as `bifurcation` takes them.
@@ -80,57 +84,38 @@ def transients(
     """
     sampling = {"transient": transient, "periods": periods, "method": method, "effort": effort}
     scan = _scan(system, starts, seed, sampling)
-    delay, path = _checked_delay(delay), None if plot is None else Path(plot)
+    delay, path = _checked_delay(delay), optional_path(plot)
     if path is not None:
         check_plot(path)
     archive = bifurcation(scan, f"{_NAME}.h5" if output is None else output, **running)
-    return _looked_at(archive, delay, path)
+    return _ensemble(archive, delay, path)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None).
-
-    Returns the exit status: 0 done, 1 some orbits failed, 2 the request is wrong, 130 interrupted,
-    143 terminated.
-    """
-    return run_command(_NAME, _command, argv)
-
-
-def _command(argv: Sequence[str]) -> int:
-    options = _parser().parse_args(argv)
+def _carry_out(options: argparse.Namespace) -> int:
     sampling = {name: getattr(options, name) for name in ("transient", "periods")}
     sampling |= {name: getattr(options, name) for name in ("method", "effort")}
     with at("command line"):
-        scan = _scan(_system(options), options.starts, options.seed, sampling)
+        scan = _scan(chosen_system(options, _SYSTEM), options.starts, options.seed, sampling)
         delay = _checked_delay(options.delay)
     archive = Path(options.output)
     plot = archive.with_suffix(".png") if options.plot is None else Path(options.plot)
     check_plot(plot)
-    how = RunOptions(options.threads, options.resume, options.overwrite, quiet=options.quiet)
-    job = Job(scan, None, archive, None, how)
+    job = Job(scan, None, archive, None, run_options(options))
     if options.dry_run:
         return carry_out(_NAME, job, dry_run=True)
     job.refuse()
-    return _run(job, plot, delay)
-
-
-def _run(job: Job, plot: Path, delay: float) -> int:
-    try:
-        job.run()
-    except Interrupted as stop:
-        complain(_NAME, str(stop))
-        return stop.status
-    found = _looked_at(job.archive, delay, plot)
+    job.run()
+    found = _ensemble(archive, delay, plot)
     if not job.how.quiet:
-        print(job.scan.title, *found.lines(), job.archive, plot, sep="\n")
+        print(scan.title, *found.lines(), archive, plot, sep="\n")
     failed = sum(entry.count for entry in found.shares if entry.label == "failed")
     if failed:
-        where = f"the dataset `status` of {job.archive} says why"
-        complain(_NAME, f"{failed} of {job.scan.starts} orbits failed: {where}")
+        where = f"the dataset `status` of {archive} says why"
+        complain(_NAME, f"{failed} of {scan.starts} orbits failed: {where}")
     return LANES_FAILED if failed else DONE
 
 
-def _looked_at(archive: Path, delay: float, plot: Path | None) -> Ensemble:
+def _ensemble(archive: Path, delay: float, plot: Path | None) -> Ensemble:
     """Return the ensemble in an archive; draw it where there is a path."""
     from nlds_vines.archives.archive import read
     from nlds_vines.transients.ensemble import ensemble_of
@@ -163,21 +148,11 @@ def _scan(
 
 def _title(system: System) -> str:
     """Return the name of a system with what tells one ensemble from another."""
-    told = {name: system.parameters.get(name) for name in ("omega", "P")}
+    values = {name: system.parameters[name] for name in ("omega", "P")}
     if system.scene.walls:
-        told["K"] = system.K
-    numbers = ", ".join(f"{name} = {value:.6g}" for name, value in told.items())
+        values["K"] = system.K
+    numbers = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
     return f"{system.title or system.name}, {numbers}"
-
-
-def _system(options: argparse.Namespace) -> System:
-    """Return the system that the options name, with what they set."""
-    texts = assignments("--set", options.set, "NAME=VALUE")
-    given = {name: parsed(float, f"--set {name}", text) for name, text in texts.items()}
-    with at("--system"):
-        system = load_system(options.system)
-    with at("--set"):
-        return system.with_(**given)
 
 
 def _checked_delay(delay: float) -> float:
@@ -187,17 +162,11 @@ def _checked_delay(delay: float) -> float:
     return found
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="How long chaos lasts over an ensemble of starts, and where they end.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     add = parser.add_argument
     add("-o", "--output", default=f"{_NAME}.h5", metavar="FILE.h5", help=f"archive [{_NAME}.h5]")
     add("--plot", metavar="FILE", help="picture: .png, .pdf or .svg [FILE.png]")
-    add("--system", default=_SYSTEM, metavar="NAME", help="of the catalogue, or a TOML file")
-    add("--set", action="append", default=[], metavar="NAME=VALUE", help="SI units")
+    add_system_options(parser)
     add("--starts", type=int, default=STARTS, metavar="N", help=f"random ones [{STARTS}]")
     add("--seed", type=int, default=0, metavar="N", help="that they are drawn by [0]")
     add("--transient", type=int, default=TRANSIENT, metavar="PERIODS", help=f"[{TRANSIENT}]")
@@ -205,10 +174,14 @@ def _parser() -> Parser:
     add("--delay", type=float, default=DELAY, metavar="PERIODS", help=f"before the law [{DELAY:g}]")
     add("--method", default="exact", metavar="METHOD", help=" or ".join(METHODS))
     add("--effort", default="standard", metavar="EFFORT", help=f"of {', '.join(EFFORTS)}")
-    add("--threads", type=int, metavar="N", help="by default all processors")
-    existing = parser.add_mutually_exclusive_group()
-    existing.add_argument("--resume", action="store_true", help="continue an archive")
-    existing.add_argument("--overwrite", action="store_true", help="replace an archive")
-    add("--dry-run", action="store_true", help="only say what it would take")
-    add("--quiet", action="store_true", help="say nothing")
-    return parser
+    add_local_options(parser)
+
+
+COMMAND = Command(
+    name=_NAME,
+    description="How long chaos lasts over an ensemble of starts, and where they end.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

@@ -1,4 +1,4 @@
-"""The picture of an ensemble: how many still wander, and where the others ended."""
+"""The picture of an ensemble: how many starts have not settled yet, and where the others ended."""
 
 from __future__ import annotations
 
@@ -11,51 +11,46 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, PercentFormatter
 
-from nlds_vines.plotting.palette import HATCHED, OTHERS, colours
-from nlds_vines.plotting.style import CM, RIGHT, STYLE, WIDTH
+from nlds_vines.plotting.palette import OTHERS, colours, patch_look
+from nlds_vines.plotting.panels import add_panel, write_letters, write_title
+from nlds_vines.plotting.style import CM, HUES, NAVY, RIGHT, STYLE, WIDTH
 from nlds_vines.transients.ensemble import Ensemble, Share
 from nlds_vines.transients.survival import Decay, Survival
 
-_LEFT = 0.135  # room for the names of regimes
+_LEFT, _RIGHT = 0.135, RIGHT + 0.05  # of the width: room for the names of regimes on the left
 _PANEL, _BAR, _BETWEEN, _FOOT, _HEAD = 7.2 * CM, 0.58 * CM, 1.55 * CM, 1.1 * CM, 0.9 * CM  # inches
-_CURVE, _LAW = "#1b2a49", "#d55e00"
-_SMALL = STYLE["xtick.labelsize"]
-_WIDEST = 1.38  # of the axis of shares: room for words beside a full bar
+_CURVE, _LAW = NAVY, HUES["vermillion"]
+_WIDEST = 1.38  # upper end of the axis of shares: room for words beside a full bar
 
 
 @matplotlib.rc_context(STYLE)
 def draw_ensemble(found: Ensemble, title: str) -> Figure:
-    """Return the survival curve of an ensemble, with its law, over the shares of its regimes.
+    """Return the survival curve of an ensemble, with its law, above the shares of its regimes.
 
-    The curve is Kaplan and Meier's with its interval; ticks mark where the watching of starts that
-    had not settled ended.  Without any lifetime only the shares are drawn.
+    The curve is the Kaplan-Meier estimate with its interval; ticks mark the times up to which
+    starts that had not settled were watched.  Without any lifetime only the shares are drawn.
     """
     bars = (len(found.shares) + 0.7) * _BAR
     curve = _PANEL + _BETWEEN if found.counted.any() else 0.0
     height = _HEAD + curve + bars + _FOOT
     figure = Figure(figsize=(WIDTH, height))
-
-    def panel(bottom: float, tall: float) -> Axes:
-        return figure.add_axes((_LEFT, bottom / height, RIGHT + 0.05 - _LEFT, tall / height))
-
-    axes = []
+    left, across = _LEFT * WIDTH, (_RIGHT - _LEFT) * WIDTH
+    panels = []
     if curve:
-        axes.append(panel(_FOOT + bars + _BETWEEN, _PANEL))
-        _draw_survival(axes[0], found)
-    axes.append(panel(_FOOT, bars))
-    _draw_shares(axes[-1], found.shares, found.level)
-    for letter, place in zip("ab", axes if curve else [], strict=False):
-        look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
-        place.annotate(f"({letter})", (1, 1), (-5, -4), va="top", ha="right", **look)
-    figure.text(_LEFT, 1 - 0.15 * CM / height, title, va="top")
+        panels.append(add_panel(figure, (left, _FOOT + bars + _BETWEEN, across, _PANEL)))
+        _draw_survival(panels[0], found)
+    panels.append(add_panel(figure, (left, _FOOT, across, bars)))
+    _draw_shares(panels[-1], found.shares, found.level)
+    write_letters(panels, side="right")
+    write_title(figure, title, _LEFT)
     return figure
 
 
 def _draw_survival(axes: Axes, found: Ensemble) -> None:
-    """Draw the share that has not settled yet against time, on a scale of logarithms."""
+    """Draw the share that has not settled yet against time, on a logarithmic scale."""
     estimate, last = found.survival, float(found.times.max())
     time, share, low, high = _steps(estimate, last)
-    shown = np.where(share > 0.0, share, np.nan)  # the logarithm of none is nowhere
+    shown = np.where(share > 0.0, share, np.nan)  # zero has no place on the scale
     axes.step(time, shown, where="post", color=_CURVE, linewidth=1.1, label="not settled yet")
     axes.fill_between(
         time, low, high, step="post", color=_CURVE, alpha=0.18, linewidth=0,
@@ -64,7 +59,7 @@ def _draw_survival(axes: Axes, found: Ensemble) -> None:
     _mark_censored(axes, found, time, share)
     floor = min(0.5, max(0.5 / found.times.size, float(low.min()) / 3))
     if found.decay is not None and found.decay.ended:
-        _draw_law(axes, found.decay, float(np.interp(found.delay, time, share)), last, found.level)
+        _draw_law(axes, found.decay, float(np.interp(found.delay, time, share)), last)
     axes.set_yscale("log")
     axes.set_ylim(floor, 1.35)
     axes.set_xlim(0, max(1.0, last))
@@ -77,22 +72,21 @@ def _draw_survival(axes: Axes, found: Ensemble) -> None:
 def _steps(estimate: Survival, last: float) -> tuple[np.ndarray, ...]:
     """Return time, share, low and high of the curve, from 0 to the last time watched.
 
-    Where the interval is not defined, at shares of 1 and 0, it keeps what it was before.
+    Where the interval is not defined, at shares of 1 and 0, it keeps its last values.
     """
     time = np.concatenate([[0.0], estimate.times, [last]])
-    share = _held(np.concatenate([[1.0], estimate.share, [np.nan]]))
-    low = _held(np.concatenate([[1.0], estimate.low, [np.nan]]))
-    high = _held(np.concatenate([[1.0], estimate.high, [np.nan]]))
-    return time, share, low, high
+    curves = (estimate.share, estimate.low, estimate.high)
+    return time, *(_held(np.concatenate([[1.0], values, [np.nan]])) for values in curves)
 
 
 def _held(values: np.ndarray) -> np.ndarray:
-    """Return values with each NaN replaced by what stands before it; the first is a number."""
+    """Return values with each NaN replaced by the last number before it; the first is a number."""
     known = np.where(np.isfinite(values), np.arange(values.size), 0)
     return values[np.maximum.accumulate(known)]
 
 
 def _mark_censored(axes: Axes, found: Ensemble, time: np.ndarray, share: np.ndarray) -> None:
+    """Mark on the curve of `share` over `time` where the watching of unsettled starts ended."""
     times = np.unique(found.times[~found.ended])
     if times.size:
         at = share[np.searchsorted(time, times, side="right") - 1]
@@ -101,8 +95,8 @@ def _mark_censored(axes: Axes, found: Ensemble, time: np.ndarray, share: np.ndar
         axes.plot(times, at, color=_CURVE, clip_on=False, label=label, **look)
 
 
-def _draw_law(axes: Axes, law: Decay, share: float, last: float, level: float) -> None:
-    """Draw the exponential law from the delay on, where it takes up the curve's share."""
+def _draw_law(axes: Axes, law: Decay, share: float, last: float) -> None:
+    """Draw the exponential law from the delay, where it begins at the `share`, to `last`."""
     time = np.linspace(law.delay, last, 200)
     low, middle, high = (
         share * np.exp(-rate * (time - law.delay)) for rate in (law.high, law.rate, law.low)
@@ -117,14 +111,13 @@ def _draw_shares(axes: Axes, shares: Sequence[Share], level: float) -> None:
     places = np.arange(len(shares))
     colour = colours(entry.label for entry in shares)
     for place, entry in zip(places, shares, strict=True):
-        unknown = {"hatch": "//////", "edgecolor": "#8a8a8a", "linewidth": 0}
-        look: dict[str, Any] = unknown if entry.label == HATCHED else {"linewidth": 0}
-        axes.barh(place, entry.share, height=0.62, color=colour[entry.label], **look)
+        look = patch_look(entry.label, colour[entry.label])
+        axes.barh(place, entry.share, height=0.62, **look)
         through = entry.through_chaos / entry.total
         axes.barh(place, through, height=0.16, color=OTHERS["transient chaos"], linewidth=0)
         axes.hlines(place, entry.low, entry.high, color="black", linewidth=0.9)
         text = f"{entry.count}" + (f", {entry.through_chaos} through chaos" * bool(through))
-        look = {"textcoords": "offset points", "va": "center", "fontsize": _SMALL}
+        look = {"textcoords": "offset points", "va": "center", "fontsize": STYLE["xtick.labelsize"]}
         axes.annotate(text, (max(entry.share, entry.high), place), (5, 0), **look)
     axes.set_yticks(places, [entry.label for entry in shares])
     axes.tick_params(axis="y", length=0)

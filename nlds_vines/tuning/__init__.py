@@ -1,4 +1,4 @@
-"""Search for the damper with the least energy of the structure, and say how robust the optimum is.
+"""Search for the damper with the least energy of the structure, and test how robust it is.
 
 In reading order:
 
@@ -6,11 +6,11 @@ In reading order:
     request          `Tuning`: what to search, checked
     request_file     a tuning file (TOML) read into a `Tuning`
     free_options     what the command line changes in it
-    objective        designs through the kernels: the number to be made small
+    objective        designs through the kernels: the number to be minimised
     searches         differential evolution, CMA-ES, Nelder-Mead
-    evaluations      every design that was tried, kept as soon as it is known
+    evaluations      every evaluation of a design, kept on the disk
     optima           distinct optima, and the changes that test their robustness
-    archive_table    what the archive of a tuning holds
+    archive_table    the datasets of the archive
     run              from request to archive
     result           `Tuned`: an archive read
     picture          the surface over two parameters

@@ -1,4 +1,4 @@
-"""What the archive of a tuning holds: evaluations, optima, how firm these are, a surface."""
+"""The datasets of a tuning's archive: evaluations, optima and their robustness, a surface."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Content = tuple[Dataset, np.ndarray]
 
 @dataclass(frozen=True)
 class Findings:
-    """What a search has found.
+    """The results of a search.
 
     Arguments:
         columns: every evaluation, by column of the log.
@@ -59,7 +59,7 @@ def scales(tuning: Tuning, found: Findings) -> list[Scale]:
 
 
 def contents(tuning: Tuning, found: Findings) -> list[Content]:
-    """Return the datasets of the archive with their values; none without any, as no optimum."""
+    """Return the datasets of the archive with their values; those without values are left out."""
     possible = [
         *_evaluations(tuning, found),
         *_cases(tuning),
@@ -89,14 +89,14 @@ def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
 
 
 def _cases(tuning: Tuning) -> list[Content]:
-    """Return what each case is: omega, and the other parameters that take several values."""
+    """Return the cases: omega, and the other parameters that take several values."""
     return [
         (_parameter(name, ("case",), "case_"), values) for name, values in tuning.cases().items()
     ]
 
 
 def _optima(tuning: Tuning, found: Findings) -> list[Content]:
-    """Return the optima, what disturbs them, and what each seed found."""
+    """Return the optima, their objectives under each perturbation, and the best of each seed."""
     columns, rows, dims = found.columns, found.optima, ("optimum",)
     row = Dataset("optimum_evaluation", dims, "int64", "1", "its place among the evaluations", 0)
     value = Dataset("optimum_objective", dims, "float64", "J", "largest E1max of all cases", np.inf)

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_plot, check_writable, refuse_existing
-from nlds_vines.cli.run_options import MOST_THREADS, add_local_options
-from nlds_vines.cli.running import DONE, LANES_FAILED, complain, run_command
-from nlds_vines.errors import RequestError, shown, whole
+from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
+from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
+from nlds_vines.errors import RequestError, shown
 from nlds_vines.model.system import System
 from nlds_vines.tuning.free_options import add_tuning_options, changes
 from nlds_vines.tuning.request import Tuning
@@ -73,23 +73,10 @@ def tune(
         tuning=_drawable(load_tuning(source, tables, "tune"), plot),
         source=_source_path(source),
         archive=Path(output),
-        plot=None if plot is None else Path(plot),
-        threads=threads,
-        resume=resume,
-        overwrite=overwrite,
-        quiet=quiet,
+        plot=optional_path(plot),
+        how=RunOptions(threads, resume, overwrite, quiet=quiet),
     )
-    job.refuse_to_overwrite()
     return job.run()
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None).
-
-    Returns the exit status: 0 done, 1 nothing admissible, 2 the request is wrong, 130 interrupted,
-    143 terminated.
-    """
-    return run_command(_NAME, _command, argv)
 
 
 @dataclass(frozen=True)
@@ -100,41 +87,24 @@ class _Job:
     source: Path | None
     archive: Path
     plot: Path | None
-    threads: int | None
-    resume: bool
-    overwrite: bool
-    quiet: bool
+    how: RunOptions
 
     def __post_init__(self) -> None:
-        if self.resume and self.overwrite:
-            raise RequestError("resume and overwrite exclude each other: give one of them")
-        if self.threads is not None:
-            whole("threads", self.threads, 1, MOST_THREADS)
         check_installed(self.tuning.search.method)
-        check_writable("output", self.archive)
+        check_output(self.archive, self.source, self.plot)
         if self.plot is not None:
             check_plot(self.plot)
-        for path in filter(None, (self.source, self.plot)):
-            if path.resolve() == self.archive.resolve():
-                raise RequestError(f"output {shown(str(self.archive))} is another file of this run")
-
-    def refuse_to_overwrite(self) -> None:
-        """Raise `RequestError` where the archive exists and it was not said what to do with it."""
-        refuse_existing(self.archive, resume=self.resume, overwrite=self.overwrite)
 
     def run(self) -> Tuned:
-        """Search, draw the picture, and return what was found."""
+        """Search, draw the picture, and return what was found.
+
+        Raises `RequestError` for an archive that exists, without --resume and --overwrite.
+        """
+        refuse_existing(self.archive, self.how)
         from nlds_vines.tuning.result import tuned
         from nlds_vines.tuning.run import run
 
-        run(
-            self.tuning,
-            self.archive,
-            threads=self.threads,
-            resume=self.resume,
-            overwrite=self.overwrite,
-            quiet=self.quiet,
-        )
+        run(self.tuning, self.archive, self.how)
         found = tuned(self.archive)
         if self.plot is not None and found.optima:
             from nlds_vines.tuning.picture import save
@@ -143,21 +113,13 @@ class _Job:
         return found
 
 
-def _command(argv: Sequence[str]) -> int:
-    options = _parser().parse_args(argv)
+def _carry_out(options: argparse.Namespace) -> int:
     job = _job(options)
     if options.dry_run:
         print(*_plan(job), sep="\n")
         return DONE
-    job.refuse_to_overwrite()
-    from nlds_vines.runs.interrupts import Interrupted
-
-    try:
-        found = job.run()
-    except Interrupted as stop:
-        complain(_NAME, str(stop))
-        return stop.status
-    if not job.quiet:
+    found = job.run()
+    if not job.how.quiet:
         print(*found.lines(), *filter(None, (job.archive, job.plot)), sep="\n")
     if not found.optima:
         complain(_NAME, f"no design was admissible: `status` of {job.archive} says why")
@@ -196,11 +158,8 @@ def _job(options: argparse.Namespace) -> _Job:
         tuning=_drawable(tuning, options.plot),
         source=_source_path(options.tuning),
         archive=_DEFAULT if options.output is None else Path(options.output),
-        plot=None if options.plot is None else Path(options.plot),
-        threads=options.threads,
-        resume=options.resume,
-        overwrite=options.overwrite,
-        quiet=options.quiet,
+        plot=optional_path(options.plot),
+        how=run_options(options),
     )
 
 
@@ -220,15 +179,19 @@ def _source_path(source: object) -> Path | None:
     return Path(str(source)) if is_path else None
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Tune all parameters of a damper at once for the least energy E1max.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     parser.add_argument("tuning", nargs="?", metavar="TUNING.toml", help="by default SSul")
     parser.add_argument("-o", "--output", metavar="FILE.h5", help="archive [tuning.h5]")
     parser.add_argument("--plot", metavar="FILE", help="the surface: .png, .pdf or .svg")
     add_tuning_options(parser)
     add_local_options(parser)
-    return parser
+
+
+COMMAND = Command(
+    name=_NAME,
+    description="Tune all parameters of a damper at once for the least energy E1max.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

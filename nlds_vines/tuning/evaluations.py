@@ -1,7 +1,7 @@
 """The journal of a search: every evaluation in order, in sealed parts beside the archive to be.
 
-A search is a function of its request: run again, it asks for the same designs in the same order.
-So it is resumed by replaying it, with the journal's values in place of the kernels'.
+A search depends on its request alone: run again, it asks for the same designs in the same order.
+So it is resumed by running it again, with values of the journal in place of those of the kernels.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from nlds_vines.tuning.objective import HOW, RESULTS, Objective, Trials
 from nlds_vines.tuning.request import Tuning
 
 FLUSH_EVERY = 1.0
-"""Seconds of work that a killed process may lose."""
+"""Seconds of work between two writes to the disk, which a killed process may lose."""
 
 
 @dataclass
 class Journal(RunFolder):
     """The evaluations of one tuning: rows of numbers, those asked for and then those found.
 
-    `length` is the number of those that are on the disk; `seconds` they took, on up to `threads`.
+    `length` is the number of those on the disk; they took `seconds`, on up to `threads` threads.
     """
 
     content: ClassVar[str] = TUNING
@@ -45,12 +45,12 @@ class Journal(RunFolder):
     _replayed: int = 0
     _parts: int = 0
     _waiting: list[np.ndarray] = field(default_factory=list)
-    _spoke: float = 0.0
+    _flushed: float = 0.0
 
     def begin(self, threads: int) -> int:
-        """Read what an earlier run left, up to the first part that does not verify.
+        """Read the evaluations of an earlier run, up to the first part that does not verify.
 
-        What is new will be found on so many `threads`.  Returns how many evaluations are there.
+        Arguments: `threads` of this run.  Returns the number of evaluations read.
         """
         paths = sorted(self.folder.glob(PATTERN))
         found = list(self._sound(paths))
@@ -61,14 +61,14 @@ class Journal(RunFolder):
         self._parts, self.length = len(found), len(self._known)
         self.seconds = sum(part.made.seconds for part in found)
         self.threads = max([threads, *(part.made.threads for part in found)])
-        self._spoke = time.monotonic()
+        self._flushed = time.monotonic()
         return self.length
 
     def recall(self, asked: np.ndarray) -> np.ndarray | None:
-        """Return what an earlier run found for these rows, which must be next in the journal.
+        """Return the results of an earlier run for these rows, which must be next in the journal.
 
-        None where the journal ends.  Raises `RequestError` where it goes on with other rows: then
-        the search was not the same, and cannot be continued.
+        Returns None at the end of the journal.  Raises `RequestError` where other rows are next:
+        then the search was not the same, and cannot be continued.
         """
         if self._replayed == len(self._known):
             return None
@@ -79,15 +79,15 @@ class Journal(RunFolder):
         return rows[:, asked.shape[1] :]
 
     def note(self, asked: np.ndarray, found: np.ndarray) -> None:
-        """Add rows; they are on the disk at the latest a second of work later."""
+        """Add rows; they are written to the disk within `FLUSH_EVERY` seconds of work."""
         self._waiting.append(np.column_stack([asked, found]))
-        if time.monotonic() - self._spoke > FLUSH_EVERY:
+        if time.monotonic() - self._flushed > FLUSH_EVERY:
             self.flush()
 
     def flush(self) -> None:
-        """Force everything to the disk that waits."""
+        """Write the rows that wait to the disk."""
         if self._waiting:
-            rows, spent = np.concatenate(self._waiting), time.monotonic() - self._spoke
+            rows, spent = np.concatenate(self._waiting), time.monotonic() - self._flushed
             path, identity = path_of(self.folder, self._parts), self._identity(self._parts)
             with durable.in_one_line(f"write a part in {self.folder}"):
                 store(path, identity, {"rows": rows}, seconds=spent, threads=self.threads)
@@ -95,10 +95,10 @@ class Journal(RunFolder):
             self.length += len(rows)
             self.seconds += spent
             self._parts += 1
-        self._spoke = time.monotonic()
+        self._flushed = time.monotonic()
 
     def _sound(self, paths: list[Path]) -> Iterator[Part]:
-        """Yield the parts in order, up to the first that does not verify: it is told of."""
+        """Yield the parts in order up to the first that does not verify; note it in `discarded`."""
         for index, path in enumerate(paths):
             try:
                 if path != path_of(self.folder, index):
@@ -117,10 +117,10 @@ STAGES: Mapping[str, int] = {"global": 0, "polish": 1, "robustness": 2, "surface
 
 
 class Log:
-    """The only way from a search to the objective; nothing is evaluated that is not noted here."""
+    """All evaluations of a tuning, in order; searches reach the objective only through it."""
 
     def __init__(self, tuning: Tuning, journal: Journal, progress: Progress, stop: Stop) -> None:
-        """Begin with nothing evaluated; whoever asks to stop is heard between two evaluations."""
+        """Begin with no evaluation; `stop` is checked before each."""
         self.tuning = tuning
         self._objective = Objective(tuning)
         self._journal, self._progress, self._stop = journal, progress, stop
@@ -130,7 +130,7 @@ class Log:
     def evaluate(self, trials: Trials, stage: str, seed: int) -> np.ndarray:
         """Return the objective [J] of each trial (n,), infinite where inadmissible.
 
-        Raises `interrupts.Stopped` where somebody has asked to stop.
+        Raises `interrupts.Stopped` when a signal has asked to stop.
         """
         self._stop.check()
         asked = trials.table
@@ -144,7 +144,7 @@ class Log:
         return found[:, 0]
 
     def _show(self, objectives: np.ndarray, stage: str, seed: int) -> None:
-        """Say that designs were evaluated, in which part of the search, and the best so far."""
+        """Show the part of the search and the best objective so far beside the progress."""
         if stage in ("global", "polish"):
             self._best = min(self._best, float(objectives.min()))
         self._progress.note(objectives.size, f"{stage}, seed {seed}, best {self._best:.5g} J")
@@ -156,7 +156,7 @@ class Log:
         return dict(zip(names, table.T, strict=True))
 
     def designs(self, seed: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what the searches looked at: points [SI], objectives [J], rows in the log.
+        """Return the designs of the searches: points [SI], objectives [J], rows in the log.
 
         Arguments: `seed` of one search; None for all of them.
         """

@@ -6,9 +6,18 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-from nlds_vines.cli.parser import Parser, assignments, parsed
-from nlds_vines.errors import RequestError, at, shown
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.cli.option_values import (
+    add_system_options,
+    assignments,
+    comma_separated,
+    given,
+    interval,
+    parsed,
+    spaced,
+    system_changes,
+)
+from nlds_vines.cli.parser import Parser
+from nlds_vines.errors import RequestError
 from nlds_vines.tuning.request import SEARCHES
 
 _SEARCH = ("population", "generations", "polish", "optima", "seed", "seeds")
@@ -17,8 +26,7 @@ _SEARCH = ("population", "generations", "polish", "optima", "seed", "seeds")
 def add_tuning_options(parser: Parser) -> None:
     """Declare the options on a command's parser."""
     group = parser.add_argument_group("what to tune")
-    group.add_argument("--system", metavar="NAME", help="of the catalogue, or a TOML file")
-    _repeated(group, "--set", "NAME=VALUE", "SI units; what is set is not tuned")
+    add_system_options(group, settings="SI units; what is set is not tuned")
     _repeated(group, "--free", "NAME[=LOW:HIGH]", "tune this too, or within other bounds")
     group.add_argument("--band", metavar="LOW:HIGH:NUM", help="the peak over these omega [rad/s]")
     _repeated(group, "--over", "NAME=A,B,...", "the worst over these values; several combine")
@@ -42,21 +50,16 @@ def changes(options: argparse.Namespace) -> dict[str, Any]:
 
     Raises `RequestError` for an option that cannot be read as its form demands.
     """
-    settings = assignments("--set", options.set, "NAME=VALUE")
     search = {name: getattr(options, name) for name in _SEARCH} | {"method": options.search}
-    sampling = {name: getattr(options, name) for name in ("transient", "periods")}
-    surface = {"parameters": _names(options.surface), "size": options.surface_size}
+    names = comma_separated(options.surface)
     found: dict[str, Any] = {
-        "set": {name: parsed(float, f"--set {name}", text) for name, text in settings.items()},
+        **system_changes(options),
         "free": _free(options.free),
         "over": _over(options.over, options.band),
-        "search": _given(search),
-        "sampling": _given(sampling),
-        "surface": _given(surface),
+        "search": given(search),
+        "sampling": given({name: getattr(options, name) for name in ("transient", "periods")}),
+        "surface": given({"parameters": names, "size": options.surface_size}),
     }
-    if options.system is not None:
-        with at("--system"):
-            found["system"] = load_system(options.system)
     return {key: value for key, value in found.items() if value}
 
 
@@ -64,44 +67,24 @@ def _repeated(group: Any, option: str, form: str, text: str) -> None:
     group.add_argument(option, action="append", default=[], metavar=form, help=text)
 
 
-def _given(table: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in table.items() if value is not None}
-
-
-def _names(text: str | None) -> list[str] | None:
-    return None if text is None else [name.strip() for name in text.split(",")]
-
-
 def _free(texts: Sequence[str]) -> dict[str, dict[str, float]]:
     """Return the entries of `[free]` in a list of NAME or NAME=LOW:HIGH."""
-    form = "NAME or NAME=LOW:HIGH"
-    whole = [text if "=" in text else f"{text}=:" for text in texts]
-    pairs = assignments("--free", whole, form)
-    return {name: {} if text == ":" else _bounds(name, text) for name, text in pairs.items()}
-
-
-def _bounds(name: str, text: str) -> dict[str, float]:
-    where = f"--free {name}"
-    ends = text.split(":")
-    if len(ends) != 2:
-        raise RequestError(f"{where} = {shown(text)} must be LOW:HIGH")
-    low, high = (parsed(float, where, end) for end in ends)
-    return {"low": low, "high": high}
+    complete = [text if "=" in text else f"{text}=:" for text in texts]
+    pairs = assignments("--free", complete, "NAME or NAME=LOW:HIGH")
+    return {
+        name: {} if text == ":" else interval(f"--free {name}", text)
+        for name, text in pairs.items()
+    }
 
 
 def _over(texts: Sequence[str], band: str | None) -> dict[str, dict[str, Any]]:
-    """Return the entries of `[over]` in a list of NAME=A,B,... and a band LOW:HIGH:NUM."""
+    """Return the entries of `[over]` in a list of NAME=A,B,... and a band LOW:HIGH:NUM of omega."""
     found: dict[str, dict[str, Any]] = {
         name: {"values": [parsed(float, f"--over {name}", item) for item in text.split(",")]}
         for name, text in assignments("--over", texts, "NAME=A,B,...").items()
     }
     if band is None:
         return found
-    parts = band.split(":")
-    if len(parts) != 3:
-        raise RequestError(f"--band {shown(band)} must be LOW:HIGH:NUM")
     if "omega" in found:
         raise RequestError("--band and --over omega exclude each other: give one of them")
-    start, stop = (parsed(float, "--band", part) for part in parts[:2])
-    omega = {"start": start, "stop": stop, "num": parsed(int, "--band", parts[2])}
-    return found | {"omega": omega}
+    return found | {"omega": spaced("--band", band, "LOW:HIGH:NUM")}

@@ -1,4 +1,4 @@
-"""A free parameter of a search: between which bounds, and on which scale distances are taken."""
+"""A free parameter of a search: its bounds, and the scale on which distances are taken."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nlds_vines.model.scenes import Scene
 
 
 class Bounds(NamedTuple):
-    """Where a parameter is looked for by default; on a logarithmic scale or a linear one."""
+    """The default bounds of a parameter, on a logarithmic scale or a linear one."""
 
     low: float
     high: float
@@ -39,10 +39,10 @@ k2 reaches from far below the stiffness m2 omega^2 that tunes a linear damper of
 transient of 300 periods to ten times that of a good tuned mass damper."""
 
 USUAL = ("k2", "c2", "C", "D")
-"""What is tuned unless something else is asked for, as far as the scene has it."""
+"""The parameters that are tuned by default, as far as the scene has them."""
 
 INERT = ("V",)
-"""What does not enter the dynamics: V shifts pictures and the rest position, C alone matters."""
+"""Parameters that do not enter the dynamics: V shifts pictures and the rest position only."""
 
 
 def tunable(scene: Scene) -> tuple[str, ...]:
@@ -51,7 +51,7 @@ def tunable(scene: Scene) -> tuple[str, ...]:
 
 
 def usual(scene: Scene) -> tuple[str, ...]:
-    """Return what is tuned of a scene by default."""
+    """Return the parameters of a scene that are tuned by default."""
     return tuple(name for name in USUAL if name in scene.own)
 
 
@@ -60,7 +60,7 @@ class Free:
     """One free parameter: its `name`, and `low` < `high` in SI units.
 
     Raises `RequestError` for bounds that are no numbers, in the wrong order, or outside the range
-    in which the parameter makes sense.
+    of the parameter.
     """
 
     name: str
@@ -110,7 +110,7 @@ class Free:
             found = np.exp(np.log(self.low) + unit * (np.log(self.high) - np.log(self.low)))
         else:
             found = self.low + unit * (self.high - self.low)
-        return np.clip(found, self.low, self.high)  # round-off must not step over a bound
+        return np.clip(found, self.low, self.high)  # round-off must not exceed a bound
 
     def unit(self, value: np.ndarray) -> np.ndarray:
         """Return the places from 0 (low) to 1 (high) of values [SI] on its scale."""

@@ -1,4 +1,4 @@
-"""What a design is worth: its largest energy in the worst of all cases, infinite if it fails."""
+"""The objective of a design: its largest energy in the worst of all cases, infinite if it fails."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nlds_vines.tuning.request import STARTS, Tuning
 
 @dataclass(frozen=True)
 class Trials:
-    """Designs to look at, (n,) each but for the points.
+    """Designs to evaluate; the arrays have shape (n,), but for the points.
 
     Arguments: `points` (n, free parameters) in SI units; `detuning`, the factor on omega;
     `start`, 0 for rest and i for the i-th random start; `stretch`, the factor on the periods
@@ -33,7 +33,7 @@ class Trials:
 
     @property
     def table(self) -> np.ndarray:
-        """All of it as numbers, one row for each trial."""
+        """All arrays as columns, one row for each trial."""
         return np.column_stack([self.points, self.detuning, self.start, self.stretch])
 
 
@@ -41,12 +41,12 @@ HOW = ("detuning", "random_start", "stretch")
 """The columns of a trial's table beside its parameters."""
 
 RESULTS = ("objective", "E2max", "status", "worst_case")
-"""The columns of what comes of a trial: E1max [J] of its worst case, infinite where the design is
+"""The columns of the results of a trial: E1max [J] of its worst case, infinite where the design is
 inadmissible; E2max [J], status and number of that case."""
 
 
 class Objective:
-    """The objective of one tuning; everything that does not change is prepared once."""
+    """The objective of one tuning; what all designs share is prepared once."""
 
     def __init__(self, tuning: Tuning) -> None:
         """Prepare for designs of `tuning`."""

@@ -1,4 +1,4 @@
-"""Several near-equal optima in place of one, and what becomes of them when they are disturbed."""
+"""Several near-equal optima in place of one, and the perturbations that test their robustness."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def distinct(
 
 
 def perturbations(tuning: Tuning) -> tuple[str, ...]:
-    """Return what a winner has to stand, in words; the first is nothing."""
+    """Return the perturbations of an optimum, in words; the first is none."""
     shifted = [f"{name} {sign}{SHIFT:.0%}" for name in tuning.names for sign in "-+"]
     starts = [f"random start {i}" for i in range(1, STARTS + 1)]
     detuned = [f"omega {sign}{DETUNING:.0%}" for sign in "-+"]
@@ -44,7 +44,7 @@ def perturbed(tuning: Tuning, point: np.ndarray) -> Trials:
     for i, name in enumerate(tuning.names):
         rows = slice(first + 2 * i, first + 2 * i + 2)
         points[rows, i] *= 1 - SHIFT, 1 + SHIFT
-        # not beyond what makes sense, as Poisson's ratio 0.5
+        # within the range of the parameter, as Poisson's ratio up to 0.5
         points[:, i] = np.clip(points[:, i], PARAMETERS[name].low, PARAMETERS[name].high)
     detuning, start, stretch = np.ones(count), np.zeros(count), np.ones(count)
     detuning[1:3] = 1 - DETUNING, 1 + DETUNING

@@ -31,17 +31,20 @@ SEARCHES = ("de", "cma")
 """The global searches: differential evolution; CMA-ES, which needs the extra `cma`."""
 
 MOST_LANES = 10**8
-"""The most orbits that one tuning may ask for."""
+"""The most orbits of one tuning: days of work on a large machine."""
 
 DETUNING, SHIFT, STARTS, STRETCH = 0.01, 0.02, 4, 5
-"""What a winner must stand: frequencies 1 % off, parameters 2 % off, so many random starts, so many
-times the periods (which tells of an orbit that had not settled, or is irregular)."""
+"""The perturbations of an optimum: frequencies 1 % off, parameters 2 % off, this number of random
+starts, and this multiple of the periods (which shows an orbit that had not settled, or is
+irregular)."""
 
-_SAMPLING: Mapping[str, Callable[[object], int]] = {
+SAMPLING: Mapping[str, Callable[[object], int]] = {
     "transient": lambda value: whole("transient", value, 0),
     "periods": lambda value: whole("periods", value, 1),
 }
-_SEARCH: Mapping[str, Callable[[object], Any]] = {
+"""The checks of the table [sampling] of a tuning file, by key."""
+
+SEARCH: Mapping[str, Callable[[object], Any]] = {
     "method": lambda value: choice("search method", value, SEARCHES),
     "population": lambda value: whole("population", value, 5, 10**5),
     "generations": lambda value: whole("generations", value, 1, 10**5),
@@ -52,15 +55,7 @@ _SEARCH: Mapping[str, Callable[[object], Any]] = {
     "seed": lambda value: whole("seed", value, 0, 2**31),
     "seeds": lambda value: whole("seeds", value, 1, 1000),
 }
-SECTIONS: Mapping[str, tuple[str, ...] | None] = {
-    "set": None,
-    "free": None,
-    "over": None,
-    "sampling": tuple(_SAMPLING),
-    "search": tuple(_SEARCH),
-    "surface": ("parameters", "size"),
-}
-"""The tables of a tuning file with their keys; None where names of parameters stand."""
+"""The checks of the table [search] of a tuning file, by key."""
 
 
 def _fraction(what: str, value: object) -> float:
@@ -98,7 +93,7 @@ class Search:
 
     def __post_init__(self) -> None:
         """Check everything."""
-        for name, check in _SEARCH.items():
+        for name, check in SEARCH.items():
             object.__setattr__(self, name, check(getattr(self, name)))
 
     @property
@@ -115,7 +110,7 @@ class Surface:
     size: int = 41
 
     def __post_init__(self) -> None:
-        """Check the size; what parameters there are is known to the tuning."""
+        """Check the size; the tuning checks the parameters."""
         whole("size of the surface", self.size, 2, 10**4)
 
 
@@ -150,7 +145,7 @@ class Tuning:
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
-        for name, check in _SAMPLING.items():
+        for name, check in SAMPLING.items():
             object.__setattr__(self, name, check(getattr(self, name)))
         self._check_names()
         self._check_corners()
@@ -179,7 +174,7 @@ class Tuning:
                 raise RequestError("a surface takes two different parameters")
 
     def _check_corners(self) -> None:
-        """Let the system look at the corners of all intervals: they speak for what is inside."""
+        """Let the system check the corners of all intervals: what holds there holds inside."""
         ends = [(item.low, item.high) for item in self.free]
         ends += [tuple(axis.values[[0, -1]]) for axis in self.over]
         corners = np.array(list(product(*ends))).T
@@ -193,7 +188,7 @@ class Tuning:
 
     @property
     def about(self) -> dict[str, Value]:
-        """What the attributes of its archive tell beside the request itself."""
+        """The attributes of its archive beside the request itself: system, parameters, seed."""
         return {**self.system.attributes, "seed": self.search.seed}
 
     def cases(self) -> Mapping[str, np.ndarray]:
@@ -210,7 +205,7 @@ class Tuning:
 
     @property
     def most_evaluations(self) -> int:
-        """The most designs that will be looked at, perturbed ones counted each."""
+        """The most designs that will be evaluated, each perturbed one counted."""
         search = self.search
         globally = search.population * (search.generations + 1)
         locally = search.optima * search.polish
@@ -230,8 +225,8 @@ class Tuning:
             "system": self.system.to_table(),
             "free": {item.name: {"low": item.low, "high": item.high} for item in self.free},
             "over": {axis.name: {"values": axis.values.tolist()} for axis in self.over},
-            "sampling": {name: getattr(self, name) for name in _SAMPLING},
-            "search": {name: getattr(self.search, name) for name in _SEARCH},
+            "sampling": {name: getattr(self, name) for name in SAMPLING},
+            "search": {name: getattr(self.search, name) for name in SEARCH},
         }
         if self.surface is not None:
             size = self.surface.size
@@ -244,7 +239,7 @@ class Tuning:
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of what determines the numbers: the canonical TOML without its prose."""
+        """SHA-256 of what determines the numbers: the canonical TOML without titles and sources."""
         document = self.document() | {"title": ""}
         document["system"] = {key: document["system"][key] for key in ("kind", "parameters")}
         return hashlib.sha256(toml_text(document).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""What a tuning has found, read from its archive: the set of optima and how firm they are."""
+"""The results of a tuning, read from its archive: the optima and their robustness."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning
 
-_AT_BOUND = 1e-3  # of the range
+_AT_BOUND = 1e-3  # of the range: an optimum that near to a bound is reported
 
 
 @dataclass(frozen=True)
 class Optimum:
-    """One design of the set: its parameters [SI], its objective [J] and what it is worth disturbed.
+    """One optimum: its parameters [SI], its objective [J], and that under perturbations.
 
     `robustness` holds the objective [J] under each perturbation, `none` among them.
     """
@@ -38,17 +38,17 @@ class Optimum:
 
     @property
     def cause(self) -> str:
-        """The perturbation that does it."""
+        """The perturbation with the largest objective."""
         return max(self.robustness, key=self.robustness.__getitem__)
 
 
 @dataclass(frozen=True)
 class Tuned:
-    """What a tuning has found.
+    """The results of a tuning.
 
     `optima` are designs nearly as good as the best and apart from one another, the best first;
     empty where every design was inadmissible.  `spread` is the best objective [J] of each seed;
-    `evaluations` counts all designs looked at, `refused` those whose orbits failed.
+    `evaluations` counts all designs evaluated, `refused` those whose orbits failed.
     """
 
     tuning: Tuning
@@ -91,7 +91,7 @@ class Tuned:
         yield from self._remarks()
 
     def _remarks(self) -> Iterator[str]:
-        """Yield what a reader of the numbers should know beside them."""
+        """Yield remarks: the spread over the seeds, inert parameters, optima at a bound."""
         if len(self.spread) > 1:
             low, middle, high = np.percentile(list(self.spread.values()), [0, 50, 100])
             yield (
@@ -106,9 +106,9 @@ class Tuned:
 
 
 def tuned(path: str | os.PathLike[str]) -> Tuned:
-    """Return what a tuning has found, from its archive.
+    """Return the results of a tuning, from its archive.
 
-    Raises `RequestError` for a file that is none.
+    Raises `RequestError` for any other file.
     """
     with read(path) as view:
         if view.attrs.get("content") != "tuning":

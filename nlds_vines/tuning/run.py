@@ -1,4 +1,4 @@
-"""A tuning from its request to its archive: search, polish, disturb the winners, draw the grid."""
+"""A tuning from request to archive: search, polish, disturb the optima, compute the surface."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from nlds_vines.archives import archive
 from nlds_vines.archives.dataset import Table
 from nlds_vines.archives.provenance import attributes
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
@@ -24,32 +25,27 @@ from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.searches import Evaluate, polish, search_globally
 
 PROMISING = 0.25
-"""How much worse than the best, relatively, a design may be that is worth a local search."""
+"""How much worse than the best, relatively, a design may be from which a local search begins."""
 
 
-def run(
-    tuning: Tuning,
-    output: Path,
-    *,
-    threads: int | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-    quiet: bool = True,
-) -> None:
+def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
     """Do a tuning into the archive `output`.
 
-    `threads` None takes all processors.  Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with
-    every evaluation kept for `resume`, and `RequestError` where the archive cannot be had.
+    Arguments: `how` the run goes, None for the defaults of `RunOptions`; there are no shards.
+
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every evaluation kept for --resume,
+    and `RequestError` where the archive cannot be written.
     """
-    opened = Journal.open(output, tuning, resume=resume, overwrite=overwrite)
-    with opened as journal, interrupts.heard() as stop:
+    how = RunOptions() if how is None else how
+    opened = Journal.open(output, tuning, resume=how.resume, overwrite=how.overwrite)
+    with opened as journal, interrupts.stop_on_signals() as stop:
         if journal.complete:
             return
-        known = journal.begin(use_threads(threads))
+        known = journal.begin(use_threads(how.threads))
         for line in journal.discarded:
             print(line, file=sys.stderr)
         try:
-            with Progress(tuning.most_evaluations, "design", quiet=quiet) as progress:
+            with Progress(tuning.most_evaluations, "design", quiet=how.quiet) as progress:
                 found = _findings(tuning, Log(tuning, journal, progress, stop))
             journal.flush()
             _store(tuning, found, journal, known)
@@ -63,7 +59,7 @@ def run(
 
 
 def _findings(tuning: Tuning, log: Log) -> archive_table.Findings:
-    """Search with every seed, and look at what was found from all sides."""
+    """Search with every seed; disturb the optima, and compute the surface through the best."""
     spread = np.array([_search(tuning, log, seed) for seed in tuning.search.all_seeds])
     search = tuning.search
     points, values, rows = log.designs()
@@ -84,7 +80,7 @@ def _findings(tuning: Tuning, log: Log) -> archive_table.Findings:
 
 
 def _search(tuning: Tuning, log: Log, seed: int) -> float:
-    """Search globally, then around what was most promising; return the best objective [J]."""
+    """Search globally, then around the best designs of it; return the best objective [J]."""
 
     def evaluate(stage: str) -> Evaluate:
         def of(units: np.ndarray) -> np.ndarray:
@@ -102,7 +98,7 @@ def _search(tuning: Tuning, log: Log, seed: int) -> float:
 
 
 def _distinct(tuning: Tuning, points: np.ndarray, values: np.ndarray, within: float) -> np.ndarray:
-    """Return the indices of distinct good designs, told apart by what enters the dynamics."""
+    """Return the indices of good designs that differ in parameters that enter the dynamics."""
     counts = [i for i, parameter in enumerate(tuning.free) if not parameter.inert]
     units = units_of(tuning.free, points)[:, counts]
     return distinct(units, values, within, tuning.search.apart, tuning.search.optima)
@@ -126,7 +122,7 @@ def _surface(
 
 
 def _store(tuning: Tuning, found: archive_table.Findings, journal: Journal, known: int) -> None:
-    """Write the archive, put it in its place and let the journal go."""
+    """Write the archive, put it in its place and remove the journal."""
     spent = {"threads": journal.threads, "seconds": round(journal.seconds, 3), "replayed": known}
     attrs = attributes(
         tuning, {**tuning.about, "content": journal.content, **journal.begun_by(), **spent}

@@ -1,6 +1,6 @@
-"""The searches themselves: global ones by whole generations, a local one for what they find.
+"""The searches: two global ones, by whole generations, and a local one.
 
-All of them work in the unit cube that the bounds span, and see a design as a point in it.
+All of them work in the unit cube that the bounds span; a design is a point in it.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from nlds_vines.tuning.request import Search
 Evaluate = Callable[[np.ndarray], np.ndarray]
 """The objective [J] (n,) of points (n, parameters) in the unit cube."""
 
-_CONTRACTED = 1e-4  # spread of a generation's objectives, relative to their mean
+_CONTRACTED = 1e-4  # spread of a generation's objectives relative to their mean: the search ends
 _SIMPLEX = 0.03  # first steps of the local search, in the unit cube
 _SMALLEST = 1e-5  # its last ones
 _FIRST_STEP = 0.3  # of CMA-ES: standard deviation of its first generation
-_HOPELESS = 1e30  # J: CMA-ES ranks, but cannot reckon with infinity
+_INADMISSIBLE = 1e30  # J, in place of infinity, with which CMA-ES cannot compute
 
 
 def search_globally(evaluate: Evaluate, dimension: int, search: Search, seed: int) -> None:
-    """Run the global search of the request; what it found stands in the log.
+    """Run the global search of the request; its evaluations stand in the log.
 
     Raises `RequestError` where it needs a package that is not installed.
     """
@@ -43,14 +43,14 @@ def check_installed(method: str) -> None:
 def polish(evaluate: Evaluate, start: np.ndarray, most: int) -> None:
     """Search around a point of the unit cube by Nelder and Mead's simplices (the paper's choice).
 
-    At most `most` evaluations; the bounds hold.  What it found stands in the log.
+    It takes at most `most` evaluations, which stand in the log; the bounds hold.
 
     Source: F. Gao and L. Han, Implementing the Nelder-Mead simplex algorithm with adaptive
     parameters, Comput. Optim. Appl. 51 (2012), as SciPy has it.
     """
     from scipy.optimize import minimize
 
-    if most <= start.size:  # not even one simplex
+    if most <= start.size:  # too few evaluations for the first simplex
         return
     steps = np.where(start + _SIMPLEX <= 1.0, _SIMPLEX, -_SIMPLEX)
     minimize(
@@ -90,7 +90,7 @@ def _differential_evolution(evaluate: Evaluate, dimension: int, search: Search, 
 
 
 def latin_hypercube(count: int, dimension: int, generator: np.random.Generator) -> np.ndarray:
-    """Return points (count, dimension) in the unit cube, one in each of `count` slices everywhere.
+    """Return points (count, dimension) in the unit cube: each of `count` slices holds one of them.
 
     Source: M. D. McKay et al., Technometrics 21 (1979).
     """
@@ -119,5 +119,5 @@ def _cma(evaluate: Evaluate, dimension: int, search: Search, seed: int) -> None:
         while left >= search.population and not strategy.stop():
             points = np.array(strategy.ask())
             found = evaluate(np.clip(points, 0.0, 1.0))
-            strategy.tell(list(points), np.minimum(found, _HOPELESS).tolist())
+            strategy.tell(list(points), np.minimum(found, _INADMISSIBLE).tolist())
             left -= search.population

@@ -1,8 +1,10 @@
 """Look after archives and runs.
 
-status        how a scan under way stands
-verify        archives and parts checked from end to end
-consolidate   the parts of shards joined into an archive
-rerun         a scan repeated from its own archive
-diff          what differs between two archives
+In reading order:
+
+    status        how a scan under way stands
+    verify        archives and parts checked from end to end
+    consolidate   the parts of shards joined into an archive
+    rerun         a scan repeated from its own archive
+    diff          what differs between two archives
 """

@@ -5,39 +5,35 @@ As a command: `nlds-vines consolidate FILE.h5`.
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.blocks import Block, blocks_of
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DONE, complain, run_command
+from nlds_vines.cli.running import DONE, Command
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.runs import interrupts
+from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.parts import Parts
 
-_NAME = "consolidate"
 _EXAMPLES = """\
 examples:
   nlds-vines consolidate map.h5
       map.h5.parts, filled by `nlds-vines bifurcation ... -o map.h5 --shard i/n`, becomes map.h5
   nlds-vines consolidate map.h5 --dry-run
       only say what is there and what is missing
-exit status: 0 done; 2 blocks are missing, or somebody is at work on them; 130, 143 interrupted
+exit status: 0 done; 2 blocks are missing, or a run is at work on them; 130, 143 interrupted
 """
-_MOST_NAMED = 8
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None)."""
-    return run_command(_NAME, _command, argv)
+_MOST_NAMED = 8  # shards that an error names
 
 
 def shards_without(parts: Parts, missing: Sequence[Block]) -> list[Shard]:
-    """Return the shards that miss blocks, where the folder tells of one number of shards alone."""
+    """Return the shards with missing blocks; none where the folder does not show their number."""
     names = (path.stem.split("-") for path in parts.folder.glob("shard-*-of-*.lock"))
     counts = {int(words[3]) for words in names}
     if len(counts) != 1:
@@ -47,9 +43,8 @@ def shards_without(parts: Parts, missing: Sequence[Block]) -> list[Shard]:
     return [Shard(index, count) for index in indices]
 
 
-def _command(argv: Sequence[str]) -> int:
-    """Consolidate what the arguments name; returns the exit status."""
-    options = _parser().parse_args(argv)
+def _carry_out(options: argparse.Namespace) -> int:
+    """Consolidate the parts of an archive to be; return the exit status."""
     path = Path(options.file.removesuffix(".parts"))
     if not path.with_name(f"{path.name}.parts").is_dir():
         raise RequestError(f"{shown(str(path))} has no parts: nothing was begun, or all is done")
@@ -59,7 +54,7 @@ def _command(argv: Sequence[str]) -> int:
 def _consolidate(path: Path, dry_run: bool, quiet: bool) -> int:
     from nlds_vines.bifurcation.parts import Parts
 
-    with Parts.begun(path) as parts, interrupts.heard() as stop:
+    with Parts.begun(path) as parts, interrupts.stop_on_signals() as stop:
         if not parts.complete:
             blocks = list(blocks_of(parts.request))
             _refuse_missing(parts, blocks)
@@ -69,8 +64,9 @@ def _consolidate(path: Path, dry_run: bool, quiet: bool) -> int:
             try:
                 parts.consolidate(blocks, check=stop.check)
             except (interrupts.Stopped, KeyboardInterrupt):
-                complain(_NAME, f"interrupted: the parts in {parts.folder} are as they were")
-                return stop.status
+                raise Interrupted(
+                    f"interrupted: the parts in {parts.folder} are as they were", stop.status
+                ) from None
     if not quiet:
         print(path)
     return DONE
@@ -87,13 +83,17 @@ def _refuse_missing(parts: Parts, blocks: Sequence[Block]) -> None:
     raise RequestError(f"{parts.path}: {len(missing)} of {len(blocks)} blocks are missing{whose}")
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Join the parts of a scan into its archive.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     parser.add_argument("file", metavar="FILE.h5", help="the archive that is to be")
     parser.add_argument("--dry-run", action="store_true", help="only say what is there")
     parser.add_argument("--quiet", action="store_true", help="do not name the archive made")
-    return parser
+
+
+COMMAND = Command(
+    name="consolidate",
+    description="Join the parts of a scan into its archive.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

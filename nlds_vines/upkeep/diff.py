@@ -1,12 +1,13 @@
-"""What differs between two archives: in what was asked, in what came of it, in what made it.
+"""The differences of two archives: of their parameters, their results and their circumstances.
 
 As a command: `nlds-vines diff A.h5 B.h5`.
 """
 
 from __future__ import annotations
 
+import argparse
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,18 +15,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DIFFERENT, DONE, run_command
+from nlds_vines.cli.running import DIFFERENT, DONE, Command
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.toml import parse_toml
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
 
-_NAME = "diff"
 _EXAMPLES = """\
 examples:
   nlds-vines diff figure8.h5 figure8-rerun.h5
-      parameters and results, to the last bit; versions are told, but do not count
+      parameters and results, to the last bit; versions are named, but do not count
 exit status: 0 no difference; 1 parameters or results differ; 2 the request is wrong
 """
 _PROSE = ("title", "system.name", "system.title", "system.sources", "system.assumptions")
@@ -35,7 +35,7 @@ _NONE = "none"
 
 @dataclass
 class Differences:
-    """What differs between two archives, one line each."""
+    """The differences of two archives, one line each."""
 
     parameters: list[str] = field(default_factory=list)
     results: list[str] = field(default_factory=list)
@@ -49,18 +49,14 @@ class Differences:
     def lines(self) -> list[str]:
         """Return all lines, each with its kind in front."""
         same = [] if self.different else ["parameters and results are the same"]
-        asked = [f"parameter: {line}" for line in self.parameters]
-        came = [f"result: {line}" for line in self.results]
-        return [*same, *asked, *came, *(f"made by: {line}" for line in self.circumstances)]
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None)."""
-    return run_command(_NAME, _command, argv)
+        parameters = [f"parameter: {line}" for line in self.parameters]
+        results = [f"result: {line}" for line in self.results]
+        circumstances = [f"made by: {line}" for line in self.circumstances]
+        return [*same, *parameters, *results, *circumstances]
 
 
 def compare(one: Path, other: Path) -> Differences:
-    """Return what differs between two archives.
+    """Return the differences of two archives.
 
     Raises `RequestError` if one of them cannot be read.
     """
@@ -86,7 +82,7 @@ def _changes(one: Mapping[str, str], other: Mapping[str, str]) -> Iterator[str]:
 
 
 def _parameters(view: ArchiveView) -> dict[str, str]:
-    """Return all that was asked for, by the dotted names of the scan file, without its prose."""
+    """Return the parameters by the dotted names of the request file, without titles and sources."""
     asked = _leaves(parse_toml(str(view.attrs["scan"]), f"{view.path}: its scan"), "")
     return {name: value for name, value in asked if not name.startswith(_PROSE)}
 
@@ -96,7 +92,7 @@ def _leaves(value: Any, name: str) -> Iterator[tuple[str, str]]:
         for key, inner in value.items():
             yield from _leaves(inner, f"{name}.{key}" if name else key)
     elif isinstance(value, list) and len(value) > 4 and isinstance(value[0], float):
-        # the digest tells apart what first, last and number do not
+        # the digest differs where first, last and number are the same
         digest = hashlib.sha256(np.array(value).tobytes()).hexdigest()[:12]
         yield name, f"{len(value)} values from {value[0]!r} to {value[-1]!r}, {digest}"
     else:
@@ -104,7 +100,7 @@ def _leaves(value: Any, name: str) -> Iterator[tuple[str, str]]:
 
 
 def _circumstances(view: ArchiveView) -> dict[str, str]:
-    """Return what may explain a difference of results."""
+    """Return what may explain a difference of results: versions, commit, machine, threads."""
     attrs = view.attrs
     versions = sorted(name for name in attrs if name.endswith("_version"))
     return {name: str(attrs.get(name, _NONE)) for name in (*_CIRCUMSTANCES, *versions)}
@@ -127,7 +123,7 @@ def _sides(view: ArchiveView, name: str) -> str:
 
 
 def _of_values(a: ArchiveView, b: ArchiveView, name: str) -> Iterator[str]:
-    """Yield one line if a dataset differs: in how many values, by how much, where first."""
+    """Yield one line for a dataset that differs: how many values, by how much, which first."""
     count, largest, first, row = 0, 0.0, None, 0
     for old, new in zip(a.slabs(name), b.slabs(name), strict=True):
         where = np.argwhere(_differ(old, new))
@@ -143,7 +139,7 @@ def _of_values(a: ArchiveView, b: ArchiveView, name: str) -> Iterator[str]:
 
 
 def _differ(old: np.ndarray, new: np.ndarray) -> np.ndarray:
-    """Tell where values differ, floats by their bits, so that NaN equals itself."""
+    """Return where values differ; floats are compared by their bits, so that NaN equals NaN."""
     if old.dtype == new.dtype == np.float64:
         return np.ascontiguousarray(old).view(np.int64) != np.ascontiguousarray(new).view(np.int64)
     return np.asarray(old != new)
@@ -164,20 +160,23 @@ def _place(view: ArchiveView, name: str, index: tuple[int, ...]) -> str:
     return ", ".join(f"{dim} = {view[dim][i]}" for dim, i in pairs)
 
 
-def _command(argv: Sequence[str]) -> int:
-    """Compare what the arguments name; returns the exit status."""
-    options = _parser().parse_args(argv)
+def _carry_out(options: argparse.Namespace) -> int:
+    """Compare two archives; return the exit status."""
     found = compare(Path(options.one), Path(options.other))
     print("\n".join(found.lines()))
     return DIFFERENT if found.different else DONE
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Say what differs between two archives, in parameters and in results.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     parser.add_argument("one", metavar="A.h5", help="an archive")
     parser.add_argument("other", metavar="B.h5", help="another archive")
-    return parser
+
+
+COMMAND = Command(
+    name="diff",
+    description="Say what differs between two archives, in parameters and in results.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

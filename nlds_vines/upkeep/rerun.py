@@ -1,11 +1,11 @@
-"""Repeat a scan from its own archive, and say whether the results are the same.
+"""Repeat a scan from its own archive, and compare the results.
 
 As a command: `nlds-vines rerun FILE.h5`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,9 +13,9 @@ from nlds_vines.bifurcation.command import Job, carry_out
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.run_options import add_run_options, run_options
-from nlds_vines.cli.running import DIFFERENT, DONE, LANES_FAILED, run_command
+from nlds_vines.cli.running import DIFFERENT, DONE, LANES_FAILED, Command
 from nlds_vines.errors import RequestError, shown
-from nlds_vines.runs.manifest import SCAN, refuse_others
+from nlds_vines.runs.manifest import SCAN, refuse_unless_scan
 from nlds_vines.toml import parse_toml
 
 if TYPE_CHECKING:
@@ -32,13 +32,8 @@ request is wrong; 130 interrupted, 143 terminated: --resume goes on
 """
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None)."""
-    return run_command(_NAME, _command, argv)
-
-
 def scan_in(path: Path) -> Scan:
-    """Return the scan that an archive is of.
+    """Return the scan of an archive.
 
     Raises `RequestError` if there is no such archive, or if its scan means something else by now.
     """
@@ -48,7 +43,7 @@ def scan_in(path: Path) -> Scan:
 
     with archive.read(path) as view:
         attrs = view.attrs
-    refuse_others(f"{path} holds", attrs.get("content", SCAN))
+    refuse_unless_scan(f"{path} holds", attrs.get("content", SCAN))
     scan = load_scan(parse_toml(str(attrs["scan"]), f"{path}: its scan"))
     if scan.hash != attrs["scan_hash"]:
         raise RequestError(
@@ -58,9 +53,8 @@ def scan_in(path: Path) -> Scan:
     return scan
 
 
-def _command(argv: Sequence[str]) -> int:
-    """Repeat what the arguments name; returns the exit status."""
-    options = _parser().parse_args(argv)
+def _carry_out(options: argparse.Namespace) -> int:
+    """Repeat a scan and compare; return the exit status."""
     source, how = Path(options.file), run_options(options)
     output = Path(options.output or f"{source.stem}-rerun.h5")
     job = Job(scan_in(source), source, output, None, how)
@@ -79,13 +73,17 @@ def _compared(old: Path, new: Path, quiet: bool) -> int:
     return DIFFERENT if found.different else DONE
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Repeat a scan from its own archive, and compare the results.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     parser.add_argument("file", metavar="FILE.h5", help="the archive to repeat")
     parser.add_argument("-o", "--output", metavar="NEW.h5", help="archive [FILE-rerun.h5]")
     add_run_options(parser)
-    return parser
+
+
+COMMAND = Command(
+    name=_NAME,
+    description="Repeat a scan from its own archive, and compare the results.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

@@ -1,12 +1,12 @@
-"""How a scan stands: read from its parts while it runs, without disturbing it.
+"""The progress of a scan, read from its parts while it runs, without disturbing it.
 
 As a command: `nlds-vines status FILE.h5`.
 """
 
 from __future__ import annotations
 
+import argparse
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -14,34 +14,28 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.tally import COUNTED, Tally
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DONE, run_command
+from nlds_vines.cli.running import DONE, Command
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.runs.progress import duration
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan
 
-_NAME = "status"
 _EXAMPLES = """\
 examples:
   nlds-vines status map.h5
       blocks, orbits, regimes and failures so far, who is at work, how long it will take
   watch -n 60 nlds-vines status map.h5
       likewise, every minute
-exit status: 0 told; 2 there is no such scan
+exit status: 0 done; 2 there is no such scan
 """
-_RECENT = 64  # blocks whose pace is the pace
-_PAUSE = 10.0  # a gap of so many of the longest blocks, and as many seconds, is none of the pace
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None)."""
-    return run_command(_NAME, _command, argv)
+_RECENT = 64  # blocks from which the pace is taken: the latest
+_PAUSE = 10.0  # a gap of this many times the longest block (plus 1 s) is a pause, and left out
 
 
 @dataclass
 class Standing:
-    """How the scan in a folder of parts stands."""
+    """The progress of the scan in a folder of parts."""
 
     scan: Scan
     began: str
@@ -62,12 +56,12 @@ class Standing:
             f"blocks:   {done} of {self.blocks}{damaged}",
             f"orbits:   {share}, {self.tally.failed} failed",
             f"regimes:  {self.tally.regimes() or 'none known yet'}",
-            f"at work:  {', '.join(self.workers) or 'nobody that can be seen from here'}",
+            f"at work:  {', '.join(self.workers) or 'no run that can be seen from here'}",
             *self._pace(),
         ]
 
     def _pace(self) -> list[str]:
-        """Return how fast it went lately, and how long the rest will take at that pace."""
+        """Return the pace of the latest blocks, and how long the rest takes at that pace."""
         if not self.stored:
             return []
         ago = f"last block {duration(max(0.0, time.time() - self.stored[-1][0]))} ago"
@@ -78,7 +72,7 @@ class Standing:
         return [f"pace:     {rate:.3g} orbits a second, {ago}", f"estimate: {to_go}"]
 
     def rate(self) -> float | None:
-        """Return the orbits that were stored a second, lately and without pauses."""
+        """Return the orbits stored per second in the latest blocks, without pauses; or None."""
         recent = self.stored[-_RECENT:]
         longest = max((seconds for _, _, seconds in recent), default=0.0)
         for i, (one, other) in reversed(list(enumerate(pairwise(recent), 1))):
@@ -90,7 +84,7 @@ class Standing:
 
 
 def standing(folder: Path) -> Standing:
-    """Return how the scan in a folder of parts stands, without a lock and without a change.
+    """Return the progress of the scan in a folder of parts, without a lock and without a change.
 
     Raises `RequestError` if nothing was begun there.
     """
@@ -120,7 +114,7 @@ def standing(folder: Path) -> Standing:
 
 
 def _workers(folder: Path) -> list[str]:
-    """Return who holds the folder, as far as its file system tells."""
+    """Return which runs and shards lock the folder, as far as its file system shows it."""
     from nlds_vines.archives.durable import held
 
     shards = [path.stem.split("-") for path in sorted(folder.glob("shard-*-of-*.lock"))]
@@ -128,9 +122,9 @@ def _workers(folder: Path) -> list[str]:
     return (["a run"] if held(folder / "lock") else []) + [f"shard {name}" for name in at_work]
 
 
-def _command(argv: Sequence[str]) -> int:
-    """Tell how the scan that the arguments name stands; returns the exit status."""
-    path = Path(_parser().parse_args(argv).file.removesuffix(".parts"))
+def _carry_out(options: argparse.Namespace) -> int:
+    """Print the progress of a scan; return the exit status."""
+    path = Path(options.file.removesuffix(".parts"))
     folder = path.with_name(f"{path.name}.parts")
     if folder.is_dir():
         print("\n".join(standing(folder).lines()))
@@ -142,13 +136,13 @@ def _command(argv: Sequence[str]) -> int:
 
 
 def _of_archive(path: Path) -> list[str]:
-    """Return how a finished scan ended."""
+    """Return the counts of a finished scan, one line each."""
     from nlds_vines.archives import archive
-    from nlds_vines.runs.manifest import SCAN, refuse_others
+    from nlds_vines.runs.manifest import SCAN, refuse_unless_scan
 
     tally = Tally()
     with archive.read(path) as view:
-        refuse_others(f"{shown(str(path))} holds", view.attrs.get("content", SCAN))
+        refuse_unless_scan(f"{shown(str(path))} holds", view.attrs.get("content", SCAN))
         tally.note({name: view[name] for name in COUNTED if name in view})
         title = str(view.attrs["title"])
     return [
@@ -158,11 +152,15 @@ def _of_archive(path: Path) -> list[str]:
     ]
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Tell how a scan stands, while it runs or after it was interrupted.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     parser.add_argument("file", metavar="FILE.h5", help="the archive that is to be")
-    return parser
+
+
+COMMAND = Command(
+    name="status",
+    description="Tell how a scan stands, while it runs or after it was interrupted.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

@@ -5,20 +5,20 @@ As a command: `nlds-vines verify FILE...`.  In Python: `nlds_vines.verify(path)`
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import argparse
+from collections.abc import Iterator
 from collections.abc import Set as AbstractSet
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DAMAGED, DONE, run_command
+from nlds_vines.cli.running import DAMAGED, DONE, Command
 from nlds_vines.errors import RequestError, shown
 
 if TYPE_CHECKING:
     from nlds_vines.runs.manifest import Manifest
 
-_NAME = "verify"
 _EXAMPLES = """\
 examples:
   nlds-vines verify figure8.h5
@@ -29,15 +29,11 @@ exit status: 0 all sound; 1 something is damaged; 2 the request is wrong
 """
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with the arguments `argv` (the process's own if None)."""
-    return run_command(_NAME, _command, argv)
-
-
 def problems(path: Path) -> list[str]:
     """Return what is wrong with an archive or with a folder of parts; empty if it is sound.
 
-    What is damaged is named: a dataset, a part.  Raises `RequestError` if there is no such thing.
+    Each line names the dataset or the part that is damaged.  Raises `RequestError` if there is
+    neither file nor folder.
     """
     if path.is_dir():
         return list(_of_parts(path))
@@ -62,9 +58,11 @@ def _of_parts(folder: Path) -> Iterator[str]:
     if manifest is None and not names:
         raise RequestError(f"{shown(str(folder))} is a folder without parts")
     if manifest is None:
-        yield f"{folder / NAME} is missing: whose parts these are is not known"
+        yield f"{folder / NAME} is missing: the request of these parts is not known"
         return
-    yield from (_of_scan if manifest.content == SCAN else _of_journal)(folder, manifest, names)
+    yield from (_of_scan if manifest.content == SCAN else _of_numbered_parts)(
+        folder, manifest, names
+    )
 
 
 def _of_scan(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Iterator[str]:
@@ -85,11 +83,11 @@ def _of_scan(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Itera
         except UNSOUND as error:
             yield f"part {files.path(block).name} is damaged: {error}"
     for name in sorted(names - {files.path(block).name for block in blocks}):
-        yield f"part {name} is none of this scan's"
+        yield f"part {name} belongs to no block of this scan"
 
 
-def _of_journal(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Iterator[str]:
-    """Yield what is wrong with the parts of a tuning: the journal of its search, in order."""
+def _of_numbered_parts(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Iterator[str]:
+    """Yield what is wrong with the parts of a tuning or a survey, which are numbered in order."""
     from nlds_vines.runs.partfile import UNSOUND, fetch, identity, path_of
 
     there = {path_of(folder, index).name: index for index in range(len(names))}
@@ -104,15 +102,14 @@ def _of_journal(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> It
         yield f"part {name} is out of order"
 
 
-def _command(argv: Sequence[str]) -> int:
-    """Verify what the arguments name; returns the exit status."""
-    options = _parser().parse_args(argv)
+def _carry_out(options: argparse.Namespace) -> int:
+    """Verify files and folders; return the exit status."""
     sound = [_verified(Path(name), options.quiet) for name in options.files]
     return DONE if all(sound) else DAMAGED
 
 
 def _verified(path: Path, quiet: bool) -> bool:
-    """Verify one file or folder, tell what was found and return whether it is sound."""
+    """Verify one file or folder, print what is wrong and return whether it is sound."""
     found = problems(path)
     for problem in found:
         print(f"{path}: {problem}")
@@ -121,12 +118,16 @@ def _verified(path: Path, quiet: bool) -> bool:
     return not found
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog=f"nlds-vines {_NAME}",
-        description="Check archives, or folders of parts, from end to end.",
-        epilog=_EXAMPLES,
-    )
+def _declare(parser: Parser) -> None:
     parser.add_argument("files", nargs="+", metavar="FILE", help="FILE.h5 or FILE.h5.parts")
     parser.add_argument("--quiet", action="store_true", help="name only what is damaged")
-    return parser
+
+
+COMMAND = Command(
+    name="verify",
+    description="Check archives, or folders of parts, from end to end.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

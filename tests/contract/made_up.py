@@ -61,6 +61,11 @@ def results(scan, block):
     return found
 
 
+def finished(parts, blocks):
+    """Return the indices of the blocks whose parts verify."""
+    return {block.index for block, _ in parts.sound(blocks)}
+
+
 def write(path, scan, blocks=None, **how):
     blocks = cut(scan) if blocks is None else blocks
     with Parts.open(path, scan, **how) as parts:

@@ -19,6 +19,7 @@ from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.orbits.status_words import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
 from nlds_vines.runs.interrupts import Interrupted
 
@@ -237,8 +238,8 @@ def test_a_resumed_scan_reports_what_failed_before_the_interruption(tmp_path, mo
     with pytest.raises(Interrupted):
         scan_run.run(scan, path)
     go_on()
-    resumed = scan_run.run(scan, path, resume=True)
-    complete = scan_run.run(scan, path, resume=True)
+    resumed = scan_run.run(scan, path, RunOptions(resume=True))
+    complete = scan_run.run(scan, path, RunOptions(resume=True))
     for report in (resumed, complete):
         assert report.failed_lanes == 1
         assert report.tally.labels.total() == 4

@@ -28,8 +28,8 @@ def calls(tmp_path, monkeypatch):
     """Stand in for the computing and the pictures; returns what they were asked for."""
     asked = SimpleNamespace(runs=[], plots=[], failed=0, error=None)
 
-    def run(scan, output, **options):
-        asked.runs.append((scan, output, options))
+    def run(scan, output, how):
+        asked.runs.append((scan, output, vars(how)))
         if asked.error is not None:
             raise asked.error
         return SimpleNamespace(

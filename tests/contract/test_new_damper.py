@@ -1,4 +1,4 @@
-"""A new damper is one file and one entry of the catalogue: done here with one that nobody needs.
+"""A new damper is one file and one entry of the catalogue: done here with an example.
 
 A damper in a symmetric cage: equation (5) with two obstacles at the same distance D on either side.
 The test writes the file and the entry as CONTRIBUTING.md tells, touches no kernel, and asks for
@@ -106,7 +106,7 @@ def test_it_is_refused_in_words_like_any_other(caged, capsys):
 
 
 def test_a_scene_that_would_go_wrong_silently_is_refused():
-    with pytest.raises(ValueError, match="no wall: nothing watches"):
+    with pytest.raises(ValueError, match="no wall: nothing checks"):
         Scene("bad", "a limit alone", (), rest=lambda p: 0.0, limit=lambda p: 1.0)
     with pytest.raises(ValueError, match="16 letters"):
         Scene("bad", "a long name", (), struck={"near": "an obstacle of many words"})

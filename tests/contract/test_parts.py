@@ -5,7 +5,7 @@ import signal
 import subprocess
 
 import pytest
-from made_up import arrays, cut, flip, make_scan, results, run_python, same, write
+from made_up import arrays, cut, finished, flip, make_scan, results, run_python, same, write
 
 from nlds_vines.archives import archive, durable
 from nlds_vines.bifurcation.parts import Parts
@@ -36,7 +36,7 @@ def test_overwrite_keeps_the_old_archive_until_the_new_one_is_there(path):
         parts.write(cut(new)[0], results(new, cut(new)[0]))
     assert path.read_bytes() == before
     with Parts.open(path, new, resume=True) as parts:  # the interrupted run may go on replacing
-        assert parts.finished(cut(new)) == {0}
+        assert finished(parts, cut(new)) == {0}
         for block in cut(new)[1:]:
             parts.write(block, results(new, block))
         parts.consolidate(cut(new), {})
@@ -69,7 +69,7 @@ def test_resume_takes_verified_parts_and_ends_in_the_same_arrays(tmp_path, path)
     with pytest.raises(RequestError, match=r"unfinished run.*--resume.*--overwrite"):
         Parts.open(path, scan)
     with Parts.open(path, scan, resume=True) as parts:
-        assert parts.finished(blocks) == {0, 2}
+        assert finished(parts, blocks) == {0, 2}
         with pytest.raises(RequestError, match="1 block"):
             parts.consolidate(blocks, {})
         parts.write(blocks[1], results(scan, blocks[1]))
@@ -83,7 +83,7 @@ def test_parts_cut_otherwise_are_not_taken(path):
     with Parts.open(path, scan) as parts:
         for block in cut(scan, 5):
             parts.write(block, results(scan, block))
-        assert parts.finished(cut(scan, 4)) == set()
+        assert finished(parts, cut(scan, 4)) == set()
         assert len(parts.discarded) == 3
 
 
@@ -94,7 +94,7 @@ def test_parts_of_another_scan_are_refused_by_name_until_overwritten(path):
     with pytest.raises(RequestError, match=r"another scan.*a test"):
         Parts.open(path, other, resume=True)
     with Parts.open(path, other, overwrite=True) as parts:
-        assert parts.finished(cut(other)) == set()
+        assert finished(parts, cut(other)) == set()
         assert not parts.discarded
 
 
@@ -105,8 +105,8 @@ def test_a_part_smuggled_in_from_another_scan_is_found(path):
         stolen = next(parts.folder.glob("block-*")).read_bytes()
     with Parts.open(path, scan) as parts:
         (parts.folder / "block-000000.part").write_bytes(stolen)
-        assert parts.finished(cut(scan)) == set()
-        assert "another scan" in parts.discarded[0]
+        assert finished(parts, cut(scan)) == set()
+        assert "another request" in parts.discarded[0]
 
 
 def test_a_folder_in_which_nothing_was_begun_is_no_hindrance(path):
@@ -131,7 +131,7 @@ def test_results_of_another_shape_are_a_mistake_of_the_caller(path):
             parts.write(block, found | {"status": found["status"][1:]})
         with pytest.raises(ValueError, match="holds"):
             parts.write(block, {"status": found["status"]})
-        assert parts.finished([block]) == set()
+        assert finished(parts, [block]) == set()
 
 
 HOLD = """
@@ -185,7 +185,7 @@ def test_an_interrupted_consolidation_leaves_what_was_there(path, monkeypatch, m
                 parts.consolidate(blocks, {})
     assert (path.read_bytes() if path.exists() else None) == was
     with Parts.open(path, scan, resume=True) as parts:
-        assert parts.finished(blocks) == {0, 1, 2}
+        assert finished(parts, blocks) == {0, 1, 2}
         parts.consolidate(blocks, {})
     assert archive.verify(path) == []
 
@@ -209,7 +209,7 @@ def test_a_run_killed_after_the_archive_took_its_name_leaves_a_complete_one(path
 def test_an_archive_that_differs_from_its_parts_is_not_put_in_place(path, monkeypatch):
     scan = make_scan()
     blocks = cut(scan)
-    crc = archive._crc
+    crc = archive.crc32_of
     seen = []
 
     def miscounted(values, start=0):
@@ -219,7 +219,7 @@ def test_an_archive_that_differs_from_its_parts_is_not_put_in_place(path, monkey
     with Parts.open(path, scan) as parts:
         for block in blocks:
             parts.write(block, results(scan, block))
-        monkeypatch.setattr(archive, "_crc", miscounted)
+        monkeypatch.setattr(archive, "crc32_of", miscounted)
         with pytest.raises(RequestError, match="did not reach the disk"):
             parts.consolidate(blocks, {})
     assert not path.exists()
@@ -261,7 +261,7 @@ def test_a_full_disk_is_one_line_and_the_parts_are_intact(path):
     assert not path.exists()
     scan = make_scan()
     with Parts.open(path, scan, resume=True) as parts:
-        assert parts.finished(cut(scan)) == {0, 1, 2}
+        assert finished(parts, cut(scan)) == {0, 1, 2}
         parts.consolidate(cut(scan), {})
     assert archive.verify(path) == []
 

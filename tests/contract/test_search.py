@@ -280,7 +280,7 @@ def test_a_dry_run_writes_nothing(tmp_path, monkeypatch, capsys):
         (["--free", "k2=a:b"], "--free k2 = 'a' must be a number"),
         (["--free", "k2", "--free", "k2=1:2"], "given twice"),
         (["--free", "omega"], "unknown free parameter 'omega'"),
-        (["--band", "5:8"], "--band '5:8' must be LOW:HIGH:NUM"),
+        (["--band", "5:8"], "--band = '5:8' must be LOW:HIGH:NUM"),
         (["--band", "5:8:x"], "--band = 'x' must be a whole number"),
         (["--band", "5:8:3", "--over", "omega=5,6"], "exclude each other"),
         (["--band", "8:5:3"], "start = 8.0 must not be greater"),

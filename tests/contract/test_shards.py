@@ -219,7 +219,7 @@ def test_workers_killed_three_times_end_in_the_same_bits(folder, whole):
 
 @dask
 def test_a_cluster_that_is_not_there_is_one_line(folder, monkeypatch, capsys):
-    monkeypatch.setattr("nlds_vines.bifurcation.cluster.REACH", 0.2)
+    monkeypatch.setattr("nlds_vines.bifurcation.cluster.CONNECT_SECONDS", 0.2)
     assert main(["bifurcation", "scan.toml", "--scheduler", "tcp://127.0.0.1:9"]) == 2
     err = capsys.readouterr().err
     assert err.count("\n") == 1
@@ -260,7 +260,7 @@ def scheduler(tmp_path):
 def test_a_cluster_without_workers_is_waited_for_and_given_up(
     folder, scheduler, whole, monkeypatch, capsys
 ):
-    for name, value in {"PATIENCE": 0.3, "GIVE_UP": 1, "LOOK_EVERY": 0.1}.items():
+    for name, value in {"STALL_SECONDS": 0.3, "MOST_STALLS": 1, "POLL_SECONDS": 0.1}.items():
         monkeypatch.setattr(f"nlds_vines.bifurcation.cluster.{name}", value)
     assert main(["bifurcation", "scan.toml", "--scheduler", scheduler]) == 2
     said = capsys.readouterr().err.splitlines()
@@ -268,7 +268,7 @@ def test_a_cluster_without_workers_is_waited_for_and_given_up(
     assert "--resume goes on" in said[1]
     assert len(said) == 2
     monkeypatch.setattr(
-        "nlds_vines.bifurcation.cluster.GIVE_UP", 20
+        "nlds_vines.bifurcation.cluster.MOST_STALLS", 20
     )  # it takes a worker more to load
     command = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, "--nthreads", "2"]
     with open("worker.log", "w") as log:

@@ -15,7 +15,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from made_up import arrays, cut, make_scan, results, run_python, same, write
+from made_up import arrays, cut, finished, make_scan, results, run_python, same, write
 
 import nlds_vines as nv
 from nlds_vines.archives import archive
@@ -148,7 +148,7 @@ def run_to(path):
     with Parts.open(path, SCAN, resume=True) as parts:
         if parts.complete:
             return
-        done = parts.finished(blocks)
+        done = finished(parts, blocks)
         for block in blocks:
             if block.index not in done:
                 parts.write(block, results(SCAN, block))
@@ -226,7 +226,7 @@ def test_signals_mean_what_they_did_before_when_a_run_is_over(tmp_path):
 TWICE = """
 import os, signal
 from nlds_vines.runs import interrupts
-with interrupts.heard() as stop:
+with interrupts.stop_on_signals() as stop:
     os.kill(os.getpid(), signal.SIGTERM)
     assert stop.asked and stop.status == 143
     try:

@@ -1,32 +1,37 @@
-"""What a user would choose instead: other people's solvers, each used well and plainly.
+"""What a user would choose instead: solvers of others, each used well and plainly.
 
 All of them solve eq. (5) in its own variables x1, v1, x2, v2 and share no formula with the kernels.
-A peer whose package is not installed is listed all the same; nothing imports it before it is used.
+
+    equation       eq. (5) and its events, compiled
+    rival          what a rival is, and what all of them share
+    plain          the classical Runge-Kutta method at a fixed step
+    scipy_solvers  SciPy's solvers
+
+Those that need further packages stand in `benchmarks/rivals` of a clone.
 """
+
+from collections.abc import Iterable
 
 from nlds_vines.accuracy.rivals import plain, scipy_solvers
 from nlds_vines.accuracy.rivals.equation import constants, derivative
-from nlds_vines.accuracy.rivals.rival import Asked, Course, Flow, Peer, PeerFailure
+from nlds_vines.accuracy.rivals.rival import Asked, Course, Flow, Rival, RivalFailure
 
-PEERS: tuple[Peer, ...] = (
-    *plain.PEERS,
-    *scipy_solvers.PEERS,
-)
-"""All of them, whether installed or not."""
+RIVALS: tuple[Rival, ...] = (*plain.RIVALS, *scipy_solvers.RIVALS)
+"""Those that need nothing but what this program needs itself."""
 
 
-def installed() -> tuple[Peer, ...]:
-    """Return the peers whose packages are installed."""
-    return tuple(peer for peer in PEERS if peer.available())
+def installed(rivals: Iterable[Rival]) -> tuple[Rival, ...]:
+    """Return the rivals of which all that they need is installed."""
+    return tuple(rival for rival in rivals if rival.available())
 
 
 __all__ = [
-    "PEERS",
+    "RIVALS",
     "Asked",
     "Course",
     "Flow",
-    "Peer",
-    "PeerFailure",
+    "Rival",
+    "RivalFailure",
     "constants",
     "derivative",
     "installed",

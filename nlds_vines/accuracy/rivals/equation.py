@@ -1,4 +1,4 @@
-"""Eq. (5) in its own variables x1, v1, x2, v2, as one would write it down: what every peer solves.
+"""Eq. (5) in its own variables x1, v1, x2, v2, as one would write it down: what every rival solves.
 
 Shares no formula with the kernels. Walls are told apart by number: 0 near, 1 far.
 """

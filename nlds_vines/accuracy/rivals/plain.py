@@ -14,8 +14,8 @@ from nlds_vines.accuracy.rivals.rival import (
     Asked,
     Course,
     Flow,
-    Peer,
-    PeerFailure,
+    Rival,
+    RivalFailure,
     begun,
     touches_of,
 )
@@ -89,7 +89,7 @@ def _prepare(system: System, start: np.ndarray) -> Flow:
         else:
             runge_kutta(p, steps, periods, state, section, None, None)
         if not np.isfinite(section).all():
-            raise PeerFailure("the state is no longer finite")
+            raise RivalFailure("the state is no longer finite")
         if not watched:
             return Course(section[:, :width], None, None)
         return Course(section[:, :width], touches_of(system, touches), energy)
@@ -110,8 +110,8 @@ def _watched(
         # the next run finds as many
 
 
-PEERS = (
-    Peer(
+RIVALS = (
+    Rival(
         name="naive RK4",
         settings=(256, 1024, 4096, 16384, 65536),
         setting="steps",

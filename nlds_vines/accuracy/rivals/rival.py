@@ -1,10 +1,9 @@
-"""What a peer is, and what all of them share: the times to note, and what follows from them."""
+"""What a rival is, and what all of them share: the times to note, and what follows from them."""
 
 from __future__ import annotations
 
 import importlib.util
 import math
-import shutil
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,19 +13,17 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.provenance import version
 from nlds_vines.model.system import System
 
 SAMPLES = 512  # states of a period among which peaks of E1 are looked for
 NEARLY = 0.05  # of the largest, which peaks are looked at more closely
-LOOKS = 4096  # states of a period among which touches are looked for by who has no events
+LOOKS = 4096  # states of a period among which touches are looked for where a solver has no events
 CLOSER, SAMPLES_OF_PEAK = 2, 64  # how often, and by how many states between its neighbours
-BUDGET = 10**6  # compiled steps of a forcing period after which a peer gives up
+BUDGET = 10**6  # compiled steps of a forcing period after which a rival gives up
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)  # settings, where nothing speaks against one
 BUDGET_IN_PYTHON = 20_000  # the same where each step goes through Python
 EVENTS = 1000  # touches and releases of a forcing period after which it gives up, too
-
-_MODULES = {"scikit-sundae": "sksundae"}  # where a package is imported by another name
-_PROGRAMS = {"octave": "octave-cli"}  # what is no Python package but a program
 
 
 class Asked(IntEnum):
@@ -40,21 +37,21 @@ class Asked(IntEnum):
     TOUCHES = 2
 
 
-class PeerFailure(RuntimeError):
-    """A peer broke down; the message is one sentence that says how."""
+class RivalFailure(RuntimeError):
+    """A rival broke down; the message is one sentence that says how."""
 
 
 @dataclass(frozen=True)
 class Course:
-    """What a peer found of one orbit.
+    """What a rival found of one orbit.
 
     Attributes:
         section: x1, v1, x2, v2 [m, m/s] at t = T, 2T, ..., shape (periods, 4); (periods, 2), x1
             and v1, without a damper.
         touches: times of touch [s] in order; None where this way of using the solver cannot tell,
-            and where nobody asked. A contact in which the orbit begins is no touch.
+            and where they were not asked for. A contact in which the orbit begins is no touch.
         E1max: largest E1 [J] over the last half of the periods; None unless watched.
-        steps_in_contact: mean number of steps of a contact, where it can be told cheaply: by SciPy,
+        steps_in_contact: mean number of steps of a contact, where it is known at no cost: by SciPy,
             heyoka and diffrax with events, watched, once a contact has ended; else None.
         seconds: CPU time [s] of the time loop where it ran in another process, else None.
     """
@@ -69,11 +66,11 @@ class Course:
 Flow = Callable[[float, int, bool | Asked], Course]
 """(setting, periods, watched) -> course; watched asks for touches and E1max, or see `Asked`.
 
-Raises `PeerFailure` where the solver breaks down."""
+Raises `RivalFailure` where the solver breaks down."""
 
 
 @dataclass(frozen=True)
-class Peer:
+class Rival:
     """One way of solving eq. (5) that a user might choose instead.
 
     Attributes:
@@ -81,10 +78,11 @@ class Peer:
         settings: from coarse to fine; setting: what they are, `rtol` or `steps` of a period.
         events: whether contacts are split off at touch and release.
         compiled: whether the steps run without Python.
-        needs: the package that it needs, empty if none but ours.
+        needs: the package that it needs, empty if none but those of this program.
         prepare: (system, start (x1, v1, x2, v2) at t = 0) -> flow; compiles here or in the first
             call.
         order: of the method by the textbook, None where it varies.
+        module: by which its package is imported, if not by its own name.
     """
 
     name: str
@@ -95,21 +93,23 @@ class Peer:
     needs: str
     prepare: Callable[[System, np.ndarray], Flow]
     order: float | None = None
+    module: str = ""
 
     def __post_init__(self) -> None:
-        """Have whatever goes wrong within the solver told as a `PeerFailure`."""
+        """Let `prepare` and its flows raise nothing but `RivalFailure`."""
         object.__setattr__(self, "prepare", partial(_prepared, self.prepare))
 
     def available(self) -> bool:
         """Tell whether what it needs is installed, without importing it."""
-        if self.needs in _PROGRAMS:
-            return shutil.which(_PROGRAMS[self.needs]) is not None
-        module = _MODULES.get(self.needs, self.needs.replace("-", "_"))
-        return not module or importlib.util.find_spec(module) is not None
+        return not self.needs or importlib.util.find_spec(self.module or self.needs) is not None
+
+    def version(self) -> str:
+        """Return the version of what it needs; empty where it needs nothing."""
+        return version(self.needs) if self.needs else ""
 
 
 def _prepared(prepare: Callable[[System, np.ndarray], Flow], *orbit: Any) -> Flow:
-    """Return the flow of an orbit; neither it nor its preparation raises but `PeerFailure`."""
+    """Return the flow of an orbit; neither it nor its preparation raises but `RivalFailure`."""
     with _failing_in_words():
         flow = prepare(*orbit)
 
@@ -123,15 +123,15 @@ def _prepared(prepare: Callable[[System, np.ndarray], Flow], *orbit: Any) -> Flo
 
 @contextmanager
 def _failing_in_words() -> Iterator[None]:
-    """Turn any exception into a `PeerFailure` of one sentence: its type and its first line."""
+    """Turn any exception into a `RivalFailure` of one sentence: its type and its first line."""
     try:
         yield
-    except PeerFailure:
+    except RivalFailure:
         raise
     except Exception as error:  # other people's code: there is no list of what it may raise
         words = str(error).strip().splitlines()
         kind = type(error).__name__
-        raise PeerFailure(f"{kind}: {words[0]}" if words else kind) from error
+        raise RivalFailure(f"{kind}: {words[0]}" if words else kind) from error
 
 
 @dataclass(frozen=True)
@@ -153,14 +153,14 @@ Touches need not be noted unless watched."""
 def begun(system: System, start: np.ndarray) -> np.ndarray:
     """Return a start as four finite numbers x1, v1, x2, v2; without a damper x2 = v2 = 0.
 
-    Raises `PeerFailure` where it is not finite.
+    Raises `RivalFailure` where it is not finite.
     """
     state = np.zeros(4)
     given = np.asarray(start, dtype=float)
     width = 4 if system.scene.damper else 2
     state[:width] = given[:width]
     if not np.isfinite(state).all():
-        raise PeerFailure(f"the start {given.tolist()} is not finite")
+        raise RivalFailure(f"the start {given.tolist()} is not finite")
     return state
 
 
@@ -190,7 +190,7 @@ def flow_of(system: System, start: np.ndarray, follow: Follow) -> Flow:
 
 
 def most_events(system: System, times: np.ndarray) -> int:
-    """Return after how many events a peer gives up on its way to the last of the times."""
+    """Return after how many events a rival gives up on its way to the last of the times."""
     return EVENTS * math.ceil(times[-1] / system.period)
 
 
@@ -207,7 +207,7 @@ def _seen(
     """Return the times of touch [s] that show among `LOOKS` states of a period.
 
     Between two of these the approach is the cubic that has their depths and speeds.  None where a
-    solver fits its steps to the times: who looks closely then follows another orbit than `track`.
+    solver fits its steps to the times: more times then mean another orbit than `track`.
     """
     spacing = system.period / LOOKS
     times = spacing * np.arange(LOOKS * len(track.states) + 1)
@@ -253,7 +253,7 @@ def _largest_energy(
 
     def energies(at: np.ndarray) -> np.ndarray:
         moments, places = np.unique(np.clip(at, times[0], times[-1]), return_inverse=True)
-        later = moments[moments > 0.0]  # at t = 0 nobody has to be asked
+        later = moments[moments > 0.0]  # the state at t = 0 is the start
         states = np.vstack([start] * (len(moments) - len(later)) + [follow(later, False).states])
         return _energy_of(system, states)[places].reshape(at.shape)
 
@@ -271,7 +271,7 @@ def _largest_energy(
 def _energy_of(system: System, states: np.ndarray) -> np.ndarray:
     """Return E1 = (m1 v1^2 + k1 x1^2) / 2 [J], eq. (6), of states of shape (times, 4).
 
-    Raises `PeerFailure` where one is not finite.
+    Raises `RivalFailure` where one is not finite.
     """
     m1, k1 = system.parameters["m1"], system.parameters["k1"]
     x1, v1 = _finite(states)[:, :2].T
@@ -296,7 +296,7 @@ def _peak(values: np.ndarray) -> float:
 
 
 def _finite(states: np.ndarray) -> np.ndarray:
-    """Return states; raises `PeerFailure` where one is not finite."""
+    """Return states; raises `RivalFailure` where one is not finite."""
     if not np.isfinite(states).all():
-        raise PeerFailure("the state is no longer finite")
+        raise RivalFailure("the state is no longer finite")
     return states

@@ -30,8 +30,8 @@ from nlds_vines.accuracy.rivals.rival import (
     BUDGET_IN_PYTHON,
     TOLERANCES,
     Flow,
-    Peer,
-    PeerFailure,
+    Rival,
+    RivalFailure,
     Track,
     begun,
     flow_of,
@@ -46,7 +46,7 @@ _ORDERS = {"RK45": 5.0, "DOP853": 8.0, "Radau": 5.0, "BDF": None, "LSODA": None}
 
 
 class _Run:
-    """One orbit on its way: its state, its kind of piece, and what is noted of it."""
+    """One orbit under way: its state, its kind of piece, and what is noted of it."""
 
     def __init__(
         self, p: np.ndarray, start: np.ndarray, times: np.ndarray, split: bool, watched: bool
@@ -67,10 +67,10 @@ class _Run:
         while solver.status == "running":
             message = solver.step()
             if solver.status == "failed":
-                raise PeerFailure(f"at t = {solver.t:.6g} s: {message}")
+                raise RivalFailure(f"at t = {solver.t:.6g} s: {message}")
             self.steps += 1
             if self.steps > self.most:
-                raise PeerFailure(f"more than {self.most} steps up to t = {solver.t:.6g} s")
+                raise RivalFailure(f"more than {self.most} steps up to t = {solver.t:.6g} s")
             self.inside_steps += self.watch[0] > 0.0
             until = self._passed(solver) if self.looking else math.nan
             ended = not math.isnan(until)
@@ -150,15 +150,15 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
                 while run.noted < len(times):
                     run.advance(bound)
             except (ArithmeticError, ValueError) as error:
-                raise PeerFailure(f"at t = {run.t:.6g} s or later: {error}") from None
+                raise RivalFailure(f"at t = {run.t:.6g} s or later: {error}") from None
         mean = run.inside_steps / run.releases if run.split and run.releases else None
         return Track(run.states, run.touches, mean)
 
     return flow_of(system, state, follow)
 
 
-PEERS = tuple(
-    Peer(
+RIVALS = tuple(
+    Rival(
         name=f"SciPy {method}, events" if split else f"SciPy {method}",
         settings=tuple(rtol for rtol in TOLERANCES if rtol >= FINEST.get(method, 0.0)),
         setting="rtol",

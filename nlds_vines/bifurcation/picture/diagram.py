@@ -16,12 +16,15 @@ from nlds_vines.errors import RequestError
 from nlds_vines.orbits.labels import KEPT
 from nlds_vines.plotting.bands import bands, edges
 from nlds_vines.plotting.palette import colours
+from nlds_vines.plotting.panels import write_letters, write_title
 from nlds_vines.plotting.style import (
     CM,
+    DOT,
     ERRORS,
     FLAG_COLOUR,
     FLAGGED,
     GREEN,
+    GREY,
     LEFT,
     RIGHT,
     ROUND_OFF,
@@ -33,54 +36,16 @@ from nlds_vines.plotting.style import (
 )
 
 EXPONENT = "lyapunov"
-"""The dataset that is drawn this way."""
-
-_ZERO: dict[str, Any] = {"color": "#8a8a8a", "linewidth": 0.6, "zorder": 0.5}
-_EXPONENT_DOT: dict[str, Any] = {
-    "marker": "o",
-    "markersize": 1.4,
-    "markeredgewidth": 0,
-    "linestyle": "none",
-}
-
-
-def draw_exponent(panel: Axes, view: ArchiveView, row: str) -> None:
-    """Draw the exponents against the parameter, every start in its colour, over a line at zero.
-
-    Each is a dot with its 99 % interval as a bar; the interval of a periodic orbit has no width.
-    """
-    values = view[view.axes[0]]
-    panel.axhline(0.0, **_ZERO)
-    for start, colour in enumerate(start_colours(list(view["start"]))):
-        found = view.take(row, start=start)
-        width = view.take(f"{row}_width", start=start)
-        drawn = np.isfinite(found) & np.isfinite(width)
-        panel.vlines(
-            values[drawn],
-            (found - width)[drawn],
-            (found + width)[drawn],
-            color=colour,
-            alpha=0.35,
-            linewidth=1.0,
-            rasterized=True,
-        )
-        panel.plot(values[drawn], found[drawn], color=colour, rasterized=True, **_EXPONENT_DOT)
-    panel.set_ylabel(quantity_label(row, view.units(row)))
-
+"""The dataset that is drawn with its interval, below everything else."""
 
 CURVES = ("E1max", "E2max", "impact_rate", "clearance", "period", "error")
-"""The recorded numbers that can be drawn as they are, the most telling first."""
+"""The recorded numbers that are drawn, from the top, where no section is recorded."""
 
 _PANEL, _FOOT, _HEAD = 4.4 * CM, 1.1 * CM, 0.75 * CM  # heights in inches
-_NAMES, _STRIP = 2.15 * CM, 0.42 * CM  # a strip stands at the foot of the room for names
-_MOST_STRIPS = 2  # starts with a strip of their own; of more, only the first
-_DOT: dict[str, Any] = {
-    "marker": "o",
-    "markersize": 0.75,
-    "markeredgewidth": 0,
-    "linestyle": "none",
-}
+_NAMES, _STRIP = 2.15 * CM, 0.42 * CM  # inches; a strip stands at the foot of the room for names
+_MOST_STRIPS = 2  # starts with a strip of their own; of more, only the first has one
 _MOST_NAMED = 8  # starts in the legend
+_SECTION_DOT, _NUMBER_DOT, _EXPONENT_DOT, _LEGEND_DOT = 0.75, 2.0, 1.4, 3.0  # points
 
 
 @matplotlib.rc_context(STYLE)
@@ -90,28 +55,28 @@ def diagram(view: ArchiveView) -> Figure:
     With a recorded section: the stroboscopic coordinates of damper and structure as unconnected
     dots, the structure's maximum energy in green over the first.  Without one: the numbers that
     are recorded.  Below them the largest Lyapunov exponent with its interval, where it is recorded.
-    Above the panels, a strip names the regimes, one for each of two starts, or of the first; marks
-    at its foot show where a label changes under refinement.
+    Above the panels a strip names the regimes: one strip for each of two starts, of more starts
+    only for the first.  Marks at its foot are labels that change under refinement.
 
-    Raises `RequestError` for a scan of two parameters and where nothing is recorded to draw.
+    Raises `RequestError` where nothing is recorded to draw.
     """
-    if len(view.axes) != 1:
-        raise RequestError(f"{view.path} varies {len(view.axes)} parameters: draw it as a map")
-    rows = _rows(view)
-    strips = _strips(view)
+    rows, strips = _rows(view), _strips(view)
     head = _HEAD + strips * _NAMES + max(0, strips - 1) * _STRIP
-    figure, panels = _panels(len(rows), head)
+    figure, panels = _make_panels(len(rows), head)
     for panel, row in zip(panels, rows, strict=True):
-        (draw_exponent if row == EXPONENT else _dots)(panel, view, row)
+        if row == EXPONENT:
+            _draw_exponent(panel, view)
+        else:
+            _draw_dots(panel, view, row)
     if "section" in view and "E1max" in view:
         _overlay_energy(panels[0], view)
-    values = view[view.axes[0]]
-    panels[0].set_xlim(*edges(values)[[0, -1]])
+    panels[0].set_xlim(*edges(view[view.axes[0]])[[0, -1]])
     panels[-1].set_xlabel(axis_label(view.axes[0]))
     if strips:
         _draw_strips(figure, panels[0], view, strips)
-    _name(panels[-1], list(view["start"]), flagged=bool(_flagged(view)[:, :strips].any()))
-    figure.text(LEFT, 1 - 0.15 * CM / figure.get_figheight(), view.attrs["title"], va="top")
+    flagged = bool(_flagged(view)[:, :strips].any())
+    _add_legend(panels[-1], list(view["start"]), flagged)
+    write_title(figure, view.attrs["title"])
     return figure
 
 
@@ -125,65 +90,24 @@ def _rows(view: ArchiveView) -> list[str]:
     raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
 
 
-def _panels(count: int, head: float) -> tuple[Figure, list[Axes]]:
+def _make_panels(count: int, head: float) -> tuple[Figure, list[Axes]]:
     """Return a figure with panels above one another, and `head` inches of room above them."""
     height = head + count * _PANEL + _FOOT
     figure = Figure(figsize=(WIDTH, height))
-    bottom, top = _FOOT / height, 1 - head / height
-    axes = figure.subplots(
-        count,
-        sharex=True,
-        squeeze=False,
-        gridspec_kw={"left": LEFT, "right": RIGHT, "bottom": bottom, "top": top, "hspace": 0.07},
-    )
+    grid = {"left": LEFT, "right": RIGHT, "bottom": _FOOT / height, "top": 1 - head / height}
+    axes = figure.subplots(count, sharex=True, squeeze=False, gridspec_kw={**grid, "hspace": 0.07})
     panels = list(axes[:, 0])
-    for letter, panel in zip("abcdef", panels, strict=False):
+    for panel in panels:
         panel.tick_params(top=True)
-        if count > 1:
-            paper = {"facecolor": "white", "edgecolor": "none", "pad": 1, "alpha": 0.8}
-            panel.text(0.015, 0.95, f"({letter})", transform=panel.transAxes, va="top", bbox=paper)
+    write_letters(panels)
     return figure, panels
 
 
-def _strips(view: ArchiveView) -> int:
-    """Return how many strips of regimes there are: for as many starts, the first ones."""
-    if "label" not in view:
-        return 0
-    return view["start"].size if view["start"].size <= _MOST_STRIPS else 1
-
-
-def _draw_strips(figure: Figure, panel: Axes, view: ArchiveView, count: int) -> None:
-    """Draw the strips of the first starts, the first on top; a colour is one regime in all."""
-    labels, flagged = view["label"][:, :count], _flagged(view)
-    colour = colours(labels.ravel().tolist())
-    for start in range(count):
-        axes = _strip_axes(figure, panel, count - 1 - start)
-        draw_strip(axes, bands(view[view.axes[0]], labels[:, start]), colour)
-        if flagged[:, start].any():
-            mark_flagged(axes, view[view.axes[0]], flagged[:, start])
-        if count > 1:
-            axes.set_ylabel(view["start"][start], rotation=0, ha="right", va="center")
-
-
-def _flagged(view: ArchiveView) -> np.ndarray:
-    """Return of which orbits (cells, starts) the label is not kept under refinement."""
-    if "label_kept" not in view:
-        return np.zeros(view.shape("status"), dtype=bool)
-    return np.asarray(view["label_kept"] == KEPT["no"])
-
-
-def _strip_axes(figure: Figure, panel: Axes, place: int) -> Axes:
-    """Return the axes of a strip above the panels, the lowest of them with `place` 0."""
-    height = figure.get_figheight()
-    bottom = panel.get_position().y1 + (0.1 * CM + place * (_NAMES + _STRIP)) / height
-    return figure.add_axes((LEFT, bottom, RIGHT - LEFT, _STRIP / height), sharex=panel)
-
-
-def _dots(panel: Axes, view: ArchiveView, row: str) -> None:
+def _draw_dots(panel: Axes, view: ArchiveView, row: str) -> None:
     """Draw one row against the parameter as unconnected dots, every start in its colour."""
-    values = view[view.axes[0]]
+    values, section = view[view.axes[0]], "section" in view
     for start, colour in enumerate(start_colours(list(view["start"]))):
-        if "section" in view:
+        if section:
             component = list(view["component"]).index(row)
             found, unit = view.take("section", start=start, component=component), "m"
         else:
@@ -193,9 +117,28 @@ def _dots(panel: Axes, view: ArchiveView, row: str) -> None:
         if row in ERRORS:
             drawable = np.maximum(drawable, ROUND_OFF)
             panel.set_yscale("log")
-        dot = _DOT if "section" in view else {**_DOT, "markersize": 2}
-        panel.plot(across, drawable, color=colour, rasterized=True, **dot)
+        size = _SECTION_DOT if section else _NUMBER_DOT
+        panel.plot(across, drawable, color=colour, rasterized=True, markersize=size, **DOT)
     panel.set_ylabel(quantity_label(row, unit))
+
+
+def _draw_exponent(panel: Axes, view: ArchiveView) -> None:
+    """Draw the exponents against the parameter, every start in its colour, over a line at zero.
+
+    Each is a dot with its 99 % interval as a bar; the interval of a periodic orbit has no width.
+    """
+    values = view[view.axes[0]]
+    panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0.5)
+    for start, colour in enumerate(start_colours(list(view["start"]))):
+        found = view.take(EXPONENT, start=start)
+        width = view.take(f"{EXPONENT}_width", start=start)
+        known = np.isfinite(found) & np.isfinite(width)
+        low, high = (found - width)[known], (found + width)[known]
+        bar: dict[str, Any] = {"alpha": 0.35, "linewidth": 1.0, "rasterized": True}
+        panel.vlines(values[known], low, high, color=colour, **bar)
+        dot = {"markersize": _EXPONENT_DOT, "rasterized": True, **DOT}
+        panel.plot(values[known], found[known], color=colour, **dot)
+    panel.set_ylabel(quantity_label(EXPONENT, view.units(EXPONENT)))
 
 
 def _overlay_energy(panel: Axes, view: ArchiveView) -> None:
@@ -209,9 +152,43 @@ def _overlay_energy(panel: Axes, view: ArchiveView) -> None:
     axes.spines["right"].set_color(GREEN)
 
 
-def _name(panel: Axes, starts: list[str], flagged: bool) -> None:
-    """Add a legend of the starts where their colours need one, and of the flags if there are."""
-    dot: dict[str, Any] = {"marker": "o", "markersize": 3, "linestyle": "none"}
+def _strips(view: ArchiveView) -> int:
+    """Return how many strips of regimes there are: for as many starts, the first ones."""
+    if "label" not in view:
+        return 0
+    return view["start"].size if view["start"].size <= _MOST_STRIPS else 1
+
+
+def _draw_strips(figure: Figure, panel: Axes, view: ArchiveView, count: int) -> None:
+    """Draw the strips of the first starts, the first on top; one colour is one regime in all."""
+    labels, flagged = view["label"][:, :count], _flagged(view)
+    colour = colours(labels.ravel().tolist())
+    for start in range(count):
+        axes = _strip_axes(figure, panel, count - 1 - start)
+        draw_strip(axes, bands(view[view.axes[0]], labels[:, start]), colour)
+        if flagged[:, start].any():
+            mark_flagged(axes, view[view.axes[0]], flagged[:, start])
+        if count > 1:
+            axes.set_ylabel(view["start"][start], rotation=0, ha="right", va="center")
+
+
+def _strip_axes(figure: Figure, panel: Axes, place: int) -> Axes:
+    """Return the axes of a strip above the panels, the lowest of them with `place` 0."""
+    height = figure.get_figheight()
+    bottom = panel.get_position().y1 + (0.1 * CM + place * (_NAMES + _STRIP)) / height
+    return figure.add_axes((LEFT, bottom, RIGHT - LEFT, _STRIP / height), sharex=panel)
+
+
+def _flagged(view: ArchiveView) -> np.ndarray:
+    """Return of which orbits (cells, starts) the label is not kept under refinement."""
+    if "label_kept" not in view:
+        return np.zeros(view.shape("status"), dtype=bool)
+    return np.asarray(view["label_kept"] == KEPT["no"])
+
+
+def _add_legend(panel: Axes, starts: list[str], flagged: bool) -> None:
+    """Add a legend of the starts, unless all begin at rest, and of the flags if there are any."""
+    dot: dict[str, Any] = {"marker": "o", "markersize": _LEGEND_DOT, "linestyle": "none"}
     handles = [
         Line2D([], [], color=colour, label=f"start: {name}", **dot)
         for name, colour in zip(starts, start_colours(starts), strict=True)
@@ -221,4 +198,4 @@ def _name(panel: Axes, starts: list[str], flagged: bool) -> None:
         tick: dict[str, Any] = {"marker": "|", "linestyle": "none", "markeredgewidth": FLAG_WIDTH}
         handles.append(Line2D([], [], color=FLAG_COLOUR, label=FLAGGED, **tick))
     if handles:
-        panel.legend(handles=handles, loc="upper right", ncols=4, handletextpad=0, frameon=False)
+        panel.legend(handles=handles, loc="upper right", ncols=4, handletextpad=0)

@@ -1,4 +1,17 @@
-"""The scenes, one kind of damper per file; a new kind is a new file and a line here."""
+"""The scenes: the kinds of dampers, a file each.  A new kind is a new file and a name below.
+
+In reading order:
+
+    base      what a scene is made of
+    none      the structure alone
+    tmd       tuned mass damper
+    ssul      single-sided unilateral NES: one obstacle
+    ssbl      single-sided bilateral NES: obstacle and structure
+    ssvi_b    one obstacle; the damper must not reach the structure
+    ssvi_c    one obstacle; the damper may pass the structure by a given length
+
+NES: nonlinear energy sink.
+"""
 
 from collections.abc import Mapping
 

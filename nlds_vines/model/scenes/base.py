@@ -1,4 +1,4 @@
-"""What a scene is: which parts it has, where they rest and where its walls stand."""
+"""What a scene is made of: its parts, where the damper rests, where walls are touched."""
 
 from __future__ import annotations
 
@@ -9,27 +9,34 @@ from typing import Any
 from nlds_vines.model.parameters import CONTACT
 
 Values = Mapping[str, Any]
-"""Parameters by name; each a float, or an array where it varies."""
+"""Parameters by name, in SI units; each a float, or an array where it varies."""
+
+LONGEST_NAME = 16
+"""The most letters of a name in `Scene.struck`: tables of impacts have a column so wide."""
 
 _OBSTACLE = {"near": "obstacle", "far": "obstacle"}
-LONGEST_NAME = 16
-"""Most letters of what a wall belongs to: tables of impacts have room for so many."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """One kind of damper: its parameters, its rest state and its walls.
+    """One kind of damper: its parameters, where it rests, its walls.
 
-    With u = x2 - x1 the damper's spring rests at u = `rest`; r = `rest` - u is its shortening.
-    A wall that pushes the damper in +x2 is touched where r = `gap_near`, one that pushes it in
-    -x2 where -r = `gap_far`.  Each of these is a function of the parameters by name (floats or
-    arrays alike) that returns metres, and is None where there is no such part.
+    With u = x2 - x1, the position of the damper relative to the structure, the damper's spring
+    rests at u = `rest`, and r = `rest` - u is its shortening.  `rest`, the gaps and the limit are
+    functions of the parameters by name (floats or arrays alike) that return metres.  Each is None
+    where the scene has no such part.
 
-    A damper that must not reach something without a wall in between has a `limit`: the shortening
-    r [m] that must not be reached; where it is, that is reported and is no impact.
-
-    `obstacle` returns the positions u [m] of the lines that a picture shows, by name; `struck`
-    says in words what the near and the far wall belong to.
+    Attributes:
+        kind: the name in files, archives and Python.
+        meaning: in words.
+        own: the names of the parameters, without those of the contact.
+        rest: u at which the spring rests; None without a damper.
+        gap_near: r at which the wall is touched that pushes the damper in +x2.
+        gap_far: -r at which the wall is touched that pushes the damper in -x2.
+        limit: r that must not be reached although no wall is there; reaching it is reported as a
+            violation and is no impact.
+        obstacle: returns the positions u [m] of the lines that a picture shows, by name.
+        struck: what the near and the far wall belong to, by wall.
     """
 
     kind: str
@@ -43,17 +50,17 @@ class Scene:
     struck: Mapping[str, str] = field(default_factory=lambda: _OBSTACLE)
 
     def __post_init__(self) -> None:
-        """Refuse what would go wrong silently.
+        """Raise ValueError for a name of a wall that is too long, and for a limit without a wall.
 
-        A limit without a wall, which nobody would watch: flights without walls look at no instant
-        between sections; and a name of a wall that would be cut off.
+        Flights without walls are computed from section to section: nothing between two sections is
+        examined, and a violation of the limit would stay unseen.
         """
         if max(map(len, self.struck.values())) > LONGEST_NAME:
             raise ValueError(
                 f"scene {self.kind!r}: names of walls have {LONGEST_NAME} letters at most"
             )
         if self.limit is not None and not self.walls:
-            raise ValueError(f"scene {self.kind!r} has a limit and no wall: nothing watches it")
+            raise ValueError(f"scene {self.kind!r} has a limit and no wall: nothing checks it")
 
     @property
     def damper(self) -> bool:
@@ -62,16 +69,16 @@ class Scene:
 
     @property
     def walls(self) -> tuple[str, ...]:
-        """The walls that exist, of `near` and `far`; empty for a scene without contact."""
+        """The walls that exist, of "near" and "far"; empty for a scene without contact."""
         gaps = {"near": self.gap_near, "far": self.gap_far}
         return tuple(name for name, gap in gaps.items() if gap is not None)
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """The names of the parameters it needs; `K` may stand in place of the contact constants."""
+        """The names of the needed parameters; `K` may replace the contact constants."""
         return self.own + (CONTACT if self.walls else ())
 
     @property
     def allowed(self) -> tuple[str, ...]:
-        """The names of all parameters that it understands, `K` included where there is contact."""
+        """The names of all parameters that may be given, `K` included where there is contact."""
         return self.parameters + (("K",) if self.walls else ())

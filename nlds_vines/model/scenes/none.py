@@ -1,4 +1,4 @@
-"""The primary structure alone (Figures 2, 3, 6, 7): the reference for every damper."""
+"""The primary structure alone (Figures 2, 3, 6, 7), with which every damper is compared."""
 
 from nlds_vines.model.parameters import FORCING, STRUCTURE
 from nlds_vines.model.scenes.base import Scene

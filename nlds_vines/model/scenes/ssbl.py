@@ -1,7 +1,8 @@
 """Single-sided bilateral NES (Figure 1a): the structure on one side, the obstacle on the other.
 
-The spring acts with -k2 (u - D), u = x2 - x1. The structure is touched where u = 0 and pushes the
-damper in +x2, the obstacle where u = D + C, and pushes it in -x2; both by equation (2).
+The spring acts on the damper with -k2 (u - D), u = x2 - x1.  The structure is touched at u = 0 and
+pushes the damper in +x2; the obstacle is touched at u = D + C and pushes it in -x2.  Both contact
+forces follow equation (2).
 """
 
 from typing import Any

@@ -1,7 +1,7 @@
 """Single-sided unilateral NES (Figure 1d): one obstacle, free to move away from it.
 
-Equation (5): the spring acts with -k2 (u - V - C), u = x2 - x1; equation (3): the contact is
-closed while z = V - u > 0 and pushes the damper in +x2.
+By equation (5) the spring acts on the damper with -k2 (u - V - C), u = x2 - x1.  By equation (3)
+the contact is closed while z = V - u > 0, and pushes the damper in +x2.
 """
 
 from typing import Any

@@ -1,6 +1,6 @@
-"""Single-sided NES that must not reach the structure (Figure 1b): one obstacle, x1 < x2 watched.
+"""Single-sided NES that must not reach the structure (Figure 1b): one obstacle, limit x1 < x2.
 
-As `ssbl`, but for the impacts on the structure: the design has to prevent them, and x1 >= x2 is
+The kind `ssbl` without impacts on the structure: the design has to prevent them, and x1 >= x2 is
 reported as a violation.
 """
 

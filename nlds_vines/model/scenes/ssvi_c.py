@@ -1,6 +1,6 @@
-"""Single-sided NES with a weaker constraint (Figure 1c): one obstacle, x1 - x2 <= L watched.
+"""Single-sided NES with a weaker constraint (Figure 1c): one obstacle, limit x1 - x2 < L.
 
-As `ssvi_b`, but the damper may pass the structure by up to L.
+As the kind `ssvi-b`, but the damper may pass the structure by up to L.
 """
 
 from typing import Any

@@ -1,11 +1,11 @@
-"""Tuned mass damper (Figures 3-7): a linear spring and a dashpot, no wall."""
+"""Tuned mass damper (Figures 3 to 7): a linear spring and a dashpot, no wall."""
 
 from nlds_vines.model.parameters import DAMPER, FORCING, STRUCTURE
 from nlds_vines.model.scenes.base import Scene, Values
 
 
 def rest(p: Values) -> float:
-    """Return the spring's rest offset u = x2 - x1 = 0 [m]: force on the damper -k2 u - c2 u'."""
+    """Return the spring's rest offset u = x2 - x1 = 0 [m]; the joint's force is -k2 u - c2 u'."""
     return 0.0
 
 

@@ -1,0 +1,13 @@
+"""What only measures the program or competes with it; in a clone: `python -m benchmarks.NAME`.
+
+    accuracy   error against run time with solvers of others: docs/accuracy.md, docs/stiffness.md
+    extremes   the catalogue of extremes, each promise measured afresh: docs/extremes.md
+    speed      run times as ratios to a yardstick, compared with ratios.json
+    safety     what it costs that no result is lost
+    house      counts of the package: floors, circles, long functions, lines by folder
+    rivals/    solvers of others that `accuracy` measures where they are installed
+
+`speed`, `safety`, `extremes` and `house` need nothing beyond the program.  The rivals are installed
+by `pip install '.[peers]'`; numbalsoda is built from its source, and needs cmake and a Fortran
+compiler (gfortran) first.  GNU Octave is a program of its own: `octave-cli` must be on the path.
+"""

@@ -1,0 +1,73 @@
+"""The command of the catalogue: check its entries, print the page of what was found."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchmarks import extremes
+from nlds_vines.archives.durable import in_one_line
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.paths import check_writable
+from nlds_vines.cli.running import DONE, Command
+
+BROKEN = 1
+"""Exit status where a promise is not kept."""
+
+_NAME = "extremes"
+_EXAMPLES = """\
+examples:
+  python -m benchmarks.extremes
+      what is promised about extreme numbers, and what was measured
+  python -m benchmarks.extremes --long --markdown docs/extremes.md
+      also what takes long, and the page of all of it
+exit status: 0 every promise is kept; 1 one is not; 2 the request is wrong
+"""
+
+
+def _carry_out(options: argparse.Namespace) -> int:
+    path = None if options.markdown is None else Path(options.markdown)
+    if path is not None:
+        check_writable("--markdown", path)
+    entries = [entry for entry in extremes.CATALOGUE if options.long or not entry.long]
+    if options.dry_run:
+        print(*(f"{entry.number} {entry.name}" for entry in entries), sep="\n")
+        return DONE
+    found = []
+    for entry, finding in extremes.findings(entries):
+        found.append((entry, finding))
+        if not options.quiet:
+            place = f"{len(found)}/{len(entries)} {entry.number} {entry.name}"
+            print(f"{place}: {finding.words}", file=sys.stderr, flush=True)
+    lines = list(extremes.page(found))
+    print(*lines, sep="\n")
+    if path is not None:
+        with in_one_line(f"write {path}"):
+            path.write_text("\n".join([*lines, *_made_by(options.argv)]), encoding="utf-8")
+    return DONE if all(finding.passed for _, finding in found) else BROKEN
+
+
+def _declare(parser: Parser) -> None:
+    parser.add_argument("--long", action="store_true", help="also what takes long")
+    parser.add_argument("--markdown", metavar="FILE.md", help="write the page, too")
+    parser.add_argument("--dry-run", action="store_true", help="only say what would be checked")
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+
+
+def _made_by(argv: Sequence[str]) -> list[str]:
+    """Return the end of a page: the command, without what only says how it ran."""
+    given = [text for text in argv if text != "--quiet"]
+    return ["", "```sh", shlex.join(["python", "-m", f"benchmarks.{_NAME}", *given]), "```", ""]
+
+
+main = Command(
+    name=_NAME,
+    description="The catalogue of extremes: what is promised, and what was measured.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+    program=f"python -m benchmarks.{_NAME}",
+).main

@@ -1,0 +1,111 @@
+"""The values of options that several commands share: NAME=VALUE, START:STOP:NUM, A,B,C.
+
+Every function here raises `RequestError` for a text of another form; the message names the option,
+what was given and the form.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
+
+from nlds_vines.cli.parser import Parser
+from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.system import System
+
+Number = TypeVar("Number", int, float)
+
+
+def parsed(kind: type[Number], what: str, text: str) -> Number:
+    """Return `text` as a number of a `kind`, int or float; `what` names it in an error."""
+    try:
+        return kind(text)
+    except ValueError:
+        words = "a whole number" if kind is int else "a number"
+        raise RequestError(f"{what} = {shown(text)} must be {words}") from None
+
+
+def assignments(option: str, texts: Sequence[str], form: str) -> dict[str, str]:
+    """Return the values by name of an option that is given as NAME=VALUE, once or several times.
+
+    Arguments: `form` is the form of the whole text, for the message of an error.  A name that is
+    given twice is an error, too.
+    """
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not (name and equals and value):
+            raise RequestError(f"{option} {shown(text)} must be {form}")
+        if name in found:
+            raise RequestError(f"{option} {name} is given twice: {found[name]} and {value}")
+        found[name] = value
+    return found
+
+
+def comma_separated(text: str | None) -> list[str] | None:
+    """Return the words between the commas of a text, empty ones left out; None for None."""
+    if text is None:
+        return None
+    return [word for word in (piece.strip() for piece in text.split(",")) if word]
+
+
+def spaced(option: str, text: str, form: str = "START:STOP:NUM") -> dict[str, float]:
+    """Return the table `start, stop, num` of an axis that a text START:STOP:NUM means."""
+    first, last, count = _between_colons(option, text, form)
+    start, stop = parsed(float, option, first), parsed(float, option, last)
+    return {"start": start, "stop": stop, "num": parsed(int, option, count)}
+
+
+def interval(option: str, text: str) -> dict[str, float]:
+    """Return the table `low, high` that a text LOW:HIGH means."""
+    low, high = _between_colons(option, text, "LOW:HIGH")
+    return {"low": parsed(float, option, low), "high": parsed(float, option, high)}
+
+
+def _between_colons(option: str, text: str, form: str) -> list[str]:
+    """Return what stands between the colons of `text`, which must be as many as in `form`."""
+    pieces = text.split(":")
+    if len(pieces) != form.count(":") + 1:
+        raise RequestError(f"{option} = {shown(text)} must be {form}")
+    return pieces
+
+
+def given(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the entries that have a value: an option that is not given is None."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def add_system_options(
+    group: Parser | argparse._ArgumentGroup,
+    system: str = "of the catalogue, or a TOML file",
+    settings: str = "SI units",
+) -> None:
+    """Declare --system and --set; `system` and `settings` are their help texts."""
+    group.add_argument("--system", metavar="NAME", help=system)
+    group.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help=settings)
+
+
+def settings_of(options: argparse.Namespace) -> dict[str, float]:
+    """Return the parameters that --set gives, by name [SI units]."""
+    pairs = assignments("--set", options.set, "NAME=VALUE")
+    return {name: parsed(float, f"--set {name}", text) for name, text in pairs.items()}
+
+
+def system_changes(options: argparse.Namespace) -> dict[str, Any]:
+    """Return what --system and --set change in a request, as entries `system` and `set` of one."""
+    found: dict[str, Any] = {"set": settings_of(options)}
+    if options.system is not None:
+        with at("--system"):
+            found["system"] = load_system(options.system)
+    return found
+
+
+def chosen_system(options: argparse.Namespace, default: str) -> System:
+    """Return the system that --system names, by default `default`, with what --set sets."""
+    settings = settings_of(options)
+    with at("--system"):
+        system = load_system(default if options.system is None else options.system)
+    with at("--set"):
+        return system.with_(**settings)

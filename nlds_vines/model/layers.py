@@ -1,0 +1,155 @@
+"""A request in layers: a file, or what stands for one, and the changes that are laid over it.
+
+Every kind of request file (scan, tuning, portrait, figure) has a title, a system and some tables.
+The command line, or the keywords of a function, give a second document of the same form, which
+overrides the first one entry by entry.  Here both are checked for unknown keys and put together;
+what an entry means is known to the kind of request.  Every message begins with the place of what is
+wrong: the file and the table.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from nlds_vines.errors import RequestError, at, shown, string, table
+from nlds_vines.model.catalogue import load_system, system_from
+from nlds_vines.model.system import System
+from nlds_vines.toml import read_toml
+
+Document = Mapping[str, Any]
+"""What a TOML file holds, as nested tables."""
+
+Check = Callable[[object], Any]
+"""Returns the value of a key as it is kept; raises `RequestError` where it is not allowed."""
+
+
+def unchecked(value: object) -> Any:
+    """Return the value as it is: for a key that is checked later, together with others."""
+    return value
+
+
+@dataclass(frozen=True)
+class Form:
+    """What may stand in the files of one kind of request.
+
+    Arguments:
+        kind: the word for messages, `scan`.
+        tables: the check of each key, by table; None for a table whose keys are names of
+            parameters, which the system checks.
+        lists: keys of arrays of tables, `[[column]]`.
+        names: whether a `System`, or the name of one, may stand in place of a file.
+        sources: what may be given in place of a file, in words.
+    """
+
+    kind: str
+    tables: Mapping[str, Mapping[str, Check] | None]
+    lists: Collection[str] = ()
+    names: bool = True
+    sources: str = "a path, a name, a table or a System"
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """All that may stand at the top of a file."""
+        return ("title", "system", *self.tables, *self.lists)
+
+    def open(self, source: object) -> Layer:
+        """Return the layer of a path, of a document, or of a system or its name.
+
+        Raises `RequestError` for anything else, an unreadable file, and unknown keys.
+        """
+        if isinstance(source, Mapping):
+            return Layer(self, self.kind, source)
+        if self.names and isinstance(source, System):
+            return Layer(self, self.kind, {"system": source})
+        if self.names and isinstance(source, str) and not source.endswith(".toml"):
+            return Layer(self, self.kind, {"system": load_system(source)})
+        if isinstance(source, str | os.PathLike):
+            return Layer(self, str(source), read_toml(Path(source)))
+        raise RequestError(f"{self.kind} = {shown(source)} must be {self.sources}")
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One document of a request: its form, where it comes from, and what stands in it."""
+
+    form: Form
+    where: str
+    document: Document
+
+    def __post_init__(self) -> None:
+        """Raise `RequestError` for keys that the form does not know."""
+        with at(self.where):
+            table(f"the {self.form.kind}", self.document, self.form.keys)
+        for key in self.form.tables:
+            self.table(key)
+
+    def place(self, key: str) -> str:
+        """Return the place of the table `key`, as messages name it."""
+        return f"{self.where}: [{key}]"
+
+    def table(self, key: str) -> Document:
+        """Return the table `key`, empty where there is none; its values are not yet checked."""
+        with at(self.place(key)):
+            return table(key, self.document.get(key, {}), self.form.tables[key])
+
+    def values(self, key: str) -> dict[str, Any]:
+        """Return the entries of the table `key`, each checked."""
+        checks = self.form.tables[key] or {}
+        with at(self.place(key)):
+            return {name: checks[name](value) for name, value in self.table(key).items()}
+
+
+@dataclass(frozen=True)
+class Layers:
+    """A document and the changes that are laid over it."""
+
+    below: Layer
+    above: Layer
+
+    @classmethod
+    def of(cls, below: Layer, changes: Document | None, changes_from: str) -> Layers:
+        """Return a layer with `changes` above it; `changes_from` names these in messages."""
+        return cls(below, Layer(below.form, changes_from, changes or {}))
+
+    def __iter__(self) -> Iterator[Layer]:
+        """Yield the layers, the one below first."""
+        return iter((self.below, self.above))
+
+    def holder(self, key: str) -> Layer:
+        """Return the uppermost layer with something under this key; the one below if none has."""
+        return self.above if self.above.document.get(key) else self.below
+
+    def place(self, key: str) -> str:
+        """Return the place of the table `key` in the uppermost layer that holds it."""
+        return self.holder(key).place(key)
+
+    def table(self, key: str) -> dict[str, Any]:
+        """Return the entries of the table `key` of both layers; its values are not yet checked."""
+        return {**self.below.table(key), **self.above.table(key)}
+
+    def values(self, key: str) -> dict[str, Any]:
+        """Return the entries of the table `key` of both layers, each checked."""
+        return self.below.values(key) | self.above.values(key)
+
+    def system(self, default: str | None = None) -> System:
+        """Return the system that the uppermost layer with one names; without `[set]`."""
+        layer = self.holder("system")
+        with at(layer.where):
+            return system_from(layer.document.get("system", default))
+
+    def title(self, outdated_by: Collection[str]) -> str | None:
+        """Return the title; None where none is given.
+
+        The title of the layer below does not hold any more where the one above has one of the keys
+        `outdated_by`.
+        """
+        changed = any(key in self.above.document for key in outdated_by)
+        for layer in (self.above,) if changed else (self.above, self.below):
+            if "title" in layer.document:
+                with at(layer.where):
+                    return string("title", layer.document["title"])
+        return None

@@ -1,0 +1,134 @@
+"""The command `accuracy`, as a user meets it: files, words, refusals, a run that goes on."""
+
+import re
+from pathlib import Path
+
+import h5py
+import matplotlib.image
+import numpy as np
+import pytest
+
+from nlds_vines.__main__ import main as console
+from nlds_vines.accuracy import contenders
+from nlds_vines.accuracy.command import main
+from nlds_vines.archives.archive import read
+
+SHORT = ["--no-peers", "--periods", "3", "--quiet"]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Work in an empty folder, with three settings of each method."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(contenders, "EXACT", ((6, 16), (9, 22), (12, 28)))
+    monkeypatch.setattr(contenders, "RK4", (256, 512, 1024))
+    return tmp_path
+
+
+@pytest.fixture
+def measured(folder, capsys):
+    """The output of a short run that wrote an archive, a picture and a page."""
+    assert main([*SHORT, "--want", "1e-6", "--markdown", "docs.md"]) == 0
+    return capsys.readouterr().out
+
+
+def test_one_command_leaves_archive_picture_and_page(measured):
+    with read(Path("accuracy.h5")) as view:
+        methods, errors = view["method"][...], view["error"][...]
+        seconds = view["seconds"][...]
+    assert list(methods) == ["exact"] * 3 + ["rk4"] * 3
+    assert np.all(np.diff(errors[:3]) < 0)
+    assert np.all(np.diff(errors[3:]) < 0)
+    assert np.all(seconds > 0)
+    picture = matplotlib.image.imread("accuracy.png")
+    assert picture.std() > 0.01  # something is drawn
+    page = Path("docs.md").read_text()
+    assert "](accuracy.png)" in page
+    assert "python -m nlds_vines.accuracy --no-peers --periods 3" in page
+
+
+def test_the_advice_is_a_setting_that_was_measured_good_enough(measured):
+    (line,) = re.findall(
+        r"^The cheapest setting with an error of at most 1e-06: .*$", measured, re.M
+    )
+    error = float(re.search(r"\((\S+) at ", line).group(1))
+    assert error <= 1e-6
+    assert 'method="exact"' in line
+
+
+def test_an_archive_of_measurements_is_one_like_others(measured, capsys):
+    assert console(["verify", "accuracy.h5"]) == 0
+    before = Path("accuracy.h5").read_bytes()
+    capsys.readouterr()
+    for command in (["status", "accuracy.h5"], ["rerun", "accuracy.h5", "-o", "again.h5"]):
+        assert console(command) == 2
+        assert "holds a survey, not a scan" in capsys.readouterr().err
+    assert main(SHORT) == 2  # it is there already
+    assert main([*SHORT, "--resume"]) == 0  # and complete
+    assert Path("accuracy.h5").read_bytes() == before
+
+
+def test_a_changed_number_is_found(measured):
+    with h5py.File("accuracy.h5", "r+") as file:
+        file["error"][0] *= 1.0 + 1e-15
+    assert console(["verify", "accuracy.h5"]) == 1
+
+
+# what is asked -> what the one line must name
+REFUSED = {
+    "--want nothing": (["--want", "much"], ["--want", "much"]),
+    "--want 0": (["--want", "0"], ["--want"]),
+    "--want nan": (["--want", "nan"], ["--want"]),
+    "--want with --stiff": (["--want", "1e-6", "--stiff"], ["--want", "--stiff"]),
+    "--periods 1": (["--periods", "1"], ["--periods"]),
+    "--periods many": (["--periods", "100000000"], ["--periods"]),
+    "an unknown system": (["--system", "ssul-set7"], ["ssul-set7", "ssul-set6"]),
+    "an unknown parameter": (["--set", "omgea=6"], ["omgea", "omega"]),
+    "a negative mass": (["--set", "m2=-60"], ["m2"]),
+    "no number": (["--set", "omega=fast"], ["omega", "fast"]),
+    "system and scan": (["own.toml", "--system", "tmd"], ["own.toml", "--system tmd"]),
+    "no such scan": (["own.toml"], ["own.toml"]),
+    "a system for the suite": (["--suite", "--system", "tmd"], ["--suite"]),
+    "nothing to make stiff": (["--stiff", "--system", "tmd"], ["--stiff", "tmd"]),
+    "two things at once": (["--suite", "--stiff"], ["--suite", "--stiff"]),
+    "a picture of no kind": (["--plot", "a.gif"], ["a.gif"]),
+    "a folder that is not there": (["-o", "no/a.h5"], ["no"]),
+    "a page where none can be": (["--markdown", "no/a.md"], ["--markdown", "no"]),
+    "--parts into an archive": (["--parts", "-o", "a.h5"], ["--parts", "-o"]),
+    "an orbit that ends": (["--set", "omega=1e-6", "--no-peers"], ["no reference", "too_stiff"]),
+    "resume and overwrite": (["--resume", "--overwrite"], ["resume", "overwrite"]),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_bad_requests_are_refused_in_one_line(name, folder, capsys):
+    arguments, named = REFUSED[name]
+    assert main(arguments) == 2
+    line = capsys.readouterr().err.strip()
+    assert "Traceback" not in line
+    assert len(line.splitlines()[-1:]) == 1
+    for word in named:
+        assert word in line
+    assert list(folder.iterdir()) == []
+
+
+def test_a_dry_run_says_what_would_be_measured(folder, capsys):
+    assert main(["--suite", "--dry-run", "--no-peers"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    for case in ("ssul-set6", "ssul-set6-steel", "ssbl", "near-grazing", "tmd"):
+        assert any(case in line for line in lines)
+    assert list(folder.iterdir()) == []
+
+
+def test_of_a_scan_the_middle_is_taken(folder, capsys):
+    Path("own.toml").write_text(
+        'title = "own"\nsystem = "tmd"\n[vary]\nomega = { start = 5.0, stop = 7.0, num = 3 }\n'
+        '[record]\nwant = ["section"]\n'
+    )
+    assert main(["own.toml", *SHORT, "-o", "own.h5"]) == 0
+    assert "6 rad/s" in capsys.readouterr().out
+
+
+def test_a_structure_alone_is_measured_too(folder, capsys):
+    assert main(["--system", "none", *SHORT]) == 0
+    assert "rk4" in capsys.readouterr().out

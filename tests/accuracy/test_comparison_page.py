@@ -1,0 +1,78 @@
+"""The tables and sentences of a survey say what was measured."""
+
+from dataclasses import replace
+
+import pytest
+from made_up_curves import curve
+
+from nlds_vines.accuracy import comparison_page as tables
+from nlds_vines.accuracy.comparison_table import Measured
+from nlds_vines.accuracy.curves import Curve
+from nlds_vines.accuracy.results import Result
+
+
+def measured_case():
+    ours = curve([(4, 1e-3, 1e-6), (8, 1e-7, 2e-6), (16, 1e-13, 3e-6)], "exact", label="T,1")
+    rival = curve(
+        [(1e-4, 1e-3, 1e-3), (1e-10, 1e-10, 2e-3)], "SciPy DOP853, events", ours=False, label="T,1"
+    )
+    broken = Curve("SciPy BDF", (Result(rival.results[0].setting, failure="too stiff"),), 1e-15)
+    curves = (ours, rival, replace(broken, method="SciPy BDF"))
+    return Measured("a", "A case", "T,1", 20, "stored", 1e-15, 1e-12, "me", 1.0, curves)
+
+
+def test_the_tables_say_what_was_measured():
+    case = measured_case()
+    rows = "\n".join(tables.measurements(case))
+    assert "| exact | 8 steps | 1.0e-07 |" in rows
+    assert "failed: too stiff" in rows
+    assert tables.verdict(case) == "`exact` is the cheapest at every error from 1e-03 to 1e-12."
+    assert "SciPy DOP853, events" in "\n".join(tables.ratios(case))
+    advice = "\n".join(tables.advice(case, 1e-6))
+    assert "nodes=8, contact_steps=20" in advice
+    assert "nodes=4" in advice  # which keeps the label
+
+
+def test_the_verdict_names_the_cheaper_one():
+    case = measured_case()
+    cheap = curve([(1, 1e-13, 1e-9)], "heyoka, events", ours=False)
+    found = tables.verdict(replace(case, curves=(*case.curves, cheap)))
+    assert found.startswith("Cheaper than `exact`: heyoka, events at 1e-03")
+
+
+def test_the_verdict_claims_no_more_than_was_reached():
+    case = measured_case()
+    ours, rival, broken = case.curves
+    short = replace(ours, results=ours.results[:2])  # down to 1e-7
+    found = tables.verdict(replace(case, curves=(short, broken)))
+    assert found == "`exact` is the cheapest at every error from 1e-03 to 1e-07."
+    assert tables.verdict(replace(case, curves=(short, rival))).startswith("Cheaper than `exact`")
+    failed = replace(ours, results=tuple(replace(r, failure="no") for r in ours.results))
+    for curves in ((ours,), (failed, broken)):
+        assert tables.verdict(replace(case, curves=curves)).startswith("Nothing can be said")
+    lines = [*tables.summary(replace(case, curves=(failed, rival)))]
+    lines += tables.ratios(replace(case, curves=(failed, rival)))
+    assert "inf" not in "".join(lines)
+    assert "| 0 |" not in "".join(lines)
+
+
+def test_the_verdict_names_the_blind():
+    case = measured_case()
+    cheap = curve([(1, 1e-13, 1e-9)], "numbalsoda", ours=False, missed=20.0)
+    found = tables.verdict(replace(case, curves=(*case.curves, cheap)))
+    assert found.startswith("`exact` is the cheapest")
+    assert found.endswith("Cheaper, but blind: numbalsoda with 1 steps (20 missed, 1e-13).")
+    assert tables.verdict(case).endswith("1e-12.")
+
+
+def test_every_table_row_has_as_many_cells_as_its_head():
+    case = measured_case()
+    for lines in (list(tables.measurements(case)), list(tables.summary(case))):
+        assert len({line.count("|") for line in lines}) == 1
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"), [(2.0, "2 s"), (3.14159e-3, "3.14 ms"), (1e-6, "1 us"), (5e-9, "5 ns")]
+)
+def test_durations(seconds, words):
+    assert tables.duration(seconds) == words

@@ -1,0 +1,533 @@
+"""Pictures: drawn from the archive alone, labelled, named without overlaps, repeatable."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+from support import unfilled
+
+import nlds_vines
+from nlds_vines.archives.archive import read
+from nlds_vines.bifurcation.parts import Block, Parts
+from nlds_vines.bifurcation.picture import drawing as figures
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.errors import RequestError
+from nlds_vines.orbits.labels import FLAGS
+from nlds_vines.plotting import bands, palette
+
+WINDOWS = (
+    *((7.36, "T,1"), (7.40, "2T,2"), (7.44, "chaos"), (7.50, "3T,2"), (7.58, "undetermined")),
+    *((7.68, "T,0"), (7.76, "4T,2"), (7.92, "2T,1"), (9.0, "T,0")),
+)
+OMEGA = {"omega": {"start": 5.0, "stop": 8.0, "num": 151}}
+MAP = {
+    "omega": {"start": 7.0, "stop": 8.0, "num": 30},
+    "P": {"start": 600.0, "stop": 1000.0, "num": 20},
+}
+USUAL = ("section", "impacts", "energy", "regime")
+
+
+def regime(omega):
+    return next(label for high, label in WINDOWS if omega < high)
+
+
+def archive_of(path, want=USUAL, vary=OMEGA, system="ssul-set6", start=None, fill=None):
+    """Write an archive of made-up results that look like those of Figure 8."""
+    scan = load_scan(
+        {
+            "title": "a test of pictures",
+            "system": system,
+            "vary": vary,
+            "start": start or {"policy": "rest"},
+            "sampling": {"transient": 1, "periods": 12},
+            "record": {"want": list(want)},
+        }
+    )
+    found = unfilled(scan)
+    omega = scan.axes[0].values
+    for name, array in found.items():
+        along = omega.reshape((-1,) + (1,) * (array.ndim - 1))
+        if name == "label":
+            array[...] = np.vectorize(regime, otypes=[object])(along)
+        elif array.dtype == np.float64:
+            array[...] = np.cos(along) + np.arange(array.shape[-1]) / 10
+        if fill is not None:
+            fill(name, array)
+    if "regime" in found:
+        found["regime"][...] = FLAGS["periodic"]
+    block = Block(0, tuple((0, size) for size in scan.shape))
+    with Parts.open(path, scan) as parts:
+        parts.write(block, found)
+        return parts.consolidate([block], {})
+
+
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory):
+    return archive_of(tmp_path_factory.mktemp("figures") / "usual.h5")
+
+
+def drawn(path):
+    with read(path) as view:
+        return figures.draw(view)
+
+
+def texts(axes):
+    return [text.get_text() for text in axes.texts]
+
+
+def named(figure):
+    """Return the regimes named on the strip."""
+    return texts(figure.axes[-1])
+
+
+# ---- diagrams ------------------------------------------------------------------------------------
+
+
+def test_figure_8_has_two_panels_with_symbols_and_units_and_the_energy_in_green(usual):
+    figure = drawn(usual)
+    damper, structure, energy, strip = figure.axes
+    assert damper.get_ylabel() == "damper $x_2$ [m]"
+    assert structure.get_ylabel() == "structure $x_1$ [m]"
+    assert structure.get_xlabel() == r"angular frequency of the force $\omega$ [rad/s]"
+    assert "[J]" in energy.get_ylabel()
+    assert energy.get_lines()[0].get_color() == "#009e73"
+    assert damper.get_xlim() == structure.get_xlim() == strip.get_xlim() == (4.99, 8.01)
+    assert figure.texts[0].get_text() == "a test of pictures"
+    assert figure.get_figwidth() == pytest.approx(16 / 2.54)
+
+
+def test_the_dots_are_the_archives_section(usual):
+    figure = drawn(usual)
+    with read(usual) as view:
+        for panel, component in ((figure.axes[0], 2), (figure.axes[1], 0)):
+            (cloud,) = panel.get_lines()
+            expected = view.take("section", start=0, component=component)
+            np.testing.assert_array_equal(cloud.get_ydata(), expected.ravel())
+            np.testing.assert_array_equal(cloud.get_xdata(), np.repeat(view["omega"], 12))
+            assert cloud.get_rasterized()
+            assert cloud.get_linestyle() == "None"
+
+
+def test_regimes_are_named_and_names_do_not_overlap(usual):
+    figure = drawn(usual)
+    strip = figure.axes[-1]
+    assert named(figure) == [
+        *("T,1", "2T,1", "2T,2", "chaos", "3T,2", "undetermined", "4T,2", "T,0")
+    ]
+    figure.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in strip.texts]
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[i + 1 :])
+    assert all(figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1 for box in boxes)
+    assert all(box.y1 <= figure.bbox.y1 for box in boxes)
+
+
+def test_gaps_in_knowledge_look_like_gaps(usual):
+    patches = drawn(usual).axes[-1].patches
+    hatched = [patch for patch in patches if patch.get_hatch()]
+    assert len(patches) == len(WINDOWS)
+    assert len(hatched) == 1
+    assert hatched[0].get_x() == pytest.approx(7.50, abs=0.02)
+
+
+def test_several_starts_have_a_legend_and_colours_of_their_own(tmp_path):
+    path = archive_of(tmp_path / "r.h5", start={"policy": "random", "count": 3, "seed": 1})
+    structure = drawn(path).axes[1]
+    assert len({line.get_color() for line in structure.get_lines()}) == 3
+    legend = [text.get_text() for text in structure.get_legend().get_texts()]
+    assert legend == ["start: random 0", "start: random 1", "start: random 2"]
+
+
+def test_up_and_down_have_two_colours(tmp_path):
+    colours = {
+        drawn(archive_of(tmp_path / f"{policy}.h5", start={"policy": policy}))
+        .axes[0].get_lines()[0].get_color()
+        for policy in ("rest", "up", "down")
+    }  # fmt: skip
+    assert len(colours) == 3
+
+
+@pytest.mark.parametrize(
+    ("system", "want", "panels"),
+    [
+        ("none", ["section"], ["structure $x_1$ [m]"]),
+        ("tmd", ["energy"], ["energy of the structure", "energy of the damper"]),
+        ("ssul-set6", ["impacts"], ["impacts per forcing period"]),
+        ("ssul-set6", ["clearance"], ["smallest near miss"]),
+        ("ssul-set6", ["regime"], ["period $n$"]),
+    ],
+)
+def test_whatever_is_recorded_is_drawn(tmp_path, system, want, panels):
+    figure = drawn(archive_of(tmp_path / "x.h5", want, system=system))
+    labels = [axes.get_ylabel() for axes in figure.axes if axes.get_ylabel()]
+    assert len(labels) == len(panels)
+    for label, expected in zip(labels, panels, strict=True):
+        assert label.startswith(expected)
+
+
+def test_a_single_value_is_a_diagram_too(tmp_path):
+    figure = drawn(archive_of(tmp_path / "x.h5", vary={"omega": {"values": [6.0]}}))
+    assert named(figure) == ["T,1"]
+
+
+# ---- maps ----------------------------------------------------------------------------------------
+
+
+def test_a_map_has_a_colour_and_a_name_for_every_regime(tmp_path):
+    path = archive_of(tmp_path / "m.h5", ["regime"], MAP)
+    (axes,) = drawn(path).axes
+    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert legend == [
+        *("T,0", "T,1", "2T,1", "2T,2", "3T,2", "4T,2", "chaos", "undetermined")
+    ]  # fmt: skip
+    assert axes.get_xlabel().endswith(r"$\omega$ [rad/s]")
+    assert axes.get_ylabel() == "amplitude of the force $P$ [N]"
+    (mesh,) = axes.collections
+    assert mesh.get_array().shape == (20, 30)
+    colours = palette.colours(legend)
+    with read(path) as view:
+        labels = view.take("label", start=0)
+    faces = mesh.to_rgba(mesh.get_array()).reshape(20, 30, 4)
+    for place in ((0, 0), (12, 3), (29, 19)):
+        hexed = "#" + "".join(f"{round(255 * c):02x}" for c in faces[place[::-1]][:3])
+        assert hexed == colours[labels[place]]
+
+
+def test_a_map_without_regimes_shows_the_largest_energy_of_all_starts(tmp_path):
+    start = {"policy": "random", "count": 2, "seed": 1}
+    figure = drawn(archive_of(tmp_path / "m.h5", ["energy"], MAP, start=start))
+    axes, bar = figure.axes
+    assert bar.get_ylabel().startswith("energy of the structure")
+    assert bar.get_ylabel().endswith("largest of 2 starts")
+    assert figure.texts[0].get_text().endswith("; 2 starts")
+    assert axes.collections[0].get_array().shape == (20, 30)
+
+
+FOUR = {"policy": "random", "count": 4, "seed": 1}
+LATE = "transient chaos to T,0"
+
+
+def coexisting_archive(path, want=("regime", "settling", "lyapunov")):
+    """Write a map of four starts: alike, in two regimes, in three, and of unknown ones."""
+    cells = (
+        ["T,1"] * 4,
+        ["T,0", "T,0", "2T,1", LATE],
+        ["9T,6", "chaos", "T,0", "T,0"],
+        ["undetermined"] * 4,
+    )
+    columns = np.repeat(np.array(cells, dtype=object), [9, 9, 9, 3], axis=0)
+
+    def fill(name, array):
+        if name == "label":
+            array[...] = columns[:, np.newaxis]
+        elif name == "settling":
+            array[...] = np.arange(1, 5)
+            array[27:, :, 1] = -1
+        elif name == "lyapunov":
+            array[...] = np.linspace(-0.3, 0.2, 30)[:, np.newaxis, np.newaxis]
+
+    return archive_of(path, want, MAP, start=FOUR, fill=fill)
+
+
+def shown(path, what):
+    with read(path) as view:
+        return figures.draw(view, what)
+
+
+def legend_of(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def faces(axes):
+    """Return the colours of the cells of a map as hex strings, one of each column."""
+    (mesh,) = axes.collections
+    rows = mesh.to_rgba(mesh.get_array())[0]
+    return ["#" + "".join(f"{round(255 * c):02x}" for c in face[:3]) for face in rows]
+
+
+@pytest.fixture(scope="module")
+def four(tmp_path_factory):
+    return coexisting_archive(tmp_path_factory.mktemp("four") / "four.h5")
+
+
+def test_a_map_of_several_starts_shows_the_most_frequent_regime_and_how_many_coexist(four):
+    above, below = drawn(four).axes
+    assert legend_of(above) == ["T,0", "T,1", "undetermined"]
+    assert above.get_legend().get_title().get_text() == "most frequent regime"
+    assert legend_of(below) == ["none known", "1", "2", "3"]
+    plain = palette.colours(["T,0", "T,1"])
+    assert [faces(above)[i] for i in (0, 9, 18, 29)] == [
+        *(plain["T,1"], plain["T,0"], plain["T,0"], palette.OTHERS["undetermined"])
+    ]  # fmt: skip
+    assert len({faces(below)[i] for i in (0, 9, 18, 29)}) == 4
+    assert (texts(above), texts(below)) == (["(a)"], ["(b)"])
+
+
+def test_coexistence_alone_is_a_panel_of_its_own(four):
+    (axes,) = shown(four, "coexisting").axes
+    assert legend_of(axes) == ["none known", "1", "2", "3"]
+
+
+def test_a_share_goes_from_none_to_all(four):
+    axes, bar = shown(four, "share:T,0").axes
+    (mesh,) = axes.collections
+    assert [mesh.get_array()[0, i] for i in (0, 9, 18, 29)] == [0.0, 0.75, 0.5, 0.0]
+    assert mesh.get_clim() == (0.0, 1.0)
+    assert bar.get_ylabel() == "share of 4 starts in T,0"
+    one = shown(four, f"share:{LATE}").axes[0].collections[0].get_array()
+    assert (one[0, 9], one[0, 18]) == (0.25, 0.0)
+
+
+def test_shares_are_side_by_side_the_most_frequent_first(four):
+    figure = shown(four, "shares")
+    titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
+    assert titles[:2] == ["T,0", "T,1"]
+    assert set(titles) == {"T,0", "T,1", "2T,1", "9T,6", "chaos"}
+    figure.draw_without_rendering()
+    boxes = [axes.get_tightbbox(for_layout_only=True) for axes in figure.axes if axes.axison]
+    assert all(box.x0 >= 0 and box.x1 <= figure.bbox.x1 for box in boxes)
+    assert all(box.y0 >= 0 and box.y1 <= figure.bbox.y1 for box in boxes)
+
+
+def test_settling_is_the_largest_of_all_starts_and_black_where_one_never_did(four):
+    axes = shown(four, "settling").axes[0]
+    mesh, cover = axes.collections
+    assert mesh.get_array()[0, 0] == 4
+    np.testing.assert_array_equal(mesh.get_array().mask[0], [False] * 27 + [True] * 3)
+    np.testing.assert_array_equal(cover.get_array().mask[0], [True] * 27 + [False] * 3)
+    assert legend_of(axes) == ["not settled, or no orbit to settle on"]
+
+
+def test_exponents_have_zero_in_the_middle_of_their_scale(four):
+    (mesh,) = shown(four, "lyapunov").axes[0].collections
+    assert mesh.norm(0.0) == 0.5
+    assert mesh.norm.vmin < 0 < mesh.norm.vmax
+
+
+def test_long_periods_share_a_name_on_a_map(tmp_path):
+    def fill(name, array):
+        if name == "label":
+            array[...] = "T,1"
+            array[3:9], array[9:12] = "9T,6", "36T,28"
+
+    (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], MAP, fill=fill)).axes
+    assert legend_of(axes) == ["T,1", "6T and longer"]
+    assert faces(axes)[4] == faces(axes)[10] == palette.RAMP[-1]
+
+
+def test_a_few_values_at_unequal_distances_stand_side_by_side(tmp_path):
+    vary = {"omega": {"values": [7.375, 7.4, 7.575]}, "K": {"start": 2e7, "stop": 3e7, "num": 5}}
+    (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], vary)).axes
+    assert axes.get_xlim() == (-0.5, 2.5)
+    assert [text.get_text() for text in axes.get_xticklabels()] == ["7.375", "7.4", "7.575"]
+    assert axes.get_ylim() == pytest.approx((1.875e7, 3.125e7))
+    assert axes.get_ylabel().endswith("[N/m$^{1.5}$]")
+
+
+def test_what_a_map_cannot_show_is_refused(four, usual, tmp_path):
+    for what, message in (("E1max", "not recorded"), ("shadows", "did you mean 'shares'")):
+        with pytest.raises(RequestError, match=message):
+            figures.save(four, tmp_path / "a.png", what)
+    with pytest.raises(RequestError, match="vary two"):
+        figures.save(usual, tmp_path / "a.png", "regimes")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_transient_is_kin_to_its_final_regime_and_not_the_same():
+    found = palette.colours(["T,0", "T,1", LATE, "transient chaos to T,1"])
+    assert len(set(found.values())) == 4
+    assert palette.colours([LATE])[LATE] == palette.colours(["T,0", LATE])[LATE]
+
+
+# ---- sweeps and exponents ------------------------------------------------------------------------
+
+
+def test_both_sweeps_have_a_strip_and_a_colour_each_and_one_colour_is_one_regime(tmp_path):
+    def fill(name, array):
+        if name == "label":
+            array[:75, 1], array[75:, 1] = "3T,3", "3T,2"
+
+    want = ("section", "regime", "lyapunov")
+    figure = drawn(archive_of(tmp_path / "b.h5", want, start={"policy": "both"}, fill=fill))
+    damper, structure, exponent, up, down = figure.axes
+    assert (up.get_ylabel(), down.get_ylabel()) == ("up", "down")
+    assert up.get_position().y0 > down.get_position().y1 > structure.get_position().y1
+    assert texts(down) == ["3T,3", "3T,2"]
+    assert len({line.get_color() for line in damper.get_lines()}) == 2
+
+    def ink(strip, place):
+        return next(
+            p.get_facecolor()
+            for p in strip.patches
+            if p.get_x() <= place <= p.get_x() + p.get_width()
+        )
+
+    assert ink(up, 7.47) == ink(down, 7.47)  # 3T,2 in both
+    assert ink(down, 6.0) != ink(down, 7.0)
+    assert exponent.get_ylabel() == r"Lyapunov exponent $\lambda_1$ [1/s]"
+    assert exponent.get_xlabel().endswith("[rad/s]")
+    figure.draw_without_rendering()
+    names = [text.get_window_extent() for text in down.texts]
+    assert all(box.y1 <= up.get_window_extent().y0 for box in names)
+
+
+def test_exponents_stand_on_a_line_at_zero_with_their_intervals(tmp_path):
+    def fill(name, array):
+        if name == "lyapunov":
+            array[...] = np.linspace(-0.2, 0.1, 151)[:, np.newaxis]
+            array[3] = np.nan
+        if name == "lyapunov_width":
+            array[...] = 0.02
+
+    (axes,) = drawn(archive_of(tmp_path / "x.h5", ["lyapunov"], fill=fill)).axes
+    zero, dots = axes.get_lines()
+    assert zero.get_ydata() == [0.0, 0.0]
+    assert dots.get_ydata().size == 150
+    (bars,) = axes.collections
+    first = bars.get_segments()[0]
+    np.testing.assert_allclose(first[:, 1], [-0.22, -0.18])
+
+
+def test_the_number_of_varied_parameters_decides_between_diagram_and_map(tmp_path, usual):
+    diagram, map_ = drawn(usual), drawn(archive_of(tmp_path / "m.h5", ["regime"], MAP))
+    assert not diagram.axes[0].collections
+    assert map_.axes[0].collections[0].get_array().shape == (20, 30)
+    for figure in (diagram, map_):
+        assert figure.texts[-1].get_text() == "a test of pictures"
+
+
+def test_an_archive_with_nothing_to_draw_says_what_it_holds(tmp_path):
+    path = archive_of(tmp_path / "m.h5", ["section"], MAP)
+    with pytest.raises(RequestError, match=r"holds only .*section.*: nothing to draw"):
+        figures.save(path, tmp_path / "m.png")
+
+
+def test_shares_of_unknown_regimes_are_refused_in_one_line(tmp_path):
+    def unknown(name, array):
+        if name == "label":
+            array[...] = "undetermined"
+
+    path = archive_of(tmp_path / "m.h5", ["regime"], MAP, start=FOUR, fill=unknown)
+    with pytest.raises(RequestError, match="no start ended in a known regime"):
+        shown(path, "shares")
+
+
+# ---- files ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("form", ["png", "pdf", "svg"])
+def test_pictures_carry_the_hash_and_repeat_byte_by_byte(tmp_path, usual, form):
+    with read(usual) as view:
+        scan_hash = view.attrs["scan_hash"]
+    first, second = tmp_path / f"a.{form}", tmp_path / f"b.{form.upper()}"
+    assert figures.save(usual, first) == first
+    figures.save(usual, second)
+    content = first.read_bytes()
+    assert scan_hash.encode() in content
+    assert content == second.read_bytes()
+    assert sorted(file.name for file in tmp_path.iterdir()) == [first.name, second.name]
+
+
+def test_a_png_has_200_dots_per_inch(tmp_path, usual):
+    with Image.open(figures.save(usual, tmp_path / "a.png")) as picture:
+        assert picture.info["scan_hash"]
+        assert picture.size[0] == pytest.approx(16 / 2.54 * 200, abs=1)
+
+
+def test_the_dots_of_a_pdf_are_an_image(tmp_path, usual):
+    content = figures.save(usual, tmp_path / "a.pdf").read_bytes()
+    assert b"/Subtype /Image" in content
+
+
+def test_bad_requests_are_one_line_and_leave_nothing_behind(tmp_path, usual):
+    with pytest.raises(RequestError, match=r"\.png, \.pdf, \.svg"):
+        figures.save(usual, tmp_path / "a.gif")
+    with pytest.raises(RequestError, match="cannot write"):
+        figures.save(usual, tmp_path / "nowhere" / "a.png")
+    with pytest.raises(RequestError, match="no such file"):
+        figures.save(tmp_path / "absent.h5", tmp_path / "a.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupted_picture_leaves_the_old_one(tmp_path, usual, monkeypatch):
+    old = tmp_path / "a.png"
+    old.write_bytes(b"old")
+
+    def die(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", die)
+    with pytest.raises(KeyboardInterrupt):
+        figures.save(usual, old)
+    assert [file.read_bytes() for file in tmp_path.iterdir()] == [b"old"]
+
+
+def test_drawing_loads_no_kernel_and_no_window_system(tmp_path, usual):
+    code = (
+        "import sys; from nlds_vines.bifurcation.picture.drawing import save; save(*sys.argv[1:]);"
+        "print([n for n in sys.modules if n.split('.')[0] in ('numba', 'llvmlite', 'tkinter')"
+        " or n.startswith(('nlds_vines.kernels', 'matplotlib.pyplot'))])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, usual, tmp_path / "a.png"],
+        capture_output=True,
+        text=True,
+        env={"PYTHONPATH": str(Path(nlds_vines.__path__[0]).parent)},
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (0, "[]\n"), done.stderr
+
+
+# ---- bands and colours ---------------------------------------------------------------------------
+
+
+def test_bands_are_the_runs_of_equal_labels():
+    values = np.array([1.0, 2.0, 3.0, 5.0])
+    found = bands.bands(values, np.array(["a", "a", "b", "a"]))
+    assert found == [("a", 0.5, 2.5), ("b", 2.5, 4.0), ("a", 4.0, 6.0)]
+
+
+@given(st.lists(st.floats(0, 10), min_size=1, max_size=12))
+def test_spread_places_keep_their_distance_order_and_range(wanted):
+    places = bands.spread(sorted(wanted), 0.8, 0.0, 10.0)
+    assert np.all(np.diff(places) >= 0.8 - 1e-9)
+    assert places[0] >= -1e-9
+    assert places[-1] <= 10 + 1e-9
+
+
+def test_spread_moves_nothing_without_need_and_centres_a_group():
+    np.testing.assert_allclose(bands.spread([1, 5, 9], 1, 0, 10), [1, 5, 9])
+    np.testing.assert_allclose(bands.spread([5, 5, 5], 1, 0, 10), [4, 5, 6])
+    np.testing.assert_allclose(bands.spread([2, 5, 5.5], 1, 0, 10), [2, 4.75, 5.75])
+    assert bands.spread([], 1, 0, 10).size == 0
+    with pytest.raises(ValueError, match="no room"):
+        bands.spread([1, 2, 3], 6, 0, 10)
+
+
+def test_colours_tell_regimes_apart_and_order_is_by_period():
+    labels = ["chaos", "undetermined", "failed", "T,1", "12T,9", "2T,1", "T,0", "2T,2",
+              "quasiperiodic", "transient chaos to T,0"]  # fmt: skip
+    colours = palette.colours(labels)
+    assert len(set(colours.values())) == len(labels)
+    assert palette.ordered(labels) == [
+        *("T,0", "T,1", "2T,1", "2T,2", "12T,9"),
+        *("quasiperiodic", "chaos", "transient chaos to T,0", "undetermined", "failed"),
+    ]
+    assert palette.is_dark(colours["chaos"])
+    assert not palette.is_dark(colours["T,0"])
+
+
+def test_the_ramp_grows_lighter_with_the_period():
+    def light(colour):
+        red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+        return 0.299 * red + 0.587 * green + 0.114 * blue
+
+    shades = [light(colour) for colour in palette.RAMP]
+    assert shades == sorted(shades)
+    assert palette.period_and_impacts("3T,2") == (3, 2)
+    assert palette.period_and_impacts("T,0") == (1, 0)
+    assert palette.period_and_impacts("chaos") is None

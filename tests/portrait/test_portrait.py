@@ -1,0 +1,421 @@
+"""The portrait: requests checked once, windows of one run, pages for every scene, exit statuses."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main as console
+from nlds_vines.errors import RequestError
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.system import System
+from nlds_vines.orbits import simulation
+from nlds_vines.portrait.command import main
+from nlds_vines.portrait.picture import portrait as draw
+from nlds_vines.portrait.request import PANELS, USUAL, Column, PortraitRequest, Window
+from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.portrait.run import views_of
+from nlds_vines.portrait.spectrum_panel import DEPTH
+
+ROOT = Path(__file__).resolve().parents[2]
+SAMPLES = 128
+SHORT = {"samples": SAMPLES, "transient": 600, "periods": 12}
+ALL = tuple(PANELS)
+
+OF_KIND = {
+    "none": nv.load_system("none"),
+    "tmd": nv.load_system("tmd"),
+    "ssul": nv.load_system("ssul-set6"),
+    "ssbl": nv.load_system("ssbl", omega=6.05),
+}
+
+
+def request_of(system, **portrait):
+    sampling = {key: portrait.pop(key) for key in tuple(portrait) if key in (*SHORT, "windows")}
+    sampling = {"samples": SAMPLES, **sampling} if "windows" in sampling else SHORT | sampling
+    return load_portrait(system, {"sampling": sampling, "portrait": portrait})
+
+
+def page(system, **options):
+    request = request_of(system, **options)
+    views = views_of(request)
+    return draw(request, views), views
+
+
+def panels_by_label(figure):
+    return {axes.get_ylabel(): axes for axes in figure.axes}
+
+
+# ---- pages ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", OF_KIND)
+def test_every_scene_has_a_page_without_the_panels_it_lacks(kind):
+    figure, (view,) = page(OF_KIND[kind], panels=ALL)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    scene = SCENES[kind]
+    assert ("force [kN]" in labels) == bool(scene.walls)
+    for label in ("$x_2-x_1$ [m]", "$E_2$ [J]", r"$\dot{x}_2$ [m/s]"):
+        assert (label in labels) == scene.damper
+    assert len(labels) == len(ALL) - (0 if scene.damper else 3) - (0 if scene.walls else 1)
+    assert view.label == {"ssul": "T,1", "ssbl": "T,2"}.get(kind, "T,0")
+
+
+def test_all_labels_carry_symbols_or_words_and_units():
+    figure, _ = page(OF_KIND["ssul"], panels=ALL)
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        assert axes.get_ylabel().endswith("]")
+    across = [axes.get_xlabel() for axes in figure.axes if axes.get_xlabel()]
+    assert len(across) >= 5
+    assert all(label.endswith("]") for label in across)
+    assert figure.get_figwidth() == pytest.approx(16 / 2.54)
+
+
+def test_nothing_is_written_outside_the_page_or_over_another_panel():
+    for options in ({}, {"windows": [[10, 20], [20, 26], [26, 29]]}):
+        figure, _ = page(OF_KIND["ssul"], panels=ALL, **options)
+        figure.draw_without_rendering()
+        tall, wide = figure.bbox.height, figure.bbox.width
+        boxes = [axes.get_tightbbox(for_layout_only=True) for axes in figure.axes]
+        boxes += [text.get_window_extent() for text in figure.texts]
+        for box in boxes:
+            assert box.x0 >= 0
+            assert box.y0 >= 0
+            assert box.x1 <= wide
+            assert box.y1 <= tall
+        for i, box in enumerate(boxes):
+            for other in boxes[:i]:
+                across = min(box.x1, other.x1) - max(box.x0, other.x0)
+                along = min(box.y1, other.y1) - max(box.y0, other.y0)
+                assert min(across, along) < 3  # pixels, of the white around a letter
+
+
+def test_the_curves_are_the_orbit():
+    figure, (view,) = page(OF_KIND["ssul"], panels=["displacement", "relative", "phase2"], show=5)
+    orbit = nv.simulate(
+        OF_KIND["ssul"], 12, transient=600, record=["trajectory", "impacts"], samples=SAMPLES
+    )
+    np.testing.assert_array_equal(view.states, orbit.trajectory)
+    displacement, relative, phase = figure.axes
+    x1, x2, obstacle = (line.get_ydata() for line in displacement.get_lines())
+    np.testing.assert_array_equal(x1, orbit.trajectory[: 5 * SAMPLES, 0])
+    np.testing.assert_array_equal(x2, orbit.trajectory[: 5 * SAMPLES, 2])
+    np.testing.assert_allclose(obstacle - x1, 0.1, rtol=1e-12)
+    assert displacement.get_xlim() == relative.get_xlim() == (600, 605)
+    u, wall = relative.get_lines()
+    np.testing.assert_array_equal(u.get_ydata(), x2 - x1)
+    assert set(wall.get_ydata()) == {0.1}
+    points = phase.get_lines()[-1]
+    np.testing.assert_array_equal(points.get_xydata()[-1], orbit.trajectory[-1, 2:])
+
+
+def test_walls_are_drawn_by_their_own_lines_and_forces():
+    figure, (view,) = page(OF_KIND["ssbl"], panels=["relative", "force"])
+    relative, force = figure.axes
+    named = {line.get_label(): line.get_ydata() for line in relative.get_lines()[1:]}
+    assert {name: set(values) for name, values in named.items()} == {
+        "structure": {0.0},
+        "obstacle": {0.42},
+    }
+    curves = {line.get_label(): line.get_ydata() for line in force.get_lines()}
+    assert curves["structure"].min() == 0 < curves["structure"].max()
+    assert curves["obstacle"].max() == 0 > curves["obstacle"].min()
+    assert curves[r"$P\,\cos\,\omega t$"].max() == pytest.approx(0.8)
+    assert len(view.touches) == 24
+
+
+@pytest.mark.parametrize(
+    ("kind", "own", "lines"),
+    [
+        ("ssvi-b", {}, {"structure": 0.0, "obstacle": 0.42}),
+        ("ssvi-c", {"L": 0.1}, {"limit": -0.1, "obstacle": 0.42}),
+    ],
+)
+def test_limits_are_lines_too_and_have_no_force(kind, own, lines):
+    request = request_of(OF_KIND["ssbl"], panels=ALL)
+    (view,) = views_of(request)
+    system = System(kind, {**OF_KIND["ssbl"].parameters, **own})
+    column = Column(system, view.column.window)  # the orbit does not matter here, the scene does
+    seen = replace(view, column=column, violation=simulation.Violation(2, 1.5, 0.01))
+    assert "violated 2 times, by up to 0.01 m, first at 1.5 s" in "\n".join(seen.lines())
+    kept = replace(seen, violation=simulation.Violation(0, np.nan, 0.0))
+    assert "in the whole run: kept" in "\n".join(kept.lines())
+    figure = draw(replace(request, columns=(column,)), [seen])
+    panels = panels_by_label(figure)
+    relative = panels["$x_2-x_1$ [m]"].get_lines()[1:]
+    assert {line.get_label(): line.get_ydata()[0] for line in relative} == pytest.approx(lines)
+    names = [line.get_label() for line in panels["force [kN]"].get_lines()]
+    assert names == [r"$P\,\cos\,\omega t$", "contact"]
+
+
+def test_a_spectrum_is_cut_off_below_its_highest_line():
+    figure, (view,) = page(OF_KIND["ssul"], panels=["spectrum"], signal="force")
+    (axes,) = figure.axes
+    assert axes.get_ylabel() == "$|F|$ [dB re 1 N]"
+    highest = view.spectrum.decibels()[1:].max()
+    assert axes.get_ylim()[0] == pytest.approx(highest - DEPTH)
+    assert view.share < 1e-10
+
+
+# ---- windows and runs ----------------------------------------------------------------------------
+
+
+def test_windows_are_cut_from_one_run(monkeypatch):
+    calls = []
+    real = simulation.simulate
+    monkeypatch.setattr(
+        "nlds_vines.portrait.run.simulate", lambda *a, **k: calls.append(k) or real(*a, **k)
+    )
+    _, (first, second) = page(OF_KIND["ssul"], windows=[[3, 5], [9, 20]])
+    assert [call["transient"] for call in calls] == [3]
+    T = OF_KIND["ssul"].period
+    assert first.time[0] == pytest.approx(3 * T + T / SAMPLES)
+    assert (first.time[-1], second.time[-1]) == (pytest.approx(5 * T), pytest.approx(20 * T))
+    whole = real(
+        OF_KIND["ssul"], 17, transient=3, record=["trajectory", "impacts"], samples=SAMPLES
+    )
+    np.testing.assert_array_equal(second.states, whole.trajectory[6 * SAMPLES :])
+    touches = whole.impacts["touch"]
+    assert len(first.touches) == np.count_nonzero(touches <= 5 * T)
+    assert len(second.touches) == np.count_nonzero(touches > 9 * T)
+
+
+def test_columns_of_other_systems_are_other_runs_beside_each_other():
+    document = {
+        "system": "ssul-set6",
+        "sampling": {"samples": SAMPLES},
+        "portrait": {"panels": ["energy1", "spectrum"], "taper": "hann"},
+        "column": [
+            {"name": "low", "set": {"omega": 6.0}, "window": [20, 32]},
+            {"name": "high", "set": {"omega": 8.0}, "window": [300, 312]},
+        ],
+    }
+    request = load_portrait(document)
+    assert len(request.runs()) == 2
+    figure = nv.portrait(document)
+    low, high = figure.axes[:2]
+    assert low.get_ylim() == high.get_ylim()
+    assert [text.get_text() for text in figure.texts[1:]] == [
+        "low, periods 20 to 32",
+        "high, periods 300 to 312",
+    ]
+
+
+def test_a_subharmonic_orbit_is_told_by_its_period():
+    request = request_of(
+        nv.load_system("ssul-set6", omega=7.375, K=2.5e7), transient=1500, periods=40
+    )
+    (view,) = views_of(request)
+    assert (view.label, view.comb, view.spectrum.periods) == ("3T,3", 3, 39)
+    assert view.share < 1e-10
+    text = "\n".join(view.lines())
+    assert "3T,3: the section repeats after 3 periods" in text
+    assert "impacts per period: 1 (40 in the window)" in text
+    ((line, points),) = [
+        axes.get_lines()
+        for axes in draw(
+            PortraitRequest("", request.columns, ("phase1",), samples=SAMPLES), [view]
+        ).axes
+    ]
+    assert len(points.get_xdata()) == 3
+    start, end = line.get_xydata()[[0, -1]]
+    np.testing.assert_allclose(start, end, atol=1e-6)  # the curve closes
+
+
+def test_what_is_not_known_is_said():
+    _, (view,) = page(OF_KIND["ssul"], transient=0, periods=2, panels=["energy"])
+    text = "\n".join(view.lines())
+    assert "too short to tell" in text
+    assert "no period found" in page(OF_KIND["ssul"], transient=0, periods=4)[0].texts[1].get_text()
+    _, (view,) = page(OF_KIND["ssul"], transient=0, periods=1, taper="hann")
+    assert view.share is None
+    assert "too few periods to tell" in "\n".join(view.lines())
+
+
+def test_a_start_is_where_the_orbit_begins():
+    request = load_portrait(
+        OF_KIND["ssul"],
+        {"start": {"state": [0.01, 0.0, 0.3, 0.0]}, "sampling": {**SHORT, "transient": 0}},
+    )
+    (view,) = views_of(request)
+    assert view.states[0, 2] == pytest.approx(0.3, abs=0.01)
+    assert request.hash != request_of(OF_KIND["ssul"], transient=0).hash
+
+
+# ---- requests ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", [9, 10, 11, 12])
+def test_the_requests_of_the_papers_figures_state_their_assumption(number):
+    path = ROOT / "scans" / f"figure{number}.toml"
+    request = load_portrait(path)
+    assert "K = 2.5e7 N/m^1.5 assumed" in request.title
+    assert f"(Figure {number})" in request.title
+    assert all(column.system.K == 2.5e7 for column in request.columns)
+    script = path.with_suffix(".py")
+    done = subprocess.run(
+        [sys.executable, str(script), "--dry-run"],
+        capture_output=True, text=True, check=True, env={"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert request.title in done.stdout
+
+
+def test_options_override_a_request():
+    path = ROOT / "scans" / "figure11.toml"
+    request = load_portrait(path, {"sampling": {"windows": ["5:7", (8, 9)]}, "set": {"P": 700.0}})
+    windows = [column.window for column in request.columns]
+    assert windows == [Window(5, 7), Window(8, 9)] * 2
+    assert {column.system.parameters["P"] for column in request.columns} == {700.0}
+    assert "P = 700 N" in request.title  # the request's own title is true no more
+    single = load_portrait(path, {"sampling": {"transient": 4, "periods": 2}})
+    assert [column.window for column in single.columns] == [Window(4, 6)] * 2
+
+
+def test_panels_keep_the_order_of_the_page_and_need_something_to_show():
+    assert request_of("tmd", panels=["spectrum", "force", "energy"]).panels == (
+        "energy",
+        "spectrum",
+    )
+    assert request_of("ssul-set6").panels == tuple(name for name in PANELS if name in USUAL)
+    with pytest.raises(RequestError, match="force cannot be filled for kind 'tmd'"):
+        request_of("tmd", panels=["force"])
+
+
+def test_a_request_in_python_is_checked_too():
+    column = Column(OF_KIND["tmd"], Window(0, 3))
+    assert PortraitRequest("a title", (column,)).signal == "x2"
+    with pytest.raises(RequestError, match="number of columns = 5"):
+        PortraitRequest("a title", (column,) * 5)
+
+
+# ---- the command ---------------------------------------------------------------------------------
+
+BAD = {
+    "unknown system": (["--system", "ssul"], ["--system", "'ssul'"]),
+    "unknown file": (["no.toml"], ["no.toml"]),
+    "unknown key": (["bad.toml"], ["bad.toml", "'pannels'", "'panels'"]),
+    "unknown panel": (["--panels", "forces"], ["panels", "'forces'", "'force'"]),
+    "no panel": (["--panels", ","], ["panels", "empty"]),
+    "panel twice": (["--panels", "force,force"], ["panels", "twice"]),
+    "window of one number": (["--windows", "100"], ["windows", "'100'", "BEGIN:END"]),
+    "window in words": (["--windows", "a:b"], ["windows", "'a:b'", "BEGIN:END"]),
+    "window backwards": (["--windows", "9:5"], ["end of windows = 5"]),
+    "windows overlap": (["--windows", "1:5,4:9"], ["1:5", "4:9", "follow"]),
+    "windows and periods": (["--windows", "1:5", "--periods", "3"], ["windows", "periods"]),
+    "too many windows": (["--windows", "1:2,3:4,5:6,7:8,9:10"], ["columns = 5"]),
+    "start of three": (["--start", "0,0,0"], ["start", "x1, v1, x2, v2"]),
+    "start in words": (["--start", "up"], ["--start", "'up'"]),
+    "no samples": (["--samples", "1"], ["samples = 1"]),
+    "too many states": (["--periods", "100000"], ["100600", "10000000"]),
+    "nothing to show": (["--show", "0"], ["show = 0"]),
+    "unknown signal": (["--signal", "x3"], ["'x3'", "x1"]),
+    "signal of no damper": (["--system", "none", "--signal", "x2"], ["'x2'", "'none'"]),
+    "unknown taper": (["--taper", "han"], ["'han'", "'hann'"]),
+    "comb too wide": (["--periods", "5", "--comb", "6"], ["comb = 6", "5"]),
+    "unknown method": (["--method", "rk5"], ["'rk5'", "'rk4'"]),
+    "set twice": (["--set", "P=1", "--set", "P=2"], ["--set P", "twice"]),
+    "set NaN": (["--set", "P=nan"], ["P", "finite"]),
+    "plot of unknown kind": (["--plot", "x.gif"], ["'x.gif'", ".png, .pdf, .svg"]),
+    "plot in no folder": (["--plot", "no/x.png"], ["'no/x.png'"]),
+    "unknown option": (["--panel", "force"], ["--panel", "--panels"]),
+}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    (tmp_path / "bad.toml").write_text('system = "tmd"\n[portrait]\npannels = ["energy"]\n')
+    (tmp_path / "good.toml").write_text('system = "tmd"\n[sampling]\nperiods = 4\ntransient = 0\n')
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_wrong_request_is_one_line_and_leaves_nothing(case, folder, capsys):
+    arguments, named = BAD[case]
+    before = sorted(folder.iterdir())
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert err.startswith("nlds-vines portrait: error: ")
+    for word in named:
+        assert word in err
+    assert sorted(folder.iterdir()) == before
+
+
+def test_nothing_heavy_is_loaded_for_help_or_a_wrong_request(folder):
+    program = (
+        "import sys; from nlds_vines.portrait.command import main\n"
+        "main(sys.argv[1:]); heavy = {'numba', 'matplotlib', 'scipy', 'h5py'} & set(sys.modules)\n"
+        "sys.exit(bool(heavy))"
+    )
+    for arguments in (["--help"], ["--panels", "forces"], ["good.toml", "--dry-run"]):
+        subprocess.run(
+            [sys.executable, "-c", program, *arguments],
+            check=True, capture_output=True, env={"PYTHONPATH": str(ROOT)},
+        )  # fmt: skip
+
+
+def test_a_dry_run_says_what_would_be_done_and_does_nothing(folder, capsys):
+    assert console(["portrait", "good.toml", "--dry-run", "--start", "rest"]) == 0
+    out = capsys.readouterr().out
+    assert "4 periods from rest; 4096 states" in out
+    assert "picture: good.png" in out
+    assert not (folder / "good.png").exists()
+
+
+def test_a_run_draws_and_says_what_was_seen(folder, capsys):
+    assert main(["good.toml", "--start", "0,0,0.1,0"]) == 0
+    out = capsys.readouterr().out
+    assert "periods 0 to 4" in out
+    assert "largest E2" in out
+    with Image.open(folder / "good.png") as image:
+        assert image.width == pytest.approx(16 / 2.54 * 200, abs=1)
+        assert image.info["Title"] == "Tuned mass damper, ω = 6.28 rad/s"
+        assert (
+            image.info["recipe_hash"]
+            == load_portrait("good.toml", {"start": {"state": [0, 0, 0.1, 0]}}).hash
+        )
+    assert main(["good.toml", "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("suffix", [".pdf", ".svg"])
+def test_vectors_stay_small_and_repeat_to_the_byte(suffix, folder):
+    first, second = folder / f"a{suffix}", folder / f"b{suffix}"
+    options = {"transient": 100, "periods": 170, "samples": 512, "panels": ["phase1", "force"]}
+    for path in (first, second):
+        figure = nv.portrait(nv.load_system("ssul-set6", omega=7.4, K=2.5e7), path, **options)
+    assert first.read_bytes() == second.read_bytes()
+    assert first.stat().st_size < 2_000_000
+    vectors = [
+        line for axes in figure.axes for line in axes.get_lines() if not line.get_rasterized()
+    ]
+    assert sum(line.get_xdata().size for line in vectors) < 20_000
+
+
+def test_an_orbit_that_ends_early_is_status_1_and_no_picture(folder, capsys):
+    assert main(["good.toml", "--method", "rk4", "--set", "k2=1e9"]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert "too_stiff" in err
+    assert not (folder / "good.png").exists()
+
+
+def test_the_function_refuses_as_the_command_does(folder):
+    with pytest.raises(RequestError, match=r"'x\.gif'"):
+        nv.portrait("tmd", "x.gif")
+    with pytest.raises(RequestError, match="unknown key 'pannels'"):
+        nv.portrait("tmd", pannels=["energy"])
+    with pytest.raises(RequestError, match="portrait = 3"):
+        nv.portrait(3)
+    with pytest.raises(RequestError, match="show given beside a PortraitRequest"):
+        nv.portrait(load_portrait("tmd"), show=3)
+    assert not list(folder.glob("x*"))

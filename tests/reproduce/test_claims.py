@@ -1,0 +1,140 @@
+"""Claims: every check that can be decided can hold and can fail, and reports what it measured."""
+
+import numpy as np
+import paper_results as paper
+import pytest
+
+from nlds_vines.model.linear_response import response
+from nlds_vines.model.system import System
+from nlds_vines.reproduce.claims import CLAIMS, FACTS, Data, Missing, Verdict, archived, judge
+from nlds_vines.reproduce.claims.claim import maxima, spans
+
+ALL = (*CLAIMS, *FACTS)
+NEVER_DECIDED = {  # the paper is silent
+    "The moduli, the surfaces' geometry and equation (4) fix the contact stiffness K.",
+    "The values of k1 that were compared.",
+}
+
+
+def rising(system, omega):
+    return omega + 40 * len(system.name) - system.parameters.get("c2", 300) * 0.1
+
+
+def better(system, omega):
+    """Return the published energies where the program agrees, others where it contradicts."""
+    p = system.parameters
+    if p.get("k2") == 2083:
+        return paper.published(system, omega) * 5
+    if system.kind == "tmd" and p["k1"] < paper.TUNED_K1:
+        return paper.published(system, omega) * (1 + 1.5 * (1 - p["k1"] / paper.TUNED_K1))
+    return paper.published(system, omega)
+
+
+def unlike(system, omega):
+    """Return energies of dampers that differ from one another and from the paper."""
+    p, base = system.parameters, paper.published(system, omega)
+    if system.kind == "none":
+        return base + omega
+    stiffer = p["k1"] / paper.TUNED_K1
+    return base * (0.2 + 3 * (stiffer - 1) * (system.kind == "ssbl") + (system.kind == "ssul"))
+
+
+def all_different(system, omega):
+    """Return energies that differ from each parameter set to the next."""
+    spread = 1 + 40 * (system.parameters.get("C", 0.03) - 0.03) * (system.kind == "ssul")
+    return paper.published(system, omega) * spread
+
+
+RESULTS = {
+    "all_different": paper.made_up(all_different),
+    "published": paper.made_up(),
+    "better": paper.made_up(better),
+    "rising": paper.made_up(rising, damper=0.01),
+    "unlike": paper.made_up(unlike, damper=0.01),
+    "without impacts": paper.made_up(regimes=paper.without_impacts),
+    "without period": paper.made_up(regimes=paper.without_period),
+    "heavy": paper.made_up(m2=160.0, k2=1e8),
+}
+
+
+@pytest.fixture(scope="module")
+def verdicts():
+    return {
+        claim.statement: {
+            name: judge(claim, evidence).verdict for name, evidence in RESULTS.items()
+        }
+        for claim in ALL
+    }
+
+
+@pytest.mark.parametrize("claim", ALL, ids=lambda claim: claim.statement)
+def test_every_check_can_fail_and_can_hold(verdicts, claim):
+    found = set(verdicts[claim.statement].values())
+    if claim.statement in NEVER_DECIDED:
+        assert found == {Verdict.OPEN}
+    else:
+        assert {Verdict.AGREE, Verdict.DIFFER} <= found
+
+
+def test_claims_name_place_figure_and_one_line():
+    for claim in ALL:
+        assert claim.where
+        assert claim.figure in paper.requests()
+        text = judge(claim, RESULTS["published"]).text
+        assert text
+        assert "\n" not in text
+    assert len({claim.statement for claim in ALL}) == len(ALL)
+
+
+def test_what_was_not_computed_is_said_to_be(tmp_path):
+    evidence = archived(paper.requests(), tmp_path)
+    found = [judge(claim, evidence) for claim in ALL]
+    # the only one that needs nothing computed is about what is not printed
+    assert [f.verdict for f in found].count(Verdict.NOT_RUN) == len(ALL) - 1
+    with pytest.raises(Missing, match="no curve"):
+        evidence("3", "ssul-set1")
+
+
+def test_a_doctored_archive_changes_the_verdict(tmp_path):
+    claim = next(claim for claim in CLAIMS if "Sets 1 and 2" in claim.statement)
+    request = paper.requests()["2a"]
+    curves = {curve.name: curve for curve in request.curves}
+    for name in ("ssul-set1", "ssul-set2"):
+        numbers = RESULTS["published"]("2a", name).numbers
+        paper.write_archive(tmp_path / request.archive(curves[name]), curves[name].scan, numbers)
+    assert judge(claim, archived(paper.requests(), tmp_path)).verdict == Verdict.AGREE
+    (tmp_path / request.archive(curves["ssul-set2"])).unlink()
+    doctored = {name: values * 1.1 for name, values in numbers.items() if name != "label"}
+    paper.write_archive(
+        tmp_path / request.archive(curves["ssul-set2"]), curves["ssul-set2"].scan, doctored
+    )
+    found = judge(claim, archived(paper.requests(), tmp_path))
+    assert found.verdict == Verdict.DIFFER
+    assert found.text == "at most 10.0 % of the peak apart"
+
+
+def test_frequencies_off_the_grid_are_missing():
+    system = System("none", {"m1": 1, "k1": 1, "c1": 1, "P": 1, "omega": 1})
+    data = Data(system, {"omega": np.arange(3.0)}, {})
+    with pytest.raises(Missing, match=r"0\.5 rad/s"):
+        data.place(0.5)
+    with pytest.raises(Missing, match="not recorded"):
+        data.peak()
+
+
+def test_maxima_and_spans():
+    values = np.array([0, 5, 1, 10, 10, 0, 2, 1.0])
+    np.testing.assert_array_equal(maxima(values, 0.3), [1, 3])
+    assert spans(np.arange(5.0), np.array([1, 1, 0, 0, 1], bool)) == [(0, 1), (4, 4)]
+    assert spans(np.arange(2.0), np.zeros(2, bool)) == []
+
+
+def test_the_closed_form_solves_the_equations_of_motion():
+    structure = {"m1": 3.0, "k1": 50.0, "c1": 2.0, "P": 11.0, "omega": 4.0}
+    system = System("tmd", structure | {"m2": 0.5, "k2": 7.0, "c2": 0.4})
+    found = response(system, np.array([3.5]))
+    w, x1, x2 = 3.5, found.X1[0], found.X2[0]
+    joint = (7.0 + 0.4j * w) * (x2 - x1)
+    assert (50.0 - 3.0 * w**2 + 2.0j * w) * x1 - joint == pytest.approx(11.0)
+    assert -0.5 * w**2 * x2 + joint == pytest.approx(0.0, abs=1e-12)
+    assert found.clears.all()

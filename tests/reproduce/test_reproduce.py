@@ -1,0 +1,367 @@
+"""The command that makes the paper's figures: pages, reuse of archives, report, exit statuses."""
+
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import numpy as np
+import paper_results as paper
+import pytest
+from matplotlib.colors import to_hex
+
+from nlds_vines.archives.archive import verify
+from nlds_vines.bifurcation import run as scan_run
+from nlds_vines.errors import RequestError
+from nlds_vines.reproduce import picture as drawing
+from nlds_vines.reproduce import report
+from nlds_vines.reproduce.command import main, reproduce_paper
+from nlds_vines.reproduce.request_file import load_figure
+from nlds_vines.runs.interrupts import Interrupted
+
+PAGE = """
+title = "a small page"
+[vary]
+omega = { start = 6.0, stop = 6.5, num = 6 }
+[sampling]
+transient = 40
+periods = 5
+[record]
+want = ["energy"]
+[[panels]]
+set = { c1 = 452.0 }
+base = true
+[[panels]]
+set = { c1 = 552.0 }
+[[curves]]
+system = "none"
+label = "alone"
+[[curves]]
+system = "none"
+set = { P = 400.0 }
+colour = "vermillion"
+base = true
+"""
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """Work in an empty folder that holds a small request."""
+    (tmp_path / "page.toml").write_text(PAGE)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def never(*_, **__):
+    raise AssertionError("nothing is to be computed")
+
+
+def files(folder):
+    return sorted(path.name for path in folder.rglob("*") if path.is_file())
+
+
+# ---- from request to picture ---------------------------------------------------------------------
+
+
+def test_what_is_computed_is_used_again_and_what_changes_is_computed(here, capsys, monkeypatch):
+    assert main(["page.toml", "-o", "out"]) == 0
+    out = capsys.readouterr().out.splitlines()
+    assert out[0].startswith("[1/4] none-")
+    assert "6 orbits in" in out[0]
+    assert out[-1] == "out/page.png"
+    archives = files(here / "out" / "archives")
+    assert len(archives) == 4
+    assert all(not verify(here / "out" / "archives" / name) for name in archives)
+    before = (here / "out" / "page.png").read_bytes()
+
+    with monkeypatch.context() as patch:
+        patch.setattr(scan_run, "Computer", never)
+        assert main(["page.toml", "-o", "out"]) == 0
+        assert capsys.readouterr().out.count("there already, verified") == 4
+        assert (here / "out" / "page.png").read_bytes() == before
+        (here / "page.toml").write_text(PAGE.replace("552.0", "600.0"))
+        with pytest.raises(AssertionError):
+            main(["page.toml", "-o", "out", "--quiet"])
+
+    assert main(["page.toml", "-o", "out"]) == 0
+    assert capsys.readouterr().out.count("there already, verified") == 2
+    assert len(files(here / "out" / "archives")) == 6
+    assert (here / "out" / "page.png").read_bytes() != before
+
+
+def test_overwrite_computes_again_and_a_damaged_archive_needs_it(here, capsys):
+    assert main(["page.toml", "-o", "out", "--quiet"]) == 0
+    path = here / "out" / "archives" / files(here / "out" / "archives")[0]
+    damaged = bytearray(path.read_bytes())
+    damaged[len(damaged) // 2] ^= 1
+    path.write_bytes(damaged)
+    assert main(["page.toml", "-o", "out", "--quiet"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert "--overwrite" in err
+    assert main(["page.toml", "-o", "out", "--quiet", "--overwrite"]) == 0
+    assert verify(path) == []
+
+
+def test_a_scan_file_is_drawn_as_well(here):
+    text = PAGE.partition("[[panels]]")[0] + '[system]\nkind = "none"\nm1 = 1.0\nk1 = 39.0\n'
+    (here / "scan.toml").write_text(text + "c1 = 0.5\nP = 1.0\nomega = 6.0\n")
+    assert main(["scan.toml", "--format", "svg", "-o", "out", "--quiet"]) == 0
+    assert "scan.svg" in files(here / "out")
+    assert "reproduction.md" not in files(here / "out")
+
+
+def test_a_script_beside_a_request_does_the_same(here):
+    script = Path(__file__).parents[2] / "scans" / "figure3.py"
+    (here / "page.py").write_text(script.read_text())
+    done = subprocess.run(
+        [sys.executable, "page.py"], capture_output=True, text=True, check=False, cwd=here
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.endswith("page.png\n")
+    assert (here / "page.png").stat().st_size > 0
+
+
+# ---- the manners of a command --------------------------------------------------------------------
+
+
+def test_a_dry_run_computes_and_writes_nothing(here, capsys, monkeypatch):
+    monkeypatch.setattr(scan_run, "run", never)
+    assert main(["--dry-run"]) == 0
+    out = capsys.readouterr().out
+    for name in ("figure2a.png", "figure8.png", "study-stiffness.png"):
+        assert name in out
+    assert "0 are there already" in out
+    assert files(here) == ["page.toml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--only", "13"], ["unknown figure '13'", "2a"]),
+        (["--only", ""], ["unknown figure ''"]),
+        (["--format", "gif"], ["'gif'", "png, pdf, svg"]),
+        (["--threads", "0"], ["threads", "0"]),
+        (["-o", "no/where"], ["there is no folder 'no'"]),
+        (["-o", "page.toml"], ["page.toml", "name a folder"]),
+        (["nothing.toml"], ["nothing.toml"]),
+        (["page.toml", "--only", "3"], ["--only"]),
+        (["--onyl", "3"], ["--only"]),
+    ],
+)
+def test_a_wrong_request_is_one_line(here, capsys, arguments, words):
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("nlds-vines reproduce: error: ")
+    assert err.count("\n") == 1
+    for word in words:
+        assert word in err
+    assert files(here) == ["page.toml"]
+
+
+def test_help_and_refusals_load_nothing_heavy(here):
+    program = (
+        "import sys; from nlds_vines.reproduce.command import main; print(main(sys.argv[1:])); "
+    )
+    program += "print(sorted({'numba', 'matplotlib', 'h5py'} & sys.modules.keys()))"
+    for arguments in (["--help"], ["--only", "13"], ["--dry-run"]):
+        done = subprocess.run(
+            [sys.executable, "-c", program, *arguments],
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=here,
+        )
+        assert done.stdout.endswith("[]\n"), (arguments, done.stdout, done.stderr)
+
+
+def test_failed_orbits_are_told_and_make_status_1(here, capsys, monkeypatch):
+    found = SimpleNamespace(failed_lanes=2, seconds=1.0, summary=lambda: "the summary")
+    monkeypatch.setattr(scan_run, "run", lambda *_, **__: found)
+    monkeypatch.setattr(drawing, "save_page", lambda request, archive_of, path: path)
+    assert main(["page.toml"]) == 1
+    assert capsys.readouterr().err.count("2 of 6 orbits failed") == 4
+
+
+def test_an_interruption_is_status_130(here, capsys, monkeypatch):
+    def stop(*_, **__):
+        raise Interrupted("stopped")
+
+    monkeypatch.setattr(scan_run, "run", stop)
+    assert main(["page.toml"]) == 130
+    assert "goes on" in capsys.readouterr().err
+
+
+def test_a_portrait_is_handed_to_its_command(here, monkeypatch, capsys):
+    (here / "orbit.toml").write_text('title = "an orbit"\n[portrait]\n')
+    asked = []
+    fake = ModuleType("nlds_vines.portrait.command")
+    fake.main = lambda arguments: asked.append(arguments) or 0
+    monkeypatch.setitem(sys.modules, fake.__name__, fake)
+    assert main(["orbit.toml", "-o", "out"]) == 0
+    (arguments,) = asked
+    assert arguments == ["orbit.toml", "--plot", "out/orbit.png", "--quiet"]
+    for status in (1, 2, 130):  # an orbit lost, a wrong request, Ctrl-C
+        fake.main = lambda arguments, status=status: status
+        assert main(["orbit.toml", "-o", "out"]) == status
+
+
+# ---- the report ----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def archives(tmp_path_factory):
+    """Made-up archives of all packaged requests but the largest: results as published."""
+    folder = tmp_path_factory.mktemp("archives")
+    evidence = paper.made_up()
+    for short, request in paper.requests().items():
+        for curve in request.curves:
+            path = folder / request.archive(curve)
+            if not path.exists() and "section" not in curve.scan.want:
+                paper.write_archive(path, curve.scan, evidence(short, curve.name).numbers)
+    return folder
+
+
+def test_the_report_holds_claims_retention_stiffness_and_what_is_missing(tmp_path, archives):
+    (tmp_path / "figure3.png").write_bytes(b"")
+    path = tmp_path / "reproduction.md"
+    report.write(path, archives, "png")
+    text = path.read_text()
+    for claim in report.CLAIMS:
+        assert f"| {claim.statement}" in text
+    for verdict in ("agree", "differ", "cannot be decided", "not computed"):
+        assert f"**{verdict}**" in text
+    assert "| Tuned mass damper | **39500** | 660.4 | 6.210 | 1.00 | 635.1 | 1.00 | 0.42 |" in text
+    assert "| 2.5e+07 | 3T,3 | chaos | transient chaos to T,0 |" in text
+    assert "Figures 4 and 5: the values of k1" in text
+    assert "(figure3.png)" in text
+    assert text.count("![") == 1  # only the picture that is there
+    columns = [line.count("|") for line in text.splitlines() if line.startswith("|")]
+    assert set(columns) <= {5, 6, 7, 9}
+    assert files(tmp_path) == ["figure3.png", "reproduction.md"]
+
+
+def test_the_report_of_nothing_says_so(tmp_path):
+    (tmp_path / "archives").mkdir()
+    report.write(tmp_path / "r.md", tmp_path / "archives", "png")
+    text = (tmp_path / "r.md").read_text()
+    assert "not computed" in text
+    assert "**agree**" not in text
+
+
+def test_a_report_that_cannot_be_written_leaves_nothing(tmp_path, archives):
+    with pytest.raises(RequestError, match="cannot write"):
+        report.write(tmp_path / "no" / "r.md", archives, "png")
+
+
+# ---- pages of curves -----------------------------------------------------------------------------
+
+
+def page_of(short, archives):
+    request = paper.requests()[short]
+    return request, drawing.draw_page(request, lambda curve: archives / request.archive(curve))
+
+
+def test_curves_are_the_archives_energies_solid_and_dotted(archives):
+    request, figure = page_of("3", archives)
+    (frame,) = figure.axes
+    lines = {(line.get_color(), line.get_linestyle()): line for line in frame.get_lines()}
+    damped = request.curves[3]
+    evidence = paper.made_up()("3", "ssul-set6")
+    np.testing.assert_array_equal(lines[damped.colour, "-"].get_ydata(), evidence["E1max"])
+    of_damper = [line for line in frame.get_lines() if line._unscaled_dash_pattern[1] == (1, 1.6)]
+    assert [line.get_color() for line in of_damper] == [c.colour for c in request.curves[1:]]
+    np.testing.assert_array_equal(of_damper[-1].get_ydata(), evidence["E2max"])
+    assert frame.get_xlabel() == r"angular frequency of the force $\omega$ [rad/s]"
+    assert "E_1" in frame.get_ylabel()
+    assert "E_2" in frame.get_ylabel()
+    assert frame.get_ylabel().endswith("[J]")
+    assert frame.get_ylim()[0] == 0
+    assert figure.get_figwidth() == pytest.approx(16 / 2.54)
+
+
+def test_impacts_are_yellow_and_windows_without_them_stand_between_dashed_lines(tmp_path):
+    request = paper.requests()["2b"]
+    (curve,) = request.curves
+    omega = curve.scan.axes[0].values
+    free = ((omega > 7.5) & (omega < 7.7)) | ((omega > 7.899) & (omega < 7.901))
+    numbers = {"E1max": omega, "E2max": omega, "impacts": np.where(free, 0, 120)}
+    path = paper.write_archive(tmp_path / "a.h5", curve.scan, numbers)
+    (frame,) = drawing.draw_page(request, lambda _: path).axes
+    yellow = [patch for patch in frame.patches if to_hex(patch.get_facecolor()) == drawing.IMPACTS]
+    spans = [(p.get_x(), p.get_x() + p.get_width()) for p in yellow]
+    assert [tuple(np.round(span, 2)) for span in spans] == [(5.0, 7.5), (7.7, 7.9), (7.9, 8.0)]
+    uprights = [line for line in frame.get_lines() if len(set(line.get_xdata())) == 1]
+    dashed = [line.get_xdata()[0] for line in uprights if line.get_color() == "#666666"]
+    assert np.round(dashed, 2).tolist() == [7.5, 7.7]  # the window of one cell is too narrow
+    (own,) = [line.get_xdata()[0] for line in uprights if line.get_color() == drawing.RESONANCE]
+    assert own == pytest.approx(np.sqrt(39.5))
+
+
+@pytest.mark.parametrize("short", ["2a", "3", "4", "6", "free-tmd"])
+def test_panels_share_their_axes_and_no_text_overlaps(archives, short):
+    request, figure = page_of(short, archives)
+    assert len(figure.axes) == len(request.panels)
+    assert len({frame.get_xlim() for frame in figure.axes}) == 1
+    assert len({frame.get_ylim() for frame in figure.axes}) == 1
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    labels = [text for frame in figure.axes for text in (frame.xaxis.label, frame.yaxis.label)]
+    low, high = figure.axes[0].get_xlim()
+    ticks = [text for frame in figure.axes for text in frame.get_xticklabels()]
+    ticks = [text for text in ticks if low <= text.get_position()[0] <= high]
+    titles = [frame.get_title(loc="left") and frame._left_title for frame in figure.axes]
+    written = [*labels, *ticks, *titles, *legend.get_texts(), *figure.texts]
+    boxes = [text.get_window_extent() for text in written if text and text.get_text()]
+    shown = [box for box in boxes if box.width > 1]
+    overlaps = [(a, b) for i, a in enumerate(shown) for b in shown[i + 1 :] if a.overlaps(b)]
+    assert overlaps == []
+    assert all(figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1 for box in shown)
+
+
+def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):
+    _, figure = page_of("6", archives)
+    titles = [frame.get_title(loc="left") for frame in figure.axes]
+    assert titles[0] == "(a)  $c_1=352$ N s/m"
+    assert titles[1] == "(b)  $c_1=452$ N s/m (tuning)"
+    assert figure.axes[1]._left_title.get_color() == drawing.BASE
+    _, figure = page_of("4", archives)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[3] == r"$k_1=3.95\cdot10^{4}$ N/m"
+    widths = [line.get_linewidth() for line in figure.axes[0].get_lines()][-7:]
+    assert widths.index(max(widths)) == 3
+
+
+def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archives):
+    request = paper.requests()["3"]
+    paths = [tmp_path / name for name in ("a.png", "b.png")]
+    for path in paths:
+        drawing.save_page(request, lambda curve: archives / request.archive(curve), path)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    with pytest.raises(RequestError, match="kind 'scan'"):
+        drawing.draw_page(paper.requests()["8"], never)
+    with pytest.raises(RequestError, match=r"\.png"):
+        drawing.save_page(request, never, tmp_path / "a.gif")
+
+
+# ---- everything ----------------------------------------------------------------------------------
+
+
+@pytest.mark.long
+def test_the_whole_paper_is_reproduced(tmp_path):
+    text = reproduce_paper(tmp_path / "out").read_text()
+    for request in paper.requests().values():
+        assert (tmp_path / "out" / f"{request.name}.png").stat().st_size > 0
+    assert "not computed" not in text
+    assert text.count("**agree**") >= 25
+
+
+def test_one_figure_by_name(tmp_path, monkeypatch):
+    monkeypatch.setattr(scan_run, "run", never)
+    with pytest.raises(AssertionError):
+        reproduce_paper(tmp_path / "out", only=["2b"])
+    with pytest.raises(RequestError, match="unknown figure"):
+        reproduce_paper(tmp_path / "out", only=["x"])
+    assert load_figure(Path(paper.requests()["2b"].path)).name == "figure2b"

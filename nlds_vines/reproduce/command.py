@@ -15,7 +15,6 @@ from pathlib import Path
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.room import refuse_without_room
-from nlds_vines.cli.option_values import comma_separated
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import PLOT_SUFFIXES, check_writable
 from nlds_vines.cli.run_options import RunOptions

@@ -11,17 +11,21 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.kernels.arguments import CellBuffers, Span
 from nlds_vines.kernels.cells import run_cell
-from nlds_vines.kernels.contact import RELEASED, contact
+from nlds_vines.kernels.codes import OK, RELEASED
+from nlds_vines.kernels.contact import contact
 from nlds_vines.kernels.impact import short_impact
-from nlds_vines.kernels.observe import COLUMNS, Rows
-from nlds_vines.kernels.orbit import OK, SIZE
+from nlds_vines.kernels.observe import COLUMNS, Impacts
+from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.kernels.runge_kutta import SCRATCH as STEP_SCRATCH
 from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System
 from nlds_vines.orbits.hertz_arc import make_arc
+from nlds_vines.orbits.kernel_inputs import parts_of
+from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.simulation import Orbit, simulate
 
 REPO = Path(__file__).resolve().parents[1]
@@ -114,17 +118,17 @@ class Approach:
     v1: float
     phase: float
 
-    def step(self, parts: Any, steps: float, classical: bool | None = None) -> Impact:
-        """Follow the contact by Runge-Kutta steps of order eight, or four if `classical`."""
-        rows = Rows(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
+    def step(self, parts: Any, steps: float, rk4: bool | None = None) -> Impact:
+        """Follow the contact by Runge-Kutta steps of order eight, or four if `rk4`."""
+        noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
         event, _, s, x1, v1, took, depth = contact(
-            classical, *parts, None, rows, None, float(steps), 1.0, np.cos(self.phase),
+            rk4, *parts, None, noted, None, float(steps), 1.0, np.cos(self.phase),
             np.sin(self.phase), 0.0, self.speed, self.x1, self.v1, 1.0e3, np.zeros(STEP_SCRATCH),
         )  # fmt: skip
         assert event == RELEASED
         return Impact(-s, x1, v1, took, depth)
 
-    def bump(self, parts: Any, nodes: int) -> Impact:
+    def solve(self, parts: Any, nodes: int) -> Impact:
         """Follow the contact as a short impact."""
         solved, s, x1, v1, took, depth = short_impact(
             *parts, make_arc(nodes), 1.0, np.cos(self.phase), np.sin(self.phase),
@@ -135,26 +139,30 @@ class Approach:
 
 
 def run_cell_rows(
-    cell: Any, start: Any, periods: int, resolution: float, classical: bool | None = None
+    cell: Any, start: Any, periods: int, method: str = "exact", settings: Settings | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Follow a damper between two walls from (x1, v1, r, s); return section and impact rows."""
     state = np.zeros(SIZE)
     state[:4] = start
-    section, rows = np.empty((periods, 4)), Rows(np.empty((4000, COLUMNS)), np.zeros(1, np.int64))
+    section = np.empty((periods, 4))
+    impacts = Impacts(np.empty((4000, COLUMNS)), np.zeros(1, np.int64))
     code = run_cell(
-        classical, True, True, True, make_arc(), float(resolution), cell,
-        state, None, section, None, rows, None, None, None, None, 0, 0, periods, 1,
+        parts_of(method, SCENES["ssbl"], settings), cell, state, Span(0, periods, 1),
+        CellBuffers(section=section, impacts=impacts),
     )  # fmt: skip
     assert code == OK
-    return section, rows.data[: rows.filled[0]]
+    return section, impacts.data[: impacts.filled[0]]
 
 
 def follow_ssbl(
-    numbers: Mapping[str, float], periods: int, resolution: float, classical: bool | None = None
+    numbers: Mapping[str, float],
+    periods: int,
+    method: str = "exact",
+    settings: Settings | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Follow an SSbl damper from rest, whether or not the package has a scene of that name."""
     cell = kernel_cell(**numbers, near=numbers["D"], far=numbers["C"], rest=numbers["D"])
-    return run_cell_rows(cell, np.zeros(4), periods, resolution, classical)
+    return run_cell_rows(cell, np.zeros(4), periods, method, settings)
 
 
 def linear_flow(p: Mapping[str, float]) -> np.ndarray:
@@ -201,7 +209,7 @@ def bits() -> dict[str, np.ndarray]:
     The SSul runs hold short impacts, stepped ones and a section inside a contact.
     """
     found = {}
-    for method, options in (("exact", {}), ("rk4", {"method": "rk4", "resolution": 64.0})):
+    for method, options in (("exact", {}), ("rk4", {"method": "rk4", "period_steps": 64.0})):
         runs = {
             "ssul": simulate(load_system("ssul-set6"), 5, record=BOTH, **options),
             "seen": simulate(load_system("ssul-set6", omega=7.45), 3, record=FULL, **options),

@@ -95,7 +95,7 @@ def rigid_beyond_numbers() -> Finding:
 
 
 def _fine(method: str) -> dict[str, float]:
-    return {} if method == "exact" else {"resolution": 4096.0}
+    return {} if method == "exact" else {"period_steps": 4096.0}
 
 
 def enlarged(system: System, power: int) -> System:

@@ -29,7 +29,7 @@ FULL = (*BOTH, "energy", "clearance")
 LINEAR = ("section", "energy")
 """What is recorded of a scene without walls."""
 
-FINE = {"nodes": 24, "resolution": 200.0}
+FINE = {"nodes": 24, "contact_steps": 200.0}
 """Settings of the exact method at which its own errors lie below round-off."""
 
 METHODS = ("exact", "rk4")

@@ -17,7 +17,7 @@ from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.linear_response import steady_state
 from nlds_vines.model.system import System
 
-RK4: dict[str, Any] = {"method": "rk4", "resolution": 4096.0}
+RK4: dict[str, Any] = {"method": "rk4", "period_steps": 4096.0}
 
 Cases = Mapping[str, tuple[System, np.ndarray | None, int]]
 """Orbits by name: system, start (None for rest), forcing periods."""
@@ -200,7 +200,7 @@ def methods_on_steel() -> Finding:
     worst = 0.0
     for K in (1e10, 1e12, 1e14, 1e16):
         system = load_system("ssul-set6", K=K)
-        one, other = orbit_of(system, 6), orbit_of(system, 6, method="rk4", resolution=8192.0)
+        one, other = orbit_of(system, 6), orbit_of(system, 6, method="rk4", period_steps=8192.0)
         assert one.impacts is not None
         assert other.impacts is not None
         alike = len(one.impacts) == len(other.impacts) > 0

@@ -24,7 +24,7 @@ from nlds_vines.model.system import System
 SAMPLES = 1 << 17  # of a period in which powers are integrated
 PERIODS = 5
 PUSHED = 0.3  # [m/s] speed of the structure at the start of the free motions below
-CONSERVING: dict[str, Any] = {"nodes": 20, "resolution": 60.0}
+CONSERVING: dict[str, Any] = {"nodes": 20, "contact_steps": 60.0}
 """Settings at which contacts of every kind lose nothing; a stepped one costs twice its default."""
 
 
@@ -74,7 +74,7 @@ def exact_ledger() -> Finding:
 def order_of_the_ledger() -> Finding:
     """Close the ledger of rk4, step by step: what is missing goes down with order four."""
     system, steps = load_system("ssul-set6"), [256.0, 512.0, 1024.0, 2048.0, 4096.0]
-    settings = [{"method": "rk4", "resolution": n} for n in steps]
+    settings = [{"method": "rk4", "period_steps": n} for n in steps]
     missing = ledger(system, _last_energies(system, settings))
     order = order_of(missing, steps)
     words = f"from {missing[0]:.1e} to {missing[-1]:.1e}, order {order:.2f}"
@@ -138,7 +138,7 @@ def conserved_by_rk4() -> Finding:
     """Fit the order with which rk4 loses energy."""
     system, steps = undamped("ssul-set6"), [256.0, 512.0, 1024.0, 2048.0]
     start = _pushed(system)
-    drifts = [_drift(system, start, 300, method="rk4", resolution=n)[0] for n in steps]
+    drifts = [_drift(system, start, 300, method="rk4", period_steps=n)[0] for n in steps]
     order = order_of(drifts, steps)
     words = f"over 300 periods from {drifts[0]:.1e} to {drifts[-1]:.1e}, order {order:.1f}"
     return within(4.0 - order, 0.2, words)
@@ -223,7 +223,7 @@ def never_rises_in_flight() -> Finding:
 
 _LIMIT = (
     "A contact that is stepped loses about 1e-12 of the energy with the default of 28 steps: "
-    "`resolution=60` and `nodes=20` bring any contact to round-off."
+    "`contact_steps=60` and `nodes=20` bring any contact to round-off."
 )
 
 ENTRIES = (

@@ -57,7 +57,7 @@ def order_of_fixed_steps() -> Finding:
     exact = linear_sections(system, START, 3)
     steps = [2.0**n for n in range(5, 16)]
     runs = (
-        simulate(system, 3, start=START, record=LINEAR, method="rk4", resolution=n) for n in steps
+        simulate(system, 3, start=START, record=LINEAR, method="rk4", period_steps=n) for n in steps
     )
     errors = [error_of(run.section, exact) for run in runs]
     seen = [(n, e) for n, e in zip(steps, errors, strict=True) if e > 1e-12]
@@ -72,7 +72,7 @@ def critical_contact() -> Finding:
     for c2 in (2.0 * math.sqrt(669.0 * MU), 2.0 * math.sqrt(669.0 * MU) * (1.0 + 1e-12)):
         system = load_system("ssul-set6", c2=c2, P=2000.0)
         one = simulate(system, 20, record=BOTH)
-        other = simulate(system, 20, record=BOTH, method="rk4", resolution=4096.0)
+        other = simulate(system, 20, record=BOTH, method="rk4", period_steps=4096.0)
         assert one.impacts is not None
         if len(one.impacts) == 0:
             return within(math.nan, 1e-8, "there was no impact to compare")

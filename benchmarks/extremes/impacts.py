@@ -37,7 +37,7 @@ def order_across_contacts() -> Finding:
     for omega in (6.28, 7.45):
         system = load_system("ssul-set6", omega=omega)
         exact = stored_state(system, 5)
-        runs = (orbit_of(system, 5, method="rk4", resolution=n).state for n in steps)
+        runs = (orbit_of(system, 5, method="rk4", period_steps=n).state for n in steps)
         orders.append(order_of([error_of(run, exact) for run in runs], steps))
     worst = max(abs(order - 4.0) for order in orders)
     words = " and ".join(f"{order:.2f}" for order in orders)
@@ -53,7 +53,7 @@ def order_of_stepped_contacts() -> Finding:
     exact, steps = orbit_of(system, 3, **FINE), [10.0, 12.0, 16.0, 20.0, 24.0, 32.0]
     assert exact.impacts is not None
     confirmed = error_of(follow(system, 3).section[-1], exact.state)
-    runs = [orbit_of(system, 3, resolution=n) for n in steps]
+    runs = [orbit_of(system, 3, contact_steps=n) for n in steps]
     order = order_of([error_of(run.state, exact.state) for run in runs], steps)
     enough = len(exact.impacts) > 0 and confirmed <= 1e-9
     words = (
@@ -67,7 +67,8 @@ def nodes_of_short_impacts() -> Finding:
     """Fit how fast the nodes of a short impact make the exact method converge to stored states."""
     system, nodes = load_system("ssul-set6"), [5, 6, 7, 8, 9, 10, 11, 12, 13]
     exact = stored_state(system, 5)
-    errors = [error_of(orbit_of(system, 5, nodes=n, resolution=200.0).state, exact) for n in nodes]
+    runs = (orbit_of(system, 5, nodes=n, contact_steps=200.0) for n in nodes)
+    errors = [error_of(run.state, exact) for run in runs]
     factor = math.exp(-float(np.polyfit(nodes, np.log(errors), 1)[0]))
     words = f"each node divides the error by {factor:.1f}; 12 nodes leave {errors[-2]:.1e}"
     return within(4.0 / factor, 1.0, words)
@@ -87,7 +88,7 @@ def _free(K: float, speed: float) -> tuple[System, float, float, float]:
 def hertz_impact() -> Finding:
     """Compare depth, force, duration and release of free impacts with their closed forms."""
     worst, count = 0.0, 0
-    for method, options in (("exact", {}), ("rk4", {"resolution": 4096.0})):
+    for method, options in (("exact", {}), ("rk4", {"period_steps": 4096.0})):
         for K in (1e-6, 1.0, 1e6, 1e11, 1e16):
             for speed in (1e-6, 1e-2, 1.0, 30.0):
                 system, mu, depth, lasting = _free(K, speed)
@@ -158,7 +159,7 @@ def grazing() -> Finding:
 
 def grazing_by_rk4() -> Finding:
     """Graze the wall by fixed steps, as finely as these resolve a turn."""
-    wrong = _wrong_touches(SHIFTS[:4], method="rk4", resolution=4096.0)
+    wrong = _wrong_touches(SHIFTS[:4], method="rk4", period_steps=4096.0)
     words = f"{2 * len(SHIFTS[:4])} motions down to C (1 +- 1e-9): {wrong} judged wrongly"
     return within(wrong, 0.0, words)
 
@@ -173,7 +174,7 @@ def grazing_exactly() -> Finding:
         system, start = _grazing(0.0)
         orbit = simulate(
             system, 20, start=start, record=BOTH, method=method,
-            **({} if method == "exact" else {"resolution": 4096.0}),
+            **({} if method == "exact" else {"period_steps": 4096.0}),
         )  # fmt: skip
         worst = max(worst, error_of(orbit.state, start, system.rest or 0.0))
     return within(worst, 1e-6, f"after 20 such turns both methods are {worst:.1e} off at most")

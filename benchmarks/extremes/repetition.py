@@ -156,7 +156,7 @@ def sample() -> Arrays:
     }
     found = {}
     for name, (system, record) in runs.items():
-        for method, options in (("exact", {}), ("rk4", {"resolution": 64.0})):
+        for method, options in (("exact", {}), ("rk4", {"period_steps": 64.0})):
             orbit = simulate(system, 3, record=record, method=method, **options)
             assert orbit.section is not None
             scalars = np.array([orbit.E1max, orbit.E2max, orbit.clearance], dtype=float)

@@ -159,9 +159,9 @@ def call(found: Result) -> str:
     """Return what to pass to `simulate` for the setting of a result of ours."""
     value = found.setting.value
     if found.setting.method == "rk4":
-        return f'`method="rk4", resolution={value:g}`'
+        return f'`method="rk4", period_steps={value:g}`'
     steps = dict(EXACT).get(int(value))
-    return f'`method="exact", nodes={value:g}, resolution={steps}`'
+    return f'`method="exact", nodes={value:g}, contact_steps={steps}`'
 
 
 def family_of(method: str) -> str:

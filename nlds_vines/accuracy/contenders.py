@@ -31,9 +31,9 @@ def contenders(case: Case, rivals: Iterable[Rival] = ()) -> Iterator[Contender]:
     """Yield the methods on a case, from coarse to fine: ours, then `rivals` if it has a damper."""
     for nodes, steps in EXACT if case.system.scene.walls else EXACT[-1:]:
         words = f"{nodes} nodes" if case.system.scene.walls else "no contact"
-        yield ours("exact", nodes, words, nodes=nodes, resolution=float(steps))
+        yield ours("exact", nodes, words, nodes=nodes, contact_steps=float(steps))
     for steps in RK4:
-        yield ours("rk4", steps, f"{steps} steps", resolution=float(steps))
+        yield ours("rk4", steps, f"{steps} steps", period_steps=float(steps))
     if case.system.scene.damper:
         for rival in rivals:
             yield from of_rival(rival)

@@ -19,7 +19,7 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.simulation import IntegrationError, Orbit, simulate
 from nlds_vines.packaged_files import resource_text
 
-FINEST: dict[str, Any] = {"nodes": 24, "resolution": 160.0}
+FINEST: dict[str, Any] = {"nodes": 24, "contact_steps": 160.0}
 """Of `exact`: the reference where no digits are stored."""
 
 CONFIRMING = 16384.0
@@ -80,7 +80,7 @@ def reference_of(case: Case) -> Reference:
     """
     try:
         finest = watched(case, **FINEST)
-        confirming = watched(case, method="rk4", resolution=CONFIRMING)
+        confirming = watched(case, method="rk4", period_steps=CONFIRMING)
         grown = growth(case, finest.section)
     except IntegrationError as error:
         raise RequestError(f"{case.name}: there is no reference: {error}") from None

@@ -25,7 +25,7 @@ from nlds_vines.kernels.impact import LONGEST
 from nlds_vines.kernels.scene import damper_in, structure_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of
-from nlds_vines.orbits.settings import RESOLUTION
+from nlds_vines.orbits.settings import CONTACT_STEPS, PERIOD_STEPS, STEPS_RATIO
 
 MODULI = (2e5, 2e6, 2.05e7, 2e8, 2e9, 2.1e10, 2.1e11, 2.1e12, 2.1e13)
 """Young's moduli E2 of the damper's side [Pa]: soft rubber, rubber, ..., steel, beyond."""
@@ -101,8 +101,8 @@ def _rows_of(case: Case, reference: Reference, distance: float, results: list[Re
 
 def _methods(rivals: Sequence[Rival]) -> Iterator[Contender]:
     """Yield our methods as they come, and each rival at the tolerance next to `RTOL`."""
-    yield ours("exact", NODES, "as it comes", nodes=NODES, resolution=RESOLUTION["exact"])
-    yield ours("rk4", RESOLUTION["rk4"], "as it comes", resolution=RESOLUTION["rk4"])
+    yield ours("exact", NODES, "as it comes", nodes=NODES, contact_steps=CONTACT_STEPS)
+    yield ours("rk4", PERIOD_STEPS, "as it comes", period_steps=PERIOD_STEPS)
     for rival in rivals:
         fitting = max(rival.settings) if rival.setting == "steps" else nearest(rival.settings)
         yield from of_rival(replace(rival, settings=(fitting,)))
@@ -116,15 +116,15 @@ def nearest(tolerances: tuple[float, ...]) -> float:
 def steps(case: Case, contender: Contender, reference: Reference) -> float:
     """Return the steps of a contact that our methods are set to, on the average; NaN for others.
 
-    `exact` solves a short impact at once, at its nodes; a longer one takes the steps of its
-    resolution.  With `rk4` every contact takes a quarter of the steps of a period.
+    `exact` solves a short impact at once, at its nodes; a longer one takes its contact
+    steps.  With `rk4` every contact takes a quarter of the steps of a period.
     """
     if contender.setting.method == "rk4":
-        return RESOLUTION["rk4"] / 4
+        return PERIOD_STEPS / STEPS_RATIO
     if contender.setting.method != "exact":
         return math.nan
     short = reference.durations < _longest_short(case.system)
-    return float(np.where(short, NODES, RESOLUTION["exact"]).mean()) if short.size else math.nan
+    return float(np.where(short, NODES, CONTACT_STEPS).mean()) if short.size else math.nan
 
 
 def _longest_short(system: System) -> float:

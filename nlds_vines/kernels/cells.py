@@ -4,85 +4,166 @@ from __future__ import annotations
 
 import numpy as np
 
+from .arguments import OrbitBuffers, Prepared, Span
+from .codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
 from .compiling import chosen, jit
 from .fixed_step import fixed_grid_of
 from .flight import cells_of, grid_of
 from .impact import Arc
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
-from .orbit import DIVERGED, OK, begin, linear_orbit, orbit, sane
-from .ride import ride_of
+from .orbit import bounded, linear_orbit, orbit, set_mode
 from .runge_kutta import SCRATCH
 from .scene import allowed, damper_of, far_wall_of, finite, near_wall_of, structure_of
+from .variations import flow_of
 from .verdict import judge
 
-BAD_PARAMETERS = 4
-TOO_STIFF = 5  # more cells in a period than a lane may take (`flight.MOST_CELLS`)
-STABLE = 2.5  # a fixed step in units of 1/rate: beyond 2.8, errors of order four grow
-STEPS_RATIO = 4.0  # fixed steps of a period to those of a free impact
+STABLE = 2.5  # longest step of rk4 in units of 1/rate: beyond 2.8, errors of order four grow
 
 
-@jit
+# ---- a cell made ready ---------------------------------------------------------------------------
+
+
+@chosen
 def own_arc(arc):
-    """Return the arc with scratch rows of this lane's own."""
-    return Arc(arc.n, arc.length, arc.settled, arc.spent, arc.cover, arc.table.copy())
+    """Return the arc with scratch rows of this lane's own, or None without a wall."""
+    if arc is None:
+        return lambda arc: None
+    return lambda arc: Arc(
+        arc.n, arc.length, arc.tolerance, arc.loss_missed, arc.integration, arc.table.copy()
+    )
+
+
+@chosen
+def scratch_for(arc):
+    """Return the scratch of a contact that is stepped, or None without a wall."""
+    if arc is None:
+        return lambda arc: None
+    return lambda arc: np.zeros(SCRATCH)
 
 
 @jit
-def free_cell(
-    arc, classical, ps, damper, near, far, limit, grid, resolution, state,
-    early, section, beats, rows, energy, peak, clearance, violation,
-    transient, first, periods, stops,
-):  # fmt: skip
-    """Run a scene without walls (arguments as `run_cell`)."""
-    start_energy(ps, damper, peak, state)
-    noted = count_of(early)
-    status = linear_orbit(
-        classical, ps, damper, none_of(early), peak, None, None, grid, 1, state, transient - noted
+def multiple_of(stops, n):
+    """Return the least multiple of `stops` that is n or more."""
+    return stops * ((n + stops - 1) // stops)
+
+
+@chosen
+def grid_for(rk4, ps, damper, n, period_steps, stops):
+    """Return the grid of the method, a multiple of `stops`: n exact cells, or fixed steps."""
+    if rk4 is None:
+        return lambda rk4, ps, damper, n, period_steps, stops: grid_of(
+            ps, damper, multiple_of(stops, n)
+        )
+    return lambda rk4, ps, damper, n, period_steps, stops: fixed_grid_of(
+        ps, damper, multiple_of(stops, int(period_steps))
     )
+
+
+@jit(dissolved=True)
+def prepared_cell(parts, cell, ps, damper, n, stops):
+    """Return a cell `Prepared` for orbits with `stops` section points a period.
+
+    ps, damper: its `Structure` and its `Damper` or None; n: the exact cells that a period needs.
+    """
+    return Prepared(
+        parts.rk4,
+        ps,
+        damper,
+        near_wall_of(parts.near, cell),
+        far_wall_of(parts.far, cell),
+        own_arc(parts.arc),
+        grid_for(parts.rk4, ps, damper, n, parts.period_steps, stops),
+        parts.contact_steps,
+        scratch_for(parts.arc),
+    )
+
+
+# ---- its orbit -----------------------------------------------------------------------------------
+
+
+@jit
+def run_cell(parts, cell, state, span, buffers):
+    """Run one orbit from `state` (SIZE,), which becomes the last one; return a status.
+
+    parts: `Parts`; cell: the numbers of `model.system.CELL`; span: `Span`, the periods before it
+    being the transient; buffers: `CellBuffers`.
+    """
+    if not allowed(parts.rk4, parts.damper, parts.near, parts.far, cell):
+        return BAD_PARAMETERS
+    if no_limit_to_keep(buffers.violation, cell.limit):
+        return BAD_PARAMETERS
+    if not bounded(state[0], state[1], state[2], state[3]):
+        return DIVERGED
+    ps, damper = structure_of(cell), damper_of(parts.damper, cell)
+    n = cells_of(ps, damper)
+    if n < 0:
+        return TOO_STIFF
+    prepared = prepared_cell(parts, cell, ps, damper, n, span.stops)
+    if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
+        return TOO_STIFF
+    status = cell_orbit(parts.arc, prepared, cell.limit, state, span, buffers)
+    if status == OK and (overflowed(buffers.energy) or overflowed(buffers.peak)):
+        return DIVERGED
+    return status
+
+
+@chosen
+def cell_orbit(arc, prepared, limit, state, span, buffers):
+    """Run a scene with walls or one without: neither knows of the other."""
+    return linear_cell if arc is None else walled_cell
+
+
+@jit
+def linear_cell(arc, prepared, limit, state, span, buffers):
+    """Run a scene without walls (arguments as `run_cell`)."""
+    ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
+    start_energy(ps, damper, peak, state)
+    # the transient: first what is not noted, then what is noted of its section
+    noted = count_of(buffers.early)
+    before = OrbitBuffers(None, no_rows(buffers.early), None, None, peak, None)
+    unseen = Span(0, span.first - noted, 1)
+    status = linear_orbit(prepared, before, unseen, state, None, None)
     if status == OK:
-        status = linear_orbit(classical, ps, damper, early, peak, None, None, grid, 1, state, noted)
+        before = OrbitBuffers(None, buffers.early, None, None, peak, None)
+        seen = Span(span.first - noted, noted, 1)
+        status = linear_orbit(prepared, before, seen, state, None, None)
+    # the periods after it
     if status == OK:
-        start_energy(ps, damper, energy, state)
-        status = linear_orbit(
-            classical, ps, damper, section, either(energy, peak), None, None,
-            grid, stops, state, periods,
-        )  # fmt: skip
-        raise_peak(energy, peak)
+        start_energy(ps, damper, buffers.energy, state)
+        energy = first_of(buffers.energy, peak)
+        wanted = OrbitBuffers(None, buffers.section, None, None, energy, None)
+        status = linear_orbit(prepared, wanted, span, state, None, None)
+        raise_peak(buffers.energy, peak)
     return status
 
 
 @jit
-def walled_cell(
-    arc, classical, ps, damper, near, far, limit, grid, resolution, state,
-    early, section, beats, rows, energy, peak, clearance, violation,
-    transient, first, periods, stops,
-):  # fmt: skip
+def walled_cell(arc, prepared, limit, state, span, buffers):
     """Run a scene with walls (arguments as `run_cell`)."""
-    own, k = own_arc(arc), np.zeros(SCRATCH)
-    steps = steps_for(classical, resolution)
-    watch = watch_of(violation, limit)
-    begin(near, far, state)
-    begin_watch(watch, state)
+    ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
+    limit_log = limit_log_of(buffers.violation, limit)
+    set_mode(prepared.near, prepared.far, state)
+    begin_limit_log(limit_log, state)
     start_energy(ps, damper, peak, state)
-    noted = count_of(early)
-    status = orbit(
-        classical, ps, damper, near, far, own, watch, none_of(early), None, None, peak, None,
-        None, None, grid, 1, steps, state, k, first - transient, transient - noted,
-    )  # fmt: skip
+    # the transient: first what is not noted, then what is noted of its section
+    noted = count_of(buffers.early)
+    before = OrbitBuffers(limit_log, no_rows(buffers.early), None, None, peak, None)
+    unseen = Span(0, span.first - noted, 1)
+    status = orbit(prepared, before, unseen, state, None, None)
     if status == OK:
-        status = orbit(
-            classical, ps, damper, near, far, own, watch, early, None, None, peak, None,
-            None, None, grid, 1, steps, state, k, first - noted, noted,
-        )  # fmt: skip
+        before = OrbitBuffers(limit_log, buffers.early, None, None, peak, None)
+        seen = Span(span.first - noted, noted, 1)
+        status = orbit(prepared, before, seen, state, None, None)
+    # the periods after it
     if status == OK:
-        start_energy(ps, damper, energy, state)
-        status = orbit(
-            classical, ps, damper, near, far, own, watch, section, beats, rows,
-            either(energy, peak), clearance, None, None,
-            grid, stops, steps, state, k, first, periods,
+        start_energy(ps, damper, buffers.energy, state)
+        wanted = OrbitBuffers(
+            limit_log, buffers.section, buffers.by_period, buffers.impacts,
+            first_of(buffers.energy, peak), buffers.clearance,
         )  # fmt: skip
-        raise_peak(energy, peak)
-        report_violation(violation, watch)
+        status = orbit(prepared, wanted, span, state, None, None)
+        raise_peak(buffers.energy, peak)
+        report_violation(buffers.violation, limit_log)
     return status
 
 
@@ -95,163 +176,22 @@ def count_of(early):
 
 
 @chosen
-def none_of(early):
-    """Return room for no section, of the same type."""
+def no_rows(early):
+    """Return room for no section, of the same type: so both pieces of a transient share a code."""
     if early is None:
         return lambda early: None
     return lambda early: early[:0]
 
 
-@chosen
-def cell_orbit(
-    arc, classical, ps, damper, near, far, limit, grid, resolution, state,
-    early, section, beats, rows, energy, peak, clearance, violation,
-    transient, first, periods, stops,
-):  # fmt: skip
-    """Run a scene with walls or one without: neither knows of the other."""
-    return free_cell if arc is None else walled_cell
-
-
-@jit
-def run_cell(
-    classical,
-    has_damper,
-    has_near,
-    has_far,
-    arc,
-    resolution,
-    cell,
-    state,
-    early,
-    section,
-    beats,
-    rows,
-    energy,
-    peak,
-    clearance,
-    violation,
-    transient,
-    first,
-    periods,
-    stops,
-):
-    """Run one orbit: settle unobserved, then note what has a buffer. Returns a status.
-
-    `classical` None is the exact method, True fixed steps; `has_...` and `arc` are None for parts
-    the scene has not. `resolution`: Runge-Kutta steps, of a period when `classical`, otherwise of
-    a contact that has to be stepped. `peak` (2,) takes the largest energies of transient and
-    sampled periods together, `early` (periods, components) the section of the transient's last
-    periods; `violation` (3,) time of the first, depth and number of the passages
-    of the limit that the scene must keep. `first` numbers the first sampled period, for times;
-    `section` takes `stops` equidistant states of each period.
-    """
-    fine = allowed(classical, has_damper, has_near, has_far, cell)
-    if not fine or beyond_sense(violation, cell.limit):
-        return BAD_PARAMETERS
-    if not sane(state[0], state[1], state[2], state[3]):
-        return DIVERGED
-    ps = structure_of(cell)
-    damper = damper_of(has_damper, cell)
-    n = cells_of(ps, damper)
-    if n < 0:
-        return TOO_STIFF
-    grid = grid_for(classical, ps, damper, n, resolution, stops)
-    if classical is not None and not grid.h * grid.rate <= STABLE:
-        return TOO_STIFF
-    status = cell_orbit(
-        arc, classical, ps, damper, near_wall_of(has_near, cell), far_wall_of(has_far, cell),
-        cell.limit, grid, resolution, state, early, section, beats, rows, energy, peak,
-        clearance, violation, transient, first, periods, stops,
-    )  # fmt: skip
-    if status == OK and (overflown(energy) or overflown(peak)):
-        return DIVERGED
-    return status
-
-
-@jit
-def beyond_sense(violation, limit):
-    """Tell whether a scene has a limit to keep and that is no number to keep to."""
-    if violation is None:
-        return False
-    return not finite(limit)
-
-
-@jit
-def overflown(energy):
-    """Tell whether a largest energy that was asked for is beyond all numbers."""
-    if energy is None:
-        return False
-    return not (finite(energy[0]) and finite(energy[1]))
-
-
-@jit
-def divisible(n, stops):
-    """Return the least multiple of `stops` that is n or more."""
-    return stops * ((n + stops - 1) // stops)
+# ---- energies and the limit ----------------------------------------------------------------------
 
 
 @chosen
-def watch_of(violation, limit):
-    """Return the rows of `observe.LEVEL` for a scene with a limit to keep, or None."""
-    if violation is None:
-        return lambda violation, limit: None
-
-    def watch(violation, limit):
-        rows = np.zeros(6)
-        rows[LEVEL], rows[FIRST] = limit, np.nan
-        return rows
-
-    return watch
-
-
-@jit
-def begin_watch(watch, state):
-    """Count a start beyond the limit, where a sweep may carry a state, as of the first instant."""
-    if watch is not None and state[2] > watch[LEVEL]:
-        note_violation(watch, 0.0)
-        watch[EXCESS] = state[2] - watch[LEVEL]
-
-
-@jit
-def report_violation(violation, watch):
-    """Fill the violations (3,) of one lane: time of the first [s], greatest depth [m], number."""
-    if violation is not None:
-        violation[0], violation[1], violation[2] = watch[FIRST], watch[EXCESS], watch[NUMBER]
-
-
-@chosen
-def either(energy, peak):
+def first_of(energy, peak):
     """Return where energies of the sampled periods are noted."""
     if energy is None:
         return lambda energy, peak: peak
     return lambda energy, peak: energy
-
-
-@jit
-def raise_peak(energy, peak):
-    """Let the largest energies of the whole run include those of the sampled periods."""
-    if energy is not None and peak is not None:
-        peak[0], peak[1] = max(peak[0], energy[0]), max(peak[1], energy[1])
-
-
-@chosen
-def grid_for(classical, ps, damper, n, resolution, stops):
-    """Return the grid of the method: exact cells, or fixed steps, a multiple of `stops`."""
-    if classical is None:
-        return lambda classical, ps, damper, n, resolution, stops: grid_of(
-            ps, damper, divisible(n, stops)
-        )
-    return lambda classical, ps, damper, n, resolution, stops: fixed_grid_of(
-        ps, damper, divisible(int(resolution), stops)
-    )
-
-
-@jit
-def steps_for(classical, resolution):
-    """Return the Runge-Kutta steps of a free impact."""
-    if classical is None:
-        return resolution
-    return resolution / STEPS_RATIO
 
 
 @jit
@@ -263,35 +203,65 @@ def start_energy(ps, damper, energy, state):
 
 
 @jit
-def linear_ride(arc, classical, ps, damper, near, far, jets, grid, resolution):
-    """Return the `Ride` of a scene without walls."""
-    return ride_of(classical, ps, damper, None, None, None, jets, grid, 1.0)
+def raise_peak(energy, peak):
+    """Let the largest energies of the whole run include those of the sampled periods."""
+    if energy is not None and peak is not None:
+        peak[0], peak[1] = max(peak[0], energy[0]), max(peak[1], energy[1])
 
 
 @jit
-def walled_ride(arc, classical, ps, damper, near, far, jets, grid, resolution):
-    """Return the `Ride` of a scene with walls."""
-    steps = steps_for(classical, resolution)
-    return ride_of(classical, ps, damper, near, far, own_arc(arc), jets, grid, steps)
+def overflowed(energy):
+    """Tell whether a largest energy that is wanted is beyond all numbers."""
+    if energy is None:
+        return False
+    return not (finite(energy[0]) and finite(energy[1]))
+
+
+@jit
+def no_limit_to_keep(violation, limit):
+    """Tell whether a scene has a limit to keep, and the limit is no finite number."""
+    if violation is None:
+        return False
+    return not finite(limit)
 
 
 @chosen
-def ride_for(arc, classical, ps, damper, near, far, jets, grid, resolution):
-    """Return the `Ride` of a scene with walls or without."""
-    return linear_ride if arc is None else walled_ride
+def limit_log_of(violation, limit):
+    """Return the limit log (`observe.LEVEL`) of a scene with a limit to keep, or None."""
+    if violation is None:
+        return lambda violation, limit: None
+
+    def fresh(violation, limit):
+        log = np.zeros(6)
+        log[LEVEL], log[FIRST] = limit, np.nan
+        return log
+
+    return fresh
 
 
 @jit
-def judge_cell(
-    classical, has_damper, has_near, has_far, arc, resolution, cell,
-    origin, state, section, hint, stages, evidence,
-):  # fmt: skip
-    """Say what the orbit of one cell is (`verdict.judge`; parts as `run_cell`)."""
-    ps = structure_of(cell)
-    damper = damper_of(has_damper, cell)
+def begin_limit_log(limit_log, state):
+    """Count a start beyond the limit, where a sweep may carry a state, as of the first instant."""
+    if limit_log is not None and state[2] > limit_log[LEVEL]:
+        note_violation(limit_log, 0.0)
+        limit_log[EXCESS] = state[2] - limit_log[LEVEL]
+
+
+@jit
+def report_violation(violation, limit_log):
+    """Fill the violations (3,) of one lane: time of the first [s], greatest depth [m], number."""
+    if violation is not None:
+        violation[0], violation[1] = limit_log[FIRST], limit_log[EXCESS]
+        violation[2] = limit_log[NUMBER]
+
+
+# ---- its verdict ---------------------------------------------------------------------------------
+
+
+@jit
+def judge_cell(parts, cell, ends, section, hint, stages, evidence):
+    """Say what the orbit of one cell is (parts and cell as `run_cell`, the rest as `judge`)."""
+    ps, damper = structure_of(cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
-    ride = ride_for(
-        arc, classical, ps, damper, near_wall_of(has_near, cell), far_wall_of(has_far, cell),
-        grid_of(ps, damper, n), grid_for(classical, ps, damper, n, resolution, 1), resolution,
-    )  # fmt: skip
-    return judge(ride, origin, state, section, hint, stages, evidence)
+    flow = flow_of(prepared_cell(parts, cell, ps, damper, n, 1), grid_of(ps, damper, n))
+    return judge(flow, ends, section, hint, stages, evidence)

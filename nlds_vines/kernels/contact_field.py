@@ -23,7 +23,7 @@ LONGEST_ANGLE = 0.2  # omega dt of one step: the polynomials below err by 0.2^10
 
 
 @jit
-def turn(angle):
+def cos_sin(angle):
     """Return (cos, sin) of a small angle by their Taylor polynomials."""
     a = angle * angle
     c = 1.0 - a * (0.5 - a * (1.0 / 24.0 - a * (1.0 / 720.0 - a * (1.0 / 40320.0))))
@@ -32,9 +32,9 @@ def turn(angle):
 
 
 @jit
-def turned(c, d, angle):
+def rotated(c, d, angle):
     """Return (cos, sin) = (c, d) of a phase turned on by a small angle."""
-    cosine, sine = turn(angle)
+    cosine, sine = cos_sin(angle)
     return c * cosine - d * sine, d * cosine + c * sine
 
 
@@ -47,8 +47,9 @@ def slope(tangent, ps, damper, wall, c, d, landing, k, y, out):
     follow in the row: they obey the equation linearised, with the contact's stiffness
     3/2 K sqrt(z) = 3/2 K q, as polynomial as the rest.
     """
+    # hot: once per stage
     q, s, x1, v1 = k[y], k[y + 1], k[y + 2], k[y + 3]
-    cosine, sine = turn(ps.omega * k[y + 4])
+    cosine, sine = cos_sin(ps.omega * k[y + 4])
     z = q * q
     force = wall.K * z * q
     drive = c * cosine - d * sine

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from .codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import chosen, jit
-from .flight import CELLS, at, look, phase_at, step
+from .flight import CELLS, at, cell_polynomial, phase_at, step
 from .observe import LEVEL, note_energy
 from .peaks import ALL, factor_bends, note_peaks, suspects
 from .scene import scale_of
 from .touch import LOST, NOWHERE, first_touch, nearest_miss, note_limit, tightened
 
-SECTION, TOUCH_NEAR, TOUCH_FAR, ASTRAY = 0, 1, 2, 3  # events that end a flight
-SPAN = 4  # cells for which one bound of the motion is used
+SPAN = 4  # cells for which one bound of the motion is used: it costs a square root
 
 
 @jit
@@ -32,7 +32,7 @@ def bounds_of(ps, grid, scale):
 
 
 @chosen
-def bounds_in(near, far, w, bend, jerk):
+def bounds_near_walls(near, far, w, bend, jerk):
     """Return `touch.tightened` bounds where there are walls to come near."""
     if near is None and far is None:
         return lambda near, far, w, bend, jerk: (bend, jerk)
@@ -57,7 +57,7 @@ def touch_in(near, far, grid, end, bend, jerk):
 
 
 @jit
-def clear(near, far, r0, r1, slack):
+def proves_no_touch(near, far, r0, r1, slack):
     """Prove from its two ends that a cell holds no touch (False: look closer)."""
     proven = True
     if near is not None:
@@ -68,7 +68,7 @@ def clear(near, far, r0, r1, slack):
 
 
 @jit
-def may_miss(near, far, clearance, r0, r1, slack):
+def may_hold_a_miss(near, far, clearance, r0, r1, slack):
     """Tell whether the cell between r0 and r1 could hold a closer miss than seen so far."""
     possible = False
     if near is not None:
@@ -98,33 +98,38 @@ def phase_of(ps, grid, j, x):
 
 
 @jit
-def fly(ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s):
+def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j, x, x1, v1, r, s):
     """Fly from place x of cell j to the next touch or to the start of the cell `stop`.
 
     Returns (event, j, x, x1, v1, r, s) with event SECTION, TOUCH_NEAR or TOUCH_FAR, or ASTRAY where
-    a touch could not be told from a miss.
+    a touch could not be told from a miss. `rk4` is None; `fly_fixed` has the same arguments.
     """
+    # hot: the loop over cells; the state stays in registers
     while j < stop:
+        # Bounds of the motion over the next cells.
         last = min(j + SPAN, stop)
         ahead = grid.push * grid.h * (last - j)
         scale = scale_of(ps, damper, x1, v1, r, s) + ahead
-        bend, jerk, second, swell = bounds_of(ps, grid, scale)
+        bend, jerk, second, energy_bend = bounds_of(ps, grid, scale)
         while j < last:
+            # The state at the end of the cell, as if nothing happened before.
             y = step(damper, grid.table, j, x1, v1, r, s)
-            closer = x > 0.0 or not clear(near, far, r, y[2], 0.125 * bend)
+            # What could happen before? A touch, a peak of an energy, a near miss, a passage.
+            closer = x > 0.0 or not proves_no_touch(near, far, r, y[2], 0.125 * bend)
             doubt, suspected = closer, ALL
             if energy is not None and not closer:
                 bends, now = factor_bends(ps, grid, second), (x1, v1, r, s)
-                suspected = suspects(ps, damper, energy, grid, bends, swell, j, now, y)
+                suspected = suspects(ps, damper, energy, grid, bends, energy_bend, j, now, y)
                 doubt = suspected != 0
             if clearance is not None:
-                doubt = doubt or may_miss(near, far, clearance, r, y[2], 0.125 * bend)
-            if watch is not None:
-                doubt = doubt or max(r, y[2]) + 0.125 * bend >= watch[LEVEL]
+                doubt = doubt or may_hold_a_miss(near, far, clearance, r, y[2], 0.125 * bend)
+            if limit_log is not None:
+                doubt = doubt or max(r, y[2]) + 0.125 * bend >= limit_log[LEVEL]
             if doubt:
+                # The polynomial of the cell, from x on, and the first touch on it.
                 cosine, sine = phase_of(ps, grid, j, x)
-                look(grid, x1, v1, r, s, cosine, sine)
-                bent, jerked = bounds_in(near, far, grid.table, bend, jerk)
+                cell_polynomial(grid, x1, v1, r, s, cosine, sine)
+                bent, jerked = bounds_near_walls(near, far, grid.table, bend, jerk)
                 end = 1.0 - x
                 if x > 0.0:
                     y = at(grid.table, end)
@@ -133,16 +138,18 @@ def fly(ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v
                     place, event = touch_in(near, far, grid, end, bent, jerked)
                 if event == ASTRAY:
                     return event, j, x, x1, v1, r, s
+                # Note what is wanted up to the touch or the end of the cell.
                 if energy is not None:
                     note_peaks(ps, damper, energy, grid, cosine, sine, min(place, end), suspected)
-                if watch is not None:
+                if limit_log is not None:
                     w, reached = grid.table, min(place, end)
-                    note_limit(w, watch, j + x, grid.h, reached, bent, jerked)
+                    note_limit(w, limit_log, j + x, grid.h, reached, bent, jerked)
                 if event != SECTION:
                     x1, v1, r, s = at(grid.table, place)
                     return event, j, x + place, x1, v1, r, s
                 if clearance is not None:
                     note_misses(near, far, clearance, grid, end, bent, jerked)
+            # Go on from the end of the cell.
             if energy is not None:
                 note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
             x1, v1, r, s = y

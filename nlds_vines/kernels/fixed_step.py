@@ -1,7 +1,7 @@
 """Flight by classical Runge-Kutta steps on a regular grid: the method users know.
 
-A step that would cross a wall is cut at the touch, by repeating it with the length that lands on
-r = gap; so is a step that touches and turns back between its ends. The contacts are stepped by
+A step that would cross a wall is repeated with the length that lands on r = gap; so is a step that
+touches and turns back between its ends. The contacts are stepped by
 `contact` at the same order. Everything is of order four, contacts included, and shares no formula
 with the exact flight: the cross-check of everything.
 """
@@ -13,10 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
-from .exact import SECTION, TOUCH_FAR, TOUCH_NEAR
 from .flight import rate_of
 from .observe import BEYOND, EXCESS, LEVEL, PERIOD, note_energy, note_violation, opposite, powers_at
+from .roots import guarded, narrowed, secant
 from .scene import accelerations
 
 
@@ -26,28 +27,25 @@ class FixedGrid(NamedTuple):
     n: int  # steps in a period
     h: float  # length of a step [s]
     rate: float  # bound on the rates of the linear motion [1/s]
-    cosine: (
-        np.ndarray
-    )  # (n + 1,) cos of the phase at the start of each step, and of the next period
-    sine: np.ndarray  # (n + 1,)
+    cosine: np.ndarray  # (n + 1,) cos of the phase at the start of each step and at the end
     middle: np.ndarray  # (n,) cos of the phase half a step later
 
 
 @jit
 def fixed_grid_of(ps, damper, n):
     """Prepare one period in n steps."""
-    cosine, sine, middle = np.empty(n + 1), np.empty(n + 1), np.empty(n)
+    cosine, middle = np.empty(n + 1), np.empty(n)
     for j in range(n):
-        phase = 2.0 * math.pi * j / n
-        cosine[j], sine[j] = math.cos(phase), math.sin(phase)
+        cosine[j] = math.cos(2.0 * math.pi * j / n)
         middle[j] = math.cos(2.0 * math.pi * (j + 0.5) / n)
-    cosine[n], sine[n] = 1.0, 0.0
-    return FixedGrid(n, 2.0 * math.pi / ps.omega / n, rate_of(ps, damper), cosine, sine, middle)
+    cosine[n] = 1.0
+    return FixedGrid(n, 2.0 * math.pi / ps.omega / n, rate_of(ps, damper), cosine, middle)
 
 
 @jit
-def classical_step(ps, damper, h, c0, c1, c2, x1, v1, r, s):
-    """Return the state after one Runge-Kutta step h; c0, c1, c2: cos of phase at its stages."""
+def runge_kutta_step(ps, damper, h, c0, c1, c2, y):
+    """Return the state after a step h from y = (x1, v1, r, s); c0, c1, c2: cos at its stages."""
+    x1, v1, r, s = y
     g = 0.5 * h
     a1, b1 = accelerations(ps, damper, x1, v1, r, s, c0, 0.0)
     v2, s2 = v1 + g * a1, s + g * b1
@@ -66,156 +64,162 @@ def classical_step(ps, damper, h, c0, c1, c2, x1, v1, r, s):
 
 
 @jit
-def step_to(ps, damper, grid, j, x, length, x1, v1, r, s):
-    """Return the state `length` cells after place x of step j."""
+def step_to(ps, damper, grid, j, x, length, y):
+    """Return the state `length` cells after the state y at place x of step j."""
     if x == 0.0 and length == 1.0:
         c0, c1, c2 = grid.cosine[j], grid.middle[j], grid.cosine[j + 1]
     else:
-        turn = ps.omega * grid.h
-        c0 = math.cos(turn * (j + x))
-        c1 = math.cos(turn * (j + x + 0.5 * length))
-        c2 = math.cos(turn * (j + x + length))
-    return classical_step(ps, damper, length * grid.h, c0, c1, c2, x1, v1, r, s)
+        angle = ps.omega * grid.h
+        c0 = math.cos(angle * (j + x))
+        c1 = math.cos(angle * (j + x + 0.5 * length))
+        c2 = math.cos(angle * (j + x + length))
+    return runge_kutta_step(ps, damper, length * grid.h, c0, c1, c2, y)
 
 
 @jit
-def turn_in(ps, damper, grid, j, x, length, x1, v1, r, s, y):
-    """Return the length at which s = dr/dt vanishes within a step to y (a near turn of r)."""
-    low, high, f0, f1 = 0.0, length, s, y[3]
+def length_to_turn(ps, damper, grid, j, x, length, y, z):
+    """Return the length at which s = dr/dt vanishes within a step from y to z: a turn of r."""
+    low, high, f0, f1 = 0.0, length, y[3], z[3]
     at = 0.5 * length
     for _ in range(60):
-        at = low + (high - low) * f0 / (f0 - f1)
-        f = step_to(ps, damper, grid, j, x, at, x1, v1, r, s)[3]
+        at = secant(low, high, f0, f1)
+        f = step_to(ps, damper, grid, j, x, at, y)[3]
         if f == 0.0 or high - low < 1.0e-9 or min(at - low, high - at) < 1.0e-12:
             return at
-        if (f > 0.0) == (f1 > 0.0):
-            high, f1, f0 = at, f, 0.5 * f0
-        else:
-            low, f0, f1 = at, f, 0.5 * f1
+        low, high, f0, f1 = narrowed(low, high, f0, f1, at, f)
     return at
 
 
 @jit
-def cut(ps, damper, grid, j, x, low, high, sign, gap, x1, v1, r, s):
-    """Return the length of the step that lands on sign r = gap, which lies in (low, high]."""
+def length_to_level(ps, damper, grid, j, x, low, high, sign, level, y):
+    """Return the length in (low, high] of the step from y that lands on sign r = level."""
+    # hot: once per impact
     size = high
     for _ in range(80):
-        y = step_to(ps, damper, grid, j, x, size, x1, v1, r, s)
-        excess = sign * y[2] - gap
-        if abs(excess) <= 2.0e-16 * (abs(gap) + abs(r)) or high - low < 1.0e-15:
+        z = step_to(ps, damper, grid, j, x, size, y)
+        excess = sign * z[2] - level
+        if abs(excess) <= 2.0e-16 * (abs(level) + abs(y[2])) or high - low < 1.0e-15:
             return size
         if excess > 0.0:
             high = size
         else:
             low = size
-        speed = sign * y[3] * grid.h
+        speed = sign * z[3] * grid.h
         guess = size - excess / speed if speed > 0.0 else high
-        size = guess if low < guess < high else 0.5 * (low + high)
+        size = guarded(guess, low, high)
     return size
 
 
 @jit
-def crossing(ps, damper, grid, j, x, length, sign, wall, x1, v1, r, s, y):
-    """Return the length at which a step first touches a wall, or -1."""
-    inside, beyond = sign * r >= wall.gap, sign * y[2] > wall.gap
-    if inside and sign * s > 0.0:
+def length_to_touch(ps, damper, grid, j, x, length, sign, wall, y, z):
+    """Return the length at which a step from y to z first touches a wall, or -1."""
+    # hot: once per impact
+    inside, beyond = sign * y[2] >= wall.gap, sign * z[2] > wall.gap
+    if inside and sign * y[3] > 0.0:
         return 0.0
     low, top = 0.0, length
     if inside:
-        if not (beyond and sign * y[3] > 0.0):
+        if not (beyond and sign * z[3] > 0.0):
             return -1.0
-        low = turn_in(ps, damper, grid, j, x, length, x1, v1, r, s, y)
+        low = length_to_turn(ps, damper, grid, j, x, length, y, z)
     elif not beyond:
-        if not (sign * s > 0.0 and sign * y[3] < 0.0):
+        if not (sign * y[3] > 0.0 and sign * z[3] < 0.0):
             return -1.0
-        top = turn_in(ps, damper, grid, j, x, length, x1, v1, r, s, y)
-        if sign * step_to(ps, damper, grid, j, x, top, x1, v1, r, s)[2] <= wall.gap:
+        top = length_to_turn(ps, damper, grid, j, x, length, y, z)
+        if sign * step_to(ps, damper, grid, j, x, top, y)[2] <= wall.gap:
             return -1.0
-    return cut(ps, damper, grid, j, x, low, top, sign, wall.gap, x1, v1, r, s)
+    return length_to_level(ps, damper, grid, j, x, low, top, sign, wall.gap, y)
 
 
 @jit
-def note_turns(ps, damper, energy, grid, j, x, length, x1, v1, r, s, y):
-    """Raise the largest energies to their maxima over a step (see `observe.note_step`)."""
-    turn = ps.omega * grid.h
-    c0, c1 = math.cos(turn * (j + x)), math.cos(turn * (j + x + length))
-    before = powers_at(ps, damper, x1, v1, r, s, c0, 0.0)
-    after = powers_at(ps, damper, y[0], y[1], y[2], y[3], c1, 0.0)
-    note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
+def note_turns(ps, damper, energy, grid, j, x, length, y, z):
+    """Raise the largest energies to their maxima over a step from y to z (as `note_step`)."""
+    # hot: once per step
+    angle = ps.omega * grid.h
+    c0, c1 = math.cos(angle * (j + x)), math.cos(angle * (j + x + length))
+    before = powers_at(ps, damper, y[0], y[1], y[2], y[3], c0, 0.0)
+    after = powers_at(ps, damper, z[0], z[1], z[2], z[3], c1, 0.0)
+    note_energy(ps, damper, energy, z[0], z[1], z[2], z[3])
     for which in range(4):
         if opposite(before[which], after[which]):
             low, high, f0, f1 = 0.0, length, before[which], after[which]
             for _ in range(40):
-                at = low + (high - low) * f0 / (f0 - f1)
-                z = step_to(ps, damper, grid, j, x, at, x1, v1, r, s)
-                c = math.cos(turn * (j + x + at))
-                f = powers_at(ps, damper, z[0], z[1], z[2], z[3], c, 0.0)[which]
-                note_energy(ps, damper, energy, z[0], z[1], z[2], z[3])
+                at = secant(low, high, f0, f1)
+                w = step_to(ps, damper, grid, j, x, at, y)
+                c = math.cos(angle * (j + x + at))
+                f = powers_at(ps, damper, w[0], w[1], w[2], w[3], c, 0.0)[which]
+                note_energy(ps, damper, energy, w[0], w[1], w[2], w[3])
                 if f == 0.0 or min(at - low, high - at) < 1.0e-9:
                     break
-                if (f > 0.0) == (f1 > 0.0):
-                    high, f1, f0 = at, f, 0.5 * f0
-                else:
-                    low, f0, f1 = at, f, 0.5 * f1
+                low, high, f0, f1 = narrowed(low, high, f0, f1, at, f)
 
 
 @jit
-def note_miss(ps, damper, near, far, clearance, grid, j, x, length, x1, v1, r, s, y):
-    """Lower the smallest near miss if the spring's shortening turns back within a step."""
-    if opposite(s, y[3]):
-        top = turn_in(ps, damper, grid, j, x, length, x1, v1, r, s, y)
-        r = step_to(ps, damper, grid, j, x, top, x1, v1, r, s)[2]
-        if near is not None and s > 0.0:
+def note_miss(ps, damper, near, far, clearance, grid, j, x, length, y, z):
+    """Lower the smallest near miss if the spring's shortening turns back within a step y to z."""
+    # hot: once per step
+    if opposite(y[3], z[3]):
+        top = length_to_turn(ps, damper, grid, j, x, length, y, z)
+        r = step_to(ps, damper, grid, j, x, top, y)[2]
+        if near is not None and y[3] > 0.0:
             clearance[0] = min(clearance[0], near.gap - r)
-        if far is not None and s < 0.0:
+        if far is not None and y[3] < 0.0:
             clearance[0] = min(clearance[0], far.gap + r)
 
 
 @jit
-def note_limit_fixed(ps, damper, watch, grid, j, x, length, x1, v1, r, s, y):
-    """Note how the limit of r is kept over a step (see `touch.note_limit`)."""
-    level, top, highest = watch[LEVEL], length, max(r, y[2])
-    if s > 0.0 > y[3]:
-        top = turn_in(ps, damper, grid, j, x, length, x1, v1, r, s, y)
-        highest = step_to(ps, damper, grid, j, x, top, x1, v1, r, s)[2]
-    if watch[BEYOND] == 0.0 and highest > level:
-        at = cut(ps, damper, grid, j, x, 0.0, top, 1.0, level, x1, v1, r, s)
-        note_violation(watch, watch[PERIOD] + (j + x + at) * grid.h)
-    if watch[BEYOND] != 0.0:
-        watch[EXCESS] = max(watch[EXCESS], highest - level)
-        watch[BEYOND] = 1.0 if y[2] > level else 0.0
+def note_limit_fixed(ps, damper, limit_log, grid, j, x, length, y, z):
+    """Note how the limit of r is kept over a step from y to z (see `touch.note_limit`)."""
+    # hot: once per step
+    level, top, highest = limit_log[LEVEL], length, max(y[2], z[2])
+    if y[3] > 0.0 > z[3]:
+        top = length_to_turn(ps, damper, grid, j, x, length, y, z)
+        highest = step_to(ps, damper, grid, j, x, top, y)[2]
+    if limit_log[BEYOND] == 0.0 and highest > level:
+        at = length_to_level(ps, damper, grid, j, x, 0.0, top, 1.0, level, y)
+        note_violation(limit_log, limit_log[PERIOD] + (j + x + at) * grid.h)
+    if limit_log[BEYOND] != 0.0:
+        limit_log[EXCESS] = max(limit_log[EXCESS], highest - level)
+        limit_log[BEYOND] = 1.0 if z[2] > level else 0.0
 
 
 @jit
-def meets(sign, wall, r, s, y):
-    """Tell whether a step from (r, s) to y may touch a wall: a side beyond it, or a turn."""
-    return sign * r >= wall.gap or sign * y[2] > wall.gap or (sign * s > 0.0 and sign * y[3] < 0.0)
+def may_touch(sign, wall, y, z):
+    """Tell whether a step from y to z may touch a wall: a side beyond it, or a turn."""
+    beyond = sign * y[2] >= wall.gap or sign * z[2] > wall.gap
+    return beyond or (sign * y[3] > 0.0 and sign * z[3] < 0.0)
 
 
 @jit
-def fly_fixed(ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s):
+def fly_fixed(
+    rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j, x, x1, v1, r, s
+):
     """Fly from place x of step j to the next touch or to the step `stop`, as `exact.fly`."""
+    # hot: the arguments of `exact.fly`
+    y = x1, v1, r, s
     while j < stop:
         length, event = 1.0 - x, SECTION
-        y = step_to(ps, damper, grid, j, x, length, x1, v1, r, s)
-        if near is not None and meets(1.0, near, r, s, y):
-            at = crossing(ps, damper, grid, j, x, length, 1.0, near, x1, v1, r, s, y)
+        z = step_to(ps, damper, grid, j, x, length, y)
+        # The step is repeated with the length that ends at the first touch in it, if there is one.
+        if near is not None and may_touch(1.0, near, y, z):
+            at = length_to_touch(ps, damper, grid, j, x, length, 1.0, near, y, z)
             if at >= 0.0:
                 length, event = at, TOUCH_NEAR
-        if far is not None and meets(-1.0, far, r, s, y):
-            at = crossing(ps, damper, grid, j, x, length, -1.0, far, x1, v1, r, s, y)
+        if far is not None and may_touch(-1.0, far, y, z):
+            at = length_to_touch(ps, damper, grid, j, x, length, -1.0, far, y, z)
             if at >= 0.0 and (event == SECTION or at < length):
                 length, event = at, TOUCH_FAR
         if event != SECTION:
-            y = step_to(ps, damper, grid, j, x, length, x1, v1, r, s)
+            z = step_to(ps, damper, grid, j, x, length, y)
+        # Note what it has shown.
         if energy is not None:
-            note_turns(ps, damper, energy, grid, j, x, length, x1, v1, r, s, y)
-        if watch is not None:
-            note_limit_fixed(ps, damper, watch, grid, j, x, length, x1, v1, r, s, y)
+            note_turns(ps, damper, energy, grid, j, x, length, y, z)
+        if limit_log is not None:
+            note_limit_fixed(ps, damper, limit_log, grid, j, x, length, y, z)
         if clearance is not None and event == SECTION:
-            note_miss(ps, damper, near, far, clearance, grid, j, x, length, x1, v1, r, s, y)
-        x1, v1, r, s = y
+            note_miss(ps, damper, near, far, clearance, grid, j, x, length, y, z)
+        y = z
         if event != SECTION:
-            return event, j, x + length, x1, v1, r, s
+            return event, j, x + length, y[0], y[1], y[2], y[3]
         j, x = j + 1, 0.0
-    return SECTION, j, 0.0, x1, v1, r, s
+    return SECTION, j, 0.0, y[0], y[1], y[2], y[3]

@@ -22,17 +22,28 @@ from .scene import accelerations
 ORDER = 14  # of the Taylor polynomials
 TERMS = 4 * (ORDER + 1)  # coefficients of the four state components
 REACH = 0.7  # longest cell in units of 1/rate: 0.7^15 / 15! = 4e-15, and the rate is a bound
-FEWEST_CELLS = 8
-MOST_CELLS = 1 << 19
+FEWEST_CELLS = 8  # in a period: cheap, and short enough for the proofs of `touch` to succeed often
+MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status is TOO_STIFF
 
 
-# The table of a grid: one array, since each array of a tuple costs every call that hands it on.
-STEP = 0  # 16: transition matrix over a cell, column by column
-TURNS = 16  # 5: bounds of the powers' factors and of E2 (`turns_of`)
-FACTOR = 24  # ORDER + 1, scratch: Taylor coefficients of a quantity followed through a cell
-COEF = 40  # TERMS, scratch: those of the state in the cell being looked at
-TAYLOR = COEF + TERMS  # 6 TERMS: those that answer x1, v1, r, s, cos, sin
-CELLS = TAYLOR + 6 * TERMS  # 6 for each cell: forced response over it, cos and sin at its start
+# The table w of a grid: one array, since each array of a tuple costs every call that hands it on.
+#
+#   from      numbers       what
+#   STEP      16            transition matrix over a cell, column by column: w[4 column + row]
+#   BOUNDS     5            bounds of the powers' factors and of E2 (`factor_bounds`)
+#   FACTOR    ORDER + 1     scratch: Taylor coefficients of a factor over a cell (`peaks`)
+#   COEF      TERMS         scratch: those of the state over a cell, power by power:
+#                           w[COEF + 4 power + component], components x1, v1, r, s
+#   TAYLOR    6 TERMS       the state's if one of (x1, v1, r, s, cos, sin) is 1 at the cell's start
+#                           and the others 0: w[TAYLOR + TERMS input + 4 power + component]
+#   CELLS     6 (n + 1)     for each cell j, and for the start of the next period:
+#                           w[CELLS + 6 j ...] = forced response over it (4), cos, sin at its start
+STEP = 0
+BOUNDS = 16
+FACTOR = 24
+COEF = 40
+TAYLOR = COEF + TERMS
+CELLS = TAYLOR + 6 * TERMS
 
 
 class Grid(NamedTuple):
@@ -43,7 +54,7 @@ class Grid(NamedTuple):
     rate: float  # bound on the growth of the scaled state per second [1/s]
     push: float  # P / sqrt(m1): bound on the growth of the energy scale S
     bend: float  # |d2r/dt2| <= bend * S + P / m1
-    table: np.ndarray  # (CELLS + 6 n + 6,), see above
+    table: np.ndarray  # (CELLS + 6 n + 6,), the table above
 
 
 @jit
@@ -83,8 +94,11 @@ def bend_of(ps, damper):
 
 
 @jit
-def turns_of(ps, damper):
-    """Return the largest v1, n1, v2, n2 (`observe.powers_at`) per S, and the largest 2 E2 / S^2."""
+def factor_bounds(ps, damper):
+    """Return the largest v1, n1, v2, n2 (`observe.powers_at`) per S, and the largest 2 E2 / S^2.
+
+    S is the energy scale of `scale_of`.
+    """
     root1 = math.sqrt(ps.m1)
     if damper is None:
         return 1.0 / root1, ps.damping * root1, 0.0, 0.0, 0.0
@@ -114,12 +128,13 @@ def cells_of(ps, damper):
 
 
 @jit
-def expand(ps, damper, h, x1, v1, r, s, cosine, sine, out, first):
+def expand(ps, damper, h, inputs, out, first):
     """Write the Taylor coefficients of a flight into out[first : first + TERMS].
 
-    They belong to the time in units of h, counted from the given state and phase:
+    inputs: x1, v1, r, s and the phase's cos and sin at its start; the time counts in units of h:
     y(x h) = sum_k out[first + 4 k + component] x^k.
     """
+    x1, v1, r, s, cosine, sine = inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5]
     out[first], out[first + 1], out[first + 2], out[first + 3] = x1, v1, r, s
     for k in range(ORDER):
         dv, ds = accelerations(ps, damper, x1, v1, r, s, cosine, 0.0)
@@ -131,11 +146,11 @@ def expand(ps, damper, h, x1, v1, r, s, cosine, sine, out, first):
 
 
 @jit
-def look(grid, x1, v1, r, s, cosine, sine):
-    """Fill the rows COEF with the Taylor coefficients of the flight that starts at a state.
+def cell_polynomial(grid, x1, v1, r, s, cosine, sine):
+    """Fill COEF with the Taylor coefficients of the flight that starts at a state.
 
-    The same numbers as `expand`, as one product with the prepared responses: no step waits for
-    the one before.
+    The same polynomial as by `expand`, as one product with the prepared responses: no coefficient
+    waits for the one before.
     """
     w = grid.table
     for k in range(TERMS):
@@ -148,7 +163,7 @@ def look(grid, x1, v1, r, s, cosine, sine):
 
 @jit
 def at(w, x):
-    """Return (x1, v1, r, s) at x cells after the start of the polynomial in rows COEF of `w`."""
+    """Return (x1, v1, r, s) at x cells after the start of the polynomial in COEF of `w`."""
     k = COEF + TERMS - 4
     x1, v1, r, s = w[k], w[k + 1], w[k + 2], w[k + 3]
     while k > COEF:
@@ -168,8 +183,7 @@ def grid_of(ps, damper, n):
     unit = np.zeros(6)
     for i in range(6):
         unit[i] = 1.0
-        first = TAYLOR + i * TERMS
-        expand(ps, damper, h, unit[0], unit[1], unit[2], unit[3], unit[4], unit[5], w, first)
+        expand(ps, damper, h, unit, w, TAYLOR + i * TERMS)
         unit[i] = 0.0
     response = np.zeros(24)  # what each of the six unit inputs becomes after a whole cell
     for i in range(6):
@@ -185,9 +199,9 @@ def grid_of(ps, damper, n):
         w[at_cell + 4], w[at_cell + 5] = cosine, sine
         for c in range(4):
             w[at_cell + c] = response[16 + c] * cosine + response[20 + c] * sine
-    turns = turns_of(ps, damper)
+    bounds = factor_bounds(ps, damper)
     for i in range(5):
-        w[TURNS + i] = turns[i]
+        w[BOUNDS + i] = bounds[i]
     push = ps.force * math.sqrt(ps.m1)
     return Grid(n, h, rate_of(ps, damper), push, bend_of(ps, damper), w)
 
@@ -215,7 +229,7 @@ def step(damper, w, j, x1, v1, r, s):
 def coarse_map(ps, damper, grid, stops):
     """Return the table whose `stops` cells are equal shares of a period without contact.
 
-    What a scene without walls needs for its sections: one product for each of them.
+    A scene without walls needs no more for its sections: one product for each of them.
     """
     coarse, silent, y = np.zeros(CELLS + 6 * stops), grid.table.copy(), np.zeros(4)
     silent[CELLS:] = 0.0
@@ -234,8 +248,8 @@ def coarse_map(ps, damper, grid, stops):
 
 
 @jit
-def carry(grid, tangent, time):
-    """Carry four tangent vectors (16,), one after the other, along a flight of `time` [s].
+def propagate(grid, tangent, time):
+    """Propagate four variations (16,), one after the other, along a flight of `time` [s].
 
     y' = A y + forcing, so that a variation of y obeys the same equation without forcing wherever
     the flight is.

@@ -1,4 +1,4 @@
-"""The short impact: a nearly free Hertz bump, solved as a small correction to its exact arc.
+"""The short impact: a nearly free Hertz impact, solved as a small correction to its exact arc.
 
 Without external forces a contact that begins with speed v is the arc z = z_m u(phi)^2,
 s = v S(phi), where u' = S, S' = -(5/2) u^4, u(0) = 0, S(0) = 1: one function for all impacts, with
@@ -14,7 +14,7 @@ u = 0 again: nothing has to be searched for. Collocation at Gauss points turns t
 fixed point that contracts by that one per cent a sweep.
 
 The complex singularities of the arc lie beside its middle; the nodes follow a map x = d sinh(a xi)
-that moves them away, and 12 nodes do the work of 25. Whatever is not a short bump (slow or pressed
+that moves them away, and 12 nodes do the work of 25. What is not a short impact (slow or pressed
 touches, soft contacts, a section inside) is left to `contact`.
 """
 
@@ -26,37 +26,54 @@ from typing import NamedTuple
 import numpy as np
 
 from .compiling import jit
-from .contact_field import turn
+from .contact_field import cos_sin
 from .scene import accelerations
 
-ROW = 64  # distance of the rows of a table; bounds the number of nodes
-B, T, G, H, FB, FT, FG, FH, OLD = (ROW * i for i in range(9))  # unknowns, their slopes, the last b
-U, S, LOSS, LATE, TIME, WEIGHT, MIDDLE = (ROW * i for i in range(9, 16))  # constants, see `Arc`
+# The table of an arc: 16 rows of 64 numbers, of which the first n are in use, one for each node.
+#
+#   unknowns    B          amplitude b, in which z = b^4 u^2 and s = v(b) S
+#               T          time since touch [s]
+#               G, H       x1 and v1 without the share of r and s: the motion common to both masses
+#   slopes      FB FT FG FH, the derivatives of B T G H by phi;  OLD, the row B of the last sweep
+#   constants   U          sqrt(z / z_m)
+#               S          s / v
+#               BY_DRAG    integral of S^2 u / 2, the first effect of damping
+#               BY_DRIFT   integral of S u / 2 times that of u, the effect of a force that grows
+#               TIME       integral of u
+#               WEIGHT     of an integral from touch to release
+#               MIDDLE     of an integral from touch to the deepest point
+#
+# A name is the place of a row's first number, so that w[B + i] is b at node i.
+ROW = 64
+B, T, G, H, FB, FT, FG, FH, OLD = (ROW * i for i in range(9))
+U, S, BY_DRAG, BY_DRIFT, TIME, WEIGHT, MIDDLE = (ROW * i for i in range(9, 16))
 TABLE = ROW * 16
-LARGEST_SHARE = 0.1  # of the external acceleration in the contact's own: beyond it, step
-LONGEST = 0.2  # duration in units of 1/rate
-MOST_SWEEPS = 12
+
+LARGEST_SHARE = (
+    0.1  # of the external acceleration in the contact's own: above it, a contact is stepped
+)
+LONGEST = 0.2  # duration of a short impact in units of 1/rate: a longer one is stepped
+MOST_SWEEPS = 12  # a sweep gains two digits; some five are needed
 
 
 class Arc(NamedTuple):
     """The Hertz arc at the collocation nodes, prepared by `nlds_vines.orbits.hertz_arc`.
 
-    Few arrays with many rows: each array of a tuple costs every call that hands it on. Constant
-    rows of `table`, a number for each node: U = sqrt(z / z_m), S = s / v, LOSS the integral of
-    S^2 u / 2 (the first effect of damping), LATE that of time S u / 2 (of a force that grows), TIME
-    that of u, WEIGHT and MIDDLE the weights of an integral up to the release and the deepest point.
+    Two arrays hold it all: each array of a tuple costs every call that hands it on.
     """
 
-    n: int
+    n: int  # nodes
     length: float  # integral of u from touch to release
-    settled: float  # relative change of b that a further sweep may still make
-    spent: float  # what the nodes miss of LOSS up to the release
-    cover: np.ndarray  # (n n,) integration from touch to each node, one integrand after another
-    table: np.ndarray  # (TABLE,) the rows; those of the unknowns are scratch
+    tolerance: float  # relative change of b that a further sweep may still make
+    loss_missed: float  # what the nodes miss of BY_DRAG up to the release
+    integration: (
+        np.ndarray
+    )  # (n n,) integration from touch to each node, one integrand after another
+    table: np.ndarray  # (TABLE,) see above; unknowns and slopes are scratch
 
 
 @jit
-def outside_at(ps, damper, wall, arc, c, d, i):
+def accelerations_at(ps, damper, wall, arc, c, d, i):
     """Return (b, alone, a) at node i: accelerations [m/s^2] of x1 and r without damper and wall."""
     w = arc.table
     b = w[B + i]
@@ -66,7 +83,7 @@ def outside_at(ps, damper, wall, arc, c, d, i):
     s = wall.speed * b4 * b * w[S + i]
     x1 = w[G + i] + damper.share * z
     v1 = w[H + i] + damper.share * s
-    cosine, sine = turn(ps.omega * w[T + i])
+    cosine, sine = cos_sin(ps.omega * w[T + i])
     alone = ps.force * (c * cosine - d * sine) - ps.stiffness * x1 - ps.damping * v1
     return b, alone, alone - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
 
@@ -76,7 +93,7 @@ def common_slopes(ps, damper, wall, arc, c, d):
     """Fill the rows FT, FG, FH with the derivatives of time and of the common motion."""
     w = arc.table
     for i in range(arc.n):
-        b, alone, a = outside_at(ps, damper, wall, arc, c, d, i)
+        b, alone, a = accelerations_at(ps, damper, wall, arc, c, d, i)
         b2 = b * b
         b4 = b2 * b2
         dt = 2.5 * wall.speed * b4 * b * w[U + i] / (wall.kappa * b4 * b2 - a * w[U + i] * w[U + i])
@@ -86,11 +103,11 @@ def common_slopes(ps, damper, wall, arc, c, d):
 
 
 @jit
-def own_slope(ps, damper, wall, arc, c, d):
+def amplitude_slope(ps, damper, wall, arc, c, d):
     """Fill the row FB with the derivative of the amplitude b."""
     w = arc.table
     for i in range(arc.n):
-        b, _, a = outside_at(ps, damper, wall, arc, c, d, i)
+        b, _, a = accelerations_at(ps, damper, wall, arc, c, d, i)
         b2 = b * b
         w[FB + i] = (
             0.5
@@ -109,6 +126,7 @@ def first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d):
     That acceleration is taken as a constant, a part that goes with s and one that grows with time;
     their effects on the free arc are integrals known beforehand.
     """
+    # hot: once per impact
     w = arc.table
     peak = wall.kappa * b * b * b * b * b * b
     _, outside = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
@@ -120,14 +138,14 @@ def first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d):
     for i in range(arc.n):
         t = tick * w[TIME + i]
         steady = 0.25 * (outside + drag) * w[U + i] * w[U + i]
-        w[B + i] = b * (1.0 + (steady - drag * w[LOSS + i] + drift * w[LATE + i]) / peak)
+        w[B + i] = b * (1.0 + (steady - drag * w[BY_DRAG + i] + drift * w[BY_DRIFT + i]) / peak)
         w[T + i] = t
         w[H + i] = rest + common * (1.0 - damper.share) * t
         w[G + i] = x1 + 0.5 * (rest + w[H + i]) * t
 
 
 @jit
-def cover_common(arc, x, v):
+def integrate_common(arc, x, v):
     """Integrate the rows FT, FG, FH from touch to every node."""
     w, n = arc.table, arc.n
     for i in range(n):
@@ -136,14 +154,14 @@ def cover_common(arc, x, v):
         ft, fg, fh = w[FT + j], w[FG + j], w[FH + j]
         row = j * n
         for i in range(n):
-            q = arc.cover[row + i]
+            q = arc.integration[row + i]
             w[T + i] += q * ft
             w[G + i] += q * fg
             w[H + i] += q * fh
 
 
 @jit
-def cover_own(arc, b):
+def integrate_amplitude(arc, b):
     """Integrate the row FB from touch to every node; return the largest change of b."""
     w, n = arc.table, arc.n
     for i in range(n):
@@ -153,7 +171,7 @@ def cover_own(arc, b):
         fb = w[FB + j]
         row = j * n
         for i in range(n):
-            w[B + i] += arc.cover[row + i] * fb
+            w[B + i] += arc.integration[row + i] * fb
     change = 0.0
     for i in range(n):
         change = max(change, abs(w[B + i] - w[OLD + i]))
@@ -175,8 +193,9 @@ def short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1):
 
     c, d are cos and sin of the forcing's phase at touch, `rate` the bound of `flight.rate_of`.
     Returns (solved, s, x1, v1, duration [s], depth [m]) at release; solved is False where the
-    impact is not a short bump or has begun already, and nothing else may be used then.
+    impact is not short or has begun already, and nothing else may be used then.
     """
+    # hot: once per impact
     if not (q == 0.0 and s > 0.0):
         return False, s, x1, v1, 0.0, 0.0
     b = (s / wall.speed) ** 0.2
@@ -190,12 +209,12 @@ def short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1):
     before = 0.0
     for _ in range(MOST_SWEEPS):
         common_slopes(ps, damper, wall, arc, c, d)
-        cover_common(arc, x1, rest)
-        own_slope(ps, damper, wall, arc, c, d)
-        change = cover_own(arc, b)
+        integrate_common(arc, x1, rest)
+        amplitude_slope(ps, damper, wall, arc, c, d)
+        change = integrate_amplitude(arc, b)
         if before == 0.0:  # what the guess missed is of second order, and a sweep gains one
             before = math.sqrt(change * b)
-        if change * change <= arc.settled * b * before:  # each gains as much as the one before
+        if change * change <= arc.tolerance * b * before:  # each gains as much as the one before
             return released(ps, damper, wall, arc, c, d, b, s, x1, rest)
         before = change
     return False, s, x1, v1, 0.0, 0.0
@@ -207,11 +226,12 @@ def released(ps, damper, wall, arc, c, d, b, s, x1, rest):
 
     What the dashpots take is nearly what they take of the free arc, which is known exactly.
     """
+    # hot: once per impact
     common_slopes(ps, damper, wall, arc, c, d)
-    own_slope(ps, damper, wall, arc, c, d)
+    amplitude_slope(ps, damper, wall, arc, c, d)
     deep = b + integral(arc, int(MIDDLE), int(FB))
     drag = (damper.c2 * damper.inv_mu + ps.damping * damper.share) * s
-    missed = drag * arc.spent / (wall.kappa * b * b * b * b * b * b)
+    missed = drag * arc.loss_missed / (wall.kappa * b * b * b * b * b * b)
     out = b * (1.0 - missed) + integral(arc, int(WEIGHT), int(FB))
     duration = integral(arc, int(WEIGHT), int(FT))
     x1 += integral(arc, int(WEIGHT), int(FG))

@@ -13,9 +13,11 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from .arguments import CellBuffers, Parts
 from .cells import judge_cell, run_cell
+from .codes import OK
 from .compiling import chosen, jit
-from .orbit import OK, SIZE
+from .orbit import SIZE
 from .recurrence import TOLERANCE, impacts_of, period_of
 
 
@@ -42,8 +44,8 @@ def section_rows(section, cycle, damper, periods, chain, link):
 
 
 @chosen
-def beat_rows(counts, cycle, arc, periods):
-    """Return scratch for the impacts of each period and wall, or None where nobody asks."""
+def period_rows(counts, cycle, arc, periods):
+    """Return scratch for the impacts of each period and wall, or None where they are not needed."""
     if arc is None or (counts is None and cycle is None):
         return lambda counts, cycle, arc, periods: None
     return lambda counts, cycle, arc, periods: np.zeros((periods, 2), np.int64)
@@ -57,19 +59,35 @@ def lane_of(values, chain, link):
     return lambda values, chain, link: values[chain, link]
 
 
+@jit(dissolved=True)
+def buffers_of(arc, damper, buffers, periods, chain, link):
+    """Return the `CellBuffers` of one lane: its rows of the `LaneBuffers`, and scratch."""
+    section, cycle = buffers.section, buffers.cycle
+    return CellBuffers(
+        early_rows(section, periods, chain, link),
+        section_rows(section, cycle, damper, periods, chain, link),
+        period_rows(buffers.counts, cycle, arc, periods),
+        None,
+        lane_of(buffers.energy, chain, link),
+        lane_of(buffers.peak, chain, link),
+        lane_of(buffers.clearance, chain, link),
+        lane_of(buffers.violation, chain, link),
+    )
+
+
 @jit
-def summarise(section, beats, counts, cycle):
+def summarise(section, by_period, counts, cycle):
     """Fill the impact counts (2,) by wall and the cycle (n, k near, k far) of one lane."""
     if counts is not None:
         for wall in range(2):
             counts[wall] = 0
-            for p in range(len(beats)):
-                counts[wall] += beats[p, wall]
+            for p in range(len(by_period)):
+                counts[wall] += by_period[p, wall]
     if cycle is not None:
         cycle[0], cycle[1], cycle[2] = period_of(section, TOLERANCE), 0, 0
-        if beats is not None:
+        if by_period is not None:
             for wall in range(2):
-                cycle[1 + wall] = impacts_of(beats, wall, cycle[0])
+                cycle[1 + wall] = impacts_of(by_period, wall, cycle[0])
 
 
 @jit
@@ -79,91 +97,71 @@ def note_end(ends, chain, link, which, state):
         ends[chain, link, which] = state
 
 
+@jit(dissolved=True)
+def with_arc(parts, arc):
+    """Return the `Parts` of lanes completed by their arc, which may be None."""
+    return Parts(
+        parts.rk4,
+        parts.damper,
+        parts.near,
+        parts.far,
+        arc,
+        parts.contact_steps,
+        parts.period_steps,
+    )
+
+
+# A parallel loop takes its tuples apart, but no tuple within a tuple. So the loops below take the
+# arc, a tuple itself, on its own: their `parts` are `Parts` with None in its place.
+
+
 @jit(parallel=True)
-def run_lanes(
-    classical,
-    has_damper,
-    has_near,
-    has_far,
-    arc,
-    resolution,
-    cells,
-    starts,
-    transient,
-    periods,
-    section,
-    counts,
-    cycle,
-    energy,
-    peak,
-    clearance,
-    violation,
-    ends,
-    status,
-):
+def run_lanes(parts, arc, cells, starts, span, buffers):
     """Run all chains of a block of cells (chains, links), each from its start (chains, 4).
 
-    Outputs have the shape (chains, links, ...) or are None: `section` (periods, components), or
-    (transient + periods, components) to hold the transient's too, `counts` (2,) impacts by wall,
-    `cycle` (3,) n and k at either wall, `energy` and `peak` (2,) [J], `clearance` (1,) [m],
-    `violation` (3,) [s, m, 1]; `ends` (2, SIZE), the states at begin and end; `status` always.
-    A lane that fails keeps its fill values, starts the next link of its chain from rest, and
-    touches nothing of its neighbours.
+    parts, arc: see above; span: `Span` with one stop a period; buffers: `LaneBuffers`. A lane that
+    fails keeps its fill values, starts the next link of its chain from rest, and touches nothing of
+    its neighbours.
     """
     chains, links = cells.shape
-    for chain in numba.prange(chains):
+    for lane in numba.prange(chains):
+        chain = np.int64(lane)  # unsigned within the loop: all that is called would compile twice
         state = np.zeros(SIZE)
         state[:4] = starts[chain]
         for link in range(links):
-            rows = section_rows(section, cycle, has_damper, periods, chain, link)
-            beats = beat_rows(counts, cycle, arc, periods)
             cell = cells[chain, link]
-            if link > 0 and status[chain, link - 1] == OK:
+            if link > 0 and buffers.status[chain, link - 1] == OK:
                 # the displacement is carried over, wherever the new rest may be
                 state[2] += cell.rest - cells[chain, link - 1].rest
-            note_end(ends, chain, link, 0, state)
-            code = run_cell(
-                classical, has_damper, has_near, has_far, arc, resolution, cell, state,
-                early_rows(section, periods, chain, link), rows,
-                beats, None, lane_of(energy, chain, link), lane_of(peak, chain, link),
-                lane_of(clearance, chain, link), lane_of(violation, chain, link),
-                transient, transient, periods, 1,
-            )  # fmt: skip
-            note_end(ends, chain, link, 1, state)
-            status[chain, link] = code
-            if code == OK:
-                summarise(rows, beats, lane_of(counts, chain, link), lane_of(cycle, chain, link))
+            own = buffers_of(arc, parts.damper, buffers, span.periods, chain, link)
+            note_end(buffers.ends, chain, link, 0, state)
+            status = run_cell(with_arc(parts, arc), cell, state, span, own)
+            note_end(buffers.ends, chain, link, 1, state)
+            buffers.status[chain, link] = status
+            if status == OK:
+                counts, cycle = buffers.counts, buffers.cycle
+                summarise(
+                    own.section, own.by_period,
+                    lane_of(counts, chain, link), lane_of(cycle, chain, link),
+                )  # fmt: skip
             else:
                 state[:] = 0.0
 
 
 @jit(parallel=True)
-def judge_lanes(
-    classical,
-    has_damper,
-    has_near,
-    has_far,
-    arc,
-    resolution,
-    cells,
-    ends,
-    section,
-    cycle,
-    stages,
-    evidence,
-    status,
-):
+def judge_lanes(parts, arc, cells, finished, stages, evidence):
     """Say what the orbits are that `run_lanes` has run with a section of their whole course.
 
-    `stages`: further periods that a verdict may take, stage by stage. Fills `evidence` (chains,
-    links, `verdict.COLUMNS`); a lane that fails in a further stage gets another `status`.
+    parts, arc: see above; finished: `Finished`; stages: further periods that a verdict may take,
+    stage by stage. Fills `evidence` (chains, links, `verdict.COLUMNS`); a lane that fails in a
+    further stage gets another status.
     """
     chains, links = cells.shape
     for lane in numba.prange(chains * links):
-        chain, link = lane // links, lane % links
-        if status[chain, link] == OK:
-            status[chain, link] = judge_cell(
-                classical, has_damper, has_near, has_far, arc, resolution, cells[chain, link],
-                ends[chain, link, 0], ends[chain, link, 1], section[chain, link],
-                cycle[chain, link, 0], stages, evidence[chain, link],
+        chain, link = np.int64(lane) // links, np.int64(lane) % links  # as in `run_lanes`
+        if finished.status[chain, link] == OK:
+            finished.status[chain, link] = judge_cell(
+                with_arc(parts, arc), cells[chain, link], finished.ends[chain, link],
+                finished.section[chain, link], finished.cycle[chain, link, 0],
+                stages, evidence[chain, link],
             )  # fmt: skip

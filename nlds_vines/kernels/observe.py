@@ -1,10 +1,9 @@
-"""What is written down along an orbit. A buffer that was not asked for is None, and so is the code.
+"""What is noted along an orbit. A buffer that is not wanted is None, and its code is left out.
 
 `energy`     (2,) largest E1 and E2 so far [J]
 `clearance`  (1,) smallest near miss so far [m]
-`touches`    (2,) impacts so far at the near and the far wall
-`rows`       impacts one by one, see `Rows`
-`watch`      (6,) a limit of the spring's shortening and how it was kept, see LEVEL
+`impacts`    impacts one by one, see `Impacts`
+`limit_log`  (6,) a limit of the spring's shortening and how it is kept, see LEVEL
 """
 
 from __future__ import annotations
@@ -15,22 +14,30 @@ import numpy as np
 
 from . import runge_kutta as rk
 from .compiling import jit
-from .contact_field import turn
+from .contact_field import cos_sin
+from .roots import narrowed, secant
 
 
-class Rows(NamedTuple):
+class Impacts(NamedTuple):
     """Impacts one by one, a row of the columns WALL ... GAIN2 for each."""
 
     data: np.ndarray  # (capacity, COLUMNS)
     filled: np.ndarray  # (1,) rows begun, also beyond the capacity
 
 
-PRECISE = 1.0e-7  # place of a peak in a step or cell: its height errs by the square
-# wall, times of touch and release, approach speed, peak force, depth, what E1 and E2 gain meanwhile
+PRECISE = 1.0e-7  # error of the place of a peak in a step or cell: its height errs by the square
+# Columns of `Impacts.data`:
+#   0 WALL     0 near, 1 far                        4 FORCE    greatest force [N]
+#   1 TOUCH    time [s]                             5 DEPTH    greatest depth [m]
+#   2 RELEASE  time [s], NaN while it lasts         6 GAIN1    gain of E1 until release [J]
+#   3 SPEED    of approach [m/s]                    7 GAIN2    gain of E2 until release [J]
 WALL, TOUCH, RELEASE, SPEED, FORCE, DEPTH, GAIN1, GAIN2 = range(8)
 COLUMNS = 8
 
-# limit of r [m], period under way, time of the first violation [s], depth [m], number, beyond now
+# Places of the limit log:
+#   0 LEVEL    the limit of r [m]                   3 EXCESS   greatest r beyond the limit [m]
+#   1 PERIOD   begin of the period under way [s]    4 NUMBER   passages of the limit
+#   2 FIRST    time of the first passage [s]        5 BEYOND   1 while r is beyond, otherwise 0
 LEVEL, PERIOD, FIRST, EXCESS, NUMBER, BEYOND = range(6)
 
 
@@ -65,43 +72,44 @@ def note_energy(ps, damper, energy, x1, v1, r, s):
 
 
 @jit
-def note_touch(ps, damper, rows, wall, time, x1, v1, r, s):
+def note_touch(ps, damper, impacts, wall, time, x1, v1, r, s):
     """Begin the row of an impact; its release stays NaN until `note_release`."""
-    i = rows.filled[0]
-    rows.filled[0] = i + 1
-    if i < len(rows.data):
-        rows.data[i, WALL], rows.data[i, TOUCH], rows.data[i, RELEASE] = wall, time, np.nan
-        rows.data[i, SPEED], rows.data[i, FORCE], rows.data[i, DEPTH] = abs(s), 0.0, 0.0
+    # hot: once per impact
+    i = impacts.filled[0]
+    impacts.filled[0] = i + 1
+    if i < len(impacts.data):
+        impacts.data[i, WALL], impacts.data[i, TOUCH], impacts.data[i, RELEASE] = wall, time, np.nan
+        impacts.data[i, SPEED], impacts.data[i, FORCE], impacts.data[i, DEPTH] = abs(s), 0.0, 0.0
         e1, e2 = energies(ps, damper, x1, v1, r, s)
-        rows.data[i, GAIN1], rows.data[i, GAIN2] = -e1, -e2
+        impacts.data[i, GAIN1], impacts.data[i, GAIN2] = -e1, -e2
 
 
 @jit
-def note_depth(rows, K, depth):
+def note_depth(impacts, K, depth):
     """Raise the greatest depth and force of the impact under way."""
-    i = rows.filled[0] - 1
-    if 0 <= i < len(rows.data) and depth > rows.data[i, DEPTH]:
-        rows.data[i, DEPTH], rows.data[i, FORCE] = depth, K * depth * np.sqrt(depth)
+    i = impacts.filled[0] - 1
+    if 0 <= i < len(impacts.data) and depth > impacts.data[i, DEPTH]:
+        impacts.data[i, DEPTH], impacts.data[i, FORCE] = depth, K * depth * np.sqrt(depth)
 
 
 @jit
-def note_release(ps, damper, rows, time, x1, v1, r, s):
+def note_release(ps, damper, impacts, time, x1, v1, r, s):
     """Complete the row of the impact under way."""
-    i = rows.filled[0] - 1
-    if 0 <= i < len(rows.data):
-        rows.data[i, RELEASE] = time
+    i = impacts.filled[0] - 1
+    if 0 <= i < len(impacts.data):
+        impacts.data[i, RELEASE] = time
         e1, e2 = energies(ps, damper, x1, v1, r, s)
-        rows.data[i, GAIN1] += e1
-        rows.data[i, GAIN2] += e2
+        impacts.data[i, GAIN1] += e1
+        impacts.data[i, GAIN2] += e2
 
 
 @jit
-def note_violation(watch, time):
+def note_violation(limit_log, time):
     """Count a passage of the limit; the first one with its time [s]."""
-    if watch[NUMBER] == 0.0:
-        watch[FIRST] = time
-    watch[NUMBER] += 1.0
-    watch[BEYOND] = 1.0
+    if limit_log[NUMBER] == 0.0:
+        limit_log[FIRST] = time
+    limit_log[NUMBER] += 1.0
+    limit_log[BEYOND] = 1.0
 
 
 @jit
@@ -129,7 +137,7 @@ def powers_at(ps, damper, x1, v1, r, s, drive, force):
 def powers(ps, damper, wall, c, d, k, row):
     """Return `powers_at` of a row (q, s, x1, v1, tau) of a contact."""
     q = k[row]
-    cosine, sine = turn(ps.omega * k[row + 4])
+    cosine, sine = cos_sin(ps.omega * k[row + 4])
     z, drive = q * q, c * cosine - d * sine
     force = wall.K * z * q
     return powers_at(ps, damper, k[row + 2], k[row + 3], wall.gap + z, k[row + 1], drive, force)
@@ -143,32 +151,31 @@ def note_row(ps, damper, wall, energy, k, row):
 
 
 @jit
-def seek(classical, ps, damper, wall, c, d, landing, h, k, which, f0, f1):
-    """Write row NEW where the factor `which` of `powers` vanishes within a step (Illinois)."""
+def step_to_root(rk4, ps, damper, wall, c, d, landing, h, k, which, f0, f1):
+    """Write row NEW where the factor `which` of `powers` vanishes within a step.
+
+    f0, f1: its values at the begin and the end of the step.
+    """
+    # hot: within a step
     low, high = 0.0, 1.0
     for _ in range(40):
-        x = low + (high - low) * f0 / (f0 - f1)
-        rk.step(classical, None, ps, damper, wall, c, d, landing, x * h, k)
+        x = secant(low, high, f0, f1)
+        rk.step(rk4, None, ps, damper, wall, c, d, landing, x * h, k)
         f = powers(ps, damper, wall, c, d, k, rk.NEW)[which]
-        if f == 0.0:
+        before, behind = low, high
+        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
+        if f == 0.0 or (low - before) + (behind - high) < PRECISE:  # one end moved so little
             return
-        if (f > 0.0) == (f1 > 0.0):
-            if high - x < PRECISE:
-                return
-            high, f1, f0 = x, f, 0.5 * f0
-        else:
-            if x - low < PRECISE:
-                return
-            low, f0, f1 = x, f, 0.5 * f1
 
 
 @jit
-def note_step(classical, ps, damper, wall, energy, c, d, landing, h, k):
+def note_step(rk4, ps, damper, wall, energy, c, d, landing, h, k):
     """Raise the largest energies to their maxima over the contact step from row Y to row NEW.
 
     E1 can turn only where v1 or the force beside the spring's vanishes, E2 likewise; a turn is
-    located only where it could exceed what was seen.
+    located only where it could exceed the largest so far.
     """
+    # hot: once per step
     note_row(ps, damper, wall, energy, k, rk.NEW)
     before = powers(ps, damper, wall, c, d, k, rk.Y)
     after = powers(ps, damper, wall, c, d, k, rk.NEW)
@@ -183,7 +190,7 @@ def note_step(classical, ps, damper, wall, energy, c, d, landing, h, k):
         gain += abs(after[2 * body] * after[2 * body + 1])
         if opposite(before[which], after[which]) and start[body] + gain * time > energy[body]:
             f0, f1 = before[which], after[which]
-            seek(classical, ps, damper, wall, c, d, landing, h, k, which, f0, f1)
+            step_to_root(rk4, ps, damper, wall, c, d, landing, h, k, which, f0, f1)
             note_row(ps, damper, wall, energy, k, rk.NEW)
             for i in range(rk.WIDTH):
                 k[rk.NEW + i] = k[rk.SAVE + i]

@@ -8,11 +8,24 @@ from __future__ import annotations
 
 import math
 
+from .codes import (
+    ASTRAY,
+    DIVERGED,
+    EXHAUSTED,
+    FLYING,
+    OK,
+    RELEASED,
+    SECTION,
+    STEP_BUDGET,
+    STOPPED,
+    TOUCH_FAR,
+    TOUCH_NEAR,
+)
 from .compiling import chosen, jit
-from .contact import EXHAUSTED, RELEASED, STOPPED, contact
-from .exact import ASTRAY, SECTION, TOUCH_NEAR, fly
+from .contact import contact
+from .exact import fly
 from .fixed_step import fly_fixed
-from .flight import carry, coarse_map, phase_at, step
+from .flight import coarse_map, phase_at, propagate, step
 from .impact import short_impact
 from .observe import (
     PERIOD,
@@ -25,16 +38,14 @@ from .observe import (
     powers_at,
 )
 
-OK, DIVERGED, BUDGET = 0, 2, 3  # `orbits.status_words` has the words
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
-MOST_TOUCHES = 100_000  # in one period
-FLYING = 0  # mode of an orbit; otherwise the event of the touch that began its contact
-SIZE = 6  # of the state kept between calls: x1, v1, r, s, q = sqrt(z), mode
+MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
+SIZE = 6  # numbers of the state kept between calls: x1, v1, r, s, q = sqrt(z), mode
 
 
 @jit
-def begin(near, far, state):
-    """Settle the mode of a state (x1, v1, r, s) at phase zero: in flight, or inside a contact.
+def set_mode(near, far, state):
+    """Set q and the mode of a state (x1, v1, r, s) at phase zero: in flight, or inside a contact.
 
     A start on the wall that moves or is pressed into it is a touch of the first instant, which the
     first flight finds; a start beyond the wall is a contact already under way.
@@ -43,37 +54,26 @@ def begin(near, far, state):
     if near is not None and state[2] > near.gap:
         state[4], state[5] = math.sqrt(state[2] - near.gap), TOUCH_NEAR
     if far is not None and -state[2] > far.gap:
-        state[4], state[5] = math.sqrt(-state[2] - far.gap), TOUCH_NEAR + 1
+        state[4], state[5] = math.sqrt(-state[2] - far.gap), TOUCH_FAR
 
 
 @chosen
 def fly_on(
-    classical, ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s
+    rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j, x, x1, v1, r, s
 ):
     """Fly to the next event by the method asked for."""
-
-    def exact(
-        classical, ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s
-    ):
-        return fly(ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s)
-
-    def fixed(
-        classical, ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s
-    ):
-        return fly_fixed(
-            ps, damper, near, far, watch, energy, clearance, grid, stop, j, x, x1, v1, r, s
-        )
-
-    return exact if classical is None else fixed
+    # hot: the arguments of `fly`
+    return fly if rk4 is None else fly_fixed
 
 
 @jit
-def outshines(ps, damper, wall, energy, c, d, before, after, duration):
-    """Tell whether an energy could peak inside a short impact above what was seen.
+def may_hide_a_peak(ps, damper, wall, energy, c, d, before, after, duration):
+    """Tell whether an energy could peak inside a short impact above the largest so far.
 
-    The contact force alone can only make an energy dip between touch and release; whatever rises
-    above the ends is due to the other forces, bounded here twice over.
+    The contact force alone can only make an energy dip between touch and release; a rise above the
+    ends is due to the other forces, bounded here by twice their largest power at the two ends.
     """
+    # hot: once per impact
     for body in range(2):
         top = 0.0
         gain = 0.0
@@ -88,50 +88,31 @@ def outshines(ps, damper, wall, energy, c, d, before, after, duration):
 
 
 @jit
-def bump(ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
-    """Try the short impact; it stands if it ends in time and hides no peak of an energy."""
+def try_short_impact(rk4, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
+    """Try the short impact; it is accepted if it ends in time and hides no peak of an energy."""
+    # hot: once per impact
     solved, out, a1, b1, took, depth = short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1)
     solved = solved and took <= left
     if energy is not None and solved:
         before, after = (x1, v1, s), (a1, b1, out)
-        solved = not outshines(ps, damper, wall, energy, c, d, before, after, took)
+        solved = not may_hide_a_peak(ps, damper, wall, energy, c, d, before, after, took)
     return solved, out, a1, b1, took, depth
 
 
+@jit
+def no_short_impact(rk4, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
+    """Return as `try_short_impact` that it is not solved."""
+    # hot: once per impact
+    return False, s, x1, v1, 0.0, 0.0
+
+
 @chosen
-def shortcut(classical, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
-    """Return `bump`, or that there is none where every contact is stepped."""
-
-    def solved(classical, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
-        return bump(ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1)
-
-    def stepped(classical, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
-        return False, s, x1, v1, 0.0, 0.0
-
-    return solved if classical is None and tangent is None else stepped
-
-
-@jit(dissolved=True)
-def meet(
-    classical, ps, damper, wall, sign, arc, energy, depths, tangent, steps, rate, c, d, left, now, k
+def short_impact_if_exact(
+    rk4, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1
 ):
-    """Follow a contact from `now` = (q, s, x1, v1) to release or for the time `left`.
-
-    For a wall that pushes towards -x2 (sign -1) everything is mirrored on the way in and out.
-    Returns (event, q, s, x1, v1, elapsed, depth) as `contact`.
-    """
-    q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
-    c, d = sign * c, sign * d
-    solved, out, a1, b1, took, depth = shortcut(
-        classical, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1
-    )
-    if solved:
-        return RELEASED, 0.0, sign * out, sign * a1, sign * b1, took, depth
-    event, q, s, x1, v1, took, depth = contact(
-        classical, ps, damper, wall, energy, depths, tangent,
-        steps, rate, c, d, q, s, x1, v1, left, k,
-    )  # fmt: skip
-    return event, q, sign * s, sign * x1, sign * v1, took, depth
+    """Return `try_short_impact`; by rk4 and with variations every contact is stepped."""
+    # hot: once per impact
+    return try_short_impact if rk4 is None and tangent is None else no_short_impact
 
 
 @chosen
@@ -144,127 +125,162 @@ def wall_of(near, far, mode):
     return lambda near, far, mode: near if mode == TOUCH_NEAR else far
 
 
+@jit(dissolved=True)
+def follow_contact(prepared, wall, sign, energy, impacts, tangent, phase, left, now):
+    """Follow a contact from `now` = (q, s, x1, v1) to its release or for the time `left` [s].
+
+    `phase`: (cos, sin) of the forcing's. For a wall that pushes towards -x2 (`sign` -1) the motion
+    is mirrored on the way in and out. Returns (event, q, s, x1, v1, elapsed, depth) as `contact`.
+    """
+    # hot: once per impact, and part of the text of `orbit`
+    ps, damper, rate = prepared.ps, prepared.damper, prepared.grid.rate
+    q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
+    c, d = sign * phase[0], sign * phase[1]
+    solved, out, a1, b1, took, depth = short_impact_if_exact(
+        prepared.rk4, tangent, ps, damper, wall, prepared.arc, energy, rate, c, d,
+        left, q, s, x1, v1,
+    )  # fmt: skip
+    if solved:
+        return RELEASED, 0.0, sign * out, sign * a1, sign * b1, took, depth
+    event, q, s, x1, v1, took, depth = contact(
+        prepared.rk4, ps, damper, wall, energy, impacts, tangent,
+        prepared.contact_steps, rate, c, d, q, s, x1, v1, left, prepared.scratch,
+    )  # fmt: skip
+    return event, q, sign * s, sign * x1, sign * v1, took, depth
+
+
 @jit
-def sane(x1, v1, r, s):
+def bounded(x1, v1, r, s):
     """Tell whether a state is finite and not absurdly large."""
     return abs(x1) + abs(v1) + abs(r) + abs(s) < HUGE
 
 
 @jit
-def orbit(
-    classical,
-    ps,
-    damper,
-    near,
-    far,
-    arc,
-    watch,
-    section,
-    beats,
-    rows,
-    energy,
-    clearance,
-    tangent,
-    jets,
-    grid,
-    stops,
-    steps,
-    state,
-    k,
-    first,
-    periods,
-):
-    """Advance `state` by `periods` forcing periods and note what has a buffer.
+def at_period(limit_log, began):
+    """Note the time [s] at which a period begins."""
+    if limit_log is not None:
+        limit_log[PERIOD] = began
 
-    `classical` None is the exact method, otherwise fixed steps; `section` (stops periods,
-    components) holds `stops` equidistant states of each period, the last at its end, and grid.n
-    must be a multiple of that; `beats` (periods, 2) impacts per period and wall; `tangent` (16,)
-    four tangent vectors one after the other, which the exact grid `jets` helps to carry; `first` is
-    the number of the first period, for times. Returns a status: OK, DIVERGED or BUDGET.
+
+@jit
+def at_touch(ps, damper, by_period, impacts, p, mode, time, x1, v1, r, s):
+    """Count a touch in period p and begin its row."""
+    # hot: once per impact
+    if by_period is not None:
+        by_period[p, mode - TOUCH_NEAR] += 1
+    if impacts is not None:
+        note_touch(ps, damper, impacts, mode - TOUCH_NEAR, time, x1, v1, r, s)
+
+
+@jit
+def after_contact(ps, damper, energy, impacts, event, stiffness, depth, time, x1, v1, r, s):
+    """Note the energies and the depth [m] of a contact, and, at its release, that it has ended."""
+    # hot: once per impact
+    if energy is not None:
+        note_energy(ps, damper, energy, x1, v1, r, s)
+    if impacts is not None:
+        note_depth(impacts, stiffness, depth)
+        if event == RELEASED:
+            note_release(ps, damper, impacts, time, x1, v1, r, s)
+
+
+@jit
+def at_section(damper, section, row, x1, v1, r, s):
+    """Note a section point, if there is room for it."""
+    if section is not None and row < len(section):
+        note_section(damper, section, row, x1, v1, r, s)
+
+
+@jit
+def orbit(prepared, buffers, span, state, tangent, exact_grid):
+    """Advance `state` (SIZE,) over a `Span` and note what has a buffer; return a status.
+
+    prepared: a `Prepared` cell with walls; span.stops must divide the cells of its grid. buffers:
+    `OrbitBuffers`. tangent: (16,) four variations one after the other, or None; `exact_grid`, that
+    of the exact flight, propagates them whatever the method.
     """
+    # Name the parts once: a field that holds arrays costs reference counts each time it is read.
+    rk4, ps, damper, grid = prepared.rk4, prepared.ps, prepared.damper, prepared.grid
+    near, far = prepared.near, prepared.far
+    limit_log, energy, clearance = buffers.limit_log, buffers.energy, buffers.clearance
+    impacts, by_period, section = buffers.impacts, buffers.by_period, buffers.section
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
-    for p in range(periods):
-        j, x, count = 0, 0.0, 0
-        began = (first + p) * (grid.h * grid.n)
-        if watch is not None:
-            watch[PERIOD] = began
-        for i in range(stops):
-            stop = grid.n * (i + 1) // stops
+    for p in range(span.periods):
+        j, x, touches = 0, 0.0, 0
+        began = (span.first + p) * (grid.h * grid.n)
+        at_period(limit_log, began)
+        for i in range(span.stops):
+            stop = grid.n * (i + 1) // span.stops
             while True:
                 if mode == FLYING:
+                    # Fly to the next event.
                     place = j + x
                     event, j, x, x1, v1, r, s = fly_on(
-                        classical, ps, damper, near, far, watch, energy, clearance,
+                        rk4, ps, damper, near, far, limit_log, energy, clearance,
                         grid, stop, j, x, x1, v1, r, s,
                     )  # fmt: skip
                     if tangent is not None:
-                        carry(jets, tangent, (j + x - place) * grid.h)
+                        propagate(exact_grid, tangent, (j + x - place) * grid.h)
                     if event == SECTION:
                         break
                     if event == ASTRAY:
-                        return BUDGET
-                    mode, q, count = event, 0.0, count + 1
-                    if beats is not None:
-                        beats[p, mode - TOUCH_NEAR] += 1
-                    if rows is not None:
-                        time = began + (j + x) * grid.h
-                        note_touch(ps, damper, rows, mode - TOUCH_NEAR, time, x1, v1, r, s)
-                    if count > MOST_TOUCHES:
-                        return BUDGET
+                        return STEP_BUDGET
+                    # Note the touch.
+                    mode, q, touches = event, 0.0, touches + 1
+                    time = began + (j + x) * grid.h
+                    at_touch(ps, damper, by_period, impacts, p, mode, time, x1, v1, r, s)
+                    if touches > MOST_TOUCHES:
+                        return STEP_BUDGET
+                # Follow the contact, to its release or to the section.
                 sign = 1.0 if mode == TOUCH_NEAR else -1.0
                 wall = wall_of(near, far, mode)
-                c, d = phase_at(ps, grid, j, x)
                 left = (stop - j - x) * grid.h
-                event, q, s, x1, v1, took, depth = meet(
-                    classical, ps, damper, wall, sign, arc, energy, rows, tangent,
-                    steps, grid.rate, c, d, left, (q, s, x1, v1), k,
+                event, q, s, x1, v1, took, depth = follow_contact(
+                    prepared, wall, sign, energy, impacts, tangent,
+                    phase_at(ps, grid, j, x), left, (q, s, x1, v1),
                 )  # fmt: skip
                 r = sign * (wall.gap + q * q)
-                if energy is not None:
-                    note_energy(ps, damper, energy, x1, v1, r, s)
-                if rows is not None:
-                    note_depth(rows, wall.K, depth)
-                if not sane(x1, v1, r, s):
+                place = j + x + took / grid.h
+                time = began + place * grid.h
+                after_contact(ps, damper, energy, impacts, event, wall.K, depth, time, x1, v1, r, s)
+                if not bounded(x1, v1, r, s):
                     return DIVERGED
                 if event == EXHAUSTED:
-                    return BUDGET
+                    return STEP_BUDGET
                 if event == STOPPED:
                     j, x = stop, 0.0
                     break
-                place = j + x + took / grid.h
+                # Fly on from the release.
                 mode, j = FLYING, min(int(place), stop - 1)
                 x = place - j
-                if rows is not None:
-                    note_release(ps, damper, rows, began + place * grid.h, x1, v1, r, s)
-            if section is not None and p * stops + i < len(section):
-                note_section(damper, section, p * stops + i, x1, v1, r, s)
-        if not sane(x1, v1, r, s):
+            # Note the section.
+            at_section(damper, section, p * span.stops + i, x1, v1, r, s)
+        if not bounded(x1, v1, r, s):
             return DIVERGED
     state[0], state[1], state[2], state[3], state[4], state[5] = x1, v1, r, s, q, mode
     return OK
 
 
 @chosen
-def maps_of(classical, energy, ps, damper, grid, stops):
-    """Return the map from stop to stop where nobody looks in between, otherwise nothing."""
-    if classical is None and energy is None:
-        return lambda classical, energy, ps, damper, grid, stops: coarse_map(
-            ps, damper, grid, stops
-        )
-    return lambda classical, energy, ps, damper, grid, stops: None
+def maps_of(rk4, energy, ps, damper, grid, stops):
+    """Return the map from stop to stop where nothing is noted in between, otherwise None."""
+    if rk4 is None and energy is None:
+        return lambda rk4, energy, ps, damper, grid, stops: coarse_map(ps, damper, grid, stops)
+    return lambda rk4, energy, ps, damper, grid, stops: None
 
 
 @chosen
-def fly_share(classical, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
-    """Advance a scene without walls by share i of a period: by its map if nobody looks inside."""
+def fly_share(rk4, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
+    """Advance a scene without walls by share i of a period: by `maps` (`maps_of`) if there are."""
+    # hot: once or more per period
 
-    def mapped(classical, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
+    def mapped(rk4, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
         return step(damper, maps, i, x1, v1, r, s)
 
-    def flown(classical, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
+    def flown(rk4, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
         first, stop = grid.n * i // stops, grid.n * (i + 1) // stops
         return fly_on(
-            classical, ps, damper, None, None, None, energy, None, grid, stop, first, 0.0,
+            rk4, ps, damper, None, None, None, energy, None, grid, stop, first, 0.0,
             x1, v1, r, s,
         )[3:]  # fmt: skip
 
@@ -272,22 +288,19 @@ def fly_share(classical, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s)
 
 
 @jit
-def linear_orbit(
-    classical, ps, damper, section, energy, tangent, jets, grid, stops, state, periods
-):
+def linear_orbit(prepared, buffers, span, state, tangent, exact_grid):
     """Advance a scene without walls (arguments and result as those of `orbit`)."""
+    rk4, ps, damper, grid = prepared.rk4, prepared.ps, prepared.damper, prepared.grid
+    section, energy, stops = buffers.section, buffers.energy, span.stops
     x1, v1, r, s = state[0], state[1], state[2], state[3]
-    maps = maps_of(classical, energy, ps, damper, grid, stops)
-    for p in range(periods):
+    maps = maps_of(rk4, energy, ps, damper, grid, stops)
+    for p in range(span.periods):
         for i in range(stops):
-            x1, v1, r, s = fly_share(
-                classical, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s
-            )
-            if section is not None and p * stops + i < len(section):
-                note_section(damper, section, p * stops + i, x1, v1, r, s)
+            x1, v1, r, s = fly_share(rk4, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s)
+            at_section(damper, section, p * stops + i, x1, v1, r, s)
         if tangent is not None:
-            carry(jets, tangent, grid.h * grid.n)
-        if not sane(x1, v1, r, s):
+            propagate(exact_grid, tangent, grid.h * grid.n)
+        if not bounded(x1, v1, r, s):
             return DIVERGED
     state[0], state[1], state[2], state[3] = x1, v1, r, s
     return OK

@@ -2,8 +2,8 @@
 
 dE1/dt = v1 n1 and dE2/dt = v2 n2, where each factor is linear in the state. An energy can peak
 inside a cell only where a factor vanishes; that none does is proven from its values at the two ends
-and a bound of its second derivative, as for touches. Where the proof fails the factor's Taylor
-polynomial, whose coefficients bound it better, is asked piece by piece, and its roots located.
+and a bound of its second derivative, as for touches. Where the proof fails, the roots of the
+factor's Taylor polynomial, whose coefficients bound it better, are located piece by piece.
 """
 
 from __future__ import annotations
@@ -11,24 +11,25 @@ from __future__ import annotations
 import math
 
 from .compiling import jit
-from .flight import CELLS, COEF, FACTOR, ORDER, TURNS, at
+from .flight import BOUNDS, CELLS, COEF, FACTOR, ORDER, at
 from .observe import PRECISE, alike, energies, note_energy, powers_at
+from .roots import narrowed, secant
 
-ROOT_STEPS = 40
-ALL = 15  # every factor is suspected
+ROOT_STEPS = 40  # of the search for a root: it needs some five
+ALL = 15  # every factor is suspected: bits 0 to 3
 FINEST = 1.0e-6  # piece of a cell over which a factor that stays at zero changes no energy
 
 
 @jit
 def factor_bends(ps, grid, second):
     """Return bounds of the second derivatives of the four factors by the place in a cell."""
-    w, h2 = grid.table[TURNS:], grid.h * grid.h
+    w, h2 = grid.table[BOUNDS:], grid.h * grid.h
     drive = ps.m1 * ps.force * ps.omega * ps.omega
     return w[0] * second * h2, (w[1] * second + drive) * h2, w[2] * second * h2, w[3] * second * h2
 
 
 @jit
-def proven(f, g, bend):
+def proves_no_root(f, g, bend):
     """Prove that a factor has no root between its values f and g.
 
     They have one sign, and the factor either changes too little to reach zero in between or, by
@@ -46,21 +47,22 @@ def bodies(damper):
 
 
 @jit
-def suspects(ps, damper, energy, grid, bends, swell, j, y, z):
+def suspects(ps, damper, energy, grid, bends, energy_bend, j, y, z):
     """Return which factors may vanish in cell j, from y to z, so that an energy sets a record.
 
-    Bit i for factor i of `powers_at`. `swell` bounds an energy's second derivative by the place.
+    Bit i for factor i of `powers_at`; `energy_bend` bounds E1's second derivative by the place.
     """
+    # hot: once per cell
     f = powers_at(ps, damper, y[0], y[1], y[2], y[3], grid.table[CELLS + 6 * j + 4], 0.0)
     g = powers_at(ps, damper, z[0], z[1], z[2], z[3], grid.table[CELLS + 6 * j + 10], 0.0)
     before = energies(ps, damper, y[0], y[1], y[2], y[3])
     after = energies(ps, damper, z[0], z[1], z[2], z[3])
     found = 0
     for body in range(bodies(damper)):
-        rise = 0.125 * swell * grid.table[TURNS + 4] if body == 1 else 0.125 * swell
+        rise = 0.125 * energy_bend * grid.table[BOUNDS + 4] if body == 1 else 0.125 * energy_bend
         if max(before[body], after[body]) + rise > energy[body]:
             for i in range(2 * body, 2 * body + 2):
-                if not proven(f[i], g[i], bends[i]):
+                if not proves_no_root(f[i], g[i], bends[i]):
                     found |= 1 << i
     return found
 
@@ -116,18 +118,15 @@ def note_at(ps, damper, energy, grid, x):
 
 
 @jit
-def root(poly, low, high, f0, f1):
-    """Return the place between low and high where a polynomial changes sign (Illinois)."""
+def root(w, low, high, f0, f1):
+    """Return the place between low and high where the polynomial in the rows FACTOR is zero."""
     x = low
     for _ in range(ROOT_STEPS):
-        x = low + (high - low) * f0 / (f0 - f1)
-        f = horner(poly, x)
+        x = secant(low, high, f0, f1)
+        f = horner(w, x)
         if f == 0.0 or min(x - low, high - x) < PRECISE:
             break
-        if (f > 0.0) == (f1 > 0.0):
-            high, f1, f0 = x, f, 0.5 * f0
-        else:
-            low, f0, f1 = x, f, 0.5 * f1
+        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
     return x
 
 
@@ -140,7 +139,7 @@ def note_roots(ps, damper, energy, grid, bend, end):
         sag = bend * width * width
         if not alike(f, g) and abs(g - f) > sag:  # monotone: one root
             note_at(ps, damper, energy, grid, root(grid.table, x, x + width, f, g))
-        elif not proven(f, g, sag):
+        elif not proves_no_root(f, g, sag):
             if width > FINEST * end and 0.0 < sag < math.inf:  # not zero throughout, nor overflown
                 width *= 0.5
                 g = horner(grid.table, x + width)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .compiling import jit
 
-TOLERANCE = 1.0e-6  # of a return, relative to the largest value of each component
+TOLERANCE = 1.0e-6  # of a return, relative to the largest value of each component: settled to that
 REPEATS = 3  # times a period must fit into the window
 
 
@@ -34,23 +34,23 @@ def period_of(section, tolerance):
 
 
 @jit
-def count(beats, wall, first, last):
+def count(by_period, wall, first, last):
     """Return the impacts of periods first to last - 1 at one wall."""
     total = 0
     for p in range(first, last):
-        total += beats[p, wall]
+        total += by_period[p, wall]
     return total
 
 
 @jit
-def impacts_of(beats, wall, n):
+def impacts_of(by_period, wall, n):
     """Return the impacts k per nT at one wall; for n = 0 those of the whole window.
 
     Counted over as many whole cycles as the last half of the window holds, so that an impact that
     falls on the very instant of a section, now before it and now after, is not counted amiss.
     """
-    periods = len(beats)
+    periods = len(by_period)
     if n == 0:
-        return count(beats, wall, 0, periods)
+        return count(by_period, wall, 0, periods)
     cycles = max(1, periods // (2 * n))
-    return round(count(beats, wall, periods - cycles * n, periods) / cycles)
+    return round(count(by_period, wall, periods - cycles * n, periods) / cycles)

@@ -1,8 +1,9 @@
 """One step of the regularised contact: order eight (Dormand and Prince) and classical order four.
 
-Rows of a scratch array hold the stages: five numbers, and sixteen of variations where asked for.
-The stages are written out: a loop over a tableau is about ten times slower. Coefficients of order
-eight: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), DOP853.
+The stages are written out: a loop over a tableau is about ten times slower. Stage i starts from
+row Y plus h times the slopes of the stages before it, with weights Ai_1, Ai_2, ...; the step adds
+the slopes of all with weights B1, B2, ... Coefficients of order eight: Hairer, Norsett, Wanner,
+Solving Ordinary Differential Equations I (1993), DOP853.
 """
 
 from __future__ import annotations
@@ -10,10 +11,20 @@ from __future__ import annotations
 from .compiling import chosen, jit
 from .contact_field import slope
 
-WIDTH = 5  # q, s, x1, v1, tau
-TANGENT = 16  # numbers of four variations, which may follow
+# The scratch array k of a contact: 16 rows of 24 numbers, each row a state or its slope.
+#
+#   row      0: Y        1: NEW      2: STAGE        3: SAVE          4 ... 15: K1 ... K12
+#            before      after       within a step   one to keep      slopes of the stages
+#
+#   in a row   0  1  2   3   4    5      6      7     8      9 ...        20   21 ... 23
+#              q  s  x1  v1  tau  (x1    v1     r     s)     (...) (...) (...)  unused
+#                                  four variations, where they are wanted
+#
+# A name is the place of a row's first number, so that k[NEW + 1] is s after a step.
+WIDTH = 5  # numbers of a state: q, s, x1, v1, tau
+TANGENT = 16  # numbers of four variations
 ROW = 24  # distance of the rows
-Y, NEW, STAGE, SAVE = 0, ROW, 2 * ROW, 3 * ROW  # before a step, after it, within it, one to keep
+Y, NEW, STAGE, SAVE = 0, ROW, 2 * ROW, 3 * ROW
 K1, K2, K3, K4, K5, K6, K7, K8, K9, K10, K11, K12 = (ROW * (4 + i) for i in range(12))
 SCRATCH = ROW * 16
 
@@ -86,29 +97,41 @@ def width_of(tangent):
 
 
 @jit
-def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
-    """Advance row Y by a step h of order eight and write row NEW (see `slope` for the rest)."""
+def eighth(rk4, tangent, ps, damper, wall, c, d, landing, h, k):
+    """Advance row Y by a step h of order eight and write row NEW.
+
+    `rk4` is None; the other arguments as those of `slope`.
+    """
+    # hot: once per step; int() keeps each row from being compiled on its own
+    # Stage 1: the slope at row Y.
     slope(tangent, ps, damper, wall, c, d, landing, k, int(Y), int(K1))
+    # Stage 2.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A2_1 * k[K1 + i])
     slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K2))
+    # Stage 3.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A3_1 * k[K1 + i] + A3_2 * k[K2 + i])
     slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K3))
+    # Stage 4.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A4_1 * k[K1 + i] + A4_3 * k[K3 + i])
     slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K4))
+    # Stage 5.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A5_1 * k[K1 + i] + A5_3 * k[K3 + i] + A5_4 * k[K4 + i])
     slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K5))
+    # Stage 6.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A6_1 * k[K1 + i] + A6_4 * k[K4 + i] + A6_5 * k[K5 + i])
     slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K6))
+    # Stage 7.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A7_1 * k[K1 + i] + A7_4 * k[K4 + i] + A7_5 * k[K5 + i] + A7_6 * k[K6 + i]
         )
     slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K7))
+    # Stage 8.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A8_1 * k[K1 + i]
@@ -118,6 +141,7 @@ def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
             + A8_7 * k[K7 + i]
         )
     slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K8))
+    # Stage 9.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A9_1 * k[K1 + i]
@@ -128,6 +152,7 @@ def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
             + A9_8 * k[K8 + i]
         )
     slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K9))
+    # Stage 10.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A10_1 * k[K1 + i]
@@ -139,6 +164,7 @@ def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
             + A10_9 * k[K9 + i]
         )
     slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K10))
+    # Stage 11.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A11_1 * k[K1 + i]
@@ -151,6 +177,7 @@ def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
             + A11_10 * k[K10 + i]
         )
     slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K11))
+    # Stage 12.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A12_1 * k[K1 + i]
@@ -164,6 +191,7 @@ def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
             + A12_11 * k[K11 + i]
         )
     slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K12))
+    # The step itself.
     for i in range(width_of(tangent)):
         k[NEW + i] = k[i] + h * (
             B1 * k[K1 + i]
@@ -178,8 +206,9 @@ def eighth(tangent, ps, damper, wall, c, d, landing, h, k):
 
 
 @jit
-def fourth(tangent, ps, damper, wall, c, d, landing, h, k):
+def fourth(rk4, tangent, ps, damper, wall, c, d, landing, h, k):
     """Advance row Y by a classical Runge-Kutta step h of order four and write row NEW."""
+    # hot: once per step
     slope(tangent, ps, damper, wall, c, d, landing, k, int(Y), int(K1))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + 0.5 * h * k[K1 + i]
@@ -195,13 +224,7 @@ def fourth(tangent, ps, damper, wall, c, d, landing, h, k):
 
 
 @chosen
-def step(classical, tangent, ps, damper, wall, c, d, landing, h, k):
-    """Advance by the order asked for: `classical` None means eight, otherwise four."""
-
-    def high(classical, tangent, ps, damper, wall, c, d, landing, h, k):
-        eighth(tangent, ps, damper, wall, c, d, landing, h, k)
-
-    def low(classical, tangent, ps, damper, wall, c, d, landing, h, k):
-        fourth(tangent, ps, damper, wall, c, d, landing, h, k)
-
-    return high if classical is None else low
+def step(rk4, tangent, ps, damper, wall, c, d, landing, h, k):
+    """Advance by the order of the method: four of rk4, otherwise eight."""
+    # hot: once per step
+    return eighth if rk4 is None else fourth

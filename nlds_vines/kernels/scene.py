@@ -53,15 +53,15 @@ def finite(x):
 
 
 @jit
-def allowed(classical, has_damper, has_near, has_far, cell):
+def allowed(rk4, has_damper, has_near, has_far, cell):
     """Tell whether the parameters of one cell are finite and in range, those of its parts alone.
 
-    The door has checked them; numbers that came another way must not pass for a result. Fixed steps
-    may have a negative force; the exact method's bounds of the motion presume P >= 0.
+    `model` has checked them; numbers that came another way must not pass for a result. By rk4 the
+    force may be negative; the exact method's bounds of the motion presume P >= 0.
     """
     fine = 0.0 < cell.m1 < math.inf and 0.0 < cell.omega < math.inf
     fine = fine and 0.0 <= cell.k1 < math.inf and 0.0 <= cell.c1 < math.inf
-    fine = fine and finite(cell.P) and (classical is not None or cell.P >= 0.0)
+    fine = fine and finite(cell.P) and (rk4 is not None or cell.P >= 0.0)
     if has_damper is not None:
         fine = fine and 0.0 < cell.m2 < math.inf and finite(cell.rest)
         fine = fine and 0.0 <= cell.k2 < math.inf and 0.0 <= cell.c2 < math.inf

@@ -8,38 +8,47 @@ from __future__ import annotations
 
 import numpy as np
 
+from .codes import OK
 from .compiling import jit
-from .orbit import OK
-from .ride import advance, fresh_state, gap_between, norm, seat, softest, solve, unit
+from .variations import (
+    advance,
+    distance,
+    new_state,
+    norm,
+    place_state,
+    set_identity,
+    slowest_impact,
+    solve,
+)
 
-MOST_TURNS = 12  # of Newton's method
-CLOSED = 1.0e-9  # residual below which an orbit is closed, if it can be made no smaller
-ROUND_OFF = 2.0e-15
-STRAY = 1.0  # a correction larger than the orbit itself leads elsewhere
-SAME = 1.0e-8  # distance of two section points that are one
+MOST_ITERATIONS = 12  # steps of Newton's method: it converges in five, or not at all
+CLOSED = 1.0e-9  # relative residual of a closed orbit, if a further step hardly lowers it
+ROUND_OFF = 2.0e-15  # relative residual that no further step can lower
+LONGEST_CORRECTION = 1.0  # relative to the orbit: a longer one leads to another orbit
+SAME_POINT = 1.0e-8  # relative distance of two section points that are one
 
 
 @jit(dissolved=True)
-def around(ride, y, points, counts, tangent, state):
-    """Ride once around from y for len(points) periods; the matrix of it ends up in `tangent`.
+def trace_cycle(flow, y, points, counts, tangent, state):
+    """Follow an orbit from y for len(points) periods; its matrix ends up in `tangent`.
 
     points (n, 4) take the sections, counts (2,) the impacts by wall. Returns (status, smallest
-    clearance [m], softest impact [m/s]).
+    clearance [m], slowest impact [m/s]).
     """
-    seat(ride, y, state)
-    unit(tangent)
+    place_state(flow, y, state)
+    set_identity(tangent)
     counts[:] = 0
-    ride.misses[0], slowest = np.inf, np.inf
+    flow.clearance[0], slowest = np.inf, np.inf
     for p in range(len(points)):
-        status = advance(ride.arc, ride, tangent, state)
+        status = advance(flow.prepared.arc, flow, tangent, state)
         if status != OK:
             return status, np.nan, np.nan
-        slowest = min(slowest, softest(ride))
+        slowest = min(slowest, slowest_impact(flow))
         for i in range(4):
             points[p, i] = state[i]
         for wall in range(2):
-            counts[wall] += ride.beats[0, wall]
-    return OK, ride.misses[0], slowest
+            counts[wall] += flow.by_period[0, wall]
+    return OK, flow.clearance[0], slowest
 
 
 @jit
@@ -53,58 +62,58 @@ def matrix_of(tangent, size):
 
 
 @jit
-def span_of(ride, points):
+def span_of(flow, points):
     """Return the largest energy norm of the section points: what is small is small beside it."""
     span = 0.0
     for p in range(len(points)):
-        span = max(span, norm(ride, points[p]))
+        span = max(span, norm(flow, points[p]))
     return span
 
 
 @jit
-def correction(ride, matrix, y, image):
+def correction(flow, matrix, y, image):
     """Return Newton's correction (I - M)^-1 (image - y), and whether there is one."""
-    right, system = np.zeros(4), np.eye(ride.size) - matrix
-    for i in range(ride.size):
+    right, system = np.zeros(4), np.eye(flow.size) - matrix
+    for i in range(flow.size):
         right[i] = image[i] - y[i]
-    return right, solve(system, right, ride.size)
+    return right, solve(system, right, flow.size)
 
 
 @jit(dissolved=True)
-def polish(ride, y, points, counts, tangent):
+def polish(flow, y, points, counts, tangent):
     """Move y (4,) onto an orbit of n = len(points) periods.
 
-    Returns (residual, clearance, softest): the residual is the energy norm of what does not close,
-    relative to the orbit's; it is inf where Newton's method does not converge. The other arguments
-    then tell of the orbit as in `around`.
+    Returns (residual, clearance [m], slowest impact [m/s]): the residual is the energy norm of what
+    does not close, relative to the orbit's; it is inf where Newton's method does not converge.
+    The other arguments are filled as by `trace_cycle`.
     """
-    state, before = fresh_state(), np.inf
-    for _ in range(MOST_TURNS):
-        status, clearance, slowest = around(ride, y, points, counts, tangent, state)
+    state, before = new_state(), np.inf
+    for _ in range(MOST_ITERATIONS):
+        status, clearance, slowest = trace_cycle(flow, y, points, counts, tangent, state)
         if status != OK:
             break
-        span = span_of(ride, points)
-        residual = gap_between(ride, state, y)
+        span = span_of(flow, points)
+        residual = distance(flow, state, y)
         if span > 0.0:
             residual /= span
         if residual <= ROUND_OFF or (residual <= CLOSED and residual > 0.25 * before):
             return residual, clearance, slowest
         if not residual < 2.0 * before:
             break
-        step, found = correction(ride, matrix_of(tangent, ride.size), y, state)
-        if not found or not norm(ride, step) <= STRAY * span:
+        step, found = correction(flow, matrix_of(tangent, flow.size), y, state)
+        if not found or not norm(flow, step) <= LONGEST_CORRECTION * span:
             break
-        for i in range(ride.size):
+        for i in range(flow.size):
             y[i] += step[i]
         before = residual
     return np.inf, np.inf, np.inf
 
 
 @jit
-def minimal(ride, y, points):
+def is_minimal(flow, y, points):
     """Tell whether no smaller number of periods closes the orbit through y."""
-    n, span = len(points), span_of(ride, points)
+    n, span = len(points), span_of(flow, points)
     for d in range(1, n // 2 + 1):
-        if n % d == 0 and gap_between(ride, points[d - 1], y) <= SAME * span:
+        if n % d == 0 and distance(flow, points[d - 1], y) <= SAME_POINT * span:
             return False
     return True

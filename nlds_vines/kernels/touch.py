@@ -1,6 +1,6 @@
 """The next touch of a flight, certified: no impact is missed, grazing included.
 
-Two proofs, both resting on bounds of derivatives that energy provides (`parts.scale_of`):
+Two proofs, both resting on bounds of derivatives that energy provides (`scene.scale_of`):
 
 * between samples f0 and f1 a step h apart, f stays below max(f0, f1) + M h^2 / 8 with M >= f'';
   the loop over cells uses it and costs one comparison;
@@ -22,14 +22,14 @@ from .observe import BEYOND, EXCESS, LEVEL, PERIOD, note_violation
 
 R = COEF + 2  # place of r in the table
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
-LOST = -1.0  # the walk did not end: rather no answer than a wrong one
-MOST_STEPS = 1000  # a walk needs 3 to 8 steps, a grazing one some tens
-ROUND_OFF = 4.0e-16
-TINIEST = 1.0e-300  # keeps a division by nothing at all from being one
+LOST = -1.0  # no place: the walk took MOST_STEPS; better no answer than a wrong one
+MOST_STEPS = 1000  # of a walk, which needs 3 to 8, and some tens where it grazes
+ROUND_OFF = 4.0e-16  # relative error of a place computed in a cell
+TINIEST = 1.0e-300  # a bound is no less, so that nothing is divided by zero
 
 
 @jit
-def reach(clearance, slope, bend):
+def safe_distance(clearance, slope, bend):
     """Return how far the level is safe: the d > 0 with slope d + bend d^2 / 2 = clearance."""
     square = slope * slope + 2.0 * bend * clearance
     if square < 0.0:
@@ -43,7 +43,7 @@ def reach(clearance, slope, bend):
 
 
 @jit
-def gap_jet(w, x, sign):
+def derivatives_at(w, x, sign):
     """Return (f, f', f'') of f = sign r [m] at place x of the cell."""
     if x == 0.0:
         return sign * w[R], sign * w[R + 4], sign * (w[R + 8] + w[R + 8])
@@ -82,7 +82,7 @@ def first_touch(w, x, end, sign, level, bend, jerk):
     tolerance = ROUND_OFF * (abs(level) + abs(w[R]) + abs(w[R + 4])) + TINIEST
     bend, jerk = bend + TINIEST, jerk + TINIEST  # a scene at rest without forcing has neither
     for _ in range(MOST_STEPS):
-        f, slope, curve = gap_jet(w, x, sign)
+        f, slope, curve = derivatives_at(w, x, sign)
         clearance = level - f
         if clearance <= tolerance:
             if slope > 0.0 or (slope == 0.0 and curve > 0.0):
@@ -91,7 +91,7 @@ def first_touch(w, x, end, sign, level, bend, jerk):
         piece = end - x
         if slope > 0.0:
             piece = min(piece, 2.0 * clearance / slope)
-        safe = reach(clearance, slope, min(bend, curve + jerk * piece))
+        safe = safe_distance(clearance, slope, min(bend, curve + jerk * piece))
         if slope <= 0.0:  # a step over which the depth stays below round-off is always allowed,
             safe = max(safe, math.sqrt(8.0 * tolerance / bend))
             safe = max(safe, -curve / jerk)  # and one over which r stays concave
@@ -104,11 +104,11 @@ def first_touch(w, x, end, sign, level, bend, jerk):
 
 
 @jit
-def summit(w, x, end, sign):
+def local_maximum(w, x, end, sign):
     """Return the place of a local maximum reached by climbing from x, at most `end`."""
     low, high = x, end
     for _ in range(60):
-        _, slope, curve = gap_jet(w, x, sign)
+        _, slope, curve = derivatives_at(w, x, sign)
         if slope > 0.0:
             low = x
         else:
@@ -124,26 +124,26 @@ def summit(w, x, end, sign):
 
 
 @jit
-def note_limit(w, watch, begin, h, end, bend, jerk):
-    """Note how the limit `watch` (`observe.LEVEL`) of r is kept over [0, end] of the cell.
+def note_limit(w, limit_log, begin, h, end, bend, jerk):
+    """Note in `limit_log` how the limit of r is kept over [0, end] of the cell.
 
     begin: cells from the start of the period to that of the polynomial; h [s] a cell. Each passage
     is counted at its place, each excursion beyond measured at its summit and where the cell ends.
     """
-    level, x = watch[LEVEL], 0.0
+    level, x = limit_log[LEVEL], 0.0
     for _ in range(MOST_STEPS):
-        if watch[BEYOND] == 0.0:
+        if limit_log[BEYOND] == 0.0:
             x = first_touch(w, x, end, 1.0, level, bend, jerk)
             if not 0.0 <= x <= end:
                 return
-            note_violation(watch, watch[PERIOD] + (begin + x) * h)
-        x = summit(w, x, end, 1.0)
-        watch[EXCESS] = max(watch[EXCESS], gap_jet(w, x, 1.0)[0] - level)
+            note_violation(limit_log, limit_log[PERIOD] + (begin + x) * h)
+        x = local_maximum(w, x, end, 1.0)
+        limit_log[EXCESS] = max(limit_log[EXCESS], derivatives_at(w, x, 1.0)[0] - level)
         x = first_touch(w, x, end, -1.0, -level, bend, jerk)
         if not 0.0 <= x <= end:
-            watch[EXCESS] = max(watch[EXCESS], gap_jet(w, end, 1.0)[0] - level)
+            limit_log[EXCESS] = max(limit_log[EXCESS], derivatives_at(w, end, 1.0)[0] - level)
             return
-        watch[BEYOND] = 0.0
+        limit_log[BEYOND] = 0.0
 
 
 @jit
@@ -156,15 +156,15 @@ def nearest_miss(w, sign, end, best, bend, jerk):
     x = 0.0
     bend, jerk = bend + TINIEST, jerk + TINIEST
     for _ in range(MOST_STEPS):
-        f, slope, curve = gap_jet(w, x, sign)
+        f, slope, curve = derivatives_at(w, x, sign)
         if f >= best and slope > 0.0:
-            x = summit(w, x, end, sign)
+            x = local_maximum(w, x, end, sign)
             if x >= end:
                 return best
-            f, slope, curve = gap_jet(w, x, sign)
+            f, slope, curve = derivatives_at(w, x, sign)
             best, slope = max(best, f), 0.0
         tolerance = ROUND_OFF * abs(f) + TINIEST
-        safe = reach(max(best - f, 0.0), slope, bend)
+        safe = safe_distance(max(best - f, 0.0), slope, bend)
         safe = max(safe, math.sqrt(8.0 * tolerance / bend))
         if slope <= 0.0 and curve < 0.0:  # falls at least as long as it stays concave
             safe = max(safe, -0.5 * curve / jerk)

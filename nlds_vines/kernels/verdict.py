@@ -1,11 +1,11 @@
-"""What an orbit is, with the evidence: periodic, quasi-periodic, chaotic, or not to be told yet.
+"""What an orbit is, with the evidence: periodic, quasi-periodic, chaotic or undetermined.
 
-Periodic is what shooting closes to round-off on a stable orbit of minimal period that the orbit at
-hand is drawn to as the monodromy matrix foretells. Chaotic is a largest exponent whose interval
-lies above zero. Quasi-periodic is an exponent of zero together with time averages that converge as
-only those of a smooth torus do, on an orbit that does not return. Everything else is undetermined,
-after as many further periods as the effort allows: each stage looks at what the one before could
-not tell, so that more effort never changes a label.
+An orbit is periodic if shooting closes a stable orbit of minimal period to round-off and the orbit
+at hand is drawn to it as the monodromy matrix predicts. It is chaotic if the interval of its
+largest exponent lies above zero. It is quasi-periodic if that exponent is zero, time averages
+converge as only those of a smooth torus do, and the orbit does not return. Everything else is
+undetermined, after as many further periods as the effort allows: each stage looks at what the one
+before left undetermined, so that more effort never changes a label.
 """
 
 from __future__ import annotations
@@ -14,92 +14,120 @@ import math
 
 import numpy as np
 
+from .codes import (
+    CHAOTIC,
+    OK,
+    PERIODIC,
+    QUASIPERIODIC,
+    TRANSIENT_CHAOS,
+    UNDETERMINED,
+)
 from .compiling import jit
 from .growth import digits_of, mean_and_width
 from .observe import note_section
-from .orbit import OK
 from .recurrence import TOLERANCE, period_of
-from .ride import advance, fresh_state, gap_between, norm, orthonormalise, radius_of, seat, unit
 from .scene import scale_of
-from .shooting import matrix_of, minimal, polish, span_of
+from .shooting import is_minimal, matrix_of, polish, span_of
+from .variations import (
+    advance,
+    distance,
+    new_state,
+    norm,
+    orthonormalise,
+    place_state,
+    set_identity,
+    spectral_radius,
+)
 
-UNDETERMINED, PERIODIC, QUASIPERIODIC, CHAOTIC, TRANSIENT = range(5)  # `record.FLAGS`
-
-# Columns of the evidence
-KIND, PERIOD, NEAR, FAR, RESIDUAL, RADIUS, CLEARANCE, SOFTEST = range(8)
+# Columns of the evidence, a row for each orbit; NaN where a number does not apply:
+#
+#   0 KIND            of `codes`                     8 LARGEST        Lyapunov exponent [1/s]
+#   1 PERIOD          n of nT, 0 if not periodic     9 WIDTH          half its 99 % interval [1/s]
+#   2 NEAR            k at the near wall per nT     10 DIGITS         to which time averages agree
+#   3 FAR             k at the far wall per nT      11 SETTLING       period, -1 if it never settles
+#   4 RESIDUAL        of the orbit, relative        12 WATCHED        periods looked at
+#   5 RADIUS          largest |multiplier|          13 PASSING        exponent while settling [1/s]
+#   6 CLEARANCE       nearest miss [m]              14 PASSING_WIDTH  half its 99 % interval [1/s]
+#   7 SLOWEST         impact [m/s]
+#
+#   15 EXPONENTS      4 Lyapunov exponents [1/s]
+#   19 MATRIX         16 of the monodromy matrix, column by column
+#   35 POINT          4 of a section point (x1, v1, r, s) of the periodic orbit
+KIND, PERIOD, NEAR, FAR, RESIDUAL, RADIUS, CLEARANCE, SLOWEST = range(8)
 LARGEST, WIDTH, DIGITS, SETTLING, WATCHED, PASSING, PASSING_WIDTH = range(8, 15)
-EXPONENTS, MATRIX, POINT = 15, 19, 35  # 4 exponents [1/s], 16 of the monodromy matrix, 4 of a point
+EXPONENTS, MATRIX, POINT = 15, 19, 35
 COLUMNS = 39
 
-MARGIN = 1.0e-6  # of the largest multiplier's modulus from one: what its error may be, and so
-#                  that of a mean growth per period, however little the growth varies
+MARGIN = 1.0e-6  # distance of the largest multiplier's modulus from one: its error may be as large,
+#                  and so may that of a mean growth per period, however little the growth varies
 NEAR_RETURN = 0.05  # distance of a return, relative to the orbit, that proposes a period
-MOST_PROPOSED = 4  # periods tried ...
-MOST_RIDDEN = 96  # ... and their sum
-FORETOLD = 0.25  # share of a deviation by which its foretold return may be wrong
+MOST_PROPOSED = 4  # periods proposed by near returns that are tried: each costs a few orbits
+MOST_TRIED_PERIODS = 96  # the sum of these periods, for the same reason
+PREDICTION_ERROR = 0.25  # error of a predicted return, as a share of the deviation: it is linear
 TINY = 1.0e-7  # deviation, relative to the orbit, in which rounding and method errors show
 SMOOTH = 7.0  # digits to which averages agree only on a torus
-BLURRED = 2.0e-15  # of the rest offset: what r cannot tell that was read from a section
-LATE = 50  # periods that an orbit must wander before one asks whether that was chaos
+BLUR = 2.0e-15  # round-off of an r computed from a section's x1 - x2, relative to the rest offset
+LONG_TRANSIENT = 50  # periods before settling; a shorter time is too short for an exponent
 
 
 @jit
-def place(ride, record, p, y):
+def state_in_row(flow, record, p, y):
     """Let y (4,) be the state in row p of a section in the user's coordinates."""
     y[:] = 0.0
     y[0], y[1] = record[p, 0], record[p, 1]
-    if ride.size == 4:
-        y[2], y[3] = y[0] - record[p, 2] + ride.rest, y[1] - record[p, 3]
+    if flow.size == 4:
+        y[2], y[3] = y[0] - record[p, 2] + flow.rest, y[1] - record[p, 3]
 
 
 @jit
-def image_of(ride, tangent, x, y):
+def image_of(flow, tangent, x, y):
     """Return M (x - y), M the matrix of the variations."""
     image = np.zeros(4)
-    for c in range(ride.size):
-        for i in range(ride.size):
+    for c in range(flow.size):
+        for i in range(flow.size):
             image[i] += tangent[4 * c + i] * (x[c] - y[c])
     return image
 
 
 @jit
-def least_told(ride, span):
-    """Return the deviation, as `ride.norm`, from which on a section of an orbit of `span` tells.
+def resolvable(flow, span):
+    """Return the least deviation, a `norm`, that shows on a section of an orbit of size `span`.
 
     Sections hold positions: of a motion that is tiny beside the damper's rest offset they keep few
     digits.
     """
-    return TINY * span + scale_of(ride.ps, ride.damper, 0.0, 0.0, BLURRED * ride.rest, 0.0)
+    ps, damper = flow.prepared.ps, flow.prepared.damper
+    return TINY * span + scale_of(ps, damper, 0.0, 0.0, BLUR * flow.rest, 0.0)
 
 
 @jit
-def foretold(ride, tangent, y, now, then, span):
-    """Tell whether the state `now` returns after the orbit's n periods to `then` as foretold.
+def returns_as_predicted(flow, tangent, y, now, then, span):
+    """Tell whether the state `now` returns to `then` after the orbit's n periods as predicted.
 
     True where the deviation from the orbit's point y is mapped by its monodromy matrix, or is too
     small to tell.
     """
-    far, tiny = gap_between(ride, now, y), least_told(ride, span)
-    if far <= tiny and gap_between(ride, then, y) <= tiny:
+    far, tiny = distance(flow, now, y), resolvable(flow, span)
+    if far <= tiny and distance(flow, then, y) <= tiny:
         return True
-    image = image_of(ride, tangent, now, y)
+    image = image_of(flow, tangent, now, y)
     for i in range(4):
         image[i] += y[i]
-    return far <= span and gap_between(ride, image, then) <= FORETOLD * far
+    return far <= span and distance(flow, image, then) <= PREDICTION_ERROR * far
 
 
 @jit
-def settled(ride, record, length, tangent, y, n, span):
+def settling_period(flow, record, length, tangent, y, n, span):
     """Return the first period from which on the section obeys the final orbit's own law.
 
-    Walking backwards from the end in steps of n, for as long as every return is `foretold`.
+    Walking backwards from the end in steps of n, for as long as every return is as predicted.
     """
     now, then = np.zeros(4), np.zeros(4)
     p = length - 1
-    place(ride, record, p, then)
+    state_in_row(flow, record, p, then)
     while p >= n:
-        place(ride, record, p - n, now)
-        if not foretold(ride, tangent, y, now, then, span):
+        state_in_row(flow, record, p - n, now)
+        if not returns_as_predicted(flow, tangent, y, now, then, span):
             return p + 1
         then[:] = now
         p -= n
@@ -107,42 +135,42 @@ def settled(ride, record, length, tangent, y, n, span):
 
 
 @jit(dissolved=True)
-def attracted(ride, tangent, y, last, n, span):
-    """Tell whether a state returns to the stable orbit through y as foretold."""
-    state, variations = fresh_state(), np.zeros(16)
-    if gap_between(ride, last, y) <= TINY * span:
+def attracted(flow, tangent, y, last, n, span):
+    """Tell whether the state `last` returns to the stable orbit through y as predicted."""
+    state, variations = new_state(), np.zeros(16)
+    if distance(flow, last, y) <= TINY * span:
         return True
-    seat(ride, last, state)
+    place_state(flow, last, state)
     for _ in range(n):
-        unit(variations)
-        if advance(ride.arc, ride, variations, state) != OK:
+        set_identity(variations)
+        if advance(flow.prepared.arc, flow, variations, state) != OK:
             return False
-    return foretold(ride, tangent, y, last, state, span)
+    return returns_as_predicted(flow, tangent, y, last, state, span)
 
 
 @jit(dissolved=True)
-def try_period(ride, record, length, last, n, evidence):
+def try_period(flow, record, length, last, n, evidence):
     """Try to find a stable orbit of minimal period n at the end of a section; fill the evidence.
 
     last: the state (4,) there, sharper than the section holds it.
     """
     y = last.copy()
     points, counts, tangent = np.empty((n, 4)), np.zeros(2, np.int64), np.zeros(16)
-    residual, clearance, slowest = polish(ride, y, points, counts, tangent)
+    residual, clearance, slowest = polish(flow, y, points, counts, tangent)
     if not residual < np.inf:
         return False
-    matrix, span = matrix_of(tangent, ride.size), span_of(ride, points)
-    radius = radius_of(matrix)
-    if not radius < 1.0 - MARGIN or not minimal(ride, y, points):
+    matrix, span = matrix_of(tangent, flow.size), span_of(flow, points)
+    radius = spectral_radius(matrix)
+    if not radius < 1.0 - MARGIN or not is_minimal(flow, y, points):
         return False
     copy = tangent.copy()
-    if not attracted(ride, copy, y, last, n, span):
+    if not attracted(flow, copy, y, last, n, span):
         return False
     evidence[KIND], evidence[PERIOD] = PERIODIC, n
     evidence[NEAR], evidence[FAR] = counts[0], counts[1]
     evidence[RESIDUAL], evidence[RADIUS] = residual, radius
-    evidence[CLEARANCE], evidence[SOFTEST] = clearance, slowest
-    evidence[SETTLING] = settled(ride, record, length, copy, y, n, span)
+    evidence[CLEARANCE], evidence[SLOWEST] = clearance, slowest
+    evidence[SETTLING] = settling_period(flow, record, length, copy, y, n, span)
     for i in range(16):
         evidence[MATRIX + i] = copy[i]
     for i in range(4):
@@ -151,50 +179,54 @@ def try_period(ride, record, length, last, n, evidence):
 
 
 @jit(dissolved=True)
-def find_period(ride, record, length, last, hint, evidence):
+def find_period(flow, record, length, last, hint, evidence):
     """Try the period that a recurrence found, then those of near returns."""
-    tried, ridden = 0, 0
+    tried, followed = 0, 0
     y = np.zeros(4)
     span = 0.0
-    for p in range(max(0, length - MOST_RIDDEN), length):
-        place(ride, record, p, y)
-        span = max(span, norm(ride, y))
-    for i in range(min(MOST_RIDDEN, length - 1) + 1):
+    for p in range(max(0, length - MOST_TRIED_PERIODS), length):
+        state_in_row(flow, record, p, y)
+        span = max(span, norm(flow, y))
+    for i in range(min(MOST_TRIED_PERIODS, length - 1) + 1):
         known = i == 0
         n = hint if known else i
         if n == 0 or (n == hint and not known):
             continue
-        place(ride, record, length - 1 - n, y)
-        if known or gap_between(ride, last, y) <= NEAR_RETURN * span:
+        state_in_row(flow, record, length - 1 - n, y)
+        if known or distance(flow, last, y) <= NEAR_RETURN * span:
             if not known:
-                tried, ridden = tried + 1, ridden + n
-            if tried > MOST_PROPOSED or ridden > MOST_RIDDEN:
+                tried, followed = tried + 1, followed + n
+            if tried > MOST_PROPOSED or followed > MOST_TRIED_PERIODS:
                 return False
-            if try_period(ride, record, length, last, n, evidence):
+            if try_period(flow, record, length, last, n, evidence):
                 return True
     return False
 
 
 @jit
-def wander(ride, state, tangent, logs, growth, record, first):
-    """Ride len(logs) periods on, noting the section from row `first` on; returns a status.
+def follow_growth(flow, state, tangent, logs, growth, record, first):
+    """Follow an orbit and its variations for len(logs) periods; return a status.
+
+    The section is noted from row `first` on.
 
     logs take the growth of the first variation in each period, growth (4,) that of all.
     """
     for p in range(len(logs)):
         before = growth[0]
-        status = advance(ride.arc, ride, tangent, state)
+        status = advance(flow.prepared.arc, flow, tangent, state)
         if status != OK:
             return status
-        orthonormalise(tangent, ride.size, growth)
+        orthonormalise(tangent, flow.size, growth)
         logs[p] = growth[0] - before
         if len(record) > first + p:
-            note_section(ride.damper, record, first + p, state[0], state[1], state[2], state[3])
+            note_section(
+                flow.prepared.damper, record, first + p, state[0], state[1], state[2], state[3]
+            )
     return OK
 
 
 @jit
-def longer(record, more):
+def with_room(record, more):
     """Return a copy of a section with room for more periods."""
     grown = np.empty((len(record) + more, record.shape[1]))
     for p in range(len(record)):
@@ -218,7 +250,7 @@ def note_exponents(evidence, growth, periods, period, size):
 
 
 @jit
-def of_cycle(ride, evidence, period):
+def note_cycle_exponent(flow, evidence, period):
     """Write the largest exponent of a periodic orbit, ln |mu| / nT, which needs no average."""
     radius = evidence[RADIUS]
     largest = math.log(radius) if radius > 0.0 else -np.inf
@@ -226,73 +258,76 @@ def of_cycle(ride, evidence, period):
 
 
 @jit(dissolved=True)
-def passed_through_chaos(ride, origin, evidence, period):
-    """Ask whether the way to a periodic orbit was chaotic for long; note it."""
+def note_chaotic_transient(flow, origin, evidence, period):
+    """Note whether the orbit was chaotic for long before it settled on a periodic orbit."""
     periods = int(evidence[SETTLING])
-    if ride.arc is None or periods < LATE:
+    if flow.prepared.arc is None or periods < LONG_TRANSIENT:
         return
-    state, tangent, growth = fresh_state(), np.zeros(16), np.zeros(4)
-    seat(ride, origin, state)
-    unit(tangent)
-    logs, nowhere = np.zeros(periods), np.empty((0, ride.size))
-    if wander(ride, state, tangent, logs, growth, nowhere, 0) != OK:
+    state, tangent, growth = new_state(), np.zeros(16), np.zeros(4)
+    place_state(flow, origin, state)
+    set_identity(tangent)
+    logs, nowhere = np.zeros(periods), np.empty((0, flow.size))
+    if follow_growth(flow, state, tangent, logs, growth, nowhere, 0) != OK:
         return
     mean, width = growth_of(logs)
     evidence[PASSING], evidence[PASSING_WIDTH] = mean / period, width / period
     if mean - width > 0.0:
-        evidence[KIND] = TRANSIENT
+        evidence[KIND] = TRANSIENT_CHAOS
 
 
 @jit(dissolved=True)
-def judge(ride, origin, state, record, hint, stages, evidence):
+def judge(flow, ends, record, hint, stages, evidence):
     """Say what an orbit is; see the columns of `evidence` (COLUMNS,).
 
-    origin, state: the states (SIZE,) at its begin and end; record (periods, components) its section
-    all the way; hint: a period found by recurrence or 0; stages: further periods allowed, stage by
+    ends: the states (2, SIZE) at its begin and end; record (periods, components) its section all
+    the way; hint: a period found by recurrence or 0; stages: further periods allowed, stage by
     stage. Returns a status.
     """
     length = len(record)
     evidence[:] = np.nan
     evidence[KIND], evidence[PERIOD], evidence[SETTLING] = UNDETERMINED, 0.0, -1.0
-    period = ride.jets.h * ride.jets.n
-    now, tangent, growth = state.copy(), np.zeros(16), np.zeros(4)
-    unit(tangent)
+    period = flow.exact_grid.h * flow.exact_grid.n
+    now, tangent, growth = ends[1].copy(), np.zeros(16), np.zeros(4)
+    set_identity(tangent)
     for stage in range(len(stages) + 1):
-        if find_period(ride, record, length, now[:4], hint, evidence):
-            of_cycle(ride, evidence, period)
+        # a stable periodic orbit explains what has been seen
+        if find_period(flow, record, length, now[:4], hint, evidence):
+            note_cycle_exponent(flow, evidence, period)
             evidence[WATCHED] = length
-            passed_through_chaos(ride, origin, evidence, period)
+            note_chaotic_transient(flow, ends[0], evidence, period)
             return OK
-        if stage > 0 and decide(ride, record, length, stages[stage - 1], evidence):
+        # what the last stage has seen is decided by exponent and averages
+        if stage > 0 and decide(flow, record, length, stages[stage - 1], evidence):
             return OK
         if stage == len(stages):
             return OK
+        # otherwise it is followed further, with its variations
         logs = np.zeros(stages[stage])
-        record = longer(record, stages[stage])
+        record = with_room(record, stages[stage])
         growth[:] = 0.0
-        status = wander(ride, now, tangent, logs, growth, record, length)
+        status = follow_growth(flow, now, tangent, logs, growth, record, length)
         if status != OK:
             return status
         hint, length = 0, length + len(logs)
         mean, width = growth_of(logs)
         evidence[LARGEST], evidence[WIDTH] = mean / period, width / period
         evidence[WATCHED] = length
-        note_exponents(evidence, growth, len(logs), period, ride.size)
+        note_exponents(evidence, growth, len(logs), period, flow.size)
     return OK
 
 
 @jit
-def decide(ride, record, length, watched, evidence):
+def decide(flow, record, length, watched, evidence):
     """Decide by the exponent and the averages of the last stage; True if that says something."""
     digits = 15.0
-    for c in range(0, ride.size, 2):
+    for c in range(0, flow.size, 2):
         digits = min(digits, digits_of(record[length - watched : length, c].copy()))
     evidence[DIGITS] = digits
     largest, width = evidence[LARGEST], evidence[WIDTH]
     if largest - width > 0.0 and digits < SMOOTH:
         evidence[KIND] = CHAOTIC
         return True
-    if abs(largest) <= max(width, MARGIN * abs(ride.trace)) and digits >= SMOOTH:
+    if abs(largest) <= max(width, MARGIN * abs(flow.trace)) and digits >= SMOOTH:
         if period_of(record[length - watched : length], TOLERANCE) > 0:
             return False  # periodic, or at rest, and nothing is known to draw other orbits to it
         evidence[KIND] = QUASIPERIODIC

@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.kernels import lanes
+from nlds_vines.kernels.arguments import Finished, LaneBuffers, Parts, Span
+from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits import evidence
-from nlds_vines.orbits.kernel_inputs import method_parts
-from nlds_vines.orbits.settings import EFFORTS, RESOLUTION, Settings
-from nlds_vines.orbits.status_words import OK
+from nlds_vines.orbits.kernel_inputs import parts_of
+from nlds_vines.orbits.settings import EFFORTS, Settings
 from nlds_vines.orbits.wants import JUDGED, NOTED, components, noted
 
 
@@ -65,8 +66,8 @@ class Outputs:
         walls, judged = bool(scene.walls), bool(want & JUDGED)
         kept = noted(want, transient, periods)
 
-        def rows(wanted: bool, *tail: int, dtype: Any = float) -> np.ndarray | None:
-            return np.zeros((*shape, *tail), dtype) if wanted else None
+        def rows(wanted: bool, *tail: int, dtype: Any = float, value: float = 0) -> Any:
+            return np.full((*shape, *tail), value, dtype) if wanted else None
 
         return cls(
             section=rows(kept > 0, kept, len(components(scene))),
@@ -74,12 +75,17 @@ class Outputs:
             cycle=rows("impacts" in want or judged, 3, dtype=np.int64),
             energy=rows("energy" in want, 2),
             peak=rows("peak" in want, 2),
-            clearance=rows("clearance" in want and walls, 1),
+            clearance=rows("clearance" in want and walls, 1, value=np.inf),
             violation=rows(scene.limit is not None, 3),
             evidence=rows(judged, evidence.COLUMNS),
             ends=rows(judged or "error" in want, 2, SIZE),
             status=np.zeros(shape, np.int64),
         )
+
+    @property
+    def buffers(self) -> LaneBuffers:
+        """The buffers that `run_lanes` fills."""
+        return LaneBuffers(**{name: getattr(self, name) for name in LaneBuffers._fields})
 
     def verdicts(self, cells: np.ndarray, transient: int) -> dict[str, np.ndarray]:
         """Return every dataset that rests on a verdict, by name, (chains, links, ...) each.
@@ -98,39 +104,36 @@ class Outputs:
         return found
 
 
+def run(
+    parts: Parts, chains: np.ndarray, starts: np.ndarray, span: Span, buffers: LaneBuffers
+) -> None:
+    """Run chains of cells (chains, links) from `starts` (chains, 4): fill the buffers.
+
+    The one call of the kernels' lanes; the periods before `span` are the transient.
+    """
+    apart = parts._replace(arc=None), parts.arc
+    starts = np.ascontiguousarray(starts)
+    lanes.run_lanes(*apart, chains.view(np.recarray), starts, span, buffers)
+
+
 class Kernels:
     """The kernels for orbits of one scene at one fineness, with their constants prepared."""
 
     def __init__(self, wanted: Wanted) -> None:
         """Prepare the parts that the scene has."""
-        self._wanted, self._resolution = wanted, wanted.settings.resolution
-        self._parts = method_parts(wanted.method, wanted.scene, wanted.settings.nodes)
+        self._wanted = wanted
+        self._parts = parts_of(wanted.method, wanted.scene, wanted.settings)
         self._stages = np.array(EFFORTS[wanted.effort], dtype=np.int64)
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4), with their verdicts."""
         outputs = Outputs.of(self._wanted, (len(chains), chains.shape[1]), transient, periods)
-        if outputs.clearance is not None:
-            outputs.clearance[:] = np.inf
-        lanes.run_lanes(
-            *self._parts,
-            self._resolution,
-            chains.view(np.recarray),
-            starts,
-            transient,
-            periods,
-            outputs.section,
-            outputs.counts,
-            outputs.cycle,
-            outputs.energy,
-            outputs.peak,
-            outputs.clearance,
-            outputs.violation,
-            outputs.ends,
-            outputs.status,
-        )
+        run(self._parts, chains, starts, Span(transient, periods, 1), outputs.buffers)
         if outputs.evidence is not None:
-            self._judge(chains, outputs)
+            apart = self._parts._replace(arc=None), self._parts.arc
+            finished = Finished(outputs.ends, outputs.section, outputs.cycle, outputs.status)
+            cells = chains.view(np.recarray)
+            lanes.judge_lanes(*apart, cells, finished, self._stages, outputs.evidence)
         return outputs
 
     def after_a_period(self, cells: np.ndarray, starts: np.ndarray) -> np.ndarray:
@@ -141,26 +144,9 @@ class Kernels:
         chains = cells[:, np.newaxis]
         section = np.zeros((*chains.shape, 1, len(components(self._wanted.scene))))
         status = np.zeros(chains.shape, np.int64)
-        lanes.run_lanes(
-            *self._parts, self._resolution, chains.view(np.recarray), starts, 0, 1,
-            section, None, None, None, None, None, None, None, status,
-        )  # fmt: skip
+        run(self._parts, chains, starts, Span(0, 1, 1), LaneBuffers(section=section, status=status))
         section[status != OK] = np.nan
         return section[:, 0, 0]
-
-    def _judge(self, chains: np.ndarray, outputs: Outputs) -> None:
-        """Fill the evidence of lanes that have run."""
-        lanes.judge_lanes(
-            *self._parts,
-            self._resolution,
-            chains.view(np.recarray),
-            outputs.ends,
-            outputs.section,
-            outputs.cycle,
-            self._stages,
-            outputs.evidence,
-            outputs.status,
-        )
 
 
 METHOD = "exact"
@@ -195,7 +181,7 @@ class Batch:
 
     def __init__(self, scene: Scene) -> None:
         """Prepare for cells of `scene`."""
-        self._scene, self._parts = scene, method_parts(METHOD, scene)
+        self._scene, self._parts = scene, parts_of(METHOD, scene)
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
         """Run one lane for each cell on the current threads, all in one call of the kernel.
@@ -208,28 +194,8 @@ class Batch:
         energy = np.zeros((*chains.shape, 2))
         violation = None if self._scene.limit is None else np.zeros((*chains.shape, 3))
         status = np.zeros(chains.shape, np.int64)
-        classical, damper, near, far, arc = self._parts
-        lanes.run_lanes(
-            classical,
-            damper,
-            near,
-            far,
-            arc,
-            RESOLUTION[METHOD],
-            chains.view(np.recarray),
-            np.ascontiguousarray(starts.reshape(-1, 4)),
-            transient,
-            periods,
-            None,
-            None,
-            None,
-            energy,
-            None,
-            None,
-            violation,
-            None,
-            status,
-        )
+        buffers = LaneBuffers(energy=energy, violation=violation, status=status)
+        run(self._parts, chains, starts.reshape(-1, 4), Span(transient, periods, 1), buffers)
         broken = np.zeros(chains.shape) if violation is None else violation[..., 2]
         shape = cells.shape
         return Outcome(

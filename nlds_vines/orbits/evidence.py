@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.kernels import verdict
+from nlds_vines.kernels.codes import OK
 from nlds_vines.orbits.labels import flags_of, labels_of
 
 COLUMNS = verdict.COLUMNS
@@ -21,7 +22,7 @@ _PLAIN = {
     "transient_lyapunov": verdict.PASSING,
     "transient_lyapunov_width": verdict.PASSING_WIDTH,
     "orbit_clearance": verdict.CLEARANCE,
-    "softest_impact": verdict.SOFTEST,
+    "softest_impact": verdict.SLOWEST,
 }
 
 
@@ -92,7 +93,7 @@ def labels_from(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> np.
 
 def _judged(status: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return rows of evidence without that of lanes that failed."""
-    rows = np.where((status == 0)[..., np.newaxis], rows, np.nan)
+    rows = np.where((status == OK)[..., np.newaxis], rows, np.nan)
     columns = [verdict.KIND, verdict.PERIOD]
     rows[..., columns] = np.nan_to_num(rows[..., columns])
     return rows

@@ -53,14 +53,14 @@ def _tables(n: int) -> tuple[np.ndarray, np.ndarray]:
     phi = HALF * (1 + STRETCH * np.sinh(steep * xi))
     density = HALF * STRETCH * steep * np.cosh(steep * xi)
     u, S = hertz_arc(phi)
-    cover = _integration(xi, xi) * density
+    integration = _integration(xi, xi) * density
     weight, middle = _integration(xi, np.array([1.0, 0.0])) * density
-    time = cover @ u
+    time = integration @ u
     rows = {
         impact.U: u,
         impact.S: S,
-        impact.LOSS: cover @ (0.5 * S**2 * u),
-        impact.LATE: cover @ (0.5 * S * u * time),
+        impact.BY_DRAG: integration @ (0.5 * S**2 * u),
+        impact.BY_DRIFT: integration @ (0.5 * S * u * time),
         impact.TIME: time,
         impact.WEIGHT: weight,
         impact.MIDDLE: middle,
@@ -68,7 +68,7 @@ def _tables(n: int) -> tuple[np.ndarray, np.ndarray]:
     table = np.zeros(impact.TABLE)
     for row, values in rows.items():
         table[row : row + n] = values
-    return np.ascontiguousarray(cover.T).ravel(), table
+    return np.ascontiguousarray(integration.T).ravel(), table
 
 
 def make_arc(nodes: int = NODES) -> impact.Arc:
@@ -78,8 +78,8 @@ def make_arc(nodes: int = NODES) -> impact.Arc:
     """
     if not 2 <= nodes <= impact.ROW:
         raise ValueError(f"nodes = {nodes}: an arc takes 2 to {impact.ROW} collocation nodes")
-    cover, table = _tables(nodes)
+    integration, table = _tables(nodes)
     u, S, weight = (table[row : row + nodes] for row in (impact.U, impact.S, impact.WEIGHT))
-    settled = max(0.3 * 10.0**-nodes, FINEST)
-    spent = LOST - float(weight @ (0.5 * S**2 * u))
-    return impact.Arc(nodes, float(weight @ u), settled, spent, cover, table.copy())
+    tolerance = max(0.3 * 10.0**-nodes, FINEST)
+    loss_missed = LOST - float(weight @ (0.5 * S**2 * u))
+    return impact.Arc(nodes, float(weight @ u), tolerance, loss_missed, integration, table.copy())

@@ -2,33 +2,32 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from nlds_vines.kernels.arguments import Parts
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits.hertz_arc import make_arc
-
-if TYPE_CHECKING:
-    pass
+from nlds_vines.orbits.settings import Settings
 
 
-def method_parts(method: str, scene: Scene, nodes: int | None = None) -> tuple[Any, ...]:
-    """Return what tells the kernels which parts exist: (classical, damper, near, far, arc).
+def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Parts:
+    """Return the `Parts` that tell the kernels which parts there are, and how fine a method is.
 
-    Each is None where there is no such part, and then absent from the machine code.  `nodes` sets
-    the collocation nodes of a short impact.
+    What is absent is None, and then absent from the machine code. By default, the `settings` are
+    those of a scan by the method.
     """
-    arc = None
-    if scene.walls:
-        arc = make_arc() if nodes is None else make_arc(nodes)
-    return (
-        None if method == "exact" else True,
-        True if scene.damper else None,
-        True if "near" in scene.walls else None,
-        True if "far" in scene.walls else None,
-        arc,
+    settings = Settings.of(method) if settings is None else settings
+    return Parts(
+        rk4=None if method == "exact" else True,
+        damper=True if scene.damper else None,
+        near=True if "near" in scene.walls else None,
+        far=True if "far" in scene.walls else None,
+        arc=make_arc(settings.nodes) if scene.walls else None,
+        contact_steps=float(settings.contact_steps),
+        period_steps=float(settings.period_steps),
     )
 
 

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.orbits.status_words import OK
-
-if TYPE_CHECKING:
-    pass
-
+from nlds_vines.kernels import codes
 
 FLAGS: Mapping[str, int] = {
-    "undetermined": 0,
-    "periodic": 1,
-    "quasiperiodic": 2,
-    "chaotic": 3,
-    "transient_chaos": 4,
-    "failed": 5,
+    "undetermined": codes.UNDETERMINED,
+    "periodic": codes.PERIODIC,
+    "quasiperiodic": codes.QUASIPERIODIC,
+    "chaotic": codes.CHAOTIC,
+    "transient_chaos": codes.TRANSIENT_CHAOS,
+    "failed": codes.FAILED,
 }
 """Regimes by name: the CF flags of the dataset `regime`."""
 
@@ -64,4 +59,4 @@ def labels_of(regime: np.ndarray, period: np.ndarray, impacts: np.ndarray) -> np
 
 def flags_of(status: np.ndarray, kind: np.ndarray) -> np.ndarray:
     """Return the regime of every lane (of `record.FLAGS`): its verdict, or that it failed."""
-    return np.where(status == OK, kind, FLAGS["failed"]).astype(np.int8)
+    return np.where(status == codes.OK, kind, FLAGS["failed"]).astype(np.int8)

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
-if TYPE_CHECKING:
-    pass
-
+from nlds_vines.errors import RequestError, number
 
 METHODS = ("exact", "rk4")
 """The integrators."""
@@ -22,27 +19,41 @@ EFFORTS: Mapping[str, tuple[int, ...]] = {
 
 Only what a stage could not tell goes on to the next: more effort never changes a label, it can only
 find one."""
-NODES = 12
 
-RESOLUTION: Mapping[str, float] = {"exact": 28.0, "rk4": 512.0}
-"""Runge-Kutta steps: of a contact that must be stepped (exact), of a forcing period (rk4)."""
+NODES = 12
+"""Collocation nodes of a short impact, by `exact`: local errors below 1e-9."""
+
+CONTACT_STEPS = 28.0
+"""Runge-Kutta steps, of order eight, of a contact that `exact` steps."""
+
+PERIOD_STEPS = 512.0
+"""Runge-Kutta steps, of order four, of a forcing period, by `rk4`."""
+
+STEPS_RATIO = 4.0
+"""By `rk4`: steps of a forcing period for each step of a free impact."""
 
 
 @dataclass(frozen=True)
 class Settings:
     """How finely a method computes: all that it discretises.
 
-    Attributes: collocation `nodes` of a short impact (exact alone); `resolution`, Runge-Kutta steps
-    of what `RESOLUTION` says.
+    Attributes: collocation `nodes` of a short impact (exact alone); `contact_steps`, Runge-Kutta
+    steps of a contact that is stepped; `period_steps`, those of a forcing period (rk4 alone).
     """
 
-    nodes: int
-    resolution: float
+    nodes: int = NODES
+    contact_steps: float = CONTACT_STEPS
+    period_steps: float = PERIOD_STEPS
 
     @classmethod
     def of(cls, method: str) -> Settings:
         """Return those that a scan uses."""
-        return cls(NODES, RESOLUTION[method])
+        return cls() if method == "exact" else cls.rk4(PERIOD_STEPS)
+
+    @classmethod
+    def rk4(cls, period_steps: float) -> Settings:
+        """Return those of rk4 with so many steps of a period, and of contacts in proportion."""
+        return cls(contact_steps=period_steps / STEPS_RATIO, period_steps=period_steps)
 
     def refined(self, method: str) -> Settings:
         """Return settings of so much smaller an error that the difference tells that of these.
@@ -51,5 +62,33 @@ class Settings:
         (of order eight: 17 times); of rk4: twice the steps (of order four: 16 times).
         """
         if method == "exact":
-            return Settings(self.nodes + 4, self.resolution * 10 / 7)
-        return Settings(self.nodes, self.resolution * 2)
+            return Settings(self.nodes + 4, self.contact_steps * 10 / 7)
+        return Settings.rk4(self.period_steps * 2)
+
+
+def chosen_settings(
+    method: str, contact_steps: float | None, period_steps: float | None, nodes: int | None
+) -> Settings:
+    """Return the settings of a method with those replaced that are given.
+
+    Raises `RequestError` for one that does not belong to the method, and for steps beyond reason.
+    """
+    settings = Settings.of(method)
+    if period_steps is not None:
+        if method != "rk4":
+            raise RequestError(f"period_steps is of method 'rk4'; {method!r} has contact_steps")
+        settings = Settings.rk4(_checked_steps("period_steps", period_steps))
+    if contact_steps is not None:
+        if method != "exact":
+            raise RequestError(f"contact_steps is of method 'exact'; {method!r} has period_steps")
+        steps = _checked_steps("contact_steps", contact_steps)
+        settings = replace(settings, contact_steps=steps)
+    return settings if nodes is None else replace(settings, nodes=nodes)
+
+
+def _checked_steps(name: str, steps: float) -> float:
+    """Return a number of Runge-Kutta steps that is in range, otherwise raise `RequestError`."""
+    found = number(name, steps)
+    if not 4 <= found <= 1e6:
+        raise RequestError(f"{name} = {steps!r}; allowed: 4 to 1e6")
+    return found

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, choice, number, whole
+from nlds_vines.errors import RequestError, choice, whole
+from nlds_vines.kernels.arguments import CellBuffers, Parts, Span
 from nlds_vines.kernels.cells import run_cell
-from nlds_vines.kernels.observe import COLUMNS, Rows
+from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.scenes.base import LONGEST_NAME
 from nlds_vines.model.system import System
-from nlds_vines.orbits.kernel_inputs import cell_of, method_parts
-from nlds_vines.orbits.settings import METHODS, RESOLUTION
-from nlds_vines.orbits.status_words import OK, STATUS
+from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
+from nlds_vines.orbits.settings import METHODS, chosen_settings
+from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.orbits.wants import COMPONENTS, refuse_impossible
 
 IMPACT = np.dtype(
@@ -95,9 +98,11 @@ def simulate(
     transient: int = 0,
     method: str = "exact",
     record: Collection[str] | None = None,
-    resolution: float | None = None,
+    contact_steps: float | None = None,
+    period_steps: float | None = None,
     nodes: int | None = None,
     samples: int = SAMPLES,
+    resolution: float | None = None,
 ) -> Orbit:
     """Follow one orbit over forcing periods and return what was recorded.
 
@@ -109,10 +114,11 @@ def simulate(
         method: `exact` (exact flight, certified touch) or `rk4` (fixed steps, refined contacts).
         record: of section, impacts, energy, peak, clearance, trajectory; by default section and,
             if there are walls, impacts.
-        resolution: of `exact`: Runge-Kutta steps of a contact that is stepped (28); of `rk4`:
-            steps of a period (512), four times those of a free impact.
-        nodes: collocation nodes of a short impact (12).
+        contact_steps: of `exact`: Runge-Kutta steps of a contact that is stepped (28).
+        period_steps: of `rk4`: steps of a forcing period (512), four times those of a free impact.
+        nodes: of `exact`: collocation nodes of a short impact (12).
         samples: states of a trajectory in each period.
+        resolution: old name of `contact_steps` (exact) and `period_steps` (rk4); deprecated.
 
     Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
     Cost with the defaults: about 2 us a period for an SSul NES, once compiled.
@@ -122,14 +128,16 @@ def simulate(
     whole("samples", samples, 1, 10**6)
     choice("method", method, METHODS)
     record = _checked_record(system, record)
-    resolution = _checked_resolution(method, resolution)
-    parts = method_parts(method, system.scene, nodes)
+    if resolution is not None:
+        contact_steps, period_steps = _renamed(method, resolution, contact_steps, period_steps)
+    settings = chosen_settings(method, contact_steps, period_steps, nodes)
+    parts = parts_of(method, system.scene, settings)
     cell = cell_of(system)
     begin = start_state(system, cell.rest, start)
     buffers = _Buffers.of(system, record, periods, samples)
     while True:
         state = begin.copy()
-        code = buffers.run(parts, resolution, cell, state, transient, periods)
+        code = buffers.run(parts, cell, state, transient, periods)
         if code != OK:
             status = STATUS[code]
             raise IntegrationError(f"{system.name}: {status.name}. {status.remedy}")
@@ -145,7 +153,7 @@ class _Buffers:
     record: tuple[str, ...]
     stops: int
     states: np.ndarray | None
-    rows: Rows | None
+    impacts: Impacts | None
     energy: np.ndarray | None
     peak: np.ndarray | None
     clearance: np.ndarray | None
@@ -161,39 +169,34 @@ class _Buffers:
             record=record,
             stops=stops,
             states=np.empty((periods * stops, _width(system))) if noted else None,
-            rows=_rows(16 + 4 * periods) if "impacts" in record else None,
+            impacts=_room(16 + 4 * periods) if "impacts" in record else None,
             energy=np.zeros(2) if "energy" in record else None,
             peak=np.zeros(2) if "peak" in record else None,
             clearance=np.full(1, np.inf) if "clearance" in record else None,
             violation=None if scene.limit is None else np.zeros(3),
         )
 
-    def run(
-        self,
-        parts: tuple[Any, ...],
-        resolution: float,
-        cell: Any,
-        state: np.ndarray,
-        transient: int,
-        periods: int,
-    ) -> int:
-        """Run the orbit from `state`, which becomes the last one; returns a status."""
-        classical, damper, near, far, arc = parts
-        return run_cell(
-            classical, damper, near, far, arc, resolution, cell, state, None,
-            self.states, None, self.rows, self.energy, self.peak, self.clearance, self.violation,
-            transient, transient, periods, self.stops,
-        )  # fmt: skip
+    def run(self, parts: Parts, cell: Any, state: np.ndarray, transient: int, periods: int) -> int:
+        """Run the orbit from `state`, which becomes the last one; return a status."""
+        buffers = CellBuffers(
+            section=self.states,
+            impacts=self.impacts,
+            energy=self.energy,
+            peak=self.peak,
+            clearance=self.clearance,
+            violation=self.violation,
+        )
+        return run_cell(parts, cell, state, Span(transient, periods, self.stops), buffers)
 
     def enough(self) -> bool:
         """Tell whether there was room for all impacts."""
-        return self.rows is None or self.rows.filled[0] <= len(self.rows.data)
+        return self.impacts is None or self.impacts.filled[0] <= len(self.impacts.data)
 
     def larger(self) -> _Buffers:
         """Return fresh buffers with room for the impacts that were counted."""
-        assert self.rows is not None
+        assert self.impacts is not None
         clearance = None if self.clearance is None else np.full(1, np.inf)
-        return replace(self, rows=_rows(int(self.rows.filled[0])), clearance=clearance)
+        return replace(self, impacts=_room(int(self.impacts.filled[0])), clearance=clearance)
 
     def orbit(self, system: System, rest: float, state: np.ndarray, transient: int) -> Orbit:
         """Return what was recorded, in the user's coordinates."""
@@ -207,8 +210,8 @@ class _Buffers:
             if energies is not None:
                 found[f"E1{name}"] = float(energies[0])
                 found[f"E2{name}"] = float(energies[1]) if system.scene.damper else None
-        if self.rows is not None:
-            found["impacts"] = _impacts(self.rows, system.scene)
+        if self.impacts is not None:
+            found["impacts"] = _impacts(self.impacts, system.scene)
         if self.clearance is not None:
             found["clearance"] = float(self.clearance[0])
         if self.violation is not None:
@@ -228,17 +231,21 @@ def _checked_record(system: System, record: Collection[str] | None) -> tuple[str
     return tuple(record)
 
 
-def _checked_resolution(method: str, resolution: float | None) -> float:
-    if resolution is None:
-        return RESOLUTION[method]
-    found = number("resolution", resolution)
-    if not 4 <= found <= 1e6:
-        raise RequestError(f"resolution = {resolution!r}; allowed: 4 to 1e6")
-    return found
+def _renamed(
+    method: str, resolution: float, contact_steps: float | None, period_steps: float | None
+) -> tuple[float | None, float | None]:
+    """Return (contact_steps, period_steps) where one of them was given as `resolution`."""
+    name = "contact_steps" if method == "exact" else "period_steps"
+    if contact_steps is not None or period_steps is not None:
+        raise RequestError(f"resolution is the old name of {name}: give {name} alone")
+    message = f"resolution is deprecated: method {method!r} calls it {name}"
+    warnings.warn(message, DeprecationWarning, stacklevel=3)
+    return (resolution, None) if method == "exact" else (None, resolution)
 
 
-def _rows(capacity: int) -> Rows:
-    return Rows(np.empty((capacity, COLUMNS)), np.zeros(1, np.int64))
+def _room(capacity: int) -> Impacts:
+    """Return a table with room for so many impacts."""
+    return Impacts(np.empty((capacity, COLUMNS)), np.zeros(1, np.int64))
 
 
 def start_state(system: System, rest: float, start: Sequence[float] | None) -> np.ndarray:
@@ -277,8 +284,8 @@ def _user_state(system: System, rest: float, state: np.ndarray) -> np.ndarray:
     return np.array([x1, v1, x1 - r + rest, v1 - s])
 
 
-def _impacts(rows: Rows, scene: Scene) -> np.ndarray:
-    found = rows.data[: rows.filled[0]]
+def _impacts(noted: Impacts, scene: Scene) -> np.ndarray:
+    found = noted.data[: noted.filled[0]]
     table = np.empty(len(found), IMPACT)
     table["wall"] = np.where(found[:, 0] == 0, scene.struck["near"], scene.struck["far"])
     for column, name in enumerate(IMPACT.names[1:], start=1):  # type: ignore[index]  # has fields

@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    pass
+from nlds_vines.kernels.codes import (
+    BAD_PARAMETERS,
+    DIVERGED,
+    NOT_COMPUTED,
+    OK,
+    STEP_BUDGET,
+    TOO_STIFF,
+)
 
 
 class Status(NamedTuple):
@@ -21,8 +27,6 @@ class Status(NamedTuple):
         words = self.remedy.rstrip(".").replace(",", "").replace(";", "").replace(":", "")
         return f"{self.name}.{words.replace(' ', '_')}"
 
-
-OK, NOT_COMPUTED, DIVERGED, STEP_BUDGET, BAD_PARAMETERS, TOO_STIFF = range(6)
 
 STATUS: Mapping[int, Status] = {
     OK: Status("ok", "Nothing to do."),

@@ -29,7 +29,7 @@ def test_the_tables_say_what_was_measured():
     assert tables.verdict(case) == "`exact` is the cheapest at every error from 1e-03 to 1e-12."
     assert "SciPy DOP853, events" in "\n".join(tables.ratios(case))
     advice = "\n".join(tables.advice(case, 1e-6))
-    assert "nodes=8, resolution=20" in advice
+    assert "nodes=8, contact_steps=20" in advice
     assert "nodes=4" in advice  # which keeps the label
 
 

@@ -14,10 +14,10 @@ import numpy as np
 
 from nlds_vines import load_system
 from nlds_vines.kernels import cells, exact, orbit
-from nlds_vines.kernels.observe import COLUMNS, Rows
+from nlds_vines.kernels.arguments import CellBuffers, Span
+from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.model.system import System
-from nlds_vines.orbits.kernel_inputs import cell_of, method_parts
-from nlds_vines.orbits.settings import RESOLUTION
+from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 
 CASES = {
     "none": ("none", "exact", "section"),
@@ -72,21 +72,16 @@ def compiled(system, method, want):
     system = system_named(system)
     watched = (cells.run_cell, exact.touch_in, *loops())
     known = {f: set(f.overloads) for f in watched}
-    cells.run_cell(
-        *method_parts(method, system.scene),
-        RESOLUTION[method],
-        cell_of(system),
-        np.zeros(orbit.SIZE),
-        None,
-        np.empty((3, 4 if system.scene.damper else 2)) if want == "section" else None,
-        None,
-        Rows(np.zeros((9, COLUMNS)), np.zeros(1, np.int64)) if want == "impacts" else None,
-        np.zeros(2) if want == "energy" else None,
-        None,
-        None,
-        np.zeros(3) if system.scene.limit else None,
-        *(3, 3, 3, 1),
+    section = np.empty((3, 4 if system.scene.damper else 2))
+    impacts = Impacts(np.zeros((9, COLUMNS)), np.zeros(1, np.int64))
+    buffers = CellBuffers(
+        section=section if want == "section" else None,
+        impacts=impacts if want == "impacts" else None,
+        energy=np.zeros(2) if want == "energy" else None,
+        violation=np.zeros(3) if system.scene.limit else None,
     )
+    parts, cell = parts_of(method, system.scene), cell_of(system)
+    cells.run_cell(parts, cell, np.zeros(orbit.SIZE), Span(3, 3, 1), buffers)
     fresh = {f: sorted(set(f.overloads) - known[f], key=str) for f in watched}
     (signature,) = fresh[cells.run_cell]
     parts = libraries(cells.run_cell.overloads[signature].library, [])
@@ -107,9 +102,13 @@ def compiled(system, method, want):
 
 
 def absent(function, types):
-    """Return the names of the arguments that are None in one compilation of a kernel."""
+    """Return the names of the arguments and of their fields that are None in one compilation."""
     names = inspect.signature(function.py_func).parameters
-    return [name for name, kind in zip(names, types, strict=True) if str(kind) == "none"]
+    kinds = list(zip(names, types, strict=True))
+    for _, kind in list(kinds):
+        if hasattr(kind, "fields"):  # a named tuple
+            kinds += zip(kind.fields, kind.types, strict=True)
+    return [name for name, kind in kinds if str(kind) == "none"]
 
 
 def loops():

@@ -14,28 +14,28 @@ import pytest
 
 import nlds_vines
 from nlds_vines.bifurcation.blocks import Block
-from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.compute import Computer, wanted_of
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import lanes
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Outputs
-from nlds_vines.orbits.settings import NODES, RESOLUTION
+from nlds_vines.orbits.settings import CONTACT_STEPS, NODES
 
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}
 """Modules of kernels that only a scene with a wall needs."""
 
-VARIATIONS = {"ride", "shooting", "growth", "verdict"}
+VARIATIONS = {"variations", "shooting", "growth", "verdict"}
 """Modules of kernels that only a verdict needs."""
 
 UNLESS = {
-    "a damper": {"parts.damper_in"},
-    "a wall": {"parts.wall_at", "touch.first_touch", "contact_field.slope", "exact.touch_in"},
-    "a limit": {"touch.note_limit", "touch.summit", "observe.note_violation"},
+    "a damper": {"scene.damper_in"},
+    "a wall": {"scene.wall_at", "touch.first_touch", "contact_field.slope", "exact.touch_in"},
+    "a limit": {"touch.note_limit", "touch.local_maximum", "observe.note_violation"},
     "section": {"observe.note_section"},
     "impacts": {"observe.note_touch", "observe.note_depth", "observe.note_release"},
     "energy": {"observe.note_energy", "observe.note_step", "peaks.note_peaks", "peaks.suspects"},
     "clearance": {"exact.note_misses", "touch.nearest_miss"},
-    "tangent": {"flight.carry"},
+    "tangent": {"flight.propagate"},
 }
 """Kernels that must be absent unless the scene has, or the record asks for, the thing named."""
 
@@ -114,8 +114,8 @@ def test_the_loop_is_compiled_for_the_walls_there_are(code, case, walls, limit):
     assert loops
     for absent in loops:
         assert [wall for wall in ("near", "far") if wall not in absent] == walls
-        assert ("watch" not in absent) == limit
-        assert {"energy", "clearance", "tangent", "jets"} <= set(absent)
+        assert ("limit_log" not in absent) == limit
+        assert {"energy", "clearance", "tangent", "exact_grid"} <= set(absent)
     assert code[case]["walks"] == [len(walls)]  # towards each wall once
 
 
@@ -165,7 +165,7 @@ def allocated(system, *want):
     """Return the names of the buffers that a scan of this request has."""
     vary = {"omega": {"values": [6.0]}}
     scan = load_scan({"system": system, "vary": vary, "record": {"want": list(want)}})
-    outputs = Outputs.of(scan, (2, 3), scan.transient, scan.periods)
+    outputs = Outputs.of(wanted_of(scan), (2, 3), scan.transient, scan.periods)
     buffers = {field.name: getattr(outputs, field.name) for field in fields(outputs)}
     return {name for name, buffer in buffers.items() if buffer is not None}
 
@@ -217,19 +217,34 @@ def kinds(arguments):
     return tuple(str(numba.typeof(argument)) for argument in arguments)
 
 
+def shapes(arguments):
+    """Return the shapes of the arrays among the arguments and the fields of tuples."""
+    flat = [a for one in arguments for a in (one if isinstance(one, tuple) else (one,))]
+    return [a.shape for a in flat if isinstance(a, np.ndarray)]
+
+
+def nodes_of(arguments):
+    return arguments[1].n
+
+
+def steps_of(arguments):
+    return arguments[0].contact_steps
+
+
 def test_an_error_that_was_not_asked_for_costs_nothing(monkeypatch):
     usual = ("section", "impacts", "energy", "regime")
     (plain,) = calls(monkeypatch, *usual)
     asked, retraced, refined = calls(monkeypatch, *usual, "error")
     assert kinds(asked) == kinds(plain) == kinds(refined)  # the same machine code
-    assert [a.shape for a in asked if isinstance(a, np.ndarray)] == [
-        a.shape for a in plain if isinstance(a, np.ndarray)
-    ]
+    assert shapes(asked) == shapes(plain)
     assert kinds(retraced) != kinds(plain)  # which notes the section alone
-    assert len(retraced[6]) == 2 * 9
+    assert len(retraced[2]) == 2 * 9
     # the refined runs share their settings, and those of the other are as ever
-    assert plain[4].n == asked[4].n == NODES < refined[4].n == retraced[4].n
-    assert plain[5] == asked[5] == RESOLUTION["exact"] < refined[5] == retraced[5]
+    nodes, steps = (
+        [f(run) for run in (plain, asked, refined, retraced)] for f in (nodes_of, steps_of)
+    )
+    assert nodes[0] == nodes[1] == NODES < nodes[2] == nodes[3]
+    assert steps[0] == steps[1] == CONTACT_STEPS < steps[2] == steps[3]
 
 
 def test_a_limit_is_always_reported():

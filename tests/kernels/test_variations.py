@@ -12,64 +12,59 @@ from support import linear_flow, references, system_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels import ride as rides
-from nlds_vines.kernels import shooting
-from nlds_vines.kernels.cells import grid_for, ride_for
+from nlds_vines.kernels import shooting, variations
+from nlds_vines.kernels.cells import prepared_cell
+from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.flight import cells_of, grid_of
-from nlds_vines.kernels.orbit import OK
-from nlds_vines.kernels.scene import damper_of, far_wall_of, near_wall_of, structure_of
+from nlds_vines.kernels.scene import damper_of, structure_of
+from nlds_vines.kernels.variations import flow_of
 from nlds_vines.model.catalogue import load_system
-from nlds_vines.orbits.kernel_inputs import cell_of, method_parts
+from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.labels import FLAGS
-from nlds_vines.orbits.settings import RESOLUTION
+from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.simulation import simulate
 
 SET6 = references()["ssul-set6"].numbers
 SSBL = references()["ssbl-omega6.05"].numbers
-FINE = {"exact": 60.0, "rk4": 8192.0}
+FINE = {"exact": Settings(contact_steps=60.0), "rk4": Settings.rk4(8192.0)}
 SCALES = np.array([0.05, 0.3, 0.05, 0.3])  # of x1, v1, r, s [m, m/s]: what is small is small beside
 
 both_methods = pytest.mark.parametrize("method", ["exact", "rk4"])
 
 
-def ride_on(system, method="exact", resolution=None):
-    """Return the kernels' ride of a system."""
-    classical, has_damper, has_near, has_far, arc = method_parts(method, system.scene)
-    cell = cell_of(system)
-    ps, damper = structure_of(cell), damper_of(has_damper, cell)
+def flow_on(system, method="exact", settings=None):
+    """Return the kernels' flow of a system."""
+    parts, cell = parts_of(method, system.scene, settings), cell_of(system)
+    ps, damper = structure_of(cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
-    resolution = RESOLUTION[method] if resolution is None else resolution
-    return ride_for(
-        arc, classical, ps, damper, near_wall_of(has_near, cell), far_wall_of(has_far, cell),
-        grid_of(ps, damper, n), grid_for(classical, ps, damper, n, resolution, 1), resolution,
-    )  # fmt: skip
+    return flow_of(prepared_cell(parts, cell, ps, damper, n, 1), grid_of(ps, damper, n))
 
 
-def ridden(ride, y, periods):
+def followed(flow, y, periods):
     """Return the state (4,) some periods after y, the derivative by y, and the impacts by wall."""
-    state, tangent, counts = rides.fresh_state(), np.zeros(16), np.zeros(2, int)
-    rides.seat(ride, np.asarray(y, float), state)
-    rides.unit(tangent)
+    state, tangent, counts = variations.new_state(), np.zeros(16), np.zeros(2, int)
+    variations.place_state(flow, np.asarray(y, float), state)
+    variations.set_identity(tangent)
     for _ in range(periods):
-        assert rides.advance(ride.arc, ride, tangent, state) == OK
-        counts += ride.beats[0]
+        assert variations.advance(flow.prepared.arc, flow, tangent, state) == OK
+        counts += flow.by_period[0]
     return state, tangent.reshape(4, 4).T.copy(), counts
 
 
-def quotient(ride, y, periods, step):
+def quotient(flow, y, periods, step):
     """Return the central difference quotient of the flow, in units of `SCALES`."""
     columns = []
     for i in range(4):
         e = np.zeros(4)
         e[i] = step * SCALES[i]
-        ahead, behind = ridden(ride, y + e, periods)[0], ridden(ride, y - e, periods)[0]
+        ahead, behind = followed(flow, y + e, periods)[0], followed(flow, y - e, periods)[0]
         columns.append((ahead[:4] - behind[:4]) / (2 * step * SCALES))
     return np.array(columns).T
 
 
-def derivative(ride, y, periods):
+def derivative(flow, y, periods):
     """Return the extrapolated derivative in units of `SCALES`, and how much that moved it."""
-    coarse, fine = (quotient(ride, y, periods, step) for step in (4e-6, 2e-6))
+    coarse, fine = (quotient(flow, y, periods, step) for step in (4e-6, 2e-6))
     found = fine + (fine - coarse) / (2**2.5 - 1)
     return found, np.abs(found - fine).max()
 
@@ -86,7 +81,7 @@ def after(system, periods):
 
 PRELOADED = {**SET6, "C": -0.2, "K": 1e6, "P": 100.0}
 CASES = {
-    # system, periods from rest, periods ridden, impacts by wall meanwhile
+    # system, periods from rest, periods followed, impacts by wall meanwhile
     "an impact a period": (system_of("ssul", SET6), 20, 2, (2, 0)),
     "it ends inside a contact": (system_of("ssul", SET6), 3, 1, (2, 0)),
     "it begins inside a contact": (system_of("ssul", SET6), 4, 1, (1, 0)),
@@ -102,12 +97,12 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_monodromy_is_the_derivative_of_the_flow(case, method):
     system, before, periods, expected = CASES[case]
-    y, ride = after(system, before), ride_on(system, method, FINE[method])
-    _, matrix, counts = ridden(ride, y, periods)
+    y, flow = after(system, before), flow_on(system, method, FINE[method])
+    _, matrix, counts = followed(flow, y, periods)
     if expected is not None:
         assert tuple(counts) == expected
     matrix = matrix * SCALES / SCALES[:, np.newaxis]
-    found, doubt = derivative(ride, y, periods)
+    found, doubt = derivative(flow, y, periods)
     size = np.abs(matrix).max()
     assert np.abs(matrix - found).max() <= 1e-6 * size
     assert doubt <= 1e-5 * size
@@ -118,8 +113,8 @@ def test_monodromy_is_the_derivative_of_the_flow(case, method):
 def test_determinant_is_known_beforehand(case, method):
     """The divergence of the flow is constant, contacts or not."""
     system, before, periods, _ = CASES[case]
-    ride = ride_on(system, method, FINE[method])
-    matrix = ridden(ride, after(system, before), periods)[1]
+    flow = flow_on(system, method, FINE[method])
+    matrix = followed(flow, after(system, before), periods)[1]
     expected = np.exp(divergence(system) * periods * system.period)
     assert np.linalg.det(matrix) == pytest.approx(expected, rel=1e-8)
 
@@ -135,7 +130,7 @@ def test_the_divergences_of_the_named_systems():
     assert divergence(load_system("ssbl")) == pytest.approx(-4.550667, abs=1e-6)
     for name in ("ssul-set6", "ssbl", "tmd"):
         system = load_system(name)
-        assert ride_on(system).trace == pytest.approx(divergence(system), rel=1e-14)
+        assert flow_on(system).trace == pytest.approx(divergence(system), rel=1e-14)
 
 
 # ---- linear scenes -------------------------------------------------------------------------------
@@ -148,19 +143,21 @@ def test_multipliers_of_a_linear_scene(changes, method):
     flow = linear_flow(system.parameters)[:4, :4]
     to_kernel = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [1, 0, -1, 0], [0, 1, 0, -1.0]])
     expected = to_kernel @ expm(flow * system.period) @ np.linalg.inv(to_kernel)
-    matrix = ridden(ride_on(system, method), np.zeros(4), 1)[1]
+    matrix = followed(flow_on(system, method), np.zeros(4), 1)[1]
     np.testing.assert_allclose(matrix, expected, rtol=0, atol=1e-12)
     multipliers = np.exp(np.linalg.eigvals(flow) * system.period)
     largest = np.abs(multipliers).max()
-    assert rides.radius_of(matrix) == pytest.approx(largest, rel=1e-7 if changes else 1e-12)
+    assert variations.spectral_radius(matrix) == pytest.approx(
+        largest, rel=1e-7 if changes else 1e-12
+    )
 
 
 def test_multipliers_of_the_structure_alone():
     system = load_system("none")
     p = system.parameters
     flow = np.array([[0, 1], [-p["k1"] / p["m1"], -p["c1"] / p["m1"]]])
-    ride = ride_on(system)
-    matrix = shooting.matrix_of(ridden(ride, np.zeros(4), 1)[1].T.ravel().copy(), ride.size)
+    kernel = flow_on(system)
+    matrix = shooting.matrix_of(followed(kernel, np.zeros(4), 1)[1].T.ravel().copy(), kernel.size)
     np.testing.assert_allclose(matrix, expm(flow * system.period), rtol=0, atol=1e-13)
 
 
@@ -175,13 +172,13 @@ def test_lengths_along_triangular_matrices():
     """The rates are the logarithms of the diagonals, the greatest first."""
     rng = np.random.default_rng(3)
     frame, known, growth, tangent = np.eye(4), np.zeros(4), np.zeros(4), np.zeros(16)
-    rides.unit(tangent)
+    variations.set_identity(tangent)
     for _ in range(50):
         upper = np.triu(rng.normal(size=(4, 4)))
         np.fill_diagonal(upper, 10.0 ** (np.array([3, 1, -1, -3]) + rng.uniform(0, 1, 4)))
         other = np.linalg.qr(rng.normal(size=(4, 4)))[0]
         multiplied(tangent, other @ upper @ frame.T)
-        rides.orthonormalise(tangent, 4, growth)
+        variations.orthonormalise(tangent, 4, growth)
         frame, known = other, known + np.log(np.diag(upper))
         vectors = tangent.reshape(4, 4)
         np.testing.assert_allclose(vectors @ vectors.T, np.eye(4), rtol=0, atol=1e-14)
@@ -191,25 +188,25 @@ def test_lengths_along_triangular_matrices():
 def test_lengths_add_up_to_determinants():
     rng = np.random.default_rng(4)
     growth, tangent, known = np.zeros(4), np.zeros(16), 0.0
-    rides.unit(tangent)
+    variations.set_identity(tangent)
     for _ in range(200):
         matrix = rng.normal(size=(4, 4))
         known += np.linalg.slogdet(matrix)[1]
         multiplied(tangent, matrix)
-        rides.orthonormalise(tangent, 4, growth)
+        variations.orthonormalise(tangent, 4, growth)
     assert growth.sum() == pytest.approx(known, abs=1e-10)
 
 
 @pytest.mark.parametrize(("kind", "changes"), [("ssul", {"omega": 7.4}), ("ssbl", {"omega": 6.3})])
 def test_exponents_add_up_along_any_orbit(kind, changes):
     system = load_system("ssul-set6" if kind == "ssul" else "ssbl", **changes)
-    ride, periods = ride_on(system), 200
-    state, tangent, growth = rides.fresh_state(), np.zeros(16), np.zeros(4)
-    rides.seat(ride, np.zeros(4), state)
-    rides.unit(tangent)
+    flow, periods = flow_on(system), 200
+    state, tangent, growth = variations.new_state(), np.zeros(16), np.zeros(4)
+    variations.place_state(flow, np.zeros(4), state)
+    variations.set_identity(tangent)
     for _ in range(periods):
-        assert rides.advance(ride.arc, ride, tangent, state) == OK
-        rides.orthonormalise(tangent, ride.size, growth)
+        assert variations.advance(flow.prepared.arc, flow, tangent, state) == OK
+        variations.orthonormalise(tangent, flow.size, growth)
     exponents = growth / (periods * system.period)
     assert exponents.sum() == pytest.approx(divergence(system), abs=1e-8)
     assert exponents[0] > exponents[-1]
@@ -247,17 +244,19 @@ def test_elimination(size):
         matrix, right = rng.normal(size=(size, size)), rng.normal(size=4)
         matrix[0, 0] = 0.0  # so that it must exchange rows
         expected = np.linalg.solve(matrix, right[:size])
-        assert rides.solve(matrix.copy(), right, size)
+        assert variations.solve(matrix.copy(), right, size)
         np.testing.assert_allclose(right[:size], expected, rtol=1e-9)
-    assert not rides.solve(np.zeros((size, size)), np.ones(4), size)
-    assert not rides.solve(np.full((size, size), np.nan), np.ones(4), size)
+    assert not variations.solve(np.zeros((size, size)), np.ones(4), size)
+    assert not variations.solve(np.full((size, size), np.nan), np.ones(4), size)
 
 
 def test_a_wrong_monodromy_is_seen():
     """The comparison with the flow tells a contact's stiffness off by one per cent."""
     system, before, periods, _ = CASES["an impact a period"]
-    y, ride = after(system, before), ride_on(system, "exact", FINE["exact"])
-    matrix = ridden(ride, y, periods)[1] * SCALES / SCALES[:, np.newaxis]
-    stiffer = ride._replace(near=ride.near._replace(K=1.01 * ride.near.K))
-    other = ridden(stiffer, y, periods)[1] * SCALES / SCALES[:, np.newaxis]
+    y, flow = after(system, before), flow_on(system, "exact", FINE["exact"])
+    matrix = followed(flow, y, periods)[1] * SCALES / SCALES[:, np.newaxis]
+    wall = flow.prepared.near
+    harder = flow.prepared._replace(near=wall._replace(K=1.01 * wall.K))
+    stiffer = flow._replace(prepared=harder)
+    other = followed(stiffer, y, periods)[1] * SCALES / SCALES[:, np.newaxis]
     assert np.abs(other - matrix).max() > 1e-4 * np.abs(matrix).max()

@@ -8,7 +8,7 @@ import pytest
 from test_growth import logistic, noise, torus
 
 from nlds_vines import RequestError, classify, load_system
-from nlds_vines.kernels import verdict
+from nlds_vines.kernels import codes, verdict
 from nlds_vines.orbits.labels import FLAGS, label_of
 from nlds_vines.orbits.settings import EFFORTS
 
@@ -16,7 +16,7 @@ EXACT_SUM = -1.3499966666666667  # of the exponents of Set 6 [1/s]: -(c1 + c2)/m
 
 
 class Scene(NamedTuple):
-    """What `decide` looks at of a ride."""
+    """What `decide` looks at of a flow."""
 
     size: int
     trace: float
@@ -30,34 +30,35 @@ def decided(values, largest, width):
     # uncompiled: a type of this file in the cache of compiled code could be read by nobody else
     decide = getattr(verdict.decide, "py_func", verdict.decide)
     found = decide(Scene(4, -1.35), record, len(record), len(record), evidence)
-    assert found == (evidence[verdict.KIND] != verdict.UNDETERMINED)
+    assert found == (evidence[verdict.KIND] != codes.UNDETERMINED)
     return int(evidence[verdict.KIND])
 
 
 def test_the_codes_are_those_of_the_archive():
-    assert FLAGS["undetermined"] == verdict.UNDETERMINED
-    assert FLAGS["periodic"] == verdict.PERIODIC
-    assert FLAGS["quasiperiodic"] == verdict.QUASIPERIODIC
-    assert FLAGS["chaotic"] == verdict.CHAOTIC
-    assert FLAGS["transient_chaos"] == verdict.TRANSIENT
+    assert FLAGS["undetermined"] == codes.UNDETERMINED == 0
+    assert FLAGS["periodic"] == codes.PERIODIC == 1
+    assert FLAGS["quasiperiodic"] == codes.QUASIPERIODIC == 2
+    assert FLAGS["chaotic"] == codes.CHAOTIC == 3
+    assert FLAGS["transient_chaos"] == codes.TRANSIENT_CHAOS == 4
+    assert FLAGS["failed"] == codes.FAILED == 5
 
 
 def test_chaos_needs_an_interval_above_zero():
     chaos, _ = logistic(4.0, 2400)
-    assert decided(chaos, 0.69, 0.02) == verdict.CHAOTIC
-    assert decided(chaos, 0.01, 0.02) == verdict.UNDETERMINED
-    assert decided(chaos, -0.3, 0.02) == verdict.UNDETERMINED
+    assert decided(chaos, 0.69, 0.02) == codes.CHAOTIC
+    assert decided(chaos, 0.01, 0.02) == codes.UNDETERMINED
+    assert decided(chaos, -0.3, 0.02) == codes.UNDETERMINED
 
 
 def test_a_torus_needs_an_exponent_of_zero_and_smooth_averages():
-    assert decided(torus(2400), 0.0, 1e-3) == verdict.QUASIPERIODIC
-    assert decided(torus(2400), -0.2, 1e-3) == verdict.UNDETERMINED
-    assert decided(logistic(4.0, 2400)[0], 0.0, 1e-3) == verdict.UNDETERMINED
+    assert decided(torus(2400), 0.0, 1e-3) == codes.QUASIPERIODIC
+    assert decided(torus(2400), -0.2, 1e-3) == codes.UNDETERMINED
+    assert decided(logistic(4.0, 2400)[0], 0.0, 1e-3) == codes.UNDETERMINED
 
 
 def test_noise_is_nothing():
-    assert decided(noise(2400), 0.0, 1e-3) == verdict.UNDETERMINED
-    assert decided(torus(2400) + 1e-2 * noise(2400), 0.0, 1e-3) == verdict.UNDETERMINED
+    assert decided(noise(2400), 0.0, 1e-3) == codes.UNDETERMINED
+    assert decided(torus(2400) + 1e-2 * noise(2400), 0.0, 1e-3) == codes.UNDETERMINED
 
 
 def test_labels_are_the_papers_words():

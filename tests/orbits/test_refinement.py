@@ -71,7 +71,7 @@ def test_periods_begin_where_the_orbit_was(components, noted):
 
 def test_the_error_is_the_largest_of_the_periods():
     scan = free(["section", "error"], 0, 6)
-    found = computed(scan, Settings(12, 64.0))
+    found = computed(scan, Settings.rk4(64.0))
     one_by_one = []
     for n in range(6):
         state = found["section"][:, n - 1] if n else np.zeros((3, 4))
@@ -79,7 +79,7 @@ def test_the_error_is_the_largest_of_the_periods():
             [state[:, 0], state[:, 1], state[:, 0] - state[:, 2], state[:, 1] - state[:, 3]],
             axis=-1,
         )
-        single = Computer(free(["section", "error"], 0, 1), Settings(12, 128.0))
+        single = Computer(free(["section", "error"], 0, 1), Settings.rk4(128.0))
         after = single.lanes(scan.cells()[:, np.newaxis], starts)["section"][:, 0, 0]
         one_by_one.append(np.abs(after - found["section"][:, n]).max(axis=1))
     largest = np.max(one_by_one, axis=0)
@@ -88,12 +88,12 @@ def test_the_error_is_the_largest_of_the_periods():
 
 
 def test_a_coarse_method_tells_a_larger_error():
-    few, many = (computed(free(), Settings(12, steps))["error"] for steps in (64.0, 256.0))
+    few, many = (computed(free(), Settings.rk4(steps))["error"] for steps in (64.0, 256.0))
     np.testing.assert_allclose(few / many, 4.0**4, rtol=0.1)  # of order four
 
 
 def test_where_only_the_refined_run_fails_nothing_is_made_up(monkeypatch, tmp_path):
-    monkeypatch.setattr(Settings, "refined", lambda self, method: Settings(12, 2.0))
+    monkeypatch.setattr(Settings, "refined", lambda self, method: Settings.rk4(2.0))
     scan = free(["energy", "regime", "error"])
     found = computed(scan)
     assert (found["status"] == OK).all()

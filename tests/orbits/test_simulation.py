@@ -25,7 +25,7 @@ from nlds_vines.orbits.simulation import IntegrationError, simulate
 
 SET6 = references()["ssul-set6"].numbers
 ROUND = {**SET6, "V": 0.125, "C": 0.0625}  # so that a start can lie on the wall to the last bit
-METHODS = {"exact": {}, "rk4": {"method": "rk4", "resolution": 4096.0}}
+METHODS = {"exact": {}, "rk4": {"method": "rk4", "period_steps": 4096.0}}
 
 both_methods = pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
 
@@ -205,7 +205,7 @@ def test_fixed_steps_beyond_their_stability_are_refused():
     """512 steps of a period are too few for this dashpot: plausible numbers would be invented."""
     numbers = {**SET6, "c2": 1e5}
     with pytest.raises(IntegrationError, match="too_stiff"):
-        follow_ssul(numbers, None, 3, method="rk4", resolution=512.0)
+        follow_ssul(numbers, None, 3, method="rk4", period_steps=512.0)
     assert len(follow_ssul(numbers, None, 3).impacts) == 0
 
 
@@ -227,15 +227,35 @@ def test_absurd_forces_end_in_a_status(options):
         ({"start": (0.0, 0.0)}, "start"),
         ({"start": (0.0, 0.0, np.nan, 0.0)}, "start"),
         ({"start": (0.0, 0.0, np.inf, 0.0)}, "start"),
-        ({"resolution": 3}, "resolution"),
-        ({"resolution": np.nan}, "resolution"),
-        ({"resolution": 1e7}, "resolution"),
+        ({"contact_steps": 3}, "contact_steps = 3; allowed: 4 to 1e6"),
+        ({"contact_steps": np.nan}, "contact_steps"),
+        ({"contact_steps": 1e7}, "contact_steps"),
+        ({"method": "rk4", "period_steps": 3}, "period_steps = 3; allowed: 4 to 1e6"),
+        ({"period_steps": 512.0}, "period_steps is of method 'rk4'"),
+        ({"method": "rk4", "contact_steps": 28.0}, "contact_steps is of method 'exact'"),
+        ({"resolution": 28.0, "contact_steps": 28.0}, "old name of contact_steps"),
     ],
 )
 def test_wrong_arguments(changes, words):
     arguments = {"periods": 3, **changes}
     with pytest.raises(RequestError, match=words):
         simulate(load_system("ssul-set6"), **arguments)
+
+
+@pytest.mark.parametrize(
+    ("method", "name", "steps"), [("exact", "contact_steps", 20.0), ("rk4", "period_steps", 64.0)]
+)
+def test_resolution_is_the_old_name_of_two(method, name, steps):
+    system = load_system("ssul-set6")
+    new = simulate(system, 4, record=BOTH, method=method, **{name: steps})
+    with pytest.warns(DeprecationWarning, match=f"resolution is deprecated.*{name}") as warned:
+        old = simulate(system, 4, record=BOTH, method=method, resolution=steps)
+    np.testing.assert_array_equal(old.section, new.section)
+    assert len(warned) == 1
+    assert "\n" not in str(warned[0].message)
+    assert warned[0].filename == __file__
+    usual = simulate(system, 4, record=BOTH, method=method)
+    assert not np.array_equal(usual.section, new.section)  # it was heeded
 
 
 @pytest.mark.parametrize("want", ["impacts", "clearance"])

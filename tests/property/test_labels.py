@@ -17,13 +17,14 @@ import pytest
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import verdict
+from nlds_vines.kernels.arguments import CellBuffers, Span
 from nlds_vines.kernels.cells import run_cell
-from nlds_vines.kernels.orbit import OK, SIZE
+from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits.coexistence import final
 from nlds_vines.orbits.evidence import arrays_of
-from nlds_vines.orbits.kernel_inputs import method_parts
-from nlds_vines.orbits.settings import RESOLUTION
+from nlds_vines.orbits.kernel_inputs import parts_of
 
 WANT = ["regime", "settling", "lyapunov", "evidence"]
 OMEGA, FORCE = (5.0, 8.0), (400.0, 1200.0)
@@ -183,15 +184,12 @@ def test_the_phase_at_which_sections_are_taken_does_not_matter():
 
 def halfway(cells, points):
     """Return the states (x1, v1, r, s) half a forcing period after `points`."""
-    parts, found = method_parts("exact", SCENES["ssul"]), np.empty((len(cells), 4))
+    parts, found = parts_of("exact", SCENES["ssul"]), np.empty((len(cells), 4))
     for i, (cell, point) in enumerate(zip(cells, points, strict=True)):
         state, section = np.zeros(SIZE), np.empty((2, 4))
         state[:4] = point
         record = np.array([cell]).view(np.recarray)[0]
-        code = run_cell(
-            *parts, RESOLUTION["exact"], record, state, None, section, None, None, None, None,
-            None, None, 0, 0, 1, 2,
-        )  # fmt: skip
+        code = run_cell(parts, record, state, Span(0, 1, 2), CellBuffers(section=section))
         assert code == OK
         x1, v1, x2, v2 = section[0]
         found[i] = x1, v1, x1 - x2 + cell["rest"], v1 - v2

@@ -24,7 +24,7 @@ from nlds_vines.orbits.simulation import Violation, simulate
 from nlds_vines.orbits.status_words import OK
 
 SSBL = {**catalogue()["ssbl"].parameters, "K": 32504566.49525256}
-METHODS = {"exact": {}, "rk4": {"method": "rk4", "resolution": 4096.0}}
+METHODS = {"exact": {}, "rk4": {"method": "rk4", "period_steps": 4096.0}}
 RANDOM, GRAZING = {"exact": 2000, "rk4": 400}, {"exact": 400, "rk4": 100}
 FIRST, LATER = 1e-11, 1e-7  # resolution [m] up to and behind the first contact
 FEW = 0.005  # largest share of ambiguous orbits
@@ -148,21 +148,19 @@ def test_a_wrong_report_is_seen():
 # ---- watching changes nothing --------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("classical", [None, True])
-def test_violations_do_not_change_the_orbit_by_a_bit(classical):
+@both_methods
+def test_violations_do_not_change_the_orbit_by_a_bit(method):
     """Beside a scene with the same obstacle and no limit, compiled without any code that watches.
 
     (Its other wall is out of reach: that saves a compilation.)
     """
     omegas = (5.5, 6.0, 6.3, 6.6, 7.0)
-    resolution = 28.0 if classical is None else 512.0
-    options = {} if classical is None else {"method": "rk4"}
     violated = 0
     for omega in omegas:
         numbers = {**SSBL, "omega": omega}
-        orbit = simulate(system_of("ssvi-b", numbers), 40, record=BOTH, **options)
+        orbit = simulate(system_of("ssvi-b", numbers), 40, record=BOTH, method=method)
         cell = kernel_cell(**numbers, near=1e6, far=numbers["C"], rest=numbers["D"])
-        section, rows = run_cell_rows(cell, np.zeros(4), 40, resolution, classical)
+        section, rows = run_cell_rows(cell, np.zeros(4), 40, method)
         np.testing.assert_array_equal(orbit.section, section)
         np.testing.assert_array_equal(orbit.impacts["touch"], rows[:, 1])
         violated += orbit.violation.number > 0

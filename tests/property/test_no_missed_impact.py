@@ -122,7 +122,7 @@ def test_exact_grazing(grazing_cases):
 
 def test_fixed_steps(random_cases, grazing_cases):
     cases = random_cases[: FIXED - 200] + grazing_cases[:200]
-    assert_nothing_missed(verdicts(cases, method="rk4", resolution=4096.0), FIXED)
+    assert_nothing_missed(verdicts(cases, method="rk4", period_steps=4096.0), FIXED)
 
 
 # ---- the checks can fail -------------------------------------------------------------------------
@@ -155,7 +155,9 @@ def touches(numbers, start, periods, certified=True):
     x1, v1, x2, v2 = start
     y = x1, v1, x1 - x2 + numbers["V"] + numbers["C"], v1 - v2
     for _ in range(periods):
-        event, _, _, *y = fly(ps, damper, wall, None, None, None, None, grid, grid.n, 0, 0.0, *y)
+        event, _, _, *y = fly(
+            None, ps, damper, wall, None, None, None, None, grid, grid.n, 0, 0.0, *y
+        )
         if event != SECTION:
             return True
     return False

@@ -20,7 +20,7 @@ STEEL = references()["ssul-set6-steel"].numbers["K"]
 SSBL = references()["ssbl-omega6.05"].numbers
 FREE = {"c1": 0.0, "c2": 0.0, "P": 0.0}
 PEAKS = ("energy", "peak")
-FINEST = {"nodes": 24, "resolution": 64.0}
+FINEST = {"nodes": 24, "contact_steps": 64.0}
 
 
 def energies(p, state, rest):
@@ -121,7 +121,7 @@ def test_peaks_and_maxima():
 def test_the_peak_of_a_linear_transient(method):
     """Against matrix exponentials on a fine grid, a parabola through its highest samples."""
     system, n = load_system("tmd"), 4000
-    options = {} if method == "exact" else {"method": method, "resolution": 2048.0}
+    options = {} if method == "exact" else {"method": method, "period_steps": 2048.0}
     orbit = simulate(system, 3, transient=40, record=PEAKS, **options)
     step = expm(linear_flow(system.parameters) * system.period / n)
     y, values = np.array([0.0, 0, 0, 0, 1, 0]), []

@@ -21,7 +21,7 @@ CASES = [
     *((name, "exact", Settings(nodes, 28.0)) for name in SSUL[:2] for nodes in (6, 8, 10, 12)),
     *((STEEL, "exact", Settings(nodes, 28.0)) for nodes in (4, 6, 8, 10)),
     *(("ssbl-omega6.05", "exact", Settings(nodes, 28.0)) for nodes in (6, 8, 10, 12)),
-    *((name, "rk4", Settings(12, float(n))) for name in SSUL for n in (128, 256, 512, 1024)),
+    *((name, "rk4", Settings.rk4(float(n))) for name in SSUL for n in (128, 256, 512, 1024)),
 ]
 ROUND_OFF = 1e-12  # of a period; below it round-off has its share
 FACTOR = 1.25

@@ -16,6 +16,8 @@ from support import (
     references,
 )
 
+from nlds_vines.orbits.settings import Settings
+
 FIXED = (1448.0, 2048.0, 2896.0, 4096.0, 5792.0, 8192.0)  # rk4 steps a period
 SET6 = references()["ssul-set6"].numbers
 SOFT, STEEL = SET6["K"], references()["ssul-set6-steel"].numbers["K"]
@@ -26,16 +28,14 @@ EXACT_DURATION = 0.8 * beta(0.4, 0.5)  # of a free impact, in units of depth / s
 # ---- fixed steps across contacts -----------------------------------------------------------------
 
 
-def errors_by_resolution(name, periods):
-    """Return the error of the state at the end, for each of the `FIXED` resolutions."""
+def errors_by_steps(name, periods):
+    """Return the error of the state at the end, for each of the `FIXED` numbers of steps."""
     reference = references()[name]
     sections = (
-        follow_ssbl(reference.numbers, periods, resolution, classical=True)[0]
+        follow_ssbl(reference.numbers, periods, "rk4", Settings.rk4(steps))[0]
         if "D" in reference.numbers
-        else follow_ssul(
-            reference.numbers, None, periods, method="rk4", resolution=resolution
-        ).section
-        for resolution in FIXED
+        else follow_ssul(reference.numbers, None, periods, method="rk4", period_steps=steps).section
+        for steps in FIXED
     )
     return [np.abs(section[-1] - reference.states[periods - 1]).max() for section in sections]
 
@@ -51,12 +51,12 @@ def errors_by_resolution(name, periods):
     ],
 )
 def test_fixed_steps_have_order_four_across_contacts(name, periods):
-    assert fitted_order(errors_by_resolution(name, periods), FIXED) == pytest.approx(4, abs=0.2)
+    assert fitted_order(errors_by_steps(name, periods), FIXED) == pytest.approx(4, abs=0.2)
 
 
 def test_fixed_steps_lose_nothing_on_steel():
     """The fourth-order part is so small here that the fifth order shows down to round-off."""
-    assert 3.8 <= fitted_order(errors_by_resolution("ssul-set6-steel", 20), FIXED) <= 5.5
+    assert 3.8 <= fitted_order(errors_by_steps("ssul-set6-steel", 20), FIXED) <= 5.5
 
 
 # ---- one contact, stepped ------------------------------------------------------------------------
@@ -77,10 +77,10 @@ def test_stepped_contact_has_order_eight(K):
     assert APPROACH.step(parts, 64).difference(exact) <= 1e-12
 
 
-def test_classical_contact_has_order_four():
+def test_the_contact_of_rk4_has_order_four():
     parts, steps = parts_of(), np.array([32, 48, 64, 96, 128])
     exact = APPROACH.step(parts, 200)
-    errors = [APPROACH.step(parts, n, classical=True).difference(exact) for n in steps]
+    errors = [APPROACH.step(parts, n, rk4=True).difference(exact) for n in steps]
     assert fitted_order(errors, steps) == pytest.approx(4, abs=0.2)
 
 
@@ -92,10 +92,10 @@ def test_short_impact_converges_geometrically_to_the_stepped_contact(K):
     """Two methods without a formula in common."""
     parts, nodes = parts_of(K), np.arange(4, 12)
     exact = APPROACH.step(parts, 200)
-    errors = [APPROACH.bump(parts, n).difference(exact) for n in nodes]
+    errors = [APPROACH.solve(parts, n).difference(exact) for n in nodes]
     factor = np.exp(-np.polyfit(nodes, np.log(errors), 1)[0])
     assert factor >= 5
-    assert APPROACH.bump(parts, 24).difference(exact) <= 1e-12
+    assert APPROACH.solve(parts, 24).difference(exact) <= 1e-12
 
 
 # ---- the free Hertz impact and the rigid limit ---------------------------------------------------
@@ -118,7 +118,7 @@ def test_free_hertz_impact(speed, K):
     approach, exact = Approach(speed, 0.0, 0.0, 0.0), free_impact(speed, K)
     assert approach.step(parts, 72).difference(exact) <= 1e-13
     if exact.duration < 0.15:  # longer is not short: stepped
-        assert approach.bump(parts, 24).difference(exact) <= 1e-13
+        assert approach.solve(parts, 24).difference(exact) <= 1e-13
 
 
 def test_duration_constant():

@@ -17,7 +17,7 @@ REFERENCE = references()["ssbl-omega6.05"]
 SSBL = {**load_system("ssbl").parameters, "K": load_system("ssbl").K}
 METHODS = {
     "exact": ({}, 1e-9),
-    "rk4": ({"method": "rk4", "resolution": 2048.0}, 1e-8),
+    "rk4": ({"method": "rk4", "period_steps": 2048.0}, 1e-8),
 }
 
 
@@ -47,7 +47,7 @@ def test_exact_flight_converges_geometrically_between_two_walls():
     sections = [simulate(system, 10, nodes=int(n)).section for n in nodes]
     errors = [np.abs(section[-1] - REFERENCE.states[9]).max() for section in sections]
     assert np.exp(-np.polyfit(nodes, np.log(errors), 1)[0]) >= 4.5
-    finest = simulate(system, 10, nodes=16, resolution=64.0).section
+    finest = simulate(system, 10, nodes=16, contact_steps=64.0).section
     assert np.abs(finest[-1] - REFERENCE.states[9]).max() <= 1e-12
 
 

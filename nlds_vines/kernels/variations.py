@@ -1,4 +1,4 @@
-"""A ride along an orbit with its variations: the map from section to section and its derivative.
+"""The flow from section to section, and its derivative along an orbit.
 
 The vector field is continuously differentiable at touch and release, so that the variational
 equation needs no jumps there: exact matrices in flight, the linearised contact in between
@@ -9,38 +9,31 @@ determinant is known beforehand, exp(n T tr A), whatever the orbit does.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from .arguments import OrbitBuffers, Prepared, Span
 from .compiling import chosen, jit
-from .observe import COLUMNS, SPEED, Rows
-from .orbit import SIZE, begin, linear_orbit, orbit
-from .runge_kutta import SCRATCH
+from .flight import Grid
+from .observe import COLUMNS, SPEED, Impacts
+from .orbit import SIZE, linear_orbit, orbit, set_mode
 from .scene import scale_of
 
-KEPT = 64  # impacts of one advance whose speed is looked at
+KEPT = 64  # impacts of one period whose speed is looked at
 
 
-class Ride(NamedTuple):
-    """One cell made ready: its parts (None where absent), its grids and scratch of its own."""
+class Flow(NamedTuple):
+    """The map of one cell from a section to the next, ready to be applied with its derivative."""
 
-    classical: Any
-    ps: Any
-    damper: Any
-    near: Any
-    far: Any
-    arc: Any
-    jets: Any  # exact grid, which carries variations in flight
-    grid: Any  # of the method
-    steps: float  # of a free impact
+    prepared: Prepared
+    exact_grid: Grid  # of exact flight, which propagates variations whatever the method
     size: int  # numbers of a state: 4, or 2 without a damper
     rest: float  # x2 - x1 of the unstretched spring [m]
     trace: float  # tr A [1/s]: the sum of all Lyapunov exponents
-    k: np.ndarray  # (SCRATCH,)
-    rows: Rows
-    beats: np.ndarray  # (1, 2) impacts of the last period by wall
-    misses: np.ndarray  # (1,) smallest clearance so far [m]
+    impacts: Impacts  # of the last period
+    by_period: np.ndarray  # (1, 2) impacts of the last period by wall
+    clearance: np.ndarray  # (1,) smallest near miss so far [m]
 
 
 @jit
@@ -67,53 +60,48 @@ def rest_of(damper):
     return lambda damper: damper.rest
 
 
-@jit
-def ride_of(classical, ps, damper, near, far, arc, jets, grid, steps):
-    """Return the `Ride` of one cell."""
-    rows = Rows(np.zeros((KEPT, COLUMNS)), np.zeros(1, np.int64))
-    return Ride(
-        classical, ps, damper, near, far, arc, jets, grid, steps, size_of(damper), rest_of(damper),
-        trace_of(ps, damper), np.zeros(SCRATCH), rows, np.zeros((1, 2), np.int64),
-        np.full(1, np.inf),
+@jit(dissolved=True)
+def flow_of(prepared, exact_grid):
+    """Return the `Flow` of one cell."""
+    ps, damper = prepared.ps, prepared.damper
+    impacts = Impacts(np.zeros((KEPT, COLUMNS)), np.zeros(1, np.int64))
+    return Flow(
+        prepared, exact_grid, size_of(damper), rest_of(damper), trace_of(ps, damper),
+        impacts, np.zeros((1, 2), np.int64), np.full(1, np.inf),
     )  # fmt: skip
 
 
 @chosen
-def advance(arc, ride, tangent, state):
-    """Advance `state` (SIZE,) and four variations `tangent` (16,) by one period: a status.
+def advance(arc, flow, tangent, state):
+    """Advance `state` (SIZE,) and four variations `tangent` (16,) by one period; return a status.
 
-    ride.beats, ride.rows and ride.misses then tell of its impacts and near misses.
+    flow.by_period, flow.impacts and flow.clearance then tell of its impacts and near misses.
     """
 
-    def linear(arc, ride, tangent, state):
-        return linear_orbit(
-            ride.classical, ride.ps, ride.damper, None, None, tangent, ride.jets,
-            ride.grid, 1, state, 1,
-        )  # fmt: skip
+    def linear(arc, flow, tangent, state):
+        nothing = OrbitBuffers(None, None, None, None, None, None)
+        return linear_orbit(flow.prepared, nothing, Span(0, 1, 1), state, tangent, flow.exact_grid)
 
-    def walled(arc, ride, tangent, state):
-        ride.beats[:] = 0
-        ride.rows.filled[0] = 0
-        return orbit(
-            ride.classical, ride.ps, ride.damper, ride.near, ride.far, ride.arc, None, None,
-            ride.beats, ride.rows, None, ride.misses, tangent, ride.jets,
-            ride.grid, 1, ride.steps, state, ride.k, 0, 1,
-        )  # fmt: skip
+    def walled(arc, flow, tangent, state):
+        flow.by_period[:] = 0
+        flow.impacts.filled[0] = 0
+        noted = OrbitBuffers(None, None, flow.by_period, flow.impacts, None, flow.clearance)
+        return orbit(flow.prepared, noted, Span(0, 1, 1), state, tangent, flow.exact_grid)
 
     return linear if arc is None else walled
 
 
 @jit
-def seat(ride, y, state):
+def place_state(flow, y, state):
     """Let `state` (SIZE,) be y (4,) at phase zero, in flight or inside a contact."""
     state[:] = 0.0
     for i in range(4):
         state[i] = y[i]
-    begin(ride.near, ride.far, state)
+    set_mode(flow.prepared.near, flow.prepared.far, state)
 
 
 @jit
-def unit(tangent):
+def set_identity(tangent):
     """Let the variations be the unit vectors."""
     tangent[:] = 0.0
     for i in range(0, 16, 5):
@@ -121,23 +109,25 @@ def unit(tangent):
 
 
 @jit
-def norm(ride, x):
+def norm(flow, x):
     """Return the energy norm of a state or a difference of states: sqrt(2 E) of it."""
-    return scale_of(ride.ps, ride.damper, x[0], x[1], x[2], x[3])
+    return scale_of(flow.prepared.ps, flow.prepared.damper, x[0], x[1], x[2], x[3])
 
 
 @jit
-def gap_between(ride, x, y):
+def distance(flow, x, y):
     """Return the energy norm of x - y."""
-    return scale_of(ride.ps, ride.damper, x[0] - y[0], x[1] - y[1], x[2] - y[2], x[3] - y[3])
+    return scale_of(
+        flow.prepared.ps, flow.prepared.damper, x[0] - y[0], x[1] - y[1], x[2] - y[2], x[3] - y[3]
+    )
 
 
 @jit
-def softest(ride):
+def slowest_impact(flow):
     """Return the smallest approach speed [m/s] of the last period's impacts; inf without any."""
     slowest = np.inf
-    for i in range(min(ride.rows.filled[0], KEPT)):
-        slowest = min(slowest, ride.rows.data[i, SPEED])
+    for i in range(min(flow.impacts.filled[0], KEPT)):
+        slowest = min(slowest, flow.impacts.data[i, SPEED])
     return slowest
 
 
@@ -194,7 +184,7 @@ def solve(matrix, right, size):
 
 
 @jit
-def radius_of(matrix):
+def spectral_radius(matrix):
     """Return the largest modulus of the eigenvalues of a matrix."""
     if not np.isfinite(matrix).all():
         return np.inf
@@ -202,6 +192,6 @@ def radius_of(matrix):
 
 
 @jit
-def fresh_state():
-    """Return an empty state for `seat`."""
+def new_state():
+    """Return an empty state for `place_state`."""
     return np.zeros(SIZE)

@@ -1,0 +1,94 @@
+"""The tuples that outer kernels take: the parts, what is to be noted, the periods.
+
+A part that is absent and a buffer that is not wanted are None. A kernel hands a field on as an
+argument before anything asks whether it is None: only of an argument does the compiler know it,
+and then it leaves the code out.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+
+class Parts(NamedTuple):
+    """The method, the parts of a scene, and how finely contacts and periods are divided."""
+
+    rk4: Any  # True for fixed Runge-Kutta steps, None for exact flight
+    damper: Any  # True where the scene has a damper, otherwise None
+    near: Any  # True where the scene has a near wall, otherwise None
+    far: Any  # True where the scene has a far wall, otherwise None
+    arc: Any  # `impact.Arc` where the scene has a wall, otherwise None
+    contact_steps: float  # Runge-Kutta steps of a free impact that is stepped
+    period_steps: float  # Runge-Kutta steps of a forcing period; `rk4` alone uses it
+
+
+class Prepared(NamedTuple):
+    """One cell made ready to be run: its numbers part by part, its grid, and scratch of its own."""
+
+    rk4: Any  # as in `Parts`
+    ps: Any  # `scene.Structure`
+    damper: Any  # `scene.Damper` or None
+    near: Any  # `scene.Wall` or None
+    far: Any  # `scene.Wall` or None
+    arc: Any  # `impact.Arc` with scratch of its own, or None
+    grid: Any  # `flight.Grid`, or `fixed_step.FixedGrid` of `rk4`
+    contact_steps: float
+    scratch: Any  # (`runge_kutta.SCRATCH`,) or None without a wall
+
+
+class Span(NamedTuple):
+    """Forcing periods: `first`, `first` + 1, ...; a cell passes over those before as transient."""
+
+    first: int  # number of the first period; times count from period 0
+    periods: int
+    stops: int  # equidistant states of each period that the section takes, the last at its end
+
+
+class OrbitBuffers(NamedTuple):
+    """What an orbit notes."""
+
+    limit_log: Any = None  # (6,) a limit of r and how it is kept, see `observe`
+    section: Any = None  # (stops periods or fewer, components) states in the user's coordinates
+    by_period: Any = None  # (periods, 2) impacts of each period at the near and the far wall
+    impacts: Any = None  # `observe.Impacts`, one by one
+    energy: Any = None  # (2,) largest E1 and E2 so far [J]
+    clearance: Any = None  # (1,) smallest near miss so far [m]
+
+
+class CellBuffers(NamedTuple):
+    """What a cell notes: of its transient, of the periods after it, or of both."""
+
+    early: Any = None  # (periods, components) section of the transient's last periods
+    section: Any = None  # as in `OrbitBuffers`, after the transient
+    by_period: Any = None  # after the transient
+    impacts: Any = None  # after the transient
+    energy: Any = None  # (2,) [J] after the transient
+    peak: Any = None  # (2,) largest energies [J], the transient included
+    clearance: Any = None  # (1,) [m] after the transient
+    violation: Any = None  # (3,) first time [s], depth [m], number of passages of the limit
+
+
+class LaneBuffers(NamedTuple):
+    """What all lanes note: arrays (chains, links, ...)."""
+
+    section: Any = None  # (periods, components); more rows hold the transient's last periods too
+    counts: Any = None  # (2,) impacts by wall after the transient
+    cycle: Any = None  # (3,) n of nT, k at the near and at the far wall, by recurrence
+    energy: Any = None  # (2,), this and the next as in `CellBuffers`
+    peak: Any = None  # (2,)
+    clearance: Any = None  # (1,)
+    violation: Any = None  # (3,)
+    ends: Any = None  # (2, SIZE) the states at begin and end
+    status: Any = None  # of `codes`; it has to be there
+
+
+class Finished(NamedTuple):
+    """What lanes that have run hand on to a verdict, as in `LaneBuffers`.
+
+    No other buffer, so that a verdict is compiled once, whatever else is recorded.
+    """
+
+    ends: Any
+    section: Any  # of the transient's last periods too
+    cycle: Any
+    status: Any

@@ -1,0 +1,37 @@
+"""Numbers with a meaning: statuses, events and kinds of verdicts, each in this place alone.
+
+Kernels return and store them; `orbits.status_words` and `orbits.labels` have their words. Archives
+hold statuses and kinds, so no number may change its meaning.
+"""
+
+from __future__ import annotations
+
+# How the computation of an orbit ended
+OK = 0
+NOT_COMPUTED = 1  # the fill value of an archive; no kernel returns it
+DIVERGED = 2  # the state is not finite or absurdly large (`orbit.HUGE`)
+STEP_BUDGET = 3  # a period has too many touches or steps, or a touch could not be told from a miss
+BAD_PARAMETERS = 4  # a parameter is not finite or out of range
+TOO_STIFF = 5  # a period needs too many cells (`flight.MOST_CELLS`) or more steps than rk4 is given
+
+# How a flight ended
+SECTION = 0  # at the section that it was to fly to
+TOUCH_NEAR = 1  # at a touch of the near wall
+TOUCH_FAR = 2  # at a touch of the far wall
+ASTRAY = 3  # a touch could not be told from a miss
+
+# What an orbit is doing: flying, or in the contact that began with TOUCH_NEAR or TOUCH_FAR
+FLYING = 0
+
+# How a contact ended
+RELEASED = 0  # the damper left the wall
+STOPPED = 1  # the time was over first
+EXHAUSTED = 2  # too many steps
+
+# What an orbit is
+UNDETERMINED = 0
+PERIODIC = 1
+QUASIPERIODIC = 2
+CHAOTIC = 3
+TRANSIENT_CHAOS = 4  # periodic in the end, chaotic for long before
+FAILED = 5  # not computed to its end; no kernel returns it

@@ -1,4 +1,4 @@
-"""What it costs that nothing is lost: run times with parts, seals and checks, and without them.
+"""What safety costs: run times with parts, seals and checks, and without them.
 
     python -m benchmarks.safety [RUNS] [SCAN.toml]
 

@@ -1,8 +1,8 @@
-"""What the program costs, as ratios that survive a change of machine or of weather.
+"""What the program costs, as ratios that another machine or another load hardly changes.
 
     python -m benchmarks.speed                       measure, and compare with ratios.json beside it
     python -m benchmarks.speed --keep                ... and make it the new baseline
-    python -m benchmarks.speed --only diagram,rk4    some of them
+    python -m benchmarks.speed --only diagram rk4    some of them
 
 Each benchmark is timed in turn with a yardstick: fixed Runge-Kutta steps of an impact oscillator,
 compiled by the same compiler, which no change of the program touches.  What counts is CPU time over
@@ -58,7 +58,7 @@ def steps(count: int, h: float) -> float:
 
 
 def yardstick() -> None:
-    """Do what everything is measured by."""
+    """Do the work that all times are divided by."""
     steps(YARD, 0.01)
 
 
@@ -128,10 +128,12 @@ def ratio(work: Callable[[], object]) -> float:
 def main() -> None:
     """Measure, compare and print."""
     parser = argparse.ArgumentParser(description="Costs as ratios to a yardstick.")
-    parser.add_argument("--only", help="names, separated by commas")
+    parser.add_argument(
+        "--only", nargs="+", metavar="NAME", choices=BENCHMARKS, help="some of them"
+    )
     parser.add_argument("--keep", action="store_true", help="make this the baseline")
     options = parser.parse_args()
-    names = options.only.split(",") if options.only else list(BENCHMARKS)
+    names = options.only or list(BENCHMARKS)
     known = json.loads(BASELINE.read_text()) if BASELINE.exists() else {}
     for name in names:
         found = ratio(BENCHMARKS[name]())

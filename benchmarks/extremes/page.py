@@ -42,7 +42,7 @@ def _row(entry: Entry, finding: Finding) -> tuple[str, ...]:
 
 
 def _section(entry: Entry, finding: Finding) -> Iterator[str]:
-    """Yield the promise, what was measured, and what stands against more."""
+    """Yield the promise, what was measured, and why no more is promised."""
     yield from (f"## {entry.number}. {entry.name[0].upper()}{entry.name[1:]}", "")
     yield from textwrap.wrap(entry.promise, _WIDTH)
     yield ""

@@ -1,6 +1,6 @@
 """An integrator of others to judge by: SciPy's DOP853, split at every touch and release.
 
-It knows equation (5) in its own variables and shares nothing with the kernels.
+It solves equation (5) in its own variables and shares nothing with the kernels.
 """
 
 from __future__ import annotations

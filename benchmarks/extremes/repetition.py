@@ -176,8 +176,9 @@ def without_the_compiler() -> Finding:
             "import numpy; from benchmarks.extremes.repetition import sample; "
             f"numpy.savez({str(path)!r}, **sample())"
         )
-        home = str(Path(nlds_vines.__path__[0]).parent)
-        paths = os.pathsep.join(filter(None, [home, os.environ.get("PYTHONPATH", "")]))
+        homes = Path(nlds_vines.__path__[0]).parent, Path(__file__).parents[2]
+        known = (*map(str, homes), os.environ.get("PYTHONPATH", ""))
+        paths = os.pathsep.join(filter(None, known))
         surroundings = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths}
         subprocess.run([sys.executable, "-c", code], env=surroundings, check=True)
         with np.load(path) as stored:

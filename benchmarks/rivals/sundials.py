@@ -71,7 +71,7 @@ def _watching(p: np.ndarray, watch: np.ndarray) -> Callable[..., None]:
 
 
 class _Split:
-    """One orbit on its way from event to event; CVODE interpolates at the times."""
+    """One orbit under way, from event to event; CVODE interpolates at the times."""
 
     def __init__(
         self,

@@ -82,8 +82,8 @@ def row_of(*records: Any) -> Row:
 
 def record_of(record: type[Record], row: Row, **more: Any) -> Record:
     """Return the record that filled a row; `more` are its fields that are no columns."""
-    told = (entry for entry in _described(record) if entry.given and entry.name in row)
-    return record(**{entry.field: entry.kind(row[entry.name]) for entry in told}, **more)
+    described = (entry for entry in _described(record) if entry.given and entry.name in row)
+    return record(**{entry.field: entry.kind(row[entry.name]) for entry in described}, **more)
 
 
 def table_of(columns: Iterable[Dataset], rows: Collection[Row]) -> dict[str, np.ndarray]:

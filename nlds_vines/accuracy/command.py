@@ -59,7 +59,7 @@ def command(rivals: tuple[Rival, ...] = (), module: str = "nlds_vines.accuracy")
         if options.parts:
             return _parts(system, options.dry_run)
         mode = mode_of(options, system, rivals)
-        return _Job.of(options, mode, _told(module, options.argv)).run(options.dry_run)
+        return _Job.of(options, mode, _command_line(module, options.argv)).run(options.dry_run)
 
     return Command(
         name=_NAME,
@@ -133,7 +133,7 @@ class _Job:
 
     @classmethod
     def of(cls, options: Any, mode: Mode, command: str) -> _Job:
-        """Return the job that the options ask for; `command` tells them, for the page."""
+        """Return the job that the options ask for; `command` is the line for the page."""
         archive = Path(options.output or mode.default)
         return cls(
             mode,
@@ -151,7 +151,7 @@ class _Job:
             check_writable("--markdown", self.markdown)
 
     def run(self, dry_run: bool) -> int:
-        """Measure, draw and tell."""
+        """Measure, draw and print."""
         if dry_run:
             print(*(task.name for task in self.mode.survey().tasks), sep="\n")
             return DONE
@@ -159,10 +159,10 @@ class _Job:
         from nlds_vines.accuracy.survey import run
 
         run(self.mode.survey(), self.archive, self.how)
-        self._tell()
+        self._report()
         return DONE
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         """Draw the picture, write the page, print the tables: all from the archive."""
         from nlds_vines.archives.archive import read
         from nlds_vines.archives.durable import in_one_line
@@ -180,7 +180,7 @@ class _Job:
                 print(line, flush=True)
 
 
-def _told(module: str, argv: Sequence[str]) -> str:
+def _command_line(module: str, argv: Sequence[str]) -> str:
     """Return the command with these arguments, without those that only say how it ran."""
     passing = ("--resume", "--overwrite", "--quiet")
     given = [text for text in argv if text not in passing]

@@ -1,4 +1,4 @@
-"""Who competes: both methods of ours and the solvers of others, each at several settings."""
+"""The methods that are compared: ours and the solvers of others, each at several settings."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ class Curve:
 def above(curves: Iterable[Curve], ours: Curve) -> list[tuple[str, float]]:
     """Return at which of `DECADES` a method is cheaper than ours, by name; empty if at none.
 
-    Where ours does not get, whoever does is cheaper.
+    A method that reaches an error which ours does not reach counts as cheaper.
     """
     return [
         (curve.method, error)
@@ -112,7 +112,7 @@ def advised(results: Iterable[Result], want: float | None, label: str) -> Result
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return the points that no other beats in both error and seconds, coarse ones first."""
+    """Return the points than which no other has less error and less seconds, coarse ones first."""
     best: list[tuple[float, float]] = []
     for error, seconds in sorted(points, key=lambda point: (point[1], point[0])):
         if not best or error < best[-1][0]:

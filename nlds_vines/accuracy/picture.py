@@ -61,7 +61,7 @@ def draw_comparison(cases: Sequence[Measured]) -> Figure:
 def draw_stiffness(found: Stiff) -> Figure:
     """Return error and CPU time against K: of each family the method that fares best.
 
-    Gaps are failures, and what leaves the frame has diverged.  Beside the errors stands how far
+    Gaps are failures; points beyond the frame have diverged.  Beside the errors stands how far
     the true orbit is from the rigid limit.
     """
     figure = Figure(figsize=(WIDTH, 2.6 * _PANEL), layout="constrained")

@@ -57,7 +57,7 @@ class Reference(Known):
     E1max: float
 
 
-NOBODY = Reference(
+UNKNOWN = Reference(
     section=np.full((1, 4), np.nan),
     touches=None,
     durations=np.empty(0),

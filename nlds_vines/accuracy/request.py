@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Mode(Protocol):
-    """What is measured, and how it is told; kernels and matplotlib are loaded by its methods."""
+    """What is measured, drawn and printed; kernels and matplotlib are loaded by its methods."""
 
     @property
     def default(self) -> str:

@@ -13,7 +13,7 @@ from nlds_vines.accuracy.cases import Case
 from nlds_vines.accuracy.columns import Row, row_of
 from nlds_vines.accuracy.contenders import Contender, of_rival, ours
 from nlds_vines.accuracy.measure import Truth, measured
-from nlds_vines.accuracy.reference import NOBODY, Reference, reference_of
+from nlds_vines.accuracy.reference import UNKNOWN, Reference, reference_of
 from nlds_vines.accuracy.results import Result
 from nlds_vines.accuracy.rigid import Rigid
 from nlds_vines.accuracy.rivals import Asked, Rival
@@ -78,10 +78,10 @@ def _rows(case: Case, rigid: Callable[[], np.ndarray], rivals: Sequence[Rival]) 
         reference = reference_of(case)
     except RequestError as error:
         results = [Result(contender.setting, failure=str(error)) for contender in methods]
-        return _told(case, NOBODY, math.nan, results)
+        return _rows_of(case, UNKNOWN, math.nan, results)
     truth = Truth(case, reference, "", None)
     results = [_measured(truth, contender) for contender in methods]
-    return _told(case, reference, float(np.abs(reference.section[-1] - rigid()).max()), results)
+    return _rows_of(case, reference, float(np.abs(reference.section[-1] - rigid()).max()), results)
 
 
 def _measured(truth: Truth, contender: Contender) -> Result:
@@ -91,7 +91,7 @@ def _measured(truth: Truth, contender: Contender) -> Result:
     return found if math.isnan(taken) else replace(found, steps=taken)
 
 
-def _told(case: Case, reference: Reference, distance: float, results: list[Result]) -> list[Row]:
+def _rows_of(case: Case, reference: Reference, distance: float, results: list[Result]) -> list[Row]:
     """Return the rows of a stiffness; `distance` is that of the true state from the rigid one."""
     E2 = case.system.parameters.get("E2", math.nan)
     touches = 0 if reference.touches is None else len(reference.touches)

@@ -170,4 +170,5 @@ def _measure(journal: SurveyRun, stop: interrupts.Stop, known: int, quiet: bool)
         for index, following in zip_longest(left, left[1:]):
             stop.check()
             journal.measure(index)
-            progress.note(1, "" if following is None else f"next: {tasks[following].name}")
+            words = "done" if following is None else f"next: {tasks[following].name}"
+            progress.note(1, words)

@@ -84,7 +84,7 @@ def makers() -> dict[str, str]:
 
 @cache
 def version(package: str) -> str:
-    """Return the version of an installed package without importing it; `unknown` if it is not."""
+    """Return the version of a package without importing it; `unknown` if it is not installed."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:

@@ -26,14 +26,14 @@ from nlds_vines.reproduce.claims import (
 from nlds_vines.reproduce.claims.claim import tuning_frequency
 from nlds_vines.reproduce.claims.contact_constants import SPECIAL
 from nlds_vines.reproduce.claims.dampers import FREED, SET6, SETS
-from nlds_vines.reproduce.claims.retention import retained
+from nlds_vines.reproduce.claims.retention import Retained, retained
 from nlds_vines.reproduce.request import FigureRequest
 from nlds_vines.reproduce.request_file import packaged_figures
 
 RETENTION = (("4", "k1"), ("6", "c1"), ("7", "P"))
 """The figures on which one parameter changes, by short name, and that parameter."""
 
-_DAMPERS = (
+_CURVES_OF_DAMPERS = (
     ("3", "none"),
     ("3", "tmd"),
     ("3", "ssbl"),
@@ -42,24 +42,26 @@ _DAMPERS = (
     ("free-tmd", FREED),
 )
 
-_UNSAID = (
+_NOT_PRINTED = (
     "Contact: A, B and q1 of equation (4). K follows from them, and the frequencies of the narrow "
     "regimes follow K; the table of contact stiffness shows how.",
     "Figures 4 and 5: the values of k1. Those here are ours.",
-    "Tables 1 and 2: the bounds of the optimisations. What the TMD of Table 2 is worth without "
-    "them, two of the claims tell.",
+    "Tables 1 and 2: the bounds of the optimisations. Two of the claims compare the TMD of Table 2 "
+    "with one that is tuned without them.",
     "All figures: the frequencies at which they were computed, how much of the transient was left "
-    "out, and whether an orbit begins at rest or on its neighbour's attractor. Here: every orbit "
-    "from rest, the energies those of the steady state, the grids in the request files.",
+    "out, and whether an orbit begins at rest or on its neighbour's attractor. Here every orbit "
+    "begins at rest, the energies are those of the steady state, and the grids stand in the "
+    "request files.",
     "Equation (1) reads as if it bounded the motion; here it is the condition of contact, as "
     "equations (3) and (5) have it.",
 )
 
 
 def write(path: Path, archives: Path, picture: str) -> None:
-    """Write the report to `path` from what lies in the folder `archives`.
+    """Write the report in Markdown to `path`; nothing is computed but closed forms.
 
-    Arguments: `picture` is the suffix of the pictures, which lie beside the report.
+    Arguments: the path; `archives`, the folder of the archives; `picture`, the suffix of the
+    pictures, which lie beside the report.
 
     Raises `RequestError` where the report cannot be written or an archive cannot be read.
     """
@@ -76,7 +78,7 @@ def write(path: Path, archives: Path, picture: str) -> None:
 
 @dataclass(frozen=True)
 class _Report:
-    """What the report is made of."""
+    """The report: all requests by short name, the evidence, its folder, the pictures' suffix."""
 
     requests: Mapping[str, FigureRequest]
     evidence: Evidence
@@ -84,7 +86,7 @@ class _Report:
     picture: str
 
     def lines(self) -> Iterator[str]:
-        """Yield the report."""
+        """Yield the report, a line at a time."""
         yield "# The paper, claim by claim"
         yield ""
         yield (
@@ -98,10 +100,11 @@ class _Report:
         yield from self._retention()
         yield from self._stiffness()
         yield from _heading("What the paper does not say")
-        yield from (f"- {text}" for text in _UNSAID)
+        yield from (f"- {text}" for text in _NOT_PRINTED)
         yield from self._figures()
 
     def _claims(self) -> Iterator[str]:
+        """Yield the tables of claims and of checks against closed forms, with their verdicts."""
         found = [(claim, judge(claim, self.evidence)) for claim in CLAIMS]
         count = Counter(finding.verdict for _, finding in found)
         total = ", ".join(f"{count[v]} {v}" for v in Verdict if count[v])
@@ -114,8 +117,8 @@ class _Report:
         yield from table(head, rows)
         yield from _heading("The program against closed forms")
         facts = ((claim, judge(claim, self.evidence)) for claim in FACTS)
-        rows4 = ((c.says, f.text, f"**{f.verdict}**", self._see(c)) for c, f in facts)
-        yield from table(("check", "what comes out", "verdict", "see"), rows4)
+        checks = ((c.statement, f.text, f"**{f.verdict}**", self._see(c)) for c, f in facts)
+        yield from table(("check", "what comes out", "verdict", "see"), checks)
 
     def _see(self, claim: Claim) -> str:
         """Return a link to the picture of a claim."""
@@ -125,6 +128,7 @@ class _Report:
         return f"[{text.removeprefix('study-')}]({request.name}.{self.picture})"
 
     def _dampers(self) -> Iterator[str]:
+        """Yield the table of the dampers and what each achieves."""
         yield from _heading("The dampers")
         tuned = tuning_frequency()
         yield "Steady state from rest; the reduction is that of the peak without a damper."
@@ -137,7 +141,7 @@ class _Report:
             "reduction",
             "E2max [J]",
         )
-        yield from table(head, filter(None, (self._damper(*curve) for curve in _DAMPERS)))
+        yield from table(head, filter(None, (self._damper(*curve) for curve in _CURVES_OF_DAMPERS)))
 
     def _damper(self, figure: str, name: str) -> tuple[str, ...] | None:
         """Return a row of the table of dampers; None for one that has not been computed."""
@@ -158,6 +162,7 @@ class _Report:
         )
 
     def _retention(self) -> Iterator[str]:
+        """Yield the tables of what remains of the tuning when a parameter changes."""
         yield from _heading("Retention of tuning")
         yield (
             "Each damper keeps its values while one number of structure or force changes. "
@@ -169,41 +174,18 @@ class _Report:
             yield from self._retention_table(short, parameter)
 
     def _retention_table(self, short: str, parameter: str) -> Iterator[str]:
+        """Yield the table of one changed parameter, from the figure of that short name."""
         try:
             rows = retained(self.requests[short], parameter, self.evidence, short)
         except Missing as missing:
             yield f"{parameter}: {missing}."
             return
-        unit = PARAMETERS[parameter].unit
-        there = f"E1max at {tuning_frequency():g} rad/s [J]"
-        head = (
-            "damper",
-            f"{parameter} [{unit}]",
-            "peak [J]",
-            "at [rad/s]",
-            "ratio",
-            there,
-            "ratio",
-            "left",
-        )
-        yield from table(
-            head,
-            (
-                (
-                    catalogue()[row.damper].title,
-                    _marked(row.value, catalogue()[row.damper].parameters[parameter]),
-                    f"{row.peak:.1f}",
-                    f"{row.omega:.3f}",
-                    f"{row.relative:.2f}",
-                    f"{row.tuned:.1f}",
-                    f"{row.relative_tuned:.2f}",
-                    f"{row.left:.2f}",
-                )
-                for row in rows
-            ),
-        )
+        head = ("damper", f"{parameter} [{PARAMETERS[parameter].unit}]", "peak [J]", "at [rad/s]")
+        tuned = f"E1max at {tuning_frequency():g} rad/s [J]"
+        yield from table((*head, "ratio", tuned, "ratio", "left"), map(_retention_cells, rows))
 
     def _stiffness(self) -> Iterator[str]:
+        """Yield the table of the labels at the special frequencies by contact stiffness."""
         yield from _heading("Contact stiffness and the special regimes")
         try:
             study = self.evidence("stiffness", SET6)
@@ -222,28 +204,40 @@ class _Report:
         yield from table(("K [N/m^1.5]", *(f"{omega:.3f} rad/s" for omega in SPECIAL)), rows)
 
     def _figures(self) -> Iterator[str]:
+        """Yield the pictures beside the report; a link where Markdown cannot show them."""
         yield "\n## Figures"
         for request in self.requests.values():
             name = f"{request.name}.{self.picture}"
             if (self.folder / name).exists():
                 yield ""
-                yield (
-                    f"![{request.title}]({name})"
-                    if self.picture != "pdf"
-                    else f"[{request.title}]({name})"
-                )
-        if not any(request.kind == "portrait" for request in self.requests.values()):
-            yield ""
-            yield "Figures 9 to 12, portraits of single orbits, are not part of this version."
+                yield f"{'' if self.picture == 'pdf' else '!'}[{request.title}]({name})"
 
 
 def _heading(text: str) -> Sequence[str]:
+    """Return the lines of a heading."""
     return "", f"## {text}", ""
 
 
 def _with_rule(claim: Claim) -> str:
-    return f"{claim.says} *({claim.rule})*" if claim.rule else claim.says
+    """Return a claim, and its rule if it has one."""
+    return f"{claim.statement} *({claim.rule})*" if claim.rule else claim.statement
+
+
+def _retention_cells(row: Retained) -> tuple[str, ...]:
+    """Return the cells of a row of the table of retention."""
+    damper = catalogue()[row.damper]
+    return (
+        damper.title,
+        _marked(row.value, damper.parameters[row.parameter]),
+        f"{row.peak:.1f}",
+        f"{row.omega:.3f}",
+        f"{row.relative:.2f}",
+        f"{row.tuned:.1f}",
+        f"{row.relative_tuned:.2f}",
+        f"{row.left:.2f}",
+    )
 
 
 def _marked(value: float, base: float) -> str:
+    """Return a value in words, bold where it is that of the tuning."""
     return f"**{value:g}**" if value == base else f"{value:g}"

@@ -4,7 +4,7 @@ In reading order:
 
     survival   Kaplan-Meier curve and exponential law of lifetimes
     ensemble   the starts of one cell of an archive: which settled, when, where
-    picture    both drawn
+    picture    the curve with its law, and the shares of the final regimes
     command    `python -m nlds_vines.transients` and `nv.transients`
 """
 

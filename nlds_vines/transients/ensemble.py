@@ -1,7 +1,7 @@
-"""An ensemble: many orbits of one cell from different starts; how long each took, where it ended.
+"""An ensemble: many orbits of one cell from different starts, how long each took, where it ended.
 
-Arrays in, numbers and words out.  A lifetime is the number of forcing periods before an orbit
-settled; one that had not settled when the verdict stopped watching is censored there.
+A lifetime is the number of forcing periods before an orbit settled.  The lifetime of an orbit that
+had not settled when it was last watched is censored.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
 
 NEEDED = ("label", "settling", "watched")
-"""What an archive must hold: want = ["regime", "settling", "evidence"]."""
+"""The datasets that an archive must hold; they are those of regime, settling and evidence."""
 
 _NO_LIFETIME = ("failed", "quasiperiodic", "")
-"""Final regimes without a known time at which they were reached."""
+"""Final regimes that have no known time of settling; "" is the label of an orbit not computed."""
 
 
 @dataclass(frozen=True)
 class Share:
     """How many of `total` starts ended in a regime, and how many of these passed through chaos.
 
-    `low` and `high` are the ends of Wilson's interval of the share.
+    `low` and `high` are the ends of Wilson's interval of the share, from 0 to 1.
     """
 
     label: str
@@ -45,19 +45,19 @@ class Share:
 
     @property
     def share(self) -> float:
-        """From 0 to 1."""
+        """The share of the starts, from 0 to 1."""
         return self.count / self.total
 
 
 @dataclass(frozen=True)
 class Ensemble:
-    """The final regimes and lifetimes of the starts of one cell.
+    """The results of the starts of one cell.
 
     Arguments:
-        labels: the regime of each, strings in an object array (n,).
-        settling: forcing periods until it settled, -1 where it did not.
-        watched: forcing periods that the verdict looked at.
-        delay: periods after which a transient counts as one, for the exponential law.
+        labels: the regime of each start, strings in an object array (n,).
+        settling: forcing periods until it settled, -1 where it did not, (n,).
+        watched: forcing periods for which it was watched, (n,).
+        delay: forcing periods from which the exponential law is fitted.
         level: confidence of all intervals.
     """
 
@@ -68,42 +68,42 @@ class Ensemble:
     level: float = LEVEL
 
     def __post_init__(self) -> None:
-        """Check that there are as many of each, and some at all."""
+        """Raise `RequestError` unless there are as many of each, and at least one."""
         sizes = {np.size(self.labels), np.size(self.settling), np.size(self.watched)}
         if len(sizes) > 1 or sizes == {0}:
             raise RequestError("an ensemble needs labels, settling and watched of as many starts")
 
     @cached_property
     def counted(self) -> np.ndarray:
-        """Which starts have a lifetime (n,): not those that failed or whose regime has no date."""
+        """Which starts have a lifetime, (n,): all whose final regime has a time of settling."""
         return ~np.isin(finals(self.labels).astype(np.str_), _NO_LIFETIME)
 
     @property
     def times(self) -> np.ndarray:
-        """Lifetimes [forcing periods] of those counted, or how long these were watched."""
+        """Lifetimes [forcing periods] of the `counted` starts, or how long these were watched."""
         settled = self.settling >= 0
         return np.where(settled, self.settling, self.watched)[self.counted].astype(float)
 
     @property
     def ended(self) -> np.ndarray:
-        """Which of `times` are lifetimes; the others are censored."""
+        """Which of `times` are whole lifetimes; the others are censored."""
         return (self.settling >= 0)[self.counted]
 
     @cached_property
     def survival(self) -> Survival:
-        """The share still unsettled against time, by Kaplan and Meier."""
+        """The share that has not settled against time, by Kaplan and Meier."""
         return survival(self.times, self.ended, self.level)
 
     @cached_property
     def decay(self) -> Decay | None:
-        """The exponential law beyond the delay; None where no lifetime is as long."""
+        """The exponential law beyond the delay; None where no lifetime is longer."""
         if not (self.times > self.delay).any():
             return None
         return decay(self.times, self.ended, self.delay, self.level)
 
     @cached_property
     def shares(self) -> tuple[Share, ...]:
-        """The final regimes, the most frequent first."""
+        """The final regimes with their shares, the most frequent first."""
         ends, total = finals(self.labels), self.labels.size
         return tuple(
             Share(
@@ -117,7 +117,7 @@ class Ensemble:
         )
 
     def lines(self) -> Iterator[str]:
-        """Yield the shares and lifetimes, in words."""
+        """Yield the report of the ensemble, a line at a time."""
         yield f"{'ended in':<16}{'starts':>7}  {'share':>7}  {self.level:.0%} interval"
         for entry in self.shares:
             interval = f"{entry.low:.2%} to {entry.high:.2%}"
@@ -127,29 +127,32 @@ class Ensemble:
         yield from self._lifetimes()
 
     def _lifetimes(self) -> Iterator[str]:
+        """Yield the lines on lifetimes: how many settled, quantiles, the exponential law."""
         if not self.counted.any():
             yield "lifetimes: none, no start ended in a regime that has one"
             return
         settled, total = int(self.ended.sum()), int(self.counted.sum())
         yield f"settled: {settled} of {total}{self._censored()}"
         quantiles = (self.survival.quantile(q) for q in (0.5, 0.9, 0.99))
-        times = (
+        words = (
             f"{q} by {time:g}" if np.isfinite(time) else f"{q} not yet"
             for q, time in zip(("half", "90%", "99%"), quantiles, strict=True)
         )
-        yield f"  forcing periods until then: {', '.join(times)}"
+        yield f"  forcing periods until then: {', '.join(words)}"
         if self.decay is None:
             yield f"  none lasted beyond {self.delay:g} periods: no law of decay"
             return
         yield f"  beyond {self.delay:g} periods: {self._law(self.decay)}"
 
     def _censored(self) -> str:
+        """Return in words how long the starts that did not settle were watched."""
         open_ends = self.times[~self.ended]
         if not open_ends.size:
             return ""
         return f"; the others watched for {open_ends.min():g} to {open_ends.max():g} periods"
 
     def _law(self, law: Decay) -> str:
+        """Return the exponential law in words."""
         if law.ended == 0:
             return f"none ended; mean lifetime of {1 / law.high:.4g} periods or more"
         return (
@@ -164,10 +167,10 @@ def ensemble_of(
 ) -> Ensemble:
     """Return the ensemble of one cell of an archive.
 
-    Arguments: an open archive; the place of the cell along each varied parameter, by default the
-    first; `delay` and `level` of the `Ensemble`.
+    Arguments: an open archive; the index of the cell along each varied parameter, by default 0;
+    `delay` and `level` of the `Ensemble`.
 
-    Raises `RequestError` where the archive does not hold what is `NEEDED`.
+    Raises `RequestError` where the archive does not hold the datasets in `NEEDED`.
     """
     missing = [name for name in NEEDED if name not in view]
     if missing:
@@ -179,7 +182,7 @@ def ensemble_of(
 
 
 def _all_watched(view: ArchiveView, watched: np.ndarray) -> np.ndarray:
-    """Return how long each was watched: the scan's own periods where the verdict gives none."""
+    """Return how long each was watched: the scan's own periods where `watched` is not known."""
     sampling = parse_toml(view.attrs["scan"], str(view.path))["sampling"]
     own = sampling["transient"] + sampling["periods"]
     return np.where(np.isfinite(watched), watched, own)

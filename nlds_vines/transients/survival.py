@@ -1,7 +1,7 @@
-"""How long something lasts, from lifetimes some of which were only watched for a while.
+"""Statistics of lifetimes, some of which are censored: survival curve, exponential law, shares.
 
-A lifetime that had not ended when watching stopped is censored: it is known to be longer.  Nothing
-here knows of orbits.
+A lifetime that had not ended when watching stopped is censored: it is known only to be longer.
+The functions take plain arrays and know nothing of orbits.
 """
 
 from __future__ import annotations
@@ -15,18 +15,19 @@ import numpy as np
 from nlds_vines.errors import RequestError
 
 LEVEL = 0.95
-"""The default confidence of all intervals."""
+"""Confidence of all intervals, by default."""
 
 
 @dataclass(frozen=True)
 class Survival:
-    """The Kaplan-Meier estimate: a step function that falls at each time at which something ended.
+    """The Kaplan-Meier estimate, a step function that falls where lifetimes end.
 
-    Attributes:
-        times: where it falls, ascending, in the unit of the lifetimes.
-        share: surviving from each of them on; before the first it is 1.
+    Attributes, all of shape (m,):
+        times: the different times at which lifetimes ended, ascending, in the unit of those.
+        share: the surviving share from each of these times on; before the first it is 1.
         low, high: the ends of its interval (log-log; NaN where all or none survive).
-        at_risk: how many were alive and watched just before each time; `ended`: how many ended.
+        at_risk: how many were alive and watched just before each time.
+        ended: how many ended at each time.
     """
 
     times: np.ndarray
@@ -37,17 +38,20 @@ class Survival:
     ended: np.ndarray
 
     def quantile(self, q: float) -> float:
-        """Return the first time at which at least a share `q` has ended; NaN if it never did."""
+        """Return the first time by which at least the share `q` has ended; NaN if there is none."""
         reached = np.flatnonzero(self.share <= 1.0 - q + 1e-12)
         return float(self.times[reached[0]]) if reached.size else float("nan")
 
 
 @dataclass(frozen=True)
 class Decay:
-    """An exponential law of lifetimes beyond `delay`: share(t) ~ exp(-rate (t - delay)).
+    """An exponential law of lifetimes beyond a delay: share(t) ~ exp(-rate (t - delay)).
 
-    Attributes: `rate` per unit of the lifetimes with the interval (low, high); how many `ended`;
-    the `exposure`, all time watched beyond the delay; the `delay`.
+    Attributes:
+        rate: per unit of the lifetimes; low, high: the ends of its interval.
+        ended: how many lifetimes ended beyond the delay.
+        exposure: the sum of all times watched beyond the delay.
+        delay: the time from which the law holds.
     """
 
     rate: float
@@ -66,41 +70,49 @@ class Decay:
 def survival(times: Any, ended: Any, level: float = LEVEL) -> Survival:
     """Return the Kaplan-Meier estimate of lifetimes.
 
-    Arguments: `times` (n,) watched, >= 0; `ended` (n,), whether the life ended then (True) or only
-    the watching (False); what ends and what is last watched at one time: the former comes first.
+    Arguments:
+        times: how long each was watched, >= 0, shape (n,).
+        ended: whether the lifetime ended then (True) or only the watching (False), shape (n,).  Of
+            both at the same time, the lifetime ends first.
+        level: the confidence of the interval.
 
     S(t) = prod over t_i <= t of (1 - d_i / n_i), with d_i that ended at t_i of n_i at risk.  The
-    interval is that of ln(-ln S) with Greenwood's variance, which stays within 0 and 1.
+    interval is that of ln(-ln S) with Greenwood's variance; it stays within 0 and 1.  Both are
+    those of `scipy.stats.ecdf`.
 
-    Raises `RequestError` where nothing is given, or times that are no times.
+    Source: Kaplan and Meier (1958), J. Am. Stat. Assoc. 53, 457-481.
+
+    Raises `RequestError` for no lifetimes, and for times that are negative or not finite.
     """
     from scipy import stats
 
     times, ended = _checked(times, ended)
     data = stats.CensoredData(uncensored=times[ended], right=times[~ended])
     estimate = stats.ecdf(data).sf
-    own = np.isin(estimate.quantiles, times[ended])  # it also lists the times of censoring
-    low, high = _interval(estimate, level) if ended.any() else (np.empty(0), np.empty(0))
-    found = estimate.quantiles[own]
+    falls, count = np.unique(times[ended], return_counts=True)
+    own = np.isin(estimate.quantiles, falls)  # SciPy also lists the times of censoring
+    low, high = _interval(estimate, level) if falls.size else (np.empty(0), np.empty(0))
     return Survival(
-        times=found,
+        times=falls,
         share=estimate.probabilities[own],
         low=low[own] if low.size else low,
         high=high[own] if high.size else high,
-        at_risk=np.array([np.count_nonzero(times >= t) for t in found], dtype=np.int64),
-        ended=np.array([np.count_nonzero(times[ended] == t) for t in found], dtype=np.int64),
+        at_risk=times.size - np.searchsorted(np.sort(times), falls),
+        ended=count,
     )
 
 
 def decay(times: Any, ended: Any, delay: float = 0.0, level: float = LEVEL) -> Decay:
-    """Return the exponential law that makes the lifetimes most likely (arguments as `survival`).
+    """Return the exponential law under which the lifetimes are most likely.
 
-    Lives that do not reach beyond `delay` do not count.  With d that ended of an exposure E, the
-    sum of all times beyond the delay, the rate is d / E; its interval is that of a Poisson count,
-    chi2(a/2; 2d) / 2E to chi2(1 - a/2; 2d + 2) / 2E, which holds at least the `level` = 1 - a
-    whatever ended the watching.
+    Arguments: `times`, `ended` and `level` as of `survival`; lifetimes that do not reach beyond
+    `delay` are left out.
 
-    Raises `RequestError` as `survival` does, and where nothing reaches beyond the delay.
+    With d lifetimes that ended and the exposure E, the sum of all times beyond the delay, the rate
+    is d / E.  Its interval is that of a Poisson count, chi2(a/2; 2d) / 2E to
+    chi2(1 - a/2; 2d + 2) / 2E with a = 1 - `level`; its confidence is at least `level`.
+
+    Raises `RequestError` as `survival` does, and where no lifetime reaches beyond the delay.
     """
     from scipy.stats import chi2
 
@@ -116,7 +128,7 @@ def decay(times: Any, ended: Any, delay: float = 0.0, level: float = LEVEL) -> D
 
 
 def share_interval(count: int, total: int, level: float = LEVEL) -> tuple[float, float]:
-    """Return the ends of Wilson's interval of a share, `count` of `total` > 0."""
+    """Return the ends of Wilson's interval of the share `count` / `total`, with `total` > 0."""
     from scipy.stats import binomtest
 
     found = binomtest(count, total).proportion_ci(level, method="wilson")
@@ -124,20 +136,20 @@ def share_interval(count: int, total: int, level: float = LEVEL) -> tuple[float,
 
 
 def _interval(estimate: Any, level: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the log-log interval at each time; NaN, as it must be, where S is 0 or 1."""
+    """Return the log-log interval at each time; it is NaN where S is 0 or 1."""
     with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore", RuntimeWarning)  # says that there are such places
+        warnings.simplefilter("ignore", RuntimeWarning)  # about these places
         found = estimate.confidence_interval(level, method="log-log")
     return np.asarray(found.low.probabilities), np.asarray(found.high.probabilities)
 
 
 def _checked(times: Any, ended: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return times as floats and `ended` as truth values, both of the same shape (n,), n > 0."""
+    """Return times as floats and `ended` as booleans, both of shape (n,), n > 0."""
     times, ended = np.asarray(times, dtype=float).ravel(), np.asarray(ended, dtype=bool).ravel()
     if times.size != ended.size:
-        raise RequestError(f"{times.size} times and {ended.size} endings: they must be as many")
+        raise RequestError(f"{times.size} times and {ended.size} endings: must be as many")
     if not times.size:
-        raise RequestError("no lifetimes: nothing can be said of none")
+        raise RequestError("no lifetimes given: at least one is needed")
     if not (np.isfinite(times) & (times >= 0.0)).all():
         raise RequestError("lifetimes must be finite numbers of 0 or more")
     return times, ended

@@ -196,7 +196,8 @@ def says_why(path, node):
     """Tell whether a comment above or at the head of a function begins with `hot:`."""
     lines = path.read_text(encoding="utf-8").splitlines()
     first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
-    head = lines[max(first - 3, 0) : node.body[0].lineno]
+    begin = node.body[min(1, len(node.body) - 1)].lineno  # the statement after the docstring
+    head = lines[max(first - 3, 0) : begin]
     return any(line.strip().startswith("# hot:") for line in head)
 
 

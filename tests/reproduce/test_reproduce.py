@@ -6,8 +6,8 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
+import paper_results as paper
 import pytest
-import worlds
 from matplotlib.colors import to_hex
 
 from nlds_vines.archives.archive import verify
@@ -215,12 +215,12 @@ def test_a_portrait_is_handed_to_its_command(here, monkeypatch, capsys):
 def archives(tmp_path_factory):
     """Made-up archives of all packaged requests but the largest: results as published."""
     folder = tmp_path_factory.mktemp("archives")
-    evidence = worlds.made_up()
-    for short, request in worlds.requests().items():
+    evidence = paper.made_up()
+    for short, request in paper.requests().items():
         for curve in request.curves:
             path = folder / request.archive(curve)
             if not path.exists() and "section" not in curve.scan.want:
-                worlds.write_archive(path, curve.scan, evidence(short, curve.name).numbers)
+                paper.write_archive(path, curve.scan, evidence(short, curve.name).numbers)
     return folder
 
 
@@ -230,7 +230,7 @@ def test_the_report_holds_claims_retention_stiffness_and_what_is_missing(tmp_pat
     report.write(path, archives, "png")
     text = path.read_text()
     for claim in report.CLAIMS:
-        assert f"| {claim.says}" in text
+        assert f"| {claim.statement}" in text
     for verdict in ("agree", "differ", "cannot be decided", "not computed"):
         assert f"**{verdict}**" in text
     assert "| Tuned mass damper | **39500** | 660.4 | 6.210 | 1.00 | 635.1 | 1.00 | 0.42 |" in text
@@ -260,7 +260,7 @@ def test_a_report_that_cannot_be_written_leaves_nothing(tmp_path, archives):
 
 
 def page_of(short, archives):
-    request = worlds.requests()[short]
+    request = paper.requests()[short]
     return request, drawing.draw_page(request, lambda curve: archives / request.archive(curve))
 
 
@@ -269,7 +269,7 @@ def test_curves_are_the_archives_energies_solid_and_dotted(archives):
     (frame,) = figure.axes
     lines = {(line.get_color(), line.get_linestyle()): line for line in frame.get_lines()}
     damped = request.curves[3]
-    evidence = worlds.made_up()("3", "ssul-set6")
+    evidence = paper.made_up()("3", "ssul-set6")
     np.testing.assert_array_equal(lines[damped.colour, "-"].get_ydata(), evidence["E1max"])
     of_damper = [line for line in frame.get_lines() if line._unscaled_dash_pattern[1] == (1, 1.6)]
     assert [line.get_color() for line in of_damper] == [c.colour for c in request.curves[1:]]
@@ -283,12 +283,12 @@ def test_curves_are_the_archives_energies_solid_and_dotted(archives):
 
 
 def test_impacts_are_yellow_and_windows_without_them_stand_between_dashed_lines(tmp_path):
-    request = worlds.requests()["2b"]
+    request = paper.requests()["2b"]
     (curve,) = request.curves
     omega = curve.scan.axes[0].values
     free = ((omega > 7.5) & (omega < 7.7)) | ((omega > 7.899) & (omega < 7.901))
     numbers = {"E1max": omega, "E2max": omega, "impacts": np.where(free, 0, 120)}
-    path = worlds.write_archive(tmp_path / "a.h5", curve.scan, numbers)
+    path = paper.write_archive(tmp_path / "a.h5", curve.scan, numbers)
     (frame,) = drawing.draw_page(request, lambda _: path).axes
     yellow = [patch for patch in frame.patches if to_hex(patch.get_facecolor()) == drawing.IMPACTS]
     spans = [(p.get_x(), p.get_x() + p.get_width()) for p in yellow]
@@ -335,13 +335,13 @@ def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):
 
 
 def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archives):
-    request = worlds.requests()["3"]
+    request = paper.requests()["3"]
     paths = [tmp_path / name for name in ("a.png", "b.png")]
     for path in paths:
         drawing.save_page(request, lambda curve: archives / request.archive(curve), path)
     assert paths[0].read_bytes() == paths[1].read_bytes()
     with pytest.raises(RequestError, match="kind 'scan'"):
-        drawing.draw_page(worlds.requests()["8"], never)
+        drawing.draw_page(paper.requests()["8"], never)
     with pytest.raises(RequestError, match=r"\.png"):
         drawing.save_page(request, never, tmp_path / "a.gif")
 
@@ -352,7 +352,7 @@ def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archive
 @pytest.mark.long
 def test_the_whole_paper_is_reproduced(tmp_path):
     text = reproduce_paper(tmp_path / "out").read_text()
-    for request in worlds.requests().values():
+    for request in paper.requests().values():
         assert (tmp_path / "out" / f"{request.name}.png").stat().st_size > 0
     assert "not computed" not in text
     assert text.count("**agree**") >= 25
@@ -364,4 +364,4 @@ def test_one_figure_by_name(tmp_path, monkeypatch):
         reproduce_paper(tmp_path / "out", only=["2b"])
     with pytest.raises(RequestError, match="unknown figure"):
         reproduce_paper(tmp_path / "out", only=["x"])
-    assert load_figure(Path(worlds.requests()["2b"].path)).name == "figure2b"
+    assert load_figure(Path(paper.requests()["2b"].path)).name == "figure2b"

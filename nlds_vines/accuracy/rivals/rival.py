@@ -18,7 +18,7 @@ from nlds_vines.model.system import System
 
 SAMPLES = 512  # states of a period among which peaks of E1 are looked for
 NEARLY = 0.05  # of the largest, which peaks are looked at more closely
-LOOKS = 4096  # states of a period among which touches are looked for by who has no events
+LOOKS = 4096  # states of a period among which touches are looked for where a solver has no events
 CLOSER, SAMPLES_OF_PEAK = 2, 64  # how often, and by how many states between its neighbours
 BUDGET = 10**6  # compiled steps of a forcing period after which a rival gives up
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)  # settings, where nothing speaks against one
@@ -49,9 +49,9 @@ class Course:
         section: x1, v1, x2, v2 [m, m/s] at t = T, 2T, ..., shape (periods, 4); (periods, 2), x1
             and v1, without a damper.
         touches: times of touch [s] in order; None where this way of using the solver cannot tell,
-            and where nobody asked. A contact in which the orbit begins is no touch.
+            and where they were not asked for. A contact in which the orbit begins is no touch.
         E1max: largest E1 [J] over the last half of the periods; None unless watched.
-        steps_in_contact: mean number of steps of a contact, where it can be told cheaply: by SciPy,
+        steps_in_contact: mean number of steps of a contact, where it is known at no cost: by SciPy,
             heyoka and diffrax with events, watched, once a contact has ended; else None.
         seconds: CPU time [s] of the time loop where it ran in another process, else None.
     """
@@ -207,7 +207,7 @@ def _seen(
     """Return the times of touch [s] that show among `LOOKS` states of a period.
 
     Between two of these the approach is the cubic that has their depths and speeds.  None where a
-    solver fits its steps to the times: who looks closely then follows another orbit than `track`.
+    solver fits its steps to the times: more times then mean another orbit than `track`.
     """
     spacing = system.period / LOOKS
     times = spacing * np.arange(LOOKS * len(track.states) + 1)
@@ -253,7 +253,7 @@ def _largest_energy(
 
     def energies(at: np.ndarray) -> np.ndarray:
         moments, places = np.unique(np.clip(at, times[0], times[-1]), return_inverse=True)
-        later = moments[moments > 0.0]  # at t = 0 nobody has to be asked
+        later = moments[moments > 0.0]  # the state at t = 0 is the start
         states = np.vstack([start] * (len(moments) - len(later)) + [follow(later, False).states])
         return _energy_of(system, states)[places].reshape(at.shape)
 

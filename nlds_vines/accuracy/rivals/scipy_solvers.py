@@ -46,7 +46,7 @@ _ORDERS = {"RK45": 5.0, "DOP853": 8.0, "Radau": 5.0, "BDF": None, "LSODA": None}
 
 
 class _Run:
-    """One orbit on its way: its state, its kind of piece, and what is noted of it."""
+    """One orbit under way: its state, its kind of piece, and what is noted of it."""
 
     def __init__(
         self, p: np.ndarray, start: np.ndarray, times: np.ndarray, split: bool, watched: bool

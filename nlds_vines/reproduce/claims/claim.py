@@ -1,4 +1,4 @@
-"""A claim, the evidence that it is checked against, and the verdicts there are."""
+"""A claim, the data that it is checked against, and the verdict."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from nlds_vines.model.system import System
 from nlds_vines.reproduce.request import FigureRequest
 
 CLOSE = 1e-9
-"""How near a grid's frequency must be to the one asked for [rad/s]."""
+"""The largest distance of a frequency on a grid from the one asked for [rad/s]: round-off."""
 
 
 class Verdict(StrEnum):
-    """What may come of a check."""
+    """The possible results of a check."""
 
     AGREE = "agree"
     DIFFER = "differ"
@@ -30,19 +30,25 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """What a check found: the verdict, and what was measured in one line."""
+    """The result of a check: the verdict, and in one line what was measured."""
 
     verdict: Verdict
     text: str
 
 
 class Missing(LookupError):
-    """What a claim is checked against has not been computed."""
+    """Raised where the data for a check have not been computed."""
 
 
 @dataclass(frozen=True)
 class Data:
-    """The first start of an archive: the values of its axes, and its numbers and labels by name."""
+    """The results of the first start in an archive.
+
+    Attributes:
+        system: of the scan.
+        axes: the values of the varied parameters by name.
+        numbers: recorded numbers and labels by name, each of the shape of the cells.
+    """
 
     system: System
     axes: Mapping[str, np.ndarray]
@@ -50,11 +56,11 @@ class Data:
 
     @property
     def omega(self) -> np.ndarray:
-        """Frequencies of the force [rad/s]."""
+        """The frequencies of the force [rad/s], shape (n,)."""
         return self.axes["omega"]
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """Return an array of one value for each cell; `Missing` if it was not recorded."""
+        """Return the values of a recorded number; raise `Missing` if it was not recorded."""
         if name not in self.numbers:
             raise Missing(f"{self.system.name}: {name} was not recorded")
         return self.numbers[name]
@@ -65,11 +71,11 @@ class Data:
         return float(self[name][place]), float(self.omega[place])
 
     def at(self, omega: float, name: str = "E1max") -> float:
-        """Return the value at one frequency of the grid; `Missing` if it is not on it."""
+        """Return the value at a frequency; raise `Missing` if the grid does not have it."""
         return float(self[name][self.place(omega)])
 
     def place(self, omega: float) -> int:
-        """Return the index of a frequency of the grid; `Missing` if it is not on it."""
+        """Return the index of a frequency; raise `Missing` if the grid does not have it."""
         place = int(np.argmin(np.abs(self.omega - omega)))
         if abs(self.omega[place] - omega) > CLOSE:
             raise Missing(f"{omega:g} rad/s is not on the grid")
@@ -87,22 +93,22 @@ class Claim:
     """One claim of the paper.
 
     Arguments:
-        where: the section, table or equation it stands in.
-        says: what it says, in words of ours.
+        where: the section, table or equation of the paper.
+        statement: the claim in our own words.
         figure: short name of the request whose picture shows it.
-        check: what is measured, and the verdict.
-        rule: what a vague word (similar, slight) is taken to mean.
+        check: measures and decides; raises `Missing` without the data.
+        rule: the meaning that a vague word (similar, slight) is given here.
     """
 
     where: str
-    says: str
+    statement: str
     figure: str
     check: Check
     rule: str = ""
 
 
 def judge(claim: Claim, evidence: Evidence) -> Finding:
-    """Return what comes of a claim; without what it needs it counts as not computed."""
+    """Return the finding of a claim's check: "not computed" where its data are missing."""
     try:
         return claim.check(evidence)
     except Missing as missing:
@@ -110,12 +116,15 @@ def judge(claim: Claim, evidence: Evidence) -> Finding:
 
 
 def decided(holds: bool | np.bool_, text: str) -> Finding:
-    """Return the finding of a check that can be decided."""
+    """Return the finding of a check with a definite result: agree where the claim `holds`."""
     return Finding(Verdict.AGREE if holds else Verdict.DIFFER, text)
 
 
 def archived(requests: Mapping[str, FigureRequest], folder: Path) -> Evidence:
-    """Return the evidence that lies in the archives of a folder."""
+    """Return the evidence in the archives of a folder.
+
+    Arguments: the requests by short name; the `folder` of their archives.
+    """
 
     @cache
     def of(figure: str, name: str) -> Data:
@@ -132,7 +141,7 @@ def archived(requests: Mapping[str, FigureRequest], folder: Path) -> Evidence:
 
 
 def _load(path: Path, system: System) -> Data:
-    """Return the first start of an archive, but for the sections."""
+    """Return the data of an archive: everything that has one value for each orbit."""
     with read(path) as view:
         whole = [name for name in view.names if view.dims(name) == (*view.axes, "start")]
         numbers = {name: view.take(name, start=0) for name in whole}
@@ -140,12 +149,12 @@ def _load(path: Path, system: System) -> Data:
 
 
 def tuning_frequency() -> float:
-    """Return the frequency that the dampers were tuned at [rad/s]."""
+    """Return the frequency for which the dampers were tuned [rad/s]."""
     return catalogue()["ssul-set6"].parameters["omega"]
 
 
 def spans(omega: np.ndarray, chosen: np.ndarray) -> list[tuple[float, float]]:
-    """Return the first and the last frequency of each run of chosen cells."""
+    """Return the first and the last frequency of each run of `chosen` cells, both (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))
     pairs = zip(edges[::2], edges[1::2], strict=True)
     return [(float(omega[first]), float(omega[last - 1])) for first, last in pairs]

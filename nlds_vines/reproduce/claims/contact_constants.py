@@ -1,4 +1,4 @@
-"""Section 2: the contact stiffness, which the paper does not fix."""
+"""Section 2: the mass of the damper, and the contact stiffness, which the paper does not fix."""
 
 from __future__ import annotations
 
@@ -28,11 +28,12 @@ def _mass(evidence: Evidence) -> Finding:
     return decided(abs(share - 0.06) < 1e-9 and abs(own - p["omega"]) < 0.01 * own, text)
 
 
-def holding(data: Data) -> tuple[list[float], list[float]]:
-    """Return the K [N/m^1.5] at which all three special regimes are found at once.
+def stiffnesses_with_all(data: Data) -> tuple[list[float], list[float]]:
+    """Return the K [N/m^1.5] of a study at which all three special regimes are found.
 
-    First: 3T,3 in the end; irregular, which is chaos or of no known kind; T without impacts in
-    the end.  Second, those of them that carry the published words: chaos, and transient chaos.
+    Returns two lists.  The first: final regime 3T,3 at the first frequency of `SPECIAL`, chaos or
+    undetermined motion at the second, final regime T,0 at the third.  The second: those of them
+    whose labels are the published words, 3T,3, chaos and transient chaos.
     """
     three, chaos, settled = (data.place(omega) for omega in SPECIAL)
     period, impacts, label = data["period"], data["impacts"], data["label"].astype(str)
@@ -45,7 +46,7 @@ def holding(data: Data) -> tuple[list[float], list[float]]:
 
 
 def _together(evidence: Evidence) -> Finding:
-    found, worded = holding(evidence("stiffness", "ssul-set6"))
+    found, worded = stiffnesses_with_all(evidence("stiffness", "ssul-set6"))
     if not found:
         return Finding(Verdict.DIFFER, "for no K of the grid")
     exact = ", ".join(f"{K:.3g}" for K in worded) or "none"

@@ -23,20 +23,20 @@ from nlds_vines.reproduce.claims.claim import (
 
 SETS = tuple(f"ssul-set{number}" for number in range(1, 7))
 SET6, FREED = "ssul-set6", "tmd_k2=2083_c2=112"
-MERGED = 0.03  # of the peak: curves this near are one on paper
-SIMILAR = 0.15  # of the undamped peak: reductions this near are similar
-PEAK = 0.3  # of the highest: what counts as a peak of its own
-NARROW = 0.3  # rad/s
+SAME_CURVE = 0.03  # of the peak, difference of two curves that cannot be told apart in print
+SIMILAR = 0.15  # of the peak without damper, difference of reductions that count as similar
+PEAK = 0.3  # of the highest maximum, least height of a maximum that counts as a peak
+NARROW = 0.3  # rad/s, largest width of a window that counts as narrow
 _ALIKE = f"reductions within {100 * SIMILAR:g} points of each other"
 
 
-def _merge(evidence: Evidence) -> Finding:
+def _sets_1_and_2(evidence: Evidence) -> Finding:
     first, second = (evidence("2a", name)["E1max"] for name in SETS[:2])
     apart = float(np.abs(first - second).max() / first.max())
-    return decided(apart <= MERGED, f"at most {100 * apart:.1f} % of the peak apart")
+    return decided(apart <= SAME_CURVE, f"at most {100 * apart:.1f} % of the peak apart")
 
 
-def _similar(evidence: Evidence) -> Finding:
+def _sets_3_to_6(evidence: Evidence) -> Finding:
     bare = evidence("2a", "none").peak()[0]
     left = [evidence("2a", name).peak()[0] / bare for name in SETS[2:]]
     shown = ", ".join(f"{100 * (1 - part):.0f}" for part in left)
@@ -55,6 +55,7 @@ def _set6_best(evidence: Evidence) -> Finding:
 
 
 def _listed(values: dict[str, float]) -> str:
+    """Return the values in one line, with four digits."""
     return ", ".join(f"{value:.4g}" for value in values.values())
 
 
@@ -173,7 +174,7 @@ def _rounding(evidence: Evidence) -> Finding:
         f"{100 * apart.max():.0f} % at {where:.3f} rad/s, among the narrow regimes; "
         f"{100 * apart[exact.omega < 7.3].max():.1f} % below 7.3 rad/s"
     )
-    return decided(abs(peaks[1] / peaks[0] - 1) < MERGED, text)
+    return decided(abs(peaks[1] / peaks[0] - 1) < SAME_CURVE, text)
 
 
 def _tmd_optimal(evidence: Evidence) -> Finding:
@@ -213,10 +214,10 @@ DAMPERS = (
         "3.1",
         "Sets 1 and 2 give the same curve of the structure's energy.",
         "2a",
-        _merge,
-        f"within {100 * MERGED:g} % of the peak",
+        _sets_1_and_2,
+        f"within {100 * SAME_CURVE:g} % of the peak",
     ),
-    Claim("3.1", "Sets 3 to 6 reduce the energy similarly.", "2a", _similar, _ALIKE),
+    Claim("3.1", "Sets 3 to 6 reduce the energy similarly.", "2a", _sets_3_to_6, _ALIKE),
     Claim("3.1", "Set 6 is slightly the most effective.", "2a", _set6_best, "lowest peak"),
     Claim(
         "6",
@@ -255,7 +256,7 @@ DAMPERS = (
         f"none but the last wider than {NARROW:g} rad/s",
     ),
 )
-"""Section 3.1."""
+"""The claims of Section 3.1, and of Section 6 about the same curves."""
 
 COMPARISON = (
     Claim("3.2", "Peaks rank: SSul NES below SSbl NES below TMD below no damper.", "3", _ranking),
@@ -268,7 +269,7 @@ COMPARISON = (
         "Table 2 shows Set 6 of Table 1, rounded.",
         "rounding",
         _rounding,
-        f"peaks within {100 * MERGED:g} %",
+        f"peaks within {100 * SAME_CURVE:g} %",
     ),
     Claim("Table 2", "The TMD of Table 2 is the optimal one.", "free-tmd", _tmd_optimal),
     Claim(
@@ -278,4 +279,4 @@ COMPARISON = (
         _best_of_all,
     ),
 )
-"""Section 3.2."""
+"""The claims of Section 3.2 and of Table 2."""

@@ -19,18 +19,18 @@ from nlds_vines.reproduce.claims.claim import (
 from nlds_vines.reproduce.claims.contact_constants import SPECIAL
 from nlds_vines.reproduce.claims.dampers import SET6, simple_region
 
-SOFTER = 2.5e7  # N/m^1.5: a K at which the three special regimes are found at once
-MOSTLY = 0.7  # of the range: almost all of it
-HARMLESS = 0.3  # of the peak: what irregular motion may reach and not matter
+SOFTER = 2.5e7  # N/m^1.5, a K at which all three special regimes are found
+ALMOST_ALL = 0.7  # of the range of frequencies, least share that counts as almost all of it
+SMALL = 0.3  # of the peak, largest energy of irregular motion that does not spoil the effect
 
 
 def _regimes(data: Data) -> set[tuple[int, int]]:
-    """Return the different (n, k) of nT,k, and (0, 0) where anything irregular was met."""
+    """Return the different (n, k) of nT,k; (0, 0) stands for all motion without a period."""
     pairs = zip(data["period"].tolist(), data["impacts"].tolist(), strict=True)
     return {(n, k if n else 0) for n, k in pairs}
 
 
-def _calm(evidence: Evidence) -> Finding:
+def _less_varied(evidence: Evidence) -> Finding:
     ours, other = evidence("8", SET6), evidence("ssbl", "ssbl")
     text = []
     shares = []
@@ -46,15 +46,15 @@ def _calm(evidence: Evidence) -> Finding:
     return decided(shares[0] > shares[1], "; ".join(text))
 
 
-def _covers(evidence: Evidence) -> Finding:
+def _widest_range(evidence: Evidence) -> Finding:
     data = evidence("8", SET6)
     low, high = simple_region(data)
     share = (high - low) / float(data.omega[-1] - data.omega[0])
     text = f"{low:.3f} to {high:.4f} rad/s, {100 * share:.0f} % of 5 to 8 rad/s"
-    return decided(share > MOSTLY, text)
+    return decided(share > ALMOST_ALL, text)
 
 
-def _one_impact(evidence: Evidence) -> Finding:
+def _above_only(evidence: Evidence) -> Finding:
     data = evidence("8", SET6)
     above = data.omega > 7.3
     calm_below = bool(np.all((data["period"][~above] == 1) & (data["impacts"][~above] == 1)))
@@ -64,15 +64,17 @@ def _one_impact(evidence: Evidence) -> Finding:
 
 
 def _cut(data: Data, chosen: np.ndarray) -> dict[str, np.ndarray]:
+    """Return periods and impacts of the chosen cells."""
     return {name: data[name][chosen] for name in ("period", "impacts")}
 
 
 def _labelled(
     omega: float, holds: Callable[[str], bool], unclear: Callable[[str], bool]
 ) -> Callable[[Evidence], Finding]:
-    """Return the check of a regime at one frequency, and of how it depends on K.
+    """Return the check of the regime at one frequency [rad/s] and of its dependence on K.
 
-    `holds` says of a label whether it is as published, `unclear` whether it might be.
+    Arguments: the frequency; `holds` returns whether a label is the published one, `unclear`
+    whether a label leaves that open.
     """
 
     def check(evidence: Evidence) -> Finding:
@@ -93,7 +95,7 @@ def _labelled(
     return check
 
 
-def _slightest(evidence: Evidence) -> Finding:
+def _window_width(evidence: Evidence) -> Finding:
     study = evidence("stiffness", SET6)
     widths = []
     for column in range(study.axes["K"].size):
@@ -106,7 +108,7 @@ def _slightest(evidence: Evidence) -> Finding:
     return decided(max(widths) + step < 0.025, text)
 
 
-def _settled(evidence: Evidence) -> Finding:
+def _final_motion(evidence: Evidence) -> Finding:
     data, omega = evidence("8", SET6), SPECIAL[2]
     place = data.place(omega)
     n, k = int(data["period"][place]), int(data["impacts"][place])
@@ -128,21 +130,23 @@ def _slow_damper(evidence: Evidence) -> Finding:
     return decided(v2 < 0.5 * v1, text)
 
 
-def _harmless(evidence: Evidence) -> Finding:
+def _irregular_energy(evidence: Evidence) -> Finding:
     data = evidence("8", SET6)
     irregular = (data["period"] == 0) | np.array(["chaos" in word for word in data["label"]])
     if not irregular.any():
-        return Finding(Verdict.OPEN, "no irregular regime was met")
+        return Finding(Verdict.OPEN, "no irregular regime was found")
     worst, peak = float(data["E1max"][irregular].max()), data.peak()[0]
     text = f"at most {worst:.0f} J where no period was found; the peak is {peak:.0f} J"
-    return decided(worst <= HARMLESS * peak, text)
+    return decided(worst <= SMALL * peak, text)
 
 
 def _may_be_chaos(label: str) -> bool:
+    """Return whether a label leaves open that the motion is chaos."""
     return label == "undetermined"
 
 
-def _ends_free(label: str) -> bool:
+def _may_end_free(label: str) -> bool:
+    """Return whether a label leaves open a transient that ends without impacts."""
     return label in ("T,0", "undetermined")
 
 
@@ -151,17 +155,22 @@ DYNAMICS = (
         "5",
         "The SSul NES is calm where the SSbl NES has rich dynamics.",
         "ssbl",
-        _calm,
+        _less_varied,
         "more often T,0 or T,1",
     ),
     Claim(
         "5",
         "T,1 covers almost the whole range of frequencies.",
         "8",
-        _covers,
-        f"more than {100 * MOSTLY:g} % of 5 to 8 rad/s",
+        _widest_range,
+        f"more than {100 * ALMOST_ALL:g} % of 5 to 8 rad/s",
     ),
-    Claim("5", "Only high frequencies bring other regimes, in quick succession.", "8", _one_impact),
+    Claim(
+        "5",
+        "Only high frequencies bring other regimes, in quick succession.",
+        "8",
+        _above_only,
+    ),
     Claim(
         "5",
         "3T,3 at 7.375 rad/s.",
@@ -172,7 +181,7 @@ DYNAMICS = (
         "5",
         "The slightest change of that frequency destroys it.",
         "stiffness",
-        _slightest,
+        _window_width,
         "windows below 0.025 rad/s",
     ),
     Claim(
@@ -185,9 +194,9 @@ DYNAMICS = (
         "5",
         "Transient chaos at 7.575 rad/s.",
         "stiffness",
-        _labelled(SPECIAL[2], lambda label: label.startswith("transient chaos"), _ends_free),
+        _labelled(SPECIAL[2], lambda label: label.startswith("transient chaos"), _may_end_free),
     ),
-    Claim("5", "It ends in T-periodic motion without impacts.", "8", _settled),
+    Claim("5", "It ends in T-periodic motion without impacts.", "8", _final_motion),
     Claim(
         "5",
         "In that motion the damper is much slower than the structure.",
@@ -199,7 +208,8 @@ DYNAMICS = (
         "7",
         "Irregular motion does not spoil the effect.",
         "8",
-        _harmless,
-        f"below {100 * HARMLESS:g} % of the peak",
+        _irregular_energy,
+        f"below {100 * SMALL:g} % of the peak",
     ),
 )
+"""The claims of Section 5, and of Section 7 about the same motions."""

@@ -1,4 +1,4 @@
-"""Checks of this program by itself: closed forms beside what the simulations found."""
+"""Checks of this program itself: simulations against closed forms."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from nlds_vines.reproduce.claims.claim import (
 )
 
 EXACT = 1e-6
-"""Relative difference that a settled orbit may have from the closed form."""
+"""The largest relative difference of a settled orbit's energy from the closed form."""
 
 
 def _same_as_linear(name: str) -> Check:
-    """Return the check that a linear system's simulated curve is that of its transfer function."""
+    """Return the check that a linear system's simulated energies are those of the closed form."""
 
     def check(evidence: Evidence) -> Finding:
         data = evidence("3", name)
@@ -37,7 +37,10 @@ def _same_as_linear(name: str) -> Check:
 
 
 def _possible(figure: str, name: str) -> Check:
-    """Return the check that no orbit is free of impacts where the linear response hits a wall."""
+    """Return the check that no orbit is free of impacts where the linear response hits a wall.
+
+    Arguments: the short name of a request and the name of one of its curves.
+    """
 
     def check(evidence: Evidence) -> Finding:
         data = evidence(figure, name)
@@ -77,4 +80,4 @@ FACTS = (
         _possible("ssbl", "ssbl"),
     ),
 )
-"""What needs no paper to be right."""
+"""The checks against closed forms, which do not depend on the paper."""

@@ -1,4 +1,4 @@
-"""Section 4: does the tuning survive when the structure or the force changes."""
+"""Section 4: how much of the tuning's effect remains when the structure or the force changes."""
 
 from __future__ import annotations
 
@@ -20,19 +20,28 @@ from nlds_vines.reproduce.claims.claim import (
 from nlds_vines.reproduce.request import Curve, FigureRequest
 
 ALONE = "none"
-"""The system without a damper, which everything is measured against."""
+"""The system without a damper, with which every damper is compared."""
+
+DAMPERS = ("ssul-set6", "ssbl", "tmd")
+STIFFNESSES = (3.0e4, 3.3e4, 3.6e4, 3.95e4, 4.3e4, 4.6e4, 5.0e4)
+"""Values of k1 [N/m], chosen here: the paper prints only that of the tuning, 3.95e4."""
+
+LITTLE = 0.15  # of the peak at the tuning, largest change that counts as insignificant
+MUCH = 0.25  # of the peak at the tuning, least change that counts as strong
+HIGH = 0.5  # of the peak without damper, least reduction that counts as high
 
 
 @dataclass(frozen=True)
 class Retained:
-    """One damper at one value of what was changed.
+    """One damper at one value of the changed parameter.
 
-    Arguments:
-        damper: its catalogue name; `parameter` and `value` of what was changed.
-        peak: largest E1max over the frequency [J], at `omega` [rad/s].
+    Attributes:
+        damper: its catalogue name.
+        parameter, value: the changed parameter and its value [SI].
+        peak, omega: the largest E1max over the frequency [J], and its frequency [rad/s].
         tuned: E1max at the frequency of tuning [J].
-        relative, relative_tuned: both over their values at the tuning.
-        left: the peak over that of the structure alone at the same value.
+        relative, relative_tuned: `peak` and `tuned` over their values at the tuning.
+        left: `peak` over the peak of the structure alone at the same value.
     """
 
     damper: str
@@ -49,10 +58,10 @@ class Retained:
 def retained(
     request: FigureRequest, parameter: str, evidence: Evidence, short: str
 ) -> list[Retained]:
-    """Return a row for every damper and value on a page where one parameter changes.
+    """Return a row for every damper and value in a figure in which one parameter changes.
 
-    Arguments: the `request` and its `short` name, the `parameter` that its panels or its curves
-    set, and the `evidence` of its curves.  Rows come by damper, then by value.
+    Arguments: the `request` and its `short` name; the `parameter` that its panels or its curves
+    set; the `evidence` of its curves.  The rows are sorted by damper, then by value.
 
     Raises `Missing` where a curve has not been computed.
     """
@@ -71,13 +80,11 @@ def _rows(
     parameter: str,
     data: Callable[[str, float], Data],
 ) -> Iterator[Retained]:
+    """Yield a row for each (damper, value) of `curves`; `data` returns the results of one."""
     for damper, value in curves:
         tuning = catalogue()[damper].parameters
-        changed, base, alone = (
-            data(damper, value),
-            data(damper, tuning[parameter]),
-            data(ALONE, value),
-        )
+        changed, base = data(damper, value), data(damper, tuning[parameter])
+        alone = data(ALONE, value)
         peak, omega = changed.peak()
         tuned = changed.at(tuning["omega"])
         yield Retained(
@@ -93,15 +100,6 @@ def _rows(
         )
 
 
-DAMPERS = ("ssul-set6", "ssbl", "tmd")
-STIFFNESSES = (3.0e4, 3.3e4, 3.6e4, 3.95e4, 4.3e4, 4.6e4, 5.0e4)
-"""Values of k1 [N/m], ours: the paper prints none but that of the tuning."""
-
-LITTLE = 0.15  # of the peak at the tuning: an insignificant change
-MUCH = 0.25  # likewise: a strong one
-HIGH = 0.5  # of the undamped peak: what a high reduction takes off
-
-
 def name(damper: str, parameter: str, value: float) -> str:
     """Return the name of the curve of a damper with one parameter changed."""
     same = catalogue()[damper].parameters[parameter] == value
@@ -109,25 +107,29 @@ def name(damper: str, parameter: str, value: float) -> str:
 
 
 def ratios(evidence: Evidence, damper: str, values: tuple[float, ...]) -> list[float]:
-    """Return the peaks with k1 changed, over the peak at the tuning."""
+    """Return a damper's peaks at `values` of k1 [N/m], over its peak at the tuning."""
     base = evidence("4", damper).peak()[0]
     return [evidence("4", name(damper, "k1", k1)).peak()[0] / base for k1 in values]
 
 
 def _softer() -> tuple[float, ...]:
+    """Return the values of k1 below that of the tuning [N/m]."""
     return tuple(k1 for k1 in STIFFNESSES if k1 < catalogue()["none"].parameters["k1"])
 
 
 def _stiffer() -> tuple[float, ...]:
+    """Return the values of k1 above that of the tuning [N/m]."""
     return tuple(k1 for k1 in STIFFNESSES if k1 > catalogue()["none"].parameters["k1"])
 
 
-def _shown(found: dict[str, list[float]]) -> str:
+def _by_damper(found: dict[str, list[float]]) -> str:
+    """Return ratios by damper in one line."""
     rows = (f"{damper} {', '.join(f'{r:.2f}' for r in row)}" for damper, row in found.items())
     return "; ".join(rows)
 
 
 def _listed(values: tuple[float, ...]) -> str:
+    """Return values in one line."""
     return ", ".join(f"{value:g}" for value in values)
 
 
@@ -143,20 +145,20 @@ def _resonance(evidence: Evidence) -> Finding:
 def _up(evidence: Evidence) -> Finding:
     found = {damper: ratios(evidence, damper, _stiffer()) for damper in DAMPERS}
     worst = max(max(row) for row in found.values())
-    text = f"peak over that of the tuning at k1 = {_listed(_stiffer())} N/m: {_shown(found)}"
+    text = f"peak over that of the tuning at k1 = {_listed(_stiffer())} N/m: {_by_damper(found)}"
     return decided(worst <= 1 + LITTLE, text)
 
 
 def _up_alike(evidence: Evidence) -> Finding:
     found = {damper: ratios(evidence, damper, _stiffer()) for damper in DAMPERS}
     apart = max(max(column) - min(column) for column in zip(*found.values(), strict=True))
-    text = f"the ratios of the three differ by up to {apart:.2f}: {_shown(found)}"
+    text = f"the ratios of the three differ by up to {apart:.2f}: {_by_damper(found)}"
     return decided(apart <= LITTLE, text)
 
 
 def _down(evidence: Evidence) -> Finding:
     found = {damper: ratios(evidence, damper, _softer()) for damper in DAMPERS}
-    text = f"peak over that of the tuning at k1 = {_listed(_softer())} N/m: {_shown(found)}"
+    text = f"peak over that of the tuning at k1 = {_listed(_softer())} N/m: {_by_damper(found)}"
     return decided(all(row[0] >= 1 + MUCH for row in found.values()), text)
 
 
@@ -167,11 +169,11 @@ def _down_order(evidence: Evidence) -> Finding:
         and min(found, key=lambda d: found[d][i]) == "tmd"
         for i in range(len(_softer()))
     )
-    return decided(worst, f"ratios {_shown(found)}")
+    return decided(worst, f"ratios {_by_damper(found)}")
 
 
 def _remains(figure: str, parameter: str, values: tuple[float, ...]) -> Check:
-    """Return the check that the peak stays well below that of the structure alone."""
+    """Return the check that each peak stays well below that of the structure alone."""
 
     def check(evidence: Evidence) -> Finding:
         cut = {
@@ -185,7 +187,7 @@ def _remains(figure: str, parameter: str, values: tuple[float, ...]) -> Check:
         }
         least = min(min(row) for row in cut.values())
         spread = max(max(row) - min(row) for row in cut.values())
-        text = f"part of the peak taken off at {parameter} = {_listed(values)}: {_shown(cut)}"
+        text = f"part of the peak taken off at {parameter} = {_listed(values)}: {_by_damper(cut)}"
         return decided(least >= HIGH and spread <= LITTLE, text)
 
     return check
@@ -262,4 +264,4 @@ RETENTION = (
         "4.3", "The SSul NES stays the best of the three as P changes.", "7", _best("7", "P", _P)
     ),
 )
-"""Section 4."""
+"""The claims of Section 4."""

@@ -1,4 +1,4 @@
-"""Made-up results that look like the paper's, and others that contradict it; and their archives."""
+"""Invented results that agree with the paper, others that contradict it, and their archives."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from nlds_vines.reproduce.request_file import packaged_figures
 PATTERN = ((2, 2), (3, 2), (4, 2), (1, 0), (2, 1), (0, 5))  # above T,1
 SPECIAL = {7.375: (3, 3), 7.4: (0, 90), 7.575: (1, 0)}
 WORDS = {7.4: "chaos", 7.575: "transient chaos to T,0"}
-BASE = 3.95e4  # N/m
+TUNED_K1 = 3.95e4  # N/m, stiffness of the structure at the tuning
 
 
 @cache
@@ -39,7 +39,7 @@ def published(system: System, omega: np.ndarray) -> np.ndarray:
     p = system.parameters
     if not system.scene.walls:
         return response(system, omega).E1max
-    softer = 1 + 4 * max(0.0, 1 - p["k1"] / BASE)
+    softer = 1 + 4 * max(0.0, 1 - p["k1"] / TUNED_K1)
     force = (p["P"] / 800) ** 2 * (452 / p["c1"]) ** 1.2 * softer
     if system.kind == "ssbl":
         return force**0.9 * (bell(omega, 600, 6.3) + 20)
@@ -70,12 +70,12 @@ def motion(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     return n, k, label
 
 
-def still(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def without_impacts(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return motion without any impact, everywhere."""
     return np.ones(omega.size, int), np.zeros(omega.size, int), np.full(omega.size, "T,0", object)
 
 
-def wild(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def without_period(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return motion without a period, everywhere."""
     none = np.zeros(omega.size, int)
     return none, none + 7, np.full(omega.size, "6T,7", object)
@@ -83,11 +83,15 @@ def wild(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.
 
 def made_up(
     energy: Callable[[System, np.ndarray], Any] = published,
-    moves: Callable[[System, np.ndarray], tuple[np.ndarray, ...]] = motion,
+    regimes: Callable[[System, np.ndarray], tuple[np.ndarray, ...]] = motion,
     damper: float = 1.3,
     **changed: float,
 ) -> Evidence:
-    """Return evidence: E1max by `energy`, regimes by `moves`, the damper's share, other values."""
+    """Return evidence with invented results.
+
+    Arguments: `energy` returns E1max [J] and `regimes` period, impacts and label of a system by
+    frequency; `damper`, the damper's energy over the structure's; parameters with other values.
+    """
 
     @cache
     def of(figure: str, name: str) -> Data:
@@ -95,17 +99,17 @@ def made_up(
         if curve is None:
             raise Missing(name)
         own = {key: value for key, value in changed.items() if key in curve.scan.system.parameters}
-        return data_of(curve.scan, curve.scan.system.with_(**own), energy, moves, damper)
+        return data_of(curve.scan, curve.scan.system.with_(**own), energy, regimes, damper)
 
     return of
 
 
-def data_of(scan: Scan, system: System, energy: Any, moves: Any, damper: float) -> Data:
-    """Return made-up data of a scan, the same along a second axis."""
+def data_of(scan: Scan, system: System, energy: Any, regimes: Any, damper: float) -> Data:
+    """Return invented data of a scan, the same along a second axis."""
     axes = {axis.name: axis.values for axis in scan.axes}
     omega = axes["omega"]
     E1 = energy(system, omega) + np.zeros(omega.size)
-    n, k, label = moves(system, omega)
+    n, k, label = regimes(system, omega)
     share = damper if system.kind == "ssul" else 0.2
     numbers = {"E1max": E1, "E2max": share * E1, "period": n, "impacts": k, "label": label}
     for name, values in numbers.items():

@@ -123,41 +123,41 @@ def test_a_closer_miss_stays():
 
 def watched(*pieces):
     """Return what is noted of excesses over LEVEL, one cell of 0.5 s after the other."""
-    watch = np.zeros(6)
-    watch[[observe.LEVEL, observe.FIRST, observe.PERIOD]] = LEVEL, np.nan, 10.0
+    log = np.zeros(6)
+    log[[observe.LEVEL, observe.FIRST, observe.PERIOD]] = LEVEL, np.nan, 10.0
     for j, excess in enumerate(pieces):
         cell, bend, jerk = prepared(Polynomial([LEVEL]) + excess)
-        note_limit(cell, watch, float(j), 0.5, 1.0, bend, jerk)
-    return watch
+        note_limit(cell, log, float(j), 0.5, 1.0, bend, jerk)
+    return log
 
 
 def test_passages_are_counted_with_the_first_and_the_deepest():
     p = from_roots(0.2, 0.3, 0.5, 0.9)
     top = max(p(x) for x in p.deriv().roots())
-    watch = watched(p)
-    assert (watch[observe.NUMBER], watch[observe.BEYOND]) == (2.0, 0.0)
-    assert watch[observe.FIRST] == pytest.approx(10.1, abs=1e-9)
-    assert watch[observe.EXCESS] == pytest.approx(top, abs=1e-12)
+    log = watched(p)
+    assert (log[observe.NUMBER], log[observe.BEYOND]) == (2.0, 0.0)
+    assert log[observe.FIRST] == pytest.approx(10.1, abs=1e-9)
+    assert log[observe.EXCESS] == pytest.approx(top, abs=1e-12)
 
 
 def test_an_excursion_over_several_cells_is_one():
     p = from_roots(0.4, 2.8)
-    watch = watched(*(p(X + shift) for shift in range(4)))
-    assert (watch[observe.NUMBER], watch[observe.BEYOND]) == (1.0, 0.0)
-    assert watch[observe.FIRST] == pytest.approx(10.2, abs=1e-9)
-    assert watch[observe.EXCESS] == pytest.approx(p(1.6), abs=1e-12)
+    log = watched(*(p(X + shift) for shift in range(4)))
+    assert (log[observe.NUMBER], log[observe.BEYOND]) == (1.0, 0.0)
+    assert log[observe.FIRST] == pytest.approx(10.2, abs=1e-9)
+    assert log[observe.EXCESS] == pytest.approx(p(1.6), abs=1e-12)
 
 
 def test_the_depth_of_an_excursion_that_is_still_growing():
     """It turns within the last cell: first down, then up to its end."""
     p = 0.1 + (X - 0.3) ** 2
-    watch = watched(X - 0.5, p)
-    assert (watch[observe.NUMBER], watch[observe.BEYOND]) == (1.0, 1.0)
-    assert watch[observe.EXCESS] == pytest.approx(max(p(1.0), 0.5), abs=1e-12)
+    log = watched(X - 0.5, p)
+    assert (log[observe.NUMBER], log[observe.BEYOND]) == (1.0, 1.0)
+    assert log[observe.EXCESS] == pytest.approx(max(p(1.0), 0.5), abs=1e-12)
 
 
 def test_a_limit_that_is_cleared_by_a_hair():
-    watch = watched(-((X - 0.5) ** 2) - 1e-12)
-    assert (watch[observe.NUMBER], watch[observe.EXCESS]) == (0.0, 0.0)
-    assert np.isnan(watch[observe.FIRST])
+    log = watched(-((X - 0.5) ** 2) - 1e-12)
+    assert (log[observe.NUMBER], log[observe.EXCESS]) == (0.0, 0.0)
+    assert np.isnan(log[observe.FIRST])
     assert watched(-((X - 0.5) ** 2) + 1e-12)[observe.NUMBER] == 1.0

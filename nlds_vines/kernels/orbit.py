@@ -277,6 +277,7 @@ def fly_share(rk4, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
     def mapped(rk4, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
         return step(damper, maps, i, x1, v1, r, s)
 
+    # hot: as `fly_share`
     def flown(rk4, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
         first, stop = grid.n * i // stops, grid.n * (i + 1) // stops
         return fly_on(

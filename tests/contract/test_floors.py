@@ -307,7 +307,8 @@ def test_pictures_claims_and_report_reach_no_kernel():
     names = [name for name in files if name.startswith(judged)]
     assert len(names) > 10
     for name in names:
-        assert not [found for found in reaches(name, files) if found.startswith("kernels.")], name
+        found = {one for one in reaches(name, files) if one.startswith("kernels.")}
+        assert found <= {"kernels.codes"}, name  # plain numbers
 
 
 def test_one_module_decides_how_kernels_are_compiled():

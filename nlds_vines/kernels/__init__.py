@@ -5,7 +5,7 @@ In reading order:
     compiling        how kernels are compiled; what `chosen` does with a part that is None
     codes            statuses, events and kinds of verdicts: each number once
     arguments        the tuples that outer kernels take: Parts, Span, buffers
-    scene            structure, damper and walls as kernels see them; the equation of motion, eq. (5)
+    scene            structure, damper and walls as kernels see them; equation (5)
     roots            the root finder
     observe          what is noted along an orbit: impacts, energies, sections, a limit
     flight           the exact flight: a period in cells, each a matrix and a Taylor polynomial
@@ -29,13 +29,13 @@ In reading order:
 Words:
 
     cell (of a map)   one set of parameters; in `flight`, a cell is a piece of a forcing period
-    chain, link       cells that are run one after another, and one of them; each starts from the last
-                      state of the one before
+    chain, link       cells that are run one after another, and one of them; each starts from
+                      the last state of the one before
     lane              what runs on its own: a chain
     period            one of the forcing, T = 2 pi / omega
-    section           the states at the ends of the periods; `stops` of them in each, if more are wanted
+    section           the states at the ends of the periods, or `stops` of them in each period
     record, evidence  the section of an orbit under judgement, and the numbers of its verdict
-    variations        four small differences from an orbit, which obey the equation linearised along it
+    variations        four small differences from an orbit; they obey the linearised equation
 
 Letters:
 
@@ -44,9 +44,9 @@ Letters:
     r, s                  shortening of the damper's spring, x1 - x2 + rest [m], and its rate [m/s]
     z, q                  depth of a contact [m], r - gap or -r - gap, and sqrt(z)
     c, d                  cos and sin of the forcing's phase
-    j, x                  number of a cell (or of a fixed step) in the period, place in it from 0 to 1
+    j, x                  number of a cell (or fixed step) in the period, place in it from 0 to 1
     w                     the table of a grid (`flight`) or of an arc (`impact`)
-    k                     the scratch rows of a contact (`runge_kutta`); elsewhere a power or a count
+    k                     scratch rows of a contact (`runge_kutta`); elsewhere a power or a count
     h                     length of a cell or a step [s]; of a step in a contact, in theta
     theta                 fictitious time of a contact, dt = q dtheta (`contact_field`)
     phi, u, S, b          phase, shape, speed and amplitude of a short impact (`impact`)

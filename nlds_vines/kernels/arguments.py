@@ -79,7 +79,6 @@ class LaneBuffers(NamedTuple):
     clearance: Any = None  # (1,)
     violation: Any = None  # (3,)
     ends: Any = None  # (2, SIZE) the states at begin and end
-    status: Any = None  # of `codes`; it has to be there
 
 
 class Finished(NamedTuple):
@@ -91,4 +90,3 @@ class Finished(NamedTuple):
     ends: Any
     section: Any  # of the transient's last periods too
     cycle: Any
-    status: Any

@@ -20,6 +20,8 @@ from .compiling import chosen, jit
 from .orbit import SIZE
 from .recurrence import TOLERANCE, impacts_of, period_of
 
+BEGIN, END = 0, 1  # of an orbit, in `LaneBuffers.ends`; int() keeps each from its own compilation
+
 
 @chosen
 def early_rows(section, periods, chain, link):
@@ -111,17 +113,21 @@ def with_arc(parts, arc):
     )
 
 
-# A parallel loop takes its tuples apart, but no tuple within a tuple. So the loops below take the
-# arc, a tuple itself, on its own: their `parts` are `Parts` with None in its place.
+# What a parallel loop of Numba does not do with tuples, the loops below do without:
+#
+# * It takes its tuples apart, but no tuple within a tuple. So the arc, a tuple itself, is an
+#   argument of its own, and `parts` are `Parts` with None in its place.
+# * It drops what is stored into an array that is read from a tuple, unless a function stores it.
+#   So `status`, which the loops themselves write, is an argument of its own.
 
 
 @jit(parallel=True)
-def run_lanes(parts, arc, cells, starts, span, buffers):
+def run_lanes(parts, arc, cells, starts, span, buffers, status):
     """Run all chains of a block of cells (chains, links), each from its start (chains, 4).
 
-    parts, arc: see above; span: `Span` with one stop a period; buffers: `LaneBuffers`. A lane that
-    fails keeps its fill values, starts the next link of its chain from rest, and touches nothing of
-    its neighbours.
+    parts, arc: see above; span: `Span` with one stop a period; buffers: `LaneBuffers`; `status`
+    (chains, links) takes those of `codes`. A lane that fails keeps its fill values, starts the next
+    link of its chain from rest, and touches nothing of its neighbours.
     """
     chains, links = cells.shape
     for lane in numba.prange(chains):
@@ -130,15 +136,15 @@ def run_lanes(parts, arc, cells, starts, span, buffers):
         state[:4] = starts[chain]
         for link in range(links):
             cell = cells[chain, link]
-            if link > 0 and buffers.status[chain, link - 1] == OK:
+            if link > 0 and status[chain, link - 1] == OK:
                 # the displacement is carried over, wherever the new rest may be
                 state[2] += cell.rest - cells[chain, link - 1].rest
             own = buffers_of(arc, parts.damper, buffers, span.periods, chain, link)
-            note_end(buffers.ends, chain, link, 0, state)
-            status = run_cell(with_arc(parts, arc), cell, state, span, own)
-            note_end(buffers.ends, chain, link, 1, state)
-            buffers.status[chain, link] = status
-            if status == OK:
+            note_end(buffers.ends, chain, link, int(BEGIN), state)
+            code = run_cell(with_arc(parts, arc), cell, state, span, own)
+            note_end(buffers.ends, chain, link, int(END), state)
+            status[chain, link] = code
+            if code == OK:
                 counts, cycle = buffers.counts, buffers.cycle
                 summarise(
                     own.section, own.by_period,
@@ -149,7 +155,7 @@ def run_lanes(parts, arc, cells, starts, span, buffers):
 
 
 @jit(parallel=True)
-def judge_lanes(parts, arc, cells, finished, stages, evidence):
+def judge_lanes(parts, arc, cells, finished, stages, evidence, status):
     """Say what the orbits are that `run_lanes` has run with a section of their whole course.
 
     parts, arc: see above; finished: `Finished`; stages: further periods that a verdict may take,
@@ -159,8 +165,8 @@ def judge_lanes(parts, arc, cells, finished, stages, evidence):
     chains, links = cells.shape
     for lane in numba.prange(chains * links):
         chain, link = np.int64(lane) // links, np.int64(lane) % links  # as in `run_lanes`
-        if finished.status[chain, link] == OK:
-            finished.status[chain, link] = judge_cell(
+        if status[chain, link] == OK:
+            status[chain, link] = judge_cell(
                 with_arc(parts, arc), cells[chain, link], finished.ends[chain, link],
                 finished.section[chain, link], finished.cycle[chain, link, 0],
                 stages, evidence[chain, link],

@@ -106,14 +106,15 @@ class Outputs:
 
 def run(
     parts: Parts, chains: np.ndarray, starts: np.ndarray, span: Span, buffers: LaneBuffers
-) -> None:
-    """Run chains of cells (chains, links) from `starts` (chains, 4): fill the buffers.
+) -> np.ndarray:
+    """Run chains of cells (chains, links) from `starts` (chains, 4); return their status.
 
-    The one call of the kernels' lanes; the periods before `span` are the transient.
+    Fills the buffers.  The periods before `span` are the transient.
     """
-    apart = parts._replace(arc=None), parts.arc
-    starts = np.ascontiguousarray(starts)
-    lanes.run_lanes(*apart, chains.view(np.recarray), starts, span, buffers)
+    status = np.zeros(chains.shape, np.int64)
+    apart, cells = (parts._replace(arc=None), parts.arc), chains.view(np.recarray)
+    lanes.run_lanes(*apart, cells, np.ascontiguousarray(starts), span, buffers, status)
+    return status
 
 
 class Kernels:
@@ -128,12 +129,13 @@ class Kernels:
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4), with their verdicts."""
         outputs = Outputs.of(self._wanted, (len(chains), chains.shape[1]), transient, periods)
-        run(self._parts, chains, starts, Span(transient, periods, 1), outputs.buffers)
+        span = Span(transient, periods, 1)
+        outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
         if outputs.evidence is not None:
             apart = self._parts._replace(arc=None), self._parts.arc
-            finished = Finished(outputs.ends, outputs.section, outputs.cycle, outputs.status)
-            cells = chains.view(np.recarray)
-            lanes.judge_lanes(*apart, cells, finished, self._stages, outputs.evidence)
+            finished = Finished(outputs.ends, outputs.section, outputs.cycle)
+            cells, evidence = chains.view(np.recarray), outputs.evidence
+            lanes.judge_lanes(*apart, cells, finished, self._stages, evidence, outputs.status)
         return outputs
 
     def after_a_period(self, cells: np.ndarray, starts: np.ndarray) -> np.ndarray:
@@ -143,8 +145,7 @@ class Kernels:
         """
         chains = cells[:, np.newaxis]
         section = np.zeros((*chains.shape, 1, len(components(self._wanted.scene))))
-        status = np.zeros(chains.shape, np.int64)
-        run(self._parts, chains, starts, Span(0, 1, 1), LaneBuffers(section=section, status=status))
+        status = run(self._parts, chains, starts, Span(0, 1, 1), LaneBuffers(section=section))
         section[status != OK] = np.nan
         return section[:, 0, 0]
 
@@ -193,9 +194,8 @@ class Batch:
         chains = np.ascontiguousarray(cells.reshape(-1, 1))
         energy = np.zeros((*chains.shape, 2))
         violation = None if self._scene.limit is None else np.zeros((*chains.shape, 3))
-        status = np.zeros(chains.shape, np.int64)
-        buffers = LaneBuffers(energy=energy, violation=violation, status=status)
-        run(self._parts, chains, starts.reshape(-1, 4), Span(transient, periods, 1), buffers)
+        buffers, span = LaneBuffers(energy=energy, violation=violation), Span(transient, periods, 1)
+        status = run(self._parts, chains, starts.reshape(-1, 4), span, buffers)
         broken = np.zeros(chains.shape) if violation is None else violation[..., 2]
         shape = cells.shape
         return Outcome(

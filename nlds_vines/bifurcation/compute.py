@@ -24,6 +24,12 @@ STEP = {"up": 1, "down": -1}
 """The step of a sweep along the last axis, whose values ascend."""
 
 
+def wanted_of(scan: Scan, settings: Settings | None = None) -> Wanted:
+    """Return what a scan wants of its orbits; `settings` None means those of its method."""
+    settings = Settings.of(scan.method) if settings is None else settings
+    return Wanted(scan.system.scene, scan.want, scan.method, scan.effort, settings)
+
+
 class Computer:
     """Computes blocks of one scan; what all blocks share is prepared once."""
 
@@ -32,11 +38,10 @@ class Computer:
         self.scan = scan
         self._cells = scan.cells()
         self._draws = start_states(scan.start) if scan.start.policy == "random" else None
-        settings = Settings.of(scan.method) if settings is None else settings
-        wanted = Wanted(scan.system.scene, scan.want, scan.method, scan.effort, settings)
+        wanted = wanted_of(scan, settings)
         self._kernels, self._finer = Kernels(wanted), None
         if "error" in scan.want:
-            finer = settings.refined(scan.method)
+            finer = wanted.settings.refined(scan.method)
             self._finer = Kernels(replace(wanted, settings=finer))
 
     def block(self, block: Block) -> dict[str, np.ndarray]:

@@ -95,7 +95,9 @@ def settings_of(options: argparse.Namespace) -> dict[str, float]:
 
 def system_changes(options: argparse.Namespace) -> dict[str, Any]:
     """Return what --system and --set change in a request, as entries `system` and `set` of one."""
-    found: dict[str, Any] = {"set": settings_of(options)}
+    found: dict[str, Any] = {}
+    if settings := settings_of(options):
+        found["set"] = settings
     if options.system is not None:
         with at("--system"):
             found["system"] = load_system(options.system)

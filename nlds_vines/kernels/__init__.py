@@ -1,58 +1,58 @@
 """Numbers in, numbers out: flight, touch, contact, orbit. Compiled; no I/O, no plotting.
 
-Files in reading order:
+In reading order:
 
-compiling        how kernels are compiled; what `chosen` does with a part that is None
-codes            statuses, events and kinds of verdicts: each number once
-arguments        the tuples that outer kernels take: Parts, Span, buffers
-scene            structure, damper and walls as kernels see them; the equation of motion, eq. (5)
-roots            the root finder
-observe          what is noted along an orbit: impacts, energies, sections, a limit
-flight           the exact flight: a period in cells, each a matrix and a Taylor polynomial
-touch            the first touch in a cell, certified; near misses; a limit
-peaks            the largest energies in a cell
-exact            from one event to the next by these three
-fixed_step       the same by fixed Runge-Kutta steps (method rk4)
-contact_field    the equation of a contact, made smooth at touch and release
-runge_kutta      one step of it, of order eight or four
-contact          a contact from touch to release, stepped
-impact           a short impact, solved at once
-orbit            the time loop: flights, contacts, sections
-recurrence       period and impacts of an orbit from its section
-growth           growth rates with their uncertainty; convergence of averages
-variations       the map from section to section with its derivative
-shooting         periodic orbits by Newton's method
-verdict          what an orbit is, with the evidence
-cells            one cell: parameters, orbit, outputs, verdict
-lanes            many cells in parallel
+    compiling        how kernels are compiled; what `chosen` does with a part that is None
+    codes            statuses, events and kinds of verdicts: each number once
+    arguments        the tuples that outer kernels take: Parts, Span, buffers
+    scene            structure, damper and walls as kernels see them; equation (5)
+    roots            the root finder
+    observe          what is noted along an orbit: impacts, energies, sections, a limit
+    flight           the exact flight: a period in cells, each a matrix and a Taylor polynomial
+    touch            the first touch in a cell, certified; near misses; a limit
+    peaks            the largest energies in a cell
+    exact            from one event to the next by these three
+    fixed_step       the same by fixed Runge-Kutta steps (method rk4)
+    contact_field    the equation of a contact, made smooth at touch and release
+    runge_kutta      one step of it, of order eight or four
+    contact          a contact from touch to release, stepped
+    impact           a short impact, solved at once
+    orbit            the time loop: flights, contacts, sections
+    recurrence       period and impacts of an orbit from its section
+    growth           growth rates with their uncertainty; convergence of averages
+    variations       the map from section to section with its derivative
+    shooting         periodic orbits by Newton's method
+    verdict          what an orbit is, with the evidence
+    cells            one cell: parameters, orbit, outputs, verdict
+    lanes            many cells in parallel
 
 Words:
 
-cell (of a map)   one set of parameters; in `flight`, a cell is a piece of a forcing period
-chain, link       cells that are run one after another, and one of them; each starts from the last
-                  state of the one before
-lane              what runs on its own: a chain
-period            one of the forcing, T = 2 pi / omega
-section           the states at the ends of the periods; `stops` of them in each, if more are wanted
-record, evidence  the section of an orbit under judgement, and the numbers of its verdict
-variations        four small differences from an orbit, which obey the equation linearised along it
+    cell (of a map)   one set of parameters; in `flight`, a cell is a piece of a forcing period
+    chain, link       cells that are run one after another, and one of them; each starts from
+                      the last state of the one before
+    lane              what runs on its own: a chain
+    period            one of the forcing, T = 2 pi / omega
+    section           the states at the ends of the periods, or `stops` of them in each period
+    record, evidence  the section of an orbit under judgement, and the numbers of its verdict
+    variations        four small differences from an orbit; they obey the linearised equation
 
 Letters:
 
-ps, damper, wall      the numbers of the structure, of the damper, of one wall (`scene`)
-x1, v1                displacement [m] and velocity [m/s] of the structure
-r, s                  shortening of the damper's spring, x1 - x2 + rest [m], and its rate [m/s]
-z, q                  depth of a contact [m], r - gap or -r - gap, and sqrt(z)
-c, d                  cos and sin of the forcing's phase
-j, x                  number of a cell (or of a fixed step) in the period, place in it from 0 to 1
-w                     the table of a grid (`flight`) or of an arc (`impact`)
-k                     the scratch rows of a contact (`runge_kutta`); elsewhere a power or a count
-h                     length of a cell or a step [s]; of a step in a contact, in theta
-theta                 fictitious time of a contact, dt = q dtheta (`contact_field`)
-phi, u, S, b          phase, shape, speed and amplitude of a short impact (`impact`)
-kappa                 K / mu of a wall, mu the reduced mass
-bend, jerk            bounds of a second and of a third derivative by the place in a cell
-tangent               (16,) four variations (x1, v1, r, s), one after the other
-n                     cells or steps of a period; nodes of an arc; periods of an nT orbit
-y, z                  states (x1, v1, r, s) before and after a cell or a step
+    ps, damper, wall      the numbers of the structure, of the damper, of one wall (`scene`)
+    x1, v1                displacement [m] and velocity [m/s] of the structure
+    r, s                  shortening of the damper's spring, x1 - x2 + rest [m], and its rate [m/s]
+    z, q                  depth of a contact [m], r - gap or -r - gap, and sqrt(z)
+    c, d                  cos and sin of the forcing's phase
+    j, x                  number of a cell (or fixed step) in the period, place in it from 0 to 1
+    w                     the table of a grid (`flight`) or of an arc (`impact`)
+    k                     scratch rows of a contact (`runge_kutta`); elsewhere a power or a count
+    h                     length of a cell or a step [s]; of a step in a contact, in theta
+    theta                 fictitious time of a contact, dt = q dtheta (`contact_field`)
+    phi, u, S, b          phase, shape, speed and amplitude of a short impact (`impact`)
+    kappa                 K / mu of a wall, mu the reduced mass
+    bend, jerk            bounds of a second and of a third derivative by the place in a cell
+    tangent               (16,) four variations (x1, v1, r, s), one after the other
+    n                     cells or steps of a period; nodes of an arc; periods of an nT orbit
+    y, z                  states (x1, v1, r, s) before and after a cell or a step
 """

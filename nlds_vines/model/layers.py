@@ -144,10 +144,10 @@ class Layers:
     def title(self, outdated_by: Collection[str]) -> str | None:
         """Return the title; None where none is given.
 
-        The title of the layer below does not hold any more where the one above has one of the keys
-        `outdated_by`.
+        The title of the layer below does not hold any more where the one above has something under
+        one of the keys `outdated_by`.
         """
-        changed = any(key in self.above.document for key in outdated_by)
+        changed = any(self.above.document.get(key) for key in outdated_by)
         for layer in (self.above,) if changed else (self.above, self.below):
             if "title" in layer.document:
                 with at(layer.where):

@@ -15,7 +15,6 @@ from pathlib import Path
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.room import refuse_without_room
-from nlds_vines.cli.option_values import comma_separated
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import PLOT_SUFFIXES, check_writable
 from nlds_vines.cli.run_options import RunOptions
@@ -213,10 +212,9 @@ def _job(options: argparse.Namespace) -> _Job:
     own = tuple(load_figure(Path(path)) for path in options.sources)
     if own and options.only is not None:
         raise RequestError("--only chooses among the paper's figures: leave out the files")
-    # no name between the commas is a wrong name, not a wish for all figures
-    names = () if options.only is None else comma_separated(options.only) or [options.only]
+    only = () if options.only is None else options.only.split(",")
     return _Job(
-        requests=own or _chosen(names),
+        requests=own or _chosen(only),
         folder=Path(options.output),
         picture=options.format,
         how=_how(options.threads, options.overwrite, options.quiet),

@@ -269,7 +269,7 @@ def test_kernels_know_numbers_only(name):
     assert not {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)} & INPUT_OUTPUT
 
 
-@pytest.mark.parametrize("name", set(kernels()) - {"kernels.compiling"})
+@pytest.mark.parametrize("name", sorted(set(kernels()) - {"kernels.compiling"}))
 def test_every_kernel_is_compiled(name):
     for node in ast.parse(MODULES[name].read_text(encoding="utf-8")).body:
         if isinstance(node, ast.FunctionDef):
@@ -307,7 +307,8 @@ def test_pictures_claims_and_report_reach_no_kernel():
     names = [name for name in files if name.startswith(judged)]
     assert len(names) > 10
     for name in names:
-        assert not [found for found in reaches(name, files) if found.startswith("kernels.")], name
+        found = {one for one in reaches(name, files) if one.startswith("kernels.")}
+        assert found <= {"kernels.codes"}, name  # plain numbers
 
 
 def test_one_module_decides_how_kernels_are_compiled():

@@ -27,7 +27,7 @@ from nlds_vines.bifurcation.blocks import (
     result_bytes,
     work_bytes,
 )
-from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.compute import Computer, wanted_of
 from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.tally import Tally
@@ -78,7 +78,7 @@ def test_the_standing_of_a_scan_is_told_and_nothing_is_touched(folder, capsys):
     assert " to go" in running
     assert "T,1" in running
     assert main(["status", "a.h5.parts"]) == 0
-    assert "at work:  nobody" in capsys.readouterr().out
+    assert "no run that can be seen from here" in capsys.readouterr().out
     with Parts.open("a.h5", scan, shard=Shard(2, 3)):
         assert standing(Path("a.h5.parts")).workers == ["shard 2/3"]
 
@@ -161,7 +161,7 @@ def test_the_largest_block_is_as_large_as_it_is_said():
 @pytest.mark.parametrize("want", [["section"], ["energy"], ["regime", "energy"], ["settling"]])
 def test_what_a_block_takes_is_not_more_than_is_said(system, want):
     scan = replace(make_scan(want, system=system), transient=5000)
-    outputs = Outputs.of(scan, (7, 1), scan.transient, scan.periods)
+    outputs = Outputs.of(wanted_of(scan), (7, 1), scan.transient, scan.periods)
     taken = sum(array.nbytes for array in vars(outputs).values() if array is not None)
     assert taken <= 7 * lane_bytes(scan) <= taken + 7 * 1024
 

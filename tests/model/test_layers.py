@@ -75,6 +75,7 @@ def test_a_title_ends_with_what_it_describes():
     below = {"title": "below"}
     assert layers(below, {"title": "above"}).title(()) == "above"
     assert layers(below, {"set": {"P": 1.0}}).title(("system",)) == "below"
+    assert layers(below, {"set": {}}).title(("system", "set")) == "below"
     assert layers(below, {"set": {"P": 1.0}}).title(("system", "set")) is None
     with pytest.raises(RequestError, match=r"^command line: title = 3"):
         layers(below, {"title": 3}).title(())

@@ -18,8 +18,8 @@ from nlds_vines.bifurcation.compute import Computer, wanted_of
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import lanes
 from nlds_vines.model.catalogue import load_system
-from nlds_vines.orbits.batch import Outputs, Wanted
-from nlds_vines.orbits.settings import CONTACT_STEPS, NODES, Settings
+from nlds_vines.orbits.batch import Outputs
+from nlds_vines.orbits.settings import CONTACT_STEPS, NODES
 
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}
 """Modules of kernels that only a scene with a wall needs."""
@@ -165,13 +165,7 @@ def allocated(system, *want):
     """Return the names of the buffers that a scan of this request has."""
     vary = {"omega": {"values": [6.0]}}
     scan = load_scan({"system": system, "vary": vary, "record": {"want": list(want)}})
-<<<<<<< HEAD
     outputs = Outputs.of(wanted_of(scan), (2, 3), scan.transient, scan.periods)
-=======
-    settings = Settings.of(scan.method)
-    wanted = Wanted(scan.system.scene, scan.want, scan.method, scan.effort, settings)
-    outputs = Outputs.of(wanted, (2, 3), scan.transient, scan.periods)
->>>>>>> kernels
     buffers = {field.name: getattr(outputs, field.name) for field in fields(outputs)}
     return {name for name, buffer in buffers.items() if buffer is not None}
 

@@ -41,7 +41,7 @@ def bounds_near_walls(near, far, w, bend, jerk):
 
 @jit
 def touch_in(near, far, grid, end, bend, jerk):
-    """Return (place, event) of the first touch in [0, end] of the cell looked at."""
+    """Return (place, event) of the first touch in [0, end] of the expanded cell."""
     place, event = NOWHERE, SECTION
     if near is not None:
         place = first_touch(grid.table, 0.0, end, 1.0, near.gap, bend, jerk)
@@ -80,7 +80,7 @@ def may_hold_a_miss(near, far, clearance, r0, r1, slack):
 
 @jit
 def note_misses(near, far, clearance, grid, end, bend, jerk):
-    """Lower the smallest near miss to those in [0, end] of the cell looked at, which is clear."""
+    """Lower the smallest near miss to those in [0, end] of the expanded cell, which is clear."""
     if near is not None:
         best = nearest_miss(grid.table, 1.0, end, near.gap - clearance[0], bend, jerk)
         clearance[0] = min(clearance[0], near.gap - best)

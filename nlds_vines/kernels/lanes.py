@@ -94,7 +94,7 @@ def summarise(section, by_period, counts, cycle):
 
 @jit
 def note_end(ends, chain, link, which, state):
-    """Keep the state at one end of an orbit, where asked for."""
+    """Keep the state at one end of an orbit, if it is wanted."""
     if ends is not None:
         ends[chain, link, which] = state
 

@@ -61,7 +61,7 @@ def set_mode(near, far, state):
 def fly_on(
     rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j, x, x1, v1, r, s
 ):
-    """Fly to the next event by the method asked for."""
+    """Fly to the next event by the method."""
     # hot: the arguments of `fly`
     return fly if rk4 is None else fly_fixed
 
@@ -269,23 +269,27 @@ def maps_of(rk4, energy, ps, damper, grid, stops):
     return lambda rk4, energy, ps, damper, grid, stops: None
 
 
+@jit
+def step_share(rk4, ps, damper, energy, maps, grid, share, y):
+    """Return the state after a share (i, stops) of a period from the state y, by `maps`."""
+    return step(damper, maps, share[0], y[0], y[1], y[2], y[3])
+
+
+@jit
+def fly_share(rk4, ps, damper, energy, maps, grid, share, y):
+    """Return the same as `step_share`, cell by cell."""
+    i, stops = share
+    first, stop = grid.n * i // stops, grid.n * (i + 1) // stops
+    return fly_on(
+        rk4, ps, damper, None, None, None, energy, None, grid, stop, first, 0.0,
+        y[0], y[1], y[2], y[3],
+    )[3:]  # fmt: skip
+
+
 @chosen
-def fly_share(rk4, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
-    """Advance a scene without walls by share i of a period: by `maps` (`maps_of`) if there are."""
-    # hot: once or more per period
-
-    def mapped(rk4, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
-        return step(damper, maps, i, x1, v1, r, s)
-
-    # hot: as `fly_share`
-    def flown(rk4, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s):
-        first, stop = grid.n * i // stops, grid.n * (i + 1) // stops
-        return fly_on(
-            rk4, ps, damper, None, None, None, energy, None, grid, stop, first, 0.0,
-            x1, v1, r, s,
-        )[3:]  # fmt: skip
-
-    return flown if maps is None else mapped
+def share_of(rk4, ps, damper, energy, maps, grid, share, y):
+    """Advance a scene without walls by a share of a period: by `maps` (`maps_of`) if there are."""
+    return fly_share if maps is None else step_share
 
 
 @jit
@@ -293,15 +297,15 @@ def linear_orbit(prepared, buffers, span, state, tangent, exact_grid):
     """Advance a scene without walls (arguments and result as those of `orbit`)."""
     rk4, ps, damper, grid = prepared.rk4, prepared.ps, prepared.damper, prepared.grid
     section, energy, stops = buffers.section, buffers.energy, span.stops
-    x1, v1, r, s = state[0], state[1], state[2], state[3]
+    y = state[0], state[1], state[2], state[3]
     maps = maps_of(rk4, energy, ps, damper, grid, stops)
     for p in range(span.periods):
         for i in range(stops):
-            x1, v1, r, s = fly_share(rk4, ps, damper, energy, maps, grid, stops, i, x1, v1, r, s)
-            at_section(damper, section, p * stops + i, x1, v1, r, s)
+            y = share_of(rk4, ps, damper, energy, maps, grid, (i, stops), y)
+            at_section(damper, section, p * stops + i, y[0], y[1], y[2], y[3])
         if tangent is not None:
             propagate(exact_grid, tangent, grid.h * grid.n)
-        if not bounded(x1, v1, r, s):
+        if not bounded(y[0], y[1], y[2], y[3]):
             return DIVERGED
-    state[0], state[1], state[2], state[3] = x1, v1, r, s
+    state[0], state[1], state[2], state[3] = y
     return OK

@@ -83,7 +83,7 @@ def factor_row(ps, damper, which):
 
 @jit
 def factor_polynomial(ps, damper, grid, cosine, sine, which):
-    """Fill the rows FACTOR with the Taylor coefficients of one factor over the cell looked at.
+    """Fill the rows FACTOR with the Taylor coefficients of one factor over the expanded cell.
 
     cosine, sine: of the phase at the start. Returns a bound of its second derivative in the cell.
     """
@@ -112,7 +112,7 @@ def horner(w, x):
 
 @jit
 def note_at(ps, damper, energy, grid, x):
-    """Raise the largest energies to those at place x of the cell looked at."""
+    """Raise the largest energies to those at place x of the expanded cell."""
     y = at(grid.table, x)
     note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
 
@@ -152,7 +152,7 @@ def note_roots(ps, damper, energy, grid, bend, end):
 
 @jit
 def note_peaks(ps, damper, energy, grid, cosine, sine, end, suspected):
-    """Raise the largest energies to their maxima over [0, end] of the cell looked at.
+    """Raise the largest energies to their maxima over [0, end] of the expanded cell.
 
     cosine, sine: of the phase at its start; `suspected`: the factors that may vanish (`suspects`).
     """

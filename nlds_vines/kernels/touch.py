@@ -59,7 +59,7 @@ def derivatives_at(w, x, sign):
 
 @jit
 def tightened(w, bend, jerk):
-    """Return bounds of the second and third derivative of r by the place in the cell looked at.
+    """Return bounds of the second and third derivative of r by the place in the expanded cell.
 
     `bend` and `jerk`, which energy provides, or those of the cell's polynomial where they are less:
     a slow motion of a stiff system bends far less than its energy allows.

@@ -40,9 +40,9 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Outputs:
-    """The buffers of many orbits, (chains, links, ...) each; None for what was not asked for.
+    """The buffers of many orbits, (chains, links, ...) each; None for what is not wanted.
 
-    Where the error is asked for, `refined` are those of the same orbits by refined settings, and
+    Where the error is wanted, `refined` are those of the same orbits by refined settings, and
     `retraced` the error of a period.
     """
 

@@ -59,7 +59,7 @@ class Violation(NamedTuple):
 
 @dataclass(frozen=True)
 class Orbit:
-    """What was recorded of an orbit; None for what was not asked for.
+    """What was recorded of an orbit; None for what was not wanted.
 
     Attributes:
         system: what was simulated.
@@ -148,7 +148,7 @@ def simulate(
 
 @dataclass(frozen=True)
 class _Buffers:
-    """What a run fills; None for what was not asked for."""
+    """What a run fills; None for what is not wanted."""
 
     record: tuple[str, ...]
     stops: int

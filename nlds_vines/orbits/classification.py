@@ -88,8 +88,8 @@ def classify(
             effort never changes a label, it can only find one.
 
     Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
-    The decision table is in the README.  Cost: as `simulate` for a periodic orbit, once compiled;
-    some 0.05 s for a chaotic one.
+    docs/regimes.md holds the decision table.  Cost: as `simulate` for a periodic orbit, once
+    compiled; some 0.05 s for a chaotic one.
     """
     before, sampled = whole("transient", transient, 0), whole("periods", periods, 1)
     how = choice("method", method, METHODS), choice("effort", effort, EFFORTS)

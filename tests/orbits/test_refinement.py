@@ -10,6 +10,7 @@ from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block, Parts
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.tally import refinement_summary
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits import refinement
 from nlds_vines.orbits.labels import FLAGS, KEPT
@@ -104,7 +105,7 @@ def test_where_only_the_refined_run_fails_nothing_is_made_up(monkeypatch, tmp_pa
     assert (found["label_kept"] == KEPT["no"]).all()
     with read(nv.bifurcation(scan, tmp_path / "a.h5")) as view:
         assert (
-            refinement.summary(view) == "refined: 3 of 3 orbits change their label, 3 of them fail"
+            refinement_summary(view) == "refined: 3 of 3 orbits change their label, 3 of them fail"
         )
 
 
@@ -162,7 +163,7 @@ def archive_of(path, want=("energy", "regime", "error"), fill=None):
 
 def told(path):
     with read(path) as view:
-        return refinement.summary(view)
+        return refinement_summary(view)
 
 
 def test_the_summary_counts_changed_labels_and_looks_at_settled_orbits(tmp_path):

@@ -74,7 +74,7 @@ def test_an_estimate_by_settings_that_are_not_finer_is_caught(monkeypatch):
 
 def test_refined_settings_are_those_the_documentation_names():
     assert Settings.of("exact").refined("exact") == Settings(16, 40.0)
-    assert Settings.of("rk4").refined("rk4") == Settings(12, 1024.0)
+    assert Settings.of("rk4").refined("rk4") == Settings(12, 256.0, 1024.0)
 
 
 # ---- labels under refinement ---------------------------------------------------------------------

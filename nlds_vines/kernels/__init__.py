@@ -57,7 +57,7 @@ Letters:
     y, z                  states (x1, v1, r, s) before and after a cell or a step
 
 A function marked `hot` runs once per period, impact, step or cell and has more than eight arguments:
-a tuple that holds arrays would cost reference counts in every call (3 % of an orbit, measured at
-`orbit.follow_contact`), and of an argument alone the compiler knows that it is None. A tuple of
+a tuple with arrays would cost reference counts in every call (3 % of an orbit, measured at
+`orbit.follow_contact`), and only of an argument the compiler knows that it is None. A tuple of
 plain numbers, such as a state, costs nothing (`fixed_step`).
 """

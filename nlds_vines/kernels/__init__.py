@@ -56,7 +56,7 @@ Letters:
     n                     cells or steps of a period; nodes of an arc; periods of an nT orbit
     y, z                  states (x1, v1, r, s) before and after a cell or a step
 
-A function marked `hot` runs once per period, impact, step or cell and has more than eight arguments:
+A function marked `hot` runs once per period, impact, step or cell and has more than 8 arguments:
 a tuple with arrays would cost reference counts in every call (3 % of an orbit, measured at
 `orbit.follow_contact`), and only of an argument the compiler knows that it is None. A tuple of
 plain numbers, such as a state, costs nothing (`fixed_step`).

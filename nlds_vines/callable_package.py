@@ -6,7 +6,9 @@ Importing the package puts it in the function's place, so the package itself is 
 
 from __future__ import annotations
 
+import inspect
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from types import ModuleType
 from typing import Any
@@ -17,8 +19,17 @@ class CallablePackage(ModuleType):
 
     def __call__(self, *args: Any, **keywords: Any) -> Any:
         """Load the command's module and call the function."""
+        return self._function(*args, **keywords)
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        """The arguments of the function, for help and editors."""
+        return inspect.signature(self._function)
+
+    @property
+    def _function(self) -> Callable[..., Any]:
         name = self.__name__.rpartition(".")[2]
-        return getattr(import_module(f"{self.__name__}.command"), name)(*args, **keywords)
+        return getattr(import_module(f"{self.__name__}.command"), name)
 
 
 def make_callable(package: str) -> None:

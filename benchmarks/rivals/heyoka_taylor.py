@@ -62,9 +62,9 @@ def _flight(p: list[float], tolerance: float) -> Any:
 
 
 def _contact(p: list[float], wall: int, tolerance: float) -> Any:
-    """Return the integrator of a contact in x1, v1, w, dz/dt and the time since its begin.
+    """Return the integrator of a contact in x1, v1, w, dz/dt and the time since its beginning.
 
-    Parameters: time of its begin, and the time since then at which it is to stop. Events: the
+    Parameters: time of its beginning, and the time since then at which it is to stop. Events: the
     release, and that moment.
     """
     import heyoka as hk

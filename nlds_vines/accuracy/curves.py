@@ -1,4 +1,4 @@
-"""What a row of measurements says: order, cost of a wanted error, ratios, advice."""
+"""What a row of measurements says: order, cost of a wanted error, the cheapest setting."""
 
 from __future__ import annotations
 

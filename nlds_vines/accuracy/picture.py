@@ -1,4 +1,4 @@
-"""The picture of a survey of error against run time: one panel a case, the best of each family."""
+"""The pictures of surveys: error against run time by case; error and cost against stiffness."""
 
 from __future__ import annotations
 

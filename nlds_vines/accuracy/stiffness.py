@@ -25,16 +25,13 @@ from nlds_vines.kernels.impact import LONGEST
 from nlds_vines.kernels.scene import damper_in, structure_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of
-from nlds_vines.orbits.settings import CONTACT_STEPS, PERIOD_STEPS, STEPS_RATIO
+from nlds_vines.orbits.settings import CONTACT_STEPS, NODES, PERIOD_STEPS, STEPS_RATIO
 
 MODULI = (2e5, 2e6, 2.05e7, 2e8, 2e9, 2.1e10, 2.1e11, 2.1e12, 2.1e13)
 """Young's moduli E2 of the damper's side [Pa]: soft rubber, rubber, ..., steel, beyond."""
 
 STIFFNESSES = tuple(10.0**k for k in range(4, 17))
 """Contact stiffnesses K [N/m^1.5] given directly, to beyond any material."""
-
-NODES = 12
-"""Collocation nodes of `exact` by default."""
 
 RTOL = 1e-8
 """Tolerance of the solvers of others, or the nearest of theirs."""

@@ -163,13 +163,15 @@ def _settling(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
     return (Dataset("settling", lanes, "int32", "1", text, -1),)
 
 
+def _number(lanes: tuple[str, ...], name: str, units: str, text: str) -> Dataset:
+    """Return a dataset of one number for each orbit."""
+    return Dataset(name, lanes, "float64", units, text, np.nan)
+
+
 def _evidence(lanes: tuple[str, ...], walls: bool) -> Iterator[Dataset]:
     """Yield the evidence of a verdict; NaN where it does not apply."""
 
-    def number(name: str, units: str, text: str) -> Dataset:
-        return Dataset(name, lanes, "float64", units, text, np.nan)
-
-    yield number("residual", "1", "what does not close of a periodic orbit, relative to it")
+    yield _number(lanes, "residual", "1", "what does not close of a periodic orbit, relative to it")
     dims = (*lanes, "multiplier", "part")
     text = "Floquet multipliers of the nT orbit"
     yield Dataset("multipliers", dims, "float64", "1", text, np.nan)
@@ -177,13 +179,17 @@ def _evidence(lanes: tuple[str, ...], walls: bool) -> Iterator[Dataset]:
     yield Dataset("exponents", (*lanes, "exponent"), "float64", "1/s", text, np.nan)
     text = "a point of the periodic orbit's section, after the last period watched"
     yield Dataset("orbit_point", (*lanes, "component"), "float64", "m, m/s", text, np.nan)
-    yield number("averaging", "1", "digits to which time averages of its two halves agree")
-    yield number("watched", "1", "forcing periods looked at, from the start of the orbit")
-    yield number("transient_lyapunov", "1/s", "largest exponent before settling, where it is late")
-    yield number("transient_lyapunov_width", "1/s", "half the width of its 99 % interval")
+    yield _number(lanes, "averaging", "1", "digits to which time averages of its two halves agree")
+    yield _number(lanes, "watched", "1", "forcing periods looked at, from the start of the orbit")
+    yield _number(
+        lanes, "transient_lyapunov", "1/s", "largest exponent before settling, where it is late"
+    )
+    yield _number(lanes, "transient_lyapunov_width", "1/s", "half the width of its 99 % interval")
     if walls:
-        yield number("orbit_clearance", "m", "smallest near miss of the periodic orbit")
-        yield number("softest_impact", "m/s", "smallest approach speed of the periodic orbit")
+        yield _number(lanes, "orbit_clearance", "m", "smallest near miss of the periodic orbit")
+        yield _number(
+            lanes, "softest_impact", "m/s", "smallest approach speed of the periodic orbit"
+        )
 
 
 def _clearance(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
@@ -194,15 +200,14 @@ def _clearance(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
 def _error(lanes: tuple[str, ...], want: Collection[str]) -> Iterator[Dataset]:
     """Yield the differences that refined settings make; NaN where they fail."""
 
-    def number(name: str, units: str, text: str) -> Dataset:
-        return Dataset(name, lanes, "float64", units, text, np.nan)
-
     text = f"largest over the last sampled periods, up to {RETRACED}, from the same state each"
-    yield number("error", "m, m/s", f"discretisation error of the state over a period: {text}")
+    yield _number(
+        lanes, "error", "m, m/s", f"discretisation error of the state over a period: {text}"
+    )
     text = "difference of the last state from that of a refined run; in chaos of the orbit's size"
-    yield number("error_at_end", "m, m/s", text)
+    yield _number(lanes, "error_at_end", "m, m/s", text)
     if "energy" in want:
-        yield number("E1max_error", "J", "difference of E1max from that of a refined run")
+        yield _number(lanes, "E1max_error", "J", "difference of E1max from that of a refined run")
     if "regime" in want:
         text = "regime in words that a refined run finds"
         yield Dataset("refined_label", lanes, "str", "1", text, "")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,6 +15,7 @@ from nlds_vines.archives.provenance import Value
 from nlds_vines.bifurcation.datasets import scales_of, table_of
 from nlds_vines.errors import RequestError, choice, string, whole
 from nlds_vines.model.axis import Axis
+from nlds_vines.model.layers import request_hash
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import EFFORTS, METHODS
 from nlds_vines.orbits.starts import Start
@@ -142,6 +142,4 @@ class Scan:
     @cached_property
     def hash(self) -> str:
         """SHA-256 of what determines the numbers: the canonical TOML without titles and sources."""
-        document = self.document() | {"title": ""}
-        document["system"] = {key: document["system"][key] for key in ("kind", "parameters")}
-        return hashlib.sha256(toml_text(document).encode()).hexdigest()
+        return request_hash(self.document())

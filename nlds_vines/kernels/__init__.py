@@ -58,6 +58,6 @@ Letters:
 
 A function marked `hot` runs once per period, impact, step or cell and has more than 8 arguments:
 a tuple with arrays would cost reference counts in every call (3 % of an orbit, measured at
-`orbit.follow_contact`), and only of an argument the compiler knows that it is None. A tuple of
+`orbit.follow_contact`), and only of an argument does the compiler know that it is None. A tuple of
 plain numbers, such as a state, costs nothing (`fixed_step`).
 """

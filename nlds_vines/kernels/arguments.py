@@ -78,7 +78,7 @@ class LaneBuffers(NamedTuple):
     peak: Any = None  # (2,)
     clearance: Any = None  # (1,)
     violation: Any = None  # (3,)
-    ends: Any = None  # (2, SIZE) the states at begin and end
+    ends: Any = None  # (2, SIZE) the states at the beginning and the end
 
 
 class Finished(NamedTuple):

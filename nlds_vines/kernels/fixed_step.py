@@ -1,9 +1,8 @@
 """Flight by classical Runge-Kutta steps on a regular grid: the method users know.
 
 A step that would cross a wall is repeated with the length that lands on r = gap; so is a step that
-touches and turns back between its ends. The contacts are stepped by
-`contact` at the same order. Everything is of order four, contacts included, and shares no formula
-with the exact flight: the cross-check of everything.
+touches and turns back between its ends. `contact` steps the contacts at the same order. So all is
+of order four and shares no formula with the exact flight: an independent check of it.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from .compiling import jit
 
 BATCHES = 16  # pieces whose means are compared: long ones that hardly depend on each other
 QUANTILE = 2.947  # of Student's t for 15 degrees of freedom: 99 % of all cases are within
-UNFIT = 0.05  # share of a sequence at its begin that is left out: the variations align there
+UNFIT = 0.05  # share of a sequence at its beginning that is left out: the variations align there
 
 
 @jit

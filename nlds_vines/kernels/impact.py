@@ -49,9 +49,7 @@ B, T, G, H, FB, FT, FG, FH, OLD = (ROW * i for i in range(9))
 U, S, BY_DRAG, BY_DRIFT, TIME, WEIGHT, MIDDLE = (ROW * i for i in range(9, 16))
 TABLE = ROW * 16
 
-LARGEST_SHARE = (
-    0.1  # of the external acceleration in the contact's own: above it, a contact is stepped
-)
+LARGEST_SHARE = 0.1  # of the external acceleration in the contact's own: above it, it is stepped
 LONGEST = 0.2  # duration of a short impact in units of 1/rate: a longer one is stepped
 MOST_SWEEPS = 12  # a sweep gains two digits; some five are needed
 
@@ -66,9 +64,7 @@ class Arc(NamedTuple):
     length: float  # integral of u from touch to release
     tolerance: float  # relative change of b that a further sweep may still make
     loss_missed: float  # what the nodes miss of BY_DRAG up to the release
-    integration: (
-        np.ndarray
-    )  # (n n,) integration from touch to each node, one integrand after another
+    integration: np.ndarray  # (n n,) from touch to each node, one integrand after another
     table: np.ndarray  # (TABLE,) see above; unknowns and slopes are scratch
 
 

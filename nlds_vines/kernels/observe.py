@@ -36,7 +36,7 @@ COLUMNS = 8
 
 # Places of the limit log:
 #   0 LEVEL    the limit of r [m]                   3 EXCESS   greatest r beyond the limit [m]
-#   1 PERIOD   begin of the period under way [s]    4 NUMBER   passages of the limit
+#   1 PERIOD   beginning of the period under way [s]    4 NUMBER   passages of the limit
 #   2 FIRST    time of the first passage [s]        5 BEYOND   1 while r is beyond, otherwise 0
 LEVEL, PERIOD, FIRST, EXCESS, NUMBER, BEYOND = range(6)
 
@@ -154,7 +154,7 @@ def note_row(ps, damper, wall, energy, k, row):
 def step_to_root(rk4, ps, damper, wall, c, d, landing, h, k, which, f0, f1):
     """Write row NEW where the factor `which` of `powers` vanishes within a step.
 
-    f0, f1: its values at the begin and the end of the step.
+    f0, f1: its values at the beginning and the end of the step.
     """
     # hot: within a step
     low, high = 0.0, 1.0

@@ -207,9 +207,8 @@ def find_period(flow, record, length, last, hint, evidence):
 def follow_growth(flow, state, tangent, logs, growth, record, first):
     """Follow an orbit and its variations for len(logs) periods; return a status.
 
-    The section is noted from row `first` on.
-
-    logs take the growth of the first variation in each period, growth (4,) that of all.
+    The section is noted from row `first` on; logs take the growth of the first variation in each
+    period, growth (4,) that of all.
     """
     for p in range(len(logs)):
         before = growth[0]
@@ -279,9 +278,9 @@ def note_chaotic_transient(flow, origin, evidence, period):
 def judge(flow, ends, record, hint, stages, evidence):
     """Say what an orbit is; see the columns of `evidence` (COLUMNS,).
 
-    ends: the states (2, SIZE) at its begin and end; record (periods, components) its section all
-    the way; hint: a period found by recurrence or 0; stages: further periods allowed, stage by
-    stage. Returns a status.
+    ends: the states (2, SIZE) at its beginning and end; record (periods, components) its section
+    all the way; hint: a period found by recurrence or 0; stages: further periods allowed, stage
+    by stage. Returns a status.
     """
     length = len(record)
     evidence[:] = np.nan

@@ -9,6 +9,7 @@ wrong: the file and the table.
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from typing import Any
 from nlds_vines.errors import RequestError, at, shown, string, table
 from nlds_vines.model.catalogue import load_system, system_from
 from nlds_vines.model.system import System
-from nlds_vines.toml import read_toml
+from nlds_vines.toml import read_toml, toml_text
 
 Document = Mapping[str, Any]
 """What a TOML file holds, as nested tables."""
@@ -153,3 +154,10 @@ class Layers:
                 with at(layer.where):
                     return string("title", layer.document["title"])
         return None
+
+
+def request_hash(document: Document) -> str:
+    """Return the SHA-256 of what determines the numbers of a request: no titles, no sources."""
+    system = {key: document["system"][key] for key in ("kind", "parameters")}
+    text = toml_text({**document, "title": "", "system": system})
+    return hashlib.sha256(text.encode()).hexdigest()

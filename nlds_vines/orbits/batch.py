@@ -1,7 +1,7 @@
 """Many orbits in one call of the kernels: an array of cells, each lane an orbit of its own.
 
-`Kernels` runs chains of cells with everything that is wanted of them; `Batch` runs designs, of
-which a search needs to know alone how they ended and their largest energies.
+`Kernels` runs chains of cells with everything that is wanted of them; `Batch` runs designs; of
+these a search needs only how they ended and their largest energies.
 """
 
 from __future__ import annotations
@@ -156,7 +156,7 @@ METHOD = "exact"
 
 @dataclass(frozen=True)
 class Outcome:
-    """How every lane ended: largest energies [J] after the transient and status, one shape all.
+    """How every lane ended: its largest energies [J] after the transient, its status; one shape.
 
     `violations` counts how often the damper came where its scene forbids it, from the start on.
 

@@ -26,7 +26,7 @@ class Regime:
 
     Attributes:
         label: in the paper's words: `T,1`, `3T,2`, `chaos`, `transient chaos to T,0` ...
-        kind: of `record.FLAGS`: periodic, quasiperiodic, chaotic, transient_chaos, undetermined.
+        kind: periodic, quasiperiodic, chaotic, transient_chaos or undetermined (`labels.FLAGS`).
         period: n of nT; 0 where there is none.
         impacts: k per nT; of what is not periodic, those of the sampled window.
         impacts_by_wall: the same at the near and at the far wall.
@@ -35,7 +35,7 @@ class Regime:
         lyapunov: the largest exponent [1/s]; of a periodic orbit ln |mu| / nT.
         lyapunov_width: half the width of its 99 % interval; 0 for a periodic orbit.
         exponents: all of them [1/s]; they sum up to -(c1 + c2)/m1 - c2/m2.
-        residual: energy norm of what does not close of a periodic orbit, relative to the orbit's.
+        residual: by how much a periodic orbit does not close, relative to the orbit (energy norm).
         point: of the periodic orbit's section (x1, v1, x2, v2) [m, m/s]: a start on the orbit.
         clearance: [m] smallest near miss of the periodic orbit, inf without any; softest: [m/s]
             slowest impact.  Both tell how far grazing is.

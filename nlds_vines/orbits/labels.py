@@ -1,4 +1,4 @@
-"""What an orbit is, in the paper's words, and how much work a verdict may cost."""
+"""What an orbit is, in the paper's words."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def name_of(period: int, impacts: int) -> str:
 
 
 def label_of(regime: int, period: int, impacts: int) -> str:
-    """Return the label of one orbit from its regime (of `record.FLAGS`), n and k of nT,k."""
+    """Return the label of one orbit from its regime (of `FLAGS`), n and k of nT,k."""
     if regime in _WORDS:
         return _WORDS[regime]
     before = TRANSIENT if regime == FLAGS["transient_chaos"] else ""
@@ -47,7 +47,7 @@ def label_of(regime: int, period: int, impacts: int) -> str:
 def labels_of(regime: np.ndarray, period: np.ndarray, impacts: np.ndarray) -> np.ndarray:
     """Return the label of every lane, strings in an object array.
 
-    Arguments: integer arrays of one shape: `regime` (of `record.FLAGS`), `period` n of nT (0 where
+    Arguments: integer arrays of one shape: `regime` (of `FLAGS`), `period` n of nT (0 where
     there is none) and `impacts` k per nT.
     """
     triples, index = np.unique(
@@ -58,5 +58,5 @@ def labels_of(regime: np.ndarray, period: np.ndarray, impacts: np.ndarray) -> np
 
 
 def flags_of(status: np.ndarray, kind: np.ndarray) -> np.ndarray:
-    """Return the regime of every lane (of `record.FLAGS`): its verdict, or that it failed."""
+    """Return the regime of every lane (of `FLAGS`): its verdict, or that it failed."""
     return np.where(status == codes.OK, kind, FLAGS["failed"]).astype(np.int8)

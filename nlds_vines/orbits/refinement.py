@@ -81,7 +81,7 @@ def arrays_of(outputs: Outputs, fine: Outputs, label: np.ndarray | None) -> dict
 
 
 def kept(label: np.ndarray, refined: np.ndarray) -> np.ndarray:
-    """Return the codes of `record.KEPT`: whether two labels are the same words, lane by lane.
+    """Return the codes of `labels.KEPT`: whether two labels are the same words, lane by lane.
 
     So the kind has to be the same, of a periodic orbit n and k of nT,k, and of a chaotic transient
     the orbit that it ends in.  How long it takes, and how often chaos strikes, does not count.

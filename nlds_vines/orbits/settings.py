@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from nlds_vines.errors import RequestError, number
+from nlds_vines.errors import RequestError, number, whole
 
 METHODS = ("exact", "rk4")
 """The integrators."""
@@ -22,6 +22,9 @@ find one."""
 
 NODES = 12
 """Collocation nodes of a short impact, by `exact`: local errors below 1e-9."""
+
+MOST_NODES = 64
+"""Most collocation nodes: the tables of a short impact have room for so many."""
 
 CONTACT_STEPS = 28.0
 """Runge-Kutta steps, of order eight, of a contact that `exact` steps."""
@@ -56,7 +59,7 @@ class Settings:
         return cls(contact_steps=period_steps / STEPS_RATIO, period_steps=period_steps)
 
     def refined(self, method: str) -> Settings:
-        """Return settings of so much smaller an error that the difference tells that of these.
+        """Return finer settings: the difference of two runs is then nearly the error of these.
 
         Of exact: 16 nodes for 12 (the error falls fivefold or more with each) and 40 steps for 28
         (of order eight: 17 times); of rk4: twice the steps (of order four: 16 times).
@@ -77,16 +80,18 @@ def chosen_settings(
     if period_steps is not None:
         if method != "rk4":
             raise RequestError(f"period_steps is of method 'rk4'; {method!r} has contact_steps")
-        settings = Settings.rk4(_checked_steps("period_steps", period_steps))
+        settings = Settings.rk4(checked_steps("period_steps", period_steps))
     if contact_steps is not None:
         if method != "exact":
             raise RequestError(f"contact_steps is of method 'exact'; {method!r} has period_steps")
-        steps = _checked_steps("contact_steps", contact_steps)
+        steps = checked_steps("contact_steps", contact_steps)
         settings = replace(settings, contact_steps=steps)
-    return settings if nodes is None else replace(settings, nodes=nodes)
+    return (
+        settings if nodes is None else replace(settings, nodes=whole("nodes", nodes, 2, MOST_NODES))
+    )
 
 
-def _checked_steps(name: str, steps: float) -> float:
+def checked_steps(name: str, steps: float) -> float:
     """Return a number of Runge-Kutta steps that is in range, otherwise raise `RequestError`."""
     found = number(name, steps)
     if not 4 <= found <= 1e6:

@@ -19,7 +19,7 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.scenes.base import LONGEST_NAME
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
-from nlds_vines.orbits.settings import METHODS, chosen_settings
+from nlds_vines.orbits.settings import METHODS, checked_steps, chosen_settings
 from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.orbits.wants import COMPONENTS, refuse_impossible
 
@@ -238,6 +238,7 @@ def _renamed(
     name = "contact_steps" if method == "exact" else "period_steps"
     if contact_steps is not None or period_steps is not None:
         raise RequestError(f"resolution is the old name of {name}: give {name} alone")
+    checked_steps("resolution", resolution)
     message = f"resolution is deprecated: method {method!r} calls it {name}"
     warnings.warn(message, DeprecationWarning, stacklevel=3)
     return (resolution, None) if method == "exact" else (None, resolution)

@@ -16,13 +16,17 @@ LINE_EVERY = 5.0
 class Progress:
     """Shows a bar on a terminal, a line every few seconds elsewhere, nothing when quiet."""
 
-    def __init__(self, total: int, unit: str, *, done: int = 0, quiet: bool = False) -> None:
+    def __init__(
+        self, total: int, unit: str, *, done: int = 0, quiet: bool = False, at_most: bool = False
+    ) -> None:
         """Begin to count.
 
-        Arguments: `total` pieces of work at most, of which some are `done` before; `unit` is the
-        singular of what is counted, an orbit or a design.
+        Arguments: `total` pieces of work, of which some are `done` before; `unit` is the singular
+        of what is counted, an orbit or a design; `at_most` where the work may end earlier, so that
+        no time to go is known.
         """
         self._total, self._unit, self._done, self._quiet = total, unit, done, quiet
+        self._at_most = at_most
         self._began = self._printed = time.perf_counter()
         self._first = 0  # done with the first piece, most of whose time is that of compiling
         self._bar: tqdm[Any] | None = None
@@ -59,6 +63,8 @@ class Progress:
 
     def _pace(self, rate: float) -> str:
         """Return in words how much is done, how much a second, and how long the rest will take."""
+        if self._at_most:
+            return f"{self._done} of at most {self._total} {self._unit}s"
         left = duration((self._total - self._done) / rate)
         return f"{self._done} of {self._total} {self._unit}s, {rate:.3g} a second, {left} to go"
 

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -19,6 +18,7 @@ import numpy as np
 from nlds_vines.archives.provenance import Value
 from nlds_vines.errors import RequestError, choice, number, string, whole
 from nlds_vines.model.axis import Axis
+from nlds_vines.model.layers import request_hash
 from nlds_vines.model.system import System
 from nlds_vines.toml import toml_text
 from nlds_vines.tuning.free_parameter import Free, tunable
@@ -240,6 +240,4 @@ class Tuning:
     @cached_property
     def hash(self) -> str:
         """SHA-256 of what determines the numbers: the canonical TOML without titles and sources."""
-        document = self.document() | {"title": ""}
-        document["system"] = {key: document["system"][key] for key in ("kind", "parameters")}
-        return hashlib.sha256(toml_text(document).encode()).hexdigest()
+        return request_hash(self.document())

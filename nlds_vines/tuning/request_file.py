@@ -63,6 +63,7 @@ def load_tuning(
     title = layers.title(outdated_by=("system", "set", "free", "over"))
     periods = SAMPLED if system.scene.walls else SAMPLED_FREE
     search, surface = Search(**layers.values("search")), _surface(layers)
+    sampling = {"periods": periods, **layers.values("sampling")}
     with at(layers.holder("over").where):
         return Tuning(
             title=_made_up_title(system, free, over) if title is None else title,
@@ -71,7 +72,7 @@ def load_tuning(
             over=over,
             surface=surface,
             search=search,
-            **{"periods": periods, **layers.values("sampling")},
+            **sampling,
         )
 
 

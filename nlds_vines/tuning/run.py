@@ -45,7 +45,9 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
         for line in journal.discarded:
             print(line, file=sys.stderr)
         try:
-            with Progress(tuning.most_evaluations, "design", quiet=how.quiet) as progress:
+            with Progress(
+                tuning.most_evaluations, "design", quiet=how.quiet, at_most=True
+            ) as progress:
                 found = _findings(tuning, Log(tuning, journal, progress, stop))
             journal.flush()
             _store(tuning, found, journal, known)

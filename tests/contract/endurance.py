@@ -15,7 +15,7 @@ import time
 import numpy as np
 import pytest
 import xarray as xr
-from test_survival import (
+from test_resumed_after_kill import (
     DOCUMENT,
     FORKS,
     content,
@@ -67,7 +67,7 @@ PROGRAM = """
 import sys
 from pathlib import Path
 sys.path.insert(0, {tests!r})
-from test_survival import run_to
+from test_resumed_after_kill import run_to
 run_to(Path({path!r}))
 """
 

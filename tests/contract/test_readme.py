@@ -53,7 +53,7 @@ def rows(text):
 
 @pytest.fixture
 def own(tmp_path, monkeypatch):
-    """Work in a folder that holds the scan file of the pages, and the recipes of a clone."""
+    """Work in a folder that holds the scan file of the pages, and the request files of a clone."""
     (scan,) = blocks("toml")
     (tmp_path / "own.toml").write_text(scan)
     (tmp_path / "scans").symlink_to(ROOT / "scans")

@@ -10,8 +10,8 @@ Everything is loaded when it is first used, so that asking for help costs nothin
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
-from types import ModuleType
 from typing import Any
 
 _HOMES = {
@@ -52,11 +52,10 @@ def __getattr__(name: str) -> Any:
         return version("nlds-vines")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = value
-    for other, home in _HOMES.items():  # a package of the same name must not stand in its place
-        if home == f"{other}.command" and isinstance(globals().get(other), ModuleType):
-            globals()[other] = getattr(import_module(f"{__name__}.{home}"), other)
+    module = import_module(f"{__name__}.{_HOMES[name]}")
+    if _HOMES[name] == f"{name}.command":  # a folder that is called like its function
+        return sys.modules[f"{__name__}.{name}"]
+    globals()[name] = value = getattr(module, name)
     return value
 
 

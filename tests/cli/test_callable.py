@@ -9,20 +9,21 @@ import pytest
 
 import nlds_vines as nv
 
-
-@pytest.mark.parametrize("name", ["bifurcation", "portrait", "transients"])
-def test_the_package_has_the_arguments_of_the_function(name):
-    package = import_module(f"nlds_vines.{name}")
-    assert inspect.signature(package) == inspect.signature(getattr(nv, name))
-    assert "args" not in inspect.signature(package).parameters
+NAMES = ["bifurcation", "portrait", "transients"]
 
 
-@pytest.mark.parametrize(
-    ("first", "name"), [("load_scan", "bifurcation"), ("Ensemble", "transients")]
-)
-def test_another_name_of_a_package_leaves_the_function_in_its_place(first, name):
-    program = f"import nlds_vines as nv; nv.{first}; print(type(nv.{name}).__name__)"
+@pytest.mark.parametrize("name", NAMES)
+def test_the_folder_has_the_arguments_of_its_function(name):
+    function = getattr(import_module(f"nlds_vines.{name}.command"), name)
+    assert inspect.signature(getattr(nv, name)) == inspect.signature(function)
+    assert "args" not in inspect.signature(function).parameters
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_its_modules_are_found_before_and_after_it_is_used(name):
+    program = f"import nlds_vines as nv; f = nv.{name}; import nlds_vines.{name}.command as c;"
+    program += f"print(f is nv.{name}, callable(f), c.__name__)"
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
-    assert done.stdout == "function\n"
+    assert done.stdout == f"True True nlds_vines.{name}.command\n"

@@ -22,6 +22,10 @@ In reading order:
     growth           growth rates with their uncertainty; convergence of averages
     variations       the map from section to section with its derivative
     shooting         periodic orbits by Newton's method
+    evidence_rows    the columns of a verdict's evidence
+    course           an orbit under judgement: its sections, and how it is followed further
+    settling         when it settled, and what it was before
+    period_search    the stable periodic orbit that it ends in
     verdict          what an orbit is, with the evidence
     cells            one cell: parameters, orbit, outputs, verdict
     lanes            many cells in parallel

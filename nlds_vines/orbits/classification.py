@@ -84,8 +84,8 @@ def classify(
         start: (x1, v1, x2, v2) [m, m/s] at t = 0, by default at rest; without a damper (x1, v1).
         transient, periods: forcing periods passed over and looked at first.
         method: `exact` or `rk4`.
-        effort: quick, standard or thorough: how many further periods a verdict may take.  More
-            effort never changes a label, it can only find one.
+        effort: quick, standard or thorough: how many further periods a verdict may take.  A
+            periodic orbit ends the search; chaos and a torus are followed for all of them.
 
     Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
     docs/regimes.md holds the decision table.  Cost: as `simulate` for a periodic orbit, once
@@ -100,7 +100,7 @@ def classify(
     code = int(outputs.status[0, 0])
     if code != OK:
         raise IntegrationError(f"{system.name}: {STATUS[code].name}. {STATUS[code].remedy}")
-    arrays = outputs.verdicts(cells, before)
+    arrays = outputs.verdicts(cells)
     return _regime(system, {name: values[0, 0] for name, values in arrays.items()})
 
 

@@ -6,23 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.kernels import verdict
+from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.codes import OK
 from nlds_vines.orbits.labels import flags_of, labels_of
 
-COLUMNS = verdict.COLUMNS
+COLUMNS = ev.COLUMNS
 
 _PLAIN = {
-    "lyapunov": verdict.LARGEST,
-    "lyapunov_width": verdict.WIDTH,
-    "settling": verdict.SETTLING,
-    "residual": verdict.RESIDUAL,
-    "averaging": verdict.DIGITS,
-    "watched": verdict.WATCHED,
-    "transient_lyapunov": verdict.PASSING,
-    "transient_lyapunov_width": verdict.PASSING_WIDTH,
-    "orbit_clearance": verdict.CLEARANCE,
-    "softest_impact": verdict.SLOWEST,
+    "lyapunov": ev.LARGEST,
+    "lyapunov_width": ev.WIDTH,
+    "settling": ev.SETTLING,
+    "residual": ev.RESIDUAL,
+    "averaging": ev.DIGITS,
+    "watched": ev.WATCHED,
+    "transient_lyapunov": ev.PASSING,
+    "transient_lyapunov_width": ev.PASSING_WIDTH,
+    "orbit_clearance": ev.CLEARANCE,
+    "softest_impact": ev.SLOWEST,
 }
 
 
@@ -31,7 +31,7 @@ def multipliers_of(rows: np.ndarray, size: int) -> np.ndarray:
 
     Arguments: rows of evidence (..., COLUMNS); `size` of a state.  NaN for what is not periodic.
     """
-    matrices = rows[..., verdict.MATRIX : verdict.MATRIX + 16].reshape(*rows.shape[:-1], 4, 4)
+    matrices = rows[..., ev.MATRIX : ev.MATRIX + 16].reshape(*rows.shape[:-1], 4, 4)
     matrices = matrices[..., :size, :size]
     known = np.isfinite(matrices).all(axis=(-2, -1))
     found = np.full((*rows.shape[:-1], size), complex(np.nan, np.nan))
@@ -46,8 +46,8 @@ def exponents_of(rows: np.ndarray, size: int, period: np.ndarray) -> np.ndarray:
 
     Arguments: rows of evidence (..., COLUMNS); `size` of a state; `period` T [s] of the forcing.
     """
-    found = rows[..., verdict.EXPONENTS : verdict.EXPONENTS + size].copy()
-    n = rows[..., verdict.PERIOD]
+    found = rows[..., ev.EXPONENTS : ev.EXPONENTS + size].copy()
+    n = rows[..., ev.PERIOD]
     with np.errstate(divide="ignore", invalid="ignore"):
         of_cycle = np.log(np.abs(multipliers_of(rows, size))) / (n * period)[..., np.newaxis]
     return np.where((n > 0)[..., np.newaxis], of_cycle, found)
@@ -58,7 +58,7 @@ def points_of(rows: np.ndarray, size: int, rest: np.ndarray) -> np.ndarray:
 
     Arguments: rows of evidence (..., COLUMNS); `size` of a state; `rest` offset of the spring [m].
     """
-    y = rows[..., verdict.POINT : verdict.POINT + 4]
+    y = rows[..., ev.POINT : ev.POINT + 4]
     found = y[..., :size].copy()
     if size == 4:
         found[..., 2] = y[..., 0] - y[..., 2] + rest
@@ -71,11 +71,11 @@ def regimes_of(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> dict
 
     Arguments: `status`, rows of evidence and impact `counts` (..., 2) of the sampled window.
     """
-    period = rows[..., verdict.PERIOD].astype(np.int64)
-    of_cycle = rows[..., verdict.NEAR : verdict.FAR + 1]
+    period = rows[..., ev.PERIOD].astype(np.int64)
+    of_cycle = rows[..., ev.NEAR : ev.FAR + 1]
     by_wall = np.where((period > 0)[..., np.newaxis], of_cycle, counts).astype(np.int64)
     impacts = by_wall.sum(axis=-1)
-    regime = flags_of(status, rows[..., verdict.KIND].astype(np.int64))
+    regime = flags_of(status, rows[..., ev.KIND].astype(np.int64))
     return {
         "period": period,
         "impacts": impacts,
@@ -94,7 +94,7 @@ def labels_from(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> np.
 def _judged(status: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return rows of evidence without that of lanes that failed."""
     rows = np.where((status == OK)[..., np.newaxis], rows, np.nan)
-    columns = [verdict.KIND, verdict.PERIOD]
+    columns = [ev.KIND, ev.PERIOD]
     rows[..., columns] = np.nan_to_num(rows[..., columns])
     return rows
 

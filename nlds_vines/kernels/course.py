@@ -13,7 +13,7 @@ import numpy as np
 
 from .codes import OK
 from .compiling import jit
-from .variations import advance_with, distance, new_state, orthonormalise, run_on
+from .variations import advance_with, new_state, orthonormalise, run_on
 
 
 class Course(NamedTuple):
@@ -91,15 +91,3 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
         orthonormalise(tangent, flow.size, growth)
         logs[p] = growth[0] - before
     return OK
-
-
-@jit
-def extent_of(flow, course, most):
-    """Return how far the last sections, at most so many, lie from the last one: an energy norm."""
-    last, other, extent = np.zeros(4), np.zeros(4), 0.0
-    m = last_of(course)
-    section_at(flow, course, m, last)
-    for p in range(max(m - most, oldest_of(course)), m):
-        section_at(flow, course, p, other)
-        extent = max(extent, distance(flow, other, last))
-    return extent

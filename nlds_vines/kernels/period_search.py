@@ -1,8 +1,9 @@
 """The search for the stable periodic orbit that an orbit ends in.
 
 Sections that repeat propose a period, and so do near returns; Newton's method and the monodromy
-matrix decide. A near return counts for what it costs: that after n periods is worth a try if it is
-nearer than the n points of a periodic orbit usually lie apart.
+matrix decide. A return after n periods is near if it is nearer than every one before: the points of
+an orbit of n periods lie farther apart. On a torus such returns are rare, the denominators of the
+continued fraction of its rotation number.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from . import evidence_rows as ev
 from .codes import PERIODIC
 from .compiling import jit
-from .course import extent_of, last_of, oldest_of, section_at
+from .course import last_of, oldest_of, section_at
 from .recurrence import TOLERANCE, repeats
 from .settling import MARGIN, attracted, settling_period
 from .shooting import is_minimal, matrix_of, polish, span_of
@@ -22,8 +23,6 @@ from .variations import determinant_of_difference, distance, spectral_radius
 
 LONGEST = 1024  # periods n that are looked for
 FEWEST_REPEATED = 16  # sections that must have repeated: fewer may do so by chance
-NEIGHBOURS = 256  # last sections that tell how large the orbit is
-CLOSE = 1.0  # distance of a near return, in units of the orbit's extent / n
 FEW, SHORT = 4, 96  # periods that are tried, and their sum, where little speaks for an orbit
 MANY = 32  # periods that are tried where much does
 
@@ -41,31 +40,43 @@ def recent_period(record, length):
 
 
 @jit
-def near_returns(flow, course, extent):
-    """Return for each n how near the last section is to that n periods before, times n / extent.
+def near_returns(flow, course):
+    """Return by n how far the last section lies from that n periods before, if that is near.
 
-    inf where it is not near, and for n = 0.
+    inf where some return of fewer periods is as near, and for n = 0.
     """
     m = last_of(course)
-    last, other = np.zeros(4), np.zeros(4)
+    last, other, nearest_yet = np.zeros(4), np.zeros(4), math.inf
     section_at(flow, course, m, last)
-    scores = np.full(min(LONGEST, (m - oldest_of(course)) // 2) + 1, math.inf)
-    for n in range(1, len(scores)):
+    found = np.full(min(LONGEST, (m - oldest_of(course)) // 2) + 1, math.inf)
+    for n in range(1, len(found)):
         section_at(flow, course, m - n, other)
-        score = n * distance(flow, last, other)
-        if score <= CLOSE * extent:
-            scores[n] = score
-    return scores
+        far = distance(flow, last, other)
+        if far < nearest_yet:
+            found[n] = nearest_yet = far
+    return found
 
 
 @jit
-def nearest(scores):
-    """Return the n of the least score, 0 if there is none."""
+def best_of(returns):
+    """Return the n of the near return of least distance times n, its cost; 0 if there is none."""
     best = 0
-    for n in range(1, len(scores)):
-        if scores[n] < scores[best]:
+    for n in range(1, len(returns)):
+        if returns[n] < math.inf and (best == 0 or n * returns[n] < best * returns[best]):
             best = n
     return best
+
+
+@jit
+def spacing(flow, course, n):
+    """Return how far the last section lies from the nearest of the n - 1 before it."""
+    m = last_of(course)
+    last, other, nearest_yet = np.zeros(4), np.zeros(4), math.inf
+    section_at(flow, course, m, last)
+    for p in range(m - n + 1, m):
+        section_at(flow, course, p, other)
+        nearest_yet = min(nearest_yet, distance(flow, last, other))
+    return nearest_yet
 
 
 @jit
@@ -75,7 +86,7 @@ def is_saddle(matrix, size):
 
 
 @jit(dissolved=True)
-def try_period(flow, course, n, extent, evidence):
+def try_period(flow, course, n, evidence):
     """Try to find a stable orbit of minimal period n that the orbit is drawn to.
 
     FOUND fills the evidence. NEIGHBOUR means an orbit of period n beside the sections that draws
@@ -92,7 +103,7 @@ def try_period(flow, course, n, extent, evidence):
     radius = spectral_radius(matrix)
     stable = radius < 1.0 - MARGIN
     if not stable or not attracted(flow, tangent, y, x, n, span):
-        beside = n * distance(flow, x, y) <= CLOSE * extent
+        beside = distance(flow, x, y) <= spacing(flow, course, n)
         return NEIGHBOUR if beside and (stable or is_saddle(matrix, flow.size)) else NOTHING
     evidence[ev.KIND], evidence[ev.PERIOD] = PERIODIC, n
     evidence[ev.NEAR], evidence[ev.FAR] = counts[0], counts[1]
@@ -108,28 +119,27 @@ def try_period(flow, course, n, extent, evidence):
 
 @jit(dissolved=True)
 def find_period(flow, course, most, periods, evidence):
-    """Try the period of a recurrence, then those of near returns, the nearest first.
+    """Try the period of a recurrence, then those of near returns, the best first.
 
     At most `most` of these, of so many `periods` in all. Returns FOUND or NOTHING; NEIGHBOUR where
     an orbit lies beside the sections, or where not all near returns were tried.
     """
-    extent = extent_of(flow, course, NEIGHBOURS)
-    scores = near_returns(flow, course, extent)
+    returns = near_returns(flow, course)
     n = recent_period(course.record, course.length)
     result, tried, spent = NOTHING, 0, 0
     known = n > 0
     while True:
         if not known:
-            n = nearest(scores)
+            n = best_of(returns)
             if n == 0:
                 return result
             tried, spent = tried + 1, spent + n
             if tried > most or spent > periods:
                 return NEIGHBOUR
         known = False
-        found = try_period(flow, course, n, extent, evidence)
+        found = try_period(flow, course, n, evidence)
         if found == FOUND:
             return FOUND
         result = max(result, found)
-        if n < len(scores):
-            scores[n] = math.inf
+        if n < len(returns):
+            returns[n] = math.inf

@@ -48,11 +48,11 @@ def note_cycle(flow, evidence, period):
 
 
 @jit
-def note_digits(flow, record, length, watched, evidence):
-    """Write to how many digits the averages of the last sections agree, the worst of them."""
+def note_digits(flow, record, length, count, evidence):
+    """Write to how many digits averages of the last `count` sections agree, the worst of them."""
     digits = 15.0
     for c in range(0, flow.size, 2):
-        digits = min(digits, digits_of(record[length - watched : length, c].copy()))
+        digits = min(digits, digits_of(record[length - count : length, c].copy()))
     evidence[ev.DIGITS] = digits
 
 
@@ -83,9 +83,10 @@ def judge(flow, ends, record, first, stages, evidence):
     period = flow.exact_grid.h * flow.exact_grid.n
     now, tangent, growth = ends[1].copy(), np.zeros(16), np.zeros(4)
     set_identity(tangent)
+    followed = 0  # periods with variations
     for stage in range(len(stages) + 1):
         evidence[ev.WATCHED] = course.first + course.length
-        # a stable periodic orbit explains what has been seen; of what is not chaotic, a long one may
+        # a stable periodic orbit explains what has been seen; what is not chaotic may be a long one
         long = stage > 0 and evidence[ev.KIND] != CHAOTIC
         most, periods = (MANY, stages[stage - 1]) if long else (FEW, SHORT)
         found = find_period(flow, course, most, periods, evidence)
@@ -94,21 +95,22 @@ def judge(flow, ends, record, first, stages, evidence):
             note_chaotic_transient(flow, course, evidence, period)
             return OK
         # a torus has no periodic orbit beside it
-        if long and evidence[ev.KIND] == UNDETERMINED and found == NOTHING:
-            if seems_quasiperiodic(flow, evidence):
-                evidence[ev.KIND] = QUASIPERIODIC
+        unknown = evidence[ev.KIND] == UNDETERMINED
+        if unknown and long and found == NOTHING and seems_quasiperiodic(flow, evidence):
+            evidence[ev.KIND] = QUASIPERIODIC
         if stage == len(stages):
             return OK
         # it is followed further; if it is not known what it seems, with its variations
         more = stages[stage]
         course = with_room(course, more)
         if evidence[ev.KIND] == UNDETERMINED:
+            followed += more
             growth[:] = 0.0
             logs, rows = np.zeros(more), course.record[course.length :]
             status = follow_growth(flow, rows, now, tangent, logs, growth)
             if status == OK:
                 note_exponents(evidence, growth, logs, period, flow.size)
-                note_digits(flow, course.record, course.length + more, more, evidence)
+                note_digits(flow, course.record, course.length + more, followed, evidence)
                 if seems_chaotic(evidence):
                     evidence[ev.KIND] = CHAOTIC
         else:

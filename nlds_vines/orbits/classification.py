@@ -11,7 +11,7 @@ import numpy as np
 from nlds_vines.errors import choice, whole
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
-from nlds_vines.orbits.labels import FLAGS
+from nlds_vines.orbits.labels import FLAGS, least_lifetime
 from nlds_vines.orbits.settings import EFFORTS, METHODS, Settings
 from nlds_vines.orbits.simulation import IntegrationError, start_state
 from nlds_vines.orbits.status_words import OK, STATUS
@@ -41,7 +41,7 @@ class Regime:
             slowest impact.  Both tell how far grazing is.
         settling: forcing periods until the section obeys the final orbit's own law; -1 if never.
         averaging: digits to which time averages agree, of what is not periodic: many on a torus.
-        watched: forcing periods looked at.
+        watched: forcing periods looked at, from the orbit's start.
         transient_lyapunov, transient_lyapunov_width: of the time before a late settling [1/s].
 
     NaN (None) where something does not apply.
@@ -66,6 +66,14 @@ class Regime:
     watched: int
     transient_lyapunov: float
     transient_lyapunov_width: float
+
+    @property
+    def least_lifetime(self) -> float:
+        """The mean lifetime [forcing periods] that chaos has at least, if it is transient.
+
+        NaN of what is not `chaos`.  See `labels.least_lifetime`.
+        """
+        return least_lifetime(self.watched) if self.kind == "chaotic" else float("nan")
 
 
 def classify(

@@ -15,6 +15,7 @@ import numpy as np
 
 from .arguments import OrbitBuffers, Prepared, Span
 from .compiling import chosen, jit
+from .elementary import log
 from .flight import Grid
 from .observe import COLUMNS, SPEED, Impacts
 from .orbit import SIZE, linear_orbit, orbit, set_mode
@@ -139,7 +140,7 @@ def orthonormalise(tangent, size, growth):
     """
     for i in range(size):
         a = 4 * i
-        total = 0.0
+        stretched = 1.0
         for _ in range(2):
             for j in range(i):
                 b = 4 * j
@@ -152,10 +153,10 @@ def orthonormalise(tangent, size, growth):
             for c in range(4):
                 length += tangent[a + c] * tangent[a + c]
             length = math.sqrt(length)
-            total += math.log(length)
+            stretched *= length
             for c in range(4):
                 tangent[a + c] /= length
-        growth[i] += total
+        growth[i] += log(stretched)
 
 
 @jit

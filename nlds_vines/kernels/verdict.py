@@ -10,8 +10,6 @@ before left undetermined, so that more effort never changes a label.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from .codes import (
@@ -23,6 +21,7 @@ from .codes import (
     UNDETERMINED,
 )
 from .compiling import jit
+from .elementary import log
 from .growth import digits_of, mean_and_width
 from .observe import note_section
 from .recurrence import TOLERANCE, period_of
@@ -252,7 +251,7 @@ def note_exponents(evidence, growth, periods, period, size):
 def note_cycle_exponent(flow, evidence, period):
     """Write the largest exponent of a periodic orbit, ln |mu| / nT, which needs no average."""
     radius = evidence[RADIUS]
-    largest = math.log(radius) if radius > 0.0 else -np.inf
+    largest = log(radius) if radius > 0.0 else -np.inf
     evidence[LARGEST], evidence[WIDTH] = largest / (evidence[PERIOD] * period), 0.0
 
 

@@ -21,6 +21,7 @@ In reading order:
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section
     growth           growth rates with their uncertainty; convergence of averages
+    eigenvalues      those of a small matrix
     variations       the map from section to section with its derivative
     shooting         periodic orbits by Newton's method
     verdict          what an orbit is, with the evidence

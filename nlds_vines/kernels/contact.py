@@ -13,7 +13,7 @@ from . import runge_kutta as rk
 from .codes import EXHAUSTED, RELEASED, STOPPED
 from .compiling import jit
 from .contact_field import LONGEST_ANGLE, cos_sin, rotated
-from .elementary import exp, fifth_root, log
+from .elementary import exp, fifth_root, hypotenuse, log
 from .observe import note_step
 from .roots import guarded
 from .scene import accelerations
@@ -100,17 +100,6 @@ def external_acceleration(ps, damper, wall, c, k):
 
 
 @jit
-def norm_of(a, b):
-    """Return sqrt(a^2 + b^2), whose squares may underflow or overflow."""
-    a, b = abs(a), abs(b)
-    most = max(a, b)
-    if most == 0.0:
-        return 0.0
-    share = min(a, b) / most
-    return most * math.sqrt(1.0 + share * share)
-
-
-@jit
 def near_release(external, h, k):
     """Tell whether the release is near and certain enough for a step in q that lands on z = 0."""
     q, s = k[rk.Y], k[rk.Y + 1]
@@ -161,7 +150,7 @@ def contact(
         # acceleration, and the rates of all other motion over the way that q can go.
         external = external_acceleration(ps, damper, wall, c, k)
         q, s = k[rk.Y], k[rk.Y + 1]
-        reach = norm_of(q * q * math.sqrt(q), s / wall.speed)  # q^2.5 where the contact turns
+        reach = hypotenuse(q * q * math.sqrt(q), s / wall.speed)  # q^2.5 where the contact turns
         if not 0.95 * seen < reach < 1.05 * seen:  # powers are dear: a new one if it has changed
             fifth = fifth_root(reach)
             seen, cube, root = reach, reach * fifth, fifth * fifth  # reach^1.2, reach^0.4

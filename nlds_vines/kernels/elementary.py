@@ -51,6 +51,17 @@ def exponent_of(x):
 
 
 @jit
+def hypotenuse(a, b):
+    """Return sqrt(a^2 + b^2), whose squares may underflow or overflow."""
+    a, b = abs(a), abs(b)
+    most = max(a, b)
+    if most == 0.0:
+        return 0.0
+    share = min(a, b) / most
+    return most * math.sqrt(1.0 + share * share)
+
+
+@jit
 def cos_sin_of_turn(turn):
     """Return (cos, sin) of 2 pi `turn`, 0 <= turn <= 1e6.
 

@@ -185,14 +185,6 @@ def solve(matrix, right, size):
 
 
 @jit
-def spectral_radius(matrix):
-    """Return the largest modulus of the eigenvalues of a matrix."""
-    if not np.isfinite(matrix).all():
-        return np.inf
-    return np.abs(np.linalg.eigvals(matrix.astype(np.complex128))).max()
-
-
-@jit
 def new_state():
     """Return an empty state for `place_state`."""
     return np.zeros(SIZE)

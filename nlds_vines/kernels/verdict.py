@@ -21,6 +21,7 @@ from .codes import (
     UNDETERMINED,
 )
 from .compiling import jit
+from .eigenvalues import spectral_radius
 from .elementary import log
 from .growth import digits_of, mean_and_width
 from .observe import note_section
@@ -35,7 +36,6 @@ from .variations import (
     orthonormalise,
     place_state,
     set_identity,
-    spectral_radius,
 )
 
 # Columns of the evidence, a row for each orbit; NaN where a number does not apply:

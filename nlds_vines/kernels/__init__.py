@@ -3,6 +3,7 @@
 In reading order:
 
     compiling        how kernels are compiled; what `chosen` does with a part that is None
+    elementary       sine, cosine, exponential, logarithm, a root: the same bits everywhere
     codes            statuses, events and kinds of verdicts: each number once
     arguments        the tuples that outer kernels take: Parts, Span, buffers
     scene            structure, damper and walls as kernels see them; equation (5)
@@ -20,6 +21,7 @@ In reading order:
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section
     growth           growth rates with their uncertainty; convergence of averages
+    eigenvalues      those of a small matrix
     variations       the map from section to section with its derivative
     shooting         periodic orbits by Newton's method
     evidence_rows    the columns of a verdict's evidence

@@ -252,7 +252,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 left = (stop - j - x) * grid.h
                 event, q, s, x1, v1, took, depth = follow_contact(
                     rk4, ps, damper, wall, sign, arc, energy, impacts, tangent, steps, grid.rate,
-                    phase_at(ps, grid, j, x), left, (q, s, x1, v1), k,
+                    phase_at(grid, j, x), left, (q, s, x1, v1), k,
                 )  # fmt: skip
                 r = sign * (wall.gap + q * q)
                 place = j + x + took / grid.h

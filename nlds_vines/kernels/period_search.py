@@ -16,10 +16,11 @@ from . import evidence_rows as ev
 from .codes import PERIODIC
 from .compiling import jit
 from .course import last_of, oldest_of, section_at
+from .eigenvalues import spectral_radius
 from .recurrence import TOLERANCE, repeats
 from .settling import MARGIN, attracted, settling_period
 from .shooting import is_minimal, matrix_of, polish, span_of
-from .variations import determinant_of_difference, distance, spectral_radius
+from .variations import determinant_of_difference, distance
 
 LONGEST = 1024  # periods n that are looked for
 FEWEST_REPEATED = 16  # sections that must have repeated: fewer may do so by chance

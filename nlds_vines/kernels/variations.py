@@ -16,6 +16,7 @@ import numpy as np
 from .arguments import OrbitBuffers, Prepared, Span
 from .codes import OK
 from .compiling import chosen, jit
+from .elementary import log
 from .flight import Grid
 from .observe import COLUMNS, SPEED, Impacts
 from .orbit import SIZE, linear_orbit, orbit, set_mode
@@ -178,7 +179,7 @@ def orthonormalise(tangent, size, growth):
     """
     for i in range(size):
         a = 4 * i
-        total = 0.0
+        stretched = 1.0
         for _ in range(2):
             for j in range(i):
                 b = 4 * j
@@ -191,10 +192,10 @@ def orthonormalise(tangent, size, growth):
             for c in range(4):
                 length += tangent[a + c] * tangent[a + c]
             length = math.sqrt(length)
-            total += math.log(length)
+            stretched *= length
             for c in range(4):
                 tangent[a + c] /= length
-        growth[i] += total
+        growth[i] += log(stretched)
 
 
 @jit
@@ -243,14 +244,6 @@ def determinant_of_difference(matrix, size):
             for c in range(i, size):
                 left[j, c] -= f * left[i, c]
     return found
-
-
-@jit
-def spectral_radius(matrix):
-    """Return the largest modulus of the eigenvalues of a matrix."""
-    if not np.isfinite(matrix).all():
-        return np.inf
-    return np.abs(np.linalg.eigvals(matrix.astype(np.complex128))).max()
 
 
 @jit

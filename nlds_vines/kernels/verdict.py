@@ -13,14 +13,13 @@ more effort can only find more.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from . import evidence_rows as ev
 from .codes import CHAOTIC, OK, QUASIPERIODIC, UNDETERMINED
 from .compiling import jit
 from .course import Course, follow, follow_growth, longer, with_room
+from .elementary import log
 from .growth import digits_of
 from .period_search import FEW, FOUND, MANY, NOTHING, SHORT, find_period
 from .settling import MARGIN, growth_of, note_chaotic_transient
@@ -42,7 +41,7 @@ def note_exponents(evidence, growth, logs, period, size):
 def note_cycle(flow, evidence, period):
     """Write the largest exponent of a periodic orbit, ln |mu| / nT, which needs no average."""
     radius = evidence[ev.RADIUS]
-    largest = math.log(radius) if radius > 0.0 else -np.inf
+    largest = log(radius) if radius > 0.0 else -np.inf
     evidence[ev.LARGEST], evidence[ev.WIDTH] = largest / (evidence[ev.PERIOD] * period), 0.0
     evidence[ev.DIGITS] = np.nan
 

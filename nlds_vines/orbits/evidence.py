@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.kernels import eigenvalues
 from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.codes import OK
 from nlds_vines.orbits.labels import flags_of, labels_of
@@ -26,30 +27,32 @@ _PLAIN = {
 }
 
 
-def multipliers_of(rows: np.ndarray, size: int) -> np.ndarray:
-    """Return the Floquet multipliers (..., size), complex, the largest modulus first.
+def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the Floquet multipliers and the logarithms of their moduli, the largest first.
 
-    Arguments: rows of evidence (..., COLUMNS); `size` of a state.  NaN for what is not periodic.
+    Arguments: rows of evidence (..., COLUMNS); `size` of a state.  Shapes (..., size, 2), real and
+    imaginary parts, and (..., size); NaN for what is not periodic.
     """
-    matrices = rows[..., ev.MATRIX : ev.MATRIX + 16].reshape(*rows.shape[:-1], 4, 4)
-    matrices = matrices[..., :size, :size]
-    known = np.isfinite(matrices).all(axis=(-2, -1))
-    found = np.full((*rows.shape[:-1], size), complex(np.nan, np.nan))
-    if known.any():
-        found[known] = np.linalg.eigvals(matrices[known])
-    order = np.argsort(-np.abs(found), axis=-1, kind="stable")
-    return np.take_along_axis(found, order, axis=-1)
+    matrices = rows[..., ev.MATRIX : ev.MATRIX + 16].reshape(-1, 4, 4)
+    matrices = np.ascontiguousarray(matrices[:, :size, :size].transpose(0, 2, 1))
+    found = np.full((len(matrices), size, 3), np.nan)
+    eigenvalues.fill_multipliers(matrices, found)
+    found = found.reshape(*rows.shape[:-1], size, 3)
+    return found[..., : eigenvalues.LOG], found[..., eigenvalues.LOG]
 
 
-def exponents_of(rows: np.ndarray, size: int, period: np.ndarray) -> np.ndarray:
+def exponents_of(
+    rows: np.ndarray, logarithms: np.ndarray, size: int, period: np.ndarray
+) -> np.ndarray:
     """Return all Lyapunov exponents [1/s] (..., size); of an nT orbit, ln |mu| / nT.
 
-    Arguments: rows of evidence (..., COLUMNS); `size` of a state; `period` T [s] of the forcing.
+    Arguments: rows of evidence (..., COLUMNS); ln |mu| (..., size) of `multipliers_of`; `size` of a
+    state; `period` T [s] of the forcing.
     """
     found = rows[..., ev.EXPONENTS : ev.EXPONENTS + size].copy()
     n = rows[..., ev.PERIOD]
     with np.errstate(divide="ignore", invalid="ignore"):
-        of_cycle = np.log(np.abs(multipliers_of(rows, size))) / (n * period)[..., np.newaxis]
+        of_cycle = logarithms / (n * period)[..., np.newaxis]
     return np.where((n > 0)[..., np.newaxis], of_cycle, found)
 
 
@@ -107,12 +110,12 @@ def arrays_of(
     `cells` are the numbers of the lanes, of dtype `CELL`.
     """
     rows = _judged(status, rows)
-    multipliers = multipliers_of(rows, size)
+    multipliers, logarithms = multipliers_of(rows, size)
     found: dict[str, Any] = {name: rows[..., column] for name, column in _PLAIN.items()}
     found["settling"] = np.nan_to_num(found["settling"], nan=-1.0).astype(np.int32)
-    found["multipliers"] = np.stack([multipliers.real, multipliers.imag], axis=-1)
+    found["multipliers"] = multipliers
     with np.errstate(all="ignore"):  # lanes that failed may have no period
         period = 2 * np.pi / cells["omega"]
-    found["exponents"] = exponents_of(rows, size, period)
+    found["exponents"] = exponents_of(rows, logarithms, size, period)
     found["orbit_point"] = points_of(rows, size, cells["rest"])
     return found | regimes_of(status, rows, counts)

@@ -47,14 +47,26 @@ def _integration(xi: np.ndarray, upto: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def _tables(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the matrix and the rows of `Arc` for n nodes."""
+    """Return the matrices and the rows of `Arc` for n nodes, of the whole arc and of its half.
+
+    The map keeps the nodes of the whole away from the singularities beside its middle; the half,
+    which ends between them, needs none.
+    """
     xi, _ = legendre.leggauss(n)
     steep = np.arcsinh(1 / STRETCH)
-    phi = HALF * (1 + STRETCH * np.sinh(steep * xi))
+    whole = HALF * (1 + STRETCH * np.sinh(steep * xi))
     density = HALF * STRETCH * steep * np.cosh(steep * xi)
+    parts = _part(xi, whole, density), _part(xi, HALF * (1 + xi) / 2, np.full(n, HALF / 2))
+    integrations, tables = zip(*parts, strict=True)
+    return np.concatenate(integrations), np.concatenate(tables)
+
+
+def _part(xi: np.ndarray, phi: np.ndarray, density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the matrix and the rows for nodes at the phases `phi`, dphi = `density` dxi."""
+    n = len(xi)
     u, S = hertz_arc(phi)
     integration = _integration(xi, xi) * density
-    weight, middle = _integration(xi, np.array([1.0, 0.0])) * density
+    (weight,) = _integration(xi, np.array([1.0])) * density
     time = integration @ u
     rows = {
         impact.U: u,
@@ -63,7 +75,6 @@ def _tables(n: int) -> tuple[np.ndarray, np.ndarray]:
         impact.BY_DRIFT: integration @ (0.5 * S * u * time),
         impact.TIME: time,
         impact.WEIGHT: weight,
-        impact.MIDDLE: middle,
     }
     table = np.zeros(impact.TABLE)
     for row, values in rows.items():

@@ -118,13 +118,17 @@ def near_release(external, h, k):
 
 
 @jit
-def noted(energy, impacts, rk4, ps, damper, wall, c, d, landing, h, k, depth):
+def noted(
+    sign, limit_log, energy, impacts, rk4, ps, damper, wall, c, d, landing, h, k, elapsed, depth
+):
     """Note what is wanted of the step from row Y to row NEW; return the greatest depth so far [m].
 
     Energies are raised to their maxima over the step. `depth`, that of the steps before, is raised
     to the greatest depth within the step, if s changes sign there from + to -.
     """
     # hot: once per step
+    if limit_log is not None:
+        note_limit_step(rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k, elapsed)
     if energy is not None:
         note_step(rk4, ps, damper, wall, energy, c, d, landing, h, k)
     if impacts is not None and k[rk.Y + 1] > 0.0 and k[rk.NEW + 1] <= 0.0:
@@ -191,11 +195,10 @@ def contact(
             h = step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, stop - elapsed, k)
         # Note what the step has shown.
         taken = -q if landing else h
-        depth = noted(energy, impacts, rk4, ps, damper, wall, c, d, landing, taken, k, depth)
-        if limit_log is not None:
-            note_limit_step(
-                rk4, ps, damper, wall, sign, limit_log, c, d, landing, taken, k, elapsed
-            )
+        depth = noted(
+            sign, limit_log, energy, impacts, rk4, ps, damper, wall, c, d, landing, taken,
+            k, elapsed, depth,
+        )  # fmt: skip
         elapsed += k[rk.NEW + 4]
         if tangent is not None:
             for i in range(rk.TANGENT):

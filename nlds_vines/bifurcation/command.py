@@ -161,7 +161,7 @@ def carry_out(name: str, job: Job, dry_run: bool) -> int:
     report = job.run()
     if not job.how.quiet:
         print(report.summary())
-        print(*_refined(job), *_made(job), sep="\n")
+        print(*report.remarks(), *_refined(job), *_made(job), sep="\n")
     if report.failed_lanes:
         where = f"the dataset `status` of {job.archive} says why"
         complain(name, f"{report.failed_lanes} of {report.lanes} orbits failed: {where}")

@@ -9,13 +9,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.regime_strip import FLAG_WIDTH, draw_strip, mark_flagged
+from nlds_vines.bifurcation.watched import in_legend, watched_of
 from nlds_vines.errors import RequestError
+from nlds_vines.orbits.coexistence import CHAOS
 from nlds_vines.orbits.labels import KEPT
 from nlds_vines.plotting.bands import bands, edges
-from nlds_vines.plotting.palette import colours
+from nlds_vines.plotting.palette import OTHERS, colours
 from nlds_vines.plotting.panels import write_letters, write_title
 from nlds_vines.plotting.style import (
     CM,
@@ -75,7 +78,7 @@ def diagram(view: ArchiveView) -> Figure:
     if strips:
         _draw_strips(figure, panels[0], view, strips)
     flagged = bool(_flagged(view)[:, :strips].any())
-    _add_legend(panels[-1], list(view["start"]), flagged)
+    _add_legend(panels[-1], list(view["start"]), flagged, _watched(view) if strips else [])
     write_title(figure, view.attrs["title"])
     return figure
 
@@ -186,8 +189,15 @@ def _flagged(view: ArchiveView) -> np.ndarray:
     return np.asarray(view["label_kept"] == KEPT["no"])
 
 
-def _add_legend(panel: Axes, starts: list[str], flagged: bool) -> None:
-    """Add a legend of the starts, unless all begin at rest, and of the flags if there are any."""
+def _watched(view: ArchiveView) -> list[Patch]:
+    """Return the entry of a legend that says for how long chaos was watched, if there is any."""
+    if not np.any(view["label"] == CHAOS):
+        return []
+    return [Patch(facecolor=OTHERS[CHAOS], label=in_legend(CHAOS, watched_of(view)))]
+
+
+def _add_legend(panel: Axes, starts: list[str], flagged: bool, others: list[Patch]) -> None:
+    """Add a legend of starts not at rest, of the flags if there are any, and of `others`."""
     dot: dict[str, Any] = {"marker": "o", "markersize": _LEGEND_DOT, "linestyle": "none"}
     handles = [
         Line2D([], [], color=colour, label=f"start: {name}", **dot)
@@ -197,5 +207,6 @@ def _add_legend(panel: Axes, starts: list[str], flagged: bool) -> None:
     if flagged:
         tick: dict[str, Any] = {"marker": "|", "linestyle": "none", "markeredgewidth": FLAG_WIDTH}
         handles.append(Line2D([], [], color=FLAG_COLOUR, label=FLAGGED, **tick))
-    if handles:
-        panel.legend(handles=handles, loc="upper right", ncols=4, handletextpad=0)
+    if handles or others:
+        pad = {"handletextpad": 0.0} if handles else {"handlelength": 1.0}
+        panel.legend(handles=[*handles, *others], loc="upper right", ncols=4, **pad)

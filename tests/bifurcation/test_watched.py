@@ -16,7 +16,7 @@ def test_a_scan_knows_how_long_it_watches():
 
 
 def test_the_bound_is_that_of_the_exponential_law():
-    """Chaos of that mean lifetime survives so long in one case of twenty; of a shorter one, less."""
+    """Chaos of that mean lifetime survives so long in one case of twenty."""
     least = least_lifetime(3720)
     assert np.exp(-3720 / least) == pytest.approx(0.05, rel=1e-12)
     lifetimes = np.random.default_rng(1).exponential(least, 200_000)

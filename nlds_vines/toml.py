@@ -20,6 +20,8 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises `RequestError` with file, line and column where the file cannot be read as TOML.
     """
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):  # opening a pipe would wait
+            raise RequestError(f"{path}: cannot be read: it is no regular file")
         return parse_toml(path.read_text(encoding="utf-8"), str(path))
     except UnicodeDecodeError as error:
         raise RequestError(f"{path}: not UTF-8 text at byte {error.start}") from None

@@ -14,6 +14,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,8 @@ from nlds_vines.archives import durable
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.layout import chunk_shape, crc32_of, slabs
 from nlds_vines.archives.provenance import SCHEMA, Value
-from nlds_vines.errors import RequestError
+from nlds_vines.archives.structure import Member, problems_of
+from nlds_vines.errors import RequestError, shown
 
 Piece = tuple[str, tuple[slice, ...], np.ndarray]
 """The name of a dataset, a rectangle of its cells, and the values there."""
@@ -102,6 +104,24 @@ class ArchiveView:
         with _reading(self.path, "an attribute"):
             return {name: _plain(value) for name, value in self._file.attrs.items()}
 
+    def text(self, name: str) -> str:
+        """Return an attribute of the file that is a text: `title`, `scan`, `scan_hash`.
+
+        Raises `RequestError` where it is missing, or is no text.
+        """
+        with _reading(self.path, f"attribute {name}"):
+            value = _plain(self._file.attrs[name]) if name in self._file.attrs else None
+        if value is None:
+            raise RequestError(f"{self.path} has no attribute {name!r}: it is damaged")
+        if not isinstance(value, str):
+            raise RequestError(f"{self.path}: attribute {name} = {shown(value)} must be a text")
+        return value
+
+    @property
+    def content(self) -> str:
+        """The kind of request whose results it holds: `scan`, `tuning`, `survey`."""
+        return self.text("content") if "content" in self.attrs else "scan"
+
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the recorded datasets, without the scales of their dimensions."""
@@ -150,6 +170,11 @@ class ArchiveView:
                 return (name,)
             return tuple(dim[0].name.removeprefix("/") for dim in dataset.dims)
 
+    def is_text(self, name: str) -> bool:
+        """Return whether a dataset or scale holds strings."""
+        with _reading(self.path, f"dataset {name}"):
+            return _is_text(self._file[name])
+
     def units(self, name: str) -> str:
         """Return the units of a dataset or scale."""
         return str(self._attribute(name, "units"))
@@ -173,15 +198,27 @@ class ArchiveView:
 def read(path: str | os.PathLike[str]) -> Iterator[ArchiveView]:
     """Open an archive for reading, in a `with` statement.
 
-    Raises `RequestError` if the file does not exist, if it is not an archive of this program, or if
-    its format is newer than this version knows.
+    Raises `RequestError` if the file does not exist, if it is not an archive of this program, if
+    its format is newer than this version knows, and if it is not laid out as an archive is: nothing
+    in it may lead to another file.
     """
     path = Path(path)
+    with _opened(path) as file:
+        found = _problems_of_layout(file)
+        if found:
+            raise RequestError(f"{path} is damaged: {found[0]}")
+        yield ArchiveView(path, file)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[h5py.File]:
+    """Open an archive whose layout is not checked yet."""
     try:
+        durable.open_regular(path).close()
         file = h5py.File(path, "r")
     except FileNotFoundError as error:
         raise RequestError(f"{path}: there is no such file") from error
-    except OSError as error:
+    except (OSError, ValueError) as error:
         text = "it is no HDF5 file, damaged, or not readable"
         raise RequestError(f"{path} cannot be opened: {text}") from error
     with file:
@@ -190,33 +227,92 @@ def read(path: str | os.PathLike[str]) -> Iterator[ArchiveView]:
             raise RequestError(f"{path} is not an archive of nlds_vines")
         if schema > SCHEMA:
             raise RequestError(f"{path} has schema {schema}: this version reads up to {SCHEMA}")
-        yield ArchiveView(path, file)
+        yield file
 
 
 def verify(path: str | os.PathLike[str]) -> list[str]:
     """Read an archive from end to end and return its problems, one line each; empty if sound.
 
     A damaged dataset is named.  Damage anywhere else, even of one bit of a header, an attribute or
-    padding, breaks the seal.  Raises `RequestError` if the file does not exist.
+    padding, breaks the seal.  What leads to another file, which no seal covers, is a problem, too.
+    Raises `RequestError` if the file does not exist.
     """
     path = Path(path)
-    with durable.in_one_line(f"read {path}"):
-        sealed = durable.sealed(path)
+    try:
+        with durable.in_one_line(f"read {path}"):
+            sealed = durable.sealed(path)
+    except RequestError:
+        raise
+    except ValueError as error:
+        return [str(error)]
     problems = [] if sealed else ["the seal is broken: the file is not as it was written"]
     try:
-        with read(path) as view:
-            problems += [line for name in view._file for line in _problems(view._file, name)]
+        with _opened(path) as file:
+            problems += _all_problems(path, file)
     except _DAMAGE as error:
         problems.append(_first_line(error))
     return problems
 
 
+def _all_problems(path: Path, file: h5py.File) -> list[str]:
+    """Return what is wrong in an open archive; values are read only where nothing leads outside."""
+    problems = _problems_of_layout(file)
+    if problems:
+        return problems
+    view = ArchiveView(path, file)
+    for name in ("title", "scan", "scan_hash"):
+        try:
+            view.text(name)
+        except RequestError as error:
+            problems.append(str(error).removeprefix(f"{path}: "))
+    return problems + [line for name in file for line in _problems(file, name)]
+
+
+def _problems_of_layout(file: h5py.File) -> list[str]:
+    """Return what is wrong with the layout of a file, one line each; nothing in it is followed."""
+    try:
+        return list(problems_of({name: _member(file, name) for name in file}))
+    except _DAMAGE as error:
+        return [f"its layout cannot be read: {_first_line(error)}"]
+
+
+def _member(file: h5py.File, name: str) -> Member:
+    """Return what is known of an entry of a file without following or reading it."""
+    link = file.get(name, getlink=True)
+    if not isinstance(link, h5py.HardLink):
+        return Member(f"is a link to {getattr(link, 'filename', link.path)!r}: it may lead outside")
+    entry = file[name]
+    if not isinstance(entry, h5py.Dataset):
+        return Member("is not a dataset")
+    if entry.is_virtual or entry.external or entry.shape is None:
+        return Member("has its values elsewhere")
+    text, numbers = _is_text(entry), entry.dtype.kind in "iuf"
+    return Member(
+        numbers=numbers,
+        text=text,
+        shape=entry.shape,
+        bytes=entry.size * entry.dtype.itemsize,
+        stored=entry.id.get_storage_size(),
+        scales=tuple(tuple(s.name.removeprefix("/") for s in d.values()) for d in entry.dims),
+        is_scale=entry.is_scale,
+        values=partial(_readable, entry) if numbers and entry.is_scale else None,
+    )
+
+
+def _readable(dataset: h5py.Dataset) -> np.ndarray | None:
+    """Return the values of a dataset; None where they are damaged, which reading them tells."""
+    try:
+        return dataset[...]
+    except _DAMAGE:
+        return None
+
+
 def _schema(file: h5py.File) -> int | None:
     """Return the number of the archive's format; None if the file is no archive."""
     try:
-        known = "scan_hash" in file.attrs and "status" in file
+        known = "scan_hash" in file.attrs and "status" in set(file)  # which follows no link
         return int(file.attrs["schema"]) if known else None
-    except _DAMAGE:
+    except (*_DAMAGE, ArithmeticError):
         return None
 
 

@@ -24,6 +24,7 @@ from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.tally import COUNTED, Note, Tally
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.errors import printable
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.progress import Progress
@@ -116,7 +117,7 @@ def _left(parts: Parts, blocks: Sequence[Block], tally: Tally) -> list[Block]:
         done.add(block.index)
         tally.note(part.arrays)
     for line in parts.discarded:
-        print(line, file=sys.stderr)
+        print(printable(line), file=sys.stderr)
     return [block for block in blocks if block.index not in done]
 
 

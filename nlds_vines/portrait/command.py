@@ -16,13 +16,12 @@ from nlds_vines.cli.option_values import (
     add_system_options,
     comma_separated,
     given,
-    parsed,
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot, optional_path
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
-from nlds_vines.errors import RequestError
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
+from nlds_vines.errors import RequestError, from_text
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.signals import SIGNALS
@@ -101,7 +100,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     plot = Path(f"{stem}.png" if options.plot is None else options.plot)
     check_plot(plot)
     if options.dry_run:
-        print("\n".join(_plan(request, plot)))
+        say(*_plan(request, plot))
         return DONE
     from nlds_vines.orbits.simulation import IntegrationError
 
@@ -111,7 +110,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         complain(_NAME, str(error))
         return LANES_FAILED
     if not options.quiet:
-        print(request.title, *(line for view in views for line in view.lines()), plot, sep="\n")
+        say(request.title, *(line for view in views for line in view.lines()), plot)
     return DONE
 
 
@@ -180,7 +179,7 @@ def _state(text: str) -> list[float] | None:
     """Return the numbers between commas; None for the word `rest`."""
     if text == "rest":
         return None
-    return [parsed(float, "--start", word) for word in comma_separated(text) or ()]
+    return [from_text(float, "--start", word) for word in comma_separated(text) or ()]
 
 
 def _document(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from nlds_vines.errors import RequestError, choice, shown, string, whole
+from nlds_vines.errors import RequestError, choice, from_text, shown, string, whole
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
@@ -207,8 +207,8 @@ def checked_window(what: str, value: object) -> Window:
         raise RequestError(form)
     if isinstance(value, str):
         try:
-            pair = [int(text) for text in pair]
-        except ValueError:
+            pair = [from_text(int, what, text) for text in pair]
+        except RequestError:
             raise RequestError(form) from None
     begin = whole(f"begin of {what}", pair[0], 0)
     return Window(begin, whole(f"end of {what}", pair[1], begin + 1))

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.errors import RequestError
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.errors import RequestError, at
 from nlds_vines.orbits.coexistence import by_frequency, finals
 from nlds_vines.orbits.labels import TRANSIENT
 from nlds_vines.toml import parse_toml
@@ -183,6 +184,6 @@ def ensemble_of(
 
 def _all_watched(view: ArchiveView, watched: np.ndarray) -> np.ndarray:
     """Return how long each was watched: the scan's own periods where `watched` is not known."""
-    sampling = parse_toml(view.attrs["scan"], str(view.path))["sampling"]
-    own = sampling["transient"] + sampling["periods"]
-    return np.where(np.isfinite(watched), watched, own)
+    with at(f"{view.path}: its scan"):
+        scan = load_scan(parse_toml(view.text("scan"), "the attribute scan"))
+    return np.where(np.isfinite(watched), watched, scan.transient + scan.periods)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.model.system import System
 from nlds_vines.tuning.free_options import add_tuning_options, changes
@@ -116,11 +116,11 @@ class _Job:
 def _carry_out(options: argparse.Namespace) -> int:
     job = _job(options)
     if options.dry_run:
-        print(*_plan(job), sep="\n")
+        say(*_plan(job))
         return DONE
     found = job.run()
     if not job.how.quiet:
-        print(*found.lines(), *filter(None, (job.archive, job.plot)), sep="\n")
+        say(*found.lines(), *filter(None, (job.archive, job.plot)))
     if not found.optima:
         complain(_NAME, f"no design was admissible: `status` of {job.archive} says why")
         return LANES_FAILED

@@ -61,7 +61,7 @@ def tuning_surface(view: ArchiveView) -> Figure:
     _mark_optima(axes, view)
     for name, axis in zip(_names(view), (axes.xaxis, axes.yaxis), strict=True):
         axis.set_label_text(axis_label(name))
-    write_title(figure, _title(view), _FRAME[0])
+    write_title(figure, view.text("title"), _FRAME[0], _held(view))
     return figure
 
 
@@ -70,8 +70,8 @@ def _names(view: ArchiveView) -> list[str]:
     return [dim.removeprefix("surface_") for dim in view.dims("surface")]
 
 
-def _title(view: ArchiveView) -> str:
-    """Return the title, and below it the free parameters that are constant on the surface."""
+def _held(view: ArchiveView) -> str:
+    """Return in one line the free parameters that are constant on the surface."""
     prefix, shown = "optimum_", _names(view)
     free = [n.removeprefix(prefix) for n in view.names if n.startswith(prefix)]
     held = [
@@ -79,8 +79,7 @@ def _title(view: ArchiveView) -> str:
         for n in free
         if n in PARAMETERS and n not in shown
     ]
-    text = f"with {', '.join(held)} as in the best" if held else ""
-    return "\n".join(filter(None, [str(view.attrs["title"]), text]))
+    return f"with {', '.join(held)} as in the best" if held else ""
 
 
 def _draw_surface(figure: Figure, axes: Axes, view: ArchiveView) -> None:

@@ -11,6 +11,7 @@ from nlds_vines.archives import archive
 from nlds_vines.archives.dataset import Table
 from nlds_vines.archives.provenance import attributes
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.errors import printable
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
@@ -43,7 +44,7 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
             return
         known = journal.begin(use_threads(how.threads))
         for line in journal.discarded:
-            print(line, file=sys.stderr)
+            print(printable(line), file=sys.stderr)
         try:
             with Progress(
                 tuning.most_evaluations, "design", quiet=how.quiet, at_most=True

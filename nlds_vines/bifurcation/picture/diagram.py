@@ -76,7 +76,7 @@ def diagram(view: ArchiveView) -> Figure:
         _draw_strips(figure, panels[0], view, strips)
     flagged = bool(_flagged(view)[:, :strips].any())
     _add_legend(panels[-1], list(view["start"]), flagged)
-    write_title(figure, view.attrs["title"])
+    write_title(figure, view.text("title"))
     return figure
 
 

@@ -72,7 +72,7 @@ def regime_map(view: ArchiveView, show: str) -> Figure:
     else:
         figure = draw_number(view, show)
     starts = view["start"].size
-    write_title(figure, view.attrs["title"] + (f"; {starts} starts" if starts > 1 else ""))
+    write_title(figure, view.text("title") + (f"; {starts} starts" if starts > 1 else ""))
     return figure
 
 

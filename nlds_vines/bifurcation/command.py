@@ -22,7 +22,8 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:
@@ -135,6 +136,9 @@ class Job:
                 f"--plot {shown(str(plot))}: a map of want = ['section'] alone cannot be "
                 "drawn; record energy or regime as well"
             )
+        with at(f"--plot {shown(str(plot))}"):
+            for axis in self.scan.axes:
+                refuse_undrawable(axis.name, axis.values)
 
     def refuse(self) -> None:
         """Raise `RequestError` where the archive exists, or the scan does not fit the machine."""

@@ -76,6 +76,8 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
     how = RunOptions() if how is None else how
     began = time.perf_counter()
     report = Report(Path(output), how.shard)
+    if how.scheduler is None or how.scheduler.startswith("local:"):
+        use_threads(how.threads)  # at once: what Numba lacks is known before anything is begun
     opened = Parts.open(output, scan, resume=how.resume, overwrite=how.overwrite, shard=how.shard)
     with opened as parts, interrupts.stop_on_signals() as stop:
         if parts.complete:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -80,7 +81,9 @@ def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str])
     title = printable(title[:MOST_CHARACTERS])
     with in_one_line(f"write {path}"), matplotlib.rc_context({**STYLE, **salt}):
         metadata = _metadata(form, title, name, digest)
-        with whole(path) as temporary:
+        with whole(path) as temporary, warnings.catch_warnings():
+            # a title may be in a script that no font here has: the picture shows boxes for it
+            warnings.filterwarnings("ignore", message="Glyph .* missing from font")
             figure.savefig(temporary, format=form, dpi=FORMATS[form], metadata=metadata)
     return path
 

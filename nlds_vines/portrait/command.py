@@ -37,6 +37,7 @@ from nlds_vines.portrait.request import (
     span,
 )
 from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.runs.threads import check_environment
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -102,6 +103,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     if options.dry_run:
         say(*_plan(request, plot))
         return DONE
+    check_environment()
     from nlds_vines.orbits.simulation import IntegrationError
 
     try:
@@ -116,6 +118,7 @@ def _carry_out(options: argparse.Namespace) -> int:
 
 def _drawn(request: PortraitRequest, plot: Path | None) -> tuple[list[View], Figure]:
     """Return the views of a request and the page drawn from them, saved if there is a path."""
+    check_environment()
     from nlds_vines.plotting.save import save_figure
     from nlds_vines.portrait.picture import portrait as draw
     from nlds_vines.portrait.run import views_of

@@ -17,7 +17,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.plotting.bands import edges, evenly_spaced
+from nlds_vines.plotting.bands import drawable, edges, evenly_spaced
 from nlds_vines.plotting.panels import MAP_WIDTH, add_colour_bar, write_title
 from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import (
@@ -85,7 +85,7 @@ def _held(view: ArchiveView) -> str:
 def _draw_surface(figure: Figure, axes: Axes, view: ArchiveView) -> None:
     """Draw the objective in shades, a few contours over them, and the bar that explains them."""
     across, up = (view[dim] for dim in view.dims("surface"))
-    found = np.ma.masked_invalid(view["surface"]).T
+    found = np.ma.masked_invalid(drawable(view["surface"])).T
     norm = _norm(found)
     shades = matplotlib.colormaps[SHADES].with_extremes(bad=NO_VALUE)
     style: dict[str, Any] = {"cmap": shades, "norm": norm, "shading": "flat", "rasterized": True}

@@ -38,11 +38,12 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
     and `RequestError` where the archive cannot be written.
     """
     how = RunOptions() if how is None else how
+    threads = use_threads(how.threads)
     opened = Journal.open(output, tuning, resume=how.resume, overwrite=how.overwrite)
     with opened as journal, interrupts.stop_on_signals() as stop:
         if journal.complete:
             return
-        known = journal.begin(use_threads(how.threads))
+        known = journal.begin(threads)
         for line in journal.discarded:
             print(printable(line), file=sys.stderr)
         try:

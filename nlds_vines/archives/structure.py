@@ -48,6 +48,8 @@ def problems_of(members: Mapping[str, Member]) -> Iterator[str]:
             yield f"{name!r} {member.outside}"
         elif not (member.numbers or member.text):
             yield f"dataset {name!r} holds neither numbers nor strings"
+        elif not member.shape:
+            yield f"dataset {name!r} has no dimensions"
         elif member.bytes > _MOST_COMPRESSED * member.stored:
             yield f"dataset {name!r} has more values, of {member.bytes} bytes, than are in the file"
         elif member.is_scale:

@@ -52,7 +52,7 @@ def _drawn(view: ArchiveView, draw: Callable[[ArchiveView], Figure]) -> Figure:
         return draw(view)
     except RequestError:
         raise
-    except (ValueError, LookupError, TypeError, ArithmeticError) as error:
+    except (ValueError, LookupError, TypeError, ArithmeticError, AttributeError) as error:
         reason = (str(error).splitlines() or [""])[0]
         raise RequestError(
             f"{view.path} is complete, but cannot be drawn: {type(error).__name__}: {reason}"

@@ -23,11 +23,12 @@ from nlds_vines.archives import durable
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, printable
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.system import System
+from nlds_vines.reproduce.request_file import load_figure
 from nlds_vines.runs.manifest import Manifest
 from nlds_vines.runs.threads import check_environment
 
 ODD = "a\udcff"  # how Python keeps the bytes a\xff
-SLOW = 2.0  # s: far less than what is refused would take, and kernels are not loaded
+SLOW = 2.0  # s of computing: far less than what is refused would take, and kernels are not loaded
 
 SCAN = """\
 {title}
@@ -221,9 +222,9 @@ def _nothing_is_computed(monkeypatch):
 @pytest.mark.parametrize("case", REQUESTS)
 def test_a_nasty_request_is_one_line_at_once(case, folder, capsys):
     arguments, named = REQUESTS[case]
-    before, began = everything(folder), time.perf_counter()
+    before, began = everything(folder), time.process_time()
     assert main(arguments) == 2
-    took = time.perf_counter() - began
+    took = time.process_time() - began
     out, err = capsys.readouterr()
     assert out == ""
     assert err.count("\n") == 1
@@ -327,9 +328,9 @@ def test_texts_that_people_write_are_taken():
 
 
 def test_an_axis_of_ten_million_values_takes_a_moment():
-    began = time.perf_counter()
+    began = time.process_time()
     assert Axis.spaced("P", 1.0, 2.0, 10**7).values.size == 10**7
-    assert time.perf_counter() - began < SLOW
+    assert time.process_time() - began < SLOW
     with pytest.raises(RequestError, match="nan must be a finite number"):
         Axis("P", np.array([1.0, np.nan]))
 
@@ -341,3 +342,22 @@ def test_an_archive_made_from_a_program_with_an_odd_name_can_be_written(tmp_path
     with nv.read(path) as view:
         assert json.loads(view.attrs["argv"]) == sys.argv
     assert Manifest.of(make_scan()).argv == sys.argv
+
+
+def test_a_file_beyond_all_reason_is_not_read(tmp_path):
+    path = tmp_path / "huge.toml"
+    with path.open("wb") as file:
+        file.truncate(10**12)  # a hole: it takes no room
+    with pytest.raises(RequestError, match="1000000000000 bytes; allowed"):
+        nv.load_scan(path)
+
+
+@pytest.mark.parametrize("name", ["../../escaped", "/tmp/escaped", "a/b", "ω" * 900, ".hidden"])
+def test_a_name_in_a_figure_is_no_path(tmp_path, name):
+    text = SYSTEM.format(more=f'omega = 1\nname = "{name}"') + "[[curves]]\n"
+    (tmp_path / "page.toml").write_text(text)
+    request = load_figure(tmp_path / "page.toml")
+    (archive,) = (request.archive(curve) for curve in request.curves)
+    assert Path(archive).name == archive
+    assert not archive.startswith(".")
+    assert len(archive.encode()) < 255

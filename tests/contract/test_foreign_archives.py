@@ -16,6 +16,7 @@ from made_up import MAP, arrays, cut, finished, make_scan, results, same, write
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.archives import archive, durable
+from nlds_vines.archives.view import whole_crc
 from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.parts import Parts
@@ -413,7 +414,7 @@ def test_escape_sequences_do_not_reach_the_terminal(path, capsys, no_estimate):
             file.attrs[name] = ESCAPE
         file.attrs["scan"] = file.attrs["scan"].replace("ssul-set6", "\\u001b[31m")
         file["label"][...] = ESCAPE
-        file["label"].attrs["crc32"] = np.uint32(archive._whole_crc(file["label"]))
+        file["label"].attrs["crc32"] = np.uint32(whole_crc(file["label"]))
 
     changed(path, change)
     assert_in_words(path, other, capsys)

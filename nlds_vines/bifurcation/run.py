@@ -25,6 +25,7 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.tally import COUNTED, Note, Tally
 from nlds_vines.bifurcation.watched import of_chaos
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.errors import printable
 from nlds_vines.orbits.coexistence import CHAOS
 from nlds_vines.orbits.settings import most_watched
 from nlds_vines.runs import interrupts
@@ -87,6 +88,8 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
     began = time.perf_counter()
     watched = most_watched(scan.transient, scan.periods, scan.effort)
     report = Report(Path(output), how.shard, watched)
+    if how.scheduler is None or how.scheduler.startswith("local:"):
+        use_threads(how.threads)  # at once: what Numba lacks is known before anything is begun
     opened = Parts.open(output, scan, resume=how.resume, overwrite=how.overwrite, shard=how.shard)
     with opened as parts, interrupts.stop_on_signals() as stop:
         if parts.complete:
@@ -128,7 +131,7 @@ def _left(parts: Parts, blocks: Sequence[Block], tally: Tally) -> list[Block]:
         done.add(block.index)
         tally.note(part.arrays)
     for line in parts.discarded:
-        print(line, file=sys.stderr)
+        print(printable(line), file=sys.stderr)
     return [block for block in blocks if block.index not in done]
 
 

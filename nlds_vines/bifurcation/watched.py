@@ -6,9 +6,10 @@ is then bounded from below (`labels.least_lifetime`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.errors import at
 from nlds_vines.orbits.coexistence import CHAOS
 from nlds_vines.orbits.labels import least_lifetime
 from nlds_vines.orbits.settings import most_watched
@@ -20,13 +21,14 @@ if TYPE_CHECKING:
 
 def watched_of(view: ArchiveView) -> int:
     """Return the forcing periods for which the chaotic orbits of an archive were watched."""
-    sampling: Mapping[str, Any] = parse_toml(view.attrs["scan"], str(view.path))["sampling"]
-    return most_watched(sampling["transient"], sampling["periods"], sampling["effort"])
+    with at(f"{view.path}: its scan"):
+        scan = load_scan(parse_toml(view.text("scan"), "the attribute scan"))
+    return most_watched(scan.transient, scan.periods, scan.effort)
 
 
-def in_legend(label: str, watched: int) -> str:
+def in_legend(label: str, view: ArchiveView) -> str:
     """Return a label as a legend says it: of chaos, for how long it was watched."""
-    return f"{label} (for {watched} T)" if label == CHAOS else label
+    return f"{label} (for {watched_of(view)} T)" if label == CHAOS else label
 
 
 def of_chaos(watched: int) -> str:

@@ -18,7 +18,7 @@ from nlds_vines.orbits.signals import (
     harmonic_force,
     relative_displacement,
 )
-from nlds_vines.plotting.panels import write_title
+from nlds_vines.plotting.panels import literal, write_title
 from nlds_vines.plotting.style import CM, DOT, GREEN, HUES, STYLE, WIDTH
 from nlds_vines.portrait.page_layout import CROWD, LEFT, OVER_TIME, Place, make_page
 from nlds_vines.portrait.request import PortraitRequest, panels_of
@@ -88,7 +88,7 @@ def _heading(view: View, joint: str) -> str:
     """Return the name of a column, or its regime, and its window, with `joint` between them."""
     begin, end = view.column.window
     label = view.label if view.period else "no period found"
-    return f"{view.column.name or label}{joint}periods {begin} to {end}"
+    return f"{literal(view.column.name or label)}{joint}periods {begin} to {end}"
 
 
 def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> None:

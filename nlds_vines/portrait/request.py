@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from nlds_vines.errors import RequestError, choice, shown, string, whole
+from nlds_vines.errors import RequestError, choice, from_text, shown, string, whole
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
@@ -15,6 +15,7 @@ from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.orbits.wants import COMPONENTS
+from nlds_vines.plotting.bands import LARGEST
 from nlds_vines.toml import toml_text
 
 PANELS: Mapping[str, str] = {
@@ -122,6 +123,7 @@ class PortraitRequest:
         for scene in self._scenes:
             checked_signal(self.signal, scene)
         self._check_start()
+        self._check_places()
         for run in self.runs():
             self._check_run(run)
 
@@ -147,6 +149,16 @@ class PortraitRequest:
             if self.start is not None and len(self.start) != width:
                 names = ", ".join(COMPONENTS[:width])
                 raise RequestError(f"start = {shown(self.start)}; allowed: rest, or {names}")
+
+    def _check_places(self) -> None:
+        """Refuse obstacles, and springs that rest, so far away that no panel can show them."""
+        for system in (column.system for column in self.columns):
+            places = {**system.scene.obstacle(system.parameters), "rest": system.rest or 0.0}
+            for name, place in places.items():
+                if abs(place) > LARGEST:
+                    raise RequestError(
+                        f"{name} at {place!r} m cannot be drawn; allowed: up to {LARGEST:g} m"
+                    )
 
     def _check_run(self, run: Sequence[Column]) -> None:
         begin, end = span(run)
@@ -207,8 +219,8 @@ def checked_window(what: str, value: object) -> Window:
         raise RequestError(form)
     if isinstance(value, str):
         try:
-            pair = [int(text) for text in pair]
-        except ValueError:
+            pair = [from_text(int, what, text) for text in pair]
+        except RequestError:
             raise RequestError(form) from None
     begin = whole(f"begin of {what}", pair[0], 0)
     return Window(begin, whole(f"end of {what}", pair[1], begin + 1))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.run import Report
 from nlds_vines.bifurcation.watched import in_legend, of_chaos
 from nlds_vines.orbits.labels import least_lifetime
@@ -35,7 +36,17 @@ def test_only_of_chaos_the_summary_says_how_long_it_was_watched(tmp_path):
     assert line == of_chaos(3720)
 
 
+class Archive:
+    """What a legend reads of an archive."""
+
+    path = "a.h5"
+
+    def text(self, name):
+        assert name == "scan"
+        return load_scan(None, {"sampling": {"transient": 300, "effort": "thorough"}}).to_toml()
+
+
 def test_only_chaos_has_a_time_in_a_legend():
-    assert in_legend("chaos", 3720) == "chaos (for 3720 T)"
-    assert in_legend("3T,2", 3720) == "3T,2"
-    assert in_legend("chaos → T,0", 3720) == "chaos → T,0"
+    assert in_legend("chaos", Archive()) == f"chaos (for {300 + 120 + 51_000} T)"
+    assert in_legend("3T,2", Archive()) == "3T,2"
+    assert in_legend("chaos → T,0", Archive()) == "chaos → T,0"

@@ -14,6 +14,7 @@ from matplotlib.ticker import NullFormatter
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.map_cells import fill_cells, single_map
+from nlds_vines.plotting.bands import drawable
 from nlds_vines.plotting.palette import OTHERS
 from nlds_vines.plotting.panels import add_colour_bar
 from nlds_vines.plotting.style import ERRORS, NO_VALUE, ROUND_OFF, SHADES, quantity_label
@@ -31,7 +32,7 @@ def draw_number(view: ArchiveView, name: str) -> Figure:
     On a map of settling times, cells in which a start did not settle are black.
     """
     figure, axes = single_map(view)
-    values = _largest(view[name].astype(float))
+    values = _largest(drawable(view[name]))
     unsettled = np.zeros(values.shape, dtype=bool)
     if name == "settling":
         unsettled |= (view[name] < 0).any(axis=-1)

@@ -191,7 +191,8 @@ def grid_of(ps, damper, n):
         for k in range(ORDER, -1, -1):
             for c in range(4):
                 response[4 * i + c] += w[TAYLOR + i * TERMS + 4 * k + c]
-    w[STEP : STEP + 16] = response[:16]
+    for i in range(16):
+        w[STEP + i] = response[i]
     w[CELLS + 6 * n + 4] = 1.0  # cos at the start of the next period
     for j in range(n):
         at_cell = CELLS + 6 * j
@@ -243,7 +244,8 @@ def coarse_map(ps, damper, grid, stops):
         for j in range(first, first + share):
             y[0], y[1], y[2], y[3] = step(damper, w, j, y[0], y[1], y[2], y[3])
         place = STEP + 4 * i if i < 4 else CELLS + 6 * (i - 4)
-        coarse[place : place + 4] = y
+        for c in range(4):
+            coarse[place + c] = y[c]
     return coarse
 
 

@@ -128,7 +128,8 @@ def settling_period(flow, record, length, tangent, y, n, span):
         state_in_row(flow, record, p - n, now)
         if not returns_as_predicted(flow, tangent, y, now, then, span):
             return p + 1
-        then[:] = now
+        for i in range(4):
+            then[i] = now[i]
         p -= n
     return 0
 

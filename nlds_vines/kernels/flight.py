@@ -52,6 +52,7 @@ class Grid(NamedTuple):
 
     n: int  # cells in a period
     h: float  # length of a cell [s]
+    turn: float  # 1 / n: the turn of the forcing's phase over a cell
     rate: float  # bound on the growth of the scaled state per second [1/s]
     push: float  # P / sqrt(m1): bound on the growth of the energy scale S
     bend: float  # |d2r/dt2| <= bend * S + P / m1
@@ -204,7 +205,7 @@ def grid_of(ps, damper, n):
     for i in range(5):
         w[BOUNDS + i] = bounds[i]
     push = ps.force * math.sqrt(ps.m1)
-    return Grid(n, h, rate_of(ps, damper), push, bend_of(ps, damper), w)
+    return Grid(n, h, 1.0 / n, rate_of(ps, damper), push, bend_of(ps, damper), w)
 
 
 @jit
@@ -282,4 +283,4 @@ def propagate(grid, tangent, time):
 @jit
 def phase_at(grid, j, x):
     """Return (cos, sin) of the forcing's phase at place x of cell j."""
-    return cos_sin_of_turn((j + x) / grid.n)
+    return cos_sin_of_turn((j + x) * grid.turn)

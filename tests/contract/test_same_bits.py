@@ -13,9 +13,13 @@ import sys
 from pathlib import Path
 from textwrap import dedent
 
+import numpy as np
 import pytest
 
 import nlds_vines
+from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.request_file import load_scan
 
 PROGRAM = Path(__file__).with_name("orbits_of_all_kinds.py")
 CASES = ("two walls", "one wall", "fixed steps", "no damper", "no wall", "a limit", "orbits")
@@ -146,6 +150,15 @@ def test_what_is_contracted_would_be_seen():
     assert code["called"] == ["cbrt"]
     strict = program.code([text.replace("contract ", "")])
     assert strict["flags"] == strict["fused on ARM64"] == []
+
+
+def test_every_nan_is_the_same():
+    """0 / 0 has one sign on x86-64 and the other on ARM64."""
+    vary = {"P": {"values": [0.0, 800.0]}}
+    scan = load_scan({"system": "tmd", "vary": vary, "record": {"want": ["energy"]}})
+    found = Computer(scan).block(Block(0, ((0, 2),)))["reduction"]
+    assert np.isnan(found).ravel().tolist() == [True, False]
+    assert not np.signbit(found[0]).any()
 
 
 @pytest.fixture(scope="module")

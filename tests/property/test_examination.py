@@ -11,6 +11,7 @@ Lengths are measured in the orbit's largest displacement, velocities in its larg
 """
 
 import itertools
+from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
@@ -23,16 +24,17 @@ from nlds_vines.orbits.simulation import simulate
 KINDS = ("none", "tmd", "ssul", "ssbl", "ssvi-b", "ssvi-c")
 PERIODS = 8
 NUDGE = 1e-9  # of a start, relative: what becomes of it in a period is the growth of an error
-CHAOTIC = 1e5  # growth of an error in a period beyond which counts cannot be compared
+CHAOTIC = 1e7  # growth of an error in a period beyond which counts cannot be compared
+TOO_SENSITIVE = "errors grow too much in a period"
 STIFFEST = 400.0  # rates times the period: the twin takes about so many steps of a period
 BOUNDS = {
     "state": 1e-8,  # error per period / growth
-    "touch": 1e-8,  # times of touch and release, as places at the approach speed; / growth
-    "speed": 1e-8,  # of approach, squared; / growth
-    "depth": 1e-8,  # relative, where the speed is not small; / growth
-    "energy": 1e-8,  # largest E1 and E2, relative; / growth
-    "clearance": 1e-8,  # / growth
-    "limit": 1e-8,  # time of the first violation, as a place, and depth of the deepest; / growth
+    "touch": 1e-9,  # times of touch and release, as places at the approach speed; / growth
+    "speed": 2e-9,  # of approach, squared; / growth
+    "depth": 5e-10,  # relative, with less weight where the speed is small; / growth
+    "energy": 1e-9,  # largest E1 and E2, relative; / growth
+    "clearance": 1e-10,  # / growth
+    "limit": 1e-10,  # time of the first violation, as a place, and depth of the deepest; / growth
 }
 
 
@@ -201,7 +203,7 @@ def errors_of(case, orbit, seen, scale):
     if case.kind in ("none", "tmd"):
         return found
     if worst > CHAOTIC:
-        return f"errors grow {worst:.0e} times in a period"
+        return TOO_SENSITIVE
     limited = case.kind.startswith("ssvi")
     hits = seen.contacts[seen.contacts[:, 0] == 1] if limited else seen.contacts
     hits = hits[~np.isnan(hits[:, 1])]
@@ -239,38 +241,36 @@ def errors_of(case, orbit, seen, scale):
 
 
 def examine(cases):
-    """Return the worst errors by name, and how much was seen; fail where something differs."""
+    """Return the worst errors by name with the number of the case, and how much was seen."""
     orbits = []
     for case in cases:
         start = case.start[:2] if case.kind == "none" else case.start
         record = FULL if case.kind not in ("none", "tmd") else ("section", "energy")
         system = system_of(case.kind, case.numbers)
         orbits.append(simulate(system, PERIODS, start=start, record=record))
-    seen, scales = twin_of(cases, orbits)
-    worst, wrong, count = (
-        dict.fromkeys(BOUNDS, (0.0, -1)),
-        [],
-        dict.fromkeys(("impacts", "violated"), 0),
-    )
-    for i, (case, orbit, one, scale) in enumerate(zip(cases, orbits, seen, scales, strict=True)):
-        errors = errors_of(case, orbit, one, scale)
+    worst, found = dict.fromkeys(BOUNDS, (0.0, -1)), Counter()
+    for i, told in enumerate(zip(cases, orbits, *twin_of(cases, orbits), strict=True)):
+        errors, orbit = errors_of(*told), told[1]
         if isinstance(errors, str):
-            wrong.append((i, case.kind, errors))
+            found["different" if errors != TOO_SENSITIVE else "sensitive"] += 1
+            print(i, told[0].kind, errors)
             continue
         for name, error in errors.items():
-            worst[name] = max(worst[name], (error, i))
-        count["impacts"] += 0 if orbit.impacts is None else len(orbit.impacts)
-        count["violated"] += orbit.violation is not None and orbit.violation.number > 0
-    print(count, *worst.items(), sep="\n")
-    assert not wrong
-    return worst, count
+            worst[name] = max(worst[name], (float(error), i))
+        found["impacts"] += 0 if orbit.impacts is None else len(orbit.impacts)
+        found["violated"] += orbit.violation is not None and orbit.violation.number > 0
+    return worst, found
 
 
 @pytest.mark.parametrize("systems", [12, pytest.param(300, marks=pytest.mark.long)])
 def test_as_the_twin_sees_it(systems):
-    worst, count = examine(cases_of(systems))
-    assert count["impacts"] > 2 * systems
-    assert count["violated"] > systems / 20
+    """Notices: a part of a scene, a wall or a limit that is not followed as the equations say."""
+    worst, found = examine(cases_of(systems))
+    print(dict(found), *worst.items(), sep="\n")
+    assert found["different"] == 0
+    assert found["sensitive"] <= 0.02 * systems
+    assert found["impacts"] > 2 * systems
+    assert found["violated"] > systems / 20
     assert {name: error for name, (error, _) in worst.items() if error > BOUNDS[name]} == {}
 
 

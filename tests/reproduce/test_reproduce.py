@@ -282,7 +282,7 @@ def test_curves_are_the_archives_energies_solid_and_dotted(archives):
     assert figure.get_figwidth() == pytest.approx(16 / 2.54)
 
 
-def test_impacts_are_yellow_and_windows_without_them_stand_between_dashed_lines(tmp_path):
+def test_impacts_are_yellow_and_every_window_without_them_is_marked(tmp_path):
     request = paper.requests()["2b"]
     (curve,) = request.curves
     omega = curve.scan.axes[0].values
@@ -294,8 +294,11 @@ def test_impacts_are_yellow_and_windows_without_them_stand_between_dashed_lines(
     spans = [(p.get_x(), p.get_x() + p.get_width()) for p in yellow]
     assert [tuple(np.round(span, 2)) for span in spans] == [(5.0, 7.5), (7.7, 7.9), (7.9, 8.0)]
     uprights = [line for line in frame.get_lines() if len(set(line.get_xdata())) == 1]
-    dashed = [line.get_xdata()[0] for line in uprights if line.get_color() == "#666666"]
-    assert np.round(dashed, 2).tolist() == [7.5, 7.7]  # the window of one cell is too narrow
+    marks = [line for line in uprights if line.get_color() == "#666666"]
+    dashed = [line.get_xdata()[0] for line in marks if line.get_linestyle() == "--"]
+    assert np.round(dashed, 2).tolist() == [7.5, 7.7]
+    (narrow,) = [line.get_xdata()[0] for line in marks if line.get_linestyle() == "-"]
+    assert narrow == pytest.approx(7.9)  # the window of one cell
     (own,) = [line.get_xdata()[0] for line in uprights if line.get_color() == drawing.RESONANCE]
     assert own == pytest.approx(np.sqrt(39.5))
 

@@ -25,8 +25,9 @@ from nlds_vines.reproduce.claims import (
 )
 from nlds_vines.reproduce.claims.claim import tuning_frequency
 from nlds_vines.reproduce.claims.contact_constants import SPECIAL
-from nlds_vines.reproduce.claims.dampers import FREED, SET6, SETS
+from nlds_vines.reproduce.claims.parameter_sets import SET6, SETS
 from nlds_vines.reproduce.claims.retention import Retained, retained
+from nlds_vines.reproduce.claims.three_dampers import FREED
 from nlds_vines.reproduce.request import FigureRequest
 from nlds_vines.reproduce.request_file import packaged_figures
 
@@ -58,7 +59,7 @@ _NOT_PRINTED = (
 
 
 def write(path: Path, archives: Path, picture: str) -> None:
-    """Write the report in Markdown to `path`; nothing is computed but closed forms.
+    """Write the report in Markdown to `path`; nothing is computed but closed forms and few orbits.
 
     Arguments: the path; `archives`, the folder of the archives; `picture`, the suffix of the
     pictures, which lie beside the report.
@@ -66,7 +67,9 @@ def write(path: Path, archives: Path, picture: str) -> None:
     Raises `RequestError` where the report cannot be written or an archive cannot be read.
     """
     requests = packaged_figures()
-    text = "\n".join(_Report(requests, archived(requests, archives), path.parent, picture).lines())
+    drawn = [r.name for r in requests.values() if (path.parent / f"{r.name}.{picture}").exists()]
+    evidence = archived(requests, archives, drawn)
+    text = "\n".join(_Report(requests, evidence, path.parent, picture).lines())
     temporary = path.with_name(f"{path.name}.tmp")
     with in_one_line(f"write {path}"):
         try:
@@ -92,7 +95,10 @@ class _Report:
         yield (
             f"Made by `nlds-vines reproduce`, nlds_vines {version('nlds-vines')}; not written by "
             "hand. The claims are the paper's in our words. Every number comes from an archive "
-            "in the folder beside this report, or from a closed form where that is said."
+            "in the folder beside this report, from the orbit of a figure, or from a closed form "
+            "where that is said. A claim agrees in part where one measure of it holds and another "
+            "does not, where it holds for some of the dampers, or only with another contact "
+            "stiffness than the assumed one; the text says which."
         )
         yield ""
         yield from self._claims()

@@ -1,0 +1,140 @@
+"""What claims are checked against: the data of scans in archives, and orbits in full."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from nlds_vines.archives.archive import read
+from nlds_vines.model.system import System
+from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.reproduce.request import FigureRequest
+
+if TYPE_CHECKING:
+    from nlds_vines.portrait.result import View
+
+CLOSE = 1e-9
+"""The largest distance of a frequency on a grid from the one asked for [rad/s]: round-off."""
+
+
+class Missing(LookupError):
+    """Raised where the data for a check have not been computed."""
+
+
+@dataclass(frozen=True)
+class Data:
+    """The results of the first start in an archive.
+
+    Attributes:
+        system: of the scan.
+        axes: the values of the varied parameters by name.
+        numbers: recorded numbers and labels by name, each of the shape of the cells;
+            `impacts_by_wall` has one more dimension, what is struck.
+    """
+
+    system: System
+    axes: Mapping[str, np.ndarray]
+    numbers: Mapping[str, np.ndarray]
+
+    @property
+    def omega(self) -> np.ndarray:
+        """The frequencies of the force [rad/s], shape (n,)."""
+        return self.axes["omega"]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return the values of a recorded number; raise `Missing` if it was not recorded."""
+        if name not in self.numbers:
+            raise Missing(f"{self.system.name}: {name} was not recorded")
+        return self.numbers[name]
+
+    def peak(self, name: str = "E1max") -> tuple[float, float]:
+        """Return the largest value along the frequency, and the frequency where it is."""
+        place = int(np.nanargmax(self[name]))
+        return float(self[name][place]), float(self.omega[place])
+
+    def at(self, omega: float, name: str = "E1max") -> float:
+        """Return the value at a frequency; raise `Missing` if the grid does not have it."""
+        return float(self[name][self.place(omega)])
+
+    def place(self, omega: float) -> int:
+        """Return the index of a frequency; raise `Missing` if the grid does not have it."""
+        place = int(np.argmin(np.abs(self.omega - omega)))
+        if abs(self.omega[place] - omega) > CLOSE:
+            raise Missing(f"{omega:g} rad/s is not on the grid")
+        return place
+
+    def column(self, index: int) -> Data:
+        """Return the data along the first axis at one place of the second."""
+        first, second = self.axes
+        changed = self.system.with_(**{second: float(self.axes[second][index])})
+        numbers = {name: values[:, index] for name, values in self.numbers.items()}
+        return Data(changed, {first: self.axes[first]}, numbers)
+
+
+class Evidence(Protocol):
+    """What was computed for the requests; raises `Missing` for everything else."""
+
+    def __call__(self, figure: str, name: str) -> Data:
+        """Return the data of a curve by the short name of its request and its own."""
+
+    def views(self, figure: str) -> Sequence[View]:
+        """Return the columns of a portrait by the short name of its request."""
+
+
+def archived(
+    requests: Mapping[str, FigureRequest], folder: Path, drawn: Collection[str] = ()
+) -> Evidence:
+    """Return the evidence in the archives of a folder.
+
+    Arguments: the requests by short name; the `folder` of their archives; the names of the
+    portraits that were `drawn`: the orbits of these are followed again, which takes a second.
+    """
+    return _Archived(requests, folder, drawn)
+
+
+class _Archived:
+    """Evidence in archives; what was read once is kept."""
+
+    def __init__(
+        self, requests: Mapping[str, FigureRequest], folder: Path, drawn: Collection[str]
+    ) -> None:
+        self._requests, self._folder, self._drawn = requests, folder, drawn
+        self._data, self._views = cache(self._read), cache(self._follow)
+
+    def __call__(self, figure: str, name: str) -> Data:
+        return self._data(figure, name)
+
+    def views(self, figure: str) -> Sequence[View]:
+        return self._views(figure)
+
+    def _read(self, figure: str, name: str) -> Data:
+        request = self._requests[figure]
+        curve = next((curve for curve in request.curves if curve.name == name), None)
+        if curve is None:
+            raise Missing(f"{request.name} has no curve {name}")
+        path = self._folder / request.archive(curve)
+        if not path.exists():
+            raise Missing(f"{request.name} has not been computed")
+        return _load(path, curve.scan.system)
+
+    def _follow(self, figure: str) -> Sequence[View]:
+        request = self._requests[figure]
+        if request.name not in self._drawn:
+            raise Missing(f"{request.name} has not been computed")
+        from nlds_vines.portrait.run import views_of
+
+        return views_of(load_portrait(request.path))
+
+
+def _load(path: Path, system: System) -> Data:
+    """Return the data of an archive: everything that has one value for each orbit, or wall."""
+    with read(path) as view:
+        cells = (*view.axes, "start")
+        whole = [name for name in view.names if view.dims(name) in (cells, (*cells, "wall"))]
+        numbers = {name: view.take(name, start=0) for name in whole}
+        return Data(system, {name: view[name] for name in view.axes}, numbers)

@@ -30,12 +30,15 @@ def _both_sides(evidence: Evidence) -> Finding:
     data = evidence("3", "ssbl")
     struck = data["impacts_by_wall"] > 0
     some, both = int(struck.any(axis=1).sum()), int(struck.all(axis=1).sum())
-    text = f"both are struck at {both} of the {some} frequencies with impacts"
+    alone = (struck & (struck.sum(axis=1) == 1)[:, np.newaxis]).sum(axis=0)
+    walls = zip(data.system.scene.walls, alone.tolist(), strict=True)
+    words = (f"the {data.system.scene.struck[wall]} alone at {count}" for wall, count in walls)
+    text = f"of the {some} frequencies with impacts both at {both}, {', '.join(words)}"
     return weighed(text, both > 0, both > MOST * some)
 
 
 def _model_1b(evidence: Evidence) -> Finding:
-    data, tuned = evidence("model-1b", "ssvi-b"), tuning_frequency()
+    data, tuned = evidence("model-1b"), tuning_frequency()
     names = (SET6, "ssbl", "tmd")
     others = {other: evidence("3", other).at(tuned) for other in names}
     energy = np.where(data["violations"] == 0, data["E1max"], np.inf)
@@ -99,12 +102,17 @@ def _soft_optimal(evidence: Evidence) -> Finding:
     found, place = _surfaces(evidence), _printed()
     rows = [row for pair in found.values() for row in pair]
     best = [row[place] <= (1 + SAME_CURVE) * min(row) for row in rows]
-    least = (
-        f"{damper} by peak {MODULI[int(np.argmin(peaks))]:g}, where tuned "
-        f"{MODULI[int(np.argmin(tuned))]:g} Pa"
+    words = (
+        f"{damper} by peak {_excess(peaks)}, where tuned {_excess(tuned)}"
         for damper, (peaks, tuned) in found.items()
     )
-    return weighed(f"the least energies stand at E2 = {'; '.join(least)}", *best)
+    return weighed(f"above the least of all values: {'; '.join(words)}", *best)
+
+
+def _excess(energies: list[float]) -> str:
+    """Return by how much the printed E2 exceeds the best one, and which that is, in words."""
+    best = int(np.argmin(energies))
+    return f"{100 * (energies[_printed()] / energies[best] - 1):.1f} % (at {MODULI[best]:g} Pa)"
 
 
 def _softer_impact(evidence: Evidence) -> Finding:

@@ -139,7 +139,7 @@ def regimes(data: Data) -> np.ndarray:
 
 
 def _columns(evidence: Evidence, changed: Changed) -> list[Data]:
-    data = evidence(changed.study, SET6)
+    data = evidence(changed.study)
     return [data.column(index) for index in range(len(changed.values))]
 
 

@@ -171,8 +171,8 @@ def _irregular_energy(evidence: Evidence) -> Finding:
     least, most = (float(f(data["reduction"][irregular])) for f in (np.min, np.max))
     text = (
         f"at most {worst:.0f} J where motion is irregular, at {int(irregular.sum())} frequencies; "
-        f"the peak is {peak:.0f} J; but there the damper takes {100 * least:.0f} to "
-        f"{100 * most:.0f} % off the structure's energy without it"
+        f"the peak is {peak:.0f} J; there it is {1 - most:.2f} to {1 - least:.2f} times the energy "
+        f"without a damper"
     )
     return weighed(text, worst <= SMALL * peak, least > 0)
 

@@ -13,7 +13,7 @@ import numpy as np
 from nlds_vines.archives.archive import read
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request_file import load_portrait
-from nlds_vines.reproduce.request import FigureRequest
+from nlds_vines.reproduce.request import Curve, FigureRequest
 
 if TYPE_CHECKING:
     from nlds_vines.portrait.result import View
@@ -79,8 +79,11 @@ class Data:
 class Evidence(Protocol):
     """What was computed for the requests; raises `Missing` for everything else."""
 
-    def __call__(self, figure: str, name: str) -> Data:
-        """Return the data of a curve by the short name of its request and its own."""
+    def __call__(self, figure: str, name: str = "") -> Data:
+        """Return the data of a curve by the short name of its request and its own.
+
+        The curve of a diagram or map is the only one, and needs no name.
+        """
 
     def views(self, figure: str) -> Sequence[View]:
         """Return the columns of a portrait by the short name of its request."""
@@ -106,7 +109,7 @@ class _Archived:
         self._requests, self._folder, self._drawn = requests, folder, drawn
         self._data, self._views = cache(self._read), cache(self._follow)
 
-    def __call__(self, figure: str, name: str) -> Data:
+    def __call__(self, figure: str, name: str = "") -> Data:
         return self._data(figure, name)
 
     def views(self, figure: str) -> Sequence[View]:
@@ -114,9 +117,7 @@ class _Archived:
 
     def _read(self, figure: str, name: str) -> Data:
         request = self._requests[figure]
-        curve = next((curve for curve in request.curves if curve.name == name), None)
-        if curve is None:
-            raise Missing(f"{request.name} has no curve {name}")
+        curve = curve_of(request, name)
         path = self._folder / request.archive(curve)
         if not path.exists():
             raise Missing(f"{request.name} has not been computed")
@@ -129,6 +130,16 @@ class _Archived:
         from nlds_vines.portrait.run import views_of
 
         return views_of(load_portrait(request.path))
+
+
+def curve_of(request: FigureRequest, name: str) -> Curve:
+    """Return the curve of that name, or the only one; raise `Missing` where there is none."""
+    if not name and request.kind == "scan":
+        return request.curves[0]
+    found = next((curve for curve in request.curves if curve.name == name), None)
+    if found is None:
+        raise Missing(f"{request.name} has no curve {name}")
+    return found
 
 
 def _load(path: Path, system: System) -> Data:

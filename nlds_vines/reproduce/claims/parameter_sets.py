@@ -59,7 +59,7 @@ def _set6_best(evidence: Evidence) -> Finding:
     there = [evidence("2a", name).at(tuning_frequency()) for name in SETS]
     text = (
         f"Sets 1 to 6: peaks {listed(peaks, '.4g')} J; at {tuning_frequency():g} rad/s, where they "
-        f"were tuned, {listed(there, '.4g')} J, Set 6 the {_rank(there)} of six"
+        f"were tuned, {listed(there, '.4g')} J, Set 6 the {_rank(there[2:])} of Sets 3 to 6"
     )
     return weighed(text, *(values[5] == min(values) for values in (peaks, there)))
 
@@ -67,7 +67,7 @@ def _set6_best(evidence: Evidence) -> Finding:
 def _rank(values: list[float]) -> str:
     """Return the place of the last value among all, the least first, in words."""
     place = sorted(values).index(values[-1])
-    return ("best", "second", "third", "fourth", "fifth", "last")[place]
+    return ("best", "second", "third", "last")[place]
 
 
 def _two_peaks(evidence: Evidence) -> Finding:

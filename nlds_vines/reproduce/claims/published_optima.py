@@ -27,8 +27,6 @@ WIDE = 1.1  # least ratio of the greatest to the least k2, and C, of similar des
 TUNED = SETS[2:]
 """The sets that the optimisation found."""
 
-_MAP = f"{TUNED[-1]}_c2=50"
-
 
 def near(data: Data, values: Mapping[str, float], share: float = NEAR) -> np.ndarray:
     """Return which cells of a map have all of its parameters within a share of `values`."""
@@ -46,7 +44,7 @@ def _own(evidence: Evidence, name: str) -> float:
 
 
 def _sets(evidence: Evidence) -> Finding:
-    data, below = evidence("tuned-sets", _MAP), evidence("tuned-damping", TUNED[-1])
+    data, below = evidence("tuned-sets"), evidence("tuned-damping")
     words, optimal = [], []
     for name in TUNED:
         own = _own(evidence, name)
@@ -67,7 +65,7 @@ def _sets(evidence: Evidence) -> Finding:
 
 
 def _bilateral(evidence: Evidence) -> Finding:
-    data = evidence("tuned-ssbl", "ssbl")
+    data = evidence("tuned-ssbl")
     own = evidence("3", "ssbl").at(tuning_frequency())
     around = near(data, catalogue()["ssbl"].parameters)
     energy = np.where(around, data["E1max"], np.inf)
@@ -84,7 +82,7 @@ def _bilateral(evidence: Evidence) -> Finding:
 
 
 def _many(evidence: Evidence) -> Finding:
-    data = evidence("tuned-sets", _MAP)
+    data = evidence("tuned-sets")
     limit = (1 + AS_GOOD) * min(_own(evidence, name) for name in TUNED)
     good = data["E1max"] <= limit
     if not good.any():

@@ -15,13 +15,9 @@ from nlds_vines.bifurcation.parts import Block, Parts
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
-from nlds_vines.orbits.simulation import IMPACT
-from nlds_vines.orbits.spectrum import spectrum_of
-from nlds_vines.portrait.request import Column
 from nlds_vines.portrait.request_file import load_portrait
-from nlds_vines.portrait.result import View
 from nlds_vines.reproduce.claims import Data
-from nlds_vines.reproduce.claims.measured import curve_of
+from nlds_vines.reproduce.claims.measured import Breadth, Motion, curve_of
 from nlds_vines.reproduce.request import FigureRequest
 from nlds_vines.reproduce.request_file import packaged_figures
 
@@ -30,7 +26,6 @@ SPECIAL = {7.375: (3, 3), 7.4: (0, 90), 7.575: (1, 0)}
 WORDS = {7.4: "chaos", 7.575: "transient chaos to T,0"}
 TUNED_K1 = 3.95e4  # N/m, stiffness of the structure at the tuning
 TUNED = np.array([6.28])  # rad/s, frequency of the tuning
-SAMPLES = 64  # of a period of invented orbits
 
 
 @cache
@@ -135,7 +130,7 @@ class MadeUp:
     Arguments: `energy` returns E1max [J] and `regimes` period, impacts and label of a system by
     frequency; `design`, E1max of a system on a map where tuned [J]; `damper`, the damper's energy
     over the structure's; `walls`, the share of impacts on the far one of two; `reduction`, that by
-    the damper; `orbits`, the columns of a portrait by the short name of its request; parameters
+    the damper; `orbits`, the motions in a portrait by the short name of its request; parameters
     with other values.
     """
 
@@ -145,7 +140,7 @@ class MadeUp:
     damper: float = 1.3
     walls: float = 0.5
     reduction: float = 0.4
-    orbits: Callable[[str], list[View]] = field(default_factory=lambda: as_published)
+    orbits: Callable[[str], list[Motion]] = field(default_factory=lambda: as_published)
     changed: Mapping[str, float] = field(default_factory=dict)
 
     def __call__(self, figure: str, name: str = "") -> Data:
@@ -154,8 +149,8 @@ class MadeUp:
         own = {k: value for k, value in self.changed.items() if k in scan.system.parameters}
         return _invented(self, figure, scan, scan.system.with_(**own))
 
-    def views(self, figure: str) -> list[View]:
-        """Return the invented columns of a portrait."""
+    def motions(self, figure: str) -> list[Motion]:
+        """Return the invented motions of a portrait."""
         return self.orbits(figure)
 
 
@@ -207,66 +202,53 @@ def _along(found: MadeUp, system: System, omega: np.ndarray) -> dict[str, np.nda
     }  # fmt: skip
 
 
-def as_published(figure: str) -> list[View]:
-    """Return invented orbits of a portrait as the paper has them."""
-    columns = load_portrait(requests()[figure].path).columns
+def as_published(figure: str) -> list[Motion]:
+    """Return invented motions in a portrait as the paper has them."""
+    systems = [column.system for column in load_portrait(requests()[figure].path).columns]
+    random = np.random.default_rng(1).normal(size=(480, 4))
     if figure == "9":
-        return [view(columns[0], 3, [1400.0, 5100.0, 10200.0], cycle(3))]
+        return [motion_in(systems[0], "3T,3", [1400.0, 10200.0, 5100.0])]
     if figure == "10":
-        return [view(columns[0], 0, [5000.0, 4500.0], noise(columns[0]))]
-    return [
-        view(column, 1, [3e4 if i == 0 else 9e5], cycle(1), 0.01 if i == 0 else 0.001)
-        for i, column in enumerate(columns)
-    ]
+        return [motion_in(systems[0], "", [5000.0] * 320, section=random, share=0.7, bins=2000)]
+    soft = systems[0].K
+    return [motion_in(s, "T,1", [3e4 if soft == s.K else 9e5], 1 / s.K) for s in systems]
 
 
-def unlike_published(figure: str) -> list[View]:
-    """Return invented orbits that contradict the paper: equal forces, lines, no way away."""
+def unlike_published(figure: str) -> list[Motion]:
+    """Return invented motions that contradict the paper: equal forces, lines, no way away."""
     columns = load_portrait(requests()[figure].path).columns
-    n = {"9": 3, "10": 0}.get(figure, 1)
-    return [view(column, n, [4000.0] * max(n, 1), cycle(3, away=-0.2)) for column in columns]
+    label = {"9": "3T,3", "10": ""}.get(figure, "T,1")
+    return [motion_in(c.system, label, [4000.0] * 3, greatest=0.05) for c in columns]
 
 
-def cycle(n: int, away: float = 0.6) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the damper's displacement over t / T that repeats after n periods [m]."""
-    return lambda t: 0.16 + away * (1 + np.cos(2 * np.pi * t / n)) / 2
-
-
-def noise(column: Column) -> Callable[[np.ndarray], np.ndarray]:
-    """Return a displacement over t / T without any pattern, which often reaches the obstacle."""
-    generator = np.random.default_rng(1)
-    return lambda t: generator.normal(0.16, 0.08, t.size)
-
-
-def view(
-    column: Column,
-    period: int,
+def motion_in(
+    system: System,
+    label: str,
     forces: Sequence[float],
-    damper: Callable[[np.ndarray], np.ndarray],
-    lasting: float = 0.02,
-) -> View:
-    """Return an invented window of an orbit: the structure at rest, the damper as told.
+    duration: float = 0.02,
+    *,
+    section: np.ndarray | None = None,
+    greatest: float = 0.6,
+    share: float = 1e-9,
+    bins: int = 1000,
+) -> Motion:
+    """Return an invented motion.
 
-    Arguments: the column; n of nT, 0 for none; the forces of the impacts in each cycle, or period
-    [N]; `damper`, x2 [m] over t / T; how long each contact takes [s].
+    Arguments: system, label, forces and greatest as in `Motion`; how long all impacts take [s]; the
+    section, by default of three points; the share of the power of both spectra beside their lines;
+    how many bins hold most of it, against 1000 in half the window.
     """
-    begin, end = column.window
-    count, T = end - begin, column.system.period
-    t = begin + np.arange(1, count * SAMPLES + 1) / SAMPLES
-    states = np.zeros((t.size, 4))
-    states[:, 2] = damper(t)
-    cycles = count // max(period, 1)
-    contacts = np.zeros(cycles * len(forces), IMPACT)
-    step = max(period, 1) / len(forces)
-    contacts["touch"] = T * (begin + step * (0.5 + np.arange(contacts.size)))
-    contacts["release"] = contacts["touch"] + lasting
-    contacts["force"] = np.tile(forces, cycles)
-    comb = period or 3
-    found = spectrum_of(states[:, 2], SAMPLES, column.system.parameters["omega"])
-    return View(
-        column=column, time=t * T, states=states, samples=SAMPLES, contacts=contacts,
-        period=period, tolerance=1e-6, longest=count // 3, comb=comb, spectrum=found,
-    )  # fmt: skip
+    points = np.tile(np.arange(12.0).reshape(3, 4), (80, 1)) if section is None else section
+    return Motion(
+        system=system,
+        label=label,
+        forces=np.array(forces),
+        durations=np.full(len(forces), duration),
+        section=points,
+        least=-0.07,
+        greatest=greatest,
+        breadths=dict.fromkeys(("x2", "force"), Breadth(3, share, bins, 1000)),
+    )
 
 
 def write_archive(path: Path, scan: Scan, numbers: dict[str, np.ndarray]) -> Path:
@@ -274,7 +256,7 @@ def write_archive(path: Path, scan: Scan, numbers: dict[str, np.ndarray]) -> Pat
     found = unfilled(scan)
     for name, array in found.items():
         if name in numbers:
-            array[...] = numbers[name][..., np.newaxis]
+            array[...] = np.expand_dims(numbers[name], len(scan.shape))  # the only start
         elif name == "status":
             array[...] = 0
     block = Block(0, tuple((0, size) for size in scan.shape))

@@ -25,6 +25,7 @@ from nlds_vines.reproduce.claims import (
 )
 from nlds_vines.reproduce.claims.claim import tuning_frequency
 from nlds_vines.reproduce.claims.contact_constants import SPECIAL
+from nlds_vines.reproduce.claims.measured import Follow, Motion, not_followed
 from nlds_vines.reproduce.claims.parameter_sets import SET6, SETS
 from nlds_vines.reproduce.claims.retention import Retained, retained
 from nlds_vines.reproduce.claims.three_dampers import FREED
@@ -58,16 +59,21 @@ _NOT_PRINTED = (
 )
 
 
-def write(path: Path, archives: Path, picture: str) -> None:
+def write(path: Path, archives: Path, picture: str, follow: Follow = not_followed) -> None:
     """Write the report in Markdown to `path`; nothing is computed but closed forms and few orbits.
 
     Arguments: the path; `archives`, the folder of the archives; `picture`, the suffix of the
-    pictures, which lie beside the report.
+    pictures, which lie beside the report; `follow` returns the motions of a portrait, and is asked
+    for those whose picture is there.
 
     Raises `RequestError` where the report cannot be written or an archive cannot be read.
     """
     requests = packaged_figures()
-    drawn = [r.name for r in requests.values() if (path.parent / f"{r.name}.{picture}").exists()]
+
+    def drawn(request: FigureRequest) -> Sequence[Motion]:
+        there = (path.parent / f"{request.name}.{picture}").exists()
+        return (follow if there else not_followed)(request)
+
     evidence = archived(requests, archives, drawn)
     text = "\n".join(_Report(requests, evidence, path.parent, picture).lines())
     temporary = path.with_name(f"{path.name}.tmp")

@@ -22,7 +22,7 @@ from nlds_vines.reproduce.claims.damper_designs import DESIGNS
 from nlds_vines.reproduce.claims.damping_and_force import DAMPING_AND_FORCE
 from nlds_vines.reproduce.claims.dynamics import DYNAMICS
 from nlds_vines.reproduce.claims.facts import FACTS
-from nlds_vines.reproduce.claims.measured import Data, Evidence, Missing, archived
+from nlds_vines.reproduce.claims.measured import Data, Evidence, Missing, Motion, archived
 from nlds_vines.reproduce.claims.parameter_sets import PARAMETER_SETS
 from nlds_vines.reproduce.claims.published_optima import OPTIMA
 from nlds_vines.reproduce.claims.retention import STIFFNESS_CHANGED
@@ -50,6 +50,7 @@ __all__ = [
     "Evidence",
     "Finding",
     "Missing",
+    "Motion",
     "Verdict",
     "archived",
     "judge",

@@ -116,11 +116,10 @@ def _excess(energies: list[float]) -> str:
 
 
 def _softer_impact(evidence: Evidence) -> Finding:
-    soft, hard = sorted(evidence.views("impact"), key=lambda view: view.column.system.K)
-    forces = [float(view.contacts["force"].max(initial=0.0)) for view in (soft, hard)]
-    times = [view.contacts["release"] - view.contacts["touch"] for view in (soft, hard)]
-    longest = [1000 * float(np.nanmax(time)) if len(time) else 0.0 for time in times]
-    moduli = listed([view.column.system.parameters["E2"] for view in (soft, hard)])
+    both = sorted(evidence.motions("impact"), key=lambda motion: motion.system.K)
+    forces = [float(motion.forces.max(initial=0.0)) for motion in both]
+    longest = [1000 * float(motion.durations.max(initial=0.0)) for motion in both]
+    moduli = listed([motion.system.parameters["E2"] for motion in both])
     text = (
         f"at {tuning_frequency():g} rad/s, E2 = {moduli} Pa: largest force "
         f"{listed(forces, '.4g')} N, longest contact {listed(longest, '.3g')} ms"

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.model.system import System
-from nlds_vines.portrait.request_file import load_portrait
 from nlds_vines.reproduce.request import Curve, FigureRequest
-
-if TYPE_CHECKING:
-    from nlds_vines.portrait.result import View
 
 CLOSE = 1e-9
 """The largest distance of a frequency on a grid from the one asked for [rad/s]: round-off."""
@@ -76,6 +72,48 @@ class Data:
         return Data(changed, {first: self.axes[first]}, numbers)
 
 
+POWER = 0.99
+"""The share of the power of a spectrum that is meant by most of it."""
+
+
+class Breadth(NamedTuple):
+    """How broad a spectrum is: the share of its power beside the lines of an nT orbit, for n =
+    `comb`; the fewest bins that hold most of its power, and those in a window half as long."""
+
+    comb: int
+    share: float
+    bins: int
+    bins_of_half: int
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What was found in one window of an orbit.
+
+    Attributes:
+        system: that was followed.
+        label: nT,k by recurrence; empty where no period was found.
+        forces, durations: of the impacts of the last cycle, or of all if there is no period:
+            their largest contact forces [N], and how long they last [s].
+        section: the states at the whole forcing periods, shape (periods, 4).
+        least, greatest: of x2 - x1 from where the spring rests [m]; an impact makes it least.
+        breadths: of the spectra of x2 and of the contact `force`, by name.
+    """
+
+    system: System
+    label: str
+    forces: np.ndarray
+    durations: np.ndarray
+    section: np.ndarray
+    least: float
+    greatest: float
+    breadths: Mapping[str, Breadth]
+
+
+Follow = Callable[[FigureRequest], Sequence[Motion]]
+"""Returns the motions in the columns of a portrait; raises `Missing` without one."""
+
+
 class Evidence(Protocol):
     """What was computed for the requests; raises `Missing` for everything else."""
 
@@ -85,35 +123,38 @@ class Evidence(Protocol):
         The curve of a diagram or map is the only one, and needs no name.
         """
 
-    def views(self, figure: str) -> Sequence[View]:
-        """Return the columns of a portrait by the short name of its request."""
+    def motions(self, figure: str) -> Sequence[Motion]:
+        """Return the motions in the columns of a portrait, by the short name of its request."""
+
+
+def not_followed(request: FigureRequest) -> Sequence[Motion]:
+    """Raise `Missing`: nothing is known of the orbits of a portrait."""
+    raise Missing(f"{request.name} has not been computed")
 
 
 def archived(
-    requests: Mapping[str, FigureRequest], folder: Path, drawn: Collection[str] = ()
+    requests: Mapping[str, FigureRequest], folder: Path, follow: Follow = not_followed
 ) -> Evidence:
     """Return the evidence in the archives of a folder.
 
-    Arguments: the requests by short name; the `folder` of their archives; the names of the
-    portraits that were `drawn`: the orbits of these are followed again, which takes a second.
+    Arguments: the requests by short name; the `folder` of their archives; `follow` returns the
+    motions of a portrait.
     """
-    return _Archived(requests, folder, drawn)
+    return _Archived(requests, folder, follow)
 
 
 class _Archived:
     """Evidence in archives; what was read once is kept."""
 
-    def __init__(
-        self, requests: Mapping[str, FigureRequest], folder: Path, drawn: Collection[str]
-    ) -> None:
-        self._requests, self._folder, self._drawn = requests, folder, drawn
-        self._data, self._views = cache(self._read), cache(self._follow)
+    def __init__(self, requests: Mapping[str, FigureRequest], folder: Path, follow: Follow) -> None:
+        self._requests, self._folder, self._follow = requests, folder, follow
+        self._data, self._motions = cache(self._read), cache(self._of_portrait)
 
     def __call__(self, figure: str, name: str = "") -> Data:
         return self._data(figure, name)
 
-    def views(self, figure: str) -> Sequence[View]:
-        return self._views(figure)
+    def motions(self, figure: str) -> Sequence[Motion]:
+        return self._motions(figure)
 
     def _read(self, figure: str, name: str) -> Data:
         request = self._requests[figure]
@@ -123,13 +164,8 @@ class _Archived:
             raise Missing(f"{request.name} has not been computed")
         return _load(path, curve.scan.system)
 
-    def _follow(self, figure: str) -> Sequence[View]:
-        request = self._requests[figure]
-        if request.name not in self._drawn:
-            raise Missing(f"{request.name} has not been computed")
-        from nlds_vines.portrait.run import views_of
-
-        return views_of(load_portrait(request.path))
+    def _of_portrait(self, figure: str) -> Sequence[Motion]:
+        return self._follow(self._requests[figure])
 
 
 def curve_of(request: FigureRequest, name: str) -> Curve:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from nlds_vines.orbits.labels import TRANSIENT
-from nlds_vines.orbits.signals import relative_displacement
 from nlds_vines.reproduce.claims.claim import (
     Claim,
     Finding,
@@ -87,11 +86,8 @@ def _damper_energy(evidence: Evidence) -> Finding:
 
 
 def _away(evidence: Evidence) -> Finding:
-    view = min(evidence.views("impact"), key=lambda view: view.column.system.K)
-    system = view.column.system
-    assert system.rest is not None
-    way = relative_displacement(system, view.states) - system.rest
-    away, towards = float(way.max()), float(-way.min())
+    motion = min(evidence.motions("impact"), key=lambda motion: motion.system.K)
+    away, towards = motion.greatest, -motion.least
     text = (
         f"at {tuning_frequency():g} rad/s up to {away:.3f} m away from the obstacle, "
         f"{towards:.3f} m towards it, from where the spring rests"

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from nlds_vines.orbits.signals import SIGNALS, relative_displacement
+from nlds_vines.orbits.simulation import IntegrationError
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request_file import load_portrait
 from nlds_vines.portrait.result import View
 from nlds_vines.portrait.run import views_of
-from nlds_vines.reproduce.claims.measured import POWER, Breadth, Motion
+from nlds_vines.reproduce.claims.measured import POWER, Breadth, Missing, Motion
 from nlds_vines.reproduce.request import FigureRequest
 
 BROKEN_DOWN = ("x2", "force")
@@ -19,9 +20,12 @@ BROKEN_DOWN = ("x2", "force")
 def motions_of(request: FigureRequest) -> list[Motion]:
     """Return the motions in the columns of a portrait; its orbits are followed for that.
 
-    Raises `IntegrationError` where an orbit ends early.
+    Raises `Missing` where an orbit ends early.
     """
-    return [motion_of(view) for view in views_of(load_portrait(request.path))]
+    try:
+        return [motion_of(view) for view in views_of(load_portrait(request.path))]
+    except IntegrationError as error:
+        raise Missing(f"{request.name}: {error}") from error
 
 
 def motion_of(view: View) -> Motion:

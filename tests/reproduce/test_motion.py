@@ -5,8 +5,11 @@ import paper_results as paper
 import pytest
 
 import nlds_vines as nv
+from nlds_vines.orbits.simulation import IntegrationError
 from nlds_vines.portrait.request_file import load_portrait
 from nlds_vines.portrait.run import views_of
+from nlds_vines.reproduce import motion
+from nlds_vines.reproduce.claims import Missing
 from nlds_vines.reproduce.motion import motion_of, motions_of
 from nlds_vines.reproduce.request_file import load_figure
 
@@ -59,6 +62,15 @@ window = [20, 32]
     assert second.system.K == 2.5e7
     assert not second.label  # a transient
     assert len(second.forces) > 3  # all of the window
+
+
+def test_an_orbit_that_ends_early_leaves_its_claims_open(monkeypatch):
+    def fail(request):
+        raise IntegrationError("too many impacts")
+
+    monkeypatch.setattr(motion, "views_of", fail)
+    with pytest.raises(Missing, match="figure9: too many impacts"):
+        motions_of(paper.requests()["9"])
 
 
 def test_the_packaged_portraits_are_those_that_claims_ask_for():

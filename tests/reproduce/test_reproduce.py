@@ -231,7 +231,7 @@ def test_the_report_holds_claims_retention_stiffness_and_what_is_missing(tmp_pat
     text = path.read_text()
     for claim in report.CLAIMS:
         assert f"| {claim.statement}" in text
-    for verdict in ("agree", "differ", "cannot be decided", "not computed"):
+    for verdict in ("agree", "agree in part", "differ", "cannot be decided", "not computed"):
         assert f"**{verdict}**" in text
     assert "| Tuned mass damper | **39500** | 660.4 | 6.210 | 1.00 | 635.1 | 1.00 | 0.42 |" in text
     assert "| 2.5e+07 | 3T,3 | chaos | transient chaos to T,0 |" in text
@@ -241,6 +241,21 @@ def test_the_report_holds_claims_retention_stiffness_and_what_is_missing(tmp_pat
     columns = [line.count("|") for line in text.splitlines() if line.startswith("|")]
     assert set(columns) <= {5, 6, 7, 9}
     assert files(tmp_path) == ["figure3.png", "reproduction.md"]
+
+
+def test_the_report_asks_for_the_orbits_of_portraits_that_were_drawn(tmp_path, archives):
+    (tmp_path / "figure9.png").write_bytes(b"")
+    asked = []
+
+    def follow(request):
+        asked.append(request.name)
+        return paper.as_published("9")
+
+    report.write(tmp_path / "r.md", archives, "png", follow)
+    text = (tmp_path / "r.md").read_text()
+    assert asked == ["figure9"]
+    assert "largest forces of a cycle 1400, 5100, 10200 N | **agree**" in text
+    assert "figure10 has not been computed" in text
 
 
 def test_the_report_of_nothing_says_so(tmp_path):

@@ -13,6 +13,7 @@ from . import runge_kutta as rk
 from .codes import EXHAUSTED, RELEASED, STOPPED
 from .compiling import jit
 from .contact_field import LONGEST_ANGLE, cos_sin, rotated
+from .elementary import exp, fifth_root, hypotenuse, log
 from .observe import note_step
 from .roots import guarded
 from .scene import accelerations
@@ -35,8 +36,9 @@ def start_at_rest(tangent, ps, damper, wall, rate, c, k):
     dv, external = accelerations(ps, damper, x1, v1, wall.gap + q * q, s, c, 0.0)
     if external <= 0.0 or s < 0.0:
         return 0.0
-    depth = (FAINT * external / wall.kappa) ** (2.0 / 3.0)
-    depth = min(depth, 0.5 * external * (SOON / rate) ** 2)
+    depth = exp(2.0 / 3.0 * log(FAINT * external / wall.kappa))  # to the power of two thirds
+    soon = SOON / rate
+    depth = min(depth, 0.5 * external * soon * soon)
     if q * q + 0.5 * s * s / external >= depth:
         return 0.0
     speed = math.sqrt(2.0 * external * depth)
@@ -98,17 +100,6 @@ def external_acceleration(ps, damper, wall, c, k):
 
 
 @jit
-def norm_of(a, b):
-    """Return sqrt(a^2 + b^2), whose squares may underflow or overflow."""
-    a, b = abs(a), abs(b)
-    most = max(a, b)
-    if most == 0.0:
-        return 0.0
-    share = min(a, b) / most
-    return most * math.sqrt(1.0 + share * share)
-
-
-@jit
 def near_release(external, h, k):
     """Tell whether the release is near and certain enough for a step in q that lands on z = 0."""
     q, s = k[rk.Y], k[rk.Y + 1]
@@ -159,9 +150,10 @@ def contact(
         # acceleration, and the rates of all other motion over the way that q can go.
         external = external_acceleration(ps, damper, wall, c, k)
         q, s = k[rk.Y], k[rk.Y + 1]
-        reach = norm_of(q * q * math.sqrt(q), s / wall.speed)  # q^2.5 where the contact turns
+        reach = hypotenuse(q * q * math.sqrt(q), s / wall.speed)  # q^2.5 where the contact turns
         if not 0.95 * seen < reach < 1.05 * seen:  # powers are dear: a new one if it has changed
-            seen, cube, root = reach, reach**1.2, reach**0.4
+            fifth = fifth_root(reach)
+            seen, cube, root = reach, reach * fifth, fifth * fifth  # reach^1.2, reach^0.4
         span = min(root, 2.0 * max(q, math.sqrt(abs(s) / rate)))  # of q: others may stop it first
         rate_squared = wall.kappa * cube + abs(external) + rate * rate * span * span
         h = WHOLE / steps / math.sqrt(rate_squared)

@@ -27,6 +27,7 @@ import numpy as np
 
 from .compiling import jit
 from .contact_field import cos_sin
+from .elementary import fifth_root
 from .scene import accelerations
 
 # The table of an arc: 16 rows of 64 numbers, of which the first n are in use, one for each node.
@@ -194,7 +195,7 @@ def short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1):
     # hot: once per impact
     if not (q == 0.0 and s > 0.0):
         return False, s, x1, v1, 0.0, 0.0
-    b = (s / wall.speed) ** 0.2
+    b = fifth_root(s / wall.speed)
     peak = wall.kappa * b * b * b * b * b * b
     duration = 2.5 * s / peak * arc.length
     _, outside = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)

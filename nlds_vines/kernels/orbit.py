@@ -88,19 +88,31 @@ def may_hide_a_peak(ps, damper, wall, energy, c, d, before, after, duration):
 
 
 @jit
-def try_short_impact(rk4, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
-    """Try the short impact; it is accepted if it ends in time and hides no peak of an energy."""
+def try_short_impact(
+    rk4, tangent, ps, damper, wall, arc, energy, steps, rate, c, d, left, q, s, x1, v1, k
+):
+    """Try the short impact; it is accepted if it ends in time.
+
+    Where it may hide a peak of an energy, it is stepped as well, for the peak alone: no record
+    changes the orbit.
+    """
     # hot: once per impact
     solved, out, a1, b1, took, depth = short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1)
     solved = solved and took <= left
     if energy is not None and solved:
         before, after = (x1, v1, s), (a1, b1, out)
-        solved = not may_hide_a_peak(ps, damper, wall, energy, c, d, before, after, took)
+        if may_hide_a_peak(ps, damper, wall, energy, c, d, before, after, took):
+            contact(
+                rk4, ps, damper, wall, energy, None, None, steps, rate, c, d,
+                q, s, x1, v1, left, k,
+            )  # fmt: skip
     return solved, out, a1, b1, took, depth
 
 
 @jit
-def no_short_impact(rk4, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
+def no_short_impact(
+    rk4, tangent, ps, damper, wall, arc, energy, steps, rate, c, d, left, q, s, x1, v1, k
+):
     """Return as `try_short_impact` that it is not solved."""
     # hot: once per impact
     return False, s, x1, v1, 0.0, 0.0
@@ -108,7 +120,7 @@ def no_short_impact(rk4, tangent, ps, damper, wall, arc, energy, rate, c, d, lef
 
 @chosen
 def short_impact_if_exact(
-    rk4, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1
+    rk4, tangent, ps, damper, wall, arc, energy, steps, rate, c, d, left, q, s, x1, v1, k
 ):
     """Return `try_short_impact`; by rk4 and with variations every contact is stepped."""
     # hot: once per impact
@@ -139,8 +151,8 @@ def follow_contact(
     q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
     c, d = sign * phase[0], sign * phase[1]
     solved, out, a1, b1, took, depth = short_impact_if_exact(
-        rk4, tangent, ps, damper, wall, arc, energy, rate, c, d,
-        left, q, s, x1, v1,
+        rk4, tangent, ps, damper, wall, arc, energy, steps, rate, c, d,
+        left, q, s, x1, v1, k,
     )  # fmt: skip
     if solved:
         return RELEASED, 0.0, sign * out, sign * a1, sign * b1, took, depth
@@ -240,7 +252,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 left = (stop - j - x) * grid.h
                 event, q, s, x1, v1, took, depth = follow_contact(
                     rk4, ps, damper, wall, sign, arc, energy, impacts, tangent, steps, grid.rate,
-                    phase_at(ps, grid, j, x), left, (q, s, x1, v1), k,
+                    phase_at(grid, j, x), left, (q, s, x1, v1), k,
                 )  # fmt: skip
                 r = sign * (wall.gap + q * q)
                 place = j + x + took / grid.h

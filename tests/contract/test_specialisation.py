@@ -24,7 +24,9 @@ from nlds_vines.orbits.settings import CONTACT_STEPS, NODES
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}
 """Modules of kernels that only a scene with a wall needs."""
 
-VARIATIONS = {"variations", "shooting", "growth", "verdict"}
+VARIATIONS = {
+    "variations", "shooting", "growth", "course", "settling", "period_search", "verdict"
+}  # fmt: skip
 """Modules of kernels that only a verdict needs."""
 
 UNLESS = {

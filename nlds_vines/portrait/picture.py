@@ -76,7 +76,8 @@ def portrait(request: PortraitRequest, views: Sequence[View]) -> Figure:
         if row[0].panel == "spectrum":
             limit_spectra(row)
     write_title(figure, request.title, LEFT * CM / WIDTH)
-    for place in [*(p for p in rows[0] if p.first or len(views) > 1), *_apart(rows[1:])]:
+    named = [place for place in rows[0] if place.first or len(views) > 1]
+    for place in [*named, *(place for row in rows[1:] for place in row if place.alone)]:
         box, gap = place.axes.get_position(), 0.12 * CM / figure.get_figheight()
         heading = _heading(place.view, "\n" if len(views) > CROWD else ", ")
         figure.text(box.x0, box.y1 + gap, heading, va="bottom", fontsize=8)
@@ -87,11 +88,6 @@ def _fills(place: Place) -> bool:
     """Return whether the column of a place shows its kind of panel."""
     column = place.view.column
     return column.fills(place.panel) and place.panel in panels_of([column.system.scene])
-
-
-def _apart(rows: Sequence[Sequence[Place]]) -> list[Place]:
-    """Return the places whose column has to be named again, as they stand in no column."""
-    return [place for row in rows for place in row if place.alone]
 
 
 def _heading(view: View, joint: str) -> str:

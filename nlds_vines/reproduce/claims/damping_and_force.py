@@ -240,8 +240,8 @@ DAMPING_AND_FORCE = (
         "A change of P acts as one of c1 does.",
         "7",
         _force_as_damping,
-        f"reductions within {100 * LITTLE:g} points, the same order, T,1 ends within {MOVED:g} "
-        "rad/s further",
+        f"reductions within {100 * LITTLE:g} points, the same order, the end of T,1 moves at most "
+        f"{MOVED:g} rad/s more",
     ),
     Claim(
         "7",

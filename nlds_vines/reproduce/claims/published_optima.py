@@ -57,7 +57,7 @@ def _sets(evidence: Evidence) -> Finding:
     inside, outside = energy[c2 >= least].min(), energy[c2 < least].min()
     text = (
         f"above the best of k2 and C within {100 * NEAR:g} %, c2 = {least:g} N s/m: "
-        f"{', '.join(words)}; c2 stands at a bound that is not printed, with "
+        f"{', '.join(words)}; the paper prints no bound of c2: with "
         f"c2 = {c2[int(energy.argmin())]:g} N s/m there are {outside:.0f} J in place of "
         f"{inside:.0f} J"
     )

@@ -89,8 +89,8 @@ JUDGED = [
     ("What follows is chaos", "chaos", AGREE),
     ("What follows is chaos", "published", DIFFER),
     ("Irregular motion does not spoil", "published", AGREE),
-    ("Irregular motion does not spoil", "other orbits", PART),
-    ("Irregular motion does not spoil", "rising", DIFFER),
+    ("Irregular motion does not spoil", "rising", PART),
+    ("Irregular motion does not spoil", "without period", DIFFER),
     # single orbits (section 5)
     ("three impacts of a cycle", "published", AGREE),
     ("three impacts of a cycle", "other orbits", DIFFER),
@@ -170,6 +170,21 @@ def test_chaos_and_transient_chaos_are_looked_for_one_by_one():
     assert verdict(words, only("chaos")) == PART
     assert verdict(words, only("transient chaos to T,0")) == PART
     assert verdict(words, paper.made_up()) == AGREE
+
+
+@pytest.mark.parametrize(("burst", "expected"), [(1.1, AGREE), (1.3, PART)])
+def test_irregular_motion_is_compared_with_regular_motion_next_to_it(burst, expected):
+    def energy(system, omega):
+        irregular = np.array(["chaos" in word for word in paper.motion(system, omega)[2]])
+        return np.where(irregular, burst, 1.0) * paper.bell(omega, 50, 7.4, 2) + 400 * (omega < 6)
+
+    def regimes(system, omega):
+        n, k, label = paper.motion(system, omega)
+        return np.maximum(n, 1), k, np.where(n > 0, label, "T,1")
+
+    found = judge(claim_of("Irregular motion"), paper.made_up(energy, regimes=regimes))
+    assert found.verdict == expected, found.text
+    assert f"up to {burst:.2f} times" in found.text
 
 
 def test_designs_that_come_where_they_must_not_do_not_count():

@@ -25,6 +25,7 @@ MOST, ALMOST_ALL = (
     0.5,
     0.9,
 )  # of the range of frequencies, least shares that count as most and as almost all of it
+NEXT = 0.15  # largest share by which it may exceed that of the regular motions next to it
 SMALL = 0.3  # of the peak, largest energy of irregular motion that does not spoil the effect
 
 
@@ -168,13 +169,28 @@ def _irregular_energy(evidence: Evidence) -> Finding:
     if not irregular.any():
         return Finding(Verdict.OPEN, "no irregular regime was found")
     worst, peak = float(data["E1max"][irregular].max()), data.peak()[0]
-    least, most = (float(f(data["reduction"][irregular])) for f in (np.min, np.max))
+    above = _above_neighbours(data["E1max"], irregular)
+    left = 1 - data["reduction"][irregular]
     text = (
-        f"at most {worst:.0f} J where motion is irregular, at {int(irregular.sum())} frequencies; "
-        f"the peak is {peak:.0f} J; there it is {1 - most:.2f} to {1 - least:.2f} times the energy "
-        f"without a damper"
+        f"at most {worst:.0f} J where motion is irregular, at {int(irregular.sum())} frequencies, "
+        f"the peak is {peak:.0f} J; up to {above:.2f} times that of the regular motion next to it, "
+        f"and {left.min():.2f} to {left.max():.2f} times that without a damper"
     )
-    return weighed(text, worst <= SMALL * peak, least > 0)
+    return weighed(text, worst <= SMALL * peak, above <= 1 + NEXT)
+
+
+def _above_neighbours(energy: np.ndarray, irregular: np.ndarray) -> float:
+    """Return the largest ratio of an irregular motion's energy to that of regular ones next to it.
+
+    Arguments: `energy` and whether motion is `irregular`, both (n,) along the frequency.  Of the
+    next regular motions on both sides the one with more energy counts; infinite if there are none.
+    """
+    regular = np.flatnonzero(~irregular)
+    if not regular.size:
+        return float("inf")
+    after = np.searchsorted(regular, np.flatnonzero(irregular))
+    sides = (regular[np.clip(after - step, 0, regular.size - 1)] for step in (1, 0))
+    return float((energy[irregular] / np.maximum(*(energy[side] for side in sides))).max())
 
 
 def _may_be_chaos(label: str) -> bool:
@@ -253,7 +269,8 @@ DYNAMICS = (
         "Irregular motion does not spoil the effect.",
         "8",
         _irregular_energy,
-        f"below {100 * SMALL:g} % of the peak, and below the structure's own energy there",
+        f"below {100 * SMALL:g} % of the peak, and at most {100 * NEXT:g} % above regular motion "
+        "next to it",
     ),
 )
 """The claims of Section 5, and of Section 7 about the same motions."""

@@ -16,6 +16,7 @@ In reading order:
     fixed_step       the same by fixed Runge-Kutta steps (method rk4)
     contact_field    the equation of a contact, made smooth at touch and release
     runge_kutta      one step of it, of order eight or four
+    limit            a limit inside a contact
     contact          a contact from touch to release, stepped
     impact           a short impact, solved at once
     orbit            the time loop: flights, contacts, sections

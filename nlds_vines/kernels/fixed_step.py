@@ -16,7 +16,7 @@ from .codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
 from .elementary import cos_sin_of_turn
 from .flight import rate_of
-from .observe import BEYOND, EXCESS, LEVEL, PERIOD, note_energy, note_violation, opposite, powers_at
+from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_energy, note_violation, opposite, powers_at
 from .roots import guarded, narrowed, secant
 from .scene import accelerations
 
@@ -181,7 +181,7 @@ def note_limit_fixed(ps, damper, limit_log, grid, j, x, length, y, z):
         highest = step_to(ps, damper, grid, j, x, top, y)[2]
     if limit_log[BEYOND] == 0.0 and highest > level:
         at = length_to_level(ps, damper, grid, j, x, 0.0, top, 1.0, level, y)
-        note_violation(limit_log, limit_log[PERIOD] + (j + x + at) * grid.h)
+        note_violation(limit_log, limit_log[ORIGIN] + (j + x + at) * grid.h)
     if limit_log[BEYOND] != 0.0:
         limit_log[EXCESS] = max(limit_log[EXCESS], highest - level)
         limit_log[BEYOND] = 1.0 if z[2] > level else 0.0

@@ -23,9 +23,11 @@ from .elementary import log
 from .growth import digits_of
 from .period_search import FEW, FOUND, MANY, NOTHING, SHORT, find_period
 from .settling import MARGIN, growth_of, note_chaotic_transient
-from .variations import set_identity
+from .variations import new_state, no_section, place_state, set_identity
 
 SMOOTH = 7.0  # digits to which averages agree only on a torus
+RESOLVED = -18.0  # logarithm of the least product of multipliers that a matrix holds to 8 digits
+ALIGNING = 2  # cycles after which variations have the directions of a long orbit
 
 
 @jit
@@ -39,11 +41,28 @@ def note_exponents(evidence, growth, logs, period, size):
 
 @jit
 def note_cycle(flow, evidence, period):
-    """Write the largest exponent of a periodic orbit, ln |mu| / nT, which needs no average."""
-    radius = evidence[ev.RADIUS]
+    """Write the largest exponent of a periodic orbit, ln |mu| / nT, which needs no average.
+
+    The matrix of a long orbit does not resolve its small multipliers: there, all exponents are
+    those of a cycle's growth, once the variations are aligned by the cycles before.
+    """
+    radius, n = evidence[ev.RADIUS], int(evidence[ev.PERIOD])
     largest = log(radius) if radius > 0.0 else -np.inf
-    evidence[ev.LARGEST], evidence[ev.WIDTH] = largest / (evidence[ev.PERIOD] * period), 0.0
+    evidence[ev.LARGEST], evidence[ev.WIDTH] = largest / (n * period), 0.0
     evidence[ev.DIGITS] = np.nan
+    evidence[ev.EXPONENTS : ev.EXPONENTS + 4] = np.nan
+    if flow.trace * n * period > RESOLVED:
+        return
+    state, tangent, growth = new_state(), np.zeros(16), np.zeros(4)
+    place_state(flow, evidence[ev.POINT : ev.POINT + 4], state)
+    set_identity(tangent)
+    for _ in range(ALIGNING + 1):
+        growth[:] = 0.0
+        logs = np.zeros(n)
+        if follow_growth(flow, no_section(flow), state, tangent, logs, growth) != OK:
+            return
+    for i in range(flow.size):
+        evidence[ev.EXPONENTS + i] = growth[i] / (n * period)
 
 
 @jit

@@ -46,14 +46,15 @@ def exponents_of(
 ) -> np.ndarray:
     """Return all Lyapunov exponents [1/s] (..., size); of an nT orbit, ln |mu| / nT.
 
+    Where the evidence holds them, the orbit is not periodic, or too long for its matrix.
+
     Arguments: rows of evidence (..., COLUMNS); ln |mu| (..., size) of `multipliers_of`; `size` of a
     state; `period` T [s] of the forcing.
     """
     found = rows[..., ev.EXPONENTS : ev.EXPONENTS + size].copy()
-    n = rows[..., ev.PERIOD]
     with np.errstate(divide="ignore", invalid="ignore"):
-        of_cycle = logarithms / (n * period)[..., np.newaxis]
-    return np.where((n > 0)[..., np.newaxis], of_cycle, found)
+        of_cycle = logarithms / (rows[..., ev.PERIOD] * period)[..., np.newaxis]
+    return np.where(np.isnan(found), of_cycle, found)
 
 
 def points_of(rows: np.ndarray, size: int, rest: np.ndarray) -> np.ndarray:

@@ -73,14 +73,25 @@ def _sinh_cosh(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=8)
 def _tables(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the matrix and the rows of `Arc` for n nodes."""
+    """Return the matrices and the rows of `Arc` for n nodes, of the whole arc and of its half.
+
+    The map keeps the nodes of the whole away from the singularities beside its middle; the half,
+    which ends between them, needs none.
+    """
     xi = gauss_points(n)
     sinh, cosh = _sinh_cosh(STEEP * xi)
-    phi = HALF * (1 + STRETCH * sinh)
-    density = HALF * STRETCH * STEEP * cosh
+    whole, density = HALF * (1 + STRETCH * sinh), HALF * STRETCH * STEEP * cosh
+    parts = _part(xi, whole, density), _part(xi, HALF * (1 + xi) / 2, np.full(n, HALF / 2))
+    integrations, tables = zip(*parts, strict=True)
+    return np.concatenate(integrations), np.concatenate(tables)
+
+
+def _part(xi: np.ndarray, phi: np.ndarray, density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the matrix and the rows for nodes at the phases `phi`, dphi = `density` dxi."""
+    n = len(xi)
     u, S = hertz_arc(phi)
     integration = integration_matrix(xi, xi) * density
-    weight, middle = integration_matrix(xi, np.array([1.0, 0.0])) * density
+    (weight,) = integration_matrix(xi, np.array([1.0])) * density
     time = times(integration, u)
     rows = {
         impact.U: u,
@@ -89,7 +100,6 @@ def _tables(n: int) -> tuple[np.ndarray, np.ndarray]:
         impact.BY_DRIFT: times(integration, 0.5 * S * u * time),
         impact.TIME: time,
         impact.WEIGHT: weight,
-        impact.MIDDLE: middle,
     }
     table = np.zeros(impact.TABLE)
     for row, values in rows.items():

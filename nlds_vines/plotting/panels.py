@@ -56,19 +56,21 @@ def letter(index: int) -> str:
     return f"({chr(ord('a') + index % 26) * (1 + index // 26)})"
 
 
-def write_letters(panels: Sequence[Axes], side: str = "left") -> None:
+def write_letters(
+    panels: Sequence[Axes], side: str = "left", letters: Sequence[str] | None = None
+) -> None:
     """Write (a), (b) ... into the upper corners of panels; a single panel gets none.
 
-    Arguments: `side` is "left" or "right", the corner of the panel where curves leave room.
+    Arguments: `side` is "left" or "right", the corner of the panel where curves leave room; what
+    is written in place of one `letter` after another.
     """
     if len(panels) < 2:
         return
     corner, step = ((0, 1), 1) if side == "left" else ((1, 1), -1)
     look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
     look |= {"ha": side, "va": "top", "bbox": _PAPER, "zorder": 9}
-    for index, axes in enumerate(panels):
-        offset = (step * _LETTER_OFFSET, -_LETTER_OFFSET)
-        axes.annotate(letter(index), corner, offset, **look)
+    for text, axes in zip(letters or map(letter, range(len(panels))), panels, strict=True):
+        axes.annotate(text, corner, (step * _LETTER_OFFSET, -_LETTER_OFFSET), **look)
 
 
 def add_colour_bar(

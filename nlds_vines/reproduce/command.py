@@ -130,8 +130,10 @@ class _Job:
         failed += sum(self._draw(request) for request in self.requests)
         if self.report:
             from nlds_vines.reproduce import report
+            from nlds_vines.reproduce.motion import motions_of
 
-            report.write(self.report_path, self.folder / _ARCHIVES, self.picture)
+            archives = self.folder / _ARCHIVES
+            report.write(self.report_path, archives, self.picture, motions_of)
             self._say(str(self.report_path))
         return failed
 

@@ -1,0 +1,23 @@
+"""Mutants: small changes that make the sources wrong, each with the tests that must notice it.
+
+    mutant      one mutant, and how it is applied to a source
+    trial       a copy of the checkout in which mutants are tried
+    flights     mutants of scene, flight, touch, peaks, exact
+    contacts    mutants of contacts, impacts, and Runge-Kutta steps
+    command     the command: `python -m benchmarks.mutants`
+
+Every list is a tuple MUTANTS of its module. A line whose change no test notices is a line that no
+test needs: either a test is missing, or the line goes.
+"""
+
+from __future__ import annotations
+
+from benchmarks.mutants import contacts, flights
+from benchmarks.mutants.mutant import Mutant
+
+__all__ = ["MUTANTS", "Mutant"]
+
+_LISTS = (flights, contacts)
+
+MUTANTS: tuple[Mutant, ...] = tuple(mutant for module in _LISTS for mutant in module.MUTANTS)
+"""All mutants."""

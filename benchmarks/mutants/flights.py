@@ -55,7 +55,7 @@ MUTANTS = (
         _FLIGHT,
         "x = time / grid.h - cells",
         "x = 0.0 * time",
-        (_T_VARIATIONS + "test_determinant_is_known_beforehand[exact-two walls]",),
+        (_T_VARIATIONS + "test_determinant_is_known_beforehand[two walls-exact]",),
     ),
     Mutant(
         "touch: the safe distance forgets the bend",

@@ -76,7 +76,7 @@ MUTANTS = (
         _TOUCH,
         "third += (k - 2.0) * part",
         "third += (k - 2.0) * part / k",
-        ("tests/kernels/test_bounds.py::test_bounds_from_the_polynomial_hold",),
+        ("tests/kernels/plain_bounds.py::test_bounds_from_the_polynomial_hold",),
     ),
     Mutant(
         "touch: the limit's greatest excess is that of the first excursion",

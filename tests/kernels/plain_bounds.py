@@ -91,7 +91,7 @@ NEAR, FAR = Wall(0.1, 1e7, 1e5, 1.0), Wall(0.05, 1e7, 1e5, 1.0)
 def test_a_cell_is_clear_where_its_ends_and_the_bend_say_so(near, far, r0, r1, slack, proven):
     """A miss closer than any so far is possible where a touch at a nearer wall would be."""
     assert proves_no_touch(near, far, r0, r1, slack) == proven
-    for seen in (0.0, 0.01):
+    for seen in (0.0, 0.007):
         walls = (w and w._replace(gap=w.gap - seen) for w in (near, far))
         cleared = not proves_no_touch(*walls, r0, r1, slack)
         assert may_hold_a_miss(near, far, np.array([seen]), r0, r1, slack) == cleared

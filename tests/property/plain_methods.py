@@ -92,3 +92,47 @@ def test_both_methods_note_the_same(kind):
         assert sum(np.isfinite(orbit.clearance) for orbit in found) > 2
     if found[0].violation is not None:
         assert any(orbit.violation.number > 0 for orbit in found)
+
+
+@pytest.mark.parametrize("method", ["exact", "rk4"])
+def test_an_energy_may_be_largest_at_a_touch(method):
+    """A damper on a spring that pulls it on hits a wall, and leaves it with what its dashpot left.
+
+    The structure hardly moves, so that E2 = m2 v2^2 / 2 + k2 (x2 - rest)^2 / 2 in its flight.
+    """
+    numbers = {**SSBL, "m1": 1e9, "k1": 1e3, "c1": 0.0, "P": 0.0, "c2": 20.0, "K": 1e7}
+    system = system_of("ssbl", {**numbers, "C": 0.05, "D": 0.05, "omega": 40.0})
+    start = (0.1, 0.0, 0.1 + system.rest, 1.0)
+    options = {} if method == "exact" else {"method": method, "period_steps": 2048.0}
+    orbit = simulate(system, 1, start=start, record=WALLED, samples=8, **options)
+    (hit,) = orbit.impacts
+    assert hit["wall"] == "obstacle"
+    work = 0.5 * numbers["k2"] * ((0.1 + 0.05) ** 2 - 0.1**2)
+    touch = 0.5 * numbers["m2"] * hit["speed"] ** 2 + 0.5 * numbers["k2"] * 0.15**2
+    assert 0.0 < work < touch
+    assert orbit.E2max == pytest.approx(touch, rel=1e-5)
+
+
+def test_an_excursion_beyond_a_limit_may_be_short():
+    """The limit lies a hair below or above the highest r of an orbit, between two samples."""
+    rng, seen = np.random.default_rng(5), 0
+    for _ in range(12):
+        system, start = random_case("ssvi-c", rng)
+        free = system.with_(L=10.0)
+        orbit = simulate(free, 1, start=start, record=("trajectory",), samples=256)
+        r = orbit.trajectory[:, 0] - orbit.trajectory[:, 2] + free.rest
+        i = int(r.argmax())
+        if not 0 < i < 255:
+            continue
+        before, top, after = r[i - 1 : i + 2]
+        top -= (after - before) ** 2 / (8 * (after - 2 * top + before))
+        for hair, number in ((1e-6, 1), (-1e-6, 0)):
+            L = top - hair - free.rest
+            if L <= 0.0 or start[0] - start[2] >= L:
+                continue
+            for options in ({}, {"method": "rk4", "period_steps": 1024.0}):
+                found = simulate(free.with_(L=L), 1, start=start, **options).violation
+                assert found.number == number
+                assert found.depth == pytest.approx(max(hair, 0.0), abs=3e-7)
+            seen += number
+    assert seen >= 3

@@ -16,8 +16,7 @@ class Mutant:
     """A source with `old` replaced by `new` is wrong, and each of `tests` must fail on it.
 
     `old` stands exactly once in `file` (from the root of the checkout). `tests` are pytest's names
-    of tests; one that has parameters fails if one of its cases does. They run with kernels as
-    plain Python (NUMBA_DISABLE_JIT=1) unless `compiled`.
+    of tests; one that has parameters fails if one of its cases does.
     """
 
     name: str  # the file's subject, and what is wrong then
@@ -25,7 +24,6 @@ class Mutant:
     old: str
     new: str
     tests: tuple[str, ...]
-    compiled: bool = False
 
     def applied_to(self, text: str) -> str:
         """Return a source with the change; raises `StaleError` unless `old` stands once in it."""
@@ -36,6 +34,11 @@ class Mutant:
                 f"mutant {self.name!r}: {where if times != 1 else 'it changes nothing'}"
             )
         return text.replace(self.old, self.new)
+
+
+def of(file: str, *changes: tuple[str, ...]) -> tuple[Mutant, ...]:
+    """Return the mutants of a file from tuples (name, old, new, test, ...)."""
+    return tuple(Mutant(name, file, old, new, tuple(tests)) for name, old, new, *tests in changes)
 
 
 def check(mutants: Iterable[Mutant], checkout: Path) -> None:

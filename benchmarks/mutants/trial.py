@@ -60,15 +60,11 @@ class Trial:
                 shutil.copy(source, target)
 
     def baseline(self, mutants: Iterable[Mutant]) -> None:
-        """Raise `BaselineError` unless the tests pass on the unchanged copy, in both modes."""
-        chosen = list(mutants)
-        for compiled in (False, True):
-            tests = {test for m in chosen if m.compiled is compiled for test in m.tests}
-            if not tests:
-                continue
-            status, text = self._pytest(sorted(tests), compiled, None)
-            if status != PASSED:
-                raise BaselineError(f"the tests do not pass without a change: {_reason(text)}")
+        """Raise `BaselineError` unless the tests pass on the unchanged copy."""
+        tests = sorted({test for mutant in mutants for test in mutant.tests})
+        status, text = self._pytest(tests, None)
+        if status != PASSED:
+            raise BaselineError(f"the tests do not pass without a change: {_reason(text)}")
 
     def outcome(self, mutant: Mutant) -> Outcome:
         """Return what the tests of a mutant say of the copy with its change."""
@@ -87,7 +83,7 @@ class Trial:
         verdict = KILLED
         for test in mutant.tests:
             try:
-                status, text = self._pytest(["-x", test], mutant.compiled, LONGEST)
+                status, text = self._pytest(["-x", test], LONGEST)
             except subprocess.TimeoutExpired:
                 verdict = TIMED_OUT
                 continue
@@ -97,24 +93,25 @@ class Trial:
                 return BROKEN, _reason(text)
         return verdict, ""
 
-    def _pytest(self, tests: Sequence[str], compiled: bool, limit: float | None) -> tuple[int, str]:
-        """Run tests in the copy; return pytest's exit status and what it printed."""
+    def _pytest(self, tests: Sequence[str], limit: float | None) -> tuple[int, str]:
+        """Run tests in the copy; return pytest's exit status and what it printed.
+
+        Kernels run as plain Python, equal to the last bit: a change would be compiled for a minute.
+        """
         options = ["-p", "no:cacheprovider", "-o", "addopts=", "-q", "-rfE", "--tb=no"]
-        if not compiled:  # NumPy warns of divisions by zero, compiled kernels do not
-            options += ["-W", "ignore::RuntimeWarning"]
+        options += ["-W", "ignore::RuntimeWarning"]  # NumPy warns where compiled kernels do not
         found = subprocess.run(
             [sys.executable, "-m", "pytest", *options, *tests],
-            cwd=self.folder, env=self._environment(compiled), timeout=limit,
+            cwd=self.folder, env=self._environment(), timeout=limit,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
         )  # fmt: skip
         return found.returncode, found.stdout
 
-    def _environment(self, compiled: bool) -> dict[str, str]:
+    def _environment(self) -> dict[str, str]:
         """Return the environment of the tests: the copy is imported, and nothing is kept."""
         kept = {n: v for n, v in os.environ.items() if not n.startswith(("NUMBA_", "PYTEST_"))}
         own = {"PYTHONPATH": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1", "COLUMNS": "1000"}
-        own["NUMBA_CACHE_DIR"] = str(self.folder / "compiled")
-        return kept | own | ({} if compiled else {"NUMBA_DISABLE_JIT": "1"})
+        return kept | own | {"NUMBA_DISABLE_JIT": "1"}
 
 
 def _reason(text: str) -> str:

@@ -10,11 +10,15 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block
-from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.arguments import LaneBuffers, Span
+from nlds_vines.kernels.codes import OK, TOO_STIFF
+from nlds_vines.orbits.batch import run
+from nlds_vines.orbits.kernel_inputs import parts_of
 
 TRANSIENT, PERIODS = 3, 4
 WANT = ["section", "impacts", "energy", "clearance"]
 RECORD = ("section", "impacts", "energy", "clearance")
+LINKS = [(50.0, 0.1), (1e12, 0.2), (60.0, 0.3)]  # dashpot and place of the wall; one is too stiff
 SWEEPS = {
     # what varies, and its values: the damper is pressed onto another wall, or lies beyond it
     "ssbl, D": ("ssbl", "D", [0.01, 0.03, 0.05, 0.06]),
@@ -55,6 +59,19 @@ def test_every_link_begins_where_the_one_before_ended(case, policy):
         if walls:
             assert found["impact_rate"][i, 0] * PERIODS == len(orbit.impacts)
             assert found["clearance"][i, 0] == pytest.approx(orbit.clearance, abs=1e-10)
+
+
+def test_after_a_link_that_failed_the_next_begins_at_rest():
+    """At its own rest, wherever that of the link before was, and whatever moved before that."""
+    systems = [nv.load_system("ssul-set6", c2=c2, V=V) for c2, V in LINKS]
+    cells = np.array([[system.cells() for system in systems]])
+    section, status = np.zeros((1, 3, PERIODS, 4)), np.array([[OK, TOO_STIFF, OK]])
+    buffers = LaneBuffers(section=section)
+    parts, span = parts_of("exact", systems[0].scene), Span(TRANSIENT, PERIODS, 1)
+    np.testing.assert_array_equal(run(parts, cells, np.zeros((1, 4)), span, buffers), status)
+    for i in (0, 2):
+        alone = nv.simulate(systems[i], PERIODS, transient=TRANSIENT)
+        np.testing.assert_allclose(section[0, i], alone.section, rtol=0, atol=1e-10)
 
 
 def test_impacts_are_counted_by_wall():

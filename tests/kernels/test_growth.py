@@ -71,6 +71,22 @@ def test_too_short_a_sequence_has_no_interval():
     assert width == math.inf
 
 
+def test_the_beginning_of_a_sequence_does_not_count():
+    """A variation aligns there; afterwards every value does, the last one included."""
+    logs = np.full(1600, 0.5)
+    assert mean_and_width(logs) == (0.5, 0.0)
+    logs[:79] = 1e6
+    assert mean_and_width(logs) == (0.5, 0.0)
+    logs[-1] = 1e6
+    assert mean_and_width(logs)[0] > 1.0
+
+
+def test_digits_do_not_depend_on_the_unit():
+    for values in (torus(600), noise(600)):
+        for unit in (1e-9, 1e9):
+            assert digits_of(unit * values) == pytest.approx(digits_of(values), abs=1e-3)
+
+
 def test_averages_on_a_torus_agree_to_many_digits_and_others_do_not():
     assert digits_of(torus(600)) > 7.0
     assert digits_of(torus(2400)) > 10.0

@@ -122,7 +122,7 @@ class Approach:
         """Follow the contact by Runge-Kutta steps of order eight, or four if `rk4`."""
         noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
         event, _, s, x1, v1, took, depth = contact(
-            rk4, *parts, None, noted, None, float(steps), 1.0, np.cos(self.phase),
+            rk4, *parts, 1.0, None, None, noted, None, float(steps), 1.0, np.cos(self.phase),
             np.sin(self.phase), 0.0, self.speed, self.x1, self.v1, 1.0e3, np.zeros(STEP_SCRATCH),
         )  # fmt: skip
         assert event == RELEASED
@@ -131,7 +131,7 @@ class Approach:
     def solve(self, parts: Any, nodes: int) -> Impact:
         """Follow the contact as a short impact."""
         solved, s, x1, v1, took, depth = short_impact(
-            *parts, make_arc(nodes), 1.0, np.cos(self.phase), np.sin(self.phase),
+            *parts, make_arc(nodes), True, 1.0, np.cos(self.phase), np.sin(self.phase),
             0.0, self.speed, self.x1, self.v1,
         )  # fmt: skip
         assert solved

@@ -1,23 +1,30 @@
-"""A deliberately plain integrator of equation (5), to judge the package by: no code in common.
+"""An independent integrator of equation (5) in 80-bit arithmetic, to judge the package by.
 
-Original variables, classical Runge-Kutta steps in time, every sign looked at in every step. Where
-the distance to a wall or the spring's rate changes sign within a step, the step is halved until
-nothing happens in it but at its very end; inside a contact it is also kept far below the Hertz
-time scale. Slow, and wrong nowhere by more than a step's error.
+Written from the equations alone, with nothing imported from the package: original variables, the
+Taylor series of each motion to order `ORDER`, many orbits (lanes) side by side in arrays of
+`numpy.longdouble`. A flight is a series in time. Inside a contact of depth z the force K z^(3/2)
+has no series at z = 0; q = sqrt(z) has one in theta, dt = q dtheta, and so has everything else.
+Steps are so short that the last term is `LAST` of the whole. In each, all turns of u = x2 - x1 are
+located first: between them u is monotone, so that no touch and no passage of a limit is missed.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import cos, inf, pi, sqrt
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
-SHORTEST = 1.0e-10  # step [s] at which a touch, a release or a turn counts as located
-STEPS = 2048  # of a period in flight
-WITHIN = 160  # of a free impact
+REAL = np.longdouble
+ORDER = 26  # of the Taylor series
+LAST = REAL(1e-21)  # share of the last term of a series
+SAMPLES = 8  # pieces of a step in which a turn or a peak is looked for
+FLAT = 1e-11  # error of the place of a turn or a peak in a step: its height errs by the square
+KICK = REAL(1e-8)  # time [1/omega] by which a contact that begins without speed is begun later
+PI = 4 * np.arctan(REAL(1))
+NONE = np.iinfo(np.int64).max
+FLIGHT, LOW, HIGH = 0, 1, 2  # modes: in flight, in contact with a wall
+X1, V1, U, W, T = range(5)  # rows of a step: x1, v1, u = x2 - x1, du/dt, time
 
 
 class Model(NamedTuple):
@@ -41,9 +48,9 @@ class Model(NamedTuple):
     K_low: float
 
 
-@dataclass(frozen=True)
+@dataclass
 class Course:
-    """What the twin saw.
+    """What the twin saw of one orbit.
 
     `contacts` has rows wall, touch, release, speed, depth (the release NaN while it lasts; a
     contact that the start lies in has touch = NaN); `misses` rows wall, time, z of approaches that
@@ -66,164 +73,446 @@ class Course:
 
 
 def model_of(parameters: dict[str, float], watched: bool = False) -> Model:
-    """Return the model of an `ssul` (or, where D is given, an `ssbl`) damper with K given.
+    """Return the model of parameters with K given, by which of them there are.
 
-    `watched`: of an `ssvi-b` damper (or, where L is given, an `ssvi-c`).
+    That of an `ssul` damper has V, that of an `ssbl` damper D, that of the others no C. `watched`:
+    an `ssvi-b` damper or, where L is given, an `ssvi-c`.
     """
-    p = parameters
-    plain = [float(p[name]) for name in ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega", "K")]
-    K_low = 0.0 if watched else plain[-1]
+    p = {name: REAL(value) for name, value in parameters.items()}
+    zero, inf = REAL(0), REAL(np.inf)
+    damper = [p.get("m2", REAL(1)), p.get("k2", zero), p.get("c2", zero)]
+    plain = [p["m1"], p["k1"], p["c1"], *damper, p["P"], p["omega"], p.get("K", zero)]
+    if "C" not in p:
+        return Model(*plain, zero, -inf, inf, zero)
+    K_low = zero if watched else plain[-1]
     if "D" in p:
-        low = -float(p["L"]) if watched and "L" in p else 0.0
-        return Model(*plain, float(p["D"]), low, float(p["D"] + p["C"]), K_low)
-    return Model(*plain, float(p["V"] + p["C"]), float(p["V"]), inf, K_low)
+        low = -p["L"] if watched and "L" in p else zero
+        return Model(*plain, p["D"], low, p["D"] + p["C"], K_low)
+    return Model(*plain, p["V"] + p["C"], p["V"], inf, K_low)
 
 
-@njit(cache=True)
-def slopes(p, t, y):
-    x1, v1, x2, v2 = y
-    u = x2 - x1
-    force = -p.k2 * (u - p.rest) - p.c2 * (v2 - v1)
-    if u < p.low:
-        force += p.K_low * (p.low - u) * sqrt(p.low - u)
-    if u > p.high:
-        force -= p.K * (u - p.high) * sqrt(u - p.high)
-    a1 = (p.P * cos(p.omega * t) - p.k1 * x1 - p.c1 * v1 - force) / p.m1
-    return v1, a1, v2, force / p.m2
+# ---- series --------------------------------------------------------------------------------------
 
 
-@njit(cache=True)
-def moved(y, h, d):
-    return y[0] + h * d[0], y[1] + h * d[1], y[2] + h * d[2], y[3] + h * d[3]
+def value(series: np.ndarray, x: Any) -> np.ndarray:
+    """Return the value at x of a series of coefficients (ORDER + 1, lanes)."""
+    total = np.zeros(np.broadcast_shapes(series[0].shape, np.shape(x)), REAL)
+    for c in series[::-1]:
+        total = total * x + c
+    return total
 
 
-@njit(cache=True)
-def stepped(p, t, h, y):
-    a = slopes(p, t, y)
-    b = slopes(p, t + 0.5 * h, moved(y, 0.5 * h, a))
-    c = slopes(p, t + 0.5 * h, moved(y, 0.5 * h, b))
-    d = slopes(p, t + h, moved(y, h, c))
-    w = h / 6.0
-    return (
-        y[0] + w * (a[0] + 2.0 * (b[0] + c[0]) + d[0]),
-        y[1] + w * (a[1] + 2.0 * (b[1] + c[1]) + d[1]),
-        y[2] + w * (a[2] + 2.0 * (b[2] + c[2]) + d[2]),
-        y[3] + w * (a[3] + 2.0 * (b[3] + c[3]) + d[3]),
-    )
+def derivative(series: np.ndarray) -> np.ndarray:
+    """Return the series of the derivative, of the same length."""
+    rates = np.zeros_like(series)
+    rates[:-1] = series[1:] * np.arange(1, len(series), dtype=REAL)[:, None]
+    return rates
 
 
-@njit(cache=True)
-def depth_of(p, y):
-    """Return the depths z at the low and the high wall, negative where there is no contact."""
-    u = y[2] - y[0]
-    return p.low - u, u - p.high
+def root(function: Any, low: np.ndarray, high: np.ndarray, precise: float = 1e-18) -> np.ndarray:
+    """Return where a function of lanes changes sign between low and high (Illinois method).
 
-
-@njit(cache=True)
-def eventful(p, y, w):
-    """Tell whether a wall is crossed or the spring turns between two states."""
-    a, b = depth_of(p, y)
-    c, d = depth_of(p, w)
-    turn = (y[1] - y[3] > 0.0) != (w[1] - w[3] > 0.0)
-    return turn or (a > 0.0) != (c > 0.0) or (b > 0.0) != (d > 0.0)
-
-
-@njit(cache=True)
-def patience(p, y, within):
-    """Return the longest step [s] allowed inside a contact.
-
-    A fraction of the Hertz time scale, and of the time that the wall is away: z^(3/2) is not
-    smooth there, and only steps that shrink towards it keep their order.
+    It ends when every place is within `precise` of an end of its bracket.
     """
-    low, high = depth_of(p, y)
-    z, K = (low, p.K_low) if low > high else (high, p.K)
-    if z <= 0.0 or K == 0.0:
-        return inf
-    kappa = K * (1.0 / p.m1 + 1.0 / p.m2)
-    speed = abs(y[1] - y[3])
-    square = speed * speed + 0.8 * kappa * z * z * sqrt(z)
-    hertz = 2.94 * (1.25 * square / kappa) ** 0.4 / sqrt(square)
-    return min(hertz / within, SHORTEST + (0.2 * z / speed if speed > 0.0 else inf))
+    f0, f1 = function(low), function(high)
+    found, done = high, np.zeros(len(high), bool)
+    for _ in range(100):
+        with np.errstate(invalid="ignore", divide="ignore"):
+            x = low + (high - low) * f0 / (f0 - f1)
+        x = np.where((x >= low) & (x <= high), x, (low + high) / 2)
+        f = function(x)
+        found = np.where(done, found, x)
+        done |= (f == 0) | (np.minimum(x - low, high - x) <= precise)
+        if done.all():
+            break
+        right = (f > 0) == (f1 > 0)
+        f0, f1 = np.where(right, f0 / 2, f), np.where(right, f, f1 / 2)
+        low, high = np.where(right, low, x), np.where(right, x, high)
+    return found
 
 
-@njit(cache=True)
-def energies(p, y):
-    """Return E1, E2 of equation (6) and the whole mechanical energy [J]."""
-    e1 = 0.5 * (p.m1 * y[1] ** 2 + p.k1 * y[0] ** 2)
-    kinetic2 = 0.5 * p.m2 * y[3] ** 2
-    e2 = kinetic2 + 0.5 * p.k2 * (y[2] - p.rest) ** 2
-    whole = e1 + kinetic2 + 0.5 * p.k2 * (y[2] - y[0] - p.rest) ** 2
-    low, high = depth_of(p, y)
-    for z, K in ((low, p.K_low), (high, p.K)):
-        if z > 0.0:
-            whole += 0.4 * K * z * z * sqrt(z)
-    return e1, e2, whole
+def flight_series(p: Model, y: np.ndarray) -> np.ndarray:
+    """Return the series (5, ORDER + 1, lanes) in time of a flight from (x1, v1, u, w, t)."""
+    series = np.zeros((5, ORDER + 1, y.shape[1]), REAL)
+    x1, v1, u, w = y[:4]
+    u = u - p.rest
+    cosine, sine = np.cos(p.omega * y[T]), np.sin(p.omega * y[T])
+    for k in range(ORDER + 1):
+        series[:4, k] = x1, v1, u, w
+        force = -p.k2 * u - p.c2 * w
+        a1 = (p.P * cosine - p.k1 * x1 - p.c1 * v1 - force) / p.m1
+        n = REAL(k + 1)
+        x1, v1, u, w = v1 / n, a1 / n, w / n, (force / p.m2 - a1) / n
+        cosine, sine = -p.omega * sine / n, p.omega * cosine / n
+    series[U, 0] = y[U]
+    series[T, 0], series[T, 1] = y[T], 1
+    return series
 
 
-@njit(cache=True)
-def note(p, t, y, w, contacts, misses, filled):
-    """Write down what happened at a wall between two states that lie close together."""
-    zs, ws = depth_of(p, y), depth_of(p, w)
-    for wall in range(2):
-        toward = w[1] - w[3] if wall == 0 else w[3] - w[1]
-        before = y[1] - y[3] if wall == 0 else y[3] - y[1]
-        if ws[wall] > 0.0 and zs[wall] <= 0.0:
-            row = contacts[filled[0]]
-            row[0], row[1], row[2], row[3] = wall, t, np.nan, toward
-            filled[0] += 1
-        if ws[wall] > 0.0:
-            contacts[filled[0] - 1, 4] = max(contacts[filled[0] - 1, 4], ws[wall])
-        if ws[wall] <= 0.0 and zs[wall] > 0.0:
-            contacts[filled[0] - 1, 2] = t
-        apart = -inf < ws[wall] <= 0.0 and zs[wall] <= 0.0  # from a wall that exists
-        if apart and before > 0.0 and toward <= 0.0:
-            row = misses[filled[1]]
-            row[0], row[1], row[2] = wall, t, ws[wall]
-            filled[1] += 1
+def contact_series(p: Model, y: np.ndarray, q: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return the series (6, ORDER + 1, lanes) in theta inside a contact, the last row q = sqrt(z).
+
+    Depth z = low - u or u - high; s = dz/dt; dq/dtheta = s / 2 and dy/dtheta = q dy/dt.
+    """
+    lanes = y.shape[1]
+    sign = np.where(high, REAL(1), REAL(-1))
+    wall, K = np.where(high, p.high, p.low), np.where(high, p.K, p.K_low)
+    roots, z = np.zeros((ORDER + 1, lanes), REAL), np.zeros((ORDER + 1, lanes), REAL)
+    times = np.zeros((6, ORDER + 1, lanes), REAL)  # of q times: q, v1, a1, ds/dt, cos, sin
+    s, x1, t = sign * y[W], y[X1], y[T]
+    v1, cosine, sine = y[V1], np.cos(p.omega * t), np.sin(p.omega * t)
+    series = np.zeros((6, ORDER + 1, lanes), REAL)
+    for k in range(ORDER + 1):
+        roots[k] = q
+        z[k] = (roots[: k + 1] * roots[k::-1]).sum(0)
+        cube = (roots[: k + 1] * z[k::-1]).sum(0)
+        u = sign * z[k] + (wall if k == 0 else 0)
+        series[:, k] = x1, v1, u, sign * s, t, q
+        force = -p.k2 * (u - (p.rest if k == 0 else 0)) - p.c2 * sign * s - sign * K * cube
+        a1 = (p.P * cosine - p.k1 * x1 - p.c1 * v1 - force) / p.m1
+        times[:, k] = q, v1, a1, sign * (force / p.m2 - a1), cosine, sine
+        _, dx, dv, ds, c, d = (times[:, : k + 1] * roots[k::-1]).sum(1) / REAL(k + 1)
+        q, s, x1, v1, t = s / REAL(2 * (k + 1)), ds, dx, dv, q / REAL(k + 1)
+        cosine, sine = -p.omega * d, p.omega * c
+    return series
 
 
-@njit(cache=True)
-def pursue(p, y, periods, steps, within, section, energy, tops, contacts, misses, filled):
-    period = 2.0 * pi / p.omega
-    longest = period / steps
-    for n in range(periods):
-        t, h = 0.0, longest
-        while t < period:
-            h = min(h, longest, patience(p, y, within), period - t)
-            w = stepped(p, n * period + t, h, y)
-            if h > SHORTEST and eventful(p, y, w):
-                h *= 0.5
-                continue
-            if eventful(p, y, w):
-                if filled[0] == len(contacts) or filled[1] == len(misses):
-                    return False
-                note(p, n * period + t + h, y, w, contacts, misses, filled)
-            elif filled[0] > 0 and max(depth_of(p, w)) > contacts[filled[0] - 1, 4]:
-                contacts[filled[0] - 1, 4] = max(depth_of(p, w))
-            t = period if h == period - t else t + h
-            y = w
-            e1, e2, whole = energies(p, y)
-            tops[0], tops[1] = max(tops[0], e1), max(tops[1], e2)
-            if max(depth_of(p, y)) > 0.0:
-                tops[2], tops[3] = max(tops[2], e1), max(tops[3], e2)
-            h *= 2.0
-        section[n, 0], section[n, 1], section[n, 2], section[n, 3] = y[0], y[1], y[2], y[3]
-        energy[n] = whole
-    return True
+def length_of(p: Model, series: np.ndarray) -> np.ndarray:
+    """Return the length of a step for which the last terms are `LAST` of the whole."""
+    lasting = p.P / (p.m1 * p.omega**2) + REAL(1e-300)
+    place = np.abs(series[X1, 0]) + np.abs(series[U, 0]) + lasting
+    speed = np.abs(series[V1, 0]) + np.abs(series[W, 0]) + p.omega * lasting
+    h = np.full(series.shape[2], REAL(np.inf))
+    with np.errstate(divide="ignore"):
+        for row, scale in ((X1, place), (V1, speed), (U, place), (W, speed)):
+            for k in (ORDER - 1, ORDER):
+                h = np.minimum(h, (LAST * scale / np.abs(series[row, k])) ** (REAL(1) / k))
+        for c in series[T + 1 :]:  # q, where there is one, as exact as it is small
+            for k in (ORDER - 1, ORDER):
+                by_value = (LAST * np.abs(c[0] / c[k])) ** (REAL(1) / k)
+                by_slope = (LAST * np.abs(c[1] / c[k])) ** (REAL(1) / (k - 1))
+                h = np.fmin(h, np.fmax(by_value, by_slope))
+    return h
 
 
-def follow(
-    p: Model, start, periods: int, *, steps: int = STEPS, within: int = WITHIN, most: int = 2000
-) -> Course:
-    """Follow an orbit from (x1, v1, x2, v2) at t = 0 for some forcing periods."""
-    y = tuple(float(value) for value in start)
-    section, energy = np.empty((periods, 4)), np.empty(periods)
-    tops = np.array([*energies(p, y)[:2], 0.0, 0.0])
-    contacts, misses = np.zeros((most, 5)), np.zeros((most, 3))
-    filled = np.zeros(2, np.int64)
-    depths = depth_of(p, y)
-    if max(depths) > 0.0:
-        contacts[0] = (0 if depths[0] > 0.0 else 1, np.nan, np.nan, np.nan, max(depths))
-        filled[0] = 1
-    assert pursue(p, y, periods, steps, within, section, energy, tops, contacts, misses, filled)
-    return Course(section, contacts[: filled[0]], misses[: filled[1]], *tops, energy)
+# ---- many orbits ---------------------------------------------------------------------------------
+
+
+@dataclass
+class Lanes:
+    """Orbits under way, each at its own time, with what is noted of them."""
+
+    p: Model  # of arrays
+    y: np.ndarray  # (5, lanes) x1, v1, u, w, and the time in the period
+    periods: int
+    noting: bool
+    n: np.ndarray = field(init=False)  # periods done
+    mode: np.ndarray = field(init=False)
+    q: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        lanes = self.y.shape[1]
+        p, (_, _, u, _, _) = self.p, self.y
+        self.period = 2 * PI / p.omega
+        self.n = np.zeros(lanes, np.int64)
+        self.mode = np.where((u < p.low) & (p.K_low > 0), LOW, np.where(u > p.high, HIGH, FLIGHT))
+        depth = np.where(self.mode == LOW, p.low - u, u - p.high)
+        self.q = np.where(self.mode == FLIGHT, REAL(0), np.sqrt(np.maximum(depth, 0)))
+        self.section = np.zeros((lanes, self.periods, 4), REAL)
+        self.energy = np.zeros((lanes, self.periods), REAL)
+        self.tops = np.zeros((4, lanes), REAL)
+        self.tops[:2] = energies(p, self.y[:4])
+        self.contacts: list[list[list[Any]]] = [[] for _ in range(lanes)]
+        self.misses: list[list[tuple[Any, ...]]] = [[] for _ in range(lanes)]
+        self.open = np.full((2, lanes), -1)  # the row of the contact, or excursion, at each wall
+        for wall, below in ((0, u < p.low), (1, u > p.high)):
+            for i in np.flatnonzero(below):
+                self.begin(i, wall, np.nan, np.nan, abs(u[i] - (p.high[i] if wall else p.low[i])))
+
+    def begin(self, i: int, wall: int, time: Any, speed: Any, depth: Any = 0) -> None:
+        """Begin the row of a contact or of an excursion beyond a limit."""
+        self.open[wall, i] = len(self.contacts[i])
+        self.contacts[i].append([wall, time, np.nan, speed, depth])
+
+    def end(self, i: int, wall: int, time: Any) -> None:
+        """Complete that row."""
+        self.contacts[i][self.open[wall, i]][2] = time
+        self.open[wall, i] = -1
+
+    def deepen(self, i: int, wall: int, depth: Any) -> None:
+        """Raise the greatest depth."""
+        row = self.contacts[i][self.open[wall, i]]
+        row[4] = max(row[4], depth)
+
+    def step(self) -> bool:
+        """Take one step of every orbit that is not at its end; tell whether there is one."""
+        active = np.flatnonzero(self.n < self.periods)
+        flying = self.mode[active] == FLIGHT
+        if flying.any():
+            self.fly(active[flying])
+        if not flying.all():
+            self.touch(active[~flying])
+        return active.size > 0
+
+    def fly(self, at: np.ndarray) -> None:
+        """Take a step of the flights `at`."""
+        p, left = Model(*(c[at] for c in self.p)), self.period[at] - self.y[T, at]
+        series = flight_series(p, self.y[:, at])
+        h = np.minimum(length_of(p, series), left)
+        last = h == left
+        series *= (h ** np.arange(ORDER + 1)[:, None])[None]
+        places, count = knots_of(series[W])
+        u = value(series[U], places)
+        # the first touch: u passes a wall between two knots
+        end, met = np.ones(len(at), REAL), np.zeros(len(at), np.int64)
+        for mode, wall, K, sign in ((LOW, p.low, p.K_low, -1), (HIGH, p.high, p.K, 1)):
+            z = sign * (u - wall)
+            z[0] = np.minimum(z[0], 0)
+            # on the wall, moving or pressed into it
+            drive = sign * np.where(series[W, 0] != 0, series[W, 0], series[W, 1])
+            at_once = (K > 0) & (z[0] == 0) & (drive > 0)
+            into = (z[:-1] <= 0) & (z[1:] > 0) & (K > 0)
+            hit = np.flatnonzero(into.any(0) & ~at_once)
+            if hit.size:
+                first = into[:, hit].argmax(0)
+
+                def excess(x, hit=hit, wall=wall, sign=sign):
+                    return sign * (value(series[U][:, hit], x) - wall[hit])
+
+                x = root(excess, places[first, hit], places[first + 1, hit])
+                nearer = x < end[hit]
+                end[hit[nearer]], met[hit[nearer]] = x[nearer], mode
+            end[at_once], met[at_once] = 0, mode
+        last &= met == FLIGHT
+        y = np.array([value(c, end) for c in series])
+        y[T, last] = self.period[at[last]]
+        y[U] = np.where(met == LOW, p.low, np.where(met == HIGH, p.high, y[U]))
+        if self.noting:
+            self.note(at, p, series, places, u, end, count, FLIGHT)
+        self.y[:, at], self.mode[at], self.q[at] = y, met, 0
+        for i in np.flatnonzero(met):
+            lane = at[i]
+            if self.noting:
+                time = self.n[lane] * self.period[lane] + y[T, i]
+                self.begin(lane, met[i] - LOW, time, abs(y[W, i]))
+            if y[W, i] == 0:
+                self.kick(lane)
+        self.finish(at[last])
+
+    def kick(self, i: int) -> None:
+        """Let a contact begin that is only pressed, not moving: a moment later, by the flight."""
+        p = Model(*(c[i : i + 1] for c in self.p))
+        y = self.y[:, i : i + 1]
+        series, moment = flight_series(p, y), KICK / p.omega
+        wall = y[U].copy()
+        self.y[:, i] = [value(c, moment)[0] for c in series]
+        # without the wall's own size: the depth is what the series adds to it
+        series[U, 0] = 0
+        depth = np.abs(value(series[U], moment))
+        self.y[U, i] = wall[0]
+        self.q[i] = np.sqrt(depth)[0]
+
+    def touch(self, at: np.ndarray) -> None:
+        """Take a step of the contacts `at`."""
+        p, high = Model(*(c[at] for c in self.p)), self.mode[at] == HIGH
+        series = contact_series(p, self.y[:, at], self.q[at], high)
+        h = length_of(p, series)
+        series *= (h ** np.arange(ORDER + 1)[:, None])[None]
+        end, released = np.ones(len(at), REAL), np.zeros(len(at), bool)
+        grid = np.linspace(REAL(0), REAL(1), SAMPLES + 1)[:, None] * np.ones(len(at), REAL)
+        q = value(series[T + 1], grid)
+        out = q[1:] <= 0
+        free = np.flatnonzero(out.any(0))
+        if free.size:
+            first = out[:, free].argmax(0)
+            low, high_end = grid[first, free], grid[first + 1, free]
+            # at a touch q is zero too: the other root is that of q / theta
+            touching = q[0, free] == 0
+            s = np.where(touching, series[T + 1][1:, free], series[T + 1][:-1, free])
+            end[free] = root(lambda x: value(s, x), low, high_end)
+            released[free] = True
+        t = value(series[T], end)
+        late = np.flatnonzero(t >= self.period[at])
+        if late.size:
+            over = self.period[at[late]]
+            end[late] = root(
+                lambda x: value(series[T][:, late], x) - over, np.zeros(late.size, REAL), end[late]
+            )
+            released[late] = False
+        y, q = np.array([value(c, end) for c in series[:5]]), value(series[T + 1], end)
+        y[T, late] = self.period[at[late]]
+        wall = np.where(high, p.high, p.low)
+        y[U] = np.where(released, wall, y[U])
+        if self.noting:
+            scaled = series * (end ** np.arange(ORDER + 1)[:, None])[None]
+            places, count = knots_of(scaled[W])
+            u = value(scaled[U], places)
+            self.note(at, p, scaled, places, u, np.ones(len(at), REAL), count, self.mode[at])
+        self.y[:, at], self.q[at] = y, np.where(released, 0, q)
+        for i in np.flatnonzero(released):
+            lane = at[i]
+            if self.noting:
+                time = self.n[lane] * self.period[lane] + y[T, i]
+                self.end(lane, self.mode[lane] - LOW, time)
+            self.mode[lane] = FLIGHT
+        self.finish(at[late])
+
+    def note(self, at, p, series, places, u, end, turns, mode) -> None:
+        """Note turns, excursions beyond a limit and energies of a step up to the place `end`."""
+        mode = np.broadcast_to(mode, at.shape)
+        time = self.n[at] * self.period[at]
+        for k in range(1, len(places) - 1):  # turns of u
+            for i in np.flatnonzero(turns[k] & (places[k] <= end)):
+                for wall, level in ((0, p.low[i]), (1, p.high[i])):
+                    z = (level - u[k, i]) if wall == 0 else (u[k, i] - level)
+                    toward = u[k, i] < u[k - 1, i] if wall == 0 else u[k, i] > u[k - 1, i]
+                    if not toward or not np.isfinite(z):
+                        continue
+                    if mode[i] == LOW + wall:
+                        self.deepen(at[i], wall, z)
+                    elif z <= 0:
+                        moment = time[i] + value(series[T][:, i : i + 1], places[k, i])[0]
+                        self.misses[at[i]].append((wall, moment, z))
+        self.watch(at, p, series, places, u, end, time)
+        self.note_energies(at, p, series, end, mode)
+
+    def watch(self, at, p, series, places, u, end, time) -> None:
+        """Note excursions below a low wall that does not push."""
+        ghosts = np.isfinite(p.low) & (p.K_low == 0)
+        if not ghosts.any():
+            return
+        x = np.minimum(places, end)
+        z = p.low - np.where(places <= end, u, value(series[U], end))
+        for i in np.flatnonzero(ghosts & ((z > 0).any(0) | (self.open[0, at] >= 0))):
+            lane = at[i]
+            for k in range(1, len(x)):
+                beyond = self.open[0, lane] >= 0
+                if z[k, i] > 0 or beyond:
+                    crossing = (z[k, i] > 0) != beyond
+                    if crossing:
+                        c = series[:, :, i : i + 1]
+                        place = x[k, i : i + 1]
+                        if (z[k - 1, i] > 0) != (z[k, i] > 0):
+
+                            def excess(g, c=c, level=p.low[i]):
+                                return level - value(c[U], g)
+
+                            place = root(excess, x[k - 1, i : i + 1], place)
+                        moment = time[i] + value(c[T], place)[0]
+                        if beyond:
+                            self.end(lane, 0, moment)
+                        else:
+                            self.begin(lane, 0, moment, -value(c[W], place)[0])
+                    if z[k, i] > 0:
+                        self.deepen(lane, 0, z[k, i])
+
+    def note_energies(self, at, p, series, end, mode) -> None:
+        """Raise the largest energies, all along and inside contacts."""
+        y = series[:4] * (end ** np.arange(ORDER + 1)[:, None])[None]
+        grid = np.linspace(REAL(0), REAL(1), SAMPLES + 1)[:, None]
+        states = np.array([value(c, grid) for c in y])
+        rates = np.array([derivative(c) for c in y])
+        slopes = np.array([value(c, grid) for c in rates])
+        levels, powers = energies(p, states), powers_of(p, states, slopes)
+        for body in range(2):
+            e, d = levels[body], powers[body]
+            top = e.max(0)
+            may = (d[:-1] > 0) & (d[1:] < 0)
+            may &= e[:-1] + d[:-1] / SAMPLES > np.minimum(*self.tops[[body, body + 2]][:, at])
+            k, i = np.nonzero(may)
+            if k.size:
+                lane, here, rate = Model(*(c[i] for c in p)), y[:, :, i], rates[:, :, i]
+
+                def power(x, lane=lane, here=here, rate=rate, body=body):
+                    return powers_of(lane, at_place(here, x), at_place(rate, x))[body]
+
+                x = root(power, grid[k, 0], grid[k + 1, 0], FLAT)
+                np.maximum.at(top, i, energies(lane, at_place(here, x))[body])
+            self.tops[body, at] = np.maximum(self.tops[body, at], top)
+            inside = np.where(mode != FLIGHT, top, 0)
+            self.tops[body + 2, at] = np.maximum(self.tops[body + 2, at], inside)
+
+    def finish(self, at: np.ndarray) -> None:
+        """Note the section of orbits at the end of a period, and begin the next."""
+        x1, v1, u, w, _ = self.y[:, at]
+        self.section[at, self.n[at]] = np.array([x1, v1, x1 + u, v1 + w]).T
+        p = Model(*(c[at] for c in self.p))
+        self.energy[at, self.n[at]] = whole_energy(p, self.y[:4, at])
+        self.n[at] += 1
+        self.y[T, at] = 0
+
+    def course(self, i: int) -> Course:
+        """Return what was seen of one orbit, as doubles."""
+        contacts = np.array(self.contacts[i], float).reshape(-1, 5)
+        misses = np.array(self.misses[i], float).reshape(-1, 3)
+        tops = (float(top) for top in self.tops[:, i])
+        return Course(
+            self.section[i].astype(float), contacts, misses, *tops, self.energy[i].astype(float)
+        )
+
+
+def at_place(series: np.ndarray, x: Any) -> np.ndarray:
+    """Return the state at a place of a step."""
+    return np.array([value(c, x) for c in series])
+
+
+def knots_of(rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return places of a step between which u, of this `rate`, is monotone, and which are turns."""
+    lanes = rate.shape[1]
+    grid = np.linspace(REAL(0), REAL(1), SAMPLES + 1)[:, None] * np.ones(lanes, REAL)
+    w = value(rate, grid)
+    turns = np.zeros((len(grid) * 2 - 1, lanes), bool)
+    places = np.repeat(grid, 2, axis=0)[: len(turns)]
+    change = ((w[:-1] > 0) & (w[1:] <= 0)) | ((w[:-1] < 0) & (w[1:] >= 0))
+    k, i = np.nonzero(change)
+    if k.size:
+        series = rate[:, i]
+        places[2 * k + 1, i] = root(lambda x: value(series, x), grid[k, i], grid[k + 1, i], FLAT)
+        turns[2 * k + 1, i] = True
+    return places, turns
+
+
+def energies(p: Model, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return E1 and E2 [J] of equation (6)."""
+    x1, v1, u, w = y
+    x2, v2 = x1 + u - p.rest, v1 + w
+    return (p.m1 * v1**2 + p.k1 * x1**2) / 2, (p.m2 * v2**2 + p.k2 * x2**2) / 2
+
+
+def powers_of(p: Model, y: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the derivatives of E1 and E2 by the place in a step."""
+    x1, v1, u, w = y
+    dx, dv, du, dw = rate
+    x2, v2 = x1 + u - p.rest, v1 + w
+    return p.m1 * v1 * dv + p.k1 * x1 * dx, p.m2 * v2 * (dv + dw) + p.k2 * x2 * (dx + du)
+
+
+def whole_energy(p: Model, y: np.ndarray) -> np.ndarray:
+    """Return the mechanical energy [J], that of the contact included."""
+    _, v1, u, w = y
+    total = energies(p, y)[0] + (p.m2 * (v1 + w) ** 2 + p.k2 * (u - p.rest) ** 2) / 2
+    for K, z in ((p.K_low, p.low - u), (p.K, u - p.high)):
+        total = total + np.where(z > 0, REAL(0.4) * K * np.maximum(z, 0) ** REAL(2.5), 0)
+    return total
+
+
+def lanes_of(models: Any, starts: Any, periods: int, noting: bool = True) -> Lanes:
+    """Follow many orbits from (x1, v1, x2, v2) at t = 0 for some forcing periods."""
+    p = Model(*(np.array(column, REAL) for column in zip(*models, strict=True)))
+    x1, v1, x2, v2 = np.array(starts, REAL).T
+    y = np.array([x1, v1, x2 - x1, v2 - v1, np.zeros_like(x1)])
+    lanes = Lanes(p, y, periods, noting)
+    while lanes.step():
+        pass
+    return lanes
+
+
+def follow_all(models: Any, starts: Any, periods: int) -> list[Course]:
+    """Return the courses of many orbits (see `lanes_of`)."""
+    lanes = lanes_of(models, starts, periods)
+    return [lanes.course(i) for i in range(len(lanes.n))]
+
+
+def follow(p: Model, start: Any, periods: int) -> Course:
+    """Return the course of one orbit."""
+    return follow_all([p], [start], periods)[0]

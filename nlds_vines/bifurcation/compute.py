@@ -111,7 +111,7 @@ class Computer:
         if outputs.counts is not None:
             arrays["impact_rate"] = outputs.counts.sum(axis=-1) / self.scan.periods
         if outputs.evidence is not None:
-            arrays |= outputs.verdicts(cells, self.scan.transient)
+            arrays |= outputs.verdicts(cells)
         if outputs.refined is not None:
             arrays |= refinement.arrays_of(outputs, outputs.refined, arrays.get("label"))
         for name, dataset in self.scan.table.datasets.items():

@@ -3,6 +3,7 @@
 In reading order:
 
     compiling        how kernels are compiled; what `chosen` does with a part that is None
+    elementary       sine, cosine, exponential, logarithm, a root: the same bits everywhere
     codes            statuses, events and kinds of verdicts: each number once
     arguments        the tuples that outer kernels take: Parts, Span, buffers
     scene            structure, damper and walls as kernels see them; equation (5)
@@ -15,13 +16,19 @@ In reading order:
     fixed_step       the same by fixed Runge-Kutta steps (method rk4)
     contact_field    the equation of a contact, made smooth at touch and release
     runge_kutta      one step of it, of order eight or four
+    limit            a limit inside a contact
     contact          a contact from touch to release, stepped
     impact           a short impact, solved at once
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section
     growth           growth rates with their uncertainty; convergence of averages
+    eigenvalues      those of a small matrix
     variations       the map from section to section with its derivative
     shooting         periodic orbits by Newton's method
+    evidence_rows    the columns of a verdict's evidence
+    course           an orbit under judgement: its sections, and how it is followed further
+    settling         when it settled, and what it was before
+    period_search    the stable periodic orbit that it ends in
     verdict          what an orbit is, with the evidence
     cells            one cell: parameters, orbit, outputs, verdict
     lanes            many cells in parallel

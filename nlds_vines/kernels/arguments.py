@@ -89,4 +89,4 @@ class Finished(NamedTuple):
 
     ends: Any
     section: Any  # of the transient's last periods too
-    cycle: Any
+    first: int  # periods before those of the section

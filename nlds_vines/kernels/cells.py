@@ -259,9 +259,9 @@ def report_violation(violation, limit_log):
 
 
 @jit
-def judge_cell(parts, cell, ends, section, hint, stages, evidence):
+def judge_cell(parts, cell, ends, section, first, stages, evidence):
     """Say what the orbit of one cell is (parts and cell as `run_cell`, the rest as `judge`)."""
     ps, damper = structure_of(cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
     flow = flow_of(prepared_cell(parts, cell, ps, damper, n, 1), grid_of(ps, damper, n))
-    return judge(flow, ends, section, hint, stages, evidence)
+    return judge(flow, ends, section, first, stages, evidence)

@@ -13,6 +13,8 @@ from . import runge_kutta as rk
 from .codes import EXHAUSTED, RELEASED, STOPPED
 from .compiling import jit
 from .contact_field import LONGEST_ANGLE, cos_sin, rotated
+from .elementary import exp, fifth_root, hypotenuse, log
+from .limit import note_limit_step
 from .observe import note_step
 from .roots import guarded
 from .scene import accelerations
@@ -35,8 +37,9 @@ def start_at_rest(tangent, ps, damper, wall, rate, c, k):
     dv, external = accelerations(ps, damper, x1, v1, wall.gap + q * q, s, c, 0.0)
     if external <= 0.0 or s < 0.0:
         return 0.0
-    depth = (FAINT * external / wall.kappa) ** (2.0 / 3.0)
-    depth = min(depth, 0.5 * external * (SOON / rate) ** 2)
+    depth = exp(2.0 / 3.0 * log(FAINT * external / wall.kappa))  # to the power of two thirds
+    soon = SOON / rate
+    depth = min(depth, 0.5 * external * soon * soon)
     if q * q + 0.5 * s * s / external >= depth:
         return 0.0
     speed = math.sqrt(2.0 * external * depth)
@@ -52,14 +55,14 @@ def start_at_rest(tangent, ps, damper, wall, rate, c, k):
 
 @jit
 def step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, left, k):
-    """Write row NEW at the instant `left` after row Y, which lies within a step h."""
+    """Write row NEW at the instant `left` after row Y, within a step h; return the step to it."""
     # hot: once per section inside a contact
     low, high, size = 0.0, h, h
     for _ in range(80):
         rk.step(rk4, tangent, ps, damper, wall, c, d, False, size, k)
         miss = left - k[rk.NEW + 4]
         if abs(miss) <= 1.0e-16 * left or high - low <= 1.0e-16 * h:
-            return
+            break
         if miss > 0.0:
             low = size
         else:
@@ -67,6 +70,7 @@ def step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, left, k):
         q = k[rk.NEW]
         guess = size + miss / q if q > 0.0 else low
         size = guarded(guess, low, high)
+    return size
 
 
 @jit
@@ -98,17 +102,6 @@ def external_acceleration(ps, damper, wall, c, k):
 
 
 @jit
-def norm_of(a, b):
-    """Return sqrt(a^2 + b^2), whose squares may underflow or overflow."""
-    a, b = abs(a), abs(b)
-    most = max(a, b)
-    if most == 0.0:
-        return 0.0
-    share = min(a, b) / most
-    return most * math.sqrt(1.0 + share * share)
-
-
-@jit
 def near_release(external, h, k):
     """Tell whether the release is near and certain enough for a step in q that lands on z = 0."""
     q, s = k[rk.Y], k[rk.Y + 1]
@@ -116,13 +109,17 @@ def near_release(external, h, k):
 
 
 @jit
-def noted(energy, impacts, rk4, ps, damper, wall, c, d, landing, h, k, depth):
+def noted(
+    sign, limit_log, energy, impacts, rk4, ps, damper, wall, c, d, landing, h, k, elapsed, depth
+):
     """Note what is wanted of the step from row Y to row NEW; return the greatest depth so far [m].
 
     Energies are raised to their maxima over the step. `depth`, that of the steps before, is raised
     to the greatest depth within the step, if s changes sign there from + to -.
     """
     # hot: once per step
+    if limit_log is not None:
+        note_limit_step(rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k, elapsed)
     if energy is not None:
         note_step(rk4, ps, damper, wall, energy, c, d, landing, h, k)
     if impacts is not None and k[rk.Y + 1] > 0.0 and k[rk.NEW + 1] <= 0.0:
@@ -136,12 +133,14 @@ def noted(energy, impacts, rk4, ps, damper, wall, c, d, landing, h, k, depth):
 
 @jit(dissolved=True)
 def contact(
-    rk4, ps, damper, wall, energy, impacts, tangent, steps, rate, c, d, q, s, x1, v1, stop, k
-):
+    rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate, c, d,
+    q, s, x1, v1, stop, k,
+):  # fmt: skip
     """Follow a contact from (q = sqrt(z), s, x1, v1) to its release or for the time `stop` [s].
 
-    c, d: cos and sin of the forcing's phase at the start; `steps` per free impact; `energy`,
-    `impacts` and `tangent` are buffers or None. Returns (event, q, s, x1, v1, elapsed [s],
+    c, d: cos and sin of the forcing's phase at the start; `steps` per free impact; `limit_log`,
+    `energy`, `impacts` and `tangent` are buffers or None; `sign` is -1 for a wall that pushes
+    towards -x2, for which state and phase are mirrored. Returns (event, q, s, x1, v1, elapsed [s],
     depth [m]) with event RELEASED, STOPPED or EXHAUSTED (too many steps); the depth is that
     reached only if `impacts` is there.
     """
@@ -159,9 +158,10 @@ def contact(
         # acceleration, and the rates of all other motion over the way that q can go.
         external = external_acceleration(ps, damper, wall, c, k)
         q, s = k[rk.Y], k[rk.Y + 1]
-        reach = norm_of(q * q * math.sqrt(q), s / wall.speed)  # q^2.5 where the contact turns
+        reach = hypotenuse(q * q * math.sqrt(q), s / wall.speed)  # q^2.5 where the contact turns
         if not 0.95 * seen < reach < 1.05 * seen:  # powers are dear: a new one if it has changed
-            seen, cube, root = reach, reach**1.2, reach**0.4
+            fifth = fifth_root(reach)
+            seen, cube, root = reach, reach * fifth, fifth * fifth  # reach^1.2, reach^0.4
         span = min(root, 2.0 * max(q, math.sqrt(abs(s) / rate)))  # of q: others may stop it first
         rate_squared = wall.kappa * cube + abs(external) + rate * rate * span * span
         h = WHOLE / steps / math.sqrt(rate_squared)
@@ -184,10 +184,13 @@ def contact(
         # ... and cut short where the time is over.
         stopped = elapsed + k[rk.NEW + 4] > stop
         if stopped:
-            step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, stop - elapsed, k)
+            h = step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, stop - elapsed, k)
         # Note what the step has shown.
         taken = -q if landing else h
-        depth = noted(energy, impacts, rk4, ps, damper, wall, c, d, landing, taken, k, depth)
+        depth = noted(
+            sign, limit_log, energy, impacts, rk4, ps, damper, wall, c, d, landing, taken,
+            k, elapsed, depth,
+        )  # fmt: skip
         elapsed += k[rk.NEW + 4]
         if tangent is not None:
             for i in range(rk.TANGENT):

@@ -90,11 +90,11 @@ def note_misses(near, far, clearance, grid, end, bend, jerk):
 
 
 @jit
-def phase_of(ps, grid, j, x):
+def phase_of(grid, j, x):
     """Return `phase_at`, tabulated at the start of a cell."""
     if x == 0.0:
         return grid.table[CELLS + 6 * j + 4], grid.table[CELLS + 6 * j + 5]
-    return phase_at(ps, grid, j, x)
+    return phase_at(grid, j, x)
 
 
 @jit
@@ -127,7 +127,7 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
                 doubt = doubt or max(r, y[2]) + 0.125 * bend >= limit_log[LEVEL]
             if doubt:
                 # The polynomial of the cell, from x on, and the first touch on it.
-                cosine, sine = phase_of(ps, grid, j, x)
+                cosine, sine = phase_of(grid, j, x)
                 cell_polynomial(grid, x1, v1, r, s, cosine, sine)
                 bent, jerked = bounds_near_walls(near, far, grid.table, bend, jerk)
                 end = 1.0 - x

@@ -14,8 +14,9 @@ import numpy as np
 
 from .codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
+from .elementary import cos_sin_of_turn
 from .flight import rate_of
-from .observe import BEYOND, EXCESS, LEVEL, PERIOD, note_energy, note_violation, opposite, powers_at
+from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_energy, note_violation, opposite, powers_at
 from .roots import guarded, narrowed, secant
 from .scene import accelerations
 
@@ -35,10 +36,16 @@ def fixed_grid_of(ps, damper, n):
     """Prepare one period in n steps."""
     cosine, middle = np.empty(n + 1), np.empty(n)
     for j in range(n):
-        cosine[j] = math.cos(2.0 * math.pi * j / n)
-        middle[j] = math.cos(2.0 * math.pi * (j + 0.5) / n)
+        cosine[j] = cos_sin_of_turn(j / n)[0]
+        middle[j] = cos_sin_of_turn((j + 0.5) / n)[0]
     cosine[n] = 1.0
     return FixedGrid(n, 2.0 * math.pi / ps.omega / n, rate_of(ps, damper), cosine, middle)
+
+
+@jit
+def cosine_at(grid, j, x):
+    """Return cos of the forcing's phase at place x of step j."""
+    return cos_sin_of_turn((j + x) / grid.n)[0]
 
 
 @jit
@@ -68,10 +75,9 @@ def step_to(ps, damper, grid, j, x, length, y):
     if x == 0.0 and length == 1.0:
         c0, c1, c2 = grid.cosine[j], grid.middle[j], grid.cosine[j + 1]
     else:
-        angle = ps.omega * grid.h
-        c0 = math.cos(angle * (j + x))
-        c1 = math.cos(angle * (j + x + 0.5 * length))
-        c2 = math.cos(angle * (j + x + length))
+        c0 = cosine_at(grid, j, x)
+        c1 = cosine_at(grid, j, x + 0.5 * length)
+        c2 = cosine_at(grid, j, x + length)
     return runge_kutta_step(ps, damper, length * grid.h, c0, c1, c2, y)
 
 
@@ -134,8 +140,7 @@ def length_to_touch(ps, damper, grid, j, x, length, sign, wall, y, z):
 def note_turns(ps, damper, energy, grid, j, x, length, y, z):
     """Raise the largest energies to their maxima over a step from y to z (as `note_step`)."""
     # hot: once per step
-    angle = ps.omega * grid.h
-    c0, c1 = math.cos(angle * (j + x)), math.cos(angle * (j + x + length))
+    c0, c1 = cosine_at(grid, j, x), cosine_at(grid, j, x + length)
     before = powers_at(ps, damper, y[0], y[1], y[2], y[3], c0, 0.0)
     after = powers_at(ps, damper, z[0], z[1], z[2], z[3], c1, 0.0)
     note_energy(ps, damper, energy, z[0], z[1], z[2], z[3])
@@ -145,7 +150,7 @@ def note_turns(ps, damper, energy, grid, j, x, length, y, z):
             for _ in range(40):
                 at = secant(low, high, f0, f1)
                 w = step_to(ps, damper, grid, j, x, at, y)
-                c = math.cos(angle * (j + x + at))
+                c = cosine_at(grid, j, x + at)
                 f = powers_at(ps, damper, w[0], w[1], w[2], w[3], c, 0.0)[which]
                 note_energy(ps, damper, energy, w[0], w[1], w[2], w[3])
                 if f == 0.0 or min(at - low, high - at) < 1.0e-9:
@@ -176,7 +181,7 @@ def note_limit_fixed(ps, damper, limit_log, grid, j, x, length, y, z):
         highest = step_to(ps, damper, grid, j, x, top, y)[2]
     if limit_log[BEYOND] == 0.0 and highest > level:
         at = length_to_level(ps, damper, grid, j, x, 0.0, top, 1.0, level, y)
-        note_violation(limit_log, limit_log[PERIOD] + (j + x + at) * grid.h)
+        note_violation(limit_log, limit_log[ORIGIN] + (j + x + at) * grid.h)
     if limit_log[BEYOND] != 0.0:
         limit_log[EXCESS] = max(limit_log[EXCESS], highest - level)
         limit_log[BEYOND] = 1.0 if z[2] > level else 0.0

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .compiling import jit
+from .elementary import cos_sin_of_turn
 from .scene import accelerations
 
 ORDER = 14  # of the Taylor polynomials
@@ -194,8 +195,7 @@ def grid_of(ps, damper, n):
     w[CELLS + 6 * n + 4] = 1.0  # cos at the start of the next period
     for j in range(n):
         at_cell = CELLS + 6 * j
-        phase = 2.0 * math.pi * j / n
-        cosine, sine = math.cos(phase), math.sin(phase)
+        cosine, sine = cos_sin_of_turn(j / n)
         w[at_cell + 4], w[at_cell + 5] = cosine, sine
         for c in range(4):
             w[at_cell + c] = response[16 + c] * cosine + response[20 + c] * sine
@@ -278,7 +278,6 @@ def propagate(grid, tangent, time):
 
 
 @jit
-def phase_at(ps, grid, j, x):
+def phase_at(grid, j, x):
     """Return (cos, sin) of the forcing's phase at place x of cell j."""
-    phase = ps.omega * grid.h * (j + x)
-    return math.cos(phase), math.sin(phase)
+    return cos_sin_of_turn((j + x) / grid.n)

@@ -13,6 +13,9 @@ right-hand sides are small and smooth, the touch is phi = 0, the deepest point S
 u = 0 again: nothing has to be searched for. Collocation at Gauss points turns the equations into a
 fixed point that contracts by that one per cent a sweep.
 
+At the end of the interval such an integral is far better than at any place within it. So the depth,
+where it is wanted, is solved as an end: once more, on nodes between touch and deepest point alone.
+
 The complex singularities of the arc lie beside its middle; the nodes follow a map x = d sinh(a xi)
 that moves them away, and 12 nodes do the work of 25. What is not a short impact (slow or pressed
 touches, soft contacts, a section inside) is left to `contact`.
@@ -27,6 +30,7 @@ import numpy as np
 
 from .compiling import jit
 from .contact_field import cos_sin
+from .elementary import fifth_root
 from .scene import accelerations
 
 # The table of an arc: 16 rows of 64 numbers, of which the first n are in use, one for each node.
@@ -41,12 +45,12 @@ from .scene import accelerations
 #               BY_DRIFT   integral of S u / 2 times that of u, the effect of a force that grows
 #               TIME       integral of u
 #               WEIGHT     of an integral from touch to release
-#               MIDDLE     of an integral from touch to the deepest point
 #
-# A name is the place of a row's first number, so that w[B + i] is b at node i.
+# A name is the place of a row's first number, so that w[B + i] is b at node i. Behind the rows of
+# the whole arc follow those of its half, from touch to the deepest point (`half_of`).
 ROW = 64
 B, T, G, H, FB, FT, FG, FH, OLD = (ROW * i for i in range(9))
-U, S, BY_DRAG, BY_DRIFT, TIME, WEIGHT, MIDDLE = (ROW * i for i in range(9, 16))
+U, S, BY_DRAG, BY_DRIFT, TIME, WEIGHT = (ROW * i for i in range(9, 15))
 TABLE = ROW * 16
 
 LARGEST_SHARE = 0.1  # of the external acceleration in the contact's own: above it, it is stepped
@@ -57,15 +61,16 @@ MOST_SWEEPS = 12  # a sweep gains two digits; some five are needed
 class Arc(NamedTuple):
     """The Hertz arc at the collocation nodes, prepared by `nlds_vines.orbits.hertz_arc`.
 
-    Two arrays hold it all: each array of a tuple costs every call that hands it on.
+    Two arrays hold it all, and the half arc too: each array of a tuple costs every call that hands
+    it on.
     """
 
     n: int  # nodes
-    length: float  # integral of u from touch to release
+    length: float  # integral of u from touch to the arc's end: release, or deepest point
     tolerance: float  # relative change of b that a further sweep may still make
-    loss_missed: float  # what the nodes miss of BY_DRAG up to the release
-    integration: np.ndarray  # (n n,) from touch to each node, one integrand after another
-    table: np.ndarray  # (TABLE,) see above; unknowns and slopes are scratch
+    loss_missed: float  # what the nodes miss of BY_DRAG up to the arc's end
+    integration: np.ndarray  # (2 n n,) from touch to each node, one integrand after another
+    table: np.ndarray  # (2 TABLE,) see above; unknowns and slopes are scratch
 
 
 @jit
@@ -184,22 +189,12 @@ def integral(arc, weight, row):
 
 
 @jit
-def short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1):
-    """Solve one impact from touch (q = 0, r = gap, approach speed s > 0) to release.
+def settle(ps, damper, wall, arc, b, s, x1, v1, c, d):
+    """Sweep until the unknowns at the nodes settle; tell whether they do.
 
-    c, d are cos and sin of the forcing's phase at touch, `rate` the bound of `flight.rate_of`.
-    Returns (solved, s, x1, v1, duration [s], depth [m]) at release; solved is False where the
-    impact is not short or has begun already, and nothing else may be used then.
+    The slopes in the rows FB, FT, FG, FH are then those of the settled unknowns.
     """
     # hot: once per impact
-    if not (q == 0.0 and s > 0.0):
-        return False, s, x1, v1, 0.0, 0.0
-    b = (s / wall.speed) ** 0.2
-    peak = wall.kappa * b * b * b * b * b * b
-    duration = 2.5 * s / peak * arc.length
-    _, outside = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
-    if not (abs(outside) < LARGEST_SHARE * peak and rate * duration < LONGEST):
-        return False, s, x1, v1, 0.0, 0.0
     rest = v1 - damper.share * s
     first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d)
     before = 0.0
@@ -211,27 +206,68 @@ def short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1):
         if before == 0.0:  # what the guess missed is of second order, and a sweep gains one
             before = math.sqrt(change * b)
         if change * change <= arc.tolerance * b * before:  # each gains as much as the one before
-            return released(ps, damper, wall, arc, c, d, b, s, x1, rest)
+            common_slopes(ps, damper, wall, arc, c, d)
+            amplitude_slope(ps, damper, wall, arc, c, d)
+            return True
         before = change
-    return False, s, x1, v1, 0.0, 0.0
+    return False
 
 
 @jit
-def released(ps, damper, wall, arc, c, d, b, s, x1, rest):
-    """Return the result of `short_impact` from the settled nodes.
+def amplitude_at_end(ps, damper, wall, arc, b, s):
+    """Return the amplitude b at the end of an arc that has settled.
 
     What the dashpots take is nearly what they take of the free arc, which is known exactly.
     """
-    # hot: once per impact
-    common_slopes(ps, damper, wall, arc, c, d)
-    amplitude_slope(ps, damper, wall, arc, c, d)
-    deep = b + integral(arc, int(MIDDLE), int(FB))
     drag = (damper.c2 * damper.inv_mu + ps.damping * damper.share) * s
     missed = drag * arc.loss_missed / (wall.kappa * b * b * b * b * b * b)
-    out = b * (1.0 - missed) + integral(arc, int(WEIGHT), int(FB))
-    duration = integral(arc, int(WEIGHT), int(FT))
-    x1 += integral(arc, int(WEIGHT), int(FG))
-    rest += integral(arc, int(WEIGHT), int(FH))
+    return b * (1.0 - missed) + integral(arc, int(WEIGHT), int(FB))
+
+
+@jit
+def half_of(arc):
+    """Return the arc from touch to the deepest point, whose end is S = 0, u = 1."""
+    n = arc.n
+    integration, table = arc.integration[n * n :], arc.table[TABLE:]
+    return Arc(n, 0.5 * arc.length, arc.tolerance, 0.0, integration, table)
+
+
+@jit
+def depth_of(ps, damper, wall, arc, b, s, x1, v1, c, d):
+    """Return the greatest depth [m] of a short impact, which is b^4 at the end of the half arc."""
+    # hot: once per impact that is recorded
+    half = half_of(arc)
+    settle(ps, damper, wall, half, b, s, x1, v1, c, d)
+    deep = amplitude_at_end(ps, damper, wall, half, b, s)
+    return deep * deep * deep * deep
+
+
+@jit
+def short_impact(ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1):
+    """Solve one impact from touch (q = 0, r = gap, approach speed s > 0) to release.
+
+    c, d are cos and sin of the forcing's phase at touch, `rate` the bound of `flight.rate_of`.
+    Returns (solved, s, x1, v1, duration [s], depth [m]) at release; solved is False where the
+    impact is not short or has begun already, and nothing else may be used then. The depth is 0
+    where `impacts` is None.
+    """
+    # hot: once per impact
+    if not (q == 0.0 and s > 0.0):
+        return False, s, x1, v1, 0.0, 0.0
+    b = fifth_root(s / wall.speed)
+    peak = wall.kappa * b * b * b * b * b * b
+    duration = 2.5 * s / peak * arc.length
+    _, outside = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
+    if not (abs(outside) < LARGEST_SHARE * peak and rate * duration < LONGEST):
+        return False, s, x1, v1, 0.0, 0.0
+    if not settle(ps, damper, wall, arc, b, s, x1, v1, c, d):
+        return False, s, x1, v1, 0.0, 0.0
+    out = amplitude_at_end(ps, damper, wall, arc, b, s)
     speed = wall.speed * out * out * out * out * out
-    depth = deep * deep * deep * deep
-    return True, -speed, x1, rest - damper.share * speed, duration, depth
+    took = integral(arc, int(WEIGHT), int(FT))
+    a1 = x1 + integral(arc, int(WEIGHT), int(FG))
+    b1 = v1 - damper.share * s + integral(arc, int(WEIGHT), int(FH)) - damper.share * speed
+    depth = 0.0
+    if impacts is not None:
+        depth = depth_of(ps, damper, wall, arc, b, s, x1, v1, c, d)
+    return True, -speed, a1, b1, took, depth

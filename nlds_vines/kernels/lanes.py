@@ -156,11 +156,11 @@ def run_lanes(parts, arc, cells, starts, span, buffers, status):
 
 @jit(parallel=True)
 def judge_lanes(parts, arc, cells, finished, stages, evidence, status):
-    """Say what the orbits are that `run_lanes` has run with a section of their whole course.
+    """Say what the orbits are that `run_lanes` has run.
 
     parts, arc: see above; finished: `Finished`; stages: further periods that a verdict may take,
-    stage by stage. Fills `evidence` (chains, links, `verdict.COLUMNS`); a lane that fails in a
-    further stage gets another status.
+    stage by stage. Fills `evidence` (chains, links, `evidence_rows.COLUMNS`); a lane that fails in
+    a further stage gets another status.
     """
     chains, links = cells.shape
     for lane in numba.prange(chains * links):
@@ -168,6 +168,5 @@ def judge_lanes(parts, arc, cells, finished, stages, evidence, status):
         if status[chain, link] == OK:
             status[chain, link] = judge_cell(
                 with_arc(parts, arc), cells[chain, link], finished.ends[chain, link],
-                finished.section[chain, link], finished.cycle[chain, link, 0],
-                stages, evidence[chain, link],
+                finished.section[chain, link], finished.first, stages, evidence[chain, link],
             )  # fmt: skip

@@ -36,9 +36,9 @@ COLUMNS = 8
 
 # Places of the limit log:
 #   0 LEVEL    the limit of r [m]                   3 EXCESS   greatest r beyond the limit [m]
-#   1 PERIOD   beginning of the period under way [s]    4 NUMBER   passages of the limit
+#   1 ORIGIN   from which flight or contact counts [s]  4 NUMBER   passages of the limit
 #   2 FIRST    time of the first passage [s]        5 BEYOND   1 while r is beyond, otherwise 0
-LEVEL, PERIOD, FIRST, EXCESS, NUMBER, BEYOND = range(6)
+LEVEL, ORIGIN, FIRST, EXCESS, NUMBER, BEYOND = range(6)
 
 
 @jit

@@ -27,8 +27,9 @@ from .exact import fly
 from .fixed_step import fly_fixed
 from .flight import coarse_map, phase_at, propagate, step
 from .impact import short_impact
+from .limit import begin_contact, may_pass
 from .observe import (
-    PERIOD,
+    ORIGIN,
     energies,
     note_depth,
     note_energy,
@@ -88,19 +89,70 @@ def may_hide_a_peak(ps, damper, wall, energy, c, d, before, after, duration):
 
 
 @jit
-def try_short_impact(rk4, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
-    """Try the short impact; it is accepted if it ends in time and hides no peak of an energy."""
+def hides(ps, damper, wall, sign, limit_log, energy, c, d, before, after, took):
+    """Tell whether a short impact may hide a peak of an energy, or a passage of a limit."""
     # hot: once per impact
-    solved, out, a1, b1, took, depth = short_impact(ps, damper, wall, arc, rate, c, d, q, s, x1, v1)
+    found = False
+    if energy is not None:
+        found = may_hide_a_peak(ps, damper, wall, energy, c, d, before, after, took)
+    if limit_log is not None:
+        x1, v1, s = before
+        found = found or may_pass(ps, damper, wall, sign, limit_log, took, x1, v1, s)
+    return found
+
+
+@chosen
+def note_hidden(
+    rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
+):
+    """Step a short impact, for what is noted of it; without an energy or a limit, nothing is."""
+
+    # hot: once per impact
+    def step(
+        rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
+    ):
+        contact(
+            rk4, ps, damper, wall, sign, limit_log, energy, None, None, steps, rate, c, d,
+            q, s, x1, v1, left, k,
+        )  # fmt: skip
+
+    def nothing(
+        rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
+    ):
+        return None
+
+    return nothing if energy is None and limit_log is None else step
+
+
+@jit
+def try_short_impact(
+    rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
+    left, q, s, x1, v1, k,
+):  # fmt: skip
+    """Try the short impact; it is accepted if it ends in time.
+
+    Where it may hide a peak of an energy, or a passage of a limit, it is stepped as well, for these
+    alone: nothing that is noted changes the orbit.
+    """
+    # hot: once per impact
+    solved, out, a1, b1, took, depth = short_impact(
+        ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1
+    )
     solved = solved and took <= left
-    if energy is not None and solved:
-        before, after = (x1, v1, s), (a1, b1, out)
-        solved = not may_hide_a_peak(ps, damper, wall, energy, c, d, before, after, took)
+    if solved and hides(
+        ps, damper, wall, sign, limit_log, energy, c, d, (x1, v1, s), (a1, b1, out), took
+    ):
+        note_hidden(
+            rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
+        )
     return solved, out, a1, b1, took, depth
 
 
 @jit
-def no_short_impact(rk4, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1):
+def no_short_impact(
+    rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
+    left, q, s, x1, v1, k,
+):  # fmt: skip
     """Return as `try_short_impact` that it is not solved."""
     # hot: once per impact
     return False, s, x1, v1, 0.0, 0.0
@@ -108,8 +160,9 @@ def no_short_impact(rk4, tangent, ps, damper, wall, arc, energy, rate, c, d, lef
 
 @chosen
 def short_impact_if_exact(
-    rk4, tangent, ps, damper, wall, arc, energy, rate, c, d, left, q, s, x1, v1
-):
+    rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
+    left, q, s, x1, v1, k,
+):  # fmt: skip
     """Return `try_short_impact`; by rk4 and with variations every contact is stepped."""
     # hot: once per impact
     return try_short_impact if rk4 is None and tangent is None else no_short_impact
@@ -127,8 +180,9 @@ def wall_of(near, far, mode):
 
 @jit(dissolved=True)
 def follow_contact(
-    rk4, ps, damper, wall, sign, arc, energy, impacts, tangent, steps, rate, phase, left, now, k
-):
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
+    phase, left, now, k,
+):  # fmt: skip
     """Follow a contact from `now` = (q, s, x1, v1) to its release or for the time `left` [s].
 
     `phase`: (cos, sin) of the forcing's; the rest as for `contact`. For a wall that pushes towards
@@ -139,13 +193,13 @@ def follow_contact(
     q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
     c, d = sign * phase[0], sign * phase[1]
     solved, out, a1, b1, took, depth = short_impact_if_exact(
-        rk4, tangent, ps, damper, wall, arc, energy, rate, c, d,
-        left, q, s, x1, v1,
+        rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
+        left, q, s, x1, v1, k,
     )  # fmt: skip
     if solved:
         return RELEASED, 0.0, sign * out, sign * a1, sign * b1, took, depth
     event, q, s, x1, v1, took, depth = contact(
-        rk4, ps, damper, wall, energy, impacts, tangent, steps, rate, c, d,
+        rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate, c, d,
         q, s, x1, v1, left, k,
     )  # fmt: skip
     return event, q, sign * s, sign * x1, sign * v1, took, depth
@@ -158,10 +212,10 @@ def bounded(x1, v1, r, s):
 
 
 @jit
-def at_period(limit_log, began):
-    """Note the time [s] at which a period begins."""
+def begin_flight(limit_log, began):
+    """Let the log of a limit count from the time [s] at which the period began."""
     if limit_log is not None:
-        limit_log[PERIOD] = began
+        limit_log[ORIGIN] = began
 
 
 @jit
@@ -211,13 +265,13 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     for p in range(span.periods):
         j, x, touches = 0, 0.0, 0
         began = (span.first + p) * (grid.h * grid.n)
-        at_period(limit_log, began)
         for i in range(span.stops):
             stop = grid.n * (i + 1) // span.stops
             while True:
                 if mode == FLYING:
                     # Fly to the next event.
                     place = j + x
+                    begin_flight(limit_log, began)
                     event, j, x, x1, v1, r, s = fly_on(
                         rk4, ps, damper, near, far, limit_log, energy, clearance,
                         grid, stop, j, x, x1, v1, r, s,
@@ -238,9 +292,10 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 sign = 1.0 if mode == TOUCH_NEAR else -1.0
                 wall = wall_of(near, far, mode)
                 left = (stop - j - x) * grid.h
+                begin_contact(limit_log, sign, wall, began + (j + x) * grid.h)
                 event, q, s, x1, v1, took, depth = follow_contact(
-                    rk4, ps, damper, wall, sign, arc, energy, impacts, tangent, steps, grid.rate,
-                    phase_at(ps, grid, j, x), left, (q, s, x1, v1), k,
+                    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent,
+                    steps, grid.rate, phase_at(grid, j, x), left, (q, s, x1, v1), k,
                 )  # fmt: skip
                 r = sign * (wall.gap + q * q)
                 place = j + x + took / grid.h

@@ -9,16 +9,14 @@ REPEATS = 3  # times a period must fit into the window
 
 
 @jit
-def returns(section, n, tolerance):
-    """Tell whether the last points of the section repeat after n periods."""
-    periods, components = section.shape
-    span = max(2 * n, periods // 2)
-    first = max(periods - span, n)
-    for c in range(components):
+def repeats(section, length, n, count, tolerance):
+    """Tell whether the last `count` points of a section of so many rows repeat after n periods."""
+    first = max(length - count, n)
+    for c in range(section.shape[1]):
         scale = 0.0
-        for p in range(first - n, periods):
+        for p in range(first - n, length):
             scale = max(scale, abs(section[p, c]))
-        for p in range(first, periods):
+        for p in range(first, length):
             if not abs(section[p, c] - section[p - n, c]) <= tolerance * scale:
                 return False
     return True
@@ -26,9 +24,10 @@ def returns(section, n, tolerance):
 
 @jit
 def period_of(section, tolerance):
-    """Return the smallest n for which the section (periods, components) repeats, or 0."""
-    for n in range(1, len(section) // REPEATS + 1):
-        if returns(section, n, tolerance):
+    """Return the smallest n for which half the section (periods, components) repeats, or 0."""
+    length = len(section)
+    for n in range(1, length // REPEATS + 1):
+        if repeats(section, length, n, max(2 * n, length // 2), tolerance):
             return n
     return 0
 

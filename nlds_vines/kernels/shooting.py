@@ -11,9 +11,10 @@ import numpy as np
 from .codes import OK
 from .compiling import jit
 from .variations import (
-    advance,
+    advance_with,
     distance,
     new_state,
+    no_section,
     norm,
     place_state,
     set_identity,
@@ -39,8 +40,9 @@ def trace_cycle(flow, y, points, counts, tangent, state):
     set_identity(tangent)
     counts[:] = 0
     flow.clearance[0], slowest = np.inf, np.inf
+    ahead, nothing = new_state(), no_section(flow)
     for p in range(len(points)):
-        status = advance(flow.prepared.arc, flow, tangent, state)
+        status = advance_with(flow, tangent, state, ahead, nothing)
         if status != OK:
             return status, np.nan, np.nan
         slowest = min(slowest, slowest_impact(flow))

@@ -18,7 +18,7 @@ import math
 
 from .compiling import jit
 from .flight import COEF, ORDER
-from .observe import BEYOND, EXCESS, LEVEL, PERIOD, note_violation
+from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_violation
 
 R = COEF + 2  # place of r in the table
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
@@ -136,7 +136,7 @@ def note_limit(w, limit_log, begin, h, end, bend, jerk):
             x = first_touch(w, x, end, 1.0, level, bend, jerk)
             if not 0.0 <= x <= end:
                 return
-            note_violation(limit_log, limit_log[PERIOD] + (begin + x) * h)
+            note_violation(limit_log, limit_log[ORIGIN] + (begin + x) * h)
         x = local_maximum(w, x, end, 1.0)
         limit_log[EXCESS] = max(limit_log[EXCESS], derivatives_at(w, x, 1.0)[0] - level)
         x = first_touch(w, x, end, -1.0, -level, bend, jerk)

@@ -14,7 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .arguments import OrbitBuffers, Prepared, Span
+from .codes import OK
 from .compiling import chosen, jit
+from .elementary import log
 from .flight import Grid
 from .observe import COLUMNS, SPEED, Impacts
 from .orbit import SIZE, linear_orbit, orbit, set_mode
@@ -91,6 +93,44 @@ def advance(arc, flow, tangent, state):
     return linear if arc is None else walled
 
 
+@chosen
+def run_on(arc, flow, section, periods, state):
+    """Advance `state` (SIZE,) alone by so many periods, as a run does; return a status.
+
+    section: rows for the sections, as far as there is room.
+    """
+
+    def linear(arc, flow, section, periods, state):
+        noted, span = OrbitBuffers(None, section, None, None, None, None), Span(0, periods, 1)
+        return linear_orbit(flow.prepared, noted, span, state, None, None)
+
+    def walled(arc, flow, section, periods, state):
+        noted, span = OrbitBuffers(None, section, None, None, None, None), Span(0, periods, 1)
+        return orbit(flow.prepared, noted, span, state, None, None)
+
+    return linear if arc is None else walled
+
+
+@jit
+def advance_with(flow, tangent, state, ahead, section):
+    """Advance `state` by one period as a run does, and four variations along it; return a status.
+
+    The variations go with a copy `ahead` (SIZE,), whose contacts are stepped: it differs from the
+    orbit by the error of a period, and begins each period anew with the orbit's state.
+    """
+    ahead[:] = state
+    status = advance(flow.prepared.arc, flow, tangent, ahead)
+    if status != OK:
+        return status
+    return run_on(flow.prepared.arc, flow, section, 1, state)
+
+
+@jit
+def no_section(flow):
+    """Return rows for no section."""
+    return np.empty((0, flow.size))
+
+
 @jit
 def place_state(flow, y, state):
     """Let `state` (SIZE,) be y (4,) at phase zero, in flight or inside a contact."""
@@ -139,7 +179,7 @@ def orthonormalise(tangent, size, growth):
     """
     for i in range(size):
         a = 4 * i
-        total = 0.0
+        stretched = 1.0
         for _ in range(2):
             for j in range(i):
                 b = 4 * j
@@ -152,10 +192,10 @@ def orthonormalise(tangent, size, growth):
             for c in range(4):
                 length += tangent[a + c] * tangent[a + c]
             length = math.sqrt(length)
-            total += math.log(length)
+            stretched *= length
             for c in range(4):
                 tangent[a + c] /= length
-        growth[i] += total
+        growth[i] += log(stretched)
 
 
 @jit
@@ -184,11 +224,26 @@ def solve(matrix, right, size):
 
 
 @jit
-def spectral_radius(matrix):
-    """Return the largest modulus of the eigenvalues of a matrix."""
-    if not np.isfinite(matrix).all():
-        return np.inf
-    return np.abs(np.linalg.eigvals(matrix.astype(np.complex128))).max()
+def determinant_of_difference(matrix, size):
+    """Return det(I - M), by elimination with pivots."""
+    left, found = np.eye(size) - matrix, 1.0
+    for i in range(size):
+        pivot = i
+        for j in range(i + 1, size):
+            if abs(left[j, i]) > abs(left[pivot, i]):
+                pivot = j
+        if pivot != i:
+            found = -found
+        found *= left[pivot, i]
+        if not abs(found) > 0.0:
+            return found
+        for c in range(i, size):
+            left[i, c], left[pivot, c] = left[pivot, c], left[i, c]
+        for j in range(i + 1, size):
+            f = left[j, i] / left[i, i]
+            for c in range(i, size):
+                left[j, c] -= f * left[i, c]
+    return found
 
 
 @jit

@@ -117,7 +117,7 @@ def energy_alone(cells: np.ndarray) -> np.ndarray:
     """
     m1, k1, omega = cells["m1"], cells["k1"], cells["omega"]
     with np.errstate(all="ignore"):
-        amplitude = cells["P"] / np.abs(k1 - m1 * omega**2 + 1j * omega * cells["c1"])
+        amplitude = cells["P"] / _modulus(k1 - m1 * omega * omega, omega * cells["c1"])
         return _largest(m1, k1, omega, amplitude)
 
 
@@ -129,6 +129,17 @@ def _amplitude(force: Any, impedance: Any) -> np.ndarray:
     return np.where(none, np.where(force == 0, 0, np.inf), found)
 
 
+def _modulus(real: np.ndarray, imaginary: np.ndarray) -> np.ndarray:
+    """Return sqrt(real^2 + imaginary^2), whose squares may overflow.
+
+    NumPy's complex numbers round otherwise on other processors; these go into archives.
+    """
+    one, other = np.abs(real), np.abs(imaginary)
+    most = np.maximum(one, other)
+    share = np.where((most > 0) & (most < np.inf), np.minimum(one, other) / most, 0.0)
+    return most * np.sqrt(1 + share * share)
+
+
 def _largest(m: Any, k: Any, omega: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
     """Return the largest energy m v^2 / 2 + k x^2 / 2 of a harmonic motion [J]."""
-    return np.maximum(m * omega**2, k) * amplitude**2 / 2
+    return np.maximum(m * omega * omega, k) * amplitude * amplitude / 2

@@ -42,8 +42,8 @@ def hertz_stiffness(p: Mapping[str, Any]) -> Any:
     """
     E1, E2, nu1, nu2, A, B, q1 = (np.asarray(p[name], dtype=np.float64) for name in CONTACT)
     with np.errstate(all="ignore"):
-        d1 = (1 - nu1**2) / (pi * E1)
-        d2 = (1 - nu2**2) / (pi * E2)
+        d1 = (1 - nu1 * nu1) / (pi * E1)
+        d2 = (1 - nu2 * nu2) / (pi * E2)
         return (4 / 3) * q1 / ((d1 + d2) * np.sqrt(A + B))
 
 

@@ -72,7 +72,7 @@ class Outputs:
         return cls(
             section=rows(kept > 0, kept, len(components(scene))),
             counts=rows(("impacts" in want or judged) and walls, 2, dtype=np.int64),
-            cycle=rows("impacts" in want or judged, 3, dtype=np.int64),
+            cycle=rows("impacts" in want and not judged, 3, dtype=np.int64),
             energy=rows("energy" in want, 2),
             peak=rows("peak" in want, 2),
             clearance=rows("clearance" in want and walls, 1, value=np.inf),
@@ -87,21 +87,16 @@ class Outputs:
         """The buffers that `run_lanes` fills."""
         return LaneBuffers(**{name: getattr(self, name) for name in LaneBuffers._fields})
 
-    def verdicts(self, cells: np.ndarray, transient: int) -> dict[str, np.ndarray]:
+    def verdicts(self, cells: np.ndarray) -> dict[str, np.ndarray]:
         """Return every dataset that rests on a verdict, by name, (chains, links, ...) each.
 
-        Arguments: the `cells` (chains, links) that were run; the periods of their `transient`, of
-        which the last `NOTED` are in the section.
+        Arguments: the `cells` (chains, links) that were run.
         """
         assert self.evidence is not None
         assert self.section is not None
         counts = np.zeros((*self.status.shape, 2), np.int64) if self.counts is None else self.counts
         size = self.section.shape[-1]
-        found = evidence.arrays_of(self.status, self.evidence, counts, cells, size)
-        before = max(transient - NOTED, 0)
-        found["settling"][found["settling"] >= 0] += before
-        found["watched"] += before
-        return found
+        return evidence.arrays_of(self.status, self.evidence, counts, cells, size)
 
 
 def run(
@@ -133,7 +128,7 @@ class Kernels:
         outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
         if outputs.evidence is not None:
             apart = self._parts._replace(arc=None), self._parts.arc
-            finished = Finished(outputs.ends, outputs.section, outputs.cycle)
+            finished = Finished(outputs.ends, outputs.section, max(transient - NOTED, 0))
             cells, evidence = chains.view(np.recarray), outputs.evidence
             lanes.judge_lanes(*apart, cells, finished, self._stages, evidence, outputs.status)
         return outputs

@@ -11,7 +11,7 @@ import numpy as np
 from nlds_vines.errors import choice, whole
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
-from nlds_vines.orbits.labels import FLAGS
+from nlds_vines.orbits.labels import FLAGS, least_lifetime
 from nlds_vines.orbits.settings import EFFORTS, METHODS, Settings
 from nlds_vines.orbits.simulation import IntegrationError, start_state
 from nlds_vines.orbits.status_words import OK, STATUS
@@ -41,7 +41,7 @@ class Regime:
             slowest impact.  Both tell how far grazing is.
         settling: forcing periods until the section obeys the final orbit's own law; -1 if never.
         averaging: digits to which time averages agree, of what is not periodic: many on a torus.
-        watched: forcing periods looked at.
+        watched: forcing periods looked at, from the orbit's start.
         transient_lyapunov, transient_lyapunov_width: of the time before a late settling [1/s].
 
     NaN (None) where something does not apply.
@@ -67,6 +67,14 @@ class Regime:
     transient_lyapunov: float
     transient_lyapunov_width: float
 
+    @property
+    def least_lifetime(self) -> float:
+        """The mean lifetime [forcing periods] that chaos has at least, if it is transient.
+
+        NaN of what is not `chaos`.  See `labels.least_lifetime`.
+        """
+        return least_lifetime(self.watched) if self.kind == "chaotic" else float("nan")
+
 
 def classify(
     system: System,
@@ -84,8 +92,8 @@ def classify(
         start: (x1, v1, x2, v2) [m, m/s] at t = 0, by default at rest; without a damper (x1, v1).
         transient, periods: forcing periods passed over and looked at first.
         method: `exact` or `rk4`.
-        effort: quick, standard or thorough: how many further periods a verdict may take.  More
-            effort never changes a label, it can only find one.
+        effort: quick, standard or thorough: how many further periods a verdict may take.  A
+            periodic orbit ends the search; chaos and a torus are followed for all of them.
 
     Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
     docs/regimes.md holds the decision table.  Cost: as `simulate` for a periodic orbit, once
@@ -100,7 +108,7 @@ def classify(
     code = int(outputs.status[0, 0])
     if code != OK:
         raise IntegrationError(f"{system.name}: {STATUS[code].name}. {STATUS[code].remedy}")
-    arrays = outputs.verdicts(cells, before)
+    arrays = outputs.verdicts(cells)
     return _regime(system, {name: values[0, 0] for name, values in arrays.items()})
 
 

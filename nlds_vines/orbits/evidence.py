@@ -6,51 +6,55 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.kernels import verdict
+from nlds_vines.kernels import eigenvalues
+from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.codes import OK
 from nlds_vines.orbits.labels import flags_of, labels_of
 
-COLUMNS = verdict.COLUMNS
+COLUMNS = ev.COLUMNS
 
 _PLAIN = {
-    "lyapunov": verdict.LARGEST,
-    "lyapunov_width": verdict.WIDTH,
-    "settling": verdict.SETTLING,
-    "residual": verdict.RESIDUAL,
-    "averaging": verdict.DIGITS,
-    "watched": verdict.WATCHED,
-    "transient_lyapunov": verdict.PASSING,
-    "transient_lyapunov_width": verdict.PASSING_WIDTH,
-    "orbit_clearance": verdict.CLEARANCE,
-    "softest_impact": verdict.SLOWEST,
+    "lyapunov": ev.LARGEST,
+    "lyapunov_width": ev.WIDTH,
+    "settling": ev.SETTLING,
+    "residual": ev.RESIDUAL,
+    "averaging": ev.DIGITS,
+    "watched": ev.WATCHED,
+    "transient_lyapunov": ev.PASSING,
+    "transient_lyapunov_width": ev.PASSING_WIDTH,
+    "orbit_clearance": ev.CLEARANCE,
+    "softest_impact": ev.SLOWEST,
 }
 
 
-def multipliers_of(rows: np.ndarray, size: int) -> np.ndarray:
-    """Return the Floquet multipliers (..., size), complex, the largest modulus first.
+def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the Floquet multipliers and the logarithms of their moduli, the largest first.
 
-    Arguments: rows of evidence (..., COLUMNS); `size` of a state.  NaN for what is not periodic.
+    Arguments: rows of evidence (..., COLUMNS); `size` of a state.  Shapes (..., size, 2), real and
+    imaginary parts, and (..., size); NaN for what is not periodic.
     """
-    matrices = rows[..., verdict.MATRIX : verdict.MATRIX + 16].reshape(*rows.shape[:-1], 4, 4)
-    matrices = matrices[..., :size, :size]
-    known = np.isfinite(matrices).all(axis=(-2, -1))
-    found = np.full((*rows.shape[:-1], size), complex(np.nan, np.nan))
-    if known.any():
-        found[known] = np.linalg.eigvals(matrices[known])
-    order = np.argsort(-np.abs(found), axis=-1, kind="stable")
-    return np.take_along_axis(found, order, axis=-1)
+    matrices = rows[..., ev.MATRIX : ev.MATRIX + 16].reshape(-1, 4, 4)
+    matrices = np.ascontiguousarray(matrices[:, :size, :size].transpose(0, 2, 1))
+    found = np.full((len(matrices), size, 3), np.nan)
+    eigenvalues.fill_multipliers(matrices, found)
+    found = found.reshape(*rows.shape[:-1], size, 3)
+    return found[..., : eigenvalues.LOG], found[..., eigenvalues.LOG]
 
 
-def exponents_of(rows: np.ndarray, size: int, period: np.ndarray) -> np.ndarray:
+def exponents_of(
+    rows: np.ndarray, logarithms: np.ndarray, size: int, period: np.ndarray
+) -> np.ndarray:
     """Return all Lyapunov exponents [1/s] (..., size); of an nT orbit, ln |mu| / nT.
 
-    Arguments: rows of evidence (..., COLUMNS); `size` of a state; `period` T [s] of the forcing.
+    Where the evidence holds them, the orbit is not periodic, or too long for its matrix.
+
+    Arguments: rows of evidence (..., COLUMNS); ln |mu| (..., size) of `multipliers_of`; `size` of a
+    state; `period` T [s] of the forcing.
     """
-    found = rows[..., verdict.EXPONENTS : verdict.EXPONENTS + size].copy()
-    n = rows[..., verdict.PERIOD]
+    found = rows[..., ev.EXPONENTS : ev.EXPONENTS + size].copy()
     with np.errstate(divide="ignore", invalid="ignore"):
-        of_cycle = np.log(np.abs(multipliers_of(rows, size))) / (n * period)[..., np.newaxis]
-    return np.where((n > 0)[..., np.newaxis], of_cycle, found)
+        of_cycle = logarithms / (rows[..., ev.PERIOD] * period)[..., np.newaxis]
+    return np.where(np.isnan(found), of_cycle, found)
 
 
 def points_of(rows: np.ndarray, size: int, rest: np.ndarray) -> np.ndarray:
@@ -58,7 +62,7 @@ def points_of(rows: np.ndarray, size: int, rest: np.ndarray) -> np.ndarray:
 
     Arguments: rows of evidence (..., COLUMNS); `size` of a state; `rest` offset of the spring [m].
     """
-    y = rows[..., verdict.POINT : verdict.POINT + 4]
+    y = rows[..., ev.POINT : ev.POINT + 4]
     found = y[..., :size].copy()
     if size == 4:
         found[..., 2] = y[..., 0] - y[..., 2] + rest
@@ -71,11 +75,11 @@ def regimes_of(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> dict
 
     Arguments: `status`, rows of evidence and impact `counts` (..., 2) of the sampled window.
     """
-    period = rows[..., verdict.PERIOD].astype(np.int64)
-    of_cycle = rows[..., verdict.NEAR : verdict.FAR + 1]
+    period = rows[..., ev.PERIOD].astype(np.int64)
+    of_cycle = rows[..., ev.NEAR : ev.FAR + 1]
     by_wall = np.where((period > 0)[..., np.newaxis], of_cycle, counts).astype(np.int64)
     impacts = by_wall.sum(axis=-1)
-    regime = flags_of(status, rows[..., verdict.KIND].astype(np.int64))
+    regime = flags_of(status, rows[..., ev.KIND].astype(np.int64))
     return {
         "period": period,
         "impacts": impacts,
@@ -94,7 +98,7 @@ def labels_from(status: np.ndarray, rows: np.ndarray, counts: np.ndarray) -> np.
 def _judged(status: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return rows of evidence without that of lanes that failed."""
     rows = np.where((status == OK)[..., np.newaxis], rows, np.nan)
-    columns = [verdict.KIND, verdict.PERIOD]
+    columns = [ev.KIND, ev.PERIOD]
     rows[..., columns] = np.nan_to_num(rows[..., columns])
     return rows
 
@@ -107,12 +111,12 @@ def arrays_of(
     `cells` are the numbers of the lanes, of dtype `CELL`.
     """
     rows = _judged(status, rows)
-    multipliers = multipliers_of(rows, size)
+    multipliers, logarithms = multipliers_of(rows, size)
     found: dict[str, Any] = {name: rows[..., column] for name, column in _PLAIN.items()}
     found["settling"] = np.nan_to_num(found["settling"], nan=-1.0).astype(np.int32)
-    found["multipliers"] = np.stack([multipliers.real, multipliers.imag], axis=-1)
+    found["multipliers"] = multipliers
     with np.errstate(all="ignore"):  # lanes that failed may have no period
         period = 2 * np.pi / cells["omega"]
-    found["exponents"] = exponents_of(rows, size, period)
+    found["exponents"] = exponents_of(rows, logarithms, size, period)
     found["orbit_point"] = points_of(rows, size, cells["rest"])
     return found | regimes_of(status, rows, counts)

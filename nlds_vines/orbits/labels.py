@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -55,6 +56,15 @@ def labels_of(regime: np.ndarray, period: np.ndarray, impacts: np.ndarray) -> np
     )
     names = [label_of(*triple) for triple in triples.tolist()]
     return np.array(names, dtype=object)[index.ravel()].reshape(regime.shape)
+
+
+def least_lifetime(watched: float, level: float = 0.95) -> float:
+    """Return the mean lifetime [forcing periods] of chaos that was watched and did not end.
+
+    A bound at confidence `level` under the exponential law exp(-t / mean) of transient chaos, one
+    orbit watched for `watched` periods: -watched / ln(1 - level).
+    """
+    return -watched / math.log(1.0 - level)
 
 
 def flags_of(status: np.ndarray, kind: np.ndarray) -> np.ndarray:

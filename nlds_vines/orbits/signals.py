@@ -43,10 +43,10 @@ def contact_forces(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
     found = {}
     if scene.gap_near is not None:
         approach = np.maximum(shortening - scene.gap_near(p), 0.0)
-        found[scene.struck["near"]] = system.K * approach**1.5
+        found[scene.struck["near"]] = system.K * approach * np.sqrt(approach)
     if scene.gap_far is not None:
         approach = np.maximum(-shortening - scene.gap_far(p), 0.0)
-        found[scene.struck["far"]] = -system.K * approach**1.5
+        found[scene.struck["far"]] = -system.K * approach * np.sqrt(approach)
     return found
 
 

@@ -78,6 +78,7 @@ def start_states(start: Start) -> np.ndarray:
     `random_states`.  More starts of the same seed begin with the same draws.
     """
     generator = np.random.default_rng(start.seed)
+    # the one product in it, by 2, is exact: the same bits on every processor
     return generator.uniform(-1.0, 1.0, size=(start.orbits, 4))
 
 
@@ -117,7 +118,7 @@ def _length(cells: np.ndarray) -> np.ndarray:
     """
     with np.errstate(all="ignore"):
         static = cells["P"] / cells["k1"]
-        inertial = cells["P"] / (cells["m1"] * cells["omega"] ** 2)
+        inertial = cells["P"] / (cells["m1"] * cells["omega"] * cells["omega"])
     walls = np.maximum(np.abs(cells["near"]), np.abs(cells["far"]))
     other = np.maximum(np.where(_is_length(inertial), inertial, 0.0), walls)
     return np.select([_is_length(static), _is_length(other)], [static, other], FALLBACK_LENGTH)

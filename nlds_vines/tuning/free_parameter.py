@@ -107,7 +107,8 @@ class Free:
     def value(self, unit: np.ndarray) -> np.ndarray:
         """Return the values [SI] at places from 0 (low) to 1 (high) on its scale."""
         if self.logarithmic:
-            found = np.exp(np.log(self.low) + unit * (np.log(self.high) - np.log(self.low)))
+            low, high = logarithms(np.array([self.low, self.high]))
+            found = exponentials(low + unit * (high - low))
         else:
             found = self.low + unit * (self.high - self.low)
         return np.clip(found, self.low, self.high)  # round-off must not exceed a bound
@@ -115,9 +116,23 @@ class Free:
     def unit(self, value: np.ndarray) -> np.ndarray:
         """Return the places from 0 (low) to 1 (high) of values [SI] on its scale."""
         if self.logarithmic:
-            span = np.log(self.high) - np.log(self.low)
-            return (np.log(value) - np.log(self.low)) / span
+            low, high = logarithms(np.array([self.low, self.high]))
+            return (logarithms(value) - low) / (high - low)
         return (value - self.low) / (self.high - self.low)
+
+
+def exponentials(values: np.ndarray) -> np.ndarray:
+    """Return e^x of each value; NumPy's depends on the processor, and a search on every bit."""
+    from nlds_vines.kernels.elementary import exp
+
+    return np.reshape([exp(float(x)) for x in np.ravel(values)], np.shape(values))
+
+
+def logarithms(values: np.ndarray) -> np.ndarray:
+    """Return the natural logarithm of each value, as `exponentials`."""
+    from nlds_vines.kernels.elementary import log
+
+    return np.reshape([log(float(x)) for x in np.ravel(values)], np.shape(values))
 
 
 def values_of(free: tuple[Free, ...], units: np.ndarray) -> np.ndarray:

@@ -24,15 +24,28 @@ from nlds_vines.orbits.settings import CONTACT_STEPS, NODES
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}
 """Modules of kernels that only a scene with a wall needs."""
 
-VARIATIONS = {"variations", "shooting", "growth", "verdict"}
+VARIATIONS = {
+    "variations", "shooting", "growth", "course", "settling", "period_search", "verdict"
+}  # fmt: skip
 """Modules of kernels that only a verdict needs."""
 
 UNLESS = {
     "a damper": {"scene.damper_in"},
     "a wall": {"scene.wall_at", "touch.first_touch", "contact_field.slope", "exact.touch_in"},
-    "a limit": {"touch.note_limit", "touch.local_maximum", "observe.note_violation"},
+    "a limit": {
+        "touch.note_limit",
+        "touch.local_maximum",
+        "observe.note_violation",
+        "limit.note_limit_step",
+        "limit.may_pass",
+    },
     "section": {"observe.note_section"},
-    "impacts": {"observe.note_touch", "observe.note_depth", "observe.note_release"},
+    "impacts": {
+        "observe.note_touch",
+        "observe.note_depth",
+        "observe.note_release",
+        "impact.depth_of",
+    },
     "energy": {"observe.note_energy", "observe.note_step", "peaks.note_peaks", "peaks.suspects"},
     "clearance": {"exact.note_misses", "touch.nearest_miss"},
     "tangent": {"flight.propagate"},

@@ -131,7 +131,7 @@ def test_a_closer_miss_stays():
 def watched(*pieces):
     """Return what is noted of excesses over LEVEL, one cell of 0.5 s after the other."""
     log = np.zeros(6)
-    log[[observe.LEVEL, observe.FIRST, observe.PERIOD]] = LEVEL, np.nan, 10.0
+    log[[observe.LEVEL, observe.FIRST, observe.ORIGIN]] = LEVEL, np.nan, 10.0
     for j, excess in enumerate(pieces):
         cell, bend, jerk = prepared(Polynomial([LEVEL]) + excess)
         note_limit(cell, log, float(j), 0.5, 1.0, bend, jerk)

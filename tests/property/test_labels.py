@@ -8,6 +8,7 @@ judgement, over all of its stages, and the periodic orbit itself.  Chaos that on
 and the other has seen end is followed on by both: it must end, or last, in both.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numba
@@ -16,7 +17,7 @@ import pytest
 
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels import verdict
+from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.arguments import CellBuffers, Span
 from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.codes import OK
@@ -67,7 +68,7 @@ def judge(cells, starts=None, method="exact", effort="standard", transient=240, 
     out = Computer(scan).run(chains, starts, transient, periods)
     found = arrays_of(out.status, out.evidence, out.counts, chains, 4)
     rows = out.evidence[:, 0]
-    point = rows[:, verdict.POINT : verdict.POINT + 4]
+    point = rows[:, ev.POINT : ev.POINT + 4]
     return Judged({name: a[:, 0] for name, a in found.items()}, point, out.ends[:, 0, 1, :4])
 
 
@@ -149,17 +150,55 @@ def test_threads_and_company_do_not_matter():
         np.testing.assert_array_equal(values, joined)
 
 
-def test_more_effort_finds_labels_and_flips_none():
+def check_found_more(less, more):
+    """Check that what is known stays, but for chaos and tori that end in a periodic orbit."""
+    assert not (less.arrays["period"] > 0)[less.labels != more.labels].any()
+    changed = np.isin(less.labels, ["chaos", "quasiperiodic"]) & (less.labels != more.labels)
+    assert (more.arrays["period"][changed] > 0).all()
+    assert (more.arrays["watched"] >= less.arrays["watched"]).all()
+
+
+def test_more_effort_can_only_find_more():
     cells = grid()
-    quick, standard, thorough = (
-        judge(cells, effort=effort).labels for effort in ("quick", "standard", "thorough")
-    )
-    for less, more in ((quick, standard), (standard, thorough)):
-        kept = less != "undetermined"
-        np.testing.assert_array_equal(less[kept], more[kept])
-    open_ends = [np.count_nonzero(x == "undetermined") for x in (quick, standard, thorough)]
-    assert open_ends[0] > open_ends[1] >= open_ends[2]
-    assert "chaos" in standard
+    found = [judge(cells, effort=effort) for effort in ("quick", "standard", "thorough")]
+    for less, more in itertools.pairwise(found):
+        check_found_more(less, more)
+    unknown = [np.count_nonzero(x.labels == "undetermined") for x in found]
+    assert unknown[0] > unknown[1] >= unknown[2]
+    assert "chaos" in found[1].labels
+
+
+def check_lengths(cells, *, least_known, lengths=((300, 60), (300, 2000), (5000, 120))):
+    """Check that neither the transient nor the window changes what an orbit is, or since when."""
+    first, *others = (judge(cells, transient=t, periods=p) for t, p in lengths)
+    assert (first.labels != "undetermined").mean() >= least_known
+    for other in others:
+        both = (first.arrays["period"] > 0) & (other.arrays["period"] > 0)
+        for name in ("label", "settling", "impacts_by_wall"):
+            np.testing.assert_array_equal(first.arrays[name][both], other.arrays[name][both])
+        one, two = ends_of(first.labels[~both]), ends_of(other.labels[~both])
+        changed = {(a, b) for a, b in zip(one, two, strict=True) if a != b}
+        open_ends = {"undetermined", "chaos", "quasiperiodic"}
+        assert all(a in open_ends and b not in ("undetermined", a) for a, b in changed), changed
+
+
+def test_no_length_changes_a_result():
+    check_lengths(grid(), least_known=0.97)
+
+
+@pytest.mark.long
+def test_no_length_changes_a_result_in_two_thousand_random_cells():
+    lengths = ((300, 60), (300, 2000), (3000, 120), (20_000, 60))
+    check_lengths(random_cells(2000), least_known=0.99, lengths=lengths)
+
+
+@pytest.mark.long
+def test_more_effort_can_only_find_more_in_two_thousand_random_cells():
+    cells = random_cells(2000)
+    found = [judge(cells, effort=effort) for effort in ("quick", "standard", "thorough")]
+    for less, more in itertools.pairwise(found):
+        check_found_more(less, more)
+    assert (found[1].labels != "undetermined").mean() > 0.99
 
 
 def test_the_phase_at_which_sections_are_taken_does_not_matter():

@@ -1,0 +1,93 @@
+"""The course of an orbit under judgement: its sections as far as they are kept, and more of them.
+
+However an orbit is followed, with its variations or without, it is the same to the last bit as
+if it had been run in one go: the variations go along, each period anew from the orbit's own state.
+So no verdict depends on where the periods of a request end and those of the verdict begin.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .codes import OK
+from .compiling import jit
+from .variations import advance_with, new_state, orthonormalise, run_on
+
+
+class Course(NamedTuple):
+    """The sections of an orbit; section m is the state at the time m T, section 0 the start."""
+
+    record: np.ndarray  # (rows, components) in the user's coordinates; row 0 is section first + 1
+    length: int  # rows that are filled
+    first: int  # periods before those of the record, whose sections are not kept
+    origin: np.ndarray  # (SIZE,) section 0
+
+
+@jit
+def last_of(course):
+    """Return the number of the last section."""
+    return course.first + course.length
+
+
+@jit
+def oldest_of(course):
+    """Return the number of the oldest section that is kept."""
+    if course.first == 0:
+        return 0
+    return course.first + 1
+
+
+@jit
+def section_at(flow, course, m, y):
+    """Let y (4,) be section m, which is kept."""
+    y[:] = 0.0
+    if m == 0:
+        y[:] = course.origin[:4]
+        return
+    record, row = course.record, m - course.first - 1
+    y[0], y[1] = record[row, 0], record[row, 1]
+    if flow.size == 4:
+        y[2], y[3] = y[0] - record[row, 2] + flow.rest, y[1] - record[row, 3]
+
+
+@jit
+def with_room(course, more):
+    """Return the course with room for `more` sections."""
+    record = np.empty((course.length + more, course.record.shape[1]))
+    for p in range(course.length):
+        for c in range(record.shape[1]):
+            record[p, c] = course.record[p, c]
+    return Course(record, course.length, course.first, course.origin)
+
+
+@jit
+def longer(course, more):
+    """Return the course with `more` of its rows filled."""
+    return Course(course.record, course.length + more, course.first, course.origin)
+
+
+@jit
+def follow(flow, course, more, state):
+    """Follow an orbit for `more` periods; fill the next rows of its record; return a status."""
+    rows = course.record[course.length : course.length + more]
+    return run_on(flow.prepared.arc, flow, rows, more, state)
+
+
+@jit
+def follow_growth(flow, rows, state, tangent, logs, growth):
+    """Follow an orbit and its variations for len(logs) periods; return a status.
+
+    rows take its sections, as far as there is room. logs take the logarithm by which the first
+    variation grows in each period, growth (4,) that of all.
+    """
+    ahead = new_state()
+    for p in range(len(logs)):
+        before = growth[0]
+        status = advance_with(flow, tangent, state, ahead, rows[p : p + 1])
+        if status != OK:
+            return status
+        orthonormalise(tangent, flow.size, growth)
+        logs[p] = growth[0] - before
+    return OK

@@ -1,0 +1,238 @@
+"""Eigenvalues of small real matrices by strict arithmetic: the same bits with any LAPACK.
+
+Balancing, reduction to Hessenberg form by reflections, then Francis' double shifts in real
+arithmetic, as Golub and Van Loan, Matrix Computations, chapter 7, have it. Errors are of the
+order of round-off times the norm of the balanced matrix, as those of LAPACK.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .compiling import jit
+from .elementary import exponent_of, hypotenuse, log, power_of_two
+
+ROUND_OFF = 2.220446049250313e-16
+MOST_STEPS = 300  # Francis steps for an eigenvalue; two or three are usual, thirty if it is triple
+FARTHEST = 1000  # exponent of a matrix that is scaled: those of its numbers stay in range
+RE, IM, LOG = range(3)  # columns of `fill_multipliers`
+
+
+@jit
+def scaled(matrix):
+    """Return a copy of a matrix divided by 2^k, its largest number between 1 and 2, and k.
+
+    The copy is zero where the matrix is zero or nearly so, and NaN where not all is finite.
+    """
+    most = 0.0
+    for i in range(len(matrix)):
+        for j in range(len(matrix)):
+            if not abs(matrix[i, j]) < math.inf:
+                return np.full(matrix.shape, np.nan), 0
+            most = max(most, abs(matrix[i, j]))
+    copy = np.zeros(matrix.shape)
+    if most < power_of_two(-FARTHEST):
+        return copy, 0
+    k = min(exponent_of(most), FARTHEST)
+    for i in range(len(matrix)):
+        for j in range(len(matrix)):
+            copy[i, j] = matrix[i, j] * power_of_two(-k)
+    return copy, k
+
+
+@jit
+def balance(a):
+    """Scale rows and columns by powers of two until those of one number are of alike size."""
+    n, settled = len(a), False
+    while not settled:
+        settled = True
+        for i in range(n):
+            row = column = 0.0
+            for j in range(n):
+                if j != i:
+                    row, column = row + abs(a[i, j]), column + abs(a[j, i])
+            if row == 0.0 or column == 0.0:
+                continue
+            f, before = 1.0, row + column
+            while column < 0.5 * row:
+                f, column, row = 2.0 * f, 2.0 * column, 0.5 * row
+            while column > 2.0 * row:
+                f, column, row = 0.5 * f, 0.5 * column, 2.0 * row
+            if row + column < 0.95 * before:
+                settled = False
+                for j in range(n):
+                    a[j, i] *= f
+                for j in range(n):
+                    a[i, j] /= f
+
+
+@jit
+def reflector(x, y, z):
+    """Return (u, v, w, p) with (1, 1, 1) - p (u, v, w)(u, v, w)' that maps (x, y, z) to (-, 0, 0).
+
+    p is 0 where nothing is to be mapped.
+    """
+    most = max(abs(x), max(abs(y), abs(z)))
+    if most == 0.0 or (y == 0.0 and z == 0.0):
+        return 0.0, 0.0, 0.0, 0.0
+    x, y, z = x / most, y / most, z / most
+    length = math.sqrt(x * x + y * y + z * z)
+    x += length if x >= 0.0 else -length
+    return x, y, z, 2.0 / (x * x + y * y + z * z)
+
+
+@jit
+def reflect(a, k, columns, rows, u, v, w, p):
+    """Apply a reflector to rows k, k + 1, k + 2 from a column on, and to columns up to a row."""
+    for j in range(columns, len(a)):
+        s = u * a[k, j] + v * a[k + 1, j]
+        if w != 0.0:
+            s += w * a[k + 2, j]
+        s *= p
+        a[k, j] -= s * u
+        a[k + 1, j] -= s * v
+        if w != 0.0:
+            a[k + 2, j] -= s * w
+    for i in range(rows):
+        s = u * a[i, k] + v * a[i, k + 1]
+        if w != 0.0:
+            s += w * a[i, k + 2]
+        s *= p
+        a[i, k] -= s * u
+        a[i, k + 1] -= s * v
+        if w != 0.0:
+            a[i, k + 2] -= s * w
+
+
+@jit
+def make_hessenberg(a):
+    """Bring a matrix of at most four rows to zeros below the first subdiagonal."""
+    n = len(a)
+    for k in range(n - 2):
+        last = a[k + 3, k] if k + 3 < n else 0.0
+        u, v, w, p = reflector(a[k + 1, k], a[k + 2, k], last)
+        if p > 0.0:
+            reflect(a, k + 1, k, n, u, v, w, p)
+        a[k + 2, k] = 0.0
+        if k + 3 < n:
+            a[k + 3, k] = 0.0
+
+
+@jit
+def first_of_block(a, last):
+    """Return the first row of the block that ends at row `last`; set what is negligible to zero."""
+    low = last
+    while low > 0:
+        size = abs(a[low - 1, low - 1]) + abs(a[low, low])
+        if abs(a[low, low - 1]) <= ROUND_OFF * (size if size > 0.0 else 1.0):
+            a[low, low - 1] = 0.0
+            return low
+        low -= 1
+    return 0
+
+
+@jit
+def francis_step(a, low, last, odd):
+    """Apply one implicit double shift to the rows `low` to `last`; `odd` shifts break cycles."""
+    total = a[last - 1, last - 1] + a[last, last]
+    product = a[last - 1, last - 1] * a[last, last] - a[last - 1, last] * a[last, last - 1]
+    if odd:
+        size = abs(a[last, last - 1]) + abs(a[last - 1, last - 2])
+        total, product = 1.5 * size, size * size
+    x = a[low, low] * a[low, low] + a[low, low + 1] * a[low + 1, low]
+    x += product - total * a[low, low]
+    y = a[low + 1, low] * (a[low, low] + a[low + 1, low + 1] - total)
+    z = a[low + 1, low] * a[low + 2, low + 1]
+    for k in range(low, last):
+        u, v, w, p = reflector(x, y, z)
+        if p > 0.0:
+            reflect(a, k, max(k - 1, low), min(k + 4, last + 1), u, v, w, p)
+        if k > low:
+            a[k + 1, k - 1] = 0.0
+            if k + 2 <= last:
+                a[k + 2, k - 1] = 0.0
+        if k + 1 < last:
+            x, y = a[k + 1, k], a[k + 2, k]
+            z = a[k + 3, k] if k + 3 <= last else 0.0
+
+
+@jit
+def pair(a, b, c, d):
+    """Return (re, im, re, im) of the eigenvalues of ((a, b), (c, d)), im > 0 first."""
+    p, product = 0.5 * (a - d), b * c
+    square = p * p + product
+    if square < 0.0:
+        im = math.sqrt(-square)
+        return d + p, im, d + p, -im
+    z = p + (math.sqrt(square) if p >= 0.0 else -math.sqrt(square))
+    return d + z, 0.0, d - (product / z if z != 0.0 else 0.0), 0.0
+
+
+@jit
+def sort_by_modulus(found):
+    """Sort rows (re, im) by falling modulus; rows of one modulus keep their order."""
+    for i in range(1, len(found)):
+        re, im = found[i, RE], found[i, IM]
+        size, j = hypotenuse(re, im), i
+        while j > 0 and hypotenuse(found[j - 1, RE], found[j - 1, IM]) < size:
+            found[j, RE], found[j, IM] = found[j - 1, RE], found[j - 1, IM]
+            j -= 1
+        found[j, RE], found[j, IM] = re, im
+
+
+@jit
+def eigenvalues(matrix):
+    """Return the eigenvalues (n, 2) of a matrix (n, n), n <= 4: real and imaginary parts.
+
+    The largest modulus first, of a complex pair the one above the axis; NaN where the matrix is
+    not finite.
+    """
+    found = np.full((len(matrix), 2), np.nan)
+    a, k = scaled(matrix)
+    if math.isnan(a[0, 0]):
+        return found
+    balance(a)
+    make_hessenberg(a)
+    last, steps = len(a) - 1, 0
+    while last >= 0:
+        low = first_of_block(a, last)
+        if low < last - 1:
+            if steps == MOST_STEPS:
+                found[:] = np.nan
+                return found
+            steps += 1
+            francis_step(a, low, last, steps % 10 == 0)
+            continue
+        if low == last:
+            found[last, RE], found[last, IM] = a[last, last], 0.0
+        else:
+            found[low, RE], found[low, IM], found[last, RE], found[last, IM] = pair(
+                a[low, low], a[low, last], a[last, low], a[last, last]
+            )
+        last, steps = low - 1, 0
+    for i in range(len(found)):
+        found[i, RE] *= power_of_two(k)
+        found[i, IM] *= power_of_two(k)
+    sort_by_modulus(found)
+    return found
+
+
+@jit
+def spectral_radius(matrix):
+    """Return the largest modulus of the eigenvalues of a matrix; inf where it is not finite."""
+    found = eigenvalues(matrix)
+    if math.isnan(found[0, RE]):
+        return math.inf
+    return hypotenuse(found[0, RE], found[0, IM])
+
+
+@jit
+def fill_multipliers(matrices, found):
+    """Fill `found` (m, n, 3) with the eigenvalues of `matrices` (m, n, n): RE, IM and ln |mu|."""
+    for i in range(len(matrices)):
+        values = eigenvalues(matrices[i])
+        for c in range(len(values)):
+            found[i, c, RE], found[i, c, IM] = values[c, RE], values[c, IM]
+            found[i, c, LOG] = log(hypotenuse(values[c, RE], values[c, IM]))

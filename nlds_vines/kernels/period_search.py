@@ -1,0 +1,146 @@
+"""The search for the stable periodic orbit that an orbit ends in.
+
+Sections that repeat propose a period, and so do near returns; Newton's method and the monodromy
+matrix decide. A return after n periods is near if it is nearer than every one before: the points of
+an orbit of n periods lie farther apart. On a torus such returns are rare, the denominators of the
+continued fraction of its rotation number.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from . import evidence_rows as ev
+from .codes import PERIODIC
+from .compiling import jit
+from .course import last_of, oldest_of, section_at
+from .eigenvalues import spectral_radius
+from .recurrence import TOLERANCE, repeats
+from .settling import MARGIN, attracted, settling_period
+from .shooting import is_minimal, matrix_of, polish, span_of
+from .variations import determinant_of_difference, distance
+
+LONGEST = 1024  # periods n that are looked for
+FEWEST_REPEATED = 16  # sections that must have repeated: fewer may do so by chance
+FEW, SHORT = 4, 96  # periods that are tried, and their sum, where little speaks for an orbit
+MANY = 32  # periods that are tried where much does
+
+# What a search found
+NOTHING, NEIGHBOUR, FOUND = 0, 1, 2
+
+
+@jit
+def recent_period(record, length):
+    """Return the least n of which the last 2n sections, or more, repeat, or 0."""
+    for n in range(1, min(LONGEST, length // 3) + 1):
+        if repeats(record, length, n, max(2 * n, FEWEST_REPEATED), TOLERANCE):
+            return n
+    return 0
+
+
+@jit
+def near_returns(flow, course):
+    """Return by n how far the last section lies from that n periods before, if that is near.
+
+    inf where some return of fewer periods is as near, and for n = 0.
+    """
+    m = last_of(course)
+    last, other, nearest_yet = np.zeros(4), np.zeros(4), math.inf
+    section_at(flow, course, m, last)
+    found = np.full(min(LONGEST, (m - oldest_of(course)) // 2) + 1, math.inf)
+    for n in range(1, len(found)):
+        section_at(flow, course, m - n, other)
+        far = distance(flow, last, other)
+        if far < nearest_yet:
+            found[n] = nearest_yet = far
+    return found
+
+
+@jit
+def best_of(returns):
+    """Return the n of the near return of least distance times n, its cost; 0 if there is none."""
+    best = 0
+    for n in range(1, len(returns)):
+        if returns[n] < math.inf and (best == 0 or n * returns[n] < best * returns[best]):
+            best = n
+    return best
+
+
+@jit
+def spacing(flow, course, n):
+    """Return how far the last section lies from the nearest of the n - 1 before it."""
+    m = last_of(course)
+    last, other, nearest_yet = np.zeros(4), np.zeros(4), math.inf
+    section_at(flow, course, m, last)
+    for p in range(m - n + 1, m):
+        section_at(flow, course, p, other)
+        nearest_yet = min(nearest_yet, distance(flow, last, other))
+    return nearest_yet
+
+
+@jit
+def is_saddle(matrix, size):
+    """Tell whether an odd number of multipliers are real and greater than one."""
+    return determinant_of_difference(matrix, size) < 0.0
+
+
+@jit(dissolved=True)
+def try_period(flow, course, n, evidence):
+    """Try to find a stable orbit of minimal period n that the orbit is drawn to.
+
+    FOUND fills the evidence. NEIGHBOUR means an orbit of period n beside the sections that draws
+    it not, or that is a saddle: such a one lies beside each stable orbit on a closed curve.
+    """
+    x = np.zeros(4)
+    section_at(flow, course, last_of(course) // n * n, x)
+    y = x.copy()
+    points, counts, tangent = np.empty((n, 4)), np.zeros(2, np.int64), np.zeros(16)
+    residual, clearance, slowest = polish(flow, y, points, counts, tangent)
+    if not residual < np.inf or not is_minimal(flow, y, points):
+        return NOTHING
+    matrix, span = matrix_of(tangent, flow.size), span_of(flow, points)
+    radius = spectral_radius(matrix)
+    stable = radius < 1.0 - MARGIN
+    if not stable or not attracted(flow, tangent, y, x, n, span):
+        beside = distance(flow, x, y) <= spacing(flow, course, n)
+        return NEIGHBOUR if beside and (stable or is_saddle(matrix, flow.size)) else NOTHING
+    evidence[ev.KIND], evidence[ev.PERIOD] = PERIODIC, n
+    evidence[ev.NEAR], evidence[ev.FAR] = counts[0], counts[1]
+    evidence[ev.RESIDUAL], evidence[ev.RADIUS] = residual, radius
+    evidence[ev.CLEARANCE], evidence[ev.SLOWEST] = clearance, slowest
+    evidence[ev.SETTLING] = settling_period(flow, course, tangent, y, n, span)
+    for i in range(16):
+        evidence[ev.MATRIX + i] = tangent[i]
+    for i in range(4):
+        evidence[ev.POINT + i] = y[i]
+    return FOUND
+
+
+@jit(dissolved=True)
+def find_period(flow, course, most, periods, evidence):
+    """Try the period of a recurrence, then those of near returns, the best first.
+
+    At most `most` of these, of so many `periods` in all. Returns FOUND or NOTHING; NEIGHBOUR where
+    an orbit lies beside the sections, or where not all near returns were tried.
+    """
+    returns = near_returns(flow, course)
+    n = recent_period(course.record, course.length)
+    result, tried, spent = NOTHING, 0, 0
+    known = n > 0
+    while True:
+        if not known:
+            n = best_of(returns)
+            if n == 0:
+                return result
+            tried, spent = tried + 1, spent + n
+            if tried > most or spent > periods:
+                return NEIGHBOUR
+        known = False
+        found = try_period(flow, course, n, evidence)
+        if found == FOUND:
+            return FOUND
+        result = max(result, found)
+        if n < len(returns):
+            returns[n] = math.inf

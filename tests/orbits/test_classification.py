@@ -1,0 +1,135 @@
+"""`classify`: one verdict whatever the lengths and the effort, long periods, true transients."""
+
+import numpy as np
+import pytest
+
+from nlds_vines import classify, load_system, simulate
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.request_file import load_scan
+
+NOTED = 4096  # periods of a transient whose section is kept
+
+
+def seen(found):
+    """Return what must not depend on how long an orbit was run."""
+    return found.label, found.settling, found.impacts_by_wall
+
+
+def test_a_transient_longer_than_what_is_kept_changes_nothing():
+    system = load_system("ssul-set6", omega=6.28)
+    expected = seen(classify(system))
+    for transient in (NOTED, NOTED + 1, 6000, 10_000):
+        found = classify(system, transient=transient)
+        assert seen(found) == expected
+        assert found.watched == transient + 120
+
+
+def test_a_chaotic_transient_is_found_however_long_ago_it_was():
+    system = load_system("ssul-set6", omega=7.535)
+    short, long = (classify(system, transient=t) for t in (600, 6000))
+    assert short.label == "transient chaos to T,0"
+    assert seen(short) == seen(long)
+    assert 50 < short.settling < 600
+    assert short.transient_lyapunov == long.transient_lyapunov
+    assert short.transient_lyapunov_width == long.transient_lyapunov_width
+
+
+def test_the_settling_period_is_where_the_section_begins_to_obey():
+    system = load_system("ssul-set6", omega=7.535)
+    found, orbit = classify(system), simulate(system, periods=700)
+    before, after = orbit.section[: found.settling - 1], orbit.section[found.settling :]
+    assert np.abs(after[60:] - after[-1]).max() < 1e-6
+    assert np.abs(before[-40:] - after[-1]).max() > 1e-3
+    impacts = orbit.impacts["touch"] / system.period
+    assert found.settling - 60 < impacts.max() <= found.settling + 1
+
+
+@pytest.mark.parametrize("effort", ["quick", "standard"])
+def test_chaos_is_watched_for_as_long_as_the_effort_allows(effort):
+    system = load_system("ssul-set6", omega=7.4, K=2.5e7)
+    found = classify(system, effort=effort, periods=100)
+    watched = {"quick": 700, "standard": 3700}[effort]
+    assert found.watched == watched
+    assert found.label == {"quick": "undetermined", "standard": "chaos"}[effort]
+    assert found.settling == -1
+    assert found.least_lifetime == pytest.approx(
+        {"quick": np.nan, "standard": watched / np.log(20)}[effort], nan_ok=True
+    )
+
+
+def test_a_quick_scan_knows_how_long_it_watched():
+    scan = load_scan(
+        {
+            "system": "ssul-set6",
+            "set": {"K": 2.5e7},
+            "vary": {"omega": {"values": [6.28, 7.4]}},
+            "sampling": {"transient": 300, "periods": 60, "effort": "quick"},
+            "record": {"want": ["regime", "evidence"]},
+        }
+    )
+    computer = Computer(scan)
+    arrays = computer.lanes(computer._cells[:, np.newaxis], np.zeros((2, 4)))
+    np.testing.assert_array_equal(arrays["watched"].ravel(), [360, 360])
+    assert list(arrays["label"].ravel()) == ["T,1", "undetermined"]
+
+
+LONG_PERIODS = [
+    ("ssul-set6", 7.407055276381909, "114T,76"),
+    ("ssul-set6", 7.408261306532663, "57T,38"),
+    ("ssul-set6", 7.409400110773633, "162T,108"),
+    ("ssbl", 6.230804020100503, "52T,94"),
+    ("ssbl", 6.219723241629813, "60T,109"),
+]
+"""Stable orbits of long periods: system, omega, label."""
+
+
+@pytest.mark.parametrize(("name", "omega", "label"), LONG_PERIODS)
+def test_a_long_period_is_found_whatever_the_window(name, omega, label):
+    system = load_system(name, omega=omega)
+    found = [classify(system, periods=periods) for periods in (60, 120, 2000)]
+    assert [r.label for r in found] == [label] * 3
+    assert len({r.settling for r in found}) == 1
+    for r in found:
+        assert r.residual < 1e-9
+        assert abs(r.multipliers[0]) < 0.6
+    # it closes, run without any verdict
+    closed = simulate(system, periods=found[0].period, start=found[0].point)
+    np.testing.assert_allclose(closed.section[-1], found[0].point, atol=1e-8)
+
+
+@pytest.mark.parametrize("periods", [60, 120, 2000])
+def test_a_torus_beside_the_published_3t_3(periods):
+    found = classify(load_system("ssul-set6", omega=7.375), periods=periods)
+    assert found.label == "quasiperiodic"
+    assert abs(found.lyapunov) <= found.lyapunov_width
+    assert found.averaging >= 7.0
+
+
+def test_a_flight_without_impact_is_not_yet_a_periodic_orbit():
+    """At section 360 this orbit flies for a period; T,0 predicts that from anywhere."""
+    system = load_system("ssul-set6", omega=7.626316419240329, P=877.9905190504332)
+    cut, whole = classify(system, transient=300, periods=60), classify(system, transient=3000)
+    assert cut.label == whole.label == "transient chaos to T,0"
+    assert cut.settling == whole.settling > 1000
+
+
+@pytest.mark.parametrize("method", ["exact", "rk4"])
+def test_what_is_recorded_changes_no_orbit(method):
+    """Chaos shows it: a difference in the last bit grows to the size of the attractor."""
+
+    def section(*want):
+        scan = load_scan(
+            {
+                "system": "ssul-set6",
+                "set": {"K": 2.5e7},
+                "vary": {"omega": {"values": [7.4]}},
+                "sampling": {"transient": 1000, "periods": 500, "method": method},
+                "record": {"want": ["section", *want]},
+            }
+        )
+        computer = Computer(scan)
+        return computer.lanes(computer._cells[:, np.newaxis], np.zeros((1, 4)))["section"]
+
+    alone = section()
+    for also in (["energy"], ["peak"], ["clearance", "impacts"]):
+        np.testing.assert_array_equal(section(*also), alone)

@@ -50,7 +50,7 @@ MUTANTS = (
         ),
         (
             "impact: the depth is that of the free arc",
-            "deep = b + integral(arc, int(MIDDLE), int(FB))",
+            "deep = amplitude_at_end(ps, damper, wall, half, b, s)",
             "deep = b",
             _T_ORDER + "test_short_impact_converges_geometrically_to_the_stepped_contact",
         ),
@@ -59,8 +59,8 @@ MUTANTS = (
         "nlds_vines/kernels/fixed_step.py",
         (
             "fixed_step: the middle of a step has the phase of its start",
-            "middle[j] = math.cos(2.0 * math.pi * (j + 0.5) / n)",
-            "middle[j] = math.cos(2.0 * math.pi * j / n)",
+            "middle[j] = cos_sin_of_turn((j + 0.5) / n)[0]",
+            "middle[j] = cos_sin_of_turn(j / n)[0]",
             _T_EXACT_FACTS + "test_sections_within_a_period",
         ),
         (
@@ -71,8 +71,8 @@ MUTANTS = (
         ),
         (
             "fixed_step: the last stage of a step has the phase of its middle",
-            "c2 = math.cos(angle * (j + x + length))",
-            "c2 = math.cos(angle * (j + x + 0.5 * length))",
+            "c2 = cosine_at(grid, j, x + length)",
+            "c2 = cosine_at(grid, j, x + 0.5 * length)",
             _T_ORDER + "test_fixed_steps_have_order_four_across_contacts[ssul-set6-5]",
         ),
         (

@@ -284,8 +284,8 @@ MUTANTS = (
         "nlds_vines/orbits/evidence.py",
         (
             "evidence: exponents of a cycle are per period of the forcing",
-            "/ (n * period)[..., np.newaxis]",
-            "/ (period)[..., np.newaxis]",
+            "of_cycle = logarithms / (rows[..., ev.PERIOD] * period)[..., np.newaxis]",
+            "of_cycle = logarithms / period[..., np.newaxis]",
             _T_EVIDENCE + "test_exponents_of_a_cycle_are_those_of_its_multipliers",
         ),
         (

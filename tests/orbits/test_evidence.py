@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nlds_vines.kernels import verdict
+from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.codes import DIVERGED, OK
 from nlds_vines.model.system import CELL
 from nlds_vines.orbits import evidence
@@ -16,25 +16,24 @@ DIAGONAL = [-0.1, 0.8, 0.2, -0.4]
 
 def rows_of(*columns):
     """Return rows of evidence (lanes, 1, COLUMNS) with these columns, NaN elsewhere."""
-    rows = np.full((len(columns), 1, verdict.COLUMNS), np.nan)
+    rows = np.full((len(columns), 1, ev.COLUMNS), np.nan)
     for row, given in zip(rows[:, 0], columns, strict=True):
-        row[verdict.KIND], row[verdict.PERIOD], row[verdict.SETTLING] = 0.0, 0.0, -1.0
+        row[ev.KIND], row[ev.PERIOD], row[ev.SETTLING] = 0.0, 0.0, -1.0
         for place, value in given.items():
             row[place : place + np.size(value)] = value
     return rows
 
 
 PERIODIC = {
-    verdict.KIND: FLAGS["periodic"],
-    verdict.PERIOD: N,
-    verdict.NEAR: 3,
-    verdict.FAR: 1,
-    verdict.SETTLING: 17,
-    verdict.MATRIX: np.diag(DIAGONAL).ravel(),
-    verdict.POINT: [0.01, 0.2, 0.05, -0.6],
-    verdict.EXPONENTS: [9.0, 9.0, 9.0, 9.0],
+    ev.KIND: FLAGS["periodic"],
+    ev.PERIOD: N,
+    ev.NEAR: 3,
+    ev.FAR: 1,
+    ev.SETTLING: 17,
+    ev.MATRIX: np.diag(DIAGONAL).ravel(),
+    ev.POINT: [0.01, 0.2, 0.05, -0.6],
 }
-CHAOTIC = {verdict.KIND: FLAGS["chaotic"], verdict.EXPONENTS: [0.3, 0.0, -0.7, -1.0]}
+CHAOTIC = {ev.KIND: FLAGS["chaotic"], ev.EXPONENTS: [0.3, 0.0, -0.7, -1.0]}
 
 
 @pytest.fixture

@@ -234,7 +234,7 @@ MUTANTS = (
             "peaks: a bound of rises takes the damper's for the structure's",
             "rise = 0.125 * energy_bend * grid.table[BOUNDS + 4] if body == 1 else 0.125 * energy_bend",
             "rise = 0.125 * energy_bend",
-            _PLAIN_PEAKS + "test_what_rises_between_the_ends_of_a_cell_is_suspected",
+            _PLAIN_PEAKS + "test_a_rise_of_the_dampers_energy_on_a_soft_structure_is_suspected",
         ),
     ),
     *of(

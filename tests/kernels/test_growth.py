@@ -102,6 +102,13 @@ def test_a_period_is_found_where_there_is_one(n):
     assert period_of(as_section(np.resize(base, 120)), TOLERANCE) == n
 
 
+def test_a_period_is_that_of_all_components():
+    one, other = np.resize([1.0, 2.0], 120), np.resize([1.0, 2.0, 3.0], 120)
+    assert period_of(np.stack([one, other], axis=-1), TOLERANCE) == 6
+    assert period_of(np.stack([other, one], axis=-1), TOLERANCE) == 6
+    assert period_of(np.stack([one, noise(120)], axis=-1), TOLERANCE) == 0
+
+
 @pytest.mark.parametrize("values", [torus(120), noise(120), logistic(4.0, 120)[0]])
 def test_no_period_is_found_where_there_is_none(values):
     assert period_of(as_section(values), TOLERANCE) == 0

@@ -21,8 +21,8 @@ LAST = REAL(1e-21)  # share of the last term of a series
 SAMPLES = 8  # pieces of a step in which a turn or a peak is looked for
 FLAT = 1e-11  # error of the place of a turn or a peak in a step: its height errs by the square
 KICK = REAL(1e-8)  # time [1/omega] by which a contact that begins without speed is begun later
+MOST_STEPS = 100_000  # of an orbit
 PI = 4 * np.arctan(REAL(1))
-NONE = np.iinfo(np.int64).max
 FLIGHT, LOW, HIGH = 0, 1, 2  # modes: in flight, in contact with a wall
 X1, V1, U, W, T = range(5)  # rows of a step: x1, v1, u = x2 - x1, du/dt, time
 
@@ -205,7 +205,7 @@ class Lanes:
     p: Model  # of arrays
     y: np.ndarray  # (5, lanes) x1, v1, u, w, and the time in the period
     periods: int
-    noting: bool
+    noting: bool  # near misses, excursions beyond a limit and energies, too
     n: np.ndarray = field(init=False)  # periods done
     mode: np.ndarray = field(init=False)
     q: np.ndarray = field(init=False)
@@ -214,7 +214,7 @@ class Lanes:
         lanes = self.y.shape[1]
         p, (_, _, u, _, _) = self.p, self.y
         self.period = 2 * PI / p.omega
-        self.n = np.zeros(lanes, np.int64)
+        self.n, self.steps = np.zeros((2, lanes), np.int64)
         self.mode = np.where((u < p.low) & (p.K_low > 0), LOW, np.where(u > p.high, HIGH, FLIGHT))
         depth = np.where(self.mode == LOW, p.low - u, u - p.high)
         self.q = np.where(self.mode == FLIGHT, REAL(0), np.sqrt(np.maximum(depth, 0)))
@@ -225,8 +225,8 @@ class Lanes:
         self.contacts: list[list[list[Any]]] = [[] for _ in range(lanes)]
         self.misses: list[list[tuple[Any, ...]]] = [[] for _ in range(lanes)]
         self.open = np.full((2, lanes), -1)  # the row of the contact, or excursion, at each wall
-        for wall, below in ((0, u < p.low), (1, u > p.high)):
-            for i in np.flatnonzero(below):
+        for wall, beyond in ((0, u < p.low), (1, u > p.high)):
+            for i in np.flatnonzero(beyond):
                 self.begin(i, wall, np.nan, np.nan, abs(u[i] - (p.high[i] if wall else p.low[i])))
 
     def begin(self, i: int, wall: int, time: Any, speed: Any, depth: Any = 0) -> None:
@@ -247,6 +247,7 @@ class Lanes:
     def step(self) -> bool:
         """Take one step of every orbit that is not at its end; tell whether there is one."""
         active = np.flatnonzero(self.n < self.periods)
+        self.steps[active] += 1
         flying = self.mode[active] == FLIGHT
         if flying.any():
             self.fly(active[flying])
@@ -261,7 +262,7 @@ class Lanes:
         h = np.minimum(length_of(p, series), left)
         last = h == left
         series *= (h ** np.arange(ORDER + 1)[:, None])[None]
-        places, count = knots_of(series[W])
+        places, turns = knots_of(series[W])
         u = value(series[U], places)
         # the first touch: u passes a wall between two knots
         end, met = np.ones(len(at), REAL), np.zeros(len(at), np.int64)
@@ -288,13 +289,12 @@ class Lanes:
         y[T, last] = self.period[at[last]]
         y[U] = np.where(met == LOW, p.low, np.where(met == HIGH, p.high, y[U]))
         if self.noting:
-            self.note(at, p, series, places, u, end, count, FLIGHT)
+            self.note(at, p, series, places, u, end, turns, FLIGHT)
         self.y[:, at], self.mode[at], self.q[at] = y, met, 0
         for i in np.flatnonzero(met):
             lane = at[i]
-            if self.noting:
-                time = self.n[lane] * self.period[lane] + y[T, i]
-                self.begin(lane, met[i] - LOW, time, abs(y[W, i]))
+            time = self.n[lane] * self.period[lane] + y[T, i]
+            self.begin(lane, met[i] - LOW, time, abs(y[W, i]))
             if y[W, i] == 0:
                 self.kick(lane)
         self.finish(at[last])
@@ -315,6 +315,7 @@ class Lanes:
     def touch(self, at: np.ndarray) -> None:
         """Take a step of the contacts `at`."""
         p, high = Model(*(c[at] for c in self.p)), self.mode[at] == HIGH
+        wall = np.where(high, p.high, p.low)
         series = contact_series(p, self.y[:, at], self.q[at], high)
         h = length_of(p, series)
         series *= (h ** np.arange(ORDER + 1)[:, None])[None]
@@ -341,38 +342,39 @@ class Lanes:
             released[late] = False
         y, q = np.array([value(c, end) for c in series[:5]]), value(series[T + 1], end)
         y[T, late] = self.period[at[late]]
-        wall = np.where(high, p.high, p.low)
         y[U] = np.where(released, wall, y[U])
+        scaled = series * (end ** np.arange(ORDER + 1)[:, None])[None]
+        places, turns = knots_of(scaled[W])
+        u = value(scaled[U], places)
+        for k, i in zip(
+            *np.nonzero(turns), strict=True
+        ):  # in a contact u turns where it is deepest
+            if (u[k, i] > u[k - 1, i]) == high[i]:
+                self.deepen(at[i], self.mode[at[i]] - LOW, abs(u[k, i] - wall[i]))
         if self.noting:
-            scaled = series * (end ** np.arange(ORDER + 1)[:, None])[None]
-            places, count = knots_of(scaled[W])
-            u = value(scaled[U], places)
-            self.note(at, p, scaled, places, u, np.ones(len(at), REAL), count, self.mode[at])
+            self.note(at, p, scaled, places, u, np.ones(len(at), REAL), turns, self.mode[at])
         self.y[:, at], self.q[at] = y, np.where(released, 0, q)
         for i in np.flatnonzero(released):
             lane = at[i]
-            if self.noting:
-                time = self.n[lane] * self.period[lane] + y[T, i]
-                self.end(lane, self.mode[lane] - LOW, time)
+            time = self.n[lane] * self.period[lane] + y[T, i]
+            self.end(lane, self.mode[lane] - LOW, time)
             self.mode[lane] = FLIGHT
         self.finish(at[late])
 
     def note(self, at, p, series, places, u, end, turns, mode) -> None:
-        """Note turns, excursions beyond a limit and energies of a step up to the place `end`."""
+        """Note near misses, excursions beyond a limit and energies of a step up to `end`.
+
+        A wall that pushes is missed in flight alone, one that does not push in contacts, too.
+        """
         mode = np.broadcast_to(mode, at.shape)
         time = self.n[at] * self.period[at]
-        for k in range(1, len(places) - 1):  # turns of u
-            for i in np.flatnonzero(turns[k] & (places[k] <= end)):
-                for wall, level in ((0, p.low[i]), (1, p.high[i])):
-                    z = (level - u[k, i]) if wall == 0 else (u[k, i] - level)
-                    toward = u[k, i] < u[k - 1, i] if wall == 0 else u[k, i] > u[k - 1, i]
-                    if not toward or not np.isfinite(z):
-                        continue
-                    if mode[i] == LOW + wall:
-                        self.deepen(at[i], wall, z)
-                    elif z <= 0:
-                        moment = time[i] + value(series[T][:, i : i + 1], places[k, i])[0]
-                        self.misses[at[i]].append((wall, moment, z))
+        for k, i in zip(*np.nonzero(turns & (places <= end)), strict=True):
+            wall = int(u[k, i] > u[k - 1, i])
+            z = u[k, i] - p.high[i] if wall else p.low[i] - u[k, i]
+            ghost = wall == 0 and p.K_low[i] == 0
+            if np.isfinite(z) and z <= 0 and (ghost or mode[i] == FLIGHT):
+                moment = time[i] + value(series[T][:, i : i + 1], places[k, i])[0]
+                self.misses[at[i]].append((wall, moment, z))
         self.watch(at, p, series, places, u, end, time)
         self.note_energies(at, p, series, end, mode)
 
@@ -503,7 +505,7 @@ def lanes_of(models: Any, starts: Any, periods: int, noting: bool = True) -> Lan
     y = np.array([x1, v1, x2 - x1, v2 - v1, np.zeros_like(x1)])
     lanes = Lanes(p, y, periods, noting)
     while lanes.step():
-        pass
+        assert lanes.steps.max() < MOST_STEPS
     return lanes
 
 

@@ -82,11 +82,15 @@ def may_hold_a_miss(near, far, clearance, r0, r1, slack):
 def note_misses(near, far, clearance, grid, end, bend, jerk):
     """Lower the smallest near miss to those in [0, end] of the expanded cell, which is clear."""
     if near is not None:
-        best = nearest_miss(grid.table, 1.0, end, near.gap - clearance[0], bend, jerk)
-        clearance[0] = min(clearance[0], near.gap - best)
+        best = near.gap - clearance[0]
+        top = nearest_miss(grid.table, 0.0, 1.0, end, best, bend, jerk)
+        if top > best:
+            clearance[0] = near.gap - top
     if far is not None:
-        best = nearest_miss(grid.table, -1.0, end, far.gap - clearance[0], bend, jerk)
-        clearance[0] = min(clearance[0], far.gap - best)
+        best = far.gap - clearance[0]
+        top = nearest_miss(grid.table, 0.0, -1.0, end, best, bend, jerk)
+        if top > best:
+            clearance[0] = far.gap - top
 
 
 @jit

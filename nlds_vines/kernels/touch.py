@@ -23,6 +23,7 @@ from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_violation
 R = COEF + 2  # place of r in the table
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
 LOST = -1.0  # no place: the walk took MOST_STEPS; better no answer than a wrong one
+PRECISE = 1.0e-9  # error of the place of a maximum in a cell: its height errs by the square
 MOST_STEPS = 1000  # of a walk, which needs 3 to 8, and some tens where it grazes
 ROUND_OFF = 4.0e-16  # relative error of a place computed in a cell
 TINIEST = 1.0e-300  # a bound is no less, so that nothing is divided by zero
@@ -104,22 +105,24 @@ def first_touch(w, x, end, sign, level, bend, jerk):
 
 
 @jit
-def local_maximum(w, x, end, sign):
-    """Return the place of a local maximum reached by climbing from x, at most `end`."""
-    low, high = x, end
-    for _ in range(60):
+def first_maximum(w, x, end, sign, jerk):
+    """Return the first place from x on where sign r does not rise, at most `end`.
+
+    From a slope f' > 0 and a curve f'' it rises for all of the d with f' + f'' d = jerk d^2 / 2, so
+    that steps of that length never pass a maximum, and close in on it as Newton's method does.
+    """
+    jerk = jerk + TINIEST
+    for _ in range(MOST_STEPS):
         _, slope, curve = derivatives_at(w, x, sign)
-        if slope > 0.0:
-            low = x
-        else:
-            high = x
-        move = -slope / curve if curve < 0.0 else math.copysign(end, slope)
-        if not low < x + move < high:
-            untried = slope > 0.0 and high == end and x < end  # it may rise up to the end
-            move = end - x if untried else 0.5 * (low + high) - x
-        if abs(move) < 1.0e-9 or (x == end and slope >= 0.0):
+        if slope <= 0.0:
             return x
-        x += move
+        root = math.sqrt(curve * curve + 2.0 * jerk * slope)
+        safe = 2.0 * slope / (root - curve) if curve < 0.0 else (curve + root) / jerk
+        if x + safe >= end:
+            return end
+        x += safe
+        if not safe > PRECISE:
+            return x
     return x
 
 
@@ -128,7 +131,7 @@ def note_limit(w, limit_log, begin, h, end, bend, jerk):
     """Note in `limit_log` how the limit of r is kept over [0, end] of the cell.
 
     begin: cells from the start of the period to that of the polynomial; h [s] a cell. Each passage
-    is counted at its place, each excursion beyond measured at its summit and where the cell ends.
+    is counted at its place, each excursion beyond measured at its summits and where the cell ends.
     """
     level, x = limit_log[LEVEL], 0.0
     for _ in range(MOST_STEPS):
@@ -137,28 +140,31 @@ def note_limit(w, limit_log, begin, h, end, bend, jerk):
             if not 0.0 <= x <= end:
                 return
             note_violation(limit_log, limit_log[ORIGIN] + (begin + x) * h)
-        x = local_maximum(w, x, end, 1.0)
-        limit_log[EXCESS] = max(limit_log[EXCESS], derivatives_at(w, x, 1.0)[0] - level)
-        x = first_touch(w, x, end, -1.0, -level, bend, jerk)
-        if not 0.0 <= x <= end:
-            limit_log[EXCESS] = max(limit_log[EXCESS], derivatives_at(w, end, 1.0)[0] - level)
+        fall = first_touch(w, x, end, -1.0, -level, bend, jerk)
+        stays = not 0.0 <= fall <= end
+        best = level + limit_log[EXCESS]
+        top = nearest_miss(w, x, 1.0, end if stays else fall, best, bend, jerk)
+        if stays:
+            top = max(top, derivatives_at(w, end, 1.0)[0])
+        if top > best:
+            limit_log[EXCESS] = top - level
+        if stays:
             return
-        limit_log[BEYOND] = 0.0
+        x, limit_log[BEYOND] = fall, 0.0
 
 
 @jit
-def nearest_miss(w, sign, end, best, bend, jerk):
-    """Return the larger of `best` and the local maxima of sign r over [0, end].
+def nearest_miss(w, x, sign, end, best, bend, jerk):
+    """Return the larger of `best` and the local maxima of sign r over [x, end].
 
     An approach that has not turned round by then is not a miss. `bend` and `jerk`
     bound the second and third derivative by the place.
     """
-    x = 0.0
     bend, jerk = bend + TINIEST, jerk + TINIEST
     for _ in range(MOST_STEPS):
         f, slope, curve = derivatives_at(w, x, sign)
         if f >= best and slope > 0.0:
-            x = local_maximum(w, x, end, sign)
+            x = first_maximum(w, x, end, sign, jerk)
             if x >= end:
                 return best
             f, slope, curve = derivatives_at(w, x, sign)

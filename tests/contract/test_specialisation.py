@@ -34,10 +34,9 @@ UNLESS = {
     "a wall": {"scene.wall_at", "touch.first_touch", "contact_field.slope", "exact.touch_in"},
     "a limit": {
         "touch.note_limit",
-        "touch.local_maximum",
+        "limit.may_pass",
         "observe.note_violation",
         "limit.note_limit_step",
-        "limit.may_pass",
     },
     "section": {"observe.note_section"},
     "impacts": {

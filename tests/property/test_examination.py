@@ -11,6 +11,7 @@ Lengths are measured in the orbit's largest displacement, velocities in its larg
 """
 
 import itertools
+from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
@@ -23,15 +24,17 @@ from nlds_vines.orbits.simulation import simulate
 KINDS = ("none", "tmd", "ssul", "ssbl", "ssvi-b", "ssvi-c")
 PERIODS = 8
 NUDGE = 1e-9  # of a start, relative: what becomes of it in a period is the growth of an error
+CHAOTIC = 1e7  # growth of an error in a period beyond which counts cannot be compared
+TOO_SENSITIVE = "errors grow too much in a period"
 STIFFEST = 400.0  # rates times the period: the twin takes about so many steps of a period
 BOUNDS = {
     "state": 1e-8,  # error per period / growth
-    "touch": 1e-8,  # times of touch and release, as places at the approach speed; / growth
-    "speed": 1e-8,  # of approach, squared; / growth
-    "depth": 1e-8,  # relative, where the speed is not small; / growth
-    "energy": 1e-8,  # largest E1 and E2, relative; / growth
-    "clearance": 1e-8,  # / growth
-    "limit": 1e-8,  # time of the first violation, as a place, and depth of the deepest; / growth
+    "touch": 1e-9,  # times of touch and release, as places at the approach speed; / growth
+    "speed": 2e-9,  # of approach, squared; / growth
+    "depth": 5e-10,  # relative, with less weight where the speed is small; / growth
+    "energy": 1e-9,  # largest E1 and E2, relative; / growth
+    "clearance": 1e-10,  # / growth
+    "limit": 1e-10,  # time of the first violation, as a place, and depth of the deepest; / growth
 }
 
 
@@ -92,163 +95,182 @@ def model_for(case):
 
 
 def joined(pieces):
-    """Return the rows wall, touch, release, speed, depth of contacts that sections have cut."""
+    """Return rows as those of `Course.contacts`, and growth, of contacts that sections have cut."""
     rows = []
     under_way = {}
     for piece in pieces:
         still = {}
-        for wall, touch, release, speed, depth in piece:
+        for piece_row in piece:
+            wall, touch, release, _, depth, growth = piece_row
             row = under_way.get(wall) if np.isnan(touch) else None
             if row is None:
-                row = [wall, touch, release, speed, depth]
+                row = list(piece_row)
                 rows.append(row)
             else:
-                row[2], row[4] = release, max(row[4], depth)
+                row[2], row[4], row[5] = release, max(row[4], depth), max(row[5], growth)
             if np.isnan(release):
                 still[wall] = row
         under_way = still
-    return np.array(rows, float).reshape(-1, 5)
+    return np.array(rows, float).reshape(-1, 6)
 
 
 class Seen(NamedTuple):
-    """What the twin saw of one orbit, put together."""
+    """What the twin saw of one orbit, put together; growth: of an error within the period."""
 
     ends: np.ndarray  # (PERIODS, 4) from the package's section before
     growth: np.ndarray  # (PERIODS,)
-    contacts: np.ndarray  # rows wall, touch, release, speed, depth
+    contacts: np.ndarray  # rows wall, touch, release, speed, depth, growth
     clearance: float
     energies: np.ndarray  # largest E1, E2
 
 
+def sensitivities(own, others, size):
+    """Return by contact of a lane how much a nudge of the start has grown up to there (at least 1).
+
+    own, others: rows of the lane and of those nudged; of a contact that these lack it is infinite.
+    """
+    found = np.full(len(own), np.inf)
+    count = min(map(len, [own, *others]))
+    if count:
+        apart = np.zeros(count)
+        for other in others:
+            touch, _, w, _ = (np.nan_to_num(own[:count] - other[:count])[:, 1:5]).T
+            speed = own[:count, 3]
+            parts = touch * speed / size[0], w * speed / size[1] ** 2
+            apart = np.maximum(apart, np.nan_to_num(np.abs(parts)).max(0))
+        found[:count] = np.maximum(1.0, np.maximum.accumulate(apart) / NUDGE)
+    return found
+
+
 def twin_of(cases, orbits):
     """Return what the twin sees of each case, and the scales (4,) of its states."""
-    models, starts, scales = [], [], []
+    models, starts, sizes = [], [], []
     for case, orbit in zip(cases, orbits, strict=True):
         begun = np.vstack([case.start, np.zeros((PERIODS - 1, 4))])
-        width = orbit.section.shape[1]
-        begun[1:, :width] = orbit.section[:-1]
-        size = np.abs(np.vstack([begun, begun])).max(0)
-        size = np.array([size[::2].max(), size[1::2].max()] * 2)
-        scales.append(size)
+        begun[1:, : orbit.section.shape[1]] = orbit.section[:-1]
+        most = np.abs(begun).max(0)
+        sizes += [np.array([most[::2].max(), most[1::2].max()] * 2)] * PERIODS
         starts.append(begun)
         models += [model_for(case)] * PERIODS
-    starts = np.concatenate(starts)
+    starts, sizes = np.concatenate(starts), np.array(sizes)
     lanes = lanes_of(models, starts, 1)
     ends = lanes.section[:, 0]
     # what becomes of a small difference of each of the four
-    size = np.repeat(scales, PERIODS, axis=0)
-    nudged = starts.astype(np.longdouble) + NUDGE * np.eye(4)[:, None] * size
-    others = lanes_of(models * 4, nudged.reshape(-1, 4), 1, noting=False).section[:, 0]
-    moved = np.abs((others.reshape(4, -1, 4) - ends) / size).max((0, 2)) / NUDGE
+    nudged = starts.astype(np.longdouble) + NUDGE * np.eye(4)[:, None] * sizes
+    others = lanes_of(models * 4, nudged.reshape(-1, 4), 1, noting=False)
+    moved = np.abs((others.section[:, 0].reshape(4, -1, 4) - ends) / sizes).max((0, 2)) / NUDGE
     growth = np.maximum(1.0, moved.astype(float))
     seen = []
-    for i in range(len(cases)):
+    for i, case in enumerate(cases):
         own = range(i * PERIODS, (i + 1) * PERIODS)
-        courses = [lanes.course(k) for k in own]
+        courses, pieces = [lanes.course(k) for k in own], []
         period = 2 * np.pi / float(models[own[0]].omega)
-        shifts = np.arange(PERIODS)[:, None] * np.array([0.0, period, period, 0.0, 0.0])
-        pieces = [c.contacts + shift for c, shift in zip(courses, shifts, strict=True)]
-        real = 0 if cases[i].kind in ("ssul", "ssbl") else 1
-        misses = np.concatenate([c.misses for c in courses])
+        real = 1 if case.kind.startswith("ssvi") else 0
+        for n, (k, course) in enumerate(zip(own, courses, strict=True)):
+            rows = course.contacts
+            grown = np.full(len(rows), growth[k])
+            for wall in range(real, 2):
+                same = rows[:, 0] == wall
+                nearby = [others.course(k + m * len(starts)).contacts for m in range(4)]
+                nearby = [near[near[:, 0] == wall] for near in nearby]
+                grown[same] = sensitivities(rows[same], nearby, sizes[k])
+            pieces.append(np.column_stack([rows + np.multiply(n * period, [0, 1, 1, 0, 0]), grown]))
+        misses = np.concatenate([course.misses for course in courses])
         misses = -misses[misses[:, 0] >= real, 2]
-        tops = np.max([(c.E1max, c.E2max) for c in courses], axis=0)
+        tops = np.max([(course.E1max, course.E2max) for course in courses], axis=0)
+        mine = slice(own[0], own[-1] + 1)
         seen.append(
             Seen(
-                ends[own[0] : own[-1] + 1].astype(float),
-                growth[own[0] : own[-1] + 1],
-                joined(pieces),
-                misses.min(initial=np.inf),
-                tops,
+                ends[mine].astype(float), growth[mine], joined(pieces),
+                misses.min(initial=np.inf), tops,
             )
-        )
-    return seen, scales
+        )  # fmt: skip
+    return seen, sizes[::PERIODS]
 
 
 def errors_of(case, orbit, seen, scale):
     """Return the errors of one orbit by name of `BOUNDS`, or what differs in words."""
     width = orbit.section.shape[1]
-    growth, worst = seen.growth, seen.growth.max()
     length, speed = scale[0], scale[1]
-    period = 2 * np.pi / case.numbers["omega"]
-
-    def grown(times):
-        return growth[np.clip((times / period).astype(int), 0, PERIODS - 1)]
-
     states = np.abs(orbit.section - seen.ends[:, :width]) / scale[:width]
-    found = {"state": (states.max(1) / growth).max()}
+    found = {"state": (states.max(1) / seen.growth).max()}
+    known = seen.contacts[np.isfinite(seen.contacts[:, 5]), 5]
+    worst = max(seen.growth.max(), known.max(initial=1.0))
     E = seen.energies
     found["energy"] = abs(orbit.E1max / E[0] - 1) / worst
     if case.kind != "none":
         found["energy"] = max(found["energy"], abs(orbit.E2max / E[1] - 1) / worst)
     if case.kind in ("none", "tmd"):
         return found
+    if worst > CHAOTIC:
+        return TOO_SENSITIVE
     limited = case.kind.startswith("ssvi")
     hits = seen.contacts[seen.contacts[:, 0] == 1] if limited else seen.contacts
     hits = hits[~np.isnan(hits[:, 1])]
     rows = orbit.impacts
     if len(rows) != len(hits):
         return f"{len(rows)} impacts for {len(hits)}"
-    far = {"ssul": "", "ssbl": "obstacle"}.get(case.kind, "obstacle")
-    if ((rows["wall"] == far) != (hits[:, 0] == 1)).any():
+    structure = (hits[:, 0] == 0) & (case.kind == "ssbl")
+    if (rows["wall"] != np.where(structure, "structure", "obstacle")).any():
         return "walls in another order"
     if (np.isnan(rows["release"]) != np.isnan(hits[:, 2])).any():
         return "another contact under way at the end"
     if len(hits):
-        g, w = grown(hits[:, 1]), hits[:, 3]
-        places = [np.abs(rows["touch"] - hits[:, 1]), np.abs(rows["release"] - hits[:, 2])]
-        found["touch"] = (np.nan_to_num(places) * w / length / g).max()
+        _, touch, release, w, depth, g = hits.T
+        places = np.fmax(np.abs(rows["touch"] - touch), np.abs(rows["release"] - release))
+        found["touch"] = (places * w / length / g).max()
         found["speed"] = (np.abs(rows["speed"] ** 2 - w**2) / speed**2 / g).max()
-        depth = np.abs(rows["depth"] / hits[:, 4] - 1) * np.minimum(1, (w / speed) ** 2) / g
-        found["depth"] = depth[~np.isnan(hits[:, 2])].max(initial=0)
+        over = ~np.isnan(release)
+        deeper = np.abs(rows["depth"][over] / depth[over] - 1)
+        found["depth"] = (deeper * np.minimum(1, (w[over] / speed) ** 2) / g[over]).max(initial=0)
     if np.isfinite(orbit.clearance) != np.isfinite(seen.clearance):
         return f"clearance {orbit.clearance} for {seen.clearance}"
     if np.isfinite(seen.clearance):
         found["clearance"] = abs(orbit.clearance - seen.clearance) / length / worst
     if limited:
-        beyond = seen.contacts[seen.contacts[:, 0] == 0]
-        violation = orbit.violation
+        beyond, violation = seen.contacts[seen.contacts[:, 0] == 0], orbit.violation
         if violation.number != len(beyond):
             return f"{violation.number} violations for {len(beyond)}"
         if len(beyond):
-            first, deepest = beyond[0], beyond[:, 4].max()
-            place = abs(violation.time - first[1]) * first[3] / length / grown(first[1:2])[0]
-            found["limit"] = max(place, abs(violation.depth - deepest) / length / worst)
+            _, time, _, w, _, g = beyond[0]
+            found["limit"] = max(
+                abs(violation.time - time) * w / length / g,
+                abs(violation.depth - beyond[:, 4].max()) / length / worst,
+            )
     return found
 
 
 def examine(cases):
-    """Return the worst errors by name, and how much was seen; fail where something differs."""
+    """Return the worst errors by name with the number of the case, and how much was seen."""
     orbits = []
     for case in cases:
         start = case.start[:2] if case.kind == "none" else case.start
         record = FULL if case.kind not in ("none", "tmd") else ("section", "energy")
         system = system_of(case.kind, case.numbers)
         orbits.append(simulate(system, PERIODS, start=start, record=record))
-    seen, scales = twin_of(cases, orbits)
-    worst, wrong, count = (
-        dict.fromkeys(BOUNDS, (0.0, -1)),
-        [],
-        dict.fromkeys(("impacts", "violated"), 0),
-    )
-    for i, (case, orbit, one, scale) in enumerate(zip(cases, orbits, seen, scales, strict=True)):
-        errors = errors_of(case, orbit, one, scale)
+    worst, found = dict.fromkeys(BOUNDS, (0.0, -1)), Counter()
+    for i, told in enumerate(zip(cases, orbits, *twin_of(cases, orbits), strict=True)):
+        errors, orbit = errors_of(*told), told[1]
         if isinstance(errors, str):
-            wrong.append((i, case.kind, errors))
+            found["different" if errors != TOO_SENSITIVE else "sensitive"] += 1
+            print(i, told[0].kind, errors)
             continue
         for name, error in errors.items():
-            worst[name] = max(worst[name], (error, i))
-        count["impacts"] += 0 if orbit.impacts is None else len(orbit.impacts)
-        count["violated"] += orbit.violation is not None and orbit.violation.number > 0
-    print(count, *worst.items(), sep="\n")
-    assert not wrong
-    return worst, count
+            worst[name] = max(worst[name], (float(error), i))
+        found["impacts"] += 0 if orbit.impacts is None else len(orbit.impacts)
+        found["violated"] += orbit.violation is not None and orbit.violation.number > 0
+    return worst, found
 
 
 @pytest.mark.parametrize("systems", [12, pytest.param(300, marks=pytest.mark.long)])
 def test_as_the_twin_sees_it(systems):
-    worst, count = examine(cases_of(systems))
-    assert count["impacts"] > 2 * systems
-    assert count["violated"] > systems / 20
+    """Notices: a part of a scene, a wall or a limit that is not followed as the equations say."""
+    worst, found = examine(cases_of(systems))
+    print(dict(found), *worst.items(), sep="\n")
+    assert found["different"] == 0
+    assert found["sensitive"] <= 0.02 * systems
+    assert found["impacts"] > 2 * systems
+    assert found["violated"] > systems / 20
     assert {name: error for name, (error, _) in worst.items() if error > BOUNDS[name]} == {}
 
 

@@ -1,0 +1,154 @@
+"""A limit of the spring's shortening inside contacts: against the twin, and against samples.
+
+Where the far wall lies beyond the limit (C < -D of the kinds ssvi-b and ssvi-c) the damper breaks
+the limit while it is still in contact, and may lie beyond it all the time.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from support import BOTH, contact_parts, kernel_cell, system_of
+from twin import follow, model_of
+
+from nlds_vines.kernels import limit, observe
+from nlds_vines.kernels.arguments import CellBuffers, Parts, Span
+from nlds_vines.kernels.cells import run_cell
+from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.kernels.runge_kutta import NEW, SCRATCH, Y
+from nlds_vines.model.catalogue import catalogue
+from nlds_vines.orbits.hertz_arc import make_arc
+from nlds_vines.orbits.simulation import simulate
+
+SSBL = {**catalogue()["ssbl"].parameters, "K": 32504566.49525256}
+METHODS = {"exact": {}, "rk4": {"method": "rk4", "period_steps": 4096.0}}
+PERIODS = 2
+
+CASES = {
+    "pressed out once for all": {"C": -0.08},
+    "overdamped": {"C": -0.08, "c2": 2e4},
+    "soft": {"C": -0.061, "K": 1e4},
+    "pressed in deeper than the limit, most of the time": {"C": -0.0601, "k2": 2e4, "K": 1e6},
+    "steel": {"C": -0.0605, "k2": 2e4, "K": 1e10},
+    "the wall at the limit": {"C": -0.06, "k2": 2e4, "K": 1e6},
+    "the wall within the limit": {"C": -0.05, "k2": 2e4, "K": 1e6},
+    "a limit beyond the structure": {"C": -0.0701, "L": 0.01, "k2": 2e4, "K": 1e6},
+    "in contact all the time": {"C": -0.3, "P": 400.0, "k2": 2e4, "K": 1e5},
+    "driven fast": {"C": -0.0601, "k2": 2e4, "K": 1e6, "omega": 40.0},
+}
+
+
+@cache
+def seen_by_twin(name):
+    """Return the twin's contacts: excursions beyond the limit (wall 0), and pushes."""
+    numbers = {**SSBL, **CASES[name]}
+    rows = follow(model_of(numbers, watched=True), (0.0, 0.0, numbers["D"], 0.0), PERIODS).contacts
+    excursions = (rows[:, 0] == 0) & (rows[:, 4] > 1e-15)  # less is round-off
+    return rows[excursions], rows[rows[:, 0] == 1]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", CASES)
+def test_violations_inside_contacts_as_the_twin_sees_them(name, method):
+    """Number, first time and depth. Notices: contacts that are not watched, or counted anew."""
+    numbers = {**SSBL, **CASES[name]}
+    kind = "ssvi-c" if "L" in CASES[name] else "ssvi-b"
+    orbit = simulate(system_of(kind, numbers), PERIODS, record=BOTH, **METHODS[method])
+    beyond, _ = seen_by_twin(name)
+    bound = 1e-10 if method == "exact" else 1e-6
+    assert orbit.violation.number == len(beyond)
+    assert orbit.violation.time == pytest.approx(beyond[0, 1], rel=bound)
+    assert orbit.violation.depth == pytest.approx(beyond[:, 4].max(), rel=bound)
+
+
+def test_the_cases_are_what_they_say():
+    found = {}
+    for name in CASES:
+        beyond, pushes = seen_by_twin(name)
+        first = beyond[0, 1]
+        inside = (np.nan_to_num(pushes[:, 1]) < first) & ~(pushes[:, 2] <= first)
+        found[name] = bool(inside.any())
+    outside = {"the wall at the limit", "the wall within the limit"}
+    assert {name for name, inside in found.items() if not inside} == outside
+
+
+# ---- a limit behind a near wall ------------------------------------------------------------------
+
+
+def near_orbit(level, method, stops, K=1e6, start=0.0):
+    """Return r at `stops` samples of each period, and (first time, depth, number) of violations."""
+    numbers = {**SSBL, "K": K}
+    cell = kernel_cell(**{**numbers, "near": 0.02, "rest": 0.1, "limit": level})
+    parts = Parts(None if method == "exact" else True, True, True, None, make_arc(), 28.0, 4096.0)
+    state, section, violation = np.zeros(SIZE), np.zeros((PERIODS * stops, 4)), np.zeros(3)
+    state[3] = start
+    buffers = CellBuffers(section=section, violation=violation)
+    assert run_cell(parts, cell, state, Span(0, PERIODS, stops), buffers) == OK
+    r = section[:, 0] - section[:, 2] + 0.1
+    return np.concatenate([[0.0], r]), violation
+
+
+@pytest.mark.parametrize("method", ["exact", "rk4"])
+@pytest.mark.parametrize("level", [0.01, 0.0202, 0.023, 0.03])
+def test_a_limit_in_the_way_into_a_near_wall(level, method):
+    """Deep contacts pass it, shallow ones do not: short impacts among them. No scene has this."""
+    r, _ = near_orbit(level, method, 4096)
+    time, depth, number = near_orbit(level, method, 1)[1]
+    beyond = r > level
+    passages = np.flatnonzero(~beyond[:-1] & beyond[1:])
+    assert number == len(passages)
+    assert (number > 0) == (level < 0.03)
+    if number:
+        tick = 2 * np.pi / SSBL["omega"] / 4096
+        assert passages[0] * tick <= time * (1 + 1e-9)
+        assert time <= (passages[0] + 1) * tick
+        assert depth == pytest.approx(r.max() - level, rel=1e-5)
+    else:
+        assert depth == 0.0
+
+
+# ---- one step ------------------------------------------------------------------------------------
+
+
+def free_step(level, q, s, h=1.0, begun=2.0, beyond=0.0, sign=1.0):
+    """Return the log of one step of a damper without forces in a wall without stiffness.
+
+    r = 0.1 + z then moves at the rate s, so that z = q^2 + s t.
+    """
+    ps, damper, wall = contact_parts(
+        m1=1e3, k1=0.0, c1=0.0, m2=1.0, k2=0.0, c2=0.0, P=0.0, omega=1.0, K=1e-9, near=0.1
+    )
+    k, log = np.zeros(SCRATCH), np.zeros(6)
+    log[[observe.LEVEL, observe.ORIGIN, observe.FIRST]] = level, 10.0, np.nan
+    log[observe.BEYOND] = beyond
+    k[Y], k[Y + 1] = q, s
+    limit.rk.step(None, None, ps, damper, wall, 1.0, 0.0, False, h, k)
+    limit.note_limit_step(None, ps, damper, wall, sign, log, 1.0, 0.0, False, h, k, begun)
+    return log, k[NEW] ** 2, k[NEW + 4]
+
+
+def test_the_instant_of_a_passage_within_a_step():
+    log, z, _ = free_step(level=0.16, q=0.2, s=0.3)
+    assert z > 0.06
+    assert log[observe.NUMBER] == log[observe.BEYOND] == 1.0
+    assert log[observe.FIRST] == pytest.approx(12.0 + 0.02 / 0.3, rel=1e-12)
+    assert log[observe.EXCESS] == pytest.approx(z - 0.06, rel=1e-12)
+
+
+def test_an_excursion_goes_on_and_ends():
+    log, z, _ = free_step(level=0.11, q=0.2, s=0.3, beyond=1.0)
+    assert (log[observe.NUMBER], log[observe.BEYOND]) == (0.0, 1.0)
+    assert log[observe.EXCESS] == pytest.approx(z - 0.01, rel=1e-12)
+    log, z, _ = free_step(level=0.13, q=0.2, s=-0.3, h=0.5, beyond=1.0)
+    assert z < 0.03
+    assert (log[observe.NUMBER], log[observe.BEYOND]) == (0.0, 0.0)
+    assert log[observe.EXCESS] == pytest.approx(0.01, rel=1e-12)
+
+
+def test_a_far_wall_within_the_limit_is_not_watched():
+    log, *_ = free_step(level=-0.1, q=0.2, s=-0.3, h=0.5, sign=-1.0)
+    assert log[observe.NUMBER] == 0.0
+    log, *_ = free_step(level=-0.13, q=0.2, s=-0.3, h=0.5, sign=-1.0)
+    assert log[observe.NUMBER] == 1.0
+    assert log[observe.FIRST] == pytest.approx(12.0 + 0.01 / 0.3, rel=1e-12)

@@ -1,0 +1,150 @@
+"""The bounds that every proof of a flight rests on, against the matrix of equation (5)."""
+
+import math
+
+import numpy as np
+import pytest
+from support import kernel_cell
+
+from nlds_vines.kernels.codes import SECTION, TOUCH_NEAR
+from nlds_vines.kernels.exact import bounds_of, fly
+from nlds_vines.kernels.flight import at, bend_of, cell_polynomial, grid_of, rate_of
+from nlds_vines.kernels.scene import accelerations, damper_in, scale_of, structure_of, wall_at
+
+USUAL = {"m1": 1000.0, "k1": 3.95e4, "c1": 452.0, "m2": 60.0, "k2": 669.0, "c2": 50.8}
+FORCED = {**USUAL, "P": 800.0, "omega": 6.28}
+
+
+def parts_of(**changes):
+    cell = kernel_cell(**{**FORCED, **changes})
+    return structure_of(cell), damper_in(cell)
+
+
+def unit_states(ps, damper):
+    """Return the four states (x1, v1, r, s) of energy scale 1 with one of x1, v1, r, v2 alone."""
+    x1, v1 = 1 / math.sqrt(ps.k1), 1 / math.sqrt(ps.m1)
+    r, v2 = 1 / math.sqrt(damper.k2), 1 / math.sqrt(damper.m2)
+    return [(x1, 0.0, 0.0, 0.0), (0.0, v1, 0.0, v1), (0.0, 0.0, r, 0.0), (0.0, 0.0, 0.0, -v2)]
+
+
+def matrix(ps, damper):
+    """Return the matrix of the motion without forcing in energy coordinates."""
+    columns = []
+    for x1, v1, r, s in unit_states(ps, damper):
+        a1, ds = accelerations(ps, damper, x1, v1, r, s, 0.0, 0.0)
+        roots = [math.sqrt(k) for k in (ps.k1, ps.m1, damper.k2, damper.m2)]
+        columns.append(np.multiply(roots, (v1, a1, s, a1 - ds)))
+    return np.array(columns).T
+
+
+@pytest.mark.parametrize(
+    ("largest", "changes"),
+    [
+        (1, {}),
+        (1, {"c1": 4e4, "k2": 4e4}),
+        (2, {"m2": 1000.0, "k1": 1.0, "k2": 4e4, "c1": 0.0, "c2": 0.0}),
+        (3, {"k1": 10.0, "c1": 0.0, "c2": 500.0}),
+        (3, {"k1": 10.0, "c1": 0.0, "c2": 5e3, "k2": 4e4}),
+        (None, {"omega": 50.0}),
+    ],
+)
+def test_the_rate_is_the_largest_row_sum_or_the_forcing(largest, changes):
+    """Notices: one pull of a spring left out, the forcing left out."""
+    ps, damper = parts_of(**changes)
+    sums = np.abs(matrix(ps, damper)).sum(1)
+    if largest is None:
+        assert ps.omega > sums.max()
+    else:
+        assert sums[largest] >= 0.999999 * sums.max()
+    assert rate_of(ps, damper) == pytest.approx(max(sums.max(), ps.omega), rel=1e-14)
+
+
+@pytest.mark.parametrize("changes", [{}, {"c1": 0.0}, {"c2": 4e3}, {"m2": 1.0, "k2": 1e4}])
+def test_the_bend_is_the_largest_second_derivative_at_energy_scale_one(changes):
+    """Notices: any of its terms left out, the last one (of v2) among them."""
+    ps, damper = parts_of(**changes)
+    units = unit_states(ps, damper)
+    second = [accelerations(ps, damper, *y, 0.0, 0.0)[1] for y in units]
+    assert bend_of(ps, damper) == pytest.approx(np.linalg.norm(second), rel=1e-14)
+    steepest = np.dot(second, units) / np.linalg.norm(second)
+    assert scale_of(ps, damper, *steepest) == pytest.approx(1.0, rel=1e-14)
+    assert accelerations(ps, damper, *steepest, 0.0, 0.0)[1] == pytest.approx(bend_of(ps, damper))
+
+
+# ---- bounds of a cell ----------------------------------------------------------------------------
+
+
+def derivatives(p, y, phase, cells):
+    """Return the largest |r''|, |r'''| and second derivatives of S and of E1 over some cells."""
+    ps, damper = parts_of(**p)
+    grid = grid_of(ps, damper, 64)
+    found = np.zeros(2)
+    for j in range(cells):
+        angle = phase + j * grid.h * ps.omega
+        cell_polynomial(grid, *y, math.cos(angle), math.sin(angle))
+        series = np.polynomial.Polynomial(grid.table[42:102:4])
+        x = np.linspace(0, 1, 41)
+        found = np.maximum(found, [np.abs(series.deriv(n)(x)).max() for n in (2, 3)])
+        y = at(grid.table, 1.0)
+    return found
+
+
+CASES = [
+    {},
+    {"c1": 0.0, "c2": 0.0},
+    {"c1": 2e4, "omega": 40.0},
+    {"c2": 2e3, "omega": 20.0},
+    {"k1": 1e6, "omega": 3.0},
+]
+
+
+@pytest.mark.parametrize("changes", CASES)
+@pytest.mark.parametrize("phase", [0.0, 0.7, 1.5707963, 2.6])
+def test_bounds_from_rest_hold_over_four_cells(changes, phase):
+    """From rest the forcing alone bends the motion. Notices: its push, or its part, left out."""
+    ps, damper = parts_of(**changes)
+    grid = grid_of(ps, damper, 64)
+    for cells in (1, 4):
+        scale = grid.push * grid.h * cells
+        bend, jerk, *_ = bounds_of(ps, grid, scale)
+        second, third = derivatives(changes, (0.0, 0.0, 0.0, 0.0), phase, cells)
+        assert second <= bend * (1 + 1e-12)
+        assert third <= jerk * (1 + 1e-12)
+
+
+def test_each_part_of_the_bounds_is_needed():
+    """The bounds of the forcing are reached: with less of it they would not hold."""
+    ps, damper = parts_of(c1=0.0, c2=0.0)
+    grid = grid_of(ps, damper, 64)
+    bend, jerk, second, _ = bounds_of(ps, grid, 0.0)
+    h2 = grid.h * grid.h
+    assert derivatives({"c1": 0.0, "c2": 0.0}, (0.0,) * 4, 0.0, 1)[0] == pytest.approx(bend)
+    assert bend == pytest.approx(ps.force * h2, rel=1e-14)
+    assert jerk == pytest.approx((grid.bend * grid.push + ps.omega * ps.force) * h2 * grid.h)
+    assert second == pytest.approx(2 * grid.rate * grid.push)
+    bend, jerk, second, energy = bounds_of(ps, grid, 3.0)
+    first = 3.0 * grid.rate + grid.push
+    assert bend == pytest.approx((3.0 * grid.bend + ps.force) * h2)
+    assert jerk == pytest.approx((grid.bend * first + ps.omega * ps.force) * h2 * grid.h)
+    assert second == pytest.approx(grid.rate * (first + grid.push))
+    assert energy == pytest.approx((first * first + 3.0 * second) * h2)
+
+
+@pytest.mark.parametrize(("clearance", "event"), [(1e-9, SECTION), (-1e-9, TOUCH_NEAR)])
+def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event):
+    """A free damper on a structure in resonance: r = P t sin(omega t) / (2 m1 omega) from rest.
+
+    It turns in the middle of the fourth cell, and bends there more than the force alone could bend
+    it. Notices: what the forcing may add until then left out of the bound.
+    """
+    omega = 6.28
+    changes = {"k1": 1000.0 * omega**2, "c1": 0.0, "k2": 0.0, "c2": 0.0, "omega": omega}
+    ps, damper = parts_of(**changes)
+    grid = grid_of(ps, damper, 11)
+    top = 2.028757838110434  # tan x = -x
+    highest = ps.force / (2 * omega**2) * top * math.sin(top)
+    wall = wall_at(highest * (1 + clearance), kernel_cell(**{**FORCED, "K": 1e7}))
+    found = fly(None, ps, damper, wall, None, None, None, None, grid, 5, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert found[0] == event
+    if event == TOUCH_NEAR:
+        assert (found[1] + found[2]) * grid.h * omega == pytest.approx(top, abs=1e-4)

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.choices import check_show
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
@@ -16,7 +17,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import catalogue, load_system
 from nlds_vines.model.scenes import SCENES, Scene
-from nlds_vines.model.system import CELL
+from nlds_vines.model.system import CELL, System
 from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.starts import Start, random_states, start_states
 from nlds_vines.orbits.wants import WANTS, possible_want
@@ -397,6 +398,37 @@ def test_the_scans_of_maps_are_sound_and_can_be_drawn(path):
     check_show("settling", len(found.axes), found.starts, names)
     if found.starts > 1:
         check_show("shares", len(found.axes), found.starts, names)
+
+
+@pytest.mark.parametrize("kind", ["ssvi-b", "ssvi-c"])
+def test_random_states_beyond_a_limit_are_mirrored_at_it(kind):
+    """One that lies as far beyond as another before starts where that one does."""
+    numbers = {**catalogue()["ssbl"].parameters, **({"L": 0.01} if kind == "ssvi-c" else {})}
+    cells = np.atleast_1d(System(kind, numbers).cells())
+    limit = cells["limit"][0]
+    unit = random_states(cells, np.array([[0.0, 0.0, -1e-3, 0.0]]), SCENES[kind])[0, 0, 2] / -1e-3
+    places = limit * np.array([0.8, 1.2, 1.0, 0.3, 1.7])
+    draws = np.zeros((5, 4))
+    draws[:, 2] = places / unit
+    r = random_states(cells, draws, SCENES[kind])[0, :, 2]
+    np.testing.assert_allclose(r / limit, [0.8, 0.8, 1.0, 0.3, 0.3], rtol=1e-12)
+
+
+def test_equal_values_of_an_axis_are_refused():
+    with pytest.raises(RequestError, match=r"omega takes the value 6\.0 more than once"):
+        Axis("omega", np.array([5.0, 6.0, 6.0]))
+
+
+@pytest.mark.parametrize("policy", ["up", "down", "both"])
+def test_an_axis_that_is_followed_stays_whole(policy):
+    """However few cells a block may have, the orbits of a sweep are in one."""
+    long = {"transient": 10**6, "periods": 10**5}
+    vary = {"K": {"values": [1e6, 1e7, 1e8]}, "omega": {"start": 5.0, "stop": 8.0, "num": 40}}
+    for start, count in ((policy, 3), ("rest", 120)):
+        changes = {"vary": vary, "start": {"policy": start}, "sampling": long}
+        found = list(blocks_of(load_scan({"system": "ssul-set6"}, changes)))
+        assert len(found) == count
+        assert sum(block.cells for block in found) == 120
 
 
 def test_both_sweeps_are_two_starts():

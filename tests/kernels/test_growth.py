@@ -71,6 +71,22 @@ def test_too_short_a_sequence_has_no_interval():
     assert width == math.inf
 
 
+def test_the_beginning_of_a_sequence_does_not_count():
+    """A variation aligns there; afterwards every value does, the last one included."""
+    logs = np.full(1600, 0.5)
+    assert mean_and_width(logs) == (0.5, 0.0)
+    logs[:79] = 1e6
+    assert mean_and_width(logs) == (0.5, 0.0)
+    logs[-1] = 1e6
+    assert mean_and_width(logs)[0] > 1.0
+
+
+def test_digits_do_not_depend_on_the_unit():
+    for values in (torus(600), noise(600)):
+        for unit in (1e-9, 1e9):
+            assert digits_of(unit * values) == pytest.approx(digits_of(values), abs=1e-3)
+
+
 def test_averages_on_a_torus_agree_to_many_digits_and_others_do_not():
     assert digits_of(torus(600)) > 7.0
     assert digits_of(torus(2400)) > 10.0
@@ -84,6 +100,13 @@ def test_averages_on_a_torus_agree_to_many_digits_and_others_do_not():
 def test_a_period_is_found_where_there_is_one(n):
     base = np.random.default_rng(n).uniform(size=n)
     assert period_of(as_section(np.resize(base, 120)), TOLERANCE) == n
+
+
+def test_a_period_is_that_of_all_components():
+    one, other = np.resize([1.0, 2.0], 120), np.resize([1.0, 2.0, 3.0], 120)
+    assert period_of(np.stack([one, other], axis=-1), TOLERANCE) == 6
+    assert period_of(np.stack([other, one], axis=-1), TOLERANCE) == 6
+    assert period_of(np.stack([one, noise(120)], axis=-1), TOLERANCE) == 0
 
 
 @pytest.mark.parametrize("values", [torus(120), noise(120), logistic(4.0, 120)[0]])

@@ -5,6 +5,18 @@ import time
 import numpy as np
 
 import nlds_vines as nv
+from nlds_vines.kernels.peaks import proves_no_root
+
+
+def test_a_double_root_is_not_proven_absent():
+    """f(x) = 4 (x - 1/2)^2 - e has f'' = 8: its ends are 1 - e, and its least value is -e."""
+    for e in (0.5, 1e-3, -1e-3):
+        assert not proves_no_root(1.0 - e, 1.0 - e, 8.0) or e < 0.0
+    assert proves_no_root(1.0, 1.0, 7.9)
+    assert proves_no_root(0.1, 9.0, 8.0)  # it changes by more than its bend: it is monotone
+    assert not proves_no_root(0.1, 9.0, 9.0)
+    assert not proves_no_root(-1.0, 1.0, 0.0)
+    assert not proves_no_root(0.0, 1.0, 0.0)
 
 
 def test_a_damper_without_spring_and_dashpot_is_searched_no_longer_than_another(tmp_path):

@@ -53,6 +53,13 @@ def test_first_of_any_roots(twentieths):
     assert touch(from_roots(*roots)) == pytest.approx(min(roots), abs=1e-9)
 
 
+@pytest.mark.parametrize("bend", [0.5, 4.0, 40.0, 400.0])
+def test_an_approach_that_speeds_up(bend):
+    """Newton's step from below would pass the root: (-1 + sqrt(1 + 4 b)) / 2 b of b x^2 + x = 1."""
+    p = bend * X**2 + X - 1
+    assert touch(p) == pytest.approx((np.sqrt(1 + 4 * bend) - 1) / (2 * bend), abs=1e-12)
+
+
 def test_touch_that_is_cleared_by_a_hair():
     assert touch(-((X - 0.5) ** 2) - 1e-12) == NOWHERE
 

@@ -64,6 +64,19 @@ def test_a_torus_needs_an_exponent_of_zero_and_smooth_averages():
     assert decided(logistic(4.0, 2400)[0], 0.0, 1e-3) == codes.UNDETERMINED
 
 
+def test_smooth_averages_are_no_chaos():
+    assert decided(torus(2400), 0.1, 0.02) == codes.UNDETERMINED
+
+
+def test_averages_of_the_worst_component_decide():
+    smooth, rough = torus(2400), logistic(4.0, 2400)[0]
+    for columns in ((smooth, rough), (rough, smooth)):
+        x1, x2 = columns
+        record, evidence = np.stack([x1, x1, x2, x2], axis=-1), np.zeros(ev.COLUMNS)
+        uncompiled(verdict.note_digits)(Scene(4, -1.35), record, 2400, 2400, evidence)
+        assert evidence[ev.DIGITS] < 4.0
+
+
 def test_noise_is_nothing():
     assert decided(noise(2400), 0.0, 1e-3) == codes.UNDETERMINED
     assert decided(torus(2400) + 1e-2 * noise(2400), 0.0, 1e-3) == codes.UNDETERMINED

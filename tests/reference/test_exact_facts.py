@@ -54,6 +54,24 @@ def test_steady_state(name, omega, method):
         assert orbit.E2max == pytest.approx(expected, rel=bound)
 
 
+@pytest.mark.parametrize("method", ["exact", "rk4"])
+@pytest.mark.parametrize("samples", [8, 7])
+@pytest.mark.parametrize("name", ["none", "tmd"])
+def test_sections_within_a_period(name, samples, method):
+    """Each share of a period has its own phase of the forcing."""
+    system, options = load_system(name), {} if method == "exact" else {"period_steps": 1024.0}
+    p = system.parameters
+    orbit = simulate(
+        system, 2, start=steady_state(p), record=("trajectory",), samples=samples, method=method,
+        **options,
+    )  # fmt: skip
+    turned = np.exp(1j * p["omega"] * orbit.time)[:, np.newaxis] * amplitudes(p)
+    expected = np.stack([turned.real, (1j * p["omega"] * turned).real], axis=-1)
+    np.testing.assert_allclose(
+        orbit.trajectory, expected.reshape(2 * samples, -1), rtol=0, atol=1e-9
+    )
+
+
 @pytest.mark.parametrize(
     ("name", "omega", "joules", "digits"),
     [("none", 6.28, 1568.00, 2), ("tmd", 6.28, 635.107, 3), ("tmd", 6.21, 660.435, 3)],

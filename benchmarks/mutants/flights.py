@@ -1,0 +1,297 @@
+"""Mutants: scene, flight, touch, peaks, exact."""
+
+from __future__ import annotations
+
+from benchmarks.mutants.mutant import of
+
+_T_ORDER = "tests/reference/test_order.py::"
+_T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
+_T_VARIATIONS = "tests/kernels/test_variations.py::"
+_T_TOUCH = "tests/kernels/test_touch.py::"
+_PLAIN_BOUNDS = "tests/kernels/plain_bounds.py::"
+_T_ENERGIES = "tests/reference/test_energies.py::"
+_T_PEAKS = "tests/kernels/test_peaks.py::"
+_PLAIN_METHODS = "tests/property/plain_methods.py::"
+_PLAIN_PEAKS = "tests/kernels/plain_peaks.py::"
+
+MUTANTS = (
+    *of(
+        "nlds_vines/kernels/scene.py",
+        (
+            "scene: the force of a wall is left out of the damper's share",
+            "return alone - pull * damper.inv_m1, alone - pull * damper.inv_mu",
+            "return alone - (pull - contact) * damper.inv_m1, alone - pull * damper.inv_mu",
+            _T_ORDER + "test_free_hertz_impact",
+        ),
+        (
+            "scene: the dashpot of the structure is left out",
+            "alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1",
+            "alone = ps.force * drive - ps.stiffness * x1",
+            _T_EXACT_FACTS + "test_steady_state",
+        ),
+        (
+            "scene: the damping of the spring's dashpot works on the structure alone",
+            "pull = damper.k2 * r + damper.c2 * s + contact\n    return alone - pull * damper.inv_m1, alone - pull * damper.inv_mu",
+            "pull = damper.k2 * r + contact\n    return alone - (pull + damper.c2 * s) * damper.inv_m1, alone - pull * damper.inv_mu",
+            _T_ORDER + "test_short_impact_converges_geometrically_to_the_stepped_contact",
+        ),
+        (
+            "scene: the energy scale leaves out the damper's motion",
+            "energy += damper.k2 * r * r + damper.m2 * v2 * v2",
+            "energy += damper.k2 * r * r",
+            _PLAIN_BOUNDS + "test_the_energy_scale_is_that_of_both_bodies",
+        ),
+        (
+            "scene: the reduced mass is the damper's",
+            "inv_mu = inv_m1 + 1.0 / cell.m2",
+            "inv_mu = 1.0 / cell.m2",
+            _T_ORDER + "test_free_hertz_impact",
+        ),
+        (
+            "scene: walls that overlap are allowed",
+            "fine = fine and cell.near + cell.far >= 0.0",
+            "fine = fine and finite(cell.near)",
+            _PLAIN_BOUNDS + "test_numbers_that_are_allowed",
+        ),
+        (
+            "scene: a negative force is allowed to the exact method",
+            "fine = fine and finite(cell.P) and (rk4 is not None or cell.P >= 0.0)",
+            "fine = fine and finite(cell.P)",
+            _PLAIN_BOUNDS + "test_numbers_that_are_allowed",
+        ),
+        (
+            "scene: a negative dashpot is allowed",
+            "0.0 <= cell.k2 < math.inf and 0.0 <= cell.c2 < math.inf",
+            "0.0 <= cell.k2 < math.inf and cell.c2 < math.inf",
+            _PLAIN_BOUNDS + "test_numbers_that_are_allowed",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/flight.py",
+        (
+            "flight: the forced response without its sine",
+            "w[at_cell + c] = response[16 + c] * cosine + response[20 + c] * sine",
+            "w[at_cell + c] = response[16 + c] * cosine",
+            _T_EXACT_FACTS + "test_steady_state",
+        ),
+        (
+            "flight: the transition lacks what the spring's rate gives to x1",
+            "(w[0] * x1 + w[4] * v1) + (w[8] * r + w[12] * s) + w[f],",
+            "(w[0] * x1 + w[4] * v1) + (w[8] * r) + w[f],",
+            _T_EXACT_FACTS + "test_defective_and_degenerate_flights",
+        ),
+        (
+            "flight: a share of a period takes the forcing of the first",
+            "first = 0 if i < 4 else (i - 4) * share",
+            "first = 0",
+            _T_EXACT_FACTS + "test_sections_within_a_period",
+        ),
+        (
+            "flight: variations propagate without the last piece of a cell",
+            "x = time / grid.h - cells",
+            "x = 0.0 * time",
+            _T_VARIATIONS + "test_determinant_is_known_beforehand[two walls-exact]",
+        ),
+        (
+            "flight: the rate forgets the dashpot's share across",
+            "on_v1 += drag1 + pull1 + across",
+            "on_v1 += drag1 + pull1",
+            _PLAIN_BOUNDS + "test_the_rate_is_the_largest_row_sum",
+        ),
+        (
+            "flight: a bound of a power forgets the dashpot",
+            "ps.damping * root1 + math.sqrt(damper.k2) + drag,",
+            "ps.damping * root1 + math.sqrt(damper.k2),",
+            _PLAIN_BOUNDS + "test_bounds_from_the_energy_hold",
+        ),
+        (
+            "flight: the damper's displacement is bounded as if its structure stood",
+            "absolute = 1.0 + soft",
+            "absolute = 1.0",
+            _PLAIN_BOUNDS + "test_the_dampers_energy_is_bounded_by_the_scale",
+        ),
+        (
+            "flight: a period has a quarter of the cells it needs",
+            "need = period * rate_of(ps, damper) / REACH",
+            "need = 0.25 * period * rate_of(ps, damper) / REACH",
+            _PLAIN_BOUNDS + "test_a_cell_is_short_beside_the_rate",
+        ),
+        (
+            "flight: too many cells are no reason to refuse",
+            "return -1",
+            "return MOST_CELLS",
+            _PLAIN_BOUNDS + "test_more_cells_than_memory_are_refused",
+        ),
+        (
+            "flight: the Taylor polynomials have order 8",
+            "ORDER = 14",
+            "ORDER = 8",
+            _T_EXACT_FACTS + "test_defective_and_degenerate_flights",
+        ),
+        (
+            "flight: the free responses of a share of a period are forced",
+            "silent[CELLS:] = 0.0",
+            "silent[CELLS:CELLS] = 0.0",
+            _T_EXACT_FACTS + "test_sections_within_a_period",
+        ),
+        (
+            "flight: a start inside a cell takes the state of its start for r",
+            "r = r * x + w[k + 2]",
+            "r = r + w[k + 2]",
+            _T_EXACT_FACTS + "test_impact_free_orbit[9.0]",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/touch.py",
+        (
+            "touch: the safe distance forgets the bend",
+            "square = slope * slope + 2.0 * bend * clearance",
+            "square = slope * slope",
+            _T_TOUCH + "test_an_approach_that_speeds_up",
+        ),
+        (
+            "touch: a start on the wall that is pressed in is no touch",
+            "if slope > 0.0 or (slope == 0.0 and curve > 0.0):",
+            "if slope > 0.0:",
+            _T_TOUCH + "test_start_on_the_wall_at_rest",
+        ),
+        (
+            "touch: the third derivative of a polynomial counts once",
+            "third += (k - 2.0) * part",
+            "third += (k - 2.0) * part / k",
+            _PLAIN_BOUNDS + "test_bounds_from_the_polynomial_hold",
+        ),
+        (
+            "touch: the limit's greatest excess is that of the first excursion",
+            "limit_log[EXCESS] = max(limit_log[EXCESS], derivatives_at(w, x, 1.0)[0] - level)",
+            "limit_log[EXCESS] = limit_log[EXCESS] or derivatives_at(w, x, 1.0)[0] - level",
+            _T_TOUCH + "test_passages_are_counted_with_the_first_and_the_deepest",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/peaks.py",
+        (
+            "peaks: a factor of the damper's energy forgets the dashpot",
+            "return damper.k2, 0.0, 0.0, damper.c2, 0.0",
+            "return damper.k2, 0.0, 0.0, 0.0, 0.0",
+            _T_ENERGIES + "test_the_peak_of_a_linear_transient",
+        ),
+        (
+            "peaks: roots of a factor are proven absent by its values alone",
+            "return alike(f, g) and (min(abs(f), abs(g)) > 0.125 * bend or abs(g - f) > bend)",
+            "return alike(f, g)",
+            _T_PEAKS + "test_a_double_root_is_not_proven_absent",
+        ),
+        (
+            "peaks: the bound of a force forgets the forcing",
+            "(w[1] * second + drive) * h2",
+            "(w[1] * second) * h2",
+            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
+        ),
+        (
+            "peaks: energies at the end of a searched piece are not noted",
+            "            note_roots(ps, damper, energy, grid, bend, end)\n    note_at(ps, damper, energy, grid, end)",
+            "            note_roots(ps, damper, energy, grid, bend, end)",
+            _PLAIN_PEAKS + "test_the_largest_of_a_piece_are_those_of_its_samples",
+        ),
+        (
+            "peaks: a rise between the ends of a cell is not expected",
+            "if max(before[body], after[body]) + rise > energy[body]:",
+            "if max(before[body], after[body]) > energy[body]:",
+            _PLAIN_PEAKS + "test_what_rises_between_the_ends_of_a_cell_is_suspected",
+        ),
+        (
+            "peaks: the damper's force is never suspected",
+            "for i in range(2 * body, 2 * body + 2):",
+            "for i in range(2 * body, 2 * body + 1):",
+            _PLAIN_PEAKS + "test_what_rises_between_the_ends_of_a_cell_is_suspected",
+        ),
+        (
+            "peaks: the damper's energy is not searched",
+            "for which in range(2 * bodies(damper)):",
+            "for which in range(2):",
+            _PLAIN_PEAKS + "test_the_largest_of_a_piece_are_those_of_its_samples",
+        ),
+        (
+            "peaks: a piece that holds a single root is passed over",
+            "note_at(ps, damper, energy, grid, root(grid.table, x, x + width, f, g))",
+            "note_at(ps, damper, energy, grid, x + width)",
+            _PLAIN_PEAKS + "test_the_largest_of_a_piece_are_those_of_its_samples",
+        ),
+        (
+            "peaks: a factor's polynomial forgets the phase",
+            "cosine, sine = -sine * g, cosine * g",
+            "cosine, sine = -sine * g, 0.0 * g",
+            _PLAIN_PEAKS + "test_the_polynomial_of_a_factor_is_the_factor",
+        ),
+        (
+            "peaks: the bound from a factor's polynomial counts its first terms alone",
+            "bend += k * (k - 1.0) * abs(f)",
+            "bend += abs(f) if k == 2 else 0.0",
+            _PLAIN_PEAKS + "test_the_polynomial_of_a_factor_is_the_factor",
+        ),
+        (
+            "peaks: a bound of rises takes the damper's for the structure's",
+            "rise = 0.125 * energy_bend * grid.table[BOUNDS + 4] if body == 1 else 0.125 * energy_bend",
+            "rise = 0.125 * energy_bend",
+            _PLAIN_PEAKS + "test_a_rise_of_the_dampers_energy_on_a_soft_structure_is_suspected",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/exact.py",
+        (
+            "exact: the bound of the third derivative forgets the forcing",
+            "(grid.bend * first + ps.omega * ps.force) * h2 * grid.h",
+            "(grid.bend * first) * h2 * grid.h",
+            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
+        ),
+        (
+            "exact: the bound of the second derivative forgets the forcing",
+            "(grid.bend * scale + ps.force) * h2",
+            "(grid.bend * scale) * h2",
+            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
+        ),
+        (
+            "exact: the bound of an energy's second derivative forgets the square",
+            "(first * first + scale * second) * h2",
+            "(scale * second) * h2",
+            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
+        ),
+        (
+            "exact: a cell is clear of the near wall if its ends are",
+            "proven = max(r0, r1) + slack < near.gap",
+            "proven = max(r0, r1) < near.gap",
+            _PLAIN_BOUNDS + "test_a_cell_is_clear_where_its_ends_and_the_bend_say_so",
+        ),
+        (
+            "exact: a cell is clear of the far wall if its ends are",
+            "proven = proven and max(-r0, -r1) + slack < far.gap",
+            "proven = proven and max(-r0, -r1) < far.gap",
+            _PLAIN_BOUNDS + "test_a_cell_is_clear_where_its_ends_and_the_bend_say_so",
+        ),
+        (
+            "exact: a touch that is lost is passed over",
+            "if place == LOST:\n        event = ASTRAY",
+            "if place == LOST:\n        event = SECTION",
+            _PLAIN_BOUNDS + "test_a_touch_that_cannot_be_told_is_not_passed_over",
+        ),
+        (
+            "exact: a passage of the limit within a cell is not looked for",
+            "doubt = doubt or max(r, y[2]) + 0.125 * bend >= limit_log[LEVEL]",
+            "doubt = doubt or max(r, y[2]) >= limit_log[LEVEL]",
+            _PLAIN_METHODS + "test_an_excursion_beyond_a_limit_may_be_short",
+        ),
+        (
+            "exact: energies at the ends of cells are not noted",
+            "            if energy is not None:\n                note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])\n",
+            "",
+            _PLAIN_METHODS + "test_both_methods_note_the_same[none]",
+        ),
+        (
+            "exact: times of the limit are those of the cell's start",
+            "note_limit(w, limit_log, j + x, grid.h, reached, bent, jerked)",
+            "note_limit(w, limit_log, j, grid.h, reached, bent, jerked)",
+            _PLAIN_METHODS + "test_a_fast_damper_strikes_several_times_in_a_cell",
+        ),
+    ),
+)

@@ -1,0 +1,286 @@
+"""Mutants: what is noted, orbit, cells, lanes, variations, growth."""
+
+from __future__ import annotations
+
+from benchmarks.mutants.mutant import of
+
+_PLAIN_METHODS = "tests/property/plain_methods.py::"
+_T_ENERGIES = "tests/reference/test_energies.py::"
+_T_TOUCH = "tests/kernels/test_touch.py::"
+_T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
+_PLAIN_ORBIT = "tests/kernels/plain_orbit.py::"
+_T_STATES = "tests/reference/test_states.py::"
+_T_SIMULATION = "tests/orbits/test_simulation.py::"
+_T_VARIATIONS = "tests/kernels/test_variations.py::"
+_T_LIMIT = "tests/property/test_limit.py::"
+_PLAIN_SWEEPS = "tests/bifurcation/plain_sweeps.py::"
+_T_GROWTH = "tests/kernels/test_growth.py::"
+
+MUTANTS = (
+    *of(
+        "nlds_vines/kernels/observe.py",
+        (
+            "observe: the force of an impact grows as its depth",
+            "K * depth * np.sqrt(depth)",
+            "K * depth",
+            _PLAIN_METHODS + "test_both_methods_note_the_same[ssul]",
+        ),
+        (
+            "observe: an impact's gain is counted from zero",
+            "impacts.data[i, GAIN1], impacts.data[i, GAIN2] = -e1, -e2",
+            "impacts.data[i, GAIN1], impacts.data[i, GAIN2] = 0.0 * e1, -e2",
+            _T_ENERGIES + "test_gains_are_differences_of_the_energies",
+        ),
+        (
+            "observe: the first violation is the last",
+            "    if limit_log[NUMBER] == 0.0:\n        limit_log[FIRST] = time",
+            "    limit_log[FIRST] = time",
+            _T_TOUCH + "test_passages_are_counted_with_the_first_and_the_deepest",
+        ),
+        (
+            "observe: the damper's energy is that of its stretch",
+            "v2, w = v1 - s, x1 - r",
+            "v2, w = v1 - s, -r",
+            _T_ENERGIES + "test_gains_are_differences_of_the_energies",
+        ),
+        (
+            "observe: the section leaves out the rest offset",
+            "x1 - r + damper.rest, v1 - s",
+            "x1 - r, v1 - s",
+            _T_EXACT_FACTS + "test_impact_free_orbit",
+        ),
+        (
+            "observe: the power on the damper forgets the contact",
+            "return v1, n1 - damper.k2 * r - pull, v1 - s, damper.k2 * x1 + pull",
+            "return v1, n1 - damper.k2 * r - pull, v1 - s, damper.k2 * x1 + damper.c2 * s",
+            _PLAIN_METHODS + "test_the_largest_energies_are_those_of_many_samples",
+        ),
+        (
+            "observe: no turn of an energy is looked for in a contact",
+            "        if opposite(before[which], after[which]) and start[body] + gain * time > energy[body]:",
+            "        if opposite(before[which], after[which]) and start[body] > energy[body]:",
+            _PLAIN_METHODS + "test_the_largest_energies_are_those_of_many_samples",
+        ),
+        (
+            "observe: a turn of an energy ends the search of a step",
+            "            note_row(ps, damper, wall, energy, k, rk.NEW)\n            for i in range(rk.WIDTH):\n                k[rk.NEW + i] = k[rk.SAVE + i]",
+            "            note_row(ps, damper, wall, energy, k, rk.NEW)",
+            _PLAIN_METHODS + "test_the_largest_energies_are_those_of_many_samples",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/orbit.py",
+        (
+            "orbit: a start beyond the near wall is in flight",
+            "state[4], state[5] = math.sqrt(state[2] - near.gap), TOUCH_NEAR",
+            "state[4], state[5] = 0.0, FLYING",
+            _PLAIN_ORBIT + "test_a_state_beyond_a_wall_is_inside_a_contact",
+        ),
+        (
+            "orbit: a start beyond the far wall is in flight",
+            "state[4], state[5] = math.sqrt(-state[2] - far.gap), TOUCH_FAR",
+            "state[4], state[5] = 0.0, FLYING",
+            _PLAIN_ORBIT + "test_a_state_beyond_a_wall_is_inside_a_contact",
+        ),
+        (
+            "orbit: no peak of an energy hides in a short impact",
+            "        if top + 2.0 * gain * duration > energy[body]:\n            return True",
+            "        if top > energy[body]:\n            return True",
+            _PLAIN_METHODS + "test_both_methods_note_the_same[ssul]",
+        ),
+        (
+            "orbit: a short impact may end behind the section",
+            "solved = solved and took <= left",
+            "solved = solved and left > 0.0",
+            _T_STATES + "test_exact_after_20_periods[ssul-set6]",
+        ),
+        (
+            "orbit: times count from the end of the transient",
+            "began = (span.first + p) * (grid.h * grid.n)",
+            "began = p * (grid.h * grid.n)",
+            _T_SIMULATION + "test_impact_times_count_from_the_start_of_the_transient",
+        ),
+        (
+            "orbit: impacts at the far wall are counted at the near one",
+            "by_period[p, mode - TOUCH_NEAR] += 1",
+            "by_period[p, 0] += 1",
+            _T_VARIATIONS + "test_monodromy_is_the_derivative_of_the_flow[two walls-exact]",
+        ),
+        (
+            "orbit: the forcing is not mirrored for a far wall",
+            "c, d = sign * phase[0], sign * phase[1]",
+            "c, d = phase[0], phase[1]",
+            _T_STATES + "test_two_walls",
+        ),
+        (
+            "orbit: a contact that spends its steps goes on",
+            "                if event == EXHAUSTED:\n                    return STEP_BUDGET\n",
+            "",
+            _PLAIN_ORBIT + "test_a_contact_that_spends_its_steps_is_not_gone_on_with",
+        ),
+        (
+            "orbit: touches without end are no reason to stop",
+            "                    if touches > MOST_TOUCHES:\n                        return STEP_BUDGET\n",
+            "",
+            _PLAIN_ORBIT + "test_touches_without_end_are_stopped",
+        ),
+        (
+            "orbit: any finite state is bounded",
+            "HUGE = 1.0e150",
+            "HUGE = 1.0e400",
+            _PLAIN_ORBIT + "test_states_are_bounded",
+        ),
+        (
+            "orbit: a linear scene with energies skips the stops of a period",
+            "first, stop = grid.n * i // stops, grid.n * (i + 1) // stops",
+            "first, stop = 0, grid.n",
+            _PLAIN_METHODS + "test_both_methods_note_the_same[tmd]",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/cells.py",
+        (
+            "cells: an energy beyond all numbers is a result",
+            "    if status == OK and (overflowed(buffers.energy) or overflowed(buffers.peak)):\n        return DIVERGED\n",
+            "",
+            _PLAIN_ORBIT + "test_an_energy_beyond_all_numbers_is_no_result",
+        ),
+        (
+            "cells: the largest energies begin with zero",
+            "        note_energy(ps, damper, energy, state[0], state[1], state[2], state[3])",
+            "        energy[0] = 0.0",
+            _T_ENERGIES + "test_a_start_may_be_the_peak",
+        ),
+        (
+            "cells: the peak of a linear scene forgets the sampled periods",
+            "        status = linear_orbit(prepared, wanted, span, state, None, None)\n        raise_peak(buffers.energy, peak)",
+            "        status = linear_orbit(prepared, wanted, span, state, None, None)",
+            _PLAIN_METHODS + "test_both_methods_note_the_same[tmd]",
+        ),
+        (
+            "cells: the peak of a walled scene forgets the sampled periods",
+            "        status = orbit(prepared, wanted, span, state, None, None)\n        raise_peak(buffers.energy, peak)",
+            "        status = orbit(prepared, wanted, span, state, None, None)",
+            _PLAIN_METHODS + "test_both_methods_note_the_same[ssul]",
+        ),
+        (
+            "cells: a start beyond the limit is not counted",
+            "    begin_limit_log(limit_log, state)\n",
+            "",
+            _T_LIMIT + "test_a_sweep_that_carries_a_state_beyond_the_limit_says_so",
+        ),
+        (
+            "cells: a limit that is no number is kept",
+            "    return not finite(limit)",
+            "    return False",
+            _PLAIN_ORBIT + "test_a_limit_that_is_no_number_is_refused",
+        ),
+        (
+            "cells: fixed steps may be unstable",
+            "STABLE = 2.5",
+            "STABLE = 1.0e9",
+            _T_SIMULATION + "test_fixed_steps_beyond_their_stability_are_refused",
+        ),
+        (
+            "cells: a grid need not hold the stops",
+            "return stops * ((n + stops - 1) // stops)",
+            "return n",
+            _PLAIN_ORBIT + "test_cells_are_a_multiple_of_the_stops",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/lanes.py",
+        (
+            "lanes: a sweep does not carry the rest offset",
+            "state[2] += cell.rest - cells[chain, link - 1].rest",
+            "state[2] += 0.0",
+            _PLAIN_SWEEPS + "test_every_link_begins_where_the_one_before_ended",
+        ),
+        (
+            "lanes: a lane that failed hands on its state",
+            "                state[:] = 0.0",
+            "                state[:] = state",
+            _PLAIN_SWEEPS + "test_after_a_link_that_failed_the_next_begins_at_rest",
+        ),
+        (
+            "lanes: a sweep adds the rest offset after a failure too",
+            "if link > 0 and status[chain, link - 1] == OK:",
+            "if link > 0:",
+            _PLAIN_SWEEPS + "test_after_a_link_that_failed_the_next_begins_at_rest",
+        ),
+        (
+            "lanes: impacts of the last period are left out",
+            "for p in range(len(by_period)):",
+            "for p in range(len(by_period) - 1):",
+            _PLAIN_SWEEPS + "test_impacts_are_counted_by_wall",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/variations.py",
+        (
+            "variations: the divergence forgets the damper's dashpot",
+            "return -ps.damping - damper.c2 * damper.inv_mu",
+            "return -ps.damping",
+            _T_VARIATIONS + "test_the_divergences_of_the_named_systems",
+        ),
+        (
+            "variations: the slowest impact is that of the first",
+            "for i in range(min(flow.impacts.filled[0], KEPT)):",
+            "for i in range(min(flow.impacts.filled[0], 1)):",
+            _PLAIN_ORBIT + "test_the_slowest_of_all_impacts",
+        ),
+        (
+            "variations: a start inside a contact is in flight",
+            "    set_mode(flow.prepared.near, flow.prepared.far, state)",
+            "    state[4] = 0.0",
+            _T_VARIATIONS
+            + "test_determinant_is_known_beforehand[it begins inside a contact-exact]",
+        ),
+        (
+            "variations: vectors are made orthogonal once",
+            "        for _ in range(2):\n            for j in range(i):",
+            "        for _ in range(1):\n            for j in range(i):",
+            _T_VARIATIONS + "test_lengths_along_triangular_matrices",
+        ),
+        (
+            "variations: elimination without pivots",
+            "if abs(matrix[j, i]) > abs(matrix[pivot, i]):",
+            "if matrix[pivot, i] == 0.0:",
+            _PLAIN_ORBIT + "test_elimination_exchanges_rows_for_a_small_pivot",
+        ),
+        (
+            "variations: impacts of the period before are counted again",
+            "        flow.by_period[:] = 0\n",
+            "",
+            _T_VARIATIONS
+            + "test_monodromy_is_the_derivative_of_the_flow[an impact a period-exact]",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/growth.py",
+        (
+            "growth: the first twentieth is kept",
+            "UNFIT = 0.05",
+            "UNFIT = 0.0",
+            _T_GROWTH + "test_the_beginning_of_a_sequence_does_not_count",
+        ),
+        (
+            "growth: the interval is that of 95 %",
+            "QUANTILE = 2.947",
+            "QUANTILE = 2.131",
+            _T_GROWTH + "test_the_interval_holds_the_mean_in_as_many_cases_as_it_claims",
+        ),
+        (
+            "growth: the interval counts the batches as if they were known",
+            "math.sqrt(spread / (BATCHES - 1) / BATCHES)",
+            "math.sqrt(spread / (BATCHES - 1))",
+            _T_GROWTH + "test_the_exponent_of_the_logistic_map_is_ln_2",
+        ),
+        (
+            "growth: digits are not relative",
+            "max(abs(off) / extent, 1.0e-15)",
+            "max(abs(off), 1.0e-15)",
+            _T_GROWTH + "test_digits_do_not_depend_on_the_unit",
+        ),
+    ),
+)

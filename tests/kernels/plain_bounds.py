@@ -1,0 +1,280 @@
+"""The bounds that proofs of flight rest on: they hold, and are no larger than they need to be.
+
+Derivatives are taken from the Taylor coefficients of flights. (Run by `contract/test_plain.py`.)
+"""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+from support import kernel_cell
+
+from nlds_vines.kernels import codes
+from nlds_vines.kernels.exact import bounds_of, may_hold_a_miss, proves_no_touch, touch_in
+from nlds_vines.kernels.flight import (
+    BOUNDS,
+    COEF,
+    ORDER,
+    TAYLOR,
+    TERMS,
+    Grid,
+    cells_of,
+    expand,
+    grid_of,
+    rate_of,
+)
+from nlds_vines.kernels.observe import energies, powers_at
+from nlds_vines.kernels.peaks import factor_bends
+from nlds_vines.kernels.scene import Wall, allowed, damper_in, scale_of, structure_of
+from nlds_vines.kernels.touch import LOST, NOWHERE, tightened
+
+PLACES = np.linspace(0.0, 1.0, 201)
+USUAL = {"m1": 1000.0, "k1": 39500.0, "c1": 450.0, "m2": 60.0, "k2": 700.0, "c2": 50.0}
+FORCED = {**USUAL, "P": 800.0, "omega": 6.28, "K": 3e7}
+PUSHED = {"m1": 1000.0, "m2": 60.0, "P": 800.0, "omega": 6.28}  # no spring, no dashpot
+
+
+# ---- of the polynomial of a cell -----------------------------------------------------------------
+
+
+def cell_of(p):
+    """Return the table of a cell in which r(x) is the polynomial p."""
+    cell = np.zeros(TAYLOR)
+    cell[COEF + 2 : COEF + 2 + 4 * len(p.coef) : 4] = p.coef
+    return cell
+
+
+@pytest.mark.parametrize("k", range(2, 15))
+def test_bounds_from_the_polynomial_hold(k):
+    """Those of a power are reached at the end of the cell; no bound is less than what is reached.
+
+    r = x^k has r'' = k (k - 1) x^(k - 2) and r''' = k (k - 1) (k - 2) x^(k - 3).
+    """
+    second, third = tightened(cell_of(Polynomial([0.0] * k + [1.0])), np.inf, np.inf)
+    assert (second, third) == (k * (k - 1.0), k * (k - 1.0) * (k - 2.0))
+    mixed = Polynomial(np.random.default_rng(k).normal(size=k + 1))
+    second, third = tightened(cell_of(mixed), np.inf, np.inf)
+    assert np.abs(mixed.deriv(2)(PLACES)).max() <= second * (1 + 1e-12)
+    if k > 2:
+        assert np.abs(mixed.deriv(3)(PLACES)).max() <= third * (1 + 1e-12)
+
+
+def test_bounds_from_the_energy_stay_where_they_are_less():
+    cell = cell_of(Polynomial([0.0, 1.0, 2.0, 3.0]))
+    assert tightened(cell, 0.5, 0.25) == (0.5, 0.25)
+
+
+# ---- what they prove of a cell -------------------------------------------------------------------
+
+
+NEAR, FAR = Wall(0.1, 1e7, 1e5, 1.0), Wall(0.05, 1e7, 1e5, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("near", "far", "r0", "r1", "slack", "proven"),
+    [
+        (NEAR, None, 0.05, 0.07, 0.02, True),
+        (NEAR, None, 0.05, 0.07, 0.04, False),
+        (NEAR, None, 0.07, 0.05, 0.04, False),
+        (NEAR, None, -0.5, -0.5, 0.04, True),
+        (None, FAR, -0.02, -0.03, 0.01, True),
+        (None, FAR, -0.02, -0.03, 0.03, False),
+        (None, FAR, -0.03, -0.02, 0.03, False),
+        (None, FAR, 0.5, 0.5, 0.03, True),
+        (NEAR, FAR, 0.07, 0.0, 0.02, True),
+        (NEAR, FAR, 0.07, 0.0, 0.04, False),
+        (NEAR, FAR, 0.0, -0.03, 0.03, False),
+        (NEAR, FAR, 0.07, -0.03, 0.01, True),
+    ],
+)
+def test_a_cell_is_clear_where_its_ends_and_the_bend_say_so(near, far, r0, r1, slack, proven):
+    """A miss closer than any so far is possible where a touch at a nearer wall would be."""
+    assert proves_no_touch(near, far, r0, r1, slack) == proven
+    for seen in (0.0, 0.007):
+        walls = (w and w._replace(gap=w.gap - seen) for w in (near, far))
+        cleared = not proves_no_touch(*walls, r0, r1, slack)
+        assert may_hold_a_miss(near, far, np.array([seen]), r0, r1, slack) == cleared
+
+
+def grid_with(p):
+    """Return a grid whose expanded cell holds the polynomial p as r."""
+    return Grid(8, 0.1, 1.0, 1.0, 1.0, cell_of(p))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_first_of_two_walls_is_touched(sign):
+    """r = 2 x (x - 0.6) (x - 1.2) rises beyond the near wall and falls beyond the far one."""
+    p = sign * 2.0 * Polynomial.fromroots((0.0, 0.6, 1.2))
+    bends = [np.abs(p.deriv(n)(PLACES)).max() for n in (2, 3)]
+    both = {
+        codes.TOUCH_NEAR: (p - NEAR.gap).roots().real,
+        codes.TOUCH_FAR: (p + FAR.gap).roots().real,
+    }
+    firsts = {event: min(x for x in roots if 0.0 < x <= 1.0) for event, roots in both.items()}
+    first = min(firsts, key=lambda event: firsts[event])
+    assert first == (codes.TOUCH_NEAR if sign > 0.0 else codes.TOUCH_FAR)
+    place, event = touch_in(NEAR, FAR, grid_with(p), 1.0, *bends)
+    assert event == first
+    assert place == pytest.approx(firsts[first], abs=1e-12)
+    assert touch_in(NEAR, FAR, grid_with(0.01 * p), 1.0, *bends) == (NOWHERE, codes.SECTION)
+
+
+def test_a_touch_that_cannot_be_told_is_not_passed_over():
+    """With absurd bounds of the bend the walk does not arrive."""
+    place, event = touch_in(NEAR, None, grid_with(Polynomial([0.0, 0.01])), 1.0, 1e30, 1e40)
+    assert (place, event) == (LOST, codes.ASTRAY)
+
+
+# ---- of the energy -------------------------------------------------------------------------------
+
+
+def prepared(numbers):
+    """Return structure, damper and grid of some parameters."""
+    cell = kernel_cell(**numbers)
+    ps, damper = structure_of(cell), damper_in(cell)
+    return ps, damper, grid_of(ps, damper, cells_of(ps, damper))
+
+
+def derivatives(ps, damper, h, y, phase):
+    """Return the state and its first three derivatives by the place in a cell, (4, 4)."""
+    out = np.zeros(TERMS)
+    expand(ps, damper, h, np.array([*y, math.cos(phase), math.sin(phase)]), out, 0)
+    return out.reshape(ORDER + 1, 4)[:4] * [[1.0], [1.0], [2.0], [6.0]]
+
+
+def second_derivatives(ps, damper, grid, y, phase):
+    """Return those of r and the third of r, of E1 and E2, and of the four factors, by the place."""
+    d = derivatives(ps, damper, grid.h, y, phase)
+    turn = ps.omega * grid.h
+    x1, v1, r, s = d.T
+    drive = [math.cos(phase), 0.0, -math.cos(phase) * turn**2]
+
+    def twice(a):  # the second derivative of a^2 / 2
+        return a[1] ** 2 + a[0] * a[2]
+
+    e1 = ps.m1 * twice(v1) + ps.k1 * twice(x1)
+    e2 = damper.m2 * twice(v1 - s) + damper.k2 * twice(x1 - r)
+    factors = powers_at(ps, damper, x1[2], v1[2], r[2], s[2], drive[2], 0.0)
+    return abs(r[2]), abs(r[3]), abs(e1), abs(e2), np.abs(factors)
+
+
+def test_the_energy_scale_is_that_of_both_bodies():
+    ps, damper, _ = prepared(FORCED)
+    p, (x1, v1, r, s) = FORCED, (0.01, -0.2, 0.03, 0.4)
+    square = p["k1"] * x1**2 + p["m1"] * v1**2 + p["k2"] * r**2 + p["m2"] * (v1 - s) ** 2
+    assert scale_of(ps, damper, x1, v1, r, s) == pytest.approx(np.sqrt(square), rel=1e-15)
+    assert scale_of(ps, None, x1, v1, 0.0, 0.0) ** 2 == pytest.approx(
+        p["k1"] * x1**2 + p["m1"] * v1**2, rel=1e-14
+    )
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_bounds_from_the_energy_hold(seed):
+    """Along the energy's directions in turn, for parameters of every proportion."""
+    rng = np.random.default_rng(seed)
+    numbers = {name: value * 10.0 ** rng.uniform(-2, 2) for name, value in FORCED.items()}
+    for name in rng.choice(["c1", "c2", "P", "k2"], 2):
+        numbers[name] = 0.0
+    ps, damper, grid = prepared(numbers)
+    for _ in range(50):
+        units = rng.normal(size=4) * rng.integers(0, 2, 4)  # of sqrt(2 E), body by body
+        x1, v1, r = units[:3] / np.sqrt([ps.k1, ps.m1, max(damper.k2, 1e-300)])
+        r, s = (r if damper.k2 > 0.0 else 0.0), v1 - units[3] / np.sqrt(damper.m2)
+        y, phase = (x1, v1, r, s), rng.uniform(0, 2 * np.pi)
+        scale = scale_of(ps, damper, *y)
+        bend, jerk, second, energy_bend = (b * (1 + 1e-9) for b in bounds_of(ps, grid, scale))
+        found = second_derivatives(ps, damper, grid, y, phase)
+        assert found[0] <= bend
+        assert found[1] <= jerk
+        assert found[2] <= energy_bend
+        assert found[3] <= energy_bend * grid.table[BOUNDS + 4]
+        assert (found[4] <= factor_bends(ps, grid, second)).all()
+
+
+def test_bounds_of_what_only_the_force_moves_are_reached():
+    """From rest without springs and dashpots r'' = P/m1 cos, r''' = -omega P/m1 sin."""
+    ps, damper, grid = prepared(PUSHED)
+    bend, jerk, second, energy_bend = bounds_of(ps, grid, 0.0)
+    crest = second_derivatives(ps, damper, grid, (0.0, 0.0, 0.0, 0.0), 0.0)
+    slope = second_derivatives(ps, damper, grid, (0.0, 0.0, 0.0, 0.0), np.pi / 2)
+    assert crest[0] == pytest.approx(bend, rel=1e-12)
+    assert slope[1] == pytest.approx(jerk, rel=1e-12)
+    assert crest[2] == pytest.approx(energy_bend / (1 + second * 0.0), rel=1e-12)
+    assert crest[4][1] == pytest.approx(factor_bends(ps, grid, 0.0)[1], rel=1e-12)
+
+
+@pytest.mark.parametrize("softer", [1e-2, 1.0, 1e2, 1e4])
+def test_the_dampers_energy_is_bounded_by_the_scale(softer):
+    """E2 takes the absolute displacement: k2 (x1 - r)^2 of S^2 = k1 x1^2 + k2 r^2 is 1 + k2 / k1.
+
+    The factors of the powers are bounded where single bodies move, one after the other.
+    """
+    ps, damper, grid = prepared({**FORCED, "P": 0.0, "k1": FORCED["k2"] / softer})
+    bounds = grid.table[BOUNDS : BOUNDS + 5] * (1 + 1e-12)
+    x1, r = 1.0 / ps.k1, -1.0 / damper.k2
+    square = scale_of(ps, damper, x1, 0.0, r, 0.0) ** 2
+    found = 2.0 * energies(ps, damper, x1, 0.0, r, 0.0)[1] / square
+    assert found == pytest.approx(1.0 + softer, rel=1e-12)
+    assert found <= bounds[4]
+    for y in np.vstack([np.eye(4), [[0.0, 1.0, 0.0, 1.0]], [[x1, 0.0, r, 0.0]]]):
+        scale = scale_of(ps, damper, *y)
+        factors = np.abs(powers_at(ps, damper, *y, 0.0, 0.0))
+        assert (factors <= bounds[:4] * scale).all()
+
+
+# ---- of the rates, and what is refused -----------------------------------------------------------
+
+
+def test_a_cell_is_short_beside_the_rate():
+    """0.7 / rate is what the polynomials of order 14 reach; a period has 8 cells at least."""
+    for omega in (0.01, 0.1, 1.0, 10.0, 100.0):
+        cell = kernel_cell(**{**FORCED, "omega": omega})
+        ps, damper = structure_of(cell), damper_in(cell)
+        n, rate = cells_of(ps, damper), rate_of(ps, damper)
+        assert n == max(8, math.ceil(2 * np.pi / omega * rate / 0.7))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_rate_is_the_largest_row_sum(seed):
+    """Of the matrix in the coordinates sqrt(k1) x1, sqrt(m1) v1, sqrt(k2) r, sqrt(m2) v2."""
+    rng = np.random.default_rng(seed)
+    p = {name: value * 10.0 ** rng.uniform(-2, 2) for name, value in FORCED.items()}
+    root1, root2 = np.sqrt(p["m1"]), np.sqrt(p["m2"])
+    a, b = np.sqrt([p["k1"], p["k2"]])
+    rows = [
+        [0, a / root1, 0, 0],
+        [a / root1, (p["c1"] + p["c2"]) / p["m1"], b / root1, p["c2"] / (root1 * root2)],
+        [0, b / root1, 0, b / root2],
+        [0, p["c2"] / (root1 * root2), b / root2, p["c2"] / p["m2"]],
+    ]
+    cell = kernel_cell(**p)
+    expected = max(p["omega"], np.sum(rows, axis=1).max())
+    assert rate_of(structure_of(cell), damper_in(cell)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_more_cells_than_memory_are_refused():
+    cell = kernel_cell(**{**FORCED, "omega": 1e-6})
+    assert cells_of(structure_of(cell), damper_in(cell)) == -1
+
+
+@pytest.mark.parametrize(
+    ("changes", "rk4", "fine"),
+    [
+        ({}, None, True),
+        ({"P": -1.0}, None, False),
+        ({"P": -1.0}, True, True),
+        ({"near": 0.1, "far": -0.1}, None, True),
+        ({"near": 0.1, "far": -0.2}, None, False),
+        ({"c2": -1.0}, None, False),
+        ({"k2": -1.0}, None, False),
+        ({"m2": 0.0}, None, False),
+        ({"K": 0.0}, None, False),
+        ({"omega": 0.0}, None, False),
+        ({"rest": math.inf}, None, False),
+        ({"k1": math.nan}, None, False),
+    ],
+)
+def test_numbers_that_are_allowed(changes, rk4, fine):
+    cell = kernel_cell(**{**FORCED, "near": 0.1, "far": 0.1, **changes})
+    assert bool(allowed(rk4, True, True, True, cell)) is fine

@@ -1,0 +1,139 @@
+"""The ends of orbits, one kernel at a time: budgets, numbers beyond all bounds, linear algebra.
+
+Constants are changed here as only plain Python allows. (Run by `contract/test_plain.py`.)
+"""
+
+import math
+
+import numpy as np
+import pytest
+from support import kernel_cell
+
+from nlds_vines.kernels import contact, orbit, variations
+from nlds_vines.kernels.arguments import CellBuffers, Span
+from nlds_vines.kernels.cells import multiple_of, run_cell
+from nlds_vines.kernels.codes import (
+    BAD_PARAMETERS,
+    DIVERGED,
+    FLYING,
+    OK,
+    TOUCH_FAR,
+    TOUCH_NEAR,
+)
+from nlds_vines.kernels.observe import COLUMNS, SPEED, Impacts
+from nlds_vines.kernels.orbit import HUGE, SIZE, bounded, set_mode
+from nlds_vines.kernels.scene import wall_at
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
+from nlds_vines.orbits.simulation import IntegrationError, simulate
+
+# ---- budgets -------------------------------------------------------------------------------------
+
+
+def test_a_contact_that_spends_its_steps_is_not_gone_on_with(monkeypatch):
+    system = load_system("ssul-set6", K=1e4)
+    assert len(simulate(system, 4).impacts) > 0
+    monkeypatch.setattr(contact, "MOST_STEPS", 3)
+    with pytest.raises(IntegrationError, match="step_budget"):
+        simulate(system, 4)
+
+
+def test_touches_without_end_are_stopped(monkeypatch):
+    system = load_system("ssul-set6")
+    assert len(simulate(system, 4).impacts) > 0
+    monkeypatch.setattr(orbit, "MOST_TOUCHES", 0)
+    with pytest.raises(IntegrationError, match="step_budget"):
+        simulate(system, 4)
+
+
+# ---- numbers beyond all bounds -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("place", range(4))
+def test_states_are_bounded(place):
+    state = np.zeros(4)
+    for value, fine in ((0.9 * HUGE, True), (1.1 * HUGE, False), (-1.1 * HUGE, False)):
+        state[place] = value
+        assert bounded(*state) == fine
+    for value in (math.inf, -math.inf, math.nan):
+        state[place] = value
+        assert not bounded(*state)
+    assert math.isfinite(HUGE * HUGE)  # its energy is a number
+
+
+@pytest.mark.parametrize("wanted", ["energy", "peak"])
+@pytest.mark.parametrize("kind", ["none", "ssul"])
+def test_an_energy_beyond_all_numbers_is_no_result(kind, wanted):
+    p = {"m1": 1e12, "k1": 1e12, "m2": 1.0, "k2": 1.0, "omega": 1.0, "K": 1.0, "near": 1.0}
+    cell, parts = kernel_cell(**p), parts_of("exact", SCENES[kind])
+    for speed, status in ((1e140, OK), (1e149, DIVERGED)):
+        state = np.zeros(SIZE)
+        state[1] = state[3] = speed if kind == "none" else -speed
+        found = run_cell(parts, cell, state, Span(0, 0, 1), CellBuffers(**{wanted: np.zeros(2)}))
+        assert found == status
+
+
+def test_a_limit_that_is_no_number_is_refused():
+    parts = parts_of("exact", SCENES["ssvi-b"])
+    cell = cell_of(load_system("ssbl"))
+    for limit, status in ((1.0, OK), (math.nan, BAD_PARAMETERS), (math.inf, BAD_PARAMETERS)):
+        cell.limit = limit
+        buffers = CellBuffers(violation=np.zeros(3))
+        assert run_cell(parts, cell, np.zeros(SIZE), Span(0, 1, 1), buffers) == status
+
+
+# ---- beginnings ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("r", "q", "mode"),
+    [
+        (0.0, 0.0, FLYING),
+        (0.1, 0.0, FLYING),  # on the wall: a touch that the first flight finds
+        (0.14, 0.2, TOUCH_NEAR),
+        (-0.2, 0.0, FLYING),
+        (-0.29, 0.3, TOUCH_FAR),
+    ],
+)
+def test_a_state_beyond_a_wall_is_inside_a_contact(r, q, mode):
+    cell, state = kernel_cell(m1=1.0, m2=1.0, K=1.0), np.zeros(SIZE)
+    state[2], state[4], state[5] = r, 9.0, 9.0
+    set_mode(wall_at(0.1, cell), wall_at(0.2, cell), state)
+    assert state[4] == pytest.approx(q, abs=1e-12)
+    assert state[5] == mode
+
+
+def test_cells_are_a_multiple_of_the_stops():
+    for n in range(1, 40):
+        for stops in range(1, 20):
+            found = multiple_of(stops, n)
+            assert found % stops == 0
+            assert n <= found < n + stops
+
+
+# ---- variations ----------------------------------------------------------------------------------
+
+
+class Noted:
+    """What `slowest_impact` looks at of a flow."""
+
+    def __init__(self, *speeds):
+        data = np.zeros((variations.KEPT, COLUMNS))
+        data[: min(len(speeds), variations.KEPT), SPEED] = speeds[: variations.KEPT]
+        self.impacts = Impacts(data, np.array([len(speeds)]))
+
+
+def test_the_slowest_of_all_impacts():
+    assert variations.slowest_impact(Noted(3.0, 1.0, 2.0)) == 1.0
+    assert variations.slowest_impact(Noted(1.0, 2.0, 3.0)) == 1.0
+    assert variations.slowest_impact(Noted()) == np.inf
+    many = np.linspace(2.0, 1.0, variations.KEPT + 5)
+    assert variations.slowest_impact(Noted(*many)) == many[variations.KEPT - 1]
+
+
+def test_elimination_exchanges_rows_for_a_small_pivot():
+    """Without, 1e-20 as pivot would leave no digit of the first unknown."""
+    right = np.array([1.0, 3.0])
+    assert variations.solve(np.array([[1e-20, 1.0], [1.0, 2.0]]), right, 2)
+    np.testing.assert_allclose(right, [1.0, 1.0], rtol=1e-12)

@@ -1,0 +1,182 @@
+"""What a label rests on, one question at a time: minimal, attracted, stable, counted.
+
+(Run by `contract/test_plain.py`.)
+"""
+
+import math
+
+import numpy as np
+import pytest
+from test_variations import flow_on
+
+import nlds_vines as nv
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.parts import Block
+from nlds_vines.kernels.period_search import is_saddle
+from nlds_vines.kernels.recurrence import impacts_of
+from nlds_vines.kernels.settling import attracted
+from nlds_vines.kernels.shooting import is_minimal, polish, span_of
+from nlds_vines.model.linear_response import steady_state
+
+
+def closed(name, omega, n, start=None):
+    """Return flow, point, sections, impacts by wall, matrix, residual of n periods that close."""
+    system = nv.load_system(name, omega=omega)
+    orbit = nv.simulate(system, 1, transient=600, start=start)
+    flow = flow_on(system)
+    y = np.array(orbit.state)
+    y[2], y[3] = y[0] - y[2] + system.rest, y[1] - y[3]
+    points, counts, tangent = np.empty((n, 4)), np.zeros(2, np.int64), np.zeros(16)
+    residual, clearance, slowest = polish(flow, y, points, counts, tangent)
+    return flow, y, points, counts, tangent, (residual, clearance, slowest)
+
+
+@pytest.mark.parametrize(
+    ("name", "omega", "n", "counts"),
+    [
+        ("ssul-set6", 6.28, 1, (1, 0)),
+        ("ssul-set6", 7.8, 2, (1, 0)),
+        ("ssul-set6", 7.45, 3, (2, 0)),
+        ("ssul-set6", 7.7, 4, (2, 0)),
+    ],
+)
+def test_only_the_least_number_of_periods_is_minimal(name, omega, n, counts):
+    for times in (1, 2):
+        flow, y, points, found, _, (residual, _, slowest) = closed(name, omega, times * n)
+        assert residual < 1e-12
+        assert is_minimal(flow, y, points) == (times == 1)
+        assert tuple(found) == tuple(times * k for k in counts)
+        assert 0.0 < slowest < np.inf
+
+
+def test_a_nearly_closed_orbit_is_minimal():
+    """Sections that differ by more than round-off are different points."""
+    flow, y, points, *_ = closed("ssul-set6", 6.28, 2)
+    for far, minimal in ((1e-12, False), (1e-5, True)):
+        moved = points.copy()
+        moved[0] += far * points[0]
+        assert is_minimal(flow, y, moved) == minimal
+
+
+def test_newtons_method_goes_on_until_rounding_stops_it():
+    """From a point a hundredth beside the orbit."""
+    flow, y, points, counts, tangent, _ = closed("ssul-set6", 6.28, 1)
+    moved = y * 1.01
+    residual, *_ = polish(flow, moved, points, counts, tangent)
+    assert residual < 1e-12
+    np.testing.assert_allclose(moved, y, rtol=1e-9)
+
+
+def test_an_orbit_that_is_drawn_in_slowly_is_attracted():
+    """Its returns are not yet at the point of the orbit, but where the matrix maps them."""
+    system = nv.load_system("none", c1=2.0)
+    flow, y, span = flow_on(system), np.zeros(4), 0.0
+    y[:2] = steady_state(system)
+    points, counts, tangent = np.empty((1, 4)), np.zeros(2, np.int64), np.zeros(16)
+    polish(flow, y, points, counts, tangent)
+    span = span_of(flow, points)
+    assert attracted(flow, tangent, y, y * 1.2, 1, span)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "label"),
+    [
+        ("ssul-set6", {"omega": 6.28, "c1": 20.0, "c2": 5.0}, "T,1"),
+        ("ssbl", {"omega": 6.0, "c2": 20.0}, "transient chaos to T,3"),
+    ],
+)
+def test_a_long_transient_is_chaotic_only_with_an_exponent_above_zero(name, changes, label):
+    """Both settle late; along the first the variations do not grow."""
+    system = nv.load_system(name, **changes)
+    found = nv.classify(system, transient=500, periods=60, effort="quick")
+    assert found.label == label
+    assert found.settling > 50
+    growing = found.transient_lyapunov - found.transient_lyapunov_width > 0.0
+    assert growing == label.startswith("transient chaos")
+
+
+def test_an_orbit_that_goes_elsewhere_is_not_attracted():
+    """At 7.85 rad/s an orbit of 2T,1 and one without impacts coexist: neither draws the other's."""
+    system = nv.load_system("ssul-set6", omega=7.85)
+    still = nv.classify(nv.load_system("ssul-set6", omega=7.95)).point
+    flow, struck, points, _, tangent, _ = closed("ssul-set6", 7.85, 2)
+    _, silent, free, _, free_tangent, _ = closed("ssul-set6", 7.85, 2, start=still)
+    assert nv.simulate(system, 20, transient=100, start=still).impacts.size == 0
+    assert attracted(flow, tangent, struck, struck + 1e-4 * struck, 2, span_of(flow, points))
+    assert attracted(flow, free_tangent, silent, silent + 1e-4 * silent, 2, span_of(flow, free))
+    assert not attracted(flow, tangent, struck, silent, 2, span_of(flow, points))
+    assert not attracted(flow, free_tangent, silent, struck, 2, span_of(flow, free))
+
+
+@pytest.mark.parametrize(
+    ("c1", "label"), [(450.0, "T,0"), (20.0, "T,0"), (2.0, "T,0"), (0.01, "T,0"), (1e-4, None)]
+)
+def test_a_weakly_damped_structure_is_periodic_as_long_as_its_multiplier_says_so(c1, label):
+    """|mu| = exp(-c1 T / 2 m1): from 0.8 to 1 - 5e-6; nearer to one, rounding could decide."""
+    system = nv.load_system("none", c1=c1)
+    start = steady_state(system)  # a transient would last for 1e5 periods
+    found = nv.classify(system, start=start, transient=0, periods=30, effort="quick")
+    radius = math.exp(-c1 * system.period / (2 * system.parameters["m1"]))
+    if label is None:
+        assert found.kind != "periodic"
+        return
+    assert found.label == label
+    assert abs(found.multipliers[0]) == pytest.approx(radius, rel=1e-9)
+    assert found.lyapunov == pytest.approx(math.log(radius) / system.period, rel=1e-5)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 7, 25])
+def test_impacts_are_counted_over_whole_cycles(n):
+    """An impact at the very instant of a section falls now before it and now after."""
+    cycle = np.zeros((n, 2), np.int64)
+    cycle[-1], cycle[0, 1] = (2, 1), 3
+    rows = np.tile(cycle, (60 // n + 1, 1))[-60:]
+    assert impacts_of(rows, 0, n) == 2
+    assert impacts_of(rows, 1, n) == cycle[:, 1].sum()
+    late = rows.copy()
+    late[-1, 0] -= 1
+    if n < 7:  # so many cycles that one impact less is told from a cycle with one less
+        assert impacts_of(late, 0, n) == 2
+    assert impacts_of(rows, 0, 0) == rows[:, 0].sum()
+
+
+def test_impacts_of_a_verdict_are_told_by_wall():
+    """With the far wall out of reach all impacts are at the near one, and the other way round."""
+    for gaps, expected in (({"C": 5.0}, (1, 0)), ({"D": 5.0, "C": 0.05}, (0, 1))):
+        system = nv.load_system("ssbl", omega=6.28, **gaps)
+        orbit = nv.simulate(system, 60, transient=400)
+        names = set(orbit.impacts["wall"])
+        assert names == ({"structure"} if expected[0] else {"obstacle"})
+        found = nv.classify(system, transient=400, periods=60, effort="quick")
+        near, far = found.impacts_by_wall
+        assert found.period > 0
+        assert ((near > 0), (far > 0)) == (expected[0] > 0, expected[1] > 0)
+
+
+def test_a_saddle_has_one_multiplier_beyond_one():
+    turned = np.linalg.qr(np.random.default_rng(2).normal(size=(4, 4)))[0]
+    for multipliers, saddle in (
+        ([0.5, -0.5, 0.1, 0.2], False),
+        ([1.5, -0.5, 0.1, 0.2], True),
+        ([-1.5, -0.5, 0.1, 0.2], False),
+        ([1.5, 1.2, 0.1, 0.2], False),
+    ):
+        matrix = turned @ np.diag(multipliers) @ turned.T
+        assert is_saddle(matrix, 4) == saddle
+
+
+def test_a_scan_tells_impacts_as_a_verdict_does():
+    """The count of a window and that of the periodic orbit are two ways to one number."""
+    for omega, n, k in ((6.28, 1, 1), (7.45, 3, 2)):
+        scan = nv.load_scan(
+            {
+                "system": "ssul-set6",
+                "vary": {"omega": {"values": [omega]}},
+                "sampling": {"transient": 600, "periods": 30, "effort": "quick"},
+                "record": {"want": ["impacts", "regime"]},
+            }
+        )
+        found = Computer(scan).block(Block(0, ((0, 1),)))
+        assert found["label"][0, 0] == f"{'' if n == 1 else n}T,{k}"
+        assert found["impacts"][0, 0] == k
+        assert found["impact_rate"][0, 0] == pytest.approx(k / n, abs=0.04)

@@ -163,8 +163,8 @@ MUTANTS = (
         ),
         (
             "touch: the limit's greatest excess is that of the first excursion",
-            "limit_log[EXCESS] = max(limit_log[EXCESS], derivatives_at(w, x, 1.0)[0] - level)",
-            "limit_log[EXCESS] = limit_log[EXCESS] or derivatives_at(w, x, 1.0)[0] - level",
+            "best = level + limit_log[EXCESS]",
+            "best = level + (1e9 if limit_log[EXCESS] > 0.0 else 0.0)",
             _T_TOUCH + "test_passages_are_counted_with_the_first_and_the_deepest",
         ),
     ),

@@ -7,7 +7,8 @@ import math
 
 import numpy as np
 import pytest
-from support import kernel_cell
+from scipy.linalg import expm
+from support import kernel_cell, linear_flow
 
 from nlds_vines.kernels import contact, orbit, variations
 from nlds_vines.kernels.arguments import CellBuffers, Span
@@ -17,9 +18,12 @@ from nlds_vines.kernels.codes import (
     DIVERGED,
     FLYING,
     OK,
+    SECTION,
     TOUCH_FAR,
     TOUCH_NEAR,
 )
+from nlds_vines.kernels.exact import fly
+from nlds_vines.kernels.flight import cells_of, grid_of
 from nlds_vines.kernels.observe import COLUMNS, SPEED, Impacts, energies
 from nlds_vines.kernels.orbit import HUGE, SIZE, bounded, may_hide_a_peak, set_mode
 from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
@@ -81,6 +85,26 @@ def test_a_limit_that_is_no_number_is_refused():
         cell.limit = limit
         buffers = CellBuffers(violation=np.zeros(3))
         assert run_cell(parts, cell, np.zeros(SIZE), Span(0, 1, 1), buffers) == status
+
+
+# ---- flights -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("x", [0.0, 0.25, 0.9])
+def test_a_flight_may_begin_anywhere_in_a_cell(x):
+    """Far from its walls, which both ends of the cell prove clear."""
+    system = load_system("ssbl", C=5.0, D=5.0)
+    cell = cell_of(system)
+    ps, damper = structure_of(cell), damper_in(cell)
+    grid = grid_of(ps, damper, cells_of(ps, damper))
+    near, far = wall_at(cell.near, cell), wall_at(cell.far, cell)
+    y, place = np.array([0.01, -0.2, 0.03, 0.4]), grid.h * (2 + x)
+    event, j, left, *found = fly(None, ps, damper, near, far, None, None, None, grid, 5, 2, x, *y)
+    assert (event, j, left) == (SECTION, 5, 0.0)
+    angle = ps.omega * place
+    user = [y[0], y[1], y[0] - y[2], y[1] - y[3], math.cos(angle), math.sin(angle)]
+    x1, v1, x2, v2, *_ = expm(linear_flow(system.parameters) * (5 * grid.h - place)) @ user
+    np.testing.assert_allclose(found, [x1, v1, x1 - x2, v1 - v2], rtol=0, atol=1e-12)
 
 
 # ---- short impacts -------------------------------------------------------------------------------

@@ -52,6 +52,10 @@ def __getattr__(name: str) -> Any:
         return version("nlds-vines")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if _HOMES[name].startswith("orbits."):  # which loads Numba
+        from nlds_vines.runs.threads import check_environment
+
+        check_environment()
     module = import_module(f"{__name__}.{_HOMES[name]}")
     if _HOMES[name] == f"{name}.command":  # a folder that is called like its function
         return sys.modules[f"{__name__}.{name}"]

@@ -8,9 +8,28 @@ from __future__ import annotations
 import difflib
 import math
 import numbers
+import re
+import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
+
+Number = TypeVar("Number", int, float)
+
+MOST_CHARACTERS = 1000
+"""Characters of a title, a name or a note: as many as a picture can hold."""
+
+_UNPRINTABLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""Unicode's categories of control and formatting characters, half characters and line ends."""
+
+_NUMBERS = {
+    int: re.compile(r"\s*[+-]?[0-9]+\s*"),
+    float: re.compile(
+        r"\s*[+-]?(nan|inf(inity)?|([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]+)?)\s*",
+        re.IGNORECASE | re.ASCII,
+    ),
+}
+"""How numbers are written: Python itself would also take 1_000, and digits of any script."""
 
 
 class RequestError(ValueError):
@@ -36,6 +55,20 @@ def shown(value: object, width: int = 60) -> str:
     """Return `value` as it is quoted in a message: its repr, shortened to `width` characters."""
     text = repr(value)
     return text if len(text) <= width else f"{text[: width - 4]} ..."
+
+
+def printable(text: str) -> str:
+    """Return `text` as a terminal may have it: escaped where a character is no visible one.
+
+    Text from a file could otherwise move the cursor, change colours, or hide what stands before it.
+    """
+    return "".join(
+        letter.encode("unicode_escape").decode() if _hidden(letter) else letter for letter in text
+    )
+
+
+def _hidden(letter: str) -> bool:
+    return unicodedata.category(letter) in _UNPRINTABLE
 
 
 def unknown(what: str, given: object, allowed: Iterable[str]) -> RequestError:
@@ -77,11 +110,62 @@ def whole(what: str, value: object, low: int, high: int = 10**9) -> int:
     raise RequestError(f"{what} = {shown(value)} must be a whole number from {low} to {high}")
 
 
-def string(what: str, value: object) -> str:
-    """Return `value` if it is a string; raises `RequestError` otherwise."""
-    if isinstance(value, str):
-        return value
-    raise RequestError(f"{what} = {shown(value)} must be a string")
+def from_text(kind: type[Number], what: str, text: str) -> Number:
+    """Return the number, int or float, that `text` means in plain digits; `what` names it.
+
+    Raises `RequestError` for anything else: 1_000 is none, nor are digits other than 0 to 9.
+    """
+    if _NUMBERS[kind].fullmatch(text):
+        try:
+            return kind(text)
+        except ValueError:  # Python refuses to read more than 4300 digits
+            pass
+    words = "a whole number" if kind is int else "a number"
+    plain = "" if text.isascii() and "_" not in text else " in the digits 0 to 9, without _"
+    raise RequestError(f"{what} = {shown(text)} must be {words}{plain}")
+
+
+def string(what: str, value: object, lines: bool = False) -> str:
+    """Return `value` if it is a string that may stand in a file, a picture and on a terminal.
+
+    Arguments: `lines` is True for a text that may have several lines.
+
+    Raises `RequestError` for anything else: for a control character, half a character (a byte that
+    is no UTF-8), a line end, and more than `MOST_CHARACTERS`.
+    """
+    if not isinstance(value, str):
+        raise RequestError(f"{what} = {shown(value)} must be a string")
+    if len(value) > MOST_CHARACTERS:
+        raise RequestError(
+            f"{what} = {shown(value)} has {len(value)} characters; allowed: up to {MOST_CHARACTERS}"
+        )
+    refuse_bytes(what, value)
+    allowed = "\t\r\n" if lines else ""
+    hidden = [letter for letter in value if letter not in allowed and _refused(letter)]
+    if hidden:
+        raise RequestError(
+            f"{what} = {shown(value)} holds {hidden[0]!r}: "
+            "control characters and line ends are not allowed"
+        )
+    return value
+
+
+def _refused(letter: str) -> bool:
+    """Tell whether a character has no place in a title: emoji and some scripts need format ones."""
+    return _hidden(letter) and unicodedata.category(letter) != "Cf"
+
+
+def refuse_bytes(what: str, text: str) -> None:
+    """Raise `RequestError` for a text that no file, archive or manifest can hold.
+
+    Python keeps bytes that are no UTF-8, in arguments and paths, as halves of characters.
+    """
+    if "\0" in text:
+        raise RequestError(f"{what} {shown(text)} holds a null character, which is not allowed")
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise RequestError(f"{what} {shown(text)} is not UTF-8 text: use another name") from None
 
 
 def choice(what: str, value: object, allowed: Iterable[str]) -> str:
@@ -101,7 +185,8 @@ def table(what: str, value: object, keys: Iterable[str] | None = None) -> Mappin
         raise RequestError(f"{what} = {shown(value)} must be a table")
     allowed = None if keys is None else list(keys)
     for key in value:
-        string("key", key)
+        if not isinstance(key, str):
+            raise RequestError(f"key = {shown(key)} must be a string")
         if allowed is not None and key not in allowed:
             raise unknown("key", key, allowed)
     return value

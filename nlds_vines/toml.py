@@ -11,6 +11,9 @@ from typing import Any
 
 from nlds_vines.errors import RequestError
 
+MOST_BYTES = 2**28
+"""Bytes of a TOML file: enough for the values of the longest axis, written out."""
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -20,6 +23,11 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises `RequestError` with file, line and column where the file cannot be read as TOML.
     """
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):  # opening a pipe would wait
+            raise RequestError(f"{path}: cannot be read: it is no regular file")
+        if path.is_file() and path.stat().st_size > MOST_BYTES:
+            text = f"it has {path.stat().st_size} bytes; allowed: up to {MOST_BYTES}"
+            raise RequestError(f"{path}: cannot be read: {text}")
         return parse_toml(path.read_text(encoding="utf-8"), str(path))
     except UnicodeDecodeError as error:
         raise RequestError(f"{path}: not UTF-8 text at byte {error.start}") from None

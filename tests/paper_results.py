@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,9 @@ from nlds_vines.bifurcation.parts import Block, Parts
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
-from nlds_vines.reproduce.claims import Data, Missing
-from nlds_vines.reproduce.claims.claim import Evidence
+from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.reproduce.claims import Data
+from nlds_vines.reproduce.claims.measured import Breadth, Motion, curve_of
 from nlds_vines.reproduce.request import FigureRequest
 from nlds_vines.reproduce.request_file import packaged_figures
 
@@ -23,6 +25,7 @@ PATTERN = ((2, 2), (3, 2), (4, 2), (1, 0), (2, 1), (0, 5))  # above T,1
 SPECIAL = {7.375: (3, 3), 7.4: (0, 90), 7.575: (1, 0)}
 WORDS = {7.4: "chaos", 7.575: "transient chaos to T,0"}
 TUNED_K1 = 3.95e4  # N/m, stiffness of the structure at the tuning
+TUNED = np.array([6.28])  # rad/s, frequency of the tuning
 
 
 @cache
@@ -39,8 +42,9 @@ def published(system: System, omega: np.ndarray) -> np.ndarray:
     p = system.parameters
     if not system.scene.walls:
         return response(system, omega).E1max
-    softer = 1 + 4 * max(0.0, 1 - p["k1"] / TUNED_K1)
+    softer = 1 + 4 * max(0.0, 1 - p["k1"] / TUNED_K1) + 0.02 * (p["k1"] > TUNED_K1)
     force = (p["P"] / 800) ** 2 * (452 / p["c1"]) ** 1.2 * softer
+    force *= 1 + 0.02 * abs(np.log10(p.get("E2", 2.05e7) / 2.05e7))
     if system.kind == "ssbl":
         return force**0.9 * (bell(omega, 600, 6.3) + 20)
     if p["k2"] == 215:
@@ -70,6 +74,44 @@ def motion(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     return n, k, label
 
 
+def restless(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return motion that any change of c1 or P turns into chaos, of P from lower frequencies on."""
+    n, k, label = motion(system, omega)
+    p = system.parameters
+    end = 5.5 if p["P"] != 800 else (5.6 if p["c1"] != 452 else 9.0)
+    return np.where(omega > end, 0, n), k, np.where(omega > end, "chaos", label)
+
+
+def simple(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return T,1 everywhere."""
+    one = np.ones(omega.size, int)
+    return one, one, np.full(omega.size, "T,1", object)
+
+
+def chaos_around(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return chaos at high frequencies, but for 3T,3 at one of them."""
+    n, k, label = motion(system, omega)
+    chaos = (omega > 7.36) & (label != "3T,3")
+    return np.where(chaos, 0, n), k, np.where(chaos, "chaos", label)
+
+
+def flat(system: System) -> float:
+    """Return E1max where tuned of a design on a map [J]: no better than what is printed."""
+    if system.kind == "ssvi-b":
+        return 1500.0
+    return float(published(system.with_(k2=700.0) if system.kind == "ssul" else system, TUNED)[0])
+
+
+def better_design(system: System) -> float:
+    """Return a much lower energy, the lower the less damping."""
+    return (0.005 if system.kind == "ssvi-b" else 0.1) * flat(system) * system.parameters["c2"] / 50
+
+
+def worse_design(system: System) -> float:
+    """Return much more energy, so that no design is as good as the printed ones."""
+    return 2 * flat(system)
+
+
 def without_impacts(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return motion without any impact, everywhere."""
     return np.ones(omega.size, int), np.zeros(omega.size, int), np.full(omega.size, "T,0", object)
@@ -81,41 +123,132 @@ def without_period(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.nd
     return none, none + 7, np.full(omega.size, "6T,7", object)
 
 
-def made_up(
-    energy: Callable[[System, np.ndarray], Any] = published,
-    regimes: Callable[[System, np.ndarray], tuple[np.ndarray, ...]] = motion,
-    damper: float = 1.3,
-    **changed: float,
-) -> Evidence:
-    """Return evidence with invented results.
+@dataclass(frozen=True)
+class MadeUp:
+    """Evidence with invented results.
 
     Arguments: `energy` returns E1max [J] and `regimes` period, impacts and label of a system by
-    frequency; `damper`, the damper's energy over the structure's; parameters with other values.
+    frequency; `design`, E1max of a system on a map where tuned [J]; `damper`, the damper's energy
+    over the structure's; `walls`, the share of impacts on the far one of two; `reduction`, that by
+    the damper; `orbits`, the motions in a portrait by the short name of its request; parameters
+    with other values.
     """
 
-    @cache
-    def of(figure: str, name: str) -> Data:
-        curve = next((c for c in requests()[figure].curves if c.name == name), None)
-        if curve is None:
-            raise Missing(name)
-        own = {key: value for key, value in changed.items() if key in curve.scan.system.parameters}
-        return data_of(curve.scan, curve.scan.system.with_(**own), energy, regimes, damper)
+    energy: Callable[[System, np.ndarray], Any] = published
+    regimes: Callable[[System, np.ndarray], tuple[np.ndarray, ...]] = motion
+    design: Callable[[System], float] = flat
+    damper: float = 1.3
+    walls: float = 0.5
+    reduction: float = 0.4
+    orbits: Callable[[str], list[Motion]] = field(default_factory=lambda: as_published)
+    changed: Mapping[str, float] = field(default_factory=dict)
 
-    return of
+    def __call__(self, figure: str, name: str = "") -> Data:
+        """Return the invented data of a curve."""
+        scan = curve_of(requests()[figure], name).scan
+        own = {k: value for k, value in self.changed.items() if k in scan.system.parameters}
+        return _invented(self, figure, scan, scan.system.with_(**own))
+
+    def motions(self, figure: str) -> list[Motion]:
+        """Return the invented motions of a portrait."""
+        return self.orbits(figure)
 
 
-def data_of(scan: Scan, system: System, energy: Any, regimes: Any, damper: float) -> Data:
-    """Return invented data of a scan, the same along a second axis."""
+def made_up(energy: Any = published, **changes: Any) -> MadeUp:
+    """Return invented evidence: the fields of `MadeUp`, and parameters with other values."""
+    own = {key: changes.pop(key) for key in tuple(changes) if key in ("m2", "k2")}
+    return MadeUp(energy, **changes, changed=own)
+
+
+@cache
+def _map(design: Any, figure: str) -> np.ndarray:
+    """Return the energies of the designs on a map."""
+    scan = curve_of(requests()[figure], "").scan
+    first, second = scan.axes
+    return np.array(
+        [
+            [design(scan.system.with_(**{first.name: a, second.name: b})) for b in second.values]
+            for a in first.values
+        ]
+    )
+
+
+def _invented(found: MadeUp, figure: str, scan: Scan, system: System) -> Data:
+    """Return invented data of a scan: over frequency, over a second axis too, or of designs."""
     axes = {axis.name: axis.values for axis in scan.axes}
-    omega = axes["omega"]
-    E1 = energy(system, omega) + np.zeros(omega.size)
-    n, k, label = regimes(system, omega)
-    share = damper if system.kind == "ssul" else 0.2
-    numbers = {"E1max": E1, "E2max": share * E1, "period": n, "impacts": k, "label": label}
-    for name, values in numbers.items():
-        if len(axes) == 2:
-            numbers[name] = np.repeat(values[:, np.newaxis], scan.shape[1], axis=1)
-    return Data(system, axes, numbers)
+    if "omega" not in axes:
+        zero = np.zeros(scan.shape, int)
+        return Data(system, axes, {"E1max": _map(found.design, figure), "violations": zero})
+    if len(axes) == 1:
+        return Data(system, axes, _along(found, system, axes["omega"]))
+    second = scan.axes[1]
+    rows = [
+        _along(found, system.with_(**{second.name: value}), axes["omega"])
+        for value in second.values.tolist()
+    ]
+    return Data(system, axes, {key: np.stack([row[key] for row in rows], 1) for key in rows[0]})
+
+
+def _along(found: MadeUp, system: System, omega: np.ndarray) -> dict[str, np.ndarray]:
+    """Return invented numbers of a system by frequency."""
+    E1 = found.energy(system, omega) + np.zeros(omega.size)
+    n, k, label = found.regimes(system, omega)
+    share = found.damper if system.kind == "ssul" else 0.2
+    far = (k * found.walls).astype(int)
+    return {
+        "E1max": E1, "E2max": share * E1, "period": n, "impacts": k, "label": label,
+        "reduction": np.full(omega.size, found.reduction),
+        "impacts_by_wall": np.stack([k - far, far], axis=1),
+    }  # fmt: skip
+
+
+def as_published(figure: str) -> list[Motion]:
+    """Return invented motions in a portrait as the paper has them."""
+    systems = [column.system for column in load_portrait(requests()[figure].path).columns]
+    random = np.random.default_rng(1).normal(size=(480, 4))
+    if figure == "9":
+        return [motion_in(systems[0], "3T,3", [1400.0, 10200.0, 5100.0])]
+    if figure == "10":
+        return [motion_in(systems[0], "", [5000.0] * 320, section=random, share=0.7, bins=2000)]
+    soft = systems[0].K
+    return [motion_in(s, "T,1", [3e4 if soft == s.K else 9e5], 1 / s.K) for s in systems]
+
+
+def unlike_published(figure: str) -> list[Motion]:
+    """Return invented motions that contradict the paper: equal forces, lines, no way away."""
+    columns = load_portrait(requests()[figure].path).columns
+    label = {"9": "3T,3", "10": ""}.get(figure, "T,1")
+    return [motion_in(c.system, label, [4000.0] * 3, greatest=0.05) for c in columns]
+
+
+def motion_in(
+    system: System,
+    label: str,
+    forces: Sequence[float],
+    duration: float = 0.02,
+    *,
+    section: np.ndarray | None = None,
+    greatest: float = 0.6,
+    share: float = 1e-9,
+    bins: int = 1000,
+) -> Motion:
+    """Return an invented motion.
+
+    Arguments: system, label, forces and greatest as in `Motion`; how long all impacts take [s]; the
+    section, by default of three points; the share of the power of both spectra beside their lines;
+    how many bins hold most of it, against 1000 in half the window.
+    """
+    points = np.tile(np.arange(12.0).reshape(3, 4), (80, 1)) if section is None else section
+    return Motion(
+        system=system,
+        label=label,
+        forces=np.array(forces),
+        durations=np.full(len(forces), duration),
+        section=points,
+        least=-0.07,
+        greatest=greatest,
+        breadths=dict.fromkeys(("x2", "force"), Breadth(3, share, bins, 1000)),
+    )
 
 
 def write_archive(path: Path, scan: Scan, numbers: dict[str, np.ndarray]) -> Path:
@@ -123,7 +256,7 @@ def write_archive(path: Path, scan: Scan, numbers: dict[str, np.ndarray]) -> Pat
     found = unfilled(scan)
     for name, array in found.items():
         if name in numbers:
-            array[...] = numbers[name][..., np.newaxis]
+            array[...] = np.expand_dims(numbers[name], len(scan.shape))  # the only start
         elif name == "status":
             array[...] = 0
     block = Block(0, tuple((0, size) for size in scan.shape))

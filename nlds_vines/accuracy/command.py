@@ -17,9 +17,15 @@ from nlds_vines.accuracy.request import Mode, mode_of
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.cli.option_values import add_system_options, chosen_system, settings_of
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_plot, check_writable, refuse_existing
+from nlds_vines.cli.paths import (
+    check_output,
+    check_plot,
+    check_writable,
+    optional_path,
+    refuse_existing,
+)
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
-from nlds_vines.cli.running import DONE, Command
+from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
 
 if TYPE_CHECKING:
@@ -126,6 +132,7 @@ class _Job:
 
     mode: Mode
     command: str
+    source: Path | None
     archive: Path
     plot: Path
     markdown: Path | None
@@ -138,6 +145,7 @@ class _Job:
         return cls(
             mode,
             command,
+            source=optional_path(options.scan),
             archive=archive,
             plot=archive.with_suffix(".png") if options.plot is None else Path(options.plot),
             markdown=None if options.markdown is None else Path(options.markdown),
@@ -145,7 +153,7 @@ class _Job:
         )
 
     def __post_init__(self) -> None:
-        check_writable("output", self.archive)
+        check_output(self.archive, self.source, self.plot, self.markdown)
         check_plot(self.plot)
         if self.markdown is not None:
             check_writable("--markdown", self.markdown)
@@ -153,7 +161,7 @@ class _Job:
     def run(self, dry_run: bool) -> int:
         """Measure, draw and print."""
         if dry_run:
-            print(*(task.name for task in self.mode.survey().tasks), sep="\n")
+            say(*(task.name for task in self.mode.survey().tasks))
             return DONE
         refuse_existing(self.archive, self.how)
         from nlds_vines.accuracy.survey import run
@@ -165,19 +173,19 @@ class _Job:
     def _report(self) -> None:
         """Draw the picture, write the page, print the tables: all from the archive."""
         from nlds_vines.archives.archive import read
-        from nlds_vines.archives.durable import in_one_line
+        from nlds_vines.archives.durable import in_one_line, whole
         from nlds_vines.plotting.save import save_figure
 
         with read(self.archive) as view:
-            digest = ("scan_hash", str(view.attrs["scan_hash"]))
-            save_figure(self.mode.draw(view), self.plot, str(view.attrs["title"]), digest)
+            digest = ("scan_hash", view.text("scan_hash"))
+            save_figure(self.mode.draw(view), self.plot, view.text("title"), digest)
             if self.markdown is not None:
                 where = os.path.relpath(self.plot, self.markdown.parent)
                 text = self.mode.page(view, where, self.command)
-                with in_one_line(f"write {self.markdown}"):
-                    self.markdown.write_text(text, encoding="utf-8")
+                with in_one_line(f"write {self.markdown}"), whole(self.markdown) as temporary:
+                    temporary.write_text(text, encoding="utf-8")
             for line in self.mode.lines(view):
-                print(line, flush=True)
+                say(line)
 
 
 def _command_line(module: str, argv: Sequence[str]) -> str:
@@ -192,10 +200,10 @@ def _parts(system: System, dry_run: bool) -> int:
 
     if dry_run:
         for part in costs.parts(system):
-            print(f"{part.name}: {part.periods} periods, {costs.REPEATS} times")
+            say(f"{part.name}: {part.periods} periods, {costs.REPEATS} times")
         return DONE
     for line in costs.report(system):
-        print(line, flush=True)
+        say(line)
     return DONE
 
 

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
-from nlds_vines.cli.option_values import parsed
-from nlds_vines.errors import RequestError, whole
+from nlds_vines.errors import RequestError, from_text, whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -138,9 +137,9 @@ def mode_of(options: Any, system: System, rivals: tuple[Rival, ...] = ()) -> Mod
     """
     periods, want = None, None
     if options.periods is not None:
-        periods = whole("--periods", parsed(int, "--periods", options.periods), 2, 10_000)
+        periods = whole("--periods", from_text(int, "--periods", options.periods), 2, 10_000)
     if options.want is not None:
-        want = parsed(float, "--want", options.want)
+        want = from_text(float, "--want", options.want)
         if not 0.0 < want < 1.0:
             raise RequestError(f"--want = {want:g} must lie between 0 and 1")
     chosen = None if options.no_peers else rivals

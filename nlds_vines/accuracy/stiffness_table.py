@@ -106,7 +106,7 @@ class Stiff:
 
 def read_stiffness(view: ArchiveView) -> Stiff:
     """Return what an archive of such a survey holds."""
-    return Stiff(str(view.attrs["title"]), {name: view[name] for name in view.names})
+    return Stiff(view.text("title"), {name: view[name] for name in view.names})
 
 
 def lines(found: Stiff, methods: Sequence[str] | None = None) -> Iterator[str]:

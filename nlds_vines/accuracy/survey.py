@@ -22,7 +22,7 @@ from nlds_vines.archives import archive, durable
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.provenance import attributes
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.errors import RequestError
+from nlds_vines.errors import RequestError, printable
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.folder import RunFolder
 from nlds_vines.runs.interrupts import Interrupted
@@ -146,7 +146,7 @@ def run(survey: Survey, output: Path, how: RunOptions | None = None) -> None:
             return
         known = journal.recall()
         for line in journal.discarded:
-            print(line, file=sys.stderr)
+            print(printable(line), file=sys.stderr)
         try:
             _measure(journal, stop, known, how.quiet)
             journal.store()

@@ -6,5 +6,7 @@ In reading order:
     durable      files that survive a power cut; seals, locks
     provenance   where an archive comes from: request, versions, sources, machine
     layout       how an array is laid out on the disk: chunks, slabs, checksums
+    structure    whether a file is laid out as an archive is, and leads nowhere else
+    view         an open archive: datasets by name, attributes, dimensions
     archive      the archive itself, written, read and verified: the only module that imports h5py
 """

@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,16 @@ from nlds_vines.archives import durable
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.layout import chunk_shape, crc32_of, slabs
 from nlds_vines.archives.provenance import SCHEMA, Value
+from nlds_vines.archives.structure import Member, problems_of
+from nlds_vines.archives.view import (
+    DAMAGE,
+    ArchiveView,
+    check_crc,
+    first_line,
+    is_text,
+    values_of,
+    whole_crc,
+)
 from nlds_vines.errors import RequestError
 
 Piece = tuple[str, tuple[slice, ...], np.ndarray]
@@ -35,8 +45,6 @@ _OVERHEAD = 1 << 19  # bytes for headers, attributes and what HDF5 leaves unused
 # pieces need not end where chunks do: half-written chunks are kept in this cache (64 MiB, and a
 # prime number of slots, as HDF5 advises)
 _CACHE = {"rdcc_nbytes": 1 << 26, "rdcc_nslots": 10007}
-_DAMAGE = (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError)
-"""The errors that h5py raises for damaged files."""
 
 
 def write(
@@ -81,107 +89,35 @@ def whole(contents: Iterable[tuple[Dataset, np.ndarray]]) -> Iterator[Piece]:
 
 def _note_checksums(file: h5py.File) -> None:
     """Give every dataset of strings its CRC-32 as an attribute."""
-    for dataset in filter(_is_text, file.values()):
-        dataset.attrs["crc32"] = np.uint32(_whole_crc(dataset))
-
-
-@dataclass(frozen=True)
-class ArchiveView:
-    """An open archive; its datasets are read from the disk when they are asked for.
-
-    `view["section"]` is the whole array, `view.take("section", start=0, component=2)` a part of
-    it.  Reading a damaged dataset raises `RequestError` with its name.
-    """
-
-    path: Path
-    _file: h5py.File
-
-    @property
-    def attrs(self) -> dict[str, Any]:
-        """The attributes of the file: title, history, request, parameters, versions ..."""
-        with _reading(self.path, "an attribute"):
-            return {name: _plain(value) for name, value in self._file.attrs.items()}
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of the recorded datasets, without the scales of their dimensions."""
-        with _reading(self.path, "the list of its datasets"):
-            return tuple(name for name in self._file if not self._file[name].is_scale)
-
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """The names of the varied parameters, in the order of the dimensions."""
-        return self.dims("status")[:-1]
-
-    def __contains__(self, name: str) -> bool:
-        """Return whether a dataset or a scale of this name is in the archive."""
-        return name in self._file
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        """Return a whole dataset or scale; strings as an array of `str` objects."""
-        return self.take(name)
-
-    def take(self, name: str, **index: int) -> np.ndarray:
-        """Return a part of a dataset: at the `index` of some dimensions, all of the others."""
-        if name not in self._file:
-            raise RequestError(f"{self.path} holds no {name}, only {', '.join(self.names)}")
-        where = tuple(index.get(dim, slice(None)) for dim in self.dims(name))
-        with _reading(self.path, f"dataset {name}"):
-            dataset = self._file[name]
-            _check_crc(dataset)
-            return _values(dataset, where)
-
-    def slabs(self, name: str) -> Iterator[np.ndarray]:
-        """Yield a dataset in parts along its first dimension, each of which fits into memory."""
-        with _reading(self.path, f"dataset {name}"):
-            for slab in slabs(self._file[name].shape):
-                yield _values(self._file[name], slab)
-
-    def shape(self, name: str) -> tuple[int, ...]:
-        """Return the lengths of a dataset's dimensions."""
-        with _reading(self.path, f"dataset {name}"):
-            return tuple(self._file[name].shape)
-
-    def dims(self, name: str) -> tuple[str, ...]:
-        """Return the names of a dataset's dimensions."""
-        with _reading(self.path, f"dataset {name}"):
-            dataset = self._file[name]
-            if dataset.is_scale:
-                return (name,)
-            return tuple(dim[0].name.removeprefix("/") for dim in dataset.dims)
-
-    def units(self, name: str) -> str:
-        """Return the units of a dataset or scale."""
-        return str(self._attribute(name, "units"))
-
-    def long_name(self, name: str) -> str:
-        """Return the meaning of a dataset or scale, in words."""
-        return str(self._attribute(name, "long_name"))
-
-    def flags(self, name: str) -> dict[int, str]:
-        """Return the words of an enumeration by their codes."""
-        codes = (int(code) for code in self._attribute(name, "flag_values"))
-        words = self._attribute(name, "flag_meanings").split(" ")
-        return dict(zip(codes, words, strict=True))
-
-    def _attribute(self, name: str, attribute: str) -> Any:
-        with _reading(self.path, f"dataset {name}"):
-            return self._file[name].attrs[attribute]
+    for dataset in filter(is_text, file.values()):
+        dataset.attrs["crc32"] = np.uint32(whole_crc(dataset))
 
 
 @contextmanager
 def read(path: str | os.PathLike[str]) -> Iterator[ArchiveView]:
     """Open an archive for reading, in a `with` statement.
 
-    Raises `RequestError` if the file does not exist, if it is not an archive of this program, or if
-    its format is newer than this version knows.
+    Raises `RequestError` if the file does not exist, if it is not an archive of this program, if
+    its format is newer than this version knows, and if it is not laid out as an archive is: nothing
+    in it may lead to another file.
     """
     path = Path(path)
+    with _opened(path) as file:
+        found = _problems_of_layout(file)
+        if found:
+            raise RequestError(f"{path} is damaged: {found[0]}")
+        yield ArchiveView(path, file)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[h5py.File]:
+    """Open an archive whose layout is not checked yet."""
     try:
+        durable.open_regular(path).close()
         file = h5py.File(path, "r")
     except FileNotFoundError as error:
         raise RequestError(f"{path}: there is no such file") from error
-    except OSError as error:
+    except (OSError, ValueError) as error:
         text = "it is no HDF5 file, damaged, or not readable"
         raise RequestError(f"{path} cannot be opened: {text}") from error
     with file:
@@ -190,33 +126,93 @@ def read(path: str | os.PathLike[str]) -> Iterator[ArchiveView]:
             raise RequestError(f"{path} is not an archive of nlds_vines")
         if schema > SCHEMA:
             raise RequestError(f"{path} has schema {schema}: this version reads up to {SCHEMA}")
-        yield ArchiveView(path, file)
+        yield file
 
 
 def verify(path: str | os.PathLike[str]) -> list[str]:
     """Read an archive from end to end and return its problems, one line each; empty if sound.
 
     A damaged dataset is named.  Damage anywhere else, even of one bit of a header, an attribute or
-    padding, breaks the seal.  Raises `RequestError` if the file does not exist.
+    padding, breaks the seal.  What leads to another file, which no seal covers, is a problem, too.
+    Raises `RequestError` if the file does not exist.
     """
     path = Path(path)
-    with durable.in_one_line(f"read {path}"):
-        sealed = durable.sealed(path)
+    try:
+        with durable.in_one_line(f"read {path}"):
+            sealed = durable.sealed(path)
+    except RequestError:
+        raise
+    except ValueError as error:
+        return [str(error)]
     problems = [] if sealed else ["the seal is broken: the file is not as it was written"]
     try:
-        with read(path) as view:
-            problems += [line for name in view._file for line in _problems(view._file, name)]
-    except _DAMAGE as error:
-        problems.append(_first_line(error))
+        with _opened(path) as file:
+            problems += _all_problems(path, file)
+    except DAMAGE as error:
+        problems.append(first_line(error))
     return problems
+
+
+def _all_problems(path: Path, file: h5py.File) -> list[str]:
+    """Return what is wrong in an open archive; values are read only where nothing leads outside."""
+    problems = _problems_of_layout(file)
+    if problems:
+        return problems
+    view = ArchiveView(path, file)
+    for name in ("title", "scan", "scan_hash"):
+        try:
+            view.text(name)
+        except RequestError as error:
+            problems.append(str(error).removeprefix(f"{path}: "))
+    return problems + [line for name in file for line in _problems(file, name)]
+
+
+def _problems_of_layout(file: h5py.File) -> list[str]:
+    """Return what is wrong with the layout of a file, one line each; nothing in it is followed."""
+    try:
+        return list(problems_of({name: _member(file, name) for name in file}))
+    except DAMAGE as error:
+        return [f"its layout cannot be read: {first_line(error)}"]
+
+
+def _member(file: h5py.File, name: str) -> Member:
+    """Return what is known of an entry of a file without following or reading it."""
+    link = file.get(name, getlink=True)
+    if not isinstance(link, h5py.HardLink):
+        return Member(f"is a link to {getattr(link, 'filename', link.path)!r}: it may lead outside")
+    entry = file[name]
+    if not isinstance(entry, h5py.Dataset):
+        return Member("is not a dataset")
+    if entry.is_virtual or entry.external or entry.shape is None:
+        return Member("has its values elsewhere")
+    text = h5py.check_string_dtype(entry.dtype) is not None
+    numbers = entry.dtype.kind in "iuf"
+    return Member(
+        numbers=numbers,
+        text=text,
+        shape=entry.shape,
+        bytes=entry.size * entry.dtype.itemsize,
+        stored=entry.id.get_storage_size(),
+        scales=tuple(tuple(s.name.removeprefix("/") for s in d.values()) for d in entry.dims),
+        is_scale=entry.is_scale,
+        values=partial(_readable, entry) if numbers and entry.is_scale else None,
+    )
+
+
+def _readable(dataset: h5py.Dataset) -> np.ndarray | None:
+    """Return the values of a dataset; None where they are damaged, which reading them tells."""
+    try:
+        return dataset[...]
+    except DAMAGE:
+        return None
 
 
 def _schema(file: h5py.File) -> int | None:
     """Return the number of the archive's format; None if the file is no archive."""
     try:
-        known = "scan_hash" in file.attrs and "status" in file
+        known = "scan_hash" in file.attrs and "status" in set(file)  # which follows no link
         return int(file.attrs["schema"]) if known else None
-    except _DAMAGE:
+    except (*DAMAGE, ArithmeticError):
         return None
 
 
@@ -280,7 +276,7 @@ def _compare(path: Path, given: Iterable[tuple[str, tuple[slice, ...], int]]) ->
         raise RequestError(f"{path} did not reach the disk as it was written")
     with h5py.File(path, "r", **_CACHE) as file:
         for name, cells, crc in given:
-            if crc32_of(_values(file[name], cells)) != crc:
+            if crc32_of(values_of(file[name], cells)) != crc:
                 raise RequestError(f"{path}: {name} did not reach the disk as it was computed")
 
 
@@ -290,49 +286,6 @@ def _problems(file: h5py.File, name: str) -> Iterator[str]:
         dataset = file[name]
         for slab in slabs(dataset.shape):
             dataset[slab]
-        _check_crc(dataset)
-    except _DAMAGE as error:
-        yield f"dataset {name} is damaged: {_first_line(error)}"
-
-
-@contextmanager
-def _reading(path: Path, what: str) -> Iterator[None]:
-    """Turn h5py's error for a damaged file into a `RequestError` that names the place."""
-    try:
-        yield
-    except _DAMAGE as error:
-        raise RequestError(f"{path}: {what} is damaged: {_first_line(error)}") from error
-
-
-def _first_line(error: Exception) -> str:
-    """Return the first line of an error's message, or the error's name if it has none."""
-    return (str(error).splitlines() or [type(error).__name__])[0]
-
-
-def _values(dataset: h5py.Dataset, where: Any) -> np.ndarray:
-    """Return a part of a dataset; strings as an array of `str` objects."""
-    return dataset.asstr()[where] if _is_text(dataset) else dataset[where]
-
-
-def _is_text(dataset: h5py.Dataset) -> bool:
-    """Return whether a dataset holds strings."""
-    return h5py.check_string_dtype(dataset.dtype) is not None
-
-
-def _plain(value: Any) -> Any:
-    """Return an attribute as a Python number or string."""
-    return value.item() if isinstance(value, np.generic) else value
-
-
-def _whole_crc(dataset: h5py.Dataset) -> int:
-    """Return the CRC-32 of all values of a dataset, in the order of the disk."""
-    crc = 0
-    for slab in slabs(dataset.shape):
-        crc = crc32_of(_values(dataset, slab), crc)
-    return crc
-
-
-def _check_crc(dataset: h5py.Dataset) -> None:
-    """Raise ValueError if the strings of a dataset have another CRC-32 than its attribute says."""
-    if _is_text(dataset) and _whole_crc(dataset) != dataset.attrs.get("crc32"):
-        raise ValueError("its checksum is not that of its strings")
+        check_crc(dataset)
+    except DAMAGE as error:
+        yield f"dataset {name} is damaged: {first_line(error)}"

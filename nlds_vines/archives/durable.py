@@ -11,14 +11,18 @@ archive is an ordinary archive.
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import hashlib
 import os
 import secrets
+import shutil
+import stat
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from nlds_vines.errors import RequestError
 
@@ -68,9 +72,26 @@ def write(path: Path, *pieces: Buffer) -> None:
         raise
 
 
+def open_regular(path: Path) -> BinaryIO:
+    """Open a regular file for reading.
+
+    Raises ValueError for anything else, OSError where nothing can be opened: to read a pipe or a
+    device might never end.
+    """
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # a pipe would be waited for
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise ValueError("it is no regular file")
+    return os.fdopen(descriptor, "rb")
+
+
 def read(path: Path) -> bytes:
-    """Return the bytes that `write` wrote, without the seal; ValueError if any bit has changed."""
-    sealed = path.read_bytes()
+    """Return the bytes that `write` wrote, without the seal.
+
+    Raises ValueError if any bit has changed, or as `open_regular`.
+    """
+    with open_regular(path) as file:
+        sealed = file.read()
     data = sealed[:-_SEAL_BYTES]
     if sealed[-_SEAL_BYTES:] != _seal(hashlib.sha256(data)):
         raise ValueError("its seal is broken")
@@ -80,6 +101,62 @@ def read(path: Path) -> bytes:
 def replace(temporary: Path, path: Path) -> None:
     """Rename a file that is on the disk to `path`, and force the rename to the disk."""
     os.replace(temporary, path)
+    _sync_folder(path)
+
+
+def publish(temporary: Path, path: Path) -> None:
+    """Give a file that is on the disk the name `path`, which nothing else may have.
+
+    Raises FileExistsError where something has that name by now, and leaves both as they are.
+    """
+    try:
+        os.link(temporary, path)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without hard links: the name is taken first, and then filled
+        os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644))
+        os.replace(temporary, path)
+    else:
+        os.unlink(temporary)
+    _sync_folder(path)
+
+
+def replace_target(temporary: Path, path: Path) -> None:
+    """Put a file that is on the disk in the place of `path`, as a shell's `>` would.
+
+    Where `path` is a symbolic link, the link stays, and what it points to is replaced, be it on
+    another file system.
+    """
+    target = Path(os.path.realpath(path))
+    try:
+        replace(temporary, target)
+    except OSError as error:
+        if error.errno != errno.EXDEV:
+            raise
+        with whole(target) as near:
+            shutil.copyfile(temporary, near)
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Return the path of a temporary file that becomes `path` at the end of the `with` block.
+
+    The file is forced to the disk.  A symbolic link stays, and what it points to is replaced.  If
+    the block fails, everything is as it was.
+    """
+    target = Path(os.path.realpath(path))
+    temporary = target.with_name(f"{secrets.token_hex(8)}.tmp")  # short: the name may be a long one
+    try:
+        yield temporary
+        with temporary.open("rb") as file:
+            os.fsync(file.fileno())
+        replace(temporary, target)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _sync_folder(path: Path) -> None:
+    """Force the name of a file to the disk."""
     folder = os.open(path.parent, os.O_RDONLY)
     try:
         os.fsync(folder)
@@ -103,7 +180,8 @@ def reserve(path: Path, size: int) -> None:
 
 def seal(path: Path) -> None:
     """Append a seal to a finished file and force the file to the disk."""
-    digest = _digest(path, path.stat().st_size)
+    with path.open("rb") as file:
+        digest = _digest(file, path.stat().st_size)
     with path.open("ab") as file:
         file.write(_seal(digest))
         file.flush()
@@ -112,13 +190,11 @@ def seal(path: Path) -> None:
 
 def sealed(path: Path) -> bool:
     """Return whether a file ends in the seal of all the bytes before it."""
-    size = path.stat().st_size - _SEAL_BYTES
-    if size < 0:
-        return False
-    digest = _digest(path, size)
-    with path.open("rb") as file:
-        file.seek(size)
-        return file.read() == _seal(digest)
+    with open_regular(path) as file:
+        size = os.fstat(file.fileno()).st_size - _SEAL_BYTES
+        if size < 0:
+            return False
+        return _seal(_digest(file, size)) == file.read()
 
 
 def lock(path: Path, *, shared: bool = False, patience: float = 0.3) -> int | None:
@@ -149,7 +225,7 @@ def lock(path: Path, *, shared: bool = False, patience: float = 0.3) -> int | No
 def held(path: Path) -> bool:
     """Return whether a process holds the lock `path` unshared."""
     try:
-        descriptor = os.open(path, os.O_RDONLY)
+        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # a pipe would be waited for
     except FileNotFoundError:
         return False
     try:
@@ -180,11 +256,10 @@ def _seal(digest: hashlib._Hash) -> bytes:
     return _MARK + digest.hexdigest().encode() + b"\n"
 
 
-def _digest(path: Path, size: int) -> hashlib._Hash:
-    """Return the SHA-256 of the first `size` bytes of a file."""
+def _digest(file: BinaryIO, size: int) -> hashlib._Hash:
+    """Return the SHA-256 of the next `size` bytes of an open file."""
     digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while slab := file.read(min(_SLAB, size)):
-            digest.update(slab)
-            size -= len(slab)
+    while slab := file.read(min(_SLAB, size)):
+        digest.update(slab)
+        size -= len(slab)
     return digest

@@ -51,7 +51,7 @@ def attributes(request: Request, more: Mapping[str, Value]) -> dict[str, Value]:
     return {
         "Conventions": "CF-1.10",
         "title": request.title,
-        "history": f"{now()} {more.get('command', ' '.join(sys.argv))}",
+        "history": f"{now()} {more.get('command', _command())}",
         "schema": SCHEMA,
         "scan": request.to_toml(),
         "scan_hash": request.hash,
@@ -60,6 +60,12 @@ def attributes(request: Request, more: Mapping[str, Value]) -> dict[str, Value]:
         **makers(),
         **more,
     }
+
+
+def _command() -> str:
+    """Return the command line of this process, with what is no text escaped."""
+    text = " ".join(sys.argv).replace("\0", "\\0")
+    return text.encode("utf-8", "backslashreplace").decode()
 
 
 def now() -> str:

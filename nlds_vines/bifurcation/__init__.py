@@ -11,6 +11,7 @@ In reading order:
     compute        one block through the kernels
     parts          the part files of a scan under way
     tally          counts of orbits: done, failed, of each regime
+    watched        for how long chaos was watched, in words
     run            block after block, from request to archive
     cluster        blocks on the workers of a Dask cluster
     estimate       how long a scan takes, from a sample of it

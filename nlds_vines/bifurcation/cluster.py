@@ -23,6 +23,7 @@ from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.parts import PartFiles, scan_of
 from nlds_vines.bifurcation.tally import Note
 from nlds_vines.errors import RequestError, shown
+from nlds_vines.runs.certificate import new_certificate
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.manifest import Manifest
 
@@ -47,6 +48,9 @@ MOST_TRIES = 8
 
 CONNECT_SECONDS = 30.0
 """Seconds to reach a scheduler."""
+
+_UNREACHABLE = (OSError, ValueError, TypeError, RuntimeError, ImportError, TimeoutError)
+"""The errors of a client: TypeError where it has no certificate for an address `tls://`."""
 
 _one_at_a_time = threading.Lock()  # kernels are parallel inside: two at a time slow each other
 
@@ -232,10 +236,11 @@ def _client(scheduler: str, threads: int | None) -> Iterator[Any]:
     with ExitStack() as stack:
         address: Any = scheduler
         if scheduler.startswith("local:"):
+            stack.enter_context(_without_pages())
             address = stack.enter_context(_local(int(scheduler.removeprefix("local:")), threads))
         try:
             client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
-        except (OSError, ValueError, TimeoutError) as error:
+        except _UNREACHABLE as error:
             text = f"--scheduler {shown(scheduler)} cannot be reached"
             raise RequestError(f"{text}: {error}") from error
         stack.enter_context(client)
@@ -247,21 +252,59 @@ def _local(workers: int, threads: int | None) -> Any:
     """Return a cluster of `workers` processes here; those that end are replaced.
 
     It adapts its size, because a cluster of a fixed size ends when a worker is killed while it
-    starts.
+    starts.  Whoever reaches a scheduler or a worker can run code there, so they listen on this
+    machine alone, and speak with those only that have the certificate of this run.
     """
     from distributed import LocalCluster
 
     cluster = LocalCluster(
+        host="127.0.0.1",
+        protocol="tls://",
+        security=_security(),
         n_workers=0,
         threads_per_worker=1,
         processes=True,
         dashboard_address="127.0.0.1:0",
+        scheduler_kwargs={"dashboard": False},
         local_directory=None,
         silence_logs=50,  # a lost worker is no news here
         env={"NUMBA_NUM_THREADS": str(threads or 1), **_on_path()},
     )
     cluster.adapt(minimum=workers, maximum=workers)
     return cluster
+
+
+def _security() -> Any:
+    """Return credentials of this run alone, by which scheduler, workers and client know each other.
+
+    Raises `RequestError` where nothing here can make them.
+    """
+    from distributed.security import Security
+
+    try:
+        return Security.temporary()
+    except ImportError:  # it needs the package `cryptography`
+        made = new_certificate()
+    if made is None:
+        raise RequestError(
+            "--scheduler local:N needs a certificate that keeps other users out: "
+            "pip install 'nlds-vines[cluster]', which brings cryptography"
+        )
+    key, certificate = made
+    roles = {f"tls_{role}_key": key for role in ("client", "scheduler", "worker")}
+    roles |= {name.replace("_key", "_cert"): certificate for name in roles}
+    return Security(require_encryption=True, tls_ca_file=certificate, **roles)
+
+
+def _without_pages() -> Any:
+    """Return a context in which schedulers and workers serve no web pages.
+
+    Their pages need no credentials, and show paths and logs to every user of the machine.
+    """
+    from distributed.config import dask
+
+    parts = ("scheduler", "worker")
+    return dask.config.set({f"distributed.{part}.http.routes": [] for part in parts})
 
 
 def _on_path() -> dict[str, str]:

@@ -21,8 +21,9 @@ from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
+from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:
@@ -135,6 +136,9 @@ class Job:
                 f"--plot {shown(str(plot))}: a map of want = ['section'] alone cannot be "
                 "drawn; record energy or regime as well"
             )
+        with at(f"--plot {shown(str(plot))}"):
+            for axis in self.scan.axes:
+                refuse_undrawable(axis.name, axis.values)
 
     def refuse(self) -> None:
         """Raise `RequestError` where the archive exists, or the scan does not fit the machine."""
@@ -160,8 +164,7 @@ def carry_out(name: str, job: Job, dry_run: bool) -> int:
     job.refuse()
     report = job.run()
     if not job.how.quiet:
-        print(report.summary())
-        print(*_refined(job), *_made(job), sep="\n")
+        say(report.summary(), *report.remarks(), *_refined(job), *_made(job))
     if report.failed_lanes:
         where = f"the dataset `status` of {job.archive} says why"
         complain(name, f"{report.failed_lanes} of {report.lanes} orbits failed: {where}")
@@ -173,7 +176,7 @@ def _dry_run(job: Job) -> int:
     refuse_without_room(job.scan, job.archive)
     from nlds_vines.bifurcation.estimate import estimate
 
-    print("\n".join(estimate(job.scan, job.how.threads).lines()))
+    say(*estimate(job.scan, job.how.threads).lines())
     return DONE
 
 

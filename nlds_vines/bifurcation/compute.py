@@ -115,7 +115,7 @@ class Computer:
         if outputs.refined is not None:
             arrays |= refinement.arrays_of(outputs, outputs.refined, arrays.get("label"))
         for name, dataset in self.scan.table.datasets.items():
-            _failed_filled(arrays[name], dataset, status)
+            _one_nan(_failed_filled(arrays[name], dataset, status))
         return arrays
 
     def _in_place(self, values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:
@@ -126,6 +126,12 @@ class Computer:
             values = np.stack(list(ordered), axis=2)
         tail = self.scan.table.shape(name)[len(self.scan.axes) :]
         return values.reshape(*shape, *tail)
+
+
+def _one_nan(values: np.ndarray) -> None:
+    """Let every NaN be the same: the sign of one that is computed depends on the processor."""
+    if values.dtype.kind == "f":
+        values[np.isnan(values)] = np.nan
 
 
 def _failed_filled(values: np.ndarray, dataset: Dataset, status: np.ndarray) -> np.ndarray:

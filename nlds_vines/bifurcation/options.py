@@ -10,11 +10,11 @@ from nlds_vines.cli.option_values import (
     assignments,
     comma_separated,
     given,
-    parsed,
     spaced,
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
+from nlds_vines.errors import from_text
 from nlds_vines.orbits.settings import EFFORTS, METHODS
 from nlds_vines.orbits.wants import WANTS
 
@@ -58,4 +58,4 @@ def _start(text: str) -> dict[str, Any]:
     policy, _, count = text.partition(":")
     if policy != "random":
         return {"policy": text}
-    return {"policy": policy, "count": parsed(int, "N of --start random:N", count)}
+    return {"policy": policy, "count": from_text(int, "N of --start random:N", count)}

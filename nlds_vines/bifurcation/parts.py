@@ -140,6 +140,9 @@ class Parts(RunFolder):
                     part = self.load(block)
                 except UNSOUND as error:
                     path = self.files.path(block)
+                    if path.is_dir():
+                        text = "is a folder in the place of a part: move it away"
+                        raise RequestError(f"{path} {text}") from None
                     self.discarded.append(f"{path.name} is computed again: {error}")
                     path.unlink(missing_ok=True)
                 else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import prod
@@ -24,6 +24,18 @@ from nlds_vines.toml import toml_text
 
 MOST_LANES = 10**8
 """The most orbits of one scan: days of work on a large machine."""
+
+
+def refuse_too_many(shape: Sequence[int], starts: int) -> None:
+    """Raise `RequestError` for more than `MOST_LANES` orbits: cells of a `shape` times starts."""
+    cells = prod(shape)
+    if cells * starts > MOST_LANES:
+        sides = " x ".join(map(str, shape))
+        words = f" = {cells} cells" if len(shape) > 1 else " cells"
+        raise RequestError(
+            f"the scan has {sides}{words}, {cells * starts} orbits; allowed: up to {MOST_LANES}"
+        )
+
 
 SAMPLING: Mapping[str, Callable[[object], Any]] = {
     "transient": lambda value: whole("transient", value, 0),
@@ -79,8 +91,7 @@ class Scan:
             )
         # ranges are intervals and K is monotonic in each constant: the corners cover the grid
         self._grid([axis.values[[0, -1]] for axis in self.axes])
-        if self.lanes > MOST_LANES:
-            raise RequestError(f"the scan has {self.lanes} orbits; allowed: up to {MOST_LANES}")
+        refuse_too_many(self.shape, self.starts)
 
     def _grid(self, values: list[np.ndarray]) -> np.ndarray:
         names = (axis.name for axis in self.axes)

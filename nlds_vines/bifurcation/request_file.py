@@ -6,9 +6,9 @@ import os
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from nlds_vines.bifurcation.request import SAMPLING, Scan
+from nlds_vines.bifurcation.request import SAMPLING, Scan, refuse_too_many
 from nlds_vines.errors import RequestError, at
-from nlds_vines.model.axis import Axis
+from nlds_vines.model.axis import MOST_VALUES, Axis, announced
 from nlds_vines.model.layers import Form, Layer, Layers, unchecked
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System, refuse_contradiction
@@ -66,9 +66,10 @@ def _opened(source: object) -> Layer:
 def _scan(layers: Layers) -> Scan:
     """Return the scan that the layers mean together."""
     varying = layers.holder("vary")
-    axes = tuple(_axis(varying, *entry) for entry in varying.table("vary").items())
+    start = _start(layers)
+    axes = _axes(varying, start.orbits)
     system = _system(layers, varying)
-    sampling, start = layers.values("sampling"), _start(layers)
+    sampling = layers.values("sampling")
     want = _want(layers, system.scene, sampling.get("method", Scan.method))
     title = layers.title(outdated_by=("system", "set", "vary"))
     if title is None:
@@ -83,6 +84,16 @@ def _made_up_title(layers: Layers, system: System, axes: tuple[Axis, ...]) -> st
     fixed = sorted((layers.table("set").keys() & system.parameters.keys()) - set(varied))
     settings = "".join(f", {name} = {system.parameters[name]:g}" for name in fixed)
     return f"{system.title or system.name}{settings}: {', '.join(varied)}"
+
+
+def _axes(layer: Layer, starts: int) -> tuple[Axis, ...]:
+    """Return the axes that `[vary]` means, once it is sure that they are not too long together."""
+    entries = layer.table("vary")
+    with at(layer.place("vary")):
+        shape = announced(entries)
+        if len(shape) == 2 and max(shape) <= MOST_VALUES:
+            refuse_too_many(shape, starts)
+    return tuple(_axis(layer, *entry) for entry in entries.items())
 
 
 def _axis(layer: Layer, name: str, entry: object) -> Axis:

@@ -23,7 +23,11 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.tally import COUNTED, Note, Tally
+from nlds_vines.bifurcation.watched import of_chaos
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.errors import printable
+from nlds_vines.orbits.coexistence import CHAOS
+from nlds_vines.orbits.settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.progress import Progress
@@ -33,10 +37,14 @@ from nlds_vines.runs.threads import use_threads
 
 @dataclass
 class Report:
-    """The archive of a scan, or of a shard of it, how long it took, and counts of its orbits."""
+    """The archive of a scan, or of a shard of it, how long it took, and counts of its orbits.
+
+    `watched`: the forcing periods for which its chaotic orbits are watched.
+    """
 
     path: Path
     shard: Shard | None = None
+    watched: int = 0
     seconds: float = 0.0
     tally: Tally = field(default_factory=Tally)
 
@@ -62,6 +70,10 @@ class Report:
         regimes = self.tally.regimes()
         return f"{text}: {regimes}" if regimes else text
 
+    def remarks(self) -> list[str]:
+        """Return what else is to be said of the results, one thing a line."""
+        return [of_chaos(self.watched)] if CHAOS in self.tally.labels else []
+
 
 def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
     """Compute a scan into the archive `output` and return a `Report`.
@@ -74,7 +86,10 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
     """
     how = RunOptions() if how is None else how
     began = time.perf_counter()
-    report = Report(Path(output), how.shard)
+    watched = most_watched(scan.transient, scan.periods, scan.effort)
+    report = Report(Path(output), how.shard, watched)
+    if how.scheduler is None or how.scheduler.startswith("local:"):
+        use_threads(how.threads)  # at once: what Numba lacks is known before anything is begun
     opened = Parts.open(output, scan, resume=how.resume, overwrite=how.overwrite, shard=how.shard)
     with opened as parts, interrupts.stop_on_signals() as stop:
         if parts.complete:
@@ -116,7 +131,7 @@ def _left(parts: Parts, blocks: Sequence[Block], tally: Tally) -> list[Block]:
         done.add(block.index)
         tally.note(part.arrays)
     for line in parts.discarded:
-        print(line, file=sys.stderr)
+        print(printable(line), file=sys.stderr)
     return [block for block in blocks if block.index not in done]
 
 

@@ -8,23 +8,12 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.errors import RequestError, at, from_text, shown
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
-
-Number = TypeVar("Number", int, float)
-
-
-def parsed(kind: type[Number], what: str, text: str) -> Number:
-    """Return `text` as a number of a `kind`, int or float; `what` names it in an error."""
-    try:
-        return kind(text)
-    except ValueError:
-        words = "a whole number" if kind is int else "a number"
-        raise RequestError(f"{what} = {shown(text)} must be {words}") from None
 
 
 def assignments(option: str, texts: Sequence[str], form: str) -> dict[str, str]:
@@ -54,14 +43,14 @@ def comma_separated(text: str | None) -> list[str] | None:
 def spaced(option: str, text: str, form: str = "START:STOP:NUM") -> dict[str, float]:
     """Return the table `start, stop, num` of an axis that a text START:STOP:NUM means."""
     first, last, count = _between_colons(option, text, form)
-    start, stop = parsed(float, option, first), parsed(float, option, last)
-    return {"start": start, "stop": stop, "num": parsed(int, option, count)}
+    start, stop = from_text(float, option, first), from_text(float, option, last)
+    return {"start": start, "stop": stop, "num": from_text(int, option, count)}
 
 
 def interval(option: str, text: str) -> dict[str, float]:
     """Return the table `low, high` that a text LOW:HIGH means."""
     low, high = _between_colons(option, text, "LOW:HIGH")
-    return {"low": parsed(float, option, low), "high": parsed(float, option, high)}
+    return {"low": from_text(float, option, low), "high": from_text(float, option, high)}
 
 
 def _between_colons(option: str, text: str, form: str) -> list[str]:
@@ -90,7 +79,7 @@ def add_system_options(
 def settings_of(options: argparse.Namespace) -> dict[str, float]:
     """Return the parameters that --set gives, by name [SI units]."""
     pairs = assignments("--set", options.set, "NAME=VALUE")
-    return {name: parsed(float, f"--set {name}", text) for name, text in pairs.items()}
+    return {name: from_text(float, f"--set {name}", text) for name, text in pairs.items()}
 
 
 def system_changes(options: argparse.Namespace) -> dict[str, Any]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from typing import Any, NoReturn
 
-from nlds_vines.errors import RequestError, shown, unknown
+from nlds_vines.errors import Number, RequestError, from_text, refuse_bytes, shown, unknown
 
 
 class Parser(argparse.ArgumentParser):
@@ -15,13 +16,20 @@ class Parser(argparse.ArgumentParser):
         """Take argparse's own settings; options are not abbreviated, the text keeps its lines."""
         form = argparse.RawDescriptionHelpFormatter
         super().__init__(allow_abbrev=False, formatter_class=form, **settings)
+        for kind in (int, float):  # what Python reads as a number is more than what users write
+            self.register("type", kind, partial(_number, kind))
 
     def error(self, message: str) -> NoReturn:
         """Raise `RequestError` with the message."""
         raise RequestError(message)
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Return the options; an unknown one is named together with the nearest that exists."""
+        """Return the options; an unknown one is named together with the nearest that exists.
+
+        Every argument may end in an archive, so none may hold what no archive can.
+        """
+        for text in args or ():
+            refuse_bytes("the argument", text)
         found, rest = self.parse_known_args(args, namespace)
         if rest and rest[0].startswith("-"):
             options = [name for name in self._option_string_actions if name.startswith("--")]
@@ -29,3 +37,11 @@ class Parser(argparse.ArgumentParser):
         if rest:
             raise RequestError(f"one argument too many: {shown(rest[0])}")
         return found
+
+
+def _number(kind: type[Number], text: str) -> Number:
+    """Return the number that an argument means; argparse names the option in front of an error."""
+    try:
+        return from_text(kind, "", text)
+    except RequestError as error:
+        raise argparse.ArgumentTypeError(str(error).removeprefix(" = ")) from None

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import stat
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.errors import RequestError, refuse_bytes, shown
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 """The ends of the names of pictures, by which their kinds are chosen."""
@@ -19,27 +21,54 @@ def optional_path(value: str | os.PathLike[str] | None) -> Path | None:
 
 
 def check_writable(what: str, path: Path) -> None:
-    """Raise `RequestError` unless a file of this path can be written; nothing is left behind."""
-    if os.path.isdir(path):  # unlike `Path.is_dir`, never raises
-        raise RequestError(f"{what} {shown(str(path))} is a folder: name a file")
-    if not path.parent.is_dir():
-        raise RequestError(f"{what} {shown(str(path))}: there is no folder {str(path.parent)!r}")
+    """Raise `RequestError` unless a file of this path can be written; nothing is left behind.
+
+    Of a symbolic link, what it points to must be writable as well.
+    """
+    refuse_bytes(what, str(path))
+    for place in dict.fromkeys([path, Path(os.path.realpath(path))]):
+        parent = place.parent
+        if os.path.isdir(place):  # unlike `Path.is_dir`, never raises
+            raise RequestError(f"{what} {shown(str(path))} is a folder: name a file")
+        if not os.path.isdir(parent):
+            raise RequestError(f"{what} {shown(str(path))}: there is no folder {str(parent)!r}")
+        reason = _hindrance(place)
+        if reason is not None:
+            raise RequestError(f"{what} {shown(str(path))} cannot be written: {reason}")
+
+
+def _hindrance(path: Path) -> str | None:
+    """Return what keeps a file of this path from being written; None if nothing does."""
     try:  # permission bits and the length of a name do not decide it on every file system
         tempfile.NamedTemporaryFile(dir=path.parent, prefix=f"{path.name}.").close()
+        with suppress(FileNotFoundError):  # it is new, or a link to what is not there yet
+            if not stat.S_ISREG(path.stat().st_mode):
+                return "it is no regular file"
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise RequestError(f"{what} {shown(str(path))} cannot be written: {reason}") from None
+        return getattr(error, "strerror", None) or str(error)
+    return None
 
 
 def check_output(archive: Path, *others: Path | None) -> None:
     """Raise `RequestError` unless an archive of this path can be written.
 
-    Arguments: `others` are further files of the run, None for one that there is not: the archive
-    must be none of them.
+    Arguments: `others` are further files of the run, None for one that there is not: no two of them
+    and the archive may be the same.
     """
     check_writable("output", archive)
-    if any(path.resolve() == archive.resolve() for path in others if path is not None):
-        raise RequestError(f"output {shown(str(archive))} is another file of this run")
+    seen: list[Path] = []
+    for path in (path for path in (*others, archive) if path is not None):
+        if any(_same(path, other) for other in seen):
+            raise RequestError(f"output {shown(str(path))} is another file of this run")
+        seen.append(path)
+
+
+def _same(one: Path, other: Path) -> bool:
+    """Tell whether two paths, which may be links, mean one file."""
+    try:
+        return os.path.realpath(one) == os.path.realpath(other) or os.path.samefile(one, other)
+    except OSError:  # one of them does not exist yet
+        return False
 
 
 def refuse_existing(archive: Path, how: RunOptions) -> None:

@@ -9,9 +9,7 @@ from dataclasses import dataclass
 from nlds_vines.cli.parser import Parser
 from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.runs.shard import Shard
-
-MOST_THREADS = 4096
-"""Threads that may be asked for: more than any machine has, so that a typing error is noticed."""
+from nlds_vines.runs.threads import MOST_THREADS, check_environment
 
 _MOST_WORKERS = 1024  # processes of --scheduler local:N, for the same reason
 
@@ -38,7 +36,10 @@ class RunOptions:
     quiet: bool = True
 
     def __post_init__(self) -> None:
-        """Raise `RequestError` for values out of range and options that exclude each other."""
+        """Raise `RequestError` for values out of range and options that exclude each other.
+
+        Likewise for variables of the environment with which no kernel can be loaded.
+        """
         if self.threads is not None:
             whole("threads", self.threads, 1, MOST_THREADS)
         if self.resume and self.overwrite:
@@ -49,6 +50,7 @@ class RunOptions:
             raise RequestError("--shard and --scheduler exclude each other: give one of them")
         if self.scheduler is not None:
             _check_scheduler(self.scheduler)
+        check_environment()
 
 
 def _check_scheduler(text: str) -> None:
@@ -56,7 +58,10 @@ def _check_scheduler(text: str) -> None:
         count = text.removeprefix("local:")
         number = int(count) if re.fullmatch(r"[0-9]{1,9}", count) else count
         whole("N of --scheduler local:N", number, 1, _MOST_WORKERS)
-    elif not re.fullmatch(r"(tcp|tls|ucx|ws|wss)://\S+:[0-9]{1,5}", text):
+    elif not (
+        (found := re.fullmatch(r"(tcp|tls|ucx|ws|wss)://\S+:([0-9]{1,5})", text))
+        and 1 <= int(found[2]) <= 65535
+    ):
         allowed = "local:N or an address such as tcp://node7:8786"
         raise RequestError(f"--scheduler {shown(text)} must be {allowed}")
 

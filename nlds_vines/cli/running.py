@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.errors import RequestError
+from nlds_vines.errors import RequestError, printable
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
 
 DONE, LANES_FAILED, DAMAGED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 1, 2
@@ -51,6 +51,9 @@ class Command:
         except OSError as error:
             complain(self.name, f"error: {_in_words(error)}")
             return WRONG_REQUEST
+        except MemoryError as error:
+            complain(self.name, f"error: the memory does not suffice: {error}")
+            return WRONG_REQUEST
         except Interrupted as stop:
             complain(self.name, str(stop))
             return stop.status
@@ -76,7 +79,18 @@ def _in_words(error: OSError) -> str:
     return f"{error.filename}: {reason}" if error.filename is not None else reason
 
 
+def say(*lines: object) -> None:
+    """Print lines at once, each as one whatever is in it: titles and names come from files.
+
+    What the terminal's encoding lacks is escaped, too: nothing fails at its last step.
+    """
+    for line in lines:
+        text, encoding = printable(str(line)), sys.stdout.encoding or "utf-8"
+        print(text.encode(encoding, "backslashreplace").decode(encoding))
+    sys.stdout.flush()
+
+
 def complain(name: str, message: str) -> None:
     """Print a message of the command `name` to standard error, as one line whatever is in it."""
     who = f"nlds-vines {name}".strip()
-    print(f"{who}: {' '.join(message.split())}", file=sys.stderr)
+    print(f"{who}: {printable(' '.join(message.split()))}", file=sys.stderr)

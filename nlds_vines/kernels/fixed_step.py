@@ -26,6 +26,7 @@ class FixedGrid(NamedTuple):
 
     n: int  # steps in a period
     h: float  # length of a step [s]
+    turn: float  # 1 / n: the turn of the forcing's phase over a step
     rate: float  # bound on the rates of the linear motion [1/s]
     cosine: np.ndarray  # (n + 1,) cos of the phase at the start of each step and at the end
     middle: np.ndarray  # (n,) cos of the phase half a step later
@@ -39,13 +40,14 @@ def fixed_grid_of(ps, damper, n):
         cosine[j] = cos_sin_of_turn(j / n)[0]
         middle[j] = cos_sin_of_turn((j + 0.5) / n)[0]
     cosine[n] = 1.0
-    return FixedGrid(n, 2.0 * math.pi / ps.omega / n, rate_of(ps, damper), cosine, middle)
+    h = 2.0 * math.pi / ps.omega / n
+    return FixedGrid(n, h, 1.0 / n, rate_of(ps, damper), cosine, middle)
 
 
 @jit
 def cosine_at(grid, j, x):
     """Return cos of the forcing's phase at place x of step j."""
-    return cos_sin_of_turn((j + x) / grid.n)[0]
+    return cos_sin_of_turn((j + x) * grid.turn)[0]
 
 
 @jit

@@ -52,6 +52,7 @@ class Grid(NamedTuple):
 
     n: int  # cells in a period
     h: float  # length of a cell [s]
+    turn: float  # 1 / n: the turn of the forcing's phase over a cell
     rate: float  # bound on the growth of the scaled state per second [1/s]
     push: float  # P / sqrt(m1): bound on the growth of the energy scale S
     bend: float  # |d2r/dt2| <= bend * S + P / m1
@@ -191,7 +192,8 @@ def grid_of(ps, damper, n):
         for k in range(ORDER, -1, -1):
             for c in range(4):
                 response[4 * i + c] += w[TAYLOR + i * TERMS + 4 * k + c]
-    w[STEP : STEP + 16] = response[:16]
+    for i in range(16):
+        w[STEP + i] = response[i]
     w[CELLS + 6 * n + 4] = 1.0  # cos at the start of the next period
     for j in range(n):
         at_cell = CELLS + 6 * j
@@ -203,7 +205,7 @@ def grid_of(ps, damper, n):
     for i in range(5):
         w[BOUNDS + i] = bounds[i]
     push = ps.force * math.sqrt(ps.m1)
-    return Grid(n, h, rate_of(ps, damper), push, bend_of(ps, damper), w)
+    return Grid(n, h, 1.0 / n, rate_of(ps, damper), push, bend_of(ps, damper), w)
 
 
 @jit
@@ -243,7 +245,8 @@ def coarse_map(ps, damper, grid, stops):
         for j in range(first, first + share):
             y[0], y[1], y[2], y[3] = step(damper, w, j, y[0], y[1], y[2], y[3])
         place = STEP + 4 * i if i < 4 else CELLS + 6 * (i - 4)
-        coarse[place : place + 4] = y
+        for c in range(4):
+            coarse[place + c] = y[c]
     return coarse
 
 
@@ -280,4 +283,4 @@ def propagate(grid, tangent, time):
 @jit
 def phase_at(grid, j, x):
     """Return (cos, sin) of the forcing's phase at place x of cell j."""
-    return cos_sin_of_turn((j + x) / grid.n)
+    return cos_sin_of_turn((j + x) * grid.turn)

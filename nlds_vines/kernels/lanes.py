@@ -96,7 +96,8 @@ def summarise(section, by_period, counts, cycle):
 def note_end(ends, chain, link, which, state):
     """Keep the state at one end of an orbit, if it is wanted."""
     if ends is not None:
-        ends[chain, link, which] = state
+        for i in range(len(state)):
+            ends[chain, link, which, i] = state[i]
 
 
 @jit(dissolved=True)
@@ -133,7 +134,8 @@ def run_lanes(parts, arc, cells, starts, span, buffers, status):
     for lane in numba.prange(chains):
         chain = np.int64(lane)  # unsigned within the loop: all that is called would compile twice
         state = np.zeros(SIZE)
-        state[:4] = starts[chain]
+        for i in range(4):
+            state[i] = starts[chain, i]
         for link in range(links):
             cell = cells[chain, link]
             if link > 0 and status[chain, link - 1] == OK:

@@ -110,6 +110,7 @@ def note_hidden(
     def step(
         rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
     ):
+        # hot: once per impact
         contact(
             rk4, ps, damper, wall, sign, limit_log, energy, None, None, steps, rate, c, d,
             q, s, x1, v1, left, k,
@@ -118,6 +119,7 @@ def note_hidden(
     def nothing(
         rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
     ):
+        # hot: as `step`
         return None
 
     return nothing if energy is None and limit_log is None else step

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,12 +78,38 @@ class Axis:
         return hash((self.name, self.values.tobytes()))
 
 
+def announced(entries: Mapping[str, object]) -> tuple[int, ...]:
+    """Return how many values each entry of a table `[vary]` announces, before any is made.
+
+    A faulty entry counts for one value: `Axis.of` tells what is wrong with it.
+    """
+    return tuple(map(_announced, entries.values()))
+
+
+def _announced(entry: object) -> int:
+    found = entry if isinstance(entry, Mapping) else {}
+    num, values = found.get("num", 1), found.get("values")
+    if isinstance(values, list | tuple):
+        return max(1, len(values))
+    return max(1, num) if isinstance(num, int) else 1
+
+
 def _numbers(name: str, values: object) -> np.ndarray:
     """Return `values` as a new one-dimensional array of finite floats."""
     if isinstance(values, np.ndarray) and values.ndim == 1:
+        if values.dtype == np.float64 and 1 <= values.size <= MOST_VALUES:
+            return _finite(name, values)
         values = values.tolist()
     if not isinstance(values, Sequence) or isinstance(values, str):
         raise RequestError(f"values = {shown(values)} must be a list of numbers")
     if not 1 <= len(values) <= MOST_VALUES:
         raise RequestError(f"{name} has {len(values)} values; allowed: from 1 to {MOST_VALUES}")
     return np.array([number(name, value) for value in values])
+
+
+def _finite(name: str, values: np.ndarray) -> np.ndarray:
+    """Return a copy of floats, of which there may be millions, if all of them are finite."""
+    wrong = values[~np.isfinite(values)]
+    if wrong.size:
+        number(name, float(wrong[0]))
+    return values + 0.0  # -0.0 becomes 0.0, as `number` has it

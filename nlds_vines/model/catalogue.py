@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from nlds_vines.errors import RequestError, at, choice, shown, string, table, unknown
+from nlds_vines.errors import RequestError, at, choice, shown, table, unknown
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
@@ -103,17 +103,11 @@ def _from_table(entry: Mapping[str, Any], name: str) -> System:
     return System(
         kind=kind,
         parameters={**beside, **inside},
-        name=string("name", entry.get("name", name)),
-        title=string("title", entry.get("title", "")),
-        sources=_notes("sources", entry.get("sources", {})),
-        assumptions=_notes("assumptions", entry.get("assumptions", {})),
+        name=entry.get("name", name),
+        title=entry.get("title", ""),
+        sources=entry.get("sources", {}),
+        assumptions=entry.get("assumptions", {}),
     )
-
-
-def _notes(key: str, value: object) -> dict[str, str]:
-    """Return the table `sources` or `assumptions`: texts by parameter."""
-    entries = table(key, value, PARAMETERS)
-    return {name: string(f"{key}.{name}", text) for name, text in entries.items()}
 
 
 def _entry(name: str, entry: Mapping[str, Any], groups: Mapping[str, Any]) -> System:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, choice, number, unknown
+from nlds_vines.errors import RequestError, choice, number, string, table, unknown
 from nlds_vines.model.parameters import CONTACT, PARAMETERS
 from nlds_vines.model.scenes import SCENES, Scene
 
@@ -61,7 +61,8 @@ class System:
         assumptions: by parameter, what had to be assumed for its value.
 
     Raises `RequestError` for an unknown kind, for a parameter that is missing or that the kind does
-    not have, and for a value that is no finite number or out of its range.
+    not have, for a value that is no finite number or out of its range, and for a text that an
+    archive cannot hold.
     """
 
     kind: str
@@ -74,6 +75,11 @@ class System:
     def __post_init__(self) -> None:
         """Check everything and freeze the mappings."""
         choice("kind", self.kind, SCENES)
+        for key in ("name", "title"):
+            string(key, getattr(self, key))
+        for key in ("sources", "assumptions"):
+            for name, text in table(key, getattr(self, key), PARAMETERS).items():
+                string(f"{key}.{name}", text, lines=True)
         complete = _merge(self.scene, {}, self.parameters)
         values = {name: number(name, value) for name, value in complete.items()}
         for name, value in values.items():

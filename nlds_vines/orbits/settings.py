@@ -17,8 +17,14 @@ EFFORTS: Mapping[str, tuple[int, ...]] = {
 }
 """Forcing periods that a verdict may add to a scan's own, stage by stage, by name of the effort.
 
-Only what a stage could not tell goes on to the next: more effort never changes a label, it can only
-find one."""
+A periodic orbit that is found ends the search. Chaos and tori go through all stages: more effort
+can find that they end."""
+
+
+def most_watched(transient: int, periods: int, effort: str) -> int:
+    """Return for how many forcing periods an orbit is watched that is not found to be periodic."""
+    return transient + periods + sum(EFFORTS[effort])
+
 
 NODES = 12
 """Collocation nodes of a short impact, by `exact`: local errors below 1e-9."""

@@ -7,6 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nlds_vines.errors import RequestError
+
+LARGEST, SMALLEST = 1e300, 1e-300
+"""The values, but for 0, between which axes can be drawn: beyond, sums of them overflow."""
+
 _EVEN = 1e-6  # relative difference of two steps that count as equal: far above round-off
 
 
@@ -26,6 +31,23 @@ class Band(NamedTuple):
     def centre(self) -> float:
         """Middle of the band."""
         return (self.low + self.high) / 2
+
+
+def refuse_undrawable(name: str, values: np.ndarray) -> None:
+    """Raise `RequestError` where the values of an axis, or its ends, are too large or too small."""
+    sizes = np.abs(values)
+    wrong = values[(sizes > LARGEST) | ((sizes < SMALLEST) & (sizes > 0))]
+    if wrong.size:
+        raise RequestError(
+            f"{name} = {float(wrong[0])!r} cannot be drawn; along the axis of a picture are "
+            f"allowed: 0, and sizes from {SMALLEST:g} to {LARGEST:g}"
+        )
+
+
+def drawable(values: np.ndarray) -> np.ndarray:
+    """Return numbers as floats, NaN in place of those that are infinite or too large to draw."""
+    found = np.asarray(values, dtype=float)
+    return np.where(np.abs(found) <= LARGEST, found, np.nan)
 
 
 def evenly_spaced(values: np.ndarray) -> bool:

@@ -13,6 +13,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Bbox
 
+from nlds_vines.errors import MOST_CHARACTERS, printable
 from nlds_vines.plotting.style import CM, LEFT, STYLE
 
 MAP_WIDTH = 0.665
@@ -26,9 +27,21 @@ _PAPER = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.8}
 _BAR_GAP, _BAR_WIDTH = 0.02, 0.023  # fractions of the figure's width
 
 
-def write_title(figure: Figure, text: str, left: float = LEFT) -> None:
-    """Write the title of a picture at its top, `left` as a fraction of the figure's width."""
-    figure.text(left, 1 - _TITLE_EDGE / figure.get_figheight(), text, va="top")
+def write_title(figure: Figure, text: str, left: float = LEFT, below: str = "") -> None:
+    """Write the title of a picture at its top, `left` as a fraction of the figure's width.
+
+    Arguments: the title, drawn letter by letter; a line `below` it, which may hold formulas.
+    """
+    lines = "\n".join(filter(None, [literal(text), below]))
+    figure.text(left, 1 - _TITLE_EDGE / figure.get_figheight(), lines, va="top")
+
+
+def literal(text: str) -> str:
+    """Return a text of a request as matplotlib draws it letter by letter, and in a moment.
+
+    A dollar sign begins no formula.  Texts of archives were checked, but files can be changed.
+    """
+    return printable(text[:MOST_CHARACTERS]).replace("$", r"\$")
 
 
 def add_panel(figure: Figure, box: Sequence[float], **options: Any) -> Axes:
@@ -43,19 +56,21 @@ def letter(index: int) -> str:
     return f"({chr(ord('a') + index % 26) * (1 + index // 26)})"
 
 
-def write_letters(panels: Sequence[Axes], side: str = "left") -> None:
+def write_letters(
+    panels: Sequence[Axes], side: str = "left", letters: Sequence[str] | None = None
+) -> None:
     """Write (a), (b) ... into the upper corners of panels; a single panel gets none.
 
-    Arguments: `side` is "left" or "right", the corner of the panel where curves leave room.
+    Arguments: `side` is "left" or "right", the corner of the panel where curves leave room; what
+    is written in place of one `letter` after another.
     """
     if len(panels) < 2:
         return
     corner, step = ((0, 1), 1) if side == "left" else ((1, 1), -1)
     look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
     look |= {"ha": side, "va": "top", "bbox": _PAPER, "zorder": 9}
-    for index, axes in enumerate(panels):
-        offset = (step * _LETTER_OFFSET, -_LETTER_OFFSET)
-        axes.annotate(letter(index), corner, offset, **look)
+    for text, axes in zip(letters or map(letter, range(len(panels))), panels, strict=True):
+        axes.annotate(text, corner, (step * _LETTER_OFFSET, -_LETTER_OFFSET), **look)
 
 
 def add_colour_bar(

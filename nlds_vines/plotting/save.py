@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,8 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView, read
-from nlds_vines.archives.durable import in_one_line
-from nlds_vines.errors import RequestError
+from nlds_vines.archives.durable import in_one_line, whole
+from nlds_vines.errors import MOST_CHARACTERS, RequestError, printable
 from nlds_vines.plotting.style import STYLE
 
 FORMATS = {"png": 200, "pdf": 600, "svg": 600}
@@ -40,9 +41,22 @@ def save_drawn(
     path = Path(plot_path)
     check_format(path)
     with read(archive_path) as view:
-        figure = draw(view)
-        title, scan_hash = str(view.attrs["title"]), str(view.attrs["scan_hash"])
+        figure = _drawn(view, draw)
+        title, scan_hash = view.text("title"), view.text("scan_hash")
     return save_figure(figure, path, title, ("scan_hash", scan_hash))
+
+
+def _drawn(view: ArchiveView, draw: Callable[[ArchiveView], Figure]) -> Figure:
+    """Return the figure of an archive; `RequestError` where its content does not fit together."""
+    try:
+        return draw(view)
+    except RequestError:
+        raise
+    except (ValueError, LookupError, TypeError, ArithmeticError, AttributeError) as error:
+        reason = (str(error).splitlines() or [""])[0]
+        raise RequestError(
+            f"{view.path} is complete, but cannot be drawn: {type(error).__name__}: {reason}"
+        ) from error
 
 
 def check_format(path: Path) -> str:
@@ -62,16 +76,15 @@ def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str])
     Raises `RequestError` for another suffix and for a place that cannot be written.
     """
     form, (name, digest) = check_format(path), origin
-    temporary = path.with_name(f"{path.name}.tmp")
     # matplotlib names the elements of an SVG at random unless it is given a salt
     salt: dict[Any, Any] = {"svg.hashsalt": digest}
+    title = printable(title[:MOST_CHARACTERS])
     with in_one_line(f"write {path}"), matplotlib.rc_context({**STYLE, **salt}):
-        try:
-            metadata = _metadata(form, title, name, digest)
+        metadata = _metadata(form, title, name, digest)
+        with whole(path) as temporary, warnings.catch_warnings():
+            # a title may be in a script that no font here has: the picture shows boxes for it
+            warnings.filterwarnings("ignore", message="Glyph .* missing from font")
             figure.savefig(temporary, format=form, dpi=FORMATS[form], metadata=metadata)
-            os.replace(temporary, path)
-        finally:
-            temporary.unlink(missing_ok=True)
     return path
 
 

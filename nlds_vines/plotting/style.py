@@ -24,7 +24,7 @@ LEFT, RIGHT = 0.095, 0.905
 They are fixed, so that names can be placed before anything is drawn."""
 
 STYLE: dict[Any, Any] = {
-    "font.family": "STIXGeneral",
+    "font.family": ["STIXGeneral", "DejaVu Sans"],  # the second has the subscripts of m₁ and ω₁
     "mathtext.fontset": "stix",
     "font.size": 9,
     "axes.labelsize": 9,

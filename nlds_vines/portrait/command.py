@@ -16,13 +16,12 @@ from nlds_vines.cli.option_values import (
     add_system_options,
     comma_separated,
     given,
-    parsed,
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot, optional_path
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
-from nlds_vines.errors import RequestError
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
+from nlds_vines.errors import RequestError, from_text
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.signals import SIGNALS
@@ -38,6 +37,7 @@ from nlds_vines.portrait.request import (
     span,
 )
 from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.runs.threads import check_environment
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -101,8 +101,9 @@ def _carry_out(options: argparse.Namespace) -> int:
     plot = Path(f"{stem}.png" if options.plot is None else options.plot)
     check_plot(plot)
     if options.dry_run:
-        print("\n".join(_plan(request, plot)))
+        say(*_plan(request, plot))
         return DONE
+    check_environment()
     from nlds_vines.orbits.simulation import IntegrationError
 
     try:
@@ -111,12 +112,13 @@ def _carry_out(options: argparse.Namespace) -> int:
         complain(_NAME, str(error))
         return LANES_FAILED
     if not options.quiet:
-        print(request.title, *(line for view in views for line in view.lines()), plot, sep="\n")
+        say(request.title, *(line for view in views for line in view.lines()), plot)
     return DONE
 
 
 def _drawn(request: PortraitRequest, plot: Path | None) -> tuple[list[View], Figure]:
     """Return the views of a request and the page drawn from them, saved if there is a path."""
+    check_environment()
     from nlds_vines.plotting.save import save_figure
     from nlds_vines.portrait.picture import portrait as draw
     from nlds_vines.portrait.run import views_of
@@ -180,7 +182,7 @@ def _state(text: str) -> list[float] | None:
     """Return the numbers between commas; None for the word `rest`."""
     if text == "rest":
         return None
-    return [parsed(float, "--start", word) for word in comma_separated(text) or ()]
+    return [from_text(float, "--start", word) for word in comma_separated(text) or ()]
 
 
 def _document(values: Mapping[str, Any]) -> dict[str, Any]:

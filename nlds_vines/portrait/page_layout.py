@@ -12,7 +12,7 @@ from typing import NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nlds_vines.plotting.panels import add_panel, write_letters
+from nlds_vines.plotting.panels import add_panel, letter, write_letters
 from nlds_vines.plotting.style import CM, WIDTH
 from nlds_vines.portrait.result import View
 
@@ -36,60 +36,91 @@ _TWO_LINES = 2.2  # height of a name of two lines over that of one
 
 
 class Place(NamedTuple):
-    """A panel on the page: its kind, what it shows, whether it is first or last in its row."""
+    """A panel on the page: its kind, what it shows, whether it is first or last in its row.
+
+    `alone` tells that no other column of the page shows this kind.
+    """
 
     panel: str
     view: View
     axes: Axes
     first: bool
     last: bool
+    alone: bool = False
+
+
+Row = Sequence[tuple[str, View]]
+"""What stands in a row, from left to right: kinds of panels, and what each of them shows."""
 
 
 def rows_of(panels: Sequence[str], views: Sequence[View]) -> list[list[tuple[str, View]]]:
     """Return what stands in each row: one kind of panel for all columns.
 
-    With a single column, two phase planes that follow one another share a row.
+    Of several columns, panels that only one of them fills stand side by side, as many as there are
+    columns.  With a single column, two phase planes that follow one another share a row.
     """
-    if len(views) > 1:
-        return [[(panel, view) for view in views] for panel in panels]
     rows: list[list[tuple[str, View]]] = []
     for panel in panels:
-        phase = panel.startswith("phase")
-        if phase and rows and rows[-1][0][0].startswith("phase") and len(rows[-1]) < 2:
-            rows[-1].append((panel, views[0]))
+        filling = [view for view in views if view.column.fills(panel)]
+        entries = [(panel, view) for view in (views if len(filling) > 1 else filling)]
+        if rows and _joins(rows[-1], entries, views):
+            rows[-1].extend(entries)
         else:
-            rows.append([(panel, views[0])])
+            rows.append(entries)
     return rows
+
+
+def _joins(row: Row, entries: Row, views: Sequence[View]) -> bool:
+    """Return whether a panel, `entries`, stands in the same row as the one before it."""
+    if len(views) > 1:
+        return len(entries) == 1 and _mixed([*row, *entries]) and len(row) < len(views)
+    phases = all(panel.startswith("phase") for panel, _ in (*row, *entries))
+    return phases and len(row) < 2
+
+
+def _mixed(row: Row) -> bool:
+    """Return whether the panels of a row are all of different kinds."""
+    kinds = [panel for panel, _ in row]
+    return len(set(kinds)) == len(kinds)
 
 
 def make_page(panels: Sequence[str], views: Sequence[View]) -> tuple[Figure, list[list[Place]]]:
     """Return a figure and its panels, row by row, with their letters and shared axes."""
-    rows = rows_of(panels, views)
+    rows, several = rows_of(panels, views), len(views) > 1
     heights = [_height(row) for row in rows]
     feet = [_foot(row, following) for row, following in pairwise([*rows, []])]
     head = HEAD + NAMES * (1 if len(views) <= CROWD else _TWO_LINES)
-    tall = head + sum(heights) + sum(feet)
+    names = [NAMES if i and several and _mixed(row) else 0.0 for i, row in enumerate(rows)]
+    tall = head + sum(heights) + sum(feet) + sum(names)
     figure = Figure(figsize=(WIDTH, tall * CM))
     top, places = tall - head, []
-    for row, height, foot in zip(rows, heights, feet, strict=True):
-        places.append(_make_row(figure, row, top - height, height))
-        top -= height + foot
+    for row, height, foot, name in zip(rows, heights, feet, names, strict=True):
+        places.append(_make_row(figure, row, (top - name - height, height), max(len(views), 1)))
+        top -= name + height + foot
     _share_axes(places)
-    write_letters([place.axes for row in places for place in row])
+    _write_letters(places, several)
     return figure, places
 
 
-def _make_row(
-    figure: Figure, row: Sequence[tuple[str, View]], bottom: float, height: float
-) -> list[Place]:
-    """Return the panels of one row, side by side."""
-    width, last = _width(len(row)), len(row) - 1
+def _make_row(figure: Figure, row: Row, place: tuple[float, float], columns: int) -> list[Place]:
+    """Return the panels of one row, side by side; `place` is its lower edge and its height."""
+    width, last = _width(max(columns, len(row))), len(row) - 1
+    bottom, height = place
     found = []
     for i, (panel, view) in enumerate(row):
         box = (LEFT + i * (width + GAP), bottom, width, height)
         axes = add_panel(figure, [length * CM for length in box])
-        found.append(Place(panel, view, axes, i == 0, i == last))
+        alone = columns > 1 and _mixed(row)
+        found.append(Place(panel, view, axes, i == 0, i == last, alone))
     return found
+
+
+def _write_letters(places: Sequence[Sequence[Place]], several: bool) -> None:
+    """Write a letter into each panel; those of one kind in a row of several columns share it."""
+    found = [place for row in places for place in row]
+    kinds = list(dict.fromkeys(place.panel for place in found))
+    letters = [letter(kinds.index(p.panel) if several else i) for i, p in enumerate(found)]
+    write_letters([place.axes for place in found], letters=letters)
 
 
 def _width(columns: int) -> float:
@@ -97,21 +128,30 @@ def _width(columns: int) -> float:
     return (WIDTH / CM - LEFT - RIGHT - (columns - 1) * GAP) / columns
 
 
-def _height(row: Sequence[tuple[str, View]]) -> float:
-    """Return the height of a row of panels."""
-    panel, view = row[0]
-    several = len(row) > 1 and row[1][1] is not view
-    if panel.startswith("phase"):
-        height = min(_PLANE * _width(len(row)), _TALLEST)
-    else:
-        height = _SPECTRUM if panel == "spectrum" else _TIME
+def _height(row: Row) -> float:
+    """Return the height of a row of panels, that of the highest."""
+    several = len({id(view) for _, view in row}) > 1
+    height = max(_height_of(panel, len(row)) for panel, _ in row)
     return _CROWDED * height if several else height
 
 
-def _foot(row: Sequence[tuple[str, View]], below: Sequence[tuple[str, View]]) -> float:
-    """Return the room below a row: little where the row below it has the same axis of time."""
-    joined = below and row[0][0] in OVER_TIME and below[0][0] in OVER_TIME
-    return SEAM if joined else FOOT
+def _height_of(panel: str, columns: int) -> float:
+    """Return the height of a panel in a row of so many columns."""
+    if panel.startswith("phase"):
+        return min(_PLANE * _width(columns), _TALLEST)
+    return _SPECTRUM if panel == "spectrum" else _TIME
+
+
+def _foot(row: Row, below: Row) -> float:
+    """Return the room below a row: little where the row below it has the same axes of time."""
+    return SEAM if _same_times(row, below) else FOOT
+
+
+def _same_times(row: Row, below: Row) -> bool:
+    """Return whether two rows show histories of the same windows."""
+    kinds = [{panel for panel, _ in entries} for entries in (row, below)]
+    histories = all(len(found) == 1 and found <= set(OVER_TIME) for found in kinds)
+    return histories and [id(view) for _, view in row] == [id(view) for _, view in below]
 
 
 def _share_axes(places: Sequence[Sequence[Place]]) -> None:
@@ -122,9 +162,10 @@ def _share_axes(places: Sequence[Sequence[Place]]) -> None:
     for row in places:
         if not row[0].panel.startswith("phase"):
             for place in row[1:]:
-                place.axes.sharey(row[0].axes)
+                if place.panel == row[0].panel:
+                    place.axes.sharey(row[0].axes)
     for above, below in pairwise(places):
-        if above[0].panel in OVER_TIME and below[0].panel in OVER_TIME:
+        if _same_times([place[:2] for place in above], [place[:2] for place in below]):
             for upper, lower in zip(above, below, strict=True):
                 lower.axes.sharex(upper.axes)
                 upper.axes.tick_params(labelbottom=False)

@@ -18,7 +18,7 @@ from nlds_vines.orbits.signals import (
     harmonic_force,
     relative_displacement,
 )
-from nlds_vines.plotting.panels import write_title
+from nlds_vines.plotting.panels import literal, write_title
 from nlds_vines.plotting.style import CM, DOT, GREEN, HUES, STYLE, WIDTH
 from nlds_vines.portrait.page_layout import CROWD, LEFT, OVER_TIME, Place, make_page
 from nlds_vines.portrait.request import PortraitRequest, panels_of
@@ -67,7 +67,7 @@ def portrait(request: PortraitRequest, views: Sequence[View]) -> Figure:
     figure, rows = make_page(request.panels, views)
     for row in rows:
         for place in row:
-            if place.panel in panels_of([place.view.column.system.scene]):
+            if _fills(place):
                 _PANELS[place.panel](place, request)
                 _finish(place, row, request)
             else:
@@ -76,19 +76,25 @@ def portrait(request: PortraitRequest, views: Sequence[View]) -> Figure:
         if row[0].panel == "spectrum":
             limit_spectra(row)
     write_title(figure, request.title, LEFT * CM / WIDTH)
-    for place in rows[0]:
-        if place.first or len(views) > 1:
-            box, gap = place.axes.get_position(), 0.12 * CM / figure.get_figheight()
-            heading = _heading(place.view, "\n" if len(views) > CROWD else ", ")
-            figure.text(box.x0, box.y1 + gap, heading, va="bottom", fontsize=8)
+    named = [place for place in rows[0] if place.first or len(views) > 1]
+    for place in [*named, *(place for row in rows[1:] for place in row if place.alone)]:
+        box, gap = place.axes.get_position(), 0.12 * CM / figure.get_figheight()
+        heading = _heading(place.view, "\n" if len(views) > CROWD else ", ")
+        figure.text(box.x0, box.y1 + gap, heading, va="bottom", fontsize=8)
     return figure
+
+
+def _fills(place: Place) -> bool:
+    """Return whether the column of a place shows its kind of panel."""
+    column = place.view.column
+    return column.fills(place.panel) and place.panel in panels_of([column.system.scene])
 
 
 def _heading(view: View, joint: str) -> str:
     """Return the name of a column, or its regime, and its window, with `joint` between them."""
     begin, end = view.column.window
     label = view.label if view.period else "no period found"
-    return f"{view.column.name or label}{joint}periods {begin} to {end}"
+    return f"{literal(view.column.name or label)}{joint}periods {begin} to {end}"
 
 
 def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> None:
@@ -103,13 +109,24 @@ def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> Non
         begin, end = place.view.column.window
         axes.set_xlim(begin, min(end, begin + request.show))
         axes.xaxis.set_major_locator(_ticks(12 // len(row), integer=True))
-    if not place.first and not place.panel.startswith("phase"):
+    if not (place.first or place.alone or place.panel.startswith("phase")):
         axes.set_ylabel("")
-    if place.last and axes.get_legend_handles_labels()[1]:
+    entries = _entries(row)
+    if place.last and entries:
         axes.legend(
-            loc="upper left", bbox_to_anchor=(1.0, 1.04), handlelength=1.1, handletextpad=0.5,
-            borderaxespad=0.4, borderpad=0.2, labelspacing=0.35,
+            entries.values(), entries, loc="upper left", bbox_to_anchor=(1.0, 1.04),
+            handlelength=1.1, handletextpad=0.5, borderaxespad=0.4, borderpad=0.2,
+            labelspacing=0.35,
         )  # fmt: skip
+
+
+def _entries(row: Sequence[Place]) -> dict[str, Any]:
+    """Return the entries of the legend of a row: what is drawn in any of its panels, by label."""
+    found: dict[str, Any] = {}
+    for place in row:
+        handles, labels = place.axes.get_legend_handles_labels()
+        found |= {s: h for h, s in zip(handles, labels, strict=True) if s not in found}
+    return found
 
 
 def _ticks(most: int, integer: bool = False) -> MaxNLocator:
@@ -243,6 +260,8 @@ def _phase(place: Place, request: PortraitRequest) -> None:
     if place.view.column.system.scene.damper:
         _curve(axes, states[:, 2], states[:, 3], DAMPER, "damper")
     _draw_boundaries(place, states)
+    for body in range(2 if place.view.column.system.scene.damper else 1):
+        _points(place, body)
     axes.set_xlabel("displacement [m]")
     axes.set_ylabel("velocity [m/s]")
 
@@ -272,9 +291,10 @@ def _draw_boundaries(place: Place, states: np.ndarray) -> None:
 
 def _leave_room(row: Sequence[Place]) -> None:
     """Leave room for the letters above the curves of panels over time."""
-    if row[0].panel in OVER_TIME:
-        low, high = row[0].axes.get_ylim()
-        row[0].axes.set_ylim(low, high + 0.28 * (high - low))
+    for place in row if row[0].alone else row[:1]:  # the others share its values
+        if place.panel in OVER_TIME:
+            low, high = place.axes.get_ylim()
+            place.axes.set_ylim(low, high + 0.28 * (high - low))
 
 
 _PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {

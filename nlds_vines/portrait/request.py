@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from nlds_vines.errors import RequestError, choice, shown, string, whole
+from nlds_vines.errors import RequestError, choice, from_text, shown, string, whole
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
@@ -15,6 +15,7 @@ from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.orbits.wants import COMPONENTS
+from nlds_vines.plotting.bands import LARGEST
 from nlds_vines.toml import toml_text
 
 PANELS: Mapping[str, str] = {
@@ -30,7 +31,7 @@ PANELS: Mapping[str, str] = {
     "phase2": "phase trajectory of the damper, its section, what is struck",
     "spectrum": "Fourier spectrum",
 }
-"""What can be drawn, by name; on a page the panels stand in this order."""
+"""What can be drawn, by name; on a page they stand in the order in which they are asked for."""
 
 USUAL = ("displacement", "relative", "force", "energy", "phase1", "phase2", "spectrum")
 """The panels of a page unless others are asked for."""
@@ -73,11 +74,19 @@ class Window(NamedTuple):
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a page: a system, a window of its orbit, and what stands above it."""
+    """One column of a page: a system, a window of its orbit, and what stands above it.
+
+    It fills the `panels` that are named, all of the page where none is.
+    """
 
     system: System
     window: Window
     name: str = ""
+    panels: tuple[str, ...] = ()
+
+    def fills(self, panel: str) -> bool:
+        """Return whether the column has this panel of the page."""
+        return not self.panels or panel in self.panels
 
 
 @dataclass(frozen=True)
@@ -87,7 +96,7 @@ class PortraitRequest:
     Arguments:
         title: one line for people.
         columns: one to four; those of equal systems show one run.
-        panels: of `PANELS`; kept in that order.  Those that no scene here can fill are left out.
+        panels: of `PANELS`, from top to bottom.  Those that no scene here can fill are left out.
         start: (x1, v1, x2, v2) [m, m/s] of every orbit, None for rest.
         samples: states in each forcing period; method: one of `METHODS`.
         show: the most periods drawn in a time history, from the beginning of its window.
@@ -115,6 +124,7 @@ class PortraitRequest:
         whole("number of columns", len(self.columns), 1, MOST_COLUMNS)
         for name, check in {**RUN, **LOOK}.items():
             object.__setattr__(self, name, check(getattr(self, name)))
+        self._check_panels()
         object.__setattr__(self, "panels", self._possible(self.panels))
         whole("comb", self.comb, 0, min(c.window.end - c.window.begin for c in self.columns))
         usual = "x2" if all(scene.damper for scene in self._scenes) else "x1"
@@ -122,12 +132,22 @@ class PortraitRequest:
         for scene in self._scenes:
             checked_signal(self.signal, scene)
         self._check_start()
+        self._check_places()
         for run in self.runs():
             self._check_run(run)
 
     @property
     def _scenes(self) -> tuple[Scene, ...]:
         return tuple(column.system.scene for column in self.columns)
+
+    def _check_panels(self) -> None:
+        """Refuse panels of a column that the page lacks, and panels that no column fills."""
+        for column in self.columns:
+            for panel in column.panels:
+                choice("panel of a column", panel, self.panels)
+        for panel in self.panels:
+            if not any(column.fills(panel) for column in self.columns):
+                raise RequestError(f"panels: {panel!r} is filled by no column")
 
     def _possible(self, panels: tuple[str, ...]) -> tuple[str, ...]:
         """Return the panels that can be filled; refuse a choice of which nothing remains."""
@@ -147,6 +167,16 @@ class PortraitRequest:
             if self.start is not None and len(self.start) != width:
                 names = ", ".join(COMPONENTS[:width])
                 raise RequestError(f"start = {shown(self.start)}; allowed: rest, or {names}")
+
+    def _check_places(self) -> None:
+        """Refuse obstacles, and springs that rest, so far away that no panel can show them."""
+        for system in (column.system for column in self.columns):
+            places = {**system.scene.obstacle(system.parameters), "rest": system.rest or 0.0}
+            for name, place in places.items():
+                if abs(place) > LARGEST:
+                    raise RequestError(
+                        f"{name} at {place!r} m cannot be drawn; allowed: up to {LARGEST:g} m"
+                    )
 
     def _check_run(self, run: Sequence[Column]) -> None:
         begin, end = span(run)
@@ -174,6 +204,7 @@ class PortraitRequest:
             f"column {i}": {
                 "name": column.name,
                 "window": list(column.window),
+                "panels": list(column.panels),
                 "kind": column.system.kind,
                 "parameters": dict(column.system.parameters),
             }
@@ -207,8 +238,8 @@ def checked_window(what: str, value: object) -> Window:
         raise RequestError(form)
     if isinstance(value, str):
         try:
-            pair = [int(text) for text in pair]
-        except ValueError:
+            pair = [from_text(int, what, text) for text in pair]
+        except RequestError:
             raise RequestError(form) from None
     begin = whole(f"begin of {what}", pair[0], 0)
     return Window(begin, whole(f"end of {what}", pair[1], begin + 1))
@@ -227,8 +258,13 @@ def _described(system: System, name: str) -> str:
     return f"{entry.symbol} = {system.parameters[name]:g}{unit}"
 
 
+def checked_panels(value: object) -> tuple[str, ...]:
+    """Return the panels of a column, different words of `PANELS` as given; () for all."""
+    return () if value == () else _words("panels", value, PANELS)
+
+
 def _words(what: str, value: object, allowed: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return different words out of those allowed, in that order."""
+    """Return different words out of those allowed, in the order in which they were given."""
     if isinstance(value, str) or not isinstance(value, Sequence):
         raise RequestError(f"{what} = {shown(value)} must be a list of words")
     if not value:
@@ -236,4 +272,4 @@ def _words(what: str, value: object, allowed: Mapping[str, Any]) -> tuple[str, .
     words = [choice(what, word, allowed) for word in value]
     if len(set(words)) < len(words):
         raise RequestError(f"{what} = {shown(words)} names something twice")
-    return tuple(word for word in allowed if word in words)
+    return tuple(words)

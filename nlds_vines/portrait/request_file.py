@@ -19,6 +19,7 @@ from nlds_vines.portrait.request import (
     Column,
     PortraitRequest,
     Window,
+    checked_panels,
     checked_window,
     described,
 )
@@ -38,6 +39,7 @@ def _checked_windows(value: object) -> list[Window]:
     return found
 
 
+_COLUMN_KEYS = ("name", "set", "window", "panels")
 _LENGTHS = ("transient", "periods")  # in place of which windows may be given
 
 FORM = Form(
@@ -104,16 +106,18 @@ def _columns(layers: Layers) -> Iterator[Column]:
     """Yield the columns: each of [[column]], in each of the windows or in its own."""
     system, windows = layers.system(), _windows(layers)
     asked = layers.above.table("sampling").keys() & {"windows", *_LENGTHS}
+    chosen = "panels" in layers.above.table("portrait")
     for entry in _entries(layers.below):
         with at(layers.below.where):
             own = None if asked else entry.get("window")
             seen = windows if own is None else [checked_window("window", own)]
             name = string("name", entry.get("name", ""))
+            panels = () if chosen else checked_panels(entry.get("panels", ()))
             settings = {**layers.below.table("set"), **table("set", entry.get("set", {}))}
             one = system.with_(**settings)
         with at(layers.above.place("set")):
             one = one.with_(**layers.above.table("set"))
-        yield from (Column(one, window, name) for window in seen)
+        yield from (Column(one, window, name, panels) for window in seen)
 
 
 def _entries(layer: Layer) -> Sequence[Document]:
@@ -122,7 +126,7 @@ def _entries(layer: Layer) -> Sequence[Document]:
     with at(layer.where):
         if not isinstance(columns, Sequence) or isinstance(columns, str):
             raise RequestError(f"column = {shown(columns)} must be a list of tables [[column]]")
-        return [table("[[column]]", entry, ("name", "set", "window")) for entry in columns] or [{}]
+        return [table("[[column]]", entry, _COLUMN_KEYS) for entry in columns] or [{}]
 
 
 def _windows(layers: Layers) -> list[Window]:

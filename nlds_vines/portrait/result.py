@@ -30,7 +30,8 @@ class View:
         states: x1, v1, x2, v2 [m, m/s], shape (n, 4), or (n, 2) without a damper; `samples` of
             each period, the last at its end.
         samples: states in each period.
-        touches: times [s] at which the damper touched a wall.
+        contacts: the impacts that begin in the window, rows of dtype `orbits.simulation.IMPACT`;
+            empty for a scene without walls.
         period: n of nT, by recurrence of the section to a `tolerance`; 0 where no period of up to
             `longest` was found.
         comb: n of the nT whose lines do not count as broadband.
@@ -42,7 +43,7 @@ class View:
     time: np.ndarray
     states: np.ndarray
     samples: int
-    touches: np.ndarray
+    contacts: np.ndarray
     period: int
     tolerance: float
     longest: int
@@ -54,6 +55,11 @@ class View:
     def section(self) -> np.ndarray:
         """The states at the whole forcing periods, shape (periods, 4)."""
         return self.states[self.samples - 1 :: self.samples]
+
+    @property
+    def touches(self) -> np.ndarray:
+        """The times [s] at which the damper touched a wall."""
+        return self.contacts["touch"]
 
     @property
     def cycle(self) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 
 from nlds_vines.kernels.recurrence import REPEATS, TOLERANCE, period_of
 from nlds_vines.orbits.signals import SIGNALS
-from nlds_vines.orbits.simulation import Orbit, simulate
+from nlds_vines.orbits.simulation import IMPACT, Orbit, simulate
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import Column, PortraitRequest, Window, span
 from nlds_vines.portrait.result import View
@@ -58,7 +58,7 @@ def _view(request: PortraitRequest, run: Sequence[Column], orbit: Orbit, column:
         time=orbit.time[part],
         states=states,
         samples=request.samples,
-        touches=_touches(orbit, column.window),
+        contacts=_contacts(orbit, column.window),
         period=n,
         tolerance=TOLERANCE,
         longest=len(section) // REPEATS,
@@ -68,13 +68,13 @@ def _view(request: PortraitRequest, run: Sequence[Column], orbit: Orbit, column:
     )
 
 
-def _touches(orbit: Orbit, window: Window) -> np.ndarray:
-    """Return the times [s] at which walls were touched in a window of an orbit."""
+def _contacts(orbit: Orbit, window: Window) -> np.ndarray:
+    """Return the impacts that begin in a window of an orbit, rows of dtype `IMPACT`."""
     if orbit.impacts is None:
-        return np.empty(0)
+        return np.empty(0, IMPACT)
     touches = orbit.impacts["touch"]
     first, last = (count * orbit.system.period for count in window)
-    return touches[(touches > first) & (touches <= last)]
+    return orbit.impacts[(touches > first) & (touches <= last)]
 
 
 def _spectrum(request: PortraitRequest, column: Column, states: np.ndarray, comb: int) -> Spectrum:

@@ -18,7 +18,7 @@ from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import PLOT_SUFFIXES, check_writable
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, choice, shown, unknown
 from nlds_vines.reproduce.request import FigureRequest
 from nlds_vines.reproduce.request_file import load_figure, packaged_figures
@@ -130,8 +130,10 @@ class _Job:
         failed += sum(self._draw(request) for request in self.requests)
         if self.report:
             from nlds_vines.reproduce import report
+            from nlds_vines.reproduce.motion import motions_of
 
-            report.write(self.report_path, self.folder / _ARCHIVES, self.picture)
+            archives = self.folder / _ARCHIVES
+            report.write(self.report_path, archives, self.picture, motions_of)
             self._say(str(self.report_path))
         return failed
 
@@ -179,7 +181,7 @@ class _Job:
 
     def _say(self, text: str) -> None:
         if not self.how.quiet:
-            print(text, flush=True)
+            say(text)
 
     def plan(self) -> list[str]:
         """Return what the run would do, a line for each request and one for all of it."""
@@ -197,7 +199,7 @@ class _Job:
 def _carry_out(options: argparse.Namespace) -> int:
     job = _job(options)
     if options.dry_run:
-        print("\n".join(job.plan()))
+        say(*job.plan())
         return DONE
     try:
         failed = job.run()

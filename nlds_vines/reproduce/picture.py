@@ -41,11 +41,12 @@ _HEAD, _FOOT, _NAME, _LEGEND = 0.65 * CM, 1.05 * CM, 0.5 * CM, 0.42 * CM
 """Heights [inches] of the title, of the labels below, of a panel's title, of a legend's row."""
 
 _HANDLE = 36  # points that the line of a legend's entry and the space around it take
-_VISIBLE = 0.008  # of the axis: a narrower window has no dashed bounds, which would hide it
+_VISIBLE = 0.008  # of the axis: a narrower window has one line in place of two bounds
 _ABOVE = 1.1  # upper end of the axis of energies over the highest curve
 _BOUND: dict[str, Any] = {
     "color": "#666666", "linewidth": 0.6, "linestyle": (0, (4, 2)), "zorder": 1,
 }  # fmt: skip
+_NARROW: dict[str, Any] = {**_BOUND, "linewidth": 0.45, "linestyle": "solid"}
 
 
 @matplotlib.rc_context(STYLE)
@@ -57,7 +58,7 @@ def draw_page(request: FigureRequest, archive_of: Callable[[Curve], Path]) -> Fi
     E1max is drawn as the request says, E2max (where asked for) dotted in the same colour.  A
     vertical line marks the structure's own frequency omega0 = sqrt(k1 / m1).  The frequencies
     at which a shaded curve has impacts are light yellow, its windows without impacts white
-    between dashed lines.
+    between dashed lines; one that is too narrow for them is a thin line.
 
     Raises `RequestError` for a request of another kind and for archives without the energies.
     """
@@ -138,6 +139,8 @@ def _handles(request: FigureRequest) -> list[Any]:
         found.append(Line2D([], [], color=RESONANCE, linestyle=_DOTTED, label=text))
     if any(curve.shade for curve in request.curves):
         found.append(Patch(facecolor=IMPACTS, edgecolor="#c9bd78", linewidth=0.4, label="impacts"))
+        bound = {**_BOUND, "linestyle": (0, (3, 2))}  # short enough for the legend
+        found.append(Line2D([], [], label="window without", **bound))
     resonance: dict[str, Any] = {"color": RESONANCE, "linewidth": 0.7}
     found.append(Line2D([], [], label=r"$\omega_0=\sqrt{k_1/m_1}$", **resonance))
     return found
@@ -178,7 +181,7 @@ def _draw_panel(
 
 
 def _shade(frame: Axes, view: ArchiveView) -> None:
-    """Fill where there are impacts; dashed lines bound the windows without any."""
+    """Fill where there are impacts; mark every window without any, by its bounds or one line."""
     values, impacts = view[view.axes[0]], view.take("impacts", start=0)
     found = bands(values, np.where(impacts > 0, "impacts", "none"))
     for band in found:
@@ -187,6 +190,8 @@ def _shade(frame: Axes, view: ArchiveView) -> None:
         elif band.width >= _VISIBLE * (values[-1] - values[0]):
             for bound in (band.low, band.high):
                 frame.axvline(bound, **_BOUND)
+        else:
+            frame.axvline(band.centre, **_NARROW)
 
 
 def _mark_resonances(frame: Axes, curves: Sequence[Curve]) -> None:

@@ -25,8 +25,10 @@ from nlds_vines.reproduce.claims import (
 )
 from nlds_vines.reproduce.claims.claim import tuning_frequency
 from nlds_vines.reproduce.claims.contact_constants import SPECIAL
-from nlds_vines.reproduce.claims.dampers import FREED, SET6, SETS
+from nlds_vines.reproduce.claims.measured import Follow, Motion, not_followed
+from nlds_vines.reproduce.claims.parameter_sets import SET6, SETS
 from nlds_vines.reproduce.claims.retention import Retained, retained
+from nlds_vines.reproduce.claims.three_dampers import FREED
 from nlds_vines.reproduce.request import FigureRequest
 from nlds_vines.reproduce.request_file import packaged_figures
 
@@ -57,16 +59,23 @@ _NOT_PRINTED = (
 )
 
 
-def write(path: Path, archives: Path, picture: str) -> None:
-    """Write the report in Markdown to `path`; nothing is computed but closed forms.
+def write(path: Path, archives: Path, picture: str, follow: Follow = not_followed) -> None:
+    """Write the report in Markdown to `path`; nothing is computed but closed forms and few orbits.
 
     Arguments: the path; `archives`, the folder of the archives; `picture`, the suffix of the
-    pictures, which lie beside the report.
+    pictures, which lie beside the report; `follow` returns the motions of a portrait, and is asked
+    for those whose picture is there.
 
     Raises `RequestError` where the report cannot be written or an archive cannot be read.
     """
     requests = packaged_figures()
-    text = "\n".join(_Report(requests, archived(requests, archives), path.parent, picture).lines())
+
+    def drawn(request: FigureRequest) -> Sequence[Motion]:
+        there = (path.parent / f"{request.name}.{picture}").exists()
+        return (follow if there else not_followed)(request)
+
+    evidence = archived(requests, archives, drawn)
+    text = "\n".join(_Report(requests, evidence, path.parent, picture).lines())
     temporary = path.with_name(f"{path.name}.tmp")
     with in_one_line(f"write {path}"):
         try:
@@ -92,7 +101,10 @@ class _Report:
         yield (
             f"Made by `nlds-vines reproduce`, nlds_vines {version('nlds-vines')}; not written by "
             "hand. The claims are the paper's in our words. Every number comes from an archive "
-            "in the folder beside this report, or from a closed form where that is said."
+            "in the folder beside this report, from the orbit of a figure, or from a closed form "
+            "where that is said. A claim agrees in part where one measure of it holds and another "
+            "does not, where it holds for some of the dampers, or only with another contact "
+            "stiffness than the assumed one; the text says which."
         )
         yield ""
         yield from self._claims()

@@ -7,6 +7,7 @@ or map, and a file with a `[portrait]` table that of one orbit in full.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,8 @@ from nlds_vines.plotting.style import HUES
 
 COLOURS: Mapping[str, str] = HUES
 """Colours by name, those of Okabe and Ito; a request file may also write `#rrggbb`."""
+
+_MOST_LETTERS = 160  # of a name in that of an archive: file systems allow 255 bytes
 
 LINES = ("solid", "dashed", "dashdot")
 """Kinds of line; a dotted one is the damper's energy."""
@@ -94,8 +97,13 @@ class FigureRequest:
 
         Curves that mean the same share it, on whatever page they stand.
         """
-        stem = self.name if self.kind == "scan" else curve.name
+        stem = self.name if self.kind == "scan" else _file_name(curve.name)
         return f"{stem}-{curve.scan.hash[:10]}.h5"
+
+
+def _file_name(name: str) -> str:
+    """Return a name as a part of the name of a file: no folder stands in it, and it is not long."""
+    return re.sub(r"[^\w.=+-]", "_", name, flags=re.ASCII)[:_MOST_LETTERS].lstrip(".")
 
 
 def short_name(name: str) -> str:

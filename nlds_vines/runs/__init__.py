@@ -8,5 +8,6 @@ In reading order:
     folder       the folder of a run, and its locks
     interrupts   Ctrl-C and SIGTERM, which end a run between two pieces of work
     progress     how much is done, how fast, how long to go
-    threads      how many threads the kernels use
+    threads      how many threads the kernels use, and whether the environment allows them
+    certificate  by which the processes of one run know each other
 """

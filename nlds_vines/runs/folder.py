@@ -42,6 +42,7 @@ class RunFolder:
     shard: Shard | None = None
     complete: bool = False
     discarded: list[str] = field(default_factory=list)
+    _replaces: bool = False
     _locks: list[int] = field(default_factory=list)
 
     @classmethod
@@ -109,18 +110,32 @@ class RunFolder:
     def deliver(self, make: Callable[[Path], object]) -> None:
         """Put the archive in place that `make` writes to a path, and remove the folder.
 
-        Raises `RequestError` if the disk is full.  If it ends early for any reason, the parts are
-        intact, and an archive of that name is as it was.
+        Raises `RequestError` if the disk is full, and where a file has come into being under the
+        archive's name that this run is not to replace.  If it ends early for any reason, the parts
+        are intact, and an archive of that name is as it was.
         """
         temporary = self.folder / "archive.tmp"
         with durable.in_one_line(f"write {self.path} (the parts are intact, use --resume)"):
             try:
                 make(temporary)
-                durable.replace(temporary, self.path)
+                self._put_in_place(temporary)
             finally:
                 with suppress(OSError):
                     temporary.unlink()
             self._remove()
+
+    def _put_in_place(self, temporary: Path) -> None:
+        """Give the finished archive its name."""
+        if self._replaces:
+            durable.replace_target(temporary, self.path)
+            return
+        try:
+            durable.publish(temporary, self.path)
+        except FileExistsError:
+            raise RequestError(
+                f"{self.path} has come into being meanwhile and is left as it is; all results are "
+                f"kept in {self.folder}: move that file away, then --resume makes the archive"
+            ) from None
 
     def _archive_is_complete(self, resume: bool, overwrite: bool) -> bool:
         """Tell whether the archive is there and this request's; refuse to touch any other."""
@@ -129,7 +144,7 @@ class RunFolder:
         if not resume:
             raise RequestError(f"{self.path} exists: --overwrite replaces it, -o names another")
         with archive.read(self.path) as view:
-            same = view.attrs["scan_hash"] == self.request.hash
+            same = view.text("scan_hash") == self.request.hash
         if not same:
             manifest = Manifest.read(self.folder)
             if manifest and manifest.overwrite:
@@ -175,6 +190,7 @@ class RunFolder:
             raise RequestError(
                 f"{self.folder} holds the parts of another {found.content} ({whose})"
             )
+        self._replaces = overwrite or (found is not None and found.overwrite)
         if not found:
             Manifest.of(self.request, self.content, overwrite).write(self.folder)
         if self.shard:

@@ -36,6 +36,14 @@ class Manifest:
     overwrite: bool = False
     content: str = SCAN
 
+    def __post_init__(self) -> None:
+        """Raise TypeError for an entry of another type: a manifest is read from a file."""
+        texts = (self.title, self.scan_hash, self.toml, self.began, self.content)
+        if not (isinstance(self.argv, list) and isinstance(self.overwrite, bool)):
+            raise TypeError("argv or overwrite is of another type")
+        if not all(isinstance(text, str) for text in (*texts, *self.argv)):
+            raise TypeError("a text is of another type")
+
     @classmethod
     def of(cls, request: Request, content: str = SCAN, overwrite: bool = False) -> Manifest:
         """Return the manifest of a request that this process begins."""
@@ -53,7 +61,7 @@ class Manifest:
             return cls(**json.loads(durable.read(path)))
         except (FileNotFoundError, NotADirectoryError):
             return None
-        except (ValueError, TypeError) as error:
+        except (ValueError, TypeError, RecursionError) as error:
             raise RequestError(f"{path} is damaged ({error}): use --overwrite") from error
 
     def write(self, folder: Path) -> None:

@@ -37,6 +37,11 @@ class Made:
     seconds: float
     threads: int
 
+    def __post_init__(self) -> None:
+        """Raise TypeError or ValueError for a time or a number of threads that is none."""
+        if not (float(self.seconds) >= 0.0 and int(self.threads) >= 0):
+            raise ValueError("it says that it took no time, or no threads")
+
 
 @dataclass(frozen=True)
 class Part:
@@ -99,7 +104,8 @@ def peek(path: Path, wanted: Iterable[str]) -> Part:
 
     It is for a look at a run under way, and reads no more than it must.
     """
-    data = np.memmap(path, mode="r").data
+    with durable.open_regular(path) as file:
+        data = np.memmap(file, mode="r").data
     head, start = _header(data)
     arrays = {name: a.copy() for name, a in _arrays(data, head["arrays"], start, set(wanted))}
     return Part(arrays, Made(**head["made"]))
@@ -112,7 +118,10 @@ def _header(data: memoryview) -> tuple[dict[str, Any], int]:
         if size >= len(data):
             raise ValueError("it is no part file")
         size *= 2
-    return json.loads(bytes(data[:end])), end + 1
+    try:
+        return json.loads(bytes(data[:end])), end + 1
+    except RecursionError:
+        raise ValueError("its first line is nested too deeply") from None
 
 
 def _arrays(

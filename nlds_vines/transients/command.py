@@ -18,9 +18,9 @@ from nlds_vines.bifurcation.command import Job, bifurcation, carry_out
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.cli.option_values import add_system_options, chosen_system
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_plot, optional_path
+from nlds_vines.cli.paths import check_output, check_plot, optional_path
 from nlds_vines.cli.run_options import add_local_options, run_options
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, at, number
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import load_system
@@ -87,7 +87,9 @@ def transients(
     delay, path = _checked_delay(delay), optional_path(plot)
     if path is not None:
         check_plot(path)
-    archive = bifurcation(scan, f"{_NAME}.h5" if output is None else output, **running)
+    target = Path(f"{_NAME}.h5" if output is None else output)
+    check_output(target, path)
+    archive = bifurcation(scan, target, **running)
     return _ensemble(archive, delay, path)
 
 
@@ -100,6 +102,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     archive = Path(options.output)
     plot = archive.with_suffix(".png") if options.plot is None else Path(options.plot)
     check_plot(plot)
+    check_output(archive, plot)
     job = Job(scan, None, archive, None, run_options(options))
     if options.dry_run:
         return carry_out(_NAME, job, dry_run=True)
@@ -107,7 +110,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     job.run()
     found = _ensemble(archive, delay, plot)
     if not job.how.quiet:
-        print(scan.title, *found.lines(), archive, plot, sep="\n")
+        say(scan.title, *found.lines(), archive, plot)
     failed = sum(entry.count for entry in found.shares if entry.label == "failed")
     if failed:
         where = f"the dataset `status` of {archive} says why"
@@ -122,7 +125,7 @@ def _ensemble(archive: Path, delay: float, plot: Path | None) -> Ensemble:
 
     with read(archive) as view:
         found = ensemble_of(view, delay=delay)
-        title, scan_hash = str(view.attrs["title"]), str(view.attrs["scan_hash"])
+        title, scan_hash = view.text("title"), view.text("scan_hash")
     if plot is not None:
         from nlds_vines.plotting.save import save_figure
         from nlds_vines.transients.picture import draw_ensemble

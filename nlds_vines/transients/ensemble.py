@@ -16,7 +16,6 @@ import numpy as np
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.coexistence import by_frequency, finals
 from nlds_vines.orbits.labels import TRANSIENT
-from nlds_vines.toml import parse_toml
 from nlds_vines.transients.survival import LEVEL, Decay, Survival, decay, share_interval, survival
 
 if TYPE_CHECKING:
@@ -56,7 +55,7 @@ class Ensemble:
     Arguments:
         labels: the regime of each start, strings in an object array (n,).
         settling: forcing periods until it settled, -1 where it did not, (n,).
-        watched: forcing periods for which it was watched, (n,).
+        watched: forcing periods for which it was watched, NaN of what failed, (n,).
         delay: forcing periods from which the exponential law is fitted.
         level: confidence of all intervals.
     """
@@ -178,11 +177,4 @@ def ensemble_of(
         raise RequestError(f"{view.path} holds no {', '.join(missing)}: record {wants}")
     where = dict(zip(view.axes, cell or (0,) * len(view.axes), strict=True))
     labels, settling, watched = (view.take(name, **where) for name in NEEDED)
-    return Ensemble(labels, settling, _all_watched(view, watched), delay, level)
-
-
-def _all_watched(view: ArchiveView, watched: np.ndarray) -> np.ndarray:
-    """Return how long each was watched: the scan's own periods where `watched` is not known."""
-    sampling = parse_toml(view.attrs["scan"], str(view.path))["sampling"]
-    own = sampling["transient"] + sampling["periods"]
-    return np.where(np.isfinite(watched), watched, own)
+    return Ensemble(labels, settling, watched, delay, level)

@@ -13,12 +13,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
+from nlds_vines.errors import RequestError, at, shown
 from nlds_vines.model.system import System
+from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.tuning.free_options import add_tuning_options, changes
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning
@@ -94,6 +97,14 @@ class _Job:
         check_output(self.archive, self.source, self.plot)
         if self.plot is not None:
             check_plot(self.plot)
+            self._refuse_undrawable(self.plot)
+
+    def _refuse_undrawable(self, plot: Path) -> None:
+        surface = self.tuning.surface
+        with at(f"--plot {shown(str(plot))}"):
+            for item in self.tuning.free:
+                if surface is not None and item.name in surface.parameters:
+                    refuse_undrawable(item.name, np.array([item.low, item.high]))
 
     def run(self) -> Tuned:
         """Search, draw the picture, and return what was found.
@@ -116,11 +127,11 @@ class _Job:
 def _carry_out(options: argparse.Namespace) -> int:
     job = _job(options)
     if options.dry_run:
-        print(*_plan(job), sep="\n")
+        say(*_plan(job))
         return DONE
     found = job.run()
     if not job.how.quiet:
-        print(*found.lines(), *filter(None, (job.archive, job.plot)), sep="\n")
+        say(*found.lines(), *filter(None, (job.archive, job.plot)))
     if not found.optima:
         complain(_NAME, f"no design was admissible: `status` of {job.archive} says why")
         return LANES_FAILED

@@ -12,12 +12,11 @@ from nlds_vines.cli.option_values import (
     comma_separated,
     given,
     interval,
-    parsed,
     spaced,
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
-from nlds_vines.errors import RequestError
+from nlds_vines.errors import RequestError, from_text
 from nlds_vines.tuning.request import SEARCHES
 
 _SEARCH = ("population", "generations", "polish", "optima", "seed", "seeds")
@@ -80,7 +79,7 @@ def _free(texts: Sequence[str]) -> dict[str, dict[str, float]]:
 def _over(texts: Sequence[str], band: str | None) -> dict[str, dict[str, Any]]:
     """Return the entries of `[over]` in a list of NAME=A,B,... and a band LOW:HIGH:NUM of omega."""
     found: dict[str, dict[str, Any]] = {
-        name: {"values": [parsed(float, f"--over {name}", item) for item in text.split(",")]}
+        name: {"values": [from_text(float, f"--over {name}", item) for item in text.split(",")]}
         for name, text in assignments("--over", texts, "NAME=A,B,...").items()
     }
     if band is None:

@@ -17,7 +17,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.plotting.bands import edges, evenly_spaced
+from nlds_vines.plotting.bands import drawable, edges, evenly_spaced
 from nlds_vines.plotting.panels import MAP_WIDTH, add_colour_bar, write_title
 from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import (
@@ -61,7 +61,7 @@ def tuning_surface(view: ArchiveView) -> Figure:
     _mark_optima(axes, view)
     for name, axis in zip(_names(view), (axes.xaxis, axes.yaxis), strict=True):
         axis.set_label_text(axis_label(name))
-    write_title(figure, _title(view), _FRAME[0])
+    write_title(figure, view.text("title"), _FRAME[0], _held(view))
     return figure
 
 
@@ -70,8 +70,8 @@ def _names(view: ArchiveView) -> list[str]:
     return [dim.removeprefix("surface_") for dim in view.dims("surface")]
 
 
-def _title(view: ArchiveView) -> str:
-    """Return the title, and below it the free parameters that are constant on the surface."""
+def _held(view: ArchiveView) -> str:
+    """Return in one line the free parameters that are constant on the surface."""
     prefix, shown = "optimum_", _names(view)
     free = [n.removeprefix(prefix) for n in view.names if n.startswith(prefix)]
     held = [
@@ -79,14 +79,13 @@ def _title(view: ArchiveView) -> str:
         for n in free
         if n in PARAMETERS and n not in shown
     ]
-    text = f"with {', '.join(held)} as in the best" if held else ""
-    return "\n".join(filter(None, [str(view.attrs["title"]), text]))
+    return f"with {', '.join(held)} as in the best" if held else ""
 
 
 def _draw_surface(figure: Figure, axes: Axes, view: ArchiveView) -> None:
     """Draw the objective in shades, a few contours over them, and the bar that explains them."""
     across, up = (view[dim] for dim in view.dims("surface"))
-    found = np.ma.masked_invalid(view["surface"]).T
+    found = np.ma.masked_invalid(drawable(view["surface"])).T
     norm = _norm(found)
     shades = matplotlib.colormaps[SHADES].with_extremes(bad=NO_VALUE)
     style: dict[str, Any] = {"cmap": shades, "norm": norm, "shading": "flat", "rasterized": True}

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from math import prod
 from typing import Any
 
 from nlds_vines.errors import RequestError, at, choice, shown
-from nlds_vines.model.axis import Axis
+from nlds_vines.model.axis import Axis, announced
 from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
 from nlds_vines.model.system import System
 from nlds_vines.tuning.free_parameter import Free, tunable, usual
 from nlds_vines.tuning.request import (
+    MOST_LANES,
     SAMPLED,
     SAMPLED_FREE,
     SAMPLING,
@@ -121,6 +123,9 @@ def _free(layers: Layers, system: System) -> tuple[Free, ...]:
 
 def _over(layers: Layers) -> tuple[Axis, ...]:
     with at(layers.place("over")):
+        cases = prod(announced(layers.table("over")))
+        if cases > MOST_LANES:
+            raise RequestError(f"every design has {cases} cases; allowed: up to {MOST_LANES}")
         return tuple(Axis.of(*item) for item in layers.table("over").items())
 
 

@@ -111,9 +111,9 @@ def tuned(path: str | os.PathLike[str]) -> Tuned:
     Raises `RequestError` for any other file.
     """
     with read(path) as view:
-        if view.attrs.get("content") != "tuning":
+        if view.content != "tuning":
             raise RequestError(f"{path} holds a scan, not a tuning")
-        document = parse_toml(str(view.attrs["scan"]), str(path))
+        document = parse_toml(view.text("scan"), str(path))
         seeds, best = view["search"].tolist(), view["search_best"].tolist()
         tuning, stage = load_tuning(document), view["stage"]
         refused = ~np.isfinite(view["objective"]) | (view["status"] != OK)

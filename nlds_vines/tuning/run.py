@@ -11,6 +11,7 @@ from nlds_vines.archives import archive
 from nlds_vines.archives.dataset import Table
 from nlds_vines.archives.provenance import attributes
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.errors import printable
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
@@ -37,13 +38,14 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
     and `RequestError` where the archive cannot be written.
     """
     how = RunOptions() if how is None else how
+    threads = use_threads(how.threads)
     opened = Journal.open(output, tuning, resume=how.resume, overwrite=how.overwrite)
     with opened as journal, interrupts.stop_on_signals() as stop:
         if journal.complete:
             return
-        known = journal.begin(use_threads(how.threads))
+        known = journal.begin(threads)
         for line in journal.discarded:
-            print(line, file=sys.stderr)
+            print(printable(line), file=sys.stderr)
         try:
             with Progress(
                 tuning.most_evaluations, "design", quiet=how.quiet, at_most=True

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.blocks import Block, blocks_of
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DONE, Command
+from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
@@ -59,7 +59,7 @@ def _consolidate(path: Path, dry_run: bool, quiet: bool) -> int:
             blocks = list(blocks_of(parts.request))
             _refuse_missing(parts, blocks)
             if dry_run:
-                print(f"{path}: all {len(blocks)} blocks are there")
+                say(f"{path}: all {len(blocks)} blocks are there")
                 return DONE
             try:
                 parts.consolidate(blocks, check=stop.check)
@@ -68,7 +68,7 @@ def _consolidate(path: Path, dry_run: bool, quiet: bool) -> int:
                     f"interrupted: the parts in {parts.folder} are as they were", stop.status
                 ) from None
     if not quiet:
-        print(path)
+        say(path)
     return DONE
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DIFFERENT, DONE, Command
+from nlds_vines.cli.running import DIFFERENT, DONE, Command, say
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.toml import parse_toml
 
@@ -83,7 +83,7 @@ def _changes(one: Mapping[str, str], other: Mapping[str, str]) -> Iterator[str]:
 
 def _parameters(view: ArchiveView) -> dict[str, str]:
     """Return the parameters by the dotted names of the request file, without titles and sources."""
-    asked = _leaves(parse_toml(str(view.attrs["scan"]), f"{view.path}: its scan"), "")
+    asked = _leaves(parse_toml(view.text("scan"), f"{view.path}: its scan"), "")
     return {name: value for name, value in asked if not name.startswith(_PROSE)}
 
 
@@ -91,7 +91,7 @@ def _leaves(value: Any, name: str) -> Iterator[tuple[str, str]]:
     if isinstance(value, Mapping):
         for key, inner in value.items():
             yield from _leaves(inner, f"{name}.{key}" if name else key)
-    elif isinstance(value, list) and len(value) > 4 and isinstance(value[0], float):
+    elif isinstance(value, list) and len(value) > 4 and all(isinstance(x, float) for x in value):
         # the digest differs where first, last and number are the same
         digest = hashlib.sha256(np.array(value).tobytes()).hexdigest()[:12]
         yield name, f"{len(value)} values from {value[0]!r} to {value[-1]!r}, {digest}"
@@ -113,6 +113,8 @@ def _of_results(a: ArchiveView, b: ArchiveView) -> Iterator[str]:
             yield f"{name} is only in {(a if name in a.names else b).path}"
         elif (a.dims(name), a.shape(name)) != (b.dims(name), b.shape(name)):
             yield f"{name} has {_sides(a, name)} in one and {_sides(b, name)} in the other"
+        elif a.is_text(name) != b.is_text(name):
+            yield f"{name} holds strings in {(a if a.is_text(name) else b).path} alone"
         else:
             yield from _of_values(a, b, name)
 
@@ -163,7 +165,7 @@ def _place(view: ArchiveView, name: str, index: tuple[int, ...]) -> str:
 def _carry_out(options: argparse.Namespace) -> int:
     """Compare two archives; return the exit status."""
     found = compare(Path(options.one), Path(options.other))
-    print("\n".join(found.lines()))
+    say(*found.lines())
     return DIFFERENT if found.different else DONE
 
 

@@ -13,9 +13,9 @@ from nlds_vines.bifurcation.command import Job, carry_out
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.run_options import add_run_options, run_options
-from nlds_vines.cli.running import DIFFERENT, DONE, LANES_FAILED, Command
-from nlds_vines.errors import RequestError, shown
-from nlds_vines.runs.manifest import SCAN, refuse_unless_scan
+from nlds_vines.cli.running import DIFFERENT, DONE, LANES_FAILED, Command, say
+from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.runs.manifest import refuse_unless_scan
 from nlds_vines.toml import parse_toml
 
 if TYPE_CHECKING:
@@ -42,13 +42,15 @@ def scan_in(path: Path) -> Scan:
     from nlds_vines.archives import archive
 
     with archive.read(path) as view:
-        attrs = view.attrs
-    refuse_unless_scan(f"{path} holds", attrs.get("content", SCAN))
-    scan = load_scan(parse_toml(str(attrs["scan"]), f"{path}: its scan"))
-    if scan.hash != attrs["scan_hash"]:
+        refuse_unless_scan(f"{path} holds", view.content)
+        text, digest = view.text("scan"), view.text("scan_hash")
+        source = view.attrs.get("source", "an unknown version")
+    with at(f"{path}: its scan"):
+        scan = load_scan(parse_toml(text, "the attribute scan"))
+    if scan.hash != digest:
         raise RequestError(
             f"{path}: its scan is damaged, or means something else to this version; "
-            f"it was made by {attrs.get('source', 'an unknown version')}"
+            f"it was made by {source}"
         )
     return scan
 
@@ -69,7 +71,7 @@ def _compared(old: Path, new: Path, quiet: bool) -> int:
 
     found = compare(old, new)
     if found.different or not quiet:
-        print("\n".join(found.lines()))
+        say(*found.lines())
     return DIFFERENT if found.different else DONE
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.tally import COUNTED, Tally
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DONE, Command
+from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.runs.progress import duration
 
@@ -102,12 +102,12 @@ def standing(folder: Path) -> Standing:
     for block in files.there(blocks):
         try:
             part, when = files.peek(block, COUNTED), files.path(block).stat().st_mtime
+            found.tally.note(part.arrays)
         except FileNotFoundError:  # removed since: it is being computed again, or joined
             continue
         except (OSError, ValueError, KeyError, TypeError):
             found.unreadable += 1
             continue
-        found.tally.note(part.arrays)
         found.stored.append((when, part.arrays["status"].size, part.made.seconds))
     found.stored.sort()
     return found
@@ -127,9 +127,9 @@ def _carry_out(options: argparse.Namespace) -> int:
     path = Path(options.file.removesuffix(".parts"))
     folder = path.with_name(f"{path.name}.parts")
     if folder.is_dir():
-        print("\n".join(standing(folder).lines()))
+        say(*standing(folder).lines())
     elif path.is_file():
-        print("\n".join(_of_archive(path)))
+        say(*_of_archive(path))
     else:
         raise RequestError(f"{shown(str(path))}: there is no such archive, and no parts of one")
     return DONE
@@ -138,13 +138,13 @@ def _carry_out(options: argparse.Namespace) -> int:
 def _of_archive(path: Path) -> list[str]:
     """Return the counts of a finished scan, one line each."""
     from nlds_vines.archives import archive
-    from nlds_vines.runs.manifest import SCAN, refuse_unless_scan
+    from nlds_vines.runs.manifest import refuse_unless_scan
 
     tally = Tally()
     with archive.read(path) as view:
-        refuse_unless_scan(f"{shown(str(path))} holds", view.attrs.get("content", SCAN))
+        refuse_unless_scan(f"{shown(str(path))} holds", view.content)
         tally.note({name: view[name] for name in COUNTED if name in view})
-        title = str(view.attrs["title"])
+        title = view.text("title")
     return [
         title,
         f"orbits:   {tally.lanes}, complete, {tally.failed} failed",

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.running import DAMAGED, DONE, Command
+from nlds_vines.cli.running import DAMAGED, DONE, WRONG_REQUEST, Command, complain, say
 from nlds_vines.errors import RequestError, shown
 
 if TYPE_CHECKING:
     from nlds_vines.runs.manifest import Manifest
 
+_NAME = "verify"
 _EXAMPLES = """\
 examples:
   nlds-vines verify figure8.h5
@@ -71,7 +72,11 @@ def _of_scan(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Itera
     from nlds_vines.runs.manifest import NAME
     from nlds_vines.runs.partfile import UNSOUND
 
-    scan = scan_of(manifest)
+    try:
+        scan = scan_of(manifest)
+    except RequestError as error:
+        yield f"{folder / NAME}: {error}"
+        return
     files = PartFiles(folder, scan)
     if scan.hash != manifest.scan_hash:
         yield f"{folder / NAME} holds another scan than it says, or one of another version"
@@ -80,7 +85,7 @@ def _of_scan(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Itera
     for block in files.there(blocks):
         try:
             files.load(block)
-        except UNSOUND as error:
+        except (*UNSOUND, OSError) as error:
             yield f"part {files.path(block).name} is damaged: {error}"
     for name in sorted(names - {files.path(block).name for block in blocks}):
         yield f"part {name} belongs to no block of this scan"
@@ -96,26 +101,29 @@ def _of_numbered_parts(folder: Path, manifest: Manifest, names: AbstractSet[str]
             fetch(folder / name, identity(manifest.scan_hash, index))
         except FileNotFoundError:
             yield f"part {name} is missing, and others after it are there"
-        except UNSOUND as error:
+        except (*UNSOUND, OSError) as error:
             yield f"part {name} is damaged: {error}"
     for name in sorted(names - there.keys()):
         yield f"part {name} is out of order"
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    """Verify files and folders; return the exit status."""
-    sound = [_verified(Path(name), options.quiet) for name in options.files]
-    return DONE if all(sound) else DAMAGED
+    """Verify files and folders, each of them; return the exit status, the worst of all."""
+    return max(_verified(Path(name), options.quiet) for name in options.files)
 
 
-def _verified(path: Path, quiet: bool) -> bool:
-    """Verify one file or folder, print what is wrong and return whether it is sound."""
-    found = problems(path)
+def _verified(path: Path, quiet: bool) -> int:
+    """Verify one file or folder, print what is wrong and return the exit status that it means."""
+    try:
+        found = problems(path)
+    except RequestError as error:
+        complain(_NAME, f"error: {error}")
+        return WRONG_REQUEST
     for problem in found:
-        print(f"{path}: {problem}")
+        say(f"{path}: {problem}")
     if not found and not quiet:
-        print(f"{path}: sound")
-    return not found
+        say(f"{path}: sound")
+    return DAMAGED if found else DONE
 
 
 def _declare(parser: Parser) -> None:
@@ -124,7 +132,7 @@ def _declare(parser: Parser) -> None:
 
 
 COMMAND = Command(
-    name="verify",
+    name=_NAME,
     description="Check archives, or folders of parts, from end to end.",
     examples=_EXAMPLES,
     declare=_declare,

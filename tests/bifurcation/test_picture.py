@@ -207,6 +207,28 @@ def test_a_map_without_regimes_shows_the_largest_energy_of_all_starts(tmp_path):
     assert axes.collections[0].get_array().shape == (20, 30)
 
 
+LIMITED = {
+    **{"kind": "ssvi-b", "m1": 1000.0, "k1": 3.95e4, "c1": 452.0, "m2": 60.0, "k2": 600.0},
+    **{"c2": 262.0, "C": 0.1, "D": 0.1, "P": 800.0, "omega": 6.28, "K": 1e7},
+}
+
+
+def test_a_map_of_numbers_marks_where_the_limit_of_its_scene_is_violated(tmp_path):
+    def fill(name, array):
+        if name == "violations":
+            array[...] = 0
+            array[3:5, 7] = 2
+
+    kept = drawn(archive_of(tmp_path / "kept.h5", ["energy"], MAP, system="ssul-set6"))
+    assert kept.axes[0].get_legend() is None
+    path = archive_of(tmp_path / "m.h5", ["energy"], MAP, system=LIMITED, fill=fill)
+    axes = drawn(path).axes[0]
+    assert legend_of(axes) == ["comes where it must not"]
+    (dots,) = axes.get_lines()
+    np.testing.assert_allclose(dots.get_xdata(), np.linspace(7, 8, 30)[3:5])
+    np.testing.assert_allclose(dots.get_ydata(), [np.linspace(600, 1000, 20)[7]] * 2)
+
+
 FOUR = {"policy": "random", "count": 4, "seed": 1}
 LATE = "transient chaos to T,0"
 

@@ -30,10 +30,10 @@ METHODS = {"exact": {}, "rk4": {"method": "rk4", "period_steps": 4096.0}}
 both_methods = pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
 
 
-def assert_as_twin(numbers, start, periods, options, bound=1e-8, steps=4096):
+def assert_as_twin(numbers, start, periods, options, bound=1e-8):
     """Compare sections and impacts with the twin's; return the orbit."""
     orbit = follow_ssul(numbers, start, periods, **options)
-    course = follow(model_of(numbers), start, periods, steps=steps, within=400)
+    course = follow(model_of(numbers), start, periods)
     np.testing.assert_allclose(orbit.section, course.section, rtol=0, atol=bound)
     np.testing.assert_array_equal(orbit.state, orbit.section[-1])
     assert_rows(orbit.impacts, course.touches, numbers["K"], bound)

@@ -16,6 +16,7 @@ from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 from nlds_vines.orbits import simulation
 from nlds_vines.portrait.command import main
+from nlds_vines.portrait.page_layout import make_page, rows_of
 from nlds_vines.portrait.picture import portrait as draw
 from nlds_vines.portrait.request import PANELS, USUAL, Column, PortraitRequest, Window
 from nlds_vines.portrait.request_file import load_portrait
@@ -277,14 +278,68 @@ def test_options_override_a_request():
     assert [column.window for column in single.columns] == [Window(4, 6)] * 2
 
 
-def test_panels_keep_the_order_of_the_page_and_need_something_to_show():
+def test_panels_stand_in_the_order_asked_for_and_need_something_to_show():
     assert request_of("tmd", panels=["spectrum", "force", "energy"]).panels == (
-        "energy",
         "spectrum",
+        "energy",
     )
     assert request_of("ssul-set6").panels == tuple(name for name in PANELS if name in USUAL)
     with pytest.raises(RequestError, match="force cannot be filled for kind 'tmd'"):
         request_of("tmd", panels=["force"])
+
+
+CAPTIONS = {  # the kinds of panels in the order of the paper's captions, (a), (b), ...
+    "figure9": ["displacement", "phase", "relative", "force"],
+    "figure10": ["relative", "phase1", "phase2", "force", "spectrum"],
+    "figure11": ["relative", "phase1", "phase2", "force", "spectrum", "phase", "velocity"],
+}
+
+
+@pytest.mark.parametrize("name", CAPTIONS)
+def test_the_papers_figures_have_the_letters_of_their_captions(name):
+    request = load_portrait(ROOT / "scans" / f"{name}.toml", {"sampling": {"samples": 8}})
+    assert list(request.panels[: len(CAPTIONS[name])]) == CAPTIONS[name]
+    _, places = make_page(request.panels, views_of(request))
+    found = [(p.axes.texts[0].get_text(), p.panel) for row in places for p in row]
+    letters = dict(found)
+    assert [letters[f"({'abcdefg'[i]})"] for i in range(len(CAPTIONS[name]))] == CAPTIONS[name]
+    assert sorted(letters) == [letter for letter, _ in sorted(set(found))]  # one letter a kind
+
+
+def test_panels_of_one_column_stand_side_by_side_below_its_name():
+    request = load_portrait(ROOT / "scans" / "figure11.toml", {"sampling": {"samples": 64}})
+    views = views_of(request)
+    rows = rows_of(request.panels, views)
+    rows = [[(panel, view.column.name) for panel, view in row] for row in rows]
+    both = ["chaotic phase", "periodic phase"]
+    assert rows[0] == [("relative", name) for name in both]
+    assert rows[1] == [("phase1", "chaotic phase"), ("phase2", "chaotic phase")]
+    assert rows[4] == [("phase", "periodic phase"), ("velocity", "periodic phase")]
+    texts = [text.get_text() for text in draw(request, views).texts]
+    assert texts.count("chaotic phase, periods 10 to 70") == 3  # above its column and over (b), (c)
+    plain = load_portrait(ROOT / "scans" / "figure11.toml", {"portrait": {"panels": ["force"]}})
+    assert [column.panels for column in plain.columns] == [(), ()]
+
+
+@pytest.mark.parametrize(
+    ("panels", "words"),
+    [
+        (["force"], "unknown panel of a column 'force'"),
+        (["forces"], "unknown panels 'forces'"),
+        ([], "empty"),
+    ],
+)
+def test_a_column_fills_panels_of_its_page(panels, words):
+    column = {"window": [0, 3], "panels": panels}
+    document = {"system": "ssul-set6", "portrait": {"panels": ["phase1"]}, "column": [column]}
+    with pytest.raises(RequestError, match=words):
+        load_portrait(document)
+
+
+def test_a_panel_that_no_column_fills_is_refused():
+    column = Column(OF_KIND["tmd"], Window(0, 3), panels=("phase1",))
+    with pytest.raises(RequestError, match="'phase2' is filled by no column"):
+        PortraitRequest("a title", (column,), ("phase1", "phase2"))
 
 
 def test_a_request_in_python_is_checked_too():

@@ -1,5 +1,7 @@
 """What is known without a simulation: steady states, energies, symmetries, admissibility."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -187,9 +189,11 @@ def test_energy_is_constant_without_damping_and_forcing(K):
 INSIDE = {"K": 1e3, "C": 0.02}  # long soft contacts: both energies are largest inside one
 
 
-def densely(p):
-    """Return the twin's course from rest, sampled so densely that energies are good to 1e-6."""
-    return follow(model_of(p), (0.0, 0.0, p["V"] + p["C"], 0.0), 12, steps=8192, within=1000)
+@cache
+def seen_by_twin(**changes):
+    """Return the twin's course from rest."""
+    p = {**SET6, **changes}
+    return follow(model_of(p), (0.0, 0.0, p["V"] + p["C"], 0.0), 12)
 
 
 @pytest.mark.parametrize(
@@ -201,15 +205,16 @@ def test_largest_energies_against_the_twin(changes, method):
     p = {**SET6, **changes}
     options = {"period_steps": 2048.0} if method == "rk4" else {}
     orbit = simulate(system_of("ssul", p), 12, record=FULL, method=method, **options)
-    course = densely(p)
-    assert orbit.E1max == pytest.approx(course.E1max, rel=1e-6)
-    assert orbit.E2max == pytest.approx(course.E2max, rel=1e-6)
-    assert orbit.clearance == pytest.approx(-course.misses[:, 2].max(initial=-np.inf), abs=1e-7)
+    course, bound = seen_by_twin(**changes), 1e-6 if method == "rk4" else 1e-8
+    assert orbit.E1max == pytest.approx(course.E1max, rel=bound)
+    assert orbit.E2max == pytest.approx(course.E2max, rel=bound)
+    closest = -course.misses[:, 2].max(initial=-np.inf)
+    assert orbit.clearance == pytest.approx(closest, abs=0.1 * bound)
 
 
 def test_energies_are_largest_inside_a_contact():
     """So that the comparison above has such a case."""
-    course = densely({**SET6, **INSIDE})
+    course = seen_by_twin(**INSIDE)
     assert course.E1max_inside == course.E1max
     assert course.E2max_inside == course.E2max
 

@@ -3,6 +3,7 @@
 import numpy as np
 import paper_results as paper
 import pytest
+from paper_worlds import RESULTS
 
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
@@ -13,47 +14,6 @@ ALL = (*CLAIMS, *FACTS)
 NEVER_DECIDED = {  # the paper is silent
     "The moduli, the surfaces' geometry and equation (4) fix the contact stiffness K.",
     "The values of k1 that were compared.",
-}
-
-
-def rising(system, omega):
-    return omega + 40 * len(system.name) - system.parameters.get("c2", 300) * 0.1
-
-
-def better(system, omega):
-    """Return the published energies where the program agrees, others where it contradicts."""
-    p = system.parameters
-    if p.get("k2") == 2083:
-        return paper.published(system, omega) * 5
-    if system.kind == "tmd" and p["k1"] < paper.TUNED_K1:
-        return paper.published(system, omega) * (1 + 1.5 * (1 - p["k1"] / paper.TUNED_K1))
-    return paper.published(system, omega)
-
-
-def unlike(system, omega):
-    """Return energies of dampers that differ from one another and from the paper."""
-    p, base = system.parameters, paper.published(system, omega)
-    if system.kind == "none":
-        return base + omega
-    stiffer = p["k1"] / paper.TUNED_K1
-    return base * (0.2 + 3 * (stiffer - 1) * (system.kind == "ssbl") + (system.kind == "ssul"))
-
-
-def all_different(system, omega):
-    """Return energies that differ from each parameter set to the next."""
-    spread = 1 + 40 * (system.parameters.get("C", 0.03) - 0.03) * (system.kind == "ssul")
-    return paper.published(system, omega) * spread
-
-
-RESULTS = {
-    "all_different": paper.made_up(all_different),
-    "published": paper.made_up(),
-    "better": paper.made_up(better),
-    "rising": paper.made_up(rising, damper=0.01),
-    "unlike": paper.made_up(unlike, damper=0.01),
-    "without impacts": paper.made_up(regimes=paper.without_impacts),
-    "without period": paper.made_up(regimes=paper.without_period),
-    "heavy": paper.made_up(m2=160.0, k2=1e8),
 }
 
 

@@ -9,13 +9,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.regime_strip import FLAG_WIDTH, draw_strip, mark_flagged
+from nlds_vines.bifurcation.watched import in_legend
 from nlds_vines.errors import RequestError
+from nlds_vines.orbits.coexistence import CHAOS
 from nlds_vines.orbits.labels import KEPT
-from nlds_vines.plotting.bands import bands, edges
-from nlds_vines.plotting.palette import colours
+from nlds_vines.plotting.bands import bands, drawable, edges
+from nlds_vines.plotting.palette import OTHERS, colours
 from nlds_vines.plotting.panels import write_letters, write_title
 from nlds_vines.plotting.style import (
     CM,
@@ -75,8 +78,8 @@ def diagram(view: ArchiveView) -> Figure:
     if strips:
         _draw_strips(figure, panels[0], view, strips)
     flagged = bool(_flagged(view)[:, :strips].any())
-    _add_legend(panels[-1], list(view["start"]), flagged)
-    write_title(figure, view.attrs["title"])
+    _add_legend(panels[-1], list(view["start"]), flagged, _watched(view) if strips else [])
+    write_title(figure, view.text("title"))
     return figure
 
 
@@ -113,12 +116,12 @@ def _draw_dots(panel: Axes, view: ArchiveView, row: str) -> None:
         else:
             found, unit = view.take(row, start=start)[:, np.newaxis], view.units(row)
         across = np.repeat(values, found.shape[1])
-        drawable = np.where(np.isfinite(found), found, np.nan).ravel()
+        shown = drawable(found).ravel()
         if row in ERRORS:
-            drawable = np.maximum(drawable, ROUND_OFF)
+            shown = np.maximum(shown, ROUND_OFF)
             panel.set_yscale("log")
         size = _SECTION_DOT if section else _NUMBER_DOT
-        panel.plot(across, drawable, color=colour, rasterized=True, markersize=size, **DOT)
+        panel.plot(across, shown, color=colour, rasterized=True, markersize=size, **DOT)
     panel.set_ylabel(quantity_label(row, unit))
 
 
@@ -130,8 +133,8 @@ def _draw_exponent(panel: Axes, view: ArchiveView) -> None:
     values = view[view.axes[0]]
     panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0.5)
     for start, colour in enumerate(start_colours(list(view["start"]))):
-        found = view.take(EXPONENT, start=start)
-        width = view.take(f"{EXPONENT}_width", start=start)
+        found = drawable(view.take(EXPONENT, start=start))
+        width = drawable(view.take(f"{EXPONENT}_width", start=start))
         known = np.isfinite(found) & np.isfinite(width)
         low, high = (found - width)[known], (found + width)[known]
         bar: dict[str, Any] = {"alpha": 0.35, "linewidth": 1.0, "rasterized": True}
@@ -145,7 +148,8 @@ def _overlay_energy(panel: Axes, view: ArchiveView) -> None:
     """Draw the structure's maximum energy over a panel, on an axis of its own."""
     axes = panel.twinx()
     for start in range(view["start"].size):
-        axes.plot(view[view.axes[0]], view.take("E1max", start=start), color=GREEN, linewidth=0.9)
+        energy = drawable(view.take("E1max", start=start))
+        axes.plot(view[view.axes[0]], energy, color=GREEN, linewidth=0.9)
     axes.set_ylim(bottom=0)
     axes.set_ylabel(quantity_label("E1max", view.units("E1max")), color=GREEN)
     axes.tick_params(axis="y", colors=GREEN)
@@ -186,8 +190,15 @@ def _flagged(view: ArchiveView) -> np.ndarray:
     return np.asarray(view["label_kept"] == KEPT["no"])
 
 
-def _add_legend(panel: Axes, starts: list[str], flagged: bool) -> None:
-    """Add a legend of the starts, unless all begin at rest, and of the flags if there are any."""
+def _watched(view: ArchiveView) -> list[Patch]:
+    """Return the entry of a legend that says for how long chaos was watched, if there is any."""
+    if not np.any(view["label"] == CHAOS):
+        return []
+    return [Patch(facecolor=OTHERS[CHAOS], label=in_legend(CHAOS, view))]
+
+
+def _add_legend(panel: Axes, starts: list[str], flagged: bool, others: list[Patch]) -> None:
+    """Add a legend of starts not at rest, of the flags if there are any, and of `others`."""
     dot: dict[str, Any] = {"marker": "o", "markersize": _LEGEND_DOT, "linestyle": "none"}
     handles = [
         Line2D([], [], color=colour, label=f"start: {name}", **dot)
@@ -197,5 +208,6 @@ def _add_legend(panel: Axes, starts: list[str], flagged: bool) -> None:
     if flagged:
         tick: dict[str, Any] = {"marker": "|", "linestyle": "none", "markeredgewidth": FLAG_WIDTH}
         handles.append(Line2D([], [], color=FLAG_COLOUR, label=FLAGGED, **tick))
-    if handles:
-        panel.legend(handles=handles, loc="upper right", ncols=4, handletextpad=0)
+    if handles or others:
+        pad = {"handletextpad": 0.0} if handles else {"handlelength": 1.0}
+        panel.legend(handles=[*handles, *others], loc="upper right", ncols=4, **pad)

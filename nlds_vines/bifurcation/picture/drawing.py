@@ -12,6 +12,7 @@ from nlds_vines.bifurcation.picture.choices import check_show, usual_show
 from nlds_vines.bifurcation.picture.diagram import diagram
 from nlds_vines.bifurcation.picture.regime_map import regime_map
 from nlds_vines.errors import RequestError
+from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.plotting.save import save_drawn
 
 
@@ -35,6 +36,8 @@ def draw(view: ArchiveView, show: str | None = None) -> Figure:
 
     Raises `RequestError` where the archive does not hold what to `show`.
     """
+    for name in view.axes:
+        refuse_undrawable(name, view[name])
     if show is not None:
         check_show(show, len(view.axes), view["start"].size, view.names)
     if len(view.axes) == 1:

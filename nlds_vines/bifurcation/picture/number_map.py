@@ -13,7 +13,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.bifurcation.picture.map_cells import fill_cells, single_map
+from nlds_vines.bifurcation.picture.map_cells import fill_cells, mark_cells, single_map
+from nlds_vines.plotting.bands import drawable
 from nlds_vines.plotting.palette import OTHERS
 from nlds_vines.plotting.panels import add_colour_bar
 from nlds_vines.plotting.style import ERRORS, NO_VALUE, ROUND_OFF, SHADES, quantity_label
@@ -22,16 +23,18 @@ _TWO_SIDED = "PuOr_r"  # matplotlib's name of shades with a zero in their middle
 _SIGNED = ("lyapunov", "transient_lyapunov")  # the numbers that are drawn in those
 _EXTREME = 0.5  # per cent of the cells at either end that do not stretch a two-sided scale
 _NARROWEST = 1e-12  # 1/s, least reach of a two-sided scale to either side
+_VIOLATED = "comes where it must not"
 _SETTLED_LATE = 10.0  # forcing periods, least upper end of the scale of settling times
 
 
 def draw_number(view: ArchiveView, name: str) -> Figure:
     """Return a map of a recorded number: of several starts the largest, grey where there is none.
 
-    On a map of settling times, cells in which a start did not settle are black.
+    On a map of settling times, cells in which a start did not settle are black.  Where a scene has
+    a limit, a dot marks the cells in which it is violated.
     """
     figure, axes = single_map(view)
-    values = _largest(view[name].astype(float))
+    values = _largest(drawable(view[name]))
     unsettled = np.zeros(values.shape, dtype=bool)
     if name == "settling":
         unsettled |= (view[name] < 0).any(axis=-1)
@@ -39,8 +42,13 @@ def draw_number(view: ArchiveView, name: str) -> Figure:
     shades = matplotlib.colormaps[_TWO_SIDED if name in _SIGNED else SHADES]
     style = {"cmap": shades.with_extremes(bad=NO_VALUE), "norm": _norm(name, shown)}
     mesh = fill_cells(axes, view, shown, **style)
-    if unsettled.any():
-        _blacken(axes, view, unsettled)
+    marks: list[Any] = [_blacken(axes, view, unsettled)] if unsettled.any() else []
+    if "violations" in view and np.any(view["violations"] > 0):
+        violated = np.asarray(np.any(view["violations"] > 0, axis=-1))
+        marks.append(mark_cells(axes, view, violated, _VIOLATED))
+    if marks:
+        look: dict[str, Any] = {"borderaxespad": 0.2, "handlelength": 1.2, "ncols": len(marks)}
+        axes.legend(handles=marks, loc="lower right", bbox_to_anchor=(1.0, 1.0), **look)
     several = f", largest of {view['start'].size} starts" if view["start"].size > 1 else ""
     label = quantity_label(name, view.units(name)) + several
     extend = "both" if name in _SIGNED else "neither"
@@ -72,11 +80,9 @@ def _norm(name: str, shown: np.ma.MaskedArray) -> Normalize:
     return Normalize()
 
 
-def _blacken(axes: Axes, view: ArchiveView, where: np.ndarray) -> None:
-    """Draw cells black, and name the reason above the map."""
+def _blacken(axes: Axes, view: ArchiveView, where: np.ndarray) -> Patch:
+    """Draw cells black, and return the entry of the legend that names the reason."""
     colour = OTHERS["chaos"]
     covered = np.ma.masked_where(~where, np.ones(where.shape))
     fill_cells(axes, view, covered, cmap=ListedColormap([colour]))
-    patch = Patch(facecolor=colour, label="not settled, or no orbit to settle on")
-    look: dict[str, Any] = {"borderaxespad": 0.2, "handlelength": 1.2}
-    axes.legend(handles=[patch], loc="lower right", bbox_to_anchor=(1.0, 1.0), **look)
+    return Patch(facecolor=colour, label="not settled, or no orbit to settle on")

@@ -24,6 +24,7 @@ from nlds_vines.bifurcation.picture.map_cells import (
 )
 from nlds_vines.bifurcation.picture.number_map import draw_number
 from nlds_vines.bifurcation.picture.share_map import draw_shares
+from nlds_vines.bifurcation.watched import in_legend
 from nlds_vines.orbits.coexistence import by_frequency, coexisting, final, most_frequent
 from nlds_vines.orbits.labels import KEPT
 from nlds_vines.plotting.palette import (
@@ -72,7 +73,7 @@ def regime_map(view: ArchiveView, show: str) -> Figure:
     else:
         figure = draw_number(view, show)
     starts = view["start"].size
-    write_title(figure, view.attrs["title"] + (f"; {starts} starts" if starts > 1 else ""))
+    write_title(figure, view.text("title") + (f"; {starts} starts" if starts > 1 else ""))
     return figure
 
 
@@ -106,7 +107,7 @@ def _draw_regimes(axes: Axes, view: ArchiveView, labels: np.ndarray, title: str)
     flags = _mark_flagged(axes, view)
     room = int(axes.bbox.height / axes.figure.dpi / _LINE) - 1 - 2 * len(flags)  # names that fit
     named = _ordered(words if len(words) <= room else words[: room - 1])
-    handles = [Patch(facecolor=colour[word], label=short(word)) for word in named]
+    handles = [Patch(facecolor=colour[word], label=in_legend(short(word), view)) for word in named]
     if len(words) > len(named):
         handles.append(Patch(color="none", label=f"and {len(words) - len(named)} more"))
     _add_legend(axes, [*handles, *flags], title)

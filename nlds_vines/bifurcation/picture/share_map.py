@@ -15,7 +15,7 @@ from nlds_vines.bifurcation.picture.choices import SHARE
 from nlds_vines.bifurcation.picture.map_cells import fill_cells, single_map
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.coexistence import UNKNOWN, by_frequency, finals, share_of
-from nlds_vines.plotting.panels import add_colour_bar
+from nlds_vines.plotting.panels import add_colour_bar, literal
 from nlds_vines.plotting.style import CM, LEFT, RIGHT, SHADES, STYLE, WIDTH, axis_label
 
 _MOST, _COLUMNS = 6, 2  # small maps of one picture, and of one row
@@ -41,7 +41,7 @@ def draw_shares(view: ArchiveView, show: str) -> Figure:
     text = f"share of {labels.shape[-1]} starts"
     if len(wanted) == 1:
         figure, axes = single_map(view)
-        mesh, text = _draw_share(axes, view, labels, wanted[0]), f"{text} in {wanted[0]}"
+        mesh, text = _draw_share(axes, view, labels, wanted[0]), f"{text} in {literal(wanted[0])}"
         place = axes.get_position()
     else:
         figure, panels = _small_maps(view, wanted)

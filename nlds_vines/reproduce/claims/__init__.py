@@ -2,31 +2,44 @@
 
 In reading order:
 
-    claim               a claim, its evidence, and the verdicts there are
+    measured            the data of archives, and orbits in full
+    claim               a claim, and the verdicts there are
     contact_constants   section 2: the contact stiffness, which the paper does not fix
-    dampers             section 3: six parameter sets, and the comparison with TMD and SSbl NES
-    retention           section 4: the energy that is kept when the structure or the force changes
+    parameter_sets      section 3.1: six parameter sets
+    three_dampers       section 3.2: the comparison with TMD and SSbl NES
+    retention           section 4.1: the energy that is kept when the stiffness changes
+    damping_and_force   sections 4.2, 4.3: when the damping or the force changes
+    damper_designs      section 2: designs of the damper, the surface on which it strikes
+    published_optima    sections 2 and 3: whether the printed dampers are optima
     dynamics            section 5: the regimes of the SSul NES at different frequencies
+    single_orbits       section 5: the orbits of Figures 9 and 10
     facts               closed forms beside the results of simulations
 """
 
-from nlds_vines.reproduce.claims.claim import (
-    Claim,
-    Data,
-    Evidence,
-    Finding,
-    Missing,
-    Verdict,
-    archived,
-    judge,
-)
+from nlds_vines.reproduce.claims.claim import Claim, Finding, Verdict, judge
 from nlds_vines.reproduce.claims.contact_constants import CONTACT
-from nlds_vines.reproduce.claims.dampers import COMPARISON, DAMPERS
+from nlds_vines.reproduce.claims.damper_designs import DESIGNS
+from nlds_vines.reproduce.claims.damping_and_force import DAMPING_AND_FORCE
 from nlds_vines.reproduce.claims.dynamics import DYNAMICS
 from nlds_vines.reproduce.claims.facts import FACTS
-from nlds_vines.reproduce.claims.retention import RETENTION
+from nlds_vines.reproduce.claims.measured import Data, Evidence, Missing, Motion, archived
+from nlds_vines.reproduce.claims.parameter_sets import PARAMETER_SETS
+from nlds_vines.reproduce.claims.published_optima import OPTIMA
+from nlds_vines.reproduce.claims.retention import STIFFNESS_CHANGED
+from nlds_vines.reproduce.claims.single_orbits import SINGLE_ORBITS
+from nlds_vines.reproduce.claims.three_dampers import COMPARISON
 
-CLAIMS = (*CONTACT, *DAMPERS, *COMPARISON, *RETENTION, *DYNAMICS)
+CLAIMS = (
+    *CONTACT,
+    *DESIGNS,
+    *PARAMETER_SETS,
+    *OPTIMA,
+    *COMPARISON,
+    *STIFFNESS_CHANGED,
+    *DAMPING_AND_FORCE,
+    *DYNAMICS,
+    *SINGLE_ORBITS,
+)
 """The paper's claims in the order of its sections."""
 
 __all__ = [
@@ -37,6 +50,7 @@ __all__ = [
     "Evidence",
     "Finding",
     "Missing",
+    "Motion",
     "Verdict",
     "archived",
     "judge",

@@ -1,28 +1,26 @@
-"""A claim, the data that it is checked against, and the verdict."""
+"""A claim, and the verdict on it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 
-from nlds_vines.archives.archive import read
 from nlds_vines.model.catalogue import catalogue
-from nlds_vines.model.system import System
-from nlds_vines.reproduce.request import FigureRequest
-
-CLOSE = 1e-9
-"""The largest distance of a frequency on a grid from the one asked for [rad/s]: round-off."""
+from nlds_vines.reproduce.claims.measured import Evidence, Missing
 
 
 class Verdict(StrEnum):
-    """The possible results of a check."""
+    """The possible results of a check.
+
+    A claim agrees in part where one measure of it holds and another does not, where it holds for
+    some of the dampers it is made for, or only with another contact stiffness than the assumed one.
+    """
 
     AGREE = "agree"
+    PART = "agree in part"
     DIFFER = "differ"
     OPEN = "cannot be decided"
     NOT_RUN = "not computed"
@@ -35,55 +33,6 @@ class Finding:
     verdict: Verdict
     text: str
 
-
-class Missing(LookupError):
-    """Raised where the data for a check have not been computed."""
-
-
-@dataclass(frozen=True)
-class Data:
-    """The results of the first start in an archive.
-
-    Attributes:
-        system: of the scan.
-        axes: the values of the varied parameters by name.
-        numbers: recorded numbers and labels by name, each of the shape of the cells.
-    """
-
-    system: System
-    axes: Mapping[str, np.ndarray]
-    numbers: Mapping[str, np.ndarray]
-
-    @property
-    def omega(self) -> np.ndarray:
-        """The frequencies of the force [rad/s], shape (n,)."""
-        return self.axes["omega"]
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        """Return the values of a recorded number; raise `Missing` if it was not recorded."""
-        if name not in self.numbers:
-            raise Missing(f"{self.system.name}: {name} was not recorded")
-        return self.numbers[name]
-
-    def peak(self, name: str = "E1max") -> tuple[float, float]:
-        """Return the largest value along the frequency, and the frequency where it is."""
-        place = int(np.nanargmax(self[name]))
-        return float(self[name][place]), float(self.omega[place])
-
-    def at(self, omega: float, name: str = "E1max") -> float:
-        """Return the value at a frequency; raise `Missing` if the grid does not have it."""
-        return float(self[name][self.place(omega)])
-
-    def place(self, omega: float) -> int:
-        """Return the index of a frequency; raise `Missing` if the grid does not have it."""
-        place = int(np.argmin(np.abs(self.omega - omega)))
-        if abs(self.omega[place] - omega) > CLOSE:
-            raise Missing(f"{omega:g} rad/s is not on the grid")
-        return place
-
-
-Evidence = Callable[[str, str], Data]
-"""Returns the data of a curve by the short name of its request and its own; raises `Missing`."""
 
 Check = Callable[[Evidence], Finding]
 
@@ -120,32 +69,11 @@ def decided(holds: bool | np.bool_, text: str) -> Finding:
     return Finding(Verdict.AGREE if holds else Verdict.DIFFER, text)
 
 
-def archived(requests: Mapping[str, FigureRequest], folder: Path) -> Evidence:
-    """Return the evidence in the archives of a folder.
-
-    Arguments: the requests by short name; the `folder` of their archives.
-    """
-
-    @cache
-    def of(figure: str, name: str) -> Data:
-        request = requests[figure]
-        curve = next((curve for curve in request.curves if curve.name == name), None)
-        if curve is None:
-            raise Missing(f"{request.name} has no curve {name}")
-        path = folder / request.archive(curve)
-        if not path.exists():
-            raise Missing(f"{request.name} has not been computed")
-        return _load(path, curve.scan.system)
-
-    return of
-
-
-def _load(path: Path, system: System) -> Data:
-    """Return the data of an archive: everything that has one value for each orbit."""
-    with read(path) as view:
-        whole = [name for name in view.names if view.dims(name) == (*view.axes, "start")]
-        numbers = {name: view.take(name, start=0) for name in whole}
-        return Data(system, {name: view[name] for name in view.axes}, numbers)
+def weighed(text: str, *holds: bool | np.bool_) -> Finding:
+    """Return the finding of several measures of one claim: agree in part where some hold."""
+    if any(holds) and not all(holds):
+        return Finding(Verdict.PART, text)
+    return decided(all(holds), text)
 
 
 def tuning_frequency() -> float:
@@ -165,3 +93,13 @@ def maxima(values: np.ndarray, least: float) -> np.ndarray:
     inner = values[1:-1]
     tops = (inner > values[:-2]) & (inner >= values[2:]) & (inner >= least * values.max())
     return np.flatnonzero(tops) + 1
+
+
+def listed(values: object, form: str = "g") -> str:
+    """Return numbers in one line, each in a format."""
+    return ", ".join(f"{value:{form}}" for value in np.ravel(np.asarray(values)).tolist())
+
+
+def by_name(found: dict[str, list[float]], form: str = ".2f") -> str:
+    """Return numbers by the name of a damper in one line: `ssbl 0.55, 0.61; tmd 0.65`."""
+    return "; ".join(f"{name} {listed(values, form)}" for name, values in found.items())

@@ -8,12 +8,12 @@ from nlds_vines.model.linear_response import response
 from nlds_vines.reproduce.claims.claim import (
     Check,
     Claim,
-    Evidence,
     Finding,
     decided,
     spans,
     tuning_frequency,
 )
+from nlds_vines.reproduce.claims.measured import Evidence
 
 EXACT = 1e-6
 """The largest relative difference of a settled orbit's energy from the closed form."""

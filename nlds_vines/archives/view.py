@@ -1,0 +1,170 @@
+"""An open archive: datasets by name, attributes, dimensions; damage is told where it is met.
+
+It is handed an open HDF5 file by `archive.read`, which has checked how the file is laid out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.archives.layout import crc32_of, slabs
+from nlds_vines.errors import RequestError, shown
+
+DAMAGE = (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError)
+"""The errors that h5py raises for damaged files."""
+
+
+@dataclass(frozen=True)
+class ArchiveView:
+    """An open archive; its datasets are read from the disk when they are asked for.
+
+    `view["section"]` is the whole array, `view.take("section", start=0, component=2)` a part of
+    it.  Reading a damaged dataset raises `RequestError` with its name.
+    """
+
+    path: Path
+    _file: Any
+
+    @property
+    def attrs(self) -> dict[str, Any]:
+        """The attributes of the file: title, history, request, parameters, versions ..."""
+        with _reading(self.path, "an attribute"):
+            return {name: _plain(value) for name, value in self._file.attrs.items()}
+
+    def text(self, name: str) -> str:
+        """Return an attribute of the file that is a text: `title`, `scan`, `scan_hash`.
+
+        Raises `RequestError` where it is missing, or is no text.
+        """
+        with _reading(self.path, f"attribute {name}"):
+            value = _plain(self._file.attrs[name]) if name in self._file.attrs else None
+        if value is None:
+            raise RequestError(f"{self.path} has no attribute {name!r}: it is damaged")
+        if not isinstance(value, str):
+            raise RequestError(f"{self.path}: attribute {name} = {shown(value)} must be a text")
+        return value
+
+    @property
+    def content(self) -> str:
+        """The kind of request whose results it holds: `scan`, `tuning`, `survey`."""
+        return self.text("content") if "content" in self.attrs else "scan"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the recorded datasets, without the scales of their dimensions."""
+        with _reading(self.path, "the list of its datasets"):
+            return tuple(name for name in self._file if not self._file[name].is_scale)
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The names of the varied parameters, in the order of the dimensions."""
+        return self.dims("status")[:-1]
+
+    def __contains__(self, name: str) -> bool:
+        """Return whether a dataset or a scale of this name is in the archive."""
+        return name in self._file
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a whole dataset or scale; strings as an array of `str` objects."""
+        return self.take(name)
+
+    def take(self, name: str, **index: int) -> np.ndarray:
+        """Return a part of a dataset: at the `index` of some dimensions, all of the others."""
+        if name not in self._file:
+            raise RequestError(f"{self.path} holds no {name}, only {', '.join(self.names)}")
+        where = tuple(index.get(dim, slice(None)) for dim in self.dims(name))
+        with _reading(self.path, f"dataset {name}"):
+            dataset = self._file[name]
+            check_crc(dataset)
+            return values_of(dataset, where)
+
+    def slabs(self, name: str) -> Iterator[np.ndarray]:
+        """Yield a dataset in parts along its first dimension, each of which fits into memory."""
+        with _reading(self.path, f"dataset {name}"):
+            for slab in slabs(self._file[name].shape):
+                yield values_of(self._file[name], slab)
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Return the lengths of a dataset's dimensions."""
+        with _reading(self.path, f"dataset {name}"):
+            return tuple(self._file[name].shape)
+
+    def dims(self, name: str) -> tuple[str, ...]:
+        """Return the names of a dataset's dimensions."""
+        with _reading(self.path, f"dataset {name}"):
+            dataset = self._file[name]
+            if dataset.is_scale:
+                return (name,)
+            return tuple(dim[0].name.removeprefix("/") for dim in dataset.dims)
+
+    def is_text(self, name: str) -> bool:
+        """Return whether a dataset or scale holds strings."""
+        with _reading(self.path, f"dataset {name}"):
+            return is_text(self._file[name])
+
+    def units(self, name: str) -> str:
+        """Return the units of a dataset or scale."""
+        return str(self._attribute(name, "units"))
+
+    def long_name(self, name: str) -> str:
+        """Return the meaning of a dataset or scale, in words."""
+        return str(self._attribute(name, "long_name"))
+
+    def flags(self, name: str) -> dict[int, str]:
+        """Return the words of an enumeration by their codes."""
+        codes = (int(code) for code in self._attribute(name, "flag_values"))
+        words = self._attribute(name, "flag_meanings").split(" ")
+        return dict(zip(codes, words, strict=True))
+
+    def _attribute(self, name: str, attribute: str) -> Any:
+        with _reading(self.path, f"dataset {name}"):
+            return self._file[name].attrs[attribute]
+
+
+@contextmanager
+def _reading(path: Path, what: str) -> Iterator[None]:
+    """Turn h5py's error for a damaged file into a `RequestError` that names the place."""
+    try:
+        yield
+    except DAMAGE as error:
+        raise RequestError(f"{path}: {what} is damaged: {first_line(error)}") from error
+
+
+def first_line(error: Exception) -> str:
+    """Return the first line of an error's message, or the error's name if it has none."""
+    return (str(error).splitlines() or [type(error).__name__])[0]
+
+
+def values_of(dataset: Any, where: Any) -> np.ndarray:
+    """Return a part of a dataset; strings as an array of `str` objects."""
+    return dataset.asstr()[where] if is_text(dataset) else dataset[where]
+
+
+def is_text(dataset: Any) -> bool:
+    """Return whether a dataset of an archive, which holds numbers or strings, holds strings."""
+    return dataset.dtype.kind in "OS"
+
+
+def _plain(value: Any) -> Any:
+    """Return an attribute as a Python number or string."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def whole_crc(dataset: Any) -> int:
+    """Return the CRC-32 of all values of a dataset, in the order of the disk."""
+    crc = 0
+    for slab in slabs(dataset.shape):
+        crc = crc32_of(values_of(dataset, slab), crc)
+    return crc
+
+
+def check_crc(dataset: Any) -> None:
+    """Raise ValueError if the strings of a dataset have another CRC-32 than its attribute says."""
+    if is_text(dataset) and whole_crc(dataset) != dataset.attrs.get("crc32"):
+        raise ValueError("its checksum is not that of its strings")

@@ -1,0 +1,95 @@
+"""Workers of `--scheduler local:N`: on this machine alone, deaf to those without a certificate."""
+
+import socket
+import ssl
+from importlib.util import find_spec
+
+import pytest
+
+from nlds_vines.bifurcation import cluster
+from nlds_vines.errors import RequestError
+from nlds_vines.runs.certificate import new_certificate
+
+psutil = pytest.importorskip("psutil")  # distributed brings it
+pytestmark = pytest.mark.skipif(
+    find_spec("distributed") is None, reason="distributed is not installed"
+)
+PAGE = b"GET /info/main/workers.html HTTP/1.0\r\n\r\n"
+WAIT = 3.0  # s for an answer
+
+
+def listening():
+    """Return the addresses at which this process and those that it has started listen."""
+    here = psutil.Process()
+    found = [p.net_connections("inet") for p in (here, *here.children(recursive=True))]
+    return {c.laddr for each in found for c in each if c.status == psutil.CONN_LISTEN}
+
+
+def answer_to_plain(address, text):
+    """Return the answer to a text sent without encryption; empty where the line is cut."""
+    with socket.create_connection(address, WAIT) as line:
+        try:
+            line.sendall(text)
+            return line.recv(100)
+        except ConnectionError:
+            return b""
+
+
+def answer_without_certificate(address):
+    """Return the answer to an encrypted greeting by a client without a certificate."""
+    context = ssl.create_default_context()
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    with socket.create_connection(address, WAIT) as plain:
+        try:
+            with context.wrap_socket(plain) as line:
+                line.sendall(b"hello")
+                return line.recv(100)
+        except (ssl.SSLError, ConnectionError, TimeoutError):
+            return b""
+
+
+def test_nobody_without_the_certificate_of_the_run_is_answered():
+    import distributed
+
+    before = listening()
+    with cluster._client("local:1", 1) as client:
+        assert client.submit(sum, [1, 2]).result(timeout=60) == 3
+        addresses = listening() - before
+        assert len(addresses) >= 3  # of the scheduler, the nanny and the worker
+        assert {address.ip for address in addresses} == {"127.0.0.1"}
+        for address in addresses:
+            assert answer_to_plain(address, PAGE)[:12] in (b"", b"HTTP/1.1 404")
+            assert answer_without_certificate(address) == b""
+        place = client.scheduler.address
+        assert place.startswith("tls://127.0.0.1:")
+        with pytest.raises(OSError, match="TCP"):
+            distributed.Client(place.replace("tls", "tcp"), timeout=2, set_as_default=False)
+        stranger = cluster._security()
+        with pytest.raises((OSError, ssl.SSLError)):
+            distributed.Client(place, timeout=2, security=stranger, set_as_default=False)
+
+
+def test_an_address_that_needs_a_certificate_is_one_line():
+    with (
+        pytest.raises(RequestError, match=r"'tls://127\.0\.0\.1:9' cannot be reached"),
+        cluster._client("tls://127.0.0.1:9", None),
+    ):
+        pass
+
+
+def test_a_certificate_is_made_for_every_run_or_the_run_is_refused(monkeypatch):
+    if (found := new_certificate()) is not None:
+        key, certificate = found
+        assert key.startswith("-----BEGIN")
+        assert "BEGIN CERTIFICATE" in certificate
+        assert new_certificate() != found
+    monkeypatch.setattr("nlds_vines.runs.certificate._COMMAND", ("no such program",))
+    assert new_certificate() is None
+    monkeypatch.setattr(cluster, "new_certificate", lambda: None)
+    monkeypatch.setattr("distributed.security.Security.temporary", _without_cryptography)
+    with pytest.raises(RequestError, match=r"certificate.*nlds-vines\[cluster\]"):
+        cluster._security()
+
+
+def _without_cryptography():
+    raise ImportError

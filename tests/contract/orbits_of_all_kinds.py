@@ -1,0 +1,185 @@
+"""Small scans of all kinds and one orbit of each; prints a digest of every array, as JSON.
+
+Run in a process of its own, whose environment chooses the processor and the libraries. Not a test;
+`test_same_bits.py` runs it. The arguments are the names of the cases; with `--code` as the first,
+it looks into everything that is compiled on the way (nothing is, where a cache has it).
+"""
+
+import hashlib
+import json
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import nlds_vines as nv
+from nlds_vines.model.catalogue import load_system
+
+ALL = ["section", "impacts", "energy", "peak", "regime", "lyapunov", "settling", "evidence"]
+SAMPLING = {"transient": 200, "periods": 60}
+RANDOM = {"policy": "random", "count": 2, "seed": 3}
+
+# Each with periodic and chaotic orbits, as far as the scene has them.
+CASES = {
+    "two walls": {
+        "system": "ssbl",
+        "vary": {"omega": {"values": [5.2, 6.28, 6.9, 7.6]}, "K": {"values": [1e7, 2.5e7]}},
+        "start": RANDOM,
+        "record": {"want": [*ALL, "clearance"]},
+    },
+    "one wall": {
+        "system": "ssul-set6",
+        "vary": {"omega": {"start": 7.3, "stop": 7.6, "num": 7}},
+        "set": {"K": 2.5e7},
+        "start": {"policy": "both"},
+        "record": {"want": [*ALL, "clearance", "error"]},
+    },
+    "fixed steps": {
+        "system": "ssul-set6",
+        "vary": {"omega": {"values": [6.28, 7.4, 7.575]}},
+        "set": {"K": 2.5e7},
+        "start": RANDOM,
+        "sampling": {"transient": 100, "periods": 30, "effort": "quick"},
+        "method": {"name": "rk4", "period_steps": 128},
+        "record": {"want": ALL},
+    },
+    "no damper": {
+        "system": "none",
+        "vary": {"omega": {"values": [5.0, 6.28, 9.0]}, "c1": {"values": [0.0, 20.0]}},
+        "start": RANDOM,
+        "record": {"want": [name for name in ALL if name != "impacts"]},
+    },
+    "no wall": {
+        "system": "tmd",
+        "vary": {"omega": {"values": [5.0, 6.28, 9.0]}},
+        "start": RANDOM,
+        "record": {"want": [name for name in ALL if name != "impacts"]},
+    },
+    "a limit": {
+        "system": {"kind": "ssvi-b", "parameters": dict(load_system("ssbl").parameters)},
+        "vary": {"omega": {"values": [5.6, 6.28]}},
+        "record": {"want": ["section", "impacts", "energy"]},
+    },
+}
+
+RECORDED = ("section", "impacts", "energy", "peak", "clearance", "trajectory")
+
+# Exact, whoever computes them; memory and errors of Python; Numba's own.
+HARMLESS = re.compile(
+    r"llvm\.|NRT_|Py|_Py|numba_|_ZN|_Z\w*numba|\.numba|get_|set_|mem(cpy|set|move)|"
+    r"(floor|ceil|trunc|rint|sqrt|fabs|copysign|abort|fprintf|printf|malloc|free|do_scheduling\w*)$"
+)
+FUSED = re.compile(r"\bv?fn?m(?:add|sub|la|ls)\w*")
+FLAGS = re.compile(r"= f\w+ (?:fast|nnan|ninf|nsz|arcp|contract|afn|reassoc)\b")
+
+
+def digest(values):
+    """Return a digest of an array: of its type, shape and every bit."""
+    values = np.asarray(values)
+    data = json.dumps(values.tolist()) if values.dtype == object else values.tobytes()
+    data = data.encode() if isinstance(data, str) else data
+    return hashlib.sha256(f"{values.dtype} {values.shape}".encode() + data).hexdigest()[:16]
+
+
+def scanned(case):
+    """Return the digests of what the archive of a case holds, and its labels."""
+    with tempfile.TemporaryDirectory() as folder:
+        document = {"sampling": SAMPLING, **CASES[case]}
+        path = nv.bifurcation(nv.load_scan(document), Path(folder) / "a.h5")
+        with nv.read(path) as archive:
+            names = [*archive.names, *archive.dims("status")]
+            found = {f"{case}: {name}": digest(archive[name]) for name in names}
+            if "label" in archive.names:
+                found[f"{case}: labels"] = sorted(set(archive["label"].ravel().tolist()))
+    return found
+
+
+def followed(name, changes, **options):
+    """Return the digests of what one orbit has recorded."""
+    record = [word for word in RECORDED if load_system(name).scene.walls or word in ("section",)]
+    orbit = nv.simulate(load_system(name, **changes), 40, record=record, **options)
+    found = {"state": orbit.state, "energy": [orbit.E1max, orbit.E2max, orbit.E1peak]}
+    found |= {"section": orbit.section, "trajectory": orbit.trajectory}
+    if orbit.impacts is not None:
+        names = orbit.impacts.dtype.names[1:]
+        found["impacts"] = np.array([orbit.impacts[column] for column in names])
+    return {
+        f"{name} {options}: {key}": digest(np.array(v)) for key, v in found.items() if v is not None
+    }
+
+
+def listen():
+    """Return a list that takes the LLVM text of everything that is compiled from now on."""
+    from numba.core.codegen import CPUCodeLibrary
+
+    texts, finalize = [], CPUCodeLibrary._finalize_final_module
+
+    def noted(self):
+        texts.append(str(self._final_module))
+        finalize(self)
+
+    CPUCodeLibrary._finalize_final_module = noted
+    return texts
+
+
+def fused_on_arm(text):
+    """Return the fused operations in the ARM64 code of an LLVM module, and whether it has any code.
+
+    The module has been optimised for this processor; what would be fused on another is decided
+    last, by what the operations of the module allow.
+    """
+    import llvmlite.binding as llvm
+
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    triple = "aarch64-unknown-linux-gnu"
+    machine = llvm.Target.from_triple(triple).create_target_machine(cpu="neoverse-v1", opt=3)
+    text = re.sub(r"(?m)^target (datalayout|triple) = .*$", "", text)
+    text = re.sub(r'"target-(cpu|features)"="[^"]*"', "", text)
+    text = re.sub(
+        r"(?:tail )?call (\w+) @llvm\.x86\.[^\n]*", r"add \1 0, 0", text
+    )  # counts of references
+    module = llvm.parse_assembly(text)
+    module.triple = triple
+    return sorted(set(FUSED.findall(machine.emit_assembly(module))))
+
+
+def code(texts):
+    """Return what LLVM modules call from outside, and what in them may be rounded in two ways."""
+    called = {
+        name for text in texts for name in re.findall(r'(?m)^declare [^@]*@"?([\w.$]+)', text)
+    }
+    intrinsics = {name for name in called if name.startswith("llvm.")}
+    kernels = [text for text in texts if "gufunc" in text and "define" in text]
+    return {
+        "modules": len(texts),
+        "called": sorted(name for name in called if not HARMLESS.match(name)),
+        "intrinsics": sorted(intrinsics),
+        "flags": sorted({flag for text in texts for flag in FLAGS.findall(text)}),
+        "fused on ARM64": sorted({name for text in kernels for name in fused_on_arm(text)}),
+        "parallel": len(kernels),
+    }
+
+
+def main(arguments):
+    """Print the digests of the cases, and of the orbits if `orbits` is among them."""
+    texts = listen() if arguments[0] == "--code" else None
+    wanted = [word for word in arguments if word != "--code"]
+    found = {}
+    for case in wanted:
+        if case == "orbits":
+            for method in ("exact", "rk4"):
+                found |= followed("ssul-set6", {"omega": 7.45}, method=method)
+                found |= followed("ssbl", {}, method=method)
+            found |= followed("none", {})
+        else:
+            found |= scanned(case)
+    if texts is not None:
+        found["code"] = code(texts)
+    json.dump(found, sys.stdout)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -155,6 +155,29 @@ def test_a_state_beyond_a_wall_is_inside_a_contact(r, q, mode):
     assert state[5] == mode
 
 
+@pytest.mark.parametrize("method", ["exact", "rk4"])
+@pytest.mark.parametrize(
+    ("beyond", "s", "number"), [(0.01, -2.0, 1), (0.01, 2.0, 1), (-0.01, -2.0, 0)]
+)
+def test_a_start_beyond_a_limit_is_a_violation_of_the_first_instant(beyond, s, number, method):
+    """Also where it moves back at once, where a sweep may carry a state."""
+    system = load_system("ssbl", P=0.0, C=0.5, omega=40.0)
+    parts, cell = parts_of(method, SCENES["ssvi-b"]), cell_of(system)
+    cell.limit = system.parameters["D"]
+    state, violation = np.zeros(SIZE), np.zeros(3)
+    state[2], state[3] = cell.limit + beyond, s
+    buffers = CellBuffers(violation=violation)
+    assert run_cell(parts, cell, state, Span(0, 1, 1), buffers) == OK
+    if not number:
+        assert violation[2] == 0.0
+        return
+    assert (violation[0], violation[2]) == (0.0, 1.0)
+    if s < 0.0:
+        assert violation[1] == pytest.approx(beyond, rel=1e-12)
+    else:
+        assert violation[1] > 1.5 * beyond
+
+
 def test_cells_are_a_multiple_of_the_stops():
     for n in range(1, 40):
         for stops in range(1, 20):

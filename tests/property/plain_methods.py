@@ -251,3 +251,8 @@ def test_samples_within_impacts_change_no_section(kind, K):
         for hit in few.impacts
     ]
     assert sum(inside) > 0
+    steps = simulate(
+        system, 3, record=("trajectory",), samples=200, method="rk4", period_steps=2000.0
+    )  # fmt: skip
+    scale = np.abs(many.trajectory).max(axis=0)
+    np.testing.assert_allclose(many.trajectory / scale, steps.trajectory / scale, atol=1e-6)

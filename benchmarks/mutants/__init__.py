@@ -8,7 +8,8 @@
     orbits      mutants of what is noted, of orbits, cells, lanes, variations, growth
     verdicts    mutants of shooting, recurrence, settling, verdicts, elementary functions
     archives    mutants of archives, of parts of runs under way, and of their checks
-    results     mutants of sweeps, starts, errors, searches, lifetimes, labels
+    results     mutants of sweeps, starts, errors, searches
+    labels      mutants of lifetimes, motion without contact, labels, spectra, requests
     command     the command: `python -m benchmarks.mutants`
 
 Every list is a tuple MUTANTS of its module. A line whose change no test notices is a line that no
@@ -17,12 +18,21 @@ test needs: either a test is missing, or the line goes.
 
 from __future__ import annotations
 
-from benchmarks.mutants import archives, contacts, flights, orbits, results, touches, verdicts
+from benchmarks.mutants import (
+    archives,
+    contacts,
+    flights,
+    labels,
+    orbits,
+    results,
+    touches,
+    verdicts,
+)
 from benchmarks.mutants.mutant import Mutant
 
 __all__ = ["MUTANTS", "Mutant"]
 
-_LISTS = (flights, touches, contacts, orbits, verdicts, archives, results)
+_LISTS = (flights, touches, contacts, orbits, verdicts, archives, results, labels)
 
 MUTANTS: tuple[Mutant, ...] = tuple(mutant for module in _LISTS for mutant in module.MUTANTS)
 """All mutants."""

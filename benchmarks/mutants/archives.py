@@ -240,7 +240,7 @@ MUTANTS = (
             "parts: the rectangle is no part of a part's identity",
             "            [[int(first), int(stop)] for first, stop in block.slices],\n",
             "",
-            _T_PARTS + "test_parts_cut_otherwise_are_not_taken",
+            _T_PARTS + "test_a_part_of_other_cells_in_the_same_shape_is_not_taken",
         ),
     ),
     *of(

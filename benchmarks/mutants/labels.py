@@ -191,7 +191,7 @@ MUTANTS = (
             "request: the last value of an axis is not checked",
             "axis.values[[0, -1]] for axis in self.axes",
             "axis.values[[0, 0]] for axis in self.axes",
-            _T_SCAN + "test_contradictions_name_their_places",
+            _T_SCAN + "test_both_ends_of_an_axis_are_checked",
         ),
     ),
     *of(

@@ -3,11 +3,13 @@
     mutant      one mutant, and how it is applied to a source
     trial       a copy of the checkout in which mutants are tried
     flights     mutants of scene, flight, touch, peaks, exact
+    touches     mutants of the walk to a touch, of bounds, of the depth of contacts
     contacts    mutants of contacts, impacts, and Runge-Kutta steps
     orbits      mutants of what is noted, of orbits, cells, lanes, variations, growth
     verdicts    mutants of shooting, recurrence, settling, verdicts, elementary functions
     archives    mutants of archives, of parts of runs under way, and of their checks
-    results     mutants of sweeps, starts, errors, searches, lifetimes, labels
+    results     mutants of sweeps, starts, errors, searches
+    labels      mutants of lifetimes, motion without contact, labels, spectra, requests
     command     the command: `python -m benchmarks.mutants`
 
 Every list is a tuple MUTANTS of its module. A line whose change no test notices is a line that no
@@ -16,12 +18,21 @@ test needs: either a test is missing, or the line goes.
 
 from __future__ import annotations
 
-from benchmarks.mutants import archives, contacts, flights, orbits, results, verdicts
+from benchmarks.mutants import (
+    archives,
+    contacts,
+    flights,
+    labels,
+    orbits,
+    results,
+    touches,
+    verdicts,
+)
 from benchmarks.mutants.mutant import Mutant
 
 __all__ = ["MUTANTS", "Mutant"]
 
-_LISTS = (flights, contacts, orbits, verdicts, archives, results)
+_LISTS = (flights, touches, contacts, orbits, verdicts, archives, results, labels)
 
 MUTANTS: tuple[Mutant, ...] = tuple(mutant for module in _LISTS for mutant in module.MUTANTS)
 """All mutants."""

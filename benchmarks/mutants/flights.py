@@ -8,6 +8,7 @@ _T_ORDER = "tests/reference/test_order.py::"
 _T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
 _T_VARIATIONS = "tests/kernels/test_variations.py::"
 _T_TOUCH = "tests/kernels/test_touch.py::"
+_PLAIN_ORBIT = "tests/kernels/plain_orbit.py::"
 _PLAIN_BOUNDS = "tests/kernels/plain_bounds.py::"
 _T_ENERGIES = "tests/reference/test_energies.py::"
 _T_PEAKS = "tests/kernels/test_peaks.py::"
@@ -163,8 +164,8 @@ MUTANTS = (
         ),
         (
             "touch: the limit's greatest excess is that of the first excursion",
-            "limit_log[EXCESS] = max(limit_log[EXCESS], derivatives_at(w, x, 1.0)[0] - level)",
-            "limit_log[EXCESS] = limit_log[EXCESS] or derivatives_at(w, x, 1.0)[0] - level",
+            "best = level + limit_log[EXCESS]",
+            "best = level + (1e9 if limit_log[EXCESS] > 0.0 else 0.0)",
             _T_TOUCH + "test_passages_are_counted_with_the_first_and_the_deepest",
         ),
     ),
@@ -268,6 +269,12 @@ MUTANTS = (
             "proven = proven and max(-r0, -r1) + slack < far.gap",
             "proven = proven and max(-r0, -r1) < far.gap",
             _PLAIN_BOUNDS + "test_a_cell_is_clear_where_its_ends_and_the_bend_say_so",
+        ),
+        (
+            "exact: a flight from inside a cell is taken for one from its start",
+            "closer = x > 0.0 or not proves_no_touch",
+            "closer = not proves_no_touch",
+            _PLAIN_ORBIT + "test_a_flight_may_begin_anywhere_in_a_cell",
         ),
         (
             "exact: a touch that is lost is passed over",

@@ -12,7 +12,6 @@ _PLAIN_ORBIT = "tests/kernels/plain_orbit.py::"
 _T_STATES = "tests/reference/test_states.py::"
 _T_SIMULATION = "tests/orbits/test_simulation.py::"
 _T_VARIATIONS = "tests/kernels/test_variations.py::"
-_T_LIMIT = "tests/property/test_limit.py::"
 _PLAIN_SWEEPS = "tests/bifurcation/plain_sweeps.py::"
 _T_GROWTH = "tests/kernels/test_growth.py::"
 
@@ -86,13 +85,13 @@ MUTANTS = (
             "orbit: no peak of an energy hides in a short impact",
             "        if top + 2.0 * gain * duration > energy[body]:\n            return True",
             "        if top > energy[body]:\n            return True",
-            _PLAIN_METHODS + "test_both_methods_note_the_same[ssul]",
+            _PLAIN_ORBIT + "test_an_impact_hides_a_peak_only_where_its_forces_could_raise_one",
         ),
         (
             "orbit: a short impact may end behind the section",
             "solved = solved and took <= left",
             "solved = solved and left > 0.0",
-            _T_STATES + "test_exact_after_20_periods[ssul-set6]",
+            _PLAIN_METHODS + "test_samples_within_impacts_change_no_section",
         ),
         (
             "orbit: times count from the end of the transient",
@@ -113,9 +112,9 @@ MUTANTS = (
             _T_STATES + "test_two_walls",
         ),
         (
-            "orbit: a contact that spends its steps goes on",
+            "orbit: a contact that spends its steps has ended well",
             "                if event == EXHAUSTED:\n                    return STEP_BUDGET\n",
-            "",
+            "                if event == EXHAUSTED:\n                    return OK\n",
             _PLAIN_ORBIT + "test_a_contact_that_spends_its_steps_is_not_gone_on_with",
         ),
         (
@@ -134,7 +133,7 @@ MUTANTS = (
             "orbit: a linear scene with energies skips the stops of a period",
             "first, stop = grid.n * i // stops, grid.n * (i + 1) // stops",
             "first, stop = 0, grid.n",
-            _PLAIN_METHODS + "test_both_methods_note_the_same[tmd]",
+            _T_EXACT_FACTS + "test_sections_within_a_period",
         ),
     ),
     *of(
@@ -167,7 +166,7 @@ MUTANTS = (
             "cells: a start beyond the limit is not counted",
             "    begin_limit_log(limit_log, state)\n",
             "",
-            _T_LIMIT + "test_a_sweep_that_carries_a_state_beyond_the_limit_says_so",
+            _PLAIN_ORBIT + "test_a_start_beyond_a_limit_is_a_violation_of_the_first_instant",
         ),
         (
             "cells: a limit that is no number is kept",
@@ -234,7 +233,7 @@ MUTANTS = (
             "    set_mode(flow.prepared.near, flow.prepared.far, state)",
             "    state[4] = 0.0",
             _T_VARIATIONS
-            + "test_determinant_is_known_beforehand[it begins inside a contact-exact]",
+            + "test_monodromy_is_the_derivative_of_the_flow[it begins inside a contact-exact]",
         ),
         (
             "variations: vectors are made orthogonal once",
@@ -274,7 +273,7 @@ MUTANTS = (
             "growth: the interval counts the batches as if they were known",
             "math.sqrt(spread / (BATCHES - 1) / BATCHES)",
             "math.sqrt(spread / (BATCHES - 1))",
-            _T_GROWTH + "test_the_exponent_of_the_logistic_map_is_ln_2",
+            _T_GROWTH + "test_the_interval_holds_the_mean_in_as_many_cases_as_it_claims",
         ),
         (
             "growth: digits are not relative",

@@ -32,7 +32,6 @@ from .observe import (
     ORIGIN,
     energies,
     note_depth,
-    note_energy,
     note_release,
     note_section,
     note_touch,
@@ -231,11 +230,9 @@ def at_touch(ps, damper, by_period, impacts, p, mode, time, x1, v1, r, s):
 
 
 @jit
-def after_contact(ps, damper, energy, impacts, event, stiffness, depth, time, x1, v1, r, s):
-    """Note the energies and the depth [m] of a contact, and, at its release, that it has ended."""
+def after_contact(ps, damper, impacts, event, stiffness, depth, time, x1, v1, r, s):
+    """Note the depth [m] of a contact, and, at its release, that it has ended."""
     # hot: once per impact
-    if energy is not None:
-        note_energy(ps, damper, energy, x1, v1, r, s)
     if impacts is not None:
         note_depth(impacts, stiffness, depth)
         if event == RELEASED:
@@ -302,7 +299,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 r = sign * (wall.gap + q * q)
                 place = j + x + took / grid.h
                 time = began + place * grid.h
-                after_contact(ps, damper, energy, impacts, event, wall.K, depth, time, x1, v1, r, s)
+                after_contact(ps, damper, impacts, event, wall.K, depth, time, x1, v1, r, s)
                 if not bounded(x1, v1, r, s):
                     return DIVERGED
                 if event == EXHAUSTED:

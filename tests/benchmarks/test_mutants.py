@@ -28,6 +28,10 @@ def test_the_tests_of_every_mutant_exist():
     assert all(mutant.tests for mutant in MUTANTS)
 
 
+def test_the_list_is_long():
+    assert len(MUTANTS) >= 200
+
+
 def test_names_are_unique_and_all_differ():
     assert len({mutant.name for mutant in MUTANTS}) == len(MUTANTS)
     assert len({(mutant.file, mutant.old, mutant.new) for mutant in MUTANTS}) == len(MUTANTS)

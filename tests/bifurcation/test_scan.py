@@ -414,6 +414,12 @@ def test_random_states_beyond_a_limit_are_mirrored_at_it(kind):
     np.testing.assert_allclose(r / limit, [0.8, 0.8, 1.0, 0.3, 0.3], rtol=1e-12)
 
 
+@pytest.mark.parametrize("values", [[0.3, 0.4, 0.6], [-1.5, 0.3, 0.4]])
+def test_both_ends_of_an_axis_are_checked(values):
+    with pytest.raises(RequestError, match="nu2"):
+        load_scan({"system": "ssul-set6", "vary": {"nu2": {"values": values}}})
+
+
 def test_equal_values_of_an_axis_are_refused():
     with pytest.raises(RequestError, match=r"omega takes the value 6\.0 more than once"):
         Axis("omega", np.array([5.0, 6.0, 6.0]))

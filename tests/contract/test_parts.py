@@ -8,7 +8,7 @@ import pytest
 from made_up import arrays, cut, finished, flip, make_scan, results, run_python, same, write
 
 from nlds_vines.archives import archive, durable
-from nlds_vines.bifurcation.parts import Parts
+from nlds_vines.bifurcation.parts import Block, Parts
 from nlds_vines.errors import RequestError
 
 
@@ -85,6 +85,16 @@ def test_parts_cut_otherwise_are_not_taken(path):
             parts.write(block, results(scan, block))
         assert finished(parts, cut(scan, 4)) == set()
         assert len(parts.discarded) == 3
+
+
+def test_a_part_of_other_cells_in_the_same_shape_is_not_taken(path):
+    scan = make_scan()
+    one, other = Block(0, ((0, 5),)), Block(0, ((5, 10),))
+    with Parts.open(path, scan) as parts:
+        parts.write(one, results(scan, one))
+        assert finished(parts, [one]) == {0}
+        assert finished(parts, [other]) == set()
+        assert "another block" in parts.discarded[0]
 
 
 def test_parts_of_another_scan_are_refused_by_name_until_overwritten(path):

@@ -7,7 +7,8 @@ import math
 
 import numpy as np
 import pytest
-from support import kernel_cell
+from scipy.linalg import expm
+from support import kernel_cell, linear_flow
 
 from nlds_vines.kernels import contact, orbit, variations
 from nlds_vines.kernels.arguments import CellBuffers, Span
@@ -17,12 +18,15 @@ from nlds_vines.kernels.codes import (
     DIVERGED,
     FLYING,
     OK,
+    SECTION,
     TOUCH_FAR,
     TOUCH_NEAR,
 )
-from nlds_vines.kernels.observe import COLUMNS, SPEED, Impacts
-from nlds_vines.kernels.orbit import HUGE, SIZE, bounded, set_mode
-from nlds_vines.kernels.scene import wall_at
+from nlds_vines.kernels.exact import fly
+from nlds_vines.kernels.flight import cells_of, grid_of
+from nlds_vines.kernels.observe import COLUMNS, SPEED, Impacts, energies
+from nlds_vines.kernels.orbit import HUGE, SIZE, bounded, may_hide_a_peak, set_mode
+from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
@@ -83,6 +87,53 @@ def test_a_limit_that_is_no_number_is_refused():
         assert run_cell(parts, cell, np.zeros(SIZE), Span(0, 1, 1), buffers) == status
 
 
+# ---- flights -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("x", [0.0, 0.25, 0.9])
+def test_a_flight_may_begin_anywhere_in_a_cell(x):
+    """Far from its walls, which both ends of the cell prove clear."""
+    system = load_system("ssbl", C=5.0, D=5.0)
+    cell = cell_of(system)
+    ps, damper = structure_of(cell), damper_in(cell)
+    grid = grid_of(ps, damper, cells_of(ps, damper))
+    near, far = wall_at(cell.near, cell), wall_at(cell.far, cell)
+    y, place = np.array([0.01, -0.2, 0.03, 0.4]), grid.h * (2 + x)
+    event, j, left, *found = fly(None, ps, damper, near, far, None, None, None, grid, 5, 2, x, *y)
+    assert (event, j, left) == (SECTION, 5, 0.0)
+    angle = ps.omega * place
+    user = [y[0], y[1], y[0] - y[2], y[1] - y[3], math.cos(angle), math.sin(angle)]
+    x1, v1, x2, v2, *_ = expm(linear_flow(system.parameters) * (5 * grid.h - place)) @ user
+    np.testing.assert_allclose(found, [x1, v1, x1 - x2, v1 - v2], rtol=0, atol=1e-12)
+
+
+# ---- short impacts -------------------------------------------------------------------------------
+
+
+def test_an_impact_hides_a_peak_only_where_its_forces_could_raise_one():
+    """They have a duration's time; a record that is far above is out of reach."""
+    cell = cell_of(load_system("ssul-set6"))
+    ps, damper, wall = structure_of(cell), damper_in(cell), wall_at(cell.near, cell)
+    before, after, took = (0.01, 0.4, 1.5), (0.012, -0.2, -1.4), 0.02
+    tops = np.max(
+        [energies(ps, damper, y[0], y[1], wall.gap, y[2]) for y in (before, after)], axis=0
+    )
+
+    def hides(*energy):
+        noted = np.array(energy)
+        return may_hide_a_peak(ps, damper, wall, noted, 1.0, 0.0, before, after, took)
+
+    assert not hides(100 * tops[0], 100 * tops[1])
+    for body in range(2):
+        for share, hidden in ((0.9, True), (1.0 + 1e-9, True), (100.0, False)):
+            energy = 100 * tops
+            energy[body] = share * tops[body]
+            assert hides(*energy) == hidden
+    assert not may_hide_a_peak(
+        ps, damper, wall, tops * (1 + 1e-9), 1.0, 0.0, before, after, 0.0
+    )  # no time, no peak
+
+
 # ---- beginnings ----------------------------------------------------------------------------------
 
 
@@ -102,6 +153,29 @@ def test_a_state_beyond_a_wall_is_inside_a_contact(r, q, mode):
     set_mode(wall_at(0.1, cell), wall_at(0.2, cell), state)
     assert state[4] == pytest.approx(q, abs=1e-12)
     assert state[5] == mode
+
+
+@pytest.mark.parametrize("method", ["exact", "rk4"])
+@pytest.mark.parametrize(
+    ("beyond", "s", "number"), [(0.01, -2.0, 1), (0.01, 2.0, 1), (-0.01, -2.0, 0)]
+)
+def test_a_start_beyond_a_limit_is_a_violation_of_the_first_instant(beyond, s, number, method):
+    """Also where it moves back at once, where a sweep may carry a state."""
+    system = load_system("ssbl", P=0.0, C=0.5, omega=40.0)
+    parts, cell = parts_of(method, SCENES["ssvi-b"]), cell_of(system)
+    cell.limit = system.parameters["D"]
+    state, violation = np.zeros(SIZE), np.zeros(3)
+    state[2], state[3] = cell.limit + beyond, s
+    buffers = CellBuffers(violation=violation)
+    assert run_cell(parts, cell, state, Span(0, 1, 1), buffers) == OK
+    if not number:
+        assert violation[2] == 0.0
+        return
+    assert (violation[0], violation[2]) == (0.0, 1.0)
+    if s < 0.0:
+        assert violation[1] == pytest.approx(beyond, rel=1e-12)
+    else:
+        assert violation[1] > 1.5 * beyond
 
 
 def test_cells_are_a_multiple_of_the_stops():

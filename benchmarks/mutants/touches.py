@@ -1,0 +1,230 @@
+"""Mutants: the walk to a touch and past a near miss, bounds, short and stepped contacts in depth."""
+
+from __future__ import annotations
+
+from benchmarks.mutants.mutant import of
+
+_T_EXACT = "tests/kernels/test_exact.py::"
+_T_FLIGHT = "tests/kernels/test_flight.py::"
+_T_TOUCH = "tests/kernels/test_touch.py::"
+_T_IMPACT = "tests/kernels/test_impact.py::"
+_T_CONTACT = "tests/kernels/test_contact.py::"
+_WHICH_CELLS = _T_EXACT + "test_which_cells_may_hold_a_closer_miss"
+_EITHER_WALL = _T_EXACT + "test_a_near_miss_of_either_wall"
+_PARTS = _T_FLIGHT + "test_each_part_of_the_bounds_is_needed"
+_RATE = _T_FLIGHT + "test_the_rate_is_the_largest_row_sum_or_the_forcing"
+_BEND = _T_FLIGHT + "test_the_bend_is_the_largest_second_derivative_at_energy_scale_one"
+
+MUTANTS = (
+    *of(
+        "nlds_vines/kernels/exact.py",
+        (
+            "exact: the far wall is touched first whenever it is touched",
+            "        if other <= end and other < place:",
+            "        if other <= end:",
+            _T_EXACT + "test_the_first_of_two_walls_in_one_cell",
+        ),
+        (
+            "exact: the later of two walls is touched first",
+            "        if other <= end and other < place:",
+            "        if other <= end and other > place:",
+            _T_EXACT + "test_the_first_of_two_walls_in_one_cell",
+        ),
+        (
+            "exact: the bound of the energy scale's growth forgets the forcing",
+            "    first = grid.rate * scale + grid.push\n",
+            "    first = grid.rate * scale\n",
+            _PARTS,
+        ),
+        (
+            "exact: the bound of its second derivative forgets the forcing",
+            "    second = grid.rate * (first + grid.push)\n",
+            "    second = grid.rate * first\n",
+            _PARTS,
+        ),
+        (
+            "exact: what the forcing brings about in some cells is not expected",
+            "        ahead = grid.push * grid.h * (last - j)",
+            "        ahead = 0.0",
+            _T_FLIGHT + "test_a_touch_that_the_forcing_brings_about_after_some_cells",
+        ),
+        (
+            "exact: near misses of the far wall are those of the near one",
+            "nearest_miss(grid.table, 0.0, -1.0, end, best, bend, jerk)",
+            "nearest_miss(grid.table, 0.0, 1.0, end, best, bend, jerk)",
+            _EITHER_WALL,
+        ),
+        (
+            "exact: near misses of the far wall are not noted",
+            "            clearance[0] = far.gap - top\n",
+            "            pass\n",
+            _EITHER_WALL,
+        ),
+        (
+            "exact: the near miss of the far wall has the wrong sign",
+            "            clearance[0] = far.gap - top\n",
+            "            clearance[0] = far.gap + top\n",
+            _EITHER_WALL,
+        ),
+        (
+            "exact: cells with a miss of the far wall are sought at the near one",
+            "max(-r0, -r1) + slack > far.gap - clearance[0]",
+            "max(r0, r1) + slack > far.gap - clearance[0]",
+            _WHICH_CELLS,
+        ),
+        (
+            "exact: no cell holds a miss of the far wall",
+            "possible = possible or max(-r0, -r1) + slack > far.gap - clearance[0]",
+            "pass",
+            _WHICH_CELLS,
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/flight.py",
+        (
+            "flight: the bend forgets the damper's speed",
+            "    squares += on_v2 * on_v2 / damper.m2\n",
+            "",
+            _BEND,
+        ),
+        (
+            "flight: the bend forgets the damper's spring",
+            "    squares += damper.k2 * damper.inv_mu * damper.inv_mu\n",
+            "",
+            _BEND,
+        ),
+        (
+            "flight: the bend forgets the structure's speed",
+            "    squares += on_v1 * on_v1 / ps.m1\n",
+            "",
+            _BEND,
+        ),
+        (
+            "flight: the rate forgets the spring's pull on the structure",
+            "    on_v1 += drag1 + pull1 + across",
+            "    on_v1 += drag1 + across",
+            _RATE,
+        ),
+        (
+            "flight: the rate forgets the spring's pull on the damper",
+            "    on_v2 = pull2 + drag2 + across",
+            "    on_v2 = drag2 + across",
+            _RATE,
+        ),
+        (
+            "flight: the rate of the spring forgets the damper",
+            "max(pull1 + pull2, ps.omega)",
+            "max(pull1, ps.omega)",
+            _RATE,
+        ),
+        (
+            "flight: the rate of the spring forgets the structure",
+            "max(pull1 + pull2, ps.omega)",
+            "max(pull2, ps.omega)",
+            _RATE,
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/touch.py",
+        (
+            "touch: steps past near misses are ten times longer",
+            "        if x + safe >= end:\n            return best\n        x += safe\n",
+            "        safe *= 10.0\n        if x + safe >= end:\n            return best\n        x += safe\n",
+            _T_EXACT + "test_the_closest_of_many_misses",
+        ),
+        (
+            "touch: steps up to a maximum are five times longer",
+            "        safe = 2.0 * slope / (root - curve) if curve < 0.0 else (curve + root) / jerk\n",
+            "        safe = 10.0 * slope / (root - curve) if curve < 0.0 else 5.0 * (curve + root) / jerk\n",
+            _T_EXACT + "test_the_closest_of_many_misses",
+        ),
+        (
+            "touch: the summit of an excursion is not looked for",
+            "        top = nearest_miss(w, x, 1.0, end if stays else fall, best, bend, jerk)\n",
+            "        top = best\n",
+            _T_TOUCH + "test_passages_are_counted_with_the_first_and_the_deepest",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/impact.py",
+        (
+            "impact: what the nodes miss of the dashpots is left out",
+            "    return b * (1.0 - missed) + integral(arc, int(WEIGHT), int(FB))",
+            "    return b + integral(arc, int(WEIGHT), int(FB))",
+            _T_IMPACT + "test_what_the_nodes_miss_of_the_dashpots_is_added",
+        ),
+        (
+            "impact: the first guess forgets the drag",
+            "(steady - drag * w[BY_DRAG + i] + drift * w[BY_DRIFT + i])",
+            "(steady + drift * w[BY_DRIFT + i])",
+            _T_IMPACT + "test_the_first_guess_errs_by_the_second_order",
+        ),
+        (
+            "impact: the first guess forgets the drift",
+            "(steady - drag * w[BY_DRAG + i] + drift * w[BY_DRIFT + i])",
+            "(steady - drag * w[BY_DRAG + i])",
+            _T_IMPACT + "test_the_first_guess_errs_by_the_second_order",
+        ),
+        (
+            "impact: half the contact's own force is a small share",
+            "LARGEST_SHARE = 0.1 ",
+            "LARGEST_SHARE = 0.5 ",
+            _T_IMPACT + "test_only_a_small_share_of_other_forces_is_taken_for_a_short_impact",
+        ),
+        (
+            "impact: a hundredth of the contact's own force is a large share",
+            "LARGEST_SHARE = 0.1 ",
+            "LARGEST_SHARE = 0.01 ",
+            _T_IMPACT + "test_only_a_small_share_of_other_forces_is_taken_for_a_short_impact",
+        ),
+        (
+            "impact: a long impact is short",
+            "LONGEST = 0.2 ",
+            "LONGEST = 0.4 ",
+            _T_IMPACT
+            + "test_only_what_is_short_beside_all_other_motion_is_taken_for_a_short_impact",
+        ),
+        (
+            "impact: the depth is looked for on the whole arc",
+            "    half = half_of(arc)\n",
+            "    half = arc\n",
+            _T_IMPACT + "test_depth_wherever_a_short_impact_is_accepted",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/contact.py",
+        (
+            "contact: a landing ignores outside forces",
+            "-2.0 * q >= 1.2 * h * s and s * s > 4.0 * external * q * q",
+            "-2.0 * q >= 1.2 * h * s",
+            _T_CONTACT + "test_a_step_lands_only_on_a_release_that_is_certain",
+        ),
+        (
+            "contact: the deepest point without its parabola",
+            "    return z - 0.5 * s * s / ds if ds < 0.0 else z",
+            "    return z",
+            _T_CONTACT + "test_depth_of_a_free_impact_is_as_good_as_the_steps",
+        ),
+        (
+            "contact: the depth is looked for behind the section that cuts a step",
+            "            h = step_to_stop(",
+            "            step_to_stop(",
+            _T_CONTACT + "test_depth_where_a_section_cuts_the_contact_behind_it",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/peaks.py",
+        (
+            "peaks: a factor that comes near zero has no root",
+            "min(abs(f), abs(g)) > 0.125 * bend",
+            "min(abs(f), abs(g)) > 0.0125 * bend",
+            _T_EXACT + "test_no_root_is_proven_only_where_there_is_none",
+        ),
+        (
+            "peaks: a factor that changes by a tenth of its bend is monotone",
+            "or abs(g - f) > bend)",
+            "or abs(g - f) > 0.1 * bend)",
+            _T_EXACT + "test_no_root_is_proven_only_where_there_is_none",
+        ),
+    ),
+)

@@ -44,7 +44,8 @@ def section_at(flow, course, m, y):
     """Let y (4,) be section m, which is kept."""
     y[:] = 0.0
     if m == 0:
-        y[:] = course.origin[:4]
+        for i in range(4):
+            y[i] = course.origin[i]
         return
     record, row = course.record, m - course.first - 1
     y[0], y[1] = record[row, 0], record[row, 1]

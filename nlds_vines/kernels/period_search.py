@@ -24,6 +24,7 @@ from .variations import determinant_of_difference, distance
 
 LONGEST = 1024  # periods n that are looked for
 FEWEST_REPEATED = 16  # sections that must have repeated: fewer may do so by chance
+STEADY = 4.0  # times by which near returns on the way to a periodic orbit shrink, at most
 FEW, SHORT = 4, 96  # periods that are tried, and their sum, where little speaks for an orbit
 MANY = 32  # periods that are tried where much does
 
@@ -41,20 +42,25 @@ def recent_period(record, length):
 
 
 @jit
-def near_returns(flow, course):
+def near_returns(flow, course, chaotic):
     """Return by n how far the last section lies from that n periods before, if that is near.
 
-    inf where some return of fewer periods is as near, and for n = 0.
+    inf where some return of fewer periods is as near, and for n = 0. In chaos, many a return is
+    near; there, it must be nearer than the one before it, and not by chance much nearer.
     """
     m = last_of(course)
-    last, other, nearest_yet = np.zeros(4), np.zeros(4), math.inf
+    last, other, earlier, nearest_yet = np.zeros(4), np.zeros(4), np.zeros(4), math.inf
     section_at(flow, course, m, last)
     found = np.full(min(LONGEST, (m - oldest_of(course)) // 2) + 1, math.inf)
     for n in range(1, len(found)):
         section_at(flow, course, m - n, other)
         far = distance(flow, last, other)
-        if far < nearest_yet:
-            found[n] = nearest_yet = far
+        if not far < nearest_yet:
+            continue
+        nearest_yet = far
+        section_at(flow, course, m - 2 * n, earlier)
+        if not chaotic or far <= distance(flow, other, earlier) <= STEADY * far:
+            found[n] = far
     return found
 
 
@@ -87,24 +93,26 @@ def is_saddle(matrix, size):
 
 
 @jit(dissolved=True)
-def try_period(flow, course, n, evidence):
+def try_period(flow, course, n, apart, evidence):
     """Try to find a stable orbit of minimal period n that the orbit is drawn to.
 
     FOUND fills the evidence. NEIGHBOUR means an orbit of period n beside the sections that draws
-    it not, or that is a saddle: such a one lies beside each stable orbit on a closed curve.
+    it not, or that is a saddle: such a one lies beside each stable orbit on a closed curve. The
+    steps of Newton's method are at most `apart`, the distance to the nearest of the sections before
+    that are fewer periods away.
     """
     x = np.zeros(4)
     section_at(flow, course, last_of(course) // n * n, x)
     y = x.copy()
     points, counts, tangent = np.empty((n, 4)), np.zeros(2, np.int64), np.zeros(16)
-    residual, clearance, slowest = polish(flow, y, points, counts, tangent)
+    residual, clearance, slowest = polish(flow, y, points, counts, tangent, apart)
     if not residual < np.inf or not is_minimal(flow, y, points):
         return NOTHING
     matrix, span = matrix_of(tangent, flow.size), span_of(flow, points)
     radius = spectral_radius(matrix)
     stable = radius < 1.0 - MARGIN
     if not stable or not attracted(flow, tangent, y, x, n, span):
-        beside = distance(flow, x, y) <= spacing(flow, course, n)
+        beside = distance(flow, x, y) <= apart
         return NEIGHBOUR if beside and (stable or is_saddle(matrix, flow.size)) else NOTHING
     evidence[ev.KIND], evidence[ev.PERIOD] = PERIODIC, n
     evidence[ev.NEAR], evidence[ev.FAR] = counts[0], counts[1]
@@ -119,13 +127,13 @@ def try_period(flow, course, n, evidence):
 
 
 @jit(dissolved=True)
-def find_period(flow, course, most, periods, evidence):
+def find_period(flow, course, most, periods, chaotic, evidence):
     """Try the period of a recurrence, then those of near returns, the best first.
 
     At most `most` of these, of so many `periods` in all. Returns FOUND or NOTHING; NEIGHBOUR where
     an orbit lies beside the sections, or where not all near returns were tried.
     """
-    returns = near_returns(flow, course)
+    returns = near_returns(flow, course, chaotic)
     n = recent_period(course.record, course.length)
     result, tried, spent = NOTHING, 0, 0
     known = n > 0
@@ -137,8 +145,9 @@ def find_period(flow, course, most, periods, evidence):
             tried, spent = tried + 1, spent + n
             if tried > most or spent > periods:
                 return NEIGHBOUR
+        apart = math.inf if known else spacing(flow, course, n)
         known = False
-        found = try_period(flow, course, n, evidence)
+        found = try_period(flow, course, n, apart, evidence)
         if found == FOUND:
             return FOUND
         result = max(result, found)

@@ -80,7 +80,8 @@ def attracted(flow, tangent, y, x, n, span):
             return False
         if not returns_as_predicted(flow, tangent, y, now, state, span):
             return False
-        now[:] = state[:4]
+        for i in range(4):
+            now[i] = state[i]
         if distance(flow, now, y) <= resolvable(flow, span):
             return True
     return True
@@ -95,7 +96,8 @@ def settled_before(flow, course, tangent, y, n, span, m):
     state, now, settled = new_state(), np.zeros(4), 0
     place_state(flow, course.origin, state)
     for p in range(n, m + 1, n):
-        now[:] = state[:4]
+        for i in range(4):
+            now[i] = state[i]
         if run_on(flow.prepared.arc, flow, no_section(flow), n, state) != OK:
             return m
         if not returns_as_predicted(flow, tangent, y, now, state, span):
@@ -116,7 +118,8 @@ def settling_period(flow, course, tangent, y, n, span):
         section_at(flow, course, m - n, now)
         if not returns_as_predicted(flow, tangent, y, now, then, span):
             return m
-        then[:] = now
+        for i in range(4):
+            then[i] = now[i]
         m -= n
     if course.first == 0:
         return 0

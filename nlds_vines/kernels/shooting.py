@@ -82,8 +82,8 @@ def correction(flow, matrix, y, image):
 
 
 @jit(dissolved=True)
-def polish(flow, y, points, counts, tangent):
-    """Move y (4,) onto an orbit of n = len(points) periods.
+def polish(flow, y, points, counts, tangent, longest=np.inf):
+    """Move y (4,) onto an orbit of n = len(points) periods, by steps of at most the norm `longest`.
 
     Returns (residual, clearance [m], slowest impact [m/s]): the residual is the energy norm of what
     does not close, relative to the orbit's; it is inf where Newton's method does not converge.
@@ -103,7 +103,7 @@ def polish(flow, y, points, counts, tangent):
         if not residual < 2.0 * before:
             break
         step, found = correction(flow, matrix_of(tangent, flow.size), y, state)
-        if not found or not norm(flow, step) <= LONGEST_CORRECTION * span:
+        if not found or not norm(flow, step) <= min(LONGEST_CORRECTION * span, longest):
             break
         for i in range(flow.size):
             y[i] += step[i]

@@ -118,7 +118,8 @@ def advance_with(flow, tangent, state, ahead, section):
     The variations go with a copy `ahead` (SIZE,), whose contacts are stepped: it differs from the
     orbit by the error of a period, and begins each period anew with the orbit's state.
     """
-    ahead[:] = state
+    for i in range(SIZE):
+        ahead[i] = state[i]
     status = advance(flow.prepared.arc, flow, tangent, ahead)
     if status != OK:
         return status

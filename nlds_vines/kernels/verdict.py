@@ -105,9 +105,10 @@ def judge(flow, ends, record, first, stages, evidence):
     for stage in range(len(stages) + 1):
         evidence[ev.WATCHED] = course.first + course.length
         # a stable periodic orbit explains what has been seen; what is not chaotic may be a long one
-        long = stage > 0 and evidence[ev.KIND] != CHAOTIC
+        chaotic = evidence[ev.KIND] == CHAOTIC
+        long = stage > 0 and not chaotic
         most, periods = (MANY, stages[stage - 1]) if long else (FEW, SHORT)
-        found = find_period(flow, course, most, periods, evidence)
+        found = find_period(flow, course, most, periods, chaotic, evidence)
         if found == FOUND:
             note_cycle(flow, evidence, period)
             note_chaotic_transient(flow, course, evidence, period)

@@ -20,7 +20,7 @@ from support import (
 from twin import follow, model_of
 
 from nlds_vines.errors import RequestError
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalogue import catalogue, load_system
 from nlds_vines.orbits.simulation import IntegrationError, simulate
 
 SET6 = references()["ssul-set6"].numbers
@@ -293,3 +293,55 @@ def test_without_the_compiler_every_bit_is_the_same(tmp_path):
     assert plain.keys() == compiled.keys()
     for name, values in compiled.items():
         assert values.tobytes() == plain[name].tobytes(), name
+
+
+# ---- what is noted, against the twin -------------------------------------------------------------
+
+SSBL = {**catalogue()["ssbl"].parameters, "K": SET6["K"]}
+DRAGGED = {**SSBL, "C": 0.2, "omega": 6.05}
+
+
+def of_two_walls(numbers, kind="ssbl"):
+    """Return the system of two walls, and the twin's course from rest."""
+    watched = kind != "ssbl"
+    start = (0.0, 0.0, numbers["D"], 0.0)
+    return system_of(kind, numbers), follow(model_of(numbers, watched=watched), start, 4)
+
+
+@both_methods
+@pytest.mark.parametrize("K", [3e8, 1e9, 1e10])
+def test_depth_and_force_of_short_impacts_where_dashpots_act(K, options):
+    """The depth is as good as the speed, and the force with it. Notices: nodes of the whole arc."""
+    numbers = {**DRAGGED, "K": K}
+    system, seen = of_two_walls(numbers)
+    rows = simulate(system, 4, record=BOTH, **options).impacts
+    over = ~np.isnan(seen.touches[:, 2])
+    assert len(rows) == len(seen.touches) >= 5
+    np.testing.assert_allclose(rows["speed"], seen.touches[:, 3], rtol=3e-11)
+    np.testing.assert_allclose(rows["depth"][over], seen.touches[over, 4], rtol=3e-11)
+    force = K * seen.touches[over, 4] ** 1.5
+    np.testing.assert_allclose(rows["force"][over], force, rtol=5e-11)
+
+
+@both_methods
+@pytest.mark.parametrize(
+    ("kind", "changes"),
+    [
+        ("ssbl", {"D": 1.0, "C": 0.2}),  # touches the far wall and misses it
+        ("ssbl", {"D": 1.0, "C": 0.4}),  # misses it every time
+        ("ssbl", {"D": 0.4, "C": 1.0}),  # ... or the near wall
+        ("ssvi-b", {"D": 1.0, "C": 0.4}),
+        ("ssvi-b", {"D": 0.06, "C": 0.4}),  # breaks the limit, which is no wall to be missed
+    ],
+)
+def test_clearance_at_either_wall(kind, changes, options):
+    """Notices: the far wall's near miss with the wrong sign, or never looked for."""
+    numbers = {**SSBL, "K": 1e7, **changes}
+    system, seen = of_two_walls(numbers, kind)
+    orbit = simulate(system, 4, record=FULL, **options)
+    real = seen.misses[seen.misses[:, 0] >= (kind != "ssbl")]
+    closest = -real[:, 2].max()
+    assert np.isfinite(closest)
+    assert orbit.clearance == pytest.approx(closest, abs=1e-11 if not options else 1e-8)
+    wall = real[real[:, 2].argmax(), 0]
+    assert wall == (0 if changes["C"] == 1.0 else 1)

@@ -5,6 +5,7 @@
     flights     mutants of scene, flight, touch, peaks, exact
     touches     mutants of the walk to a touch, of bounds, of the depth of contacts
     contacts    mutants of contacts, impacts, and Runge-Kutta steps
+    limits      mutants of a limit that is watched inside contacts
     orbits      mutants of what is noted, of orbits, cells, lanes, variations, growth
     verdicts    mutants of shooting, recurrence, settling, verdicts, elementary functions
     archives    mutants of archives, of parts of runs under way, and of their checks
@@ -23,6 +24,7 @@ from benchmarks.mutants import (
     contacts,
     flights,
     labels,
+    limits,
     orbits,
     results,
     touches,
@@ -32,7 +34,7 @@ from benchmarks.mutants.mutant import Mutant
 
 __all__ = ["MUTANTS", "Mutant"]
 
-_LISTS = (flights, touches, contacts, orbits, verdicts, archives, results, labels)
+_LISTS = (flights, touches, contacts, limits, orbits, verdicts, archives, results, labels)
 
 MUTANTS: tuple[Mutant, ...] = tuple(mutant for module in _LISTS for mutant in module.MUTANTS)
 """All mutants."""

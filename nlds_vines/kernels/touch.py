@@ -157,17 +157,19 @@ def note_limit(w, limit_log, begin, h, end, bend, jerk):
 def nearest_miss(w, x, sign, end, best, bend, jerk):
     """Return the larger of `best` and the local maxima of sign r over [x, end].
 
-    An approach that has not turned round by then is not a miss. `bend` and `jerk`
-    bound the second and third derivative by the place.
+    An approach that has not turned round by then is not a miss; one whose slope at `end` is nothing
+    but round-off has, as the next cell may begin with a fall. `bend` and `jerk` bound the second
+    and third derivative by the place.
     """
     bend, jerk = bend + TINIEST, jerk + TINIEST
+    level = ROUND_OFF * (abs(w[COEF]) + abs(w[COEF + 4]) + abs(w[R]) + abs(w[R + 4]))
     for _ in range(MOST_STEPS):
         f, slope, curve = derivatives_at(w, x, sign)
         if f >= best and slope > 0.0:
             x = first_maximum(w, x, end, sign, jerk)
-            if x >= end:
-                return best
             f, slope, curve = derivatives_at(w, x, sign)
+            if x >= end and slope > level:
+                return best
             best, slope = max(best, f), 0.0
         tolerance = ROUND_OFF * abs(f) + TINIEST
         safe = safe_distance(max(best - f, 0.0), slope, bend)

@@ -131,12 +131,12 @@ def find_period(flow, course, most, periods, chaotic, evidence):
     """Try the period of a recurrence, then those of near returns, the best first.
 
     At most `most` of these, of so many `periods` in all. Returns FOUND or NOTHING; NEIGHBOUR where
-    an orbit lies beside the sections, or where not all near returns were tried.
+    the sections repeat, an orbit lies beside them, or not all near returns were tried.
     """
     returns = near_returns(flow, course, chaotic)
     n = recent_period(course.record, course.length)
-    result, tried, spent = NOTHING, 0, 0
-    known = n > 0
+    known, tried, spent = n > 0, 0, 0
+    result = NEIGHBOUR if known else NOTHING
     while True:
         if not known:
             n = best_of(returns)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.colors import LogNorm
-from test_picture import FOUR, MAP, archive_of, drawn, faces, legend_of, shown
+from test_picture import CHAOS_OF_ARCHIVE, FOUR, MAP, archive_of, drawn, faces, legend_of, shown
 
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.picture import drawing as figures
@@ -42,7 +42,7 @@ def test_a_diagram_marks_labels_that_are_not_kept(tmp_path):
     figure = drawn(archive_of(tmp_path / "a.h5", WANT, fill=kept_but((7, 0), (100, 0))))
     strip, structure = figure.axes[-1], figure.axes[1]
     assert flags(strip) == pytest.approx([5.14, 7.0])
-    assert legend_of(structure) == [FLAGGED]
+    assert legend_of(structure) == [FLAGGED, CHAOS_OF_ARCHIVE]
     assert strip.get_ylim() == (0, 1)
     assert structure.get_xlim() == (4.99, 8.01)
 
@@ -51,7 +51,7 @@ def test_a_diagram_marks_labels_that_are_not_kept(tmp_path):
 def test_where_all_labels_are_kept_there_is_no_mark_and_no_word_of_it(tmp_path, want):
     figure = drawn(archive_of(tmp_path / "a.h5", want, fill=kept_but()))
     assert flags(figure.axes[-1]) == []
-    assert figure.axes[1].get_legend() is None
+    assert legend_of(figure.axes[1]) == [CHAOS_OF_ARCHIVE]
 
 
 def test_each_strip_has_the_marks_of_its_start(tmp_path):
@@ -60,7 +60,7 @@ def test_each_strip_has_the_marks_of_its_start(tmp_path):
     up, down = (axes for axes in figure.axes if axes.get_ylabel() in ("up", "down"))
     assert flags(up) == pytest.approx([5.0])
     assert flags(down) == pytest.approx([6.0, 8.0])
-    assert legend_of(figure.axes[1]) == ["start: up", "start: down", FLAGGED]
+    assert legend_of(figure.axes[1]) == ["start: up", "start: down", FLAGGED, CHAOS_OF_ARCHIVE]
 
 
 def test_marks_of_starts_without_a_strip_are_not_announced(tmp_path):

@@ -33,7 +33,10 @@ def calls(tmp_path, monkeypatch):
         if asked.error is not None:
             raise asked.error
         return SimpleNamespace(
-            lanes=scan.lanes, failed_lanes=asked.failed, summary=lambda: "the summary"
+            lanes=scan.lanes,
+            failed_lanes=asked.failed,
+            summary=lambda: "the summary",
+            remarks=lambda: ["a remark"],
         )
 
     def estimate(scan, threads):
@@ -58,7 +61,7 @@ def test_the_default_is_figure_8_with_its_picture(calls, capsys):
     assert calls.runs == [(load_scan(), Path("figure8.h5"), options)]
     assert calls.plots == [(Path("figure8.h5"), Path("figure8.png"), None)]
     out, err = capsys.readouterr()
-    assert out == "the summary\nfigure8.h5\nfigure8.png\n"
+    assert out == "the summary\na remark\nfigure8.h5\nfigure8.png\n"
     assert err == ""
 
 

@@ -99,7 +99,7 @@ def test_a_cell_is_clear_where_its_ends_and_the_bend_say_so(near, far, r0, r1, s
 
 def grid_with(p):
     """Return a grid whose expanded cell holds the polynomial p as r."""
-    return Grid(8, 0.1, 1.0, 1.0, 1.0, cell_of(p))
+    return Grid(8, 0.1, 0.125, 1.0, 1.0, 1.0, cell_of(p))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

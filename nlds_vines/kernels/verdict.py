@@ -63,6 +63,10 @@ def note_cycle(flow, evidence, period):
             return
     for i in range(flow.size):
         evidence[ev.EXPONENTS + i] = growth[i] / (n * period)
+    # the first is known better; what it was off, the second was, as areas align faster than lengths
+    off = evidence[ev.EXPONENTS] - evidence[ev.LARGEST]
+    evidence[ev.EXPONENTS] -= off
+    evidence[ev.EXPONENTS + 1] += off
 
 
 @jit

@@ -46,7 +46,7 @@ UNLESS = {
         "impact.depth_of",
     },
     "energy": {"observe.note_energy", "observe.note_step", "peaks.note_peaks", "peaks.suspects"},
-    "clearance": {"exact.note_misses", "touch.nearest_miss"},
+    "clearance": {"exact.note_misses"},
     "tangent": {"flight.propagate"},
 }
 """Kernels that must be absent unless the scene has, or the record asks for, the thing named."""
@@ -184,7 +184,7 @@ def allocated(system, *want):
 
 
 ALWAYS = {"status"}
-JUDGED = {"section", "cycle", "ends", "evidence"}
+JUDGED = {"section", "ends", "evidence"}
 
 
 @pytest.mark.parametrize(

@@ -1,14 +1,12 @@
 """What a cell may hold, by its polynomial: touches of two walls, near misses, peaks of energies."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from numpy.polynomial import Chebyshev, Polynomial
 
 from nlds_vines.kernels.codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from nlds_vines.kernels.exact import may_hold_a_miss, note_misses, touch_in
-from nlds_vines.kernels.flight import COEF, TAYLOR
+from nlds_vines.kernels.flight import COEF, TAYLOR, Grid
 from nlds_vines.kernels.peaks import proves_no_root
 from nlds_vines.kernels.scene import Wall
 from nlds_vines.kernels.touch import nearest_miss
@@ -23,7 +21,7 @@ def cell_of(p):
     table[COEF + 2 : COEF + 2 + 4 * len(p.coef) : 4] = p.coef
     places = np.linspace(0.0, 1.0, 2001)
     bounds = (1.001 * max(np.abs(p.deriv(n)(places)).max(), 1e-9) for n in (2, 3))
-    return SimpleNamespace(table=table), *bounds
+    return Grid(8, 0.1, 0.125, 1.0, 1.0, 1.0, table), *bounds
 
 
 # ---- touches -------------------------------------------------------------------------------------

@@ -226,7 +226,7 @@ def test_multipliers_and_exponents_of_every_labelled_orbit():
     multipliers = found["multipliers"][:, 0] @ [1, 1j]
     known = trace * n * 2 * np.pi / omega
     resolved = periodic & (known > -18.0)  # the matrix of a longer orbit holds no smaller product
-    assert resolved.sum() > 0.98 * periodic.sum() > resolved.sum()
+    assert 0.98 * periodic.sum() < resolved.sum() < periodic.sum()
     product = multipliers[resolved].prod(axis=-1)
     assert np.abs(product / np.exp(known[resolved]) - 1).max() <= 1e-8
     total = found["exponents"][:, 0].sum(axis=-1)

@@ -45,7 +45,7 @@ CURVES = ("E1max", "E2max", "impact_rate", "clearance", "period", "error")
 """The recorded numbers that are drawn, from the top, where no section is recorded."""
 
 _PANEL, _FOOT, _HEAD = 4.4 * CM, 1.1 * CM, 0.75 * CM  # heights in inches
-_NAMES, _STRIP = 2.15 * CM, 0.42 * CM  # inches; a strip stands at the foot of the room for names
+_NAMES, _STRIP = 2.45 * CM, 0.42 * CM  # inches; a strip stands at the foot of the room for names
 _MOST_STRIPS = 2  # starts with a strip of their own; of more, only the first has one
 _MOST_NAMED = 8  # starts in the legend
 _SECTION_DOT, _NUMBER_DOT, _EXPONENT_DOT, _LEGEND_DOT = 0.75, 2.0, 1.4, 3.0  # points

@@ -133,12 +133,15 @@ def find_period(flow, course, most, periods, chaotic, evidence):
     At most `most` of these, of so many `periods` in all. Returns FOUND or NOTHING; NEIGHBOUR where
     the sections repeat, an orbit lies beside them, or not all near returns were tried.
     """
-    returns = near_returns(flow, course, chaotic)
     n = recent_period(course.record, course.length)
     known, tried, spent = n > 0, 0, 0
     result = NEIGHBOUR if known else NOTHING
+    returns = np.empty(0)
     while True:
         if not known:
+            if tried == 0:  # most orbits are known by then
+                returns = near_returns(flow, course, chaotic)
+                returns[n] = math.inf
             n = best_of(returns)
             if n == 0:
                 return result

@@ -20,7 +20,7 @@ from .eigenvalues import spectral_radius
 from .recurrence import TOLERANCE, repeats
 from .settling import MARGIN, attracted, settling_period
 from .shooting import is_minimal, matrix_of, polish, span_of
-from .variations import determinant_of_difference, distance
+from .variations import distance, solve
 
 LONGEST = 1024  # periods n that are looked for
 FEWEST_REPEATED = 16  # sections that must have repeated: fewer may do so by chance
@@ -89,7 +89,7 @@ def spacing(flow, course, n):
 @jit
 def is_saddle(matrix, size):
     """Tell whether an odd number of multipliers are real and greater than one."""
-    return determinant_of_difference(matrix, size) < 0.0
+    return solve(np.eye(size) - matrix, np.zeros(size), size) < 0  # the sign of det(I - M)
 
 
 @jit(dissolved=True)

@@ -78,7 +78,7 @@ def correction(flow, matrix, y, image):
     right, system = np.zeros(4), np.eye(flow.size) - matrix
     for i in range(flow.size):
         right[i] = image[i] - y[i]
-    return right, solve(system, right, flow.size)
+    return right, solve(system, right, flow.size) != 0
 
 
 @jit(dissolved=True)

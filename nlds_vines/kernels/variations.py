@@ -201,14 +201,20 @@ def orthonormalise(tangent, size, growth):
 
 @jit
 def solve(matrix, right, size):
-    """Solve matrix x = right in place by elimination with pivots; False where it is singular."""
+    """Solve matrix x = right in place by elimination with pivots.
+
+    Returns the sign of the determinant, 0 where the matrix is singular.
+    """
+    sign = 1
     for i in range(size):
         pivot = i
         for j in range(i + 1, size):
             if abs(matrix[j, i]) > abs(matrix[pivot, i]):
                 pivot = j
         if not abs(matrix[pivot, i]) > 0.0:
-            return False
+            return 0
+        if (pivot != i) != (matrix[pivot, i] < 0.0):
+            sign = -sign
         for c in range(size):
             matrix[i, c], matrix[pivot, c] = matrix[pivot, c], matrix[i, c]
         right[i], right[pivot] = right[pivot], right[i]
@@ -221,30 +227,7 @@ def solve(matrix, right, size):
         for c in range(i + 1, size):
             right[i] -= matrix[i, c] * right[c]
         right[i] /= matrix[i, i]
-    return True
-
-
-@jit
-def determinant_of_difference(matrix, size):
-    """Return det(I - M), by elimination with pivots."""
-    left, found = np.eye(size) - matrix, 1.0
-    for i in range(size):
-        pivot = i
-        for j in range(i + 1, size):
-            if abs(left[j, i]) > abs(left[pivot, i]):
-                pivot = j
-        if pivot != i:
-            found = -found
-        found *= left[pivot, i]
-        if not abs(found) > 0.0:
-            return found
-        for c in range(i, size):
-            left[i, c], left[pivot, c] = left[pivot, c], left[i, c]
-        for j in range(i + 1, size):
-            f = left[j, i] / left[i, i]
-            for c in range(i, size):
-                left[j, c] -= f * left[i, c]
-    return found
+    return sign
 
 
 @jit

@@ -120,19 +120,26 @@ def test_an_energy_may_be_largest_at_a_touch(method):
     assert orbit.E2max == pytest.approx(touch, rel=1e-5)
 
 
+def highest(free, start):
+    """Return the highest r [m] of a period, by a parabola; None where it lies at an end of it."""
+    orbit = simulate(free, 1, start=start, record=("trajectory",), samples=256)
+    r = orbit.trajectory[:, 0] - orbit.trajectory[:, 2] + free.rest
+    i = int(r.argmax())
+    if not 0 < i < 255:
+        return None
+    before, top, after = r[i - 1 : i + 2]
+    return top - (after - before) ** 2 / (8 * (after - 2 * top + before))
+
+
 def test_an_excursion_beyond_a_limit_may_be_short():
     """The limit lies a hair below or above the highest r of an orbit, between two samples."""
     rng, seen = np.random.default_rng(5), 0
     for _ in range(12):
         system, start = random_case("ssvi-c", rng)
         free = system.with_(L=10.0)
-        orbit = simulate(free, 1, start=start, record=("trajectory",), samples=256)
-        r = orbit.trajectory[:, 0] - orbit.trajectory[:, 2] + free.rest
-        i = int(r.argmax())
-        if not 0 < i < 255:
+        top = highest(free, start)
+        if top is None:
             continue
-        before, top, after = r[i - 1 : i + 2]
-        top -= (after - before) ** 2 / (8 * (after - 2 * top + before))
         for hair, number in ((1e-6, 1), (-1e-6, 0)):
             L = top - hair - free.rest
             if L <= 0.0 or start[0] - start[2] >= L:
@@ -194,13 +201,9 @@ def test_a_touch_may_be_by_a_hair():
         system, start = random_case("ssul", rng)
         free = system.with_(C=10.0, V=0.1)
         begin = (start[0], start[1], start[0] + free.rest, start[3])
-        orbit = simulate(free, 1, start=begin, record=("trajectory",), samples=256)
-        r = orbit.trajectory[:, 0] - orbit.trajectory[:, 2] + free.rest
-        i = int(r.argmax())
-        if not 0 < i < 255:
+        top = highest(free, begin)
+        if top is None:
             continue
-        before, top, after = r[i - 1 : i + 2]
-        top -= (after - before) ** 2 / (8 * (after - 2 * top + before))
         for hair, number in ((2e-6, 1), (-2e-6, 0)):
             walled = free.with_(C=top - hair)
             begin = (start[0], start[1], start[0] + walled.rest, start[3])

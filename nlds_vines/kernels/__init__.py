@@ -20,6 +20,7 @@ In reading order:
     limit            a limit inside a contact
     contact          a contact from touch to release, stepped
     impact           a short impact, solved at once
+    inside           its state between touch and release, and its largest energies
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section
     growth           growth rates with their uncertainty; convergence of averages

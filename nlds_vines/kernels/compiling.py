@@ -50,22 +50,30 @@ def _stamped_cache() -> Iterator[None]:
 
 
 def jit(
-    function: Callable[..., Any] | None = None, *, parallel: bool = False, dissolved: bool = False
+    function: Callable[..., Any] | None = None,
+    *,
+    parallel: bool = False,
+    dissolved: bool = False,
+    inlined: bool = False,
 ) -> Any:
     """Compile a kernel: nopython, cached, strict floating point.
 
     `parallel=True` belongs to the loops over lanes and nowhere else. `dissolved=True` is for large
     functions with one caller: they become part of its text before anything is compiled. (Every
     function is compiled together with all that it calls, once on each level of calls.)
+    `inlined=True` is for small functions in the hottest loops, which take or return fours: a call
+    would hand these on in memory.
 
     With the environment variable NUMBA_DISABLE_JIT=1 the function is returned as it is: slow,
     readable, debuggable, and equal to the last bit.
     """
     if function is None:
-        return lambda f: jit(f, parallel=parallel, dissolved=dissolved)
+        return lambda f: jit(f, parallel=parallel, dissolved=dissolved, inlined=inlined)
     options: Any = {"error_model": "numpy", "nogil": True, "parallel": parallel}
     if dissolved:
         options["inline"] = "always"
+    if inlined:
+        options["forceinline"] = True
     with _stamped_cache():
         return numba.njit(cache=True, **options)(function)
 

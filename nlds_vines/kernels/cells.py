@@ -258,7 +258,7 @@ def report_violation(violation, limit_log):
 # ---- its verdict ---------------------------------------------------------------------------------
 
 
-@jit
+@jit(dissolved=True)
 def judge_cell(parts, cell, ends, section, first, stages, evidence):
     """Say what the orbit of one cell is (parts and cell as `run_cell`, the rest as `judge`)."""
     ps, damper = structure_of(cell), damper_of(parts.damper, cell)

@@ -4,28 +4,37 @@ Strict floating point (no fastmath, no contraction) so that results are bit-iden
 run and to the uncompiled code; NumPy's error model, so that no division raises inside a kernel;
 and a disk cache that is invalidated by a change in *any* kernel file. Numba's own cache looks at
 the decorated function's file alone and would keep stale code of the functions it calls.
+
+Most of the time of a first run is compiling. So kernels that kernels alone call get no wrapper for
+Python, and Python's garbage collector, which would look again and again through all that the
+compiler holds, rests meanwhile.
 """
 
 from __future__ import annotations
 
+import gc
 import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache, wraps
+from functools import cached_property, lru_cache, wraps
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numba
 from numba import extending
-from numba.core import caching, types
+from numba.core import caching, event, registry, types
 
 KERNELS = Path(__file__).parent
 
 
 @lru_cache(maxsize=1)
 def source_stamp() -> str:
-    """Return one hash over every kernel source, this one included: what the cache depends on."""
-    digest = hashlib.sha256()
+    """Return one hash of what compiled code depends on and Numba's cache does not know.
+
+    These are all kernel sources, this one included, and how much the compiler is to optimise.
+    """
+    digest = hashlib.sha256(f"NUMBA_OPT={numba.config.OPT}".encode())  # type: ignore[attr-defined]
     for path in sorted(KERNELS.glob("*.py")):
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
@@ -49,25 +58,50 @@ def _stamped_cache() -> Iterator[None]:
         registry._locator_classes = original
 
 
-def jit(
-    function: Callable[..., Any] | None = None, *, parallel: bool = False, dissolved: bool = False
-) -> Any:
-    """Compile a kernel: nopython, cached, strict floating point.
+class Inner(registry.CPUDispatcher):
+    """A kernel without the wrapper through which Python calls: without one, a call would crash.
 
-    `parallel=True` belongs to the loops over lanes and nowhere else. `dissolved=True` is for large
-    functions with one caller: they become part of its text before anything is compiled. (Every
-    function is compiled together with all that it calls, once on each level of calls.)
+    Python that calls it all the same gets there by its `entry`.
+    """
+
+    @cached_property
+    def entry(self) -> Any:
+        """The same text, compiled with the wrapper; what it calls is compiled once for both."""
+        text = self.py_func
+        name = f"{text.__name__}_from_python"  # the cache on the disk goes by the name
+        copy = FunctionType(text.__code__, text.__globals__, name, text.__defaults__)
+        copy.__module__, copy.__qualname__ = text.__module__, name
+        return jit(copy, entry=True)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the kernel from Python."""
+        return self.entry(*arguments)
+
+
+def jit(
+    function: Callable[..., Any] | None = None, *, entry: bool = False, dissolved: bool = False
+) -> Any:
+    """Compile a kernel: nopython, cached, strict floating point, for other kernels to call.
+
+    `entry=True` is for what only Python calls, and often. `dissolved=True` is for large functions
+    with one caller: they become part of its text before anything is compiled. (Every function is
+    compiled together with all that it calls, once on each level of calls.)
 
     With the environment variable NUMBA_DISABLE_JIT=1 the function is returned as it is: slow,
     readable, debuggable, and equal to the last bit.
     """
     if function is None:
-        return lambda f: jit(f, parallel=parallel, dissolved=dissolved)
-    options: Any = {"error_model": "numpy", "nogil": True, "parallel": parallel}
+        return lambda f: jit(f, entry=entry, dissolved=dissolved)
+    options: Any = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+    if not entry:
+        options["no_cpython_wrapper"] = True
     if dissolved:
         options["inline"] = "always"
     with _stamped_cache():
-        return numba.njit(cache=True, **options)(function)
+        kernel = numba.njit(cache=True, **options)(function)
+    if not entry and isinstance(kernel, registry.CPUDispatcher):  # none without compilation
+        kernel.__class__ = Inner
+    return kernel
 
 
 def chosen(builder: Callable[..., Callable[..., Any]]) -> Any:
@@ -88,6 +122,29 @@ def chosen(builder: Callable[..., Callable[..., Any]]) -> Any:
         body = builder(*(None if isinstance(kind, types.NoneType) else kind for kind in kinds))
         return getattr(body, "py_func", body)
 
-    options: Any = {"error_model": "numpy", "nogil": True}
+    options: Any = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
     extending.overload(run, jit_options=options, strict=False)(choose)
     return run
+
+
+class _Collector(event.Listener):
+    """Lets the garbage collector rest from the first to the last of nested compilations of ours."""
+
+    def __init__(self) -> None:
+        self._outermost: Any = None  # what a compilation is of, while the collector rests for it
+
+    def on_start(self, event: event.Event) -> None:
+        """Stop the collector, unless it rests already."""
+        ours = event.data["dispatcher"].py_func.__module__.startswith("nlds_vines.")
+        if self._outermost is None and ours and gc.isenabled():
+            self._outermost = event.data
+            gc.disable()
+
+    def on_end(self, event: event.Event) -> None:
+        """Let it work again after the outermost compilation, also one that has failed."""
+        if event.data is self._outermost:
+            self._outermost = None
+            gc.enable()
+
+
+event.register("numba:compile", _Collector())

@@ -6,7 +6,7 @@ these a search needs only how they ended and their largest energies.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +21,10 @@ from nlds_vines.orbits import evidence
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import EFFORTS, Settings
 from nlds_vines.orbits.wants import JUDGED, NOTED, components, noted
+from nlds_vines.runs.pool import in_pieces
+
+PIECE_PERIODS = 1000
+"""Forcing periods of a piece of lanes at least: milliseconds, beside which its cost is nothing."""
 
 
 @dataclass(frozen=True)
@@ -107,9 +111,20 @@ def run(
     Fills the buffers.  The periods before `span` are the transient.
     """
     status = np.zeros(chains.shape, np.int64)
-    apart, cells = (parts._replace(arc=None), parts.arc), chains.view(np.recarray)
-    lanes.run_lanes(*apart, cells, np.ascontiguousarray(starts), span, buffers, status)
+    cells, each = chains.view(np.recarray), chains.shape[1] * (span.first + span.periods)
+    arguments = parts, cells, np.ascontiguousarray(starts), span, buffers, status
+    _on_threads(lanes.run_lanes, arguments, len(chains), each)
     return status
+
+
+def _on_threads(
+    kernel: Callable[..., None], arguments: tuple[Any, ...], count: int, periods: int
+) -> None:
+    """Run a kernel of `lanes` on so many lanes of so many forcing periods or more, in pieces."""
+    kernel(0, 0, *arguments)  # compiled here, not by all threads at once
+    in_pieces(
+        lambda i, j: kernel(i, j, *arguments), count, max(1, PIECE_PERIODS // max(1, periods))
+    )
 
 
 class Kernels:
@@ -127,10 +142,10 @@ class Kernels:
         span = Span(transient, periods, 1)
         outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
         if outputs.evidence is not None:
-            apart = self._parts._replace(arc=None), self._parts.arc
             finished = Finished(outputs.ends, outputs.section, max(transient - NOTED, 0))
-            cells, evidence = chains.view(np.recarray), outputs.evidence
-            lanes.judge_lanes(*apart, cells, finished, self._stages, evidence, outputs.status)
+            cells, stages = chains.view(np.recarray), self._stages
+            arguments = self._parts, cells, finished, stages, outputs.evidence, outputs.status
+            _on_threads(lanes.judge_lanes, arguments, cells.size, transient + periods)
         return outputs
 
     def after_a_period(self, cells: np.ndarray, starts: np.ndarray) -> np.ndarray:

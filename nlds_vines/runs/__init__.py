@@ -9,5 +9,6 @@ In reading order:
     interrupts   Ctrl-C and SIGTERM, which end a run between two pieces of work
     progress     how much is done, how fast, how long to go
     threads      how many threads the kernels use, and whether the environment allows them
+    pool         lanes handed out to these threads, piece by piece
     certificate  by which the processes of one run know each other
 """

@@ -81,7 +81,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
 # ---- its orbit -----------------------------------------------------------------------------------
 
 
-@jit
+@jit(dissolved=True)
 def run_cell(parts, cell, state, span, buffers):
     """Run one orbit from `state` (SIZE,), which becomes the last one; return a status.
 

@@ -28,6 +28,15 @@ from numba.core import caching, event, registry, types
 KERNELS = Path(__file__).parent
 
 
+_kept = True  # whether inner kernels are kept in the cache, too
+
+
+def keep_inner_kernels(kept: bool) -> None:
+    """Say whether kernels that are imported from now on are kept in the cache, if not entries."""
+    global _kept
+    _kept = kept
+
+
 @lru_cache(maxsize=1)
 def source_stamp() -> str:
     """Return one hash of what compiled code depends on and Numba's cache does not know.
@@ -98,7 +107,7 @@ def jit(
     if dissolved:
         options["inline"] = "always"
     with _stamped_cache():
-        kernel = numba.njit(cache=True, **options)(function)
+        kernel = numba.njit(cache=entry or _kept, **options)(function)
     if not entry and isinstance(kernel, registry.CPUDispatcher):  # none without compilation
         kernel.__class__ = Inner
     return kernel
@@ -127,24 +136,42 @@ def chosen(builder: Callable[..., Callable[..., Any]]) -> Any:
     return run
 
 
-class _Collector(event.Listener):
-    """Lets the garbage collector rest from the first to the last of nested compilations of ours."""
+class _Watch(event.Listener):
+    """Sees what is compiled, and lets the garbage collector rest until nested compilations end."""
 
     def __init__(self) -> None:
+        self.told: list[Callable[[Any], object]] = []
         self._outermost: Any = None  # what a compilation is of, while the collector rests for it
 
     def on_start(self, event: event.Event) -> None:
-        """Stop the collector, unless it rests already."""
-        ours = event.data["dispatcher"].py_func.__module__.startswith("nlds_vines.")
+        """Tell of a kernel, then stop the collector, unless it rests already."""
+        kernel = event.data["dispatcher"]
+        for tell in tuple(self.told):
+            tell(kernel)
+        ours = kernel.py_func.__module__.startswith("nlds_vines.")
         if self._outermost is None and ours and gc.isenabled():
             self._outermost = event.data
             gc.disable()
 
     def on_end(self, event: event.Event) -> None:
         """Let it work again after the outermost compilation, also one that has failed."""
-        if event.data is self._outermost:
+        if self._outermost is not None and event.data is self._outermost:
             self._outermost = None
             gc.enable()
 
 
-event.register("numba:compile", _Collector())
+_watch = _Watch()
+event.register("numba:compile", _watch)
+
+
+@contextmanager
+def told_of_compilations(tell: Callable[[Any], object]) -> Iterator[None]:
+    """Call `tell(kernel)` before a kernel is compiled, not where the cache has it, in the block.
+
+    What `tell` raises ends the compilation before it begins.
+    """
+    _watch.told.append(tell)
+    try:
+        yield
+    finally:
+        _watch.told.remove(tell)

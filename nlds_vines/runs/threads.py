@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 
 from nlds_vines.errors import RequestError, shown
+from nlds_vines.runs.machine import processors
 
 MOST_THREADS = 4096
 """Threads that may be asked for: more than any machine has, so that a typing error is noticed."""
@@ -54,6 +55,4 @@ def most_threads() -> int:
     number = os.environ.get("NUMBA_NUM_THREADS")
     if number is not None:
         return _whole(number)
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return processors()

@@ -15,7 +15,7 @@ from __future__ import annotations
 import gc
 import hashlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cached_property, lru_cache, wraps
 from pathlib import Path
 from types import FunctionType
@@ -26,15 +26,6 @@ from numba import extending
 from numba.core import caching, event, registry, types
 
 KERNELS = Path(__file__).parent
-
-
-_kept = True  # whether inner kernels are kept in the cache, too
-
-
-def keep_inner_kernels(kept: bool) -> None:
-    """Say whether kernels that are imported from now on are kept in the cache, if not entries."""
-    global _kept
-    _kept = kept
 
 
 @lru_cache(maxsize=1)
@@ -53,6 +44,25 @@ def source_stamp() -> str:
 def _stamped(locator: type) -> type:
     """Return `locator` with the stamp of all kernel sources instead of its single file's."""
     return type(locator.__name__, (locator,), {"get_source_stamp": lambda self: source_stamp()})
+
+
+class _ReadOnly(caching.FunctionCache):
+    """The cache of a kernel, from which is read what another process has compiled.
+
+    Numba numbers the files of a kernel, so that only one process may write them at a time.
+    """
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Leave the files as they are."""
+
+
+_read_only = False
+
+
+def only_read_inner_kernels() -> None:
+    """Let this process write no files of inner kernels; called before they are imported."""
+    global _read_only
+    _read_only = True
 
 
 @contextmanager
@@ -107,9 +117,11 @@ def jit(
     if dissolved:
         options["inline"] = "always"
     with _stamped_cache():
-        kernel = numba.njit(cache=entry or _kept, **options)(function)
-    if not entry and isinstance(kernel, registry.CPUDispatcher):  # none without compilation
-        kernel.__class__ = Inner
+        kernel = numba.njit(cache=True, **options)(function)
+        if not entry and isinstance(kernel, registry.CPUDispatcher):  # none without compilation
+            kernel.__class__ = Inner
+            if _read_only:
+                kernel._cache = _ReadOnly(function)  # type: ignore[attr-defined]
     return kernel
 
 
@@ -136,6 +148,22 @@ def chosen(builder: Callable[..., Callable[..., Any]]) -> Any:
     return run
 
 
+def _remove_stale_files(folder: Path) -> None:
+    """Remove what other sources have left in a folder of the cache, and note whose it is now.
+
+    Numba would find a new entry in the list of a kernel a moment before its file is written, and
+    then read the stale file of the same number.
+    """
+    note = folder / "nlds_vines.stamp"
+    with suppress(OSError):
+        if note.exists() and note.read_text("ascii") == source_stamp():
+            return
+        for path in folder.glob("*.nb[ic]"):
+            path.unlink(missing_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        note.write_text(source_stamp(), "ascii")
+
+
 class _Watch(event.Listener):
     """Sees what is compiled, and lets the garbage collector rest until nested compilations end."""
 
@@ -150,6 +178,7 @@ class _Watch(event.Listener):
             tell(kernel)
         ours = kernel.py_func.__module__.startswith("nlds_vines.")
         if self._outermost is None and ours and gc.isenabled():
+            _remove_stale_files(Path(kernel.stats.cache_path))
             self._outermost = event.data
             gc.disable()
 

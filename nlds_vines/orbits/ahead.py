@@ -55,6 +55,5 @@ def _end_with_input() -> None:
 
 
 if __name__ == "__main__":
-    # Numba numbers its files of one kernel: two processes must not write those of the inner ones
-    compiling.keep_inner_kernels(False)
+    compiling.only_read_inner_kernels()  # beside the process that writes them
     sys.exit(main(sys.argv[1:]))

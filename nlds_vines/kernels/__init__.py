@@ -33,7 +33,7 @@ In reading order:
     period_search    the stable periodic orbit that it ends in
     verdict          what an orbit is, with the evidence
     cells            one cell: parameters, orbit, outputs, verdict
-    lanes            many cells in parallel
+    lanes            many cells, one after another
 
 Words:
 

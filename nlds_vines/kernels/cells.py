@@ -79,7 +79,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
 # ---- its orbit -----------------------------------------------------------------------------------
 
 
-@jit
+@jit(dissolved=True)
 def run_cell(parts, cell, state, span, buffers):
     """Run one orbit from `state` (SIZE,), which becomes the last one; return a status.
 
@@ -256,7 +256,7 @@ def report_violation(violation, limit_log):
 # ---- its verdict ---------------------------------------------------------------------------------
 
 
-@jit
+@jit(dissolved=True)
 def judge_cell(parts, cell, ends, section, first, stages, evidence):
     """Say what the orbit of one cell is (parts and cell as `run_cell`, the rest as `judge`)."""
     ps, damper = structure_of(cell), damper_of(parts.damper, cell)

@@ -152,14 +152,15 @@ def code(texts):
         name for text in texts for name in re.findall(r'(?m)^declare [^@]*@"?([\w.$]+)', text)
     }
     intrinsics = {name for name in called if name.startswith("llvm.")}
-    kernels = [text for text in texts if "gufunc" in text and "define" in text]
+    # the loops over lanes, each with all that it calls
+    kernels = [text for text in texts if re.search(r"(?m)^define [^\n]*_lanes", text)]
     return {
         "modules": len(texts),
         "called": sorted(name for name in called if not HARMLESS.match(name)),
         "intrinsics": sorted(intrinsics),
         "flags": sorted({flag for text in texts for flag in FLAGS.findall(text)}),
         "fused on ARM64": sorted({name for text in kernels for name in fused_on_arm(text)}),
-        "parallel": len(kernels),
+        "loops": len(kernels),
     }
 
 

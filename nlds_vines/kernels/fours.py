@@ -1,0 +1,236 @@
+"""Four numbers worked on at once: a vector register when compiled, an array of four otherwise.
+
+    four_at(array, i)     the numbers i to i + 3 of an array
+    put_four(array, i, v) ... written into it
+    four(x)               four times x
+    four_of(a, b, c, d)   these four
+    number_of(v, k)       one of them
+    sum_of(v)             (v0 + v2) + (v1 + v3)
+    largest_of(v)         the largest absolute value
+    larger_of(v, w)       number by number the larger of v and |w|
+
+and the operators + - * / between fours, and between a four and a number. Each of these rounds number
+by number, as IEEE 754 has it for single numbers: the bits are those of a loop, on every processor and
+without compiling. (The compiler makes no good vectors of such loops: it may not reorder sums, keeps
+them in memory, and takes a row of twelve for a vector of eight and a rest.) An array that is read so
+has rows of whole fours. A four is never changed in place: write v = v + w, not v += w.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import lower_builtin, models, register_model, type_callable
+
+from .bare_rows import BARE, is_row
+
+FOUR = 4
+
+
+class Four(types.Type):
+    """The type of four numbers, as Numba knows it."""
+
+    def __init__(self) -> None:
+        """Name the type: there is but one."""
+        super().__init__(name="Four")
+
+
+_FOUR = Four()
+_REAL = types.float64
+_VECTOR = ir.VectorType(ir.DoubleType(), FOUR)
+_INDEX = ir.IntType(32)
+
+
+@register_model(Four)
+class _Model(models.PrimitiveModel):
+    """What holds four numbers in machine code: a vector."""
+
+    def __init__(self, manager: Any, kind: Four) -> None:
+        super().__init__(manager, kind, _VECTOR)
+
+
+# ---- without compiling ---------------------------------------------------------------------------
+
+
+def four_at(array: Any, i: int) -> Any:
+    """Return the numbers i to i + 3 of an array."""
+    return array[i : i + FOUR].copy()
+
+
+def put_four(array: Any, i: int, v: Any) -> None:
+    """Write four numbers into an array, from i on."""
+    array[i : i + FOUR] = v
+
+
+def four(x: float) -> Any:
+    """Return four times the number x."""
+    return np.full(FOUR, x)
+
+
+def four_of(a: float, b: float, c: float, d: float) -> Any:
+    """Return four numbers as one."""
+    return np.array([a, b, c, d])
+
+
+def number_of(v: Any, k: int) -> Any:
+    """Return number k of four."""
+    return v[k]
+
+
+def sum_of(v: Any) -> Any:
+    """Return the sum (v0 + v2) + (v1 + v3)."""
+    return (v[0] + v[2]) + (v[1] + v[3])
+
+
+def largest_of(v: Any) -> Any:
+    """Return the largest absolute value of four numbers."""
+    a = np.abs(v)
+    b = np.where(a[2:] > a[:2], a[2:], a[:2])
+    return b[1] if b[1] > b[0] else b[0]
+
+
+def larger_of(v: Any, w: Any) -> Any:
+    """Return number by number the larger of v and |w|."""
+    a = np.abs(w)
+    return np.where(a > v, a, v)
+
+
+# ---- compiled ------------------------------------------------------------------------------------
+
+
+def _is_row(kind: Any) -> bool:
+    """Tell whether a type is that of a contiguous row of numbers, counted or bare."""
+    return kind == BARE or is_row(kind)
+
+
+def _typed(function: Any, rule: Callable[..., Any]) -> None:
+    """Let Numba type calls of a function by a rule, None where it does not apply."""
+    type_callable(function)(lambda context: rule)
+
+
+def _place(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    """Return the pointer to four numbers of an array (argument 0) from an index (1) on."""
+    begin = args[0]
+    if sig.args[0] != BARE:
+        begin = context.make_array(sig.args[0])(context, builder, begin).data
+    index = context.cast(builder, args[1], sig.args[1], types.intp)
+    return builder.bitcast(builder.gep(begin, [index]), _VECTOR.as_pointer())
+
+
+def _spread(builder: Any, x: Any) -> Any:
+    """Return a vector of which all numbers are x."""
+    nothing = ir.Constant(_VECTOR, ir.Undefined)
+    first = builder.insert_element(nothing, x, ir.Constant(_INDEX, 0))
+    return builder.shuffle_vector(
+        first, nothing, ir.Constant(ir.VectorType(_INDEX, FOUR), [0] * FOUR)
+    )
+
+
+def _number(builder: Any, v: Any, k: int) -> Any:
+    return builder.extract_element(v, ir.Constant(_INDEX, k))
+
+
+def _sizes(builder: Any, v: Any) -> Any:
+    """Return the absolute values of a vector."""
+    kind = ir.FunctionType(_VECTOR, [_VECTOR])
+    size = cgutils.get_or_insert_function(builder.module, kind, f"llvm.fabs.v{FOUR}f64")
+    return builder.call(size, [v])
+
+
+def _greater(builder: Any, v: Any, w: Any) -> Any:
+    """Return w where it is greater than v, otherwise v."""
+    return builder.select(builder.fcmp_ordered(">", w, v), w, v)
+
+
+_typed(four_at, lambda array, i: _FOUR if _is_row(array) else None)
+_typed(put_four, lambda array, i, v: types.void if _is_row(array) and v == _FOUR else None)
+_typed(four, lambda x: _FOUR if x == _REAL else None)
+_typed(four_of, lambda a, b, c, d: _FOUR if {a, b, c, d} == {_REAL} else None)
+_typed(number_of, lambda v, k: _REAL if v == _FOUR else None)
+_typed(sum_of, lambda v: _REAL if v == _FOUR else None)
+_typed(largest_of, lambda v: _REAL if v == _FOUR else None)
+_typed(larger_of, lambda v, w: _FOUR if v == w == _FOUR else None)
+
+
+@lower_builtin(four_at, types.CPointer, types.Integer)
+@lower_builtin(four_at, types.Array, types.Integer)
+def _load(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    found = builder.load(_place(context, builder, sig, args))
+    found.align = 8  # a row may begin at any number
+    return found
+
+
+@lower_builtin(put_four, types.CPointer, types.Integer, Four)
+@lower_builtin(put_four, types.Array, types.Integer, Four)
+def _store(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    builder.store(args[2], _place(context, builder, sig, args)).align = 8
+    return context.get_dummy_value()
+
+
+@lower_builtin(four, types.Float)
+def _same(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return _spread(builder, args[0])
+
+
+@lower_builtin(four_of, types.Float, types.Float, types.Float, types.Float)
+def _joined(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    found = ir.Constant(_VECTOR, ir.Undefined)
+    for k in range(FOUR):
+        found = builder.insert_element(found, args[k], ir.Constant(_INDEX, k))
+    return found
+
+
+@lower_builtin(number_of, Four, types.Integer)
+def _one(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return builder.extract_element(args[0], builder.trunc(args[1], _INDEX))
+
+
+@lower_builtin(sum_of, Four)
+def _total(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    a, b, c, d = (_number(builder, args[0], k) for k in range(FOUR))
+    return builder.fadd(builder.fadd(a, c), builder.fadd(b, d))
+
+
+@lower_builtin(largest_of, Four)
+def _largest(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    a, b, c, d = (_number(builder, _sizes(builder, args[0]), k) for k in range(FOUR))
+    return _greater(builder, _greater(builder, a, c), _greater(builder, b, d))
+
+
+@lower_builtin(larger_of, Four, Four)
+def _larger(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return _greater(builder, args[0], _sizes(builder, args[1]))
+
+
+def _either(a: Any, b: Any) -> Any:
+    """Return the type of a sum, product, ... of which one side is a four."""
+    return _FOUR if (a, b) in ((_FOUR, _FOUR), (_FOUR, _REAL), (_REAL, _FOUR)) else None
+
+
+def _arithmetic(sign: Any, instruction: str) -> None:
+    """Teach Numba an operator on fours, the `instruction` of the same name on vectors."""
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        sides = (
+            value if kind == _FOUR else _spread(builder, value)
+            for kind, value in zip(sig.args, args, strict=True)
+        )
+        return getattr(builder, instruction)(*sides)
+
+    _typed(sign, _either)
+    for kinds in ((Four, Four), (Four, types.Float), (types.Float, Four)):
+        lower_builtin(sign, *kinds)(lower)
+
+
+for _sign, _instruction in (
+    (operator.add, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
+):
+    _arithmetic(_sign, _instruction)

@@ -131,7 +131,7 @@ class Approach:
     def solve(self, parts: Any, nodes: int) -> Impact:
         """Follow the contact as a short impact."""
         solved, s, x1, v1, took, depth = short_impact(
-            *parts, make_arc(nodes), True, 1.0, np.cos(self.phase), np.sin(self.phase),
+            *parts, make_arc(nodes=nodes), True, 1.0, np.cos(self.phase), np.sin(self.phase),
             0.0, self.speed, self.x1, self.v1,
         )  # fmt: skip
         assert solved

@@ -3,6 +3,7 @@
 In reading order:
 
     compiling        how kernels are compiled; what `chosen` does with a part that is None
+    fours            four numbers worked on at once
     elementary       sine, cosine, exponential, logarithm, a root: the same bits everywhere
     codes            statuses, events and kinds of verdicts: each number once
     arguments        the tuples that outer kernels take: Parts, Span, buffers

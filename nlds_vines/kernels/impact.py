@@ -13,12 +13,20 @@ right-hand sides are small and smooth, the touch is phi = 0, the deepest point S
 u = 0 again: nothing has to be searched for. Collocation at Gauss points turns the equations into a
 fixed point that contracts by that one per cent a sweep.
 
+a is five small numbers, all but exactly: a force, a drag, a drift, a spring and a curvature
+(`Approach`). Power series in them, prepared once (`orbits.impact_series`), are the guess from which
+the sweeps start, and the error of the collocation, which is subtracted. What remains is at most
+C_n e^(3/2), e the sum of their sizes: so many nodes are taken as the tolerance asks for. Afterwards
+the kinetic energy must add up: its own integral, with a collocation error of its own, and the speed
+of release must agree to the tolerance; otherwise the impact is solved with more nodes, and in the
+end it is stepped.
+
 At the end of the interval such an integral is far better than at any place within it. So the depth,
 where it is wanted, is solved as an end: once more, on nodes between touch and deepest point alone.
 
 The complex singularities of the arc lie beside its middle; the nodes follow a map x = d sinh(a xi)
 that moves them away, and 12 nodes do the work of 25. What is not a short impact (slow or pressed
-touches, soft contacts, a section inside) is left to `contact`.
+touches, soft contacts) is left to `contact`.
 """
 
 from __future__ import annotations
@@ -31,215 +39,350 @@ import numpy as np
 from .compiling import jit
 from .contact_field import cos_sin
 from .elementary import fifth_root
-from .scene import accelerations
+from .fours import four, four_at, larger_of, largest_of, number_of, put_four, sum_of
 
-# The table of an arc: 16 rows of 64 numbers, of which the first n are in use, one for each node.
+# The table of an arc.
 #
-#   unknowns    B          amplitude b, in which z = b^4 u^2 and s = v(b) S
-#               T          time since touch [s]
-#               G, H       x1 and v1 without the share of r and s: the motion common to both masses
-#   slopes      FB FT FG FH, the derivatives of B T G H by phi;  OLD, the row B of the last sweep
-#   constants   U          sqrt(z / z_m)
-#               S          s / v
-#               BY_DRAG    integral of S^2 u / 2, the first effect of damping
-#               BY_DRIFT   integral of S u / 2 times that of u, the effect of a force that grows
-#               TIME       integral of u
-#               WEIGHT     of an integral from touch to release
+#   from        numbers          what
+#   B ... FH    8 ROW            scratch at the nodes: unknowns and their derivatives by phi
+#   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
+#   then        for each of them, of the whole arc and of its half, m being n in whole fours:
+#                 U ... GT + 7   22 m       rows of constants
+#                 MATRIX         n m        integration from touch to each node, integrand by integrand
+#                 BEYOND         36 x 4     coefficients of what the nodes miss
 #
-# A name is the place of a row's first number, so that w[B + i] is b at node i. Behind the rows of
-# the whole arc follow those of its half, from touch to the deepest point (`half_of`).
+#   unknowns    B        amplitude b, in which z = b^4 u^2 and s = v(b) S
+#               T        time since touch [s]
+#               G, H     x1 and v1 without the share of z and s: the motion common to both masses
+#   constants   U, S     sqrt(z / z_m) and s / v
+#               WEIGHT   of an integral over the whole interval
+#               CUBE     integral of u^3
+#               GB, GT   terms of the series of b / b0 - 1 and of time
 ROW = 64
-B, T, G, H, FB, FT, FG, FH, OLD = (ROW * i for i in range(9))
-U, S, BY_DRAG, BY_DRIFT, TIME, WEIGHT = (ROW * i for i in range(9, 15))
-TABLE = ROW * 16
+B, T, G, H, FB, FT, FG, FH = (ROW * i for i in range(8))
+LEVELS, LEVEL, MOST_LEVELS = 8 * ROW, 5, 8
+NODES, WHOLE, HALF, ERROR, HALF_ERROR = range(LEVEL)  # n, places of the constants, C_n of each
+CONSTANTS = LEVELS + LEVEL * MOST_LEVELS
 
-LARGEST_SHARE = 0.1  # of the external acceleration in the contact's own: above it, it is stepped
-LONGEST = 0.2  # duration of a short impact in units of 1/rate: a longer one is stepped
-MOST_SWEEPS = 12  # a sweep gains two digits; some five are needed
+U, S, WEIGHT, CUBE, GB, GT, MATRIX = 0, 1, 2, 3, 4, 14, 22  # in rows of m numbers
+GUESSED, TIMED, MISSED = 10, 8, 36  # terms of the series of b, of time, of what the nodes miss
+
+LENGTH = 1.4716375921623523  # integral of u from touch to release: B(2/5, 1/2) 2/5
+LARGEST = 0.15  # of e, the external acceleration in units of the contact's own: above it, stepped
+LONGEST = 0.25  # duration of a short impact in units of 1/rate: a longer one is stepped
+MOST_SWEEPS = 12  # a sweep gains one digit or two; from the guess, some two are needed
+BY_TIME = 0.5  # share of rate times duration by which a sweep shrinks an error of the common motion
+SETTLED = 0.05  # share of the tolerance that the sweeps may leave
 
 
 class Arc(NamedTuple):
-    """The Hertz arc at the collocation nodes, prepared by `nlds_vines.orbits.hertz_arc`.
+    """The Hertz arc at collocation nodes, prepared by `nlds_vines.orbits.hertz_arc`.
 
-    Two arrays hold it all, and the half arc too: each array of a tuple costs every call that hands
-    it on.
+    One array holds it all: each array of a tuple costs every call that hands it on.
     """
 
-    n: int  # nodes
-    length: float  # integral of u from touch to the arc's end: release, or deepest point
-    tolerance: float  # relative change of b that a further sweep may still make
-    loss_missed: float  # what the nodes miss of BY_DRAG up to the arc's end
-    integration: np.ndarray  # (2 n n,) from touch to each node, one integrand after another
-    table: np.ndarray  # (2 TABLE,) see above; unknowns and slopes are scratch
+    tolerance: float  # error of an impact: of speed and time of release, and of its depth, relative
+    settled: float  # what the sweeps may leave of it
+    levels: int  # choices of nodes
+    table: np.ndarray  # see above; what belongs to an impact is scratch
+
+
+class Nodes(NamedTuple):
+    """The nodes of one choice, on the whole arc or its half."""
+
+    n: int
+    m: int  # n in whole fours
+    at: int  # place of the constants
+    w: np.ndarray  # the table
+
+
+class Approach(NamedTuple):
+    """An impact at touch: its free arc, the common motion, and its five small numbers."""
+
+    b: float  # amplitude of the free arc [m^(1/4)]
+    s: float  # approach speed [m/s]
+    tick: float  # unit of time: dt = tick u dphi in the free arc [s]
+    c: float  # cos of the forcing's phase
+    d: float  # sin
+    x: float  # x1 [m], and its derivatives by time without the share of s and of z's
+    v: float
+    acceleration: float
+    jerk: float
+    snap: float
+    force: float  # A: a at touch, without what goes with s, in units of kappa b^6
+    drag: float  # D: what goes with -s
+    drift: float  # R: what goes with the time
+    spring: float  # Z: what goes with z
+    curvature: float  # Q: what goes with the square of the time
+    size: float  # e: at least the size of all of a during the impact
 
 
 @jit
-def accelerations_at(ps, damper, wall, arc, c, d, i):
-    """Return (b, alone, a) at node i: accelerations [m/s^2] of x1 and r without damper and wall."""
-    w = arc.table
-    b = w[B + i]
+def approach_of(ps, damper, wall, s, x1, v1, c, d):
+    """Return the `Approach` of a touch with speed s > 0."""
+    # The free arc.
+    b = fifth_root(s / wall.speed)
+    b4 = (b * b) * (b * b)
+    peak = wall.kappa * b4 * (b * b)
+    tick = 2.5 * s / peak
+    # The common motion x'' = (1 - share) (P/m1 cos - k1/m1 x - c1/m1 x'), by Taylor.
+    other = 1.0 - damper.share
+    v = v1 - damper.share * s
+    push = ps.force * c - ps.stiffness * x1 - ps.damping * v
+    acceleration = other * push
+    slope = ps.force * ps.omega * d + ps.stiffness * v
+    jerk = -other * (slope + ps.damping * acceleration)
+    bend = ps.force * ps.omega * ps.omega * c + ps.stiffness * acceleration
+    snap = -other * (bend + ps.damping * jerk)
+    # The small numbers.
+    pull = damper.share * ps.damping * other * ps.damping
+    stiffness = damper.k2 * damper.inv_mu + damper.share * ps.stiffness - pull
+    per = 1.0 / peak
+    force = (push - damper.k2 * wall.gap * damper.inv_mu) * per
+    drag = (damper.c2 * damper.inv_mu + ps.damping * damper.share) * s * per
+    drift = -(slope + ps.damping * acceleration) * tick * per
+    spring = -stiffness * b4 * per
+    curvature = -0.5 * (bend + ps.damping * jerk) * tick * tick * per
+    size = abs(force) + drag + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature)
+    return Approach(
+        b, s, tick, c, d, x1, v, acceleration, jerk, snap, force, drag, drift, spring, curvature,
+        size,
+    )  # fmt: skip
+
+
+@jit
+def nodes_of(arc, level, part):
+    """Return the `Nodes` of one level; `part` is WHOLE or HALF."""
+    row = LEVELS + LEVEL * level
+    n = int(arc.table[row + NODES])
+    return Nodes(n, (n + 3) // 4 * 4, int(arc.table[row + part]), arc.table)
+
+
+@jit
+def level_for(arc, error, size):
+    """Return the first level whose error is within the tolerance, or the finest.
+
+    error: ERROR or HALF_ERROR; size: e of the impact.
+    """
+    scale = size * math.sqrt(size)
+    for level in range(arc.levels - 1):
+        if arc.table[LEVELS + LEVEL * level + error] * scale <= arc.tolerance:
+            return level
+    return arc.levels - 1
+
+
+@jit
+def first_guess(ps, damper, nodes, approach):
+    """Fill the unknowns at the nodes by the series, good to second order in the small numbers."""
+    w, m, at = nodes.w, nodes.m, nodes.at
+    b, tick, z = approach.b, approach.tick, approach.spring
+    a, g, r = approach.force, approach.drag, approach.drift
+    a2, ag, g2, ar, gr = a * a, a * g, g * g, a * r, g * r
+    # What the shares of s and z in x1' and x1 do to the common motion.
+    pull = (1.0 - damper.share) * damper.share * ((b * b) * (b * b))
+    on_v, on_x, sink = ps.damping * pull, ps.damping * pull * tick, ps.stiffness * pull * tick
+    half, sixth, last = 0.5 * approach.acceleration, approach.jerk / 6.0, approach.snap / 24.0
+    for i in range(0, m, 4):
+        k = at + GB * m + i
+        beta = four_at(w, k) * a + four_at(w, k + m) * g
+        beta = beta + (four_at(w, k + 2 * m) * r + four_at(w, k + 3 * m) * a2)
+        beta = beta + (four_at(w, k + 4 * m) * ag + four_at(w, k + 5 * m) * g2)
+        beta = beta + (four_at(w, k + 6 * m) * z + four_at(w, k + 7 * m) * ar)
+        beta = beta + (four_at(w, k + 8 * m) * gr + four_at(w, k + 9 * m) * approach.curvature)
+        k = at + GT * m + i
+        t = four_at(w, k) + four_at(w, k + m) * a
+        t = t + (four_at(w, k + 2 * m) * g + four_at(w, k + 3 * m) * r)
+        t = t + (four_at(w, k + 4 * m) * a2 + four_at(w, k + 5 * m) * ag)
+        t = t + (four_at(w, k + 6 * m) * g2 + four_at(w, k + 7 * m) * z)
+        t = tick * t
+        u, cube = four_at(w, at + i), four_at(w, at + CUBE * m + i)
+        change = t * (approach.acceleration + t * (3.0 * sixth + t * (4.0 * last)))
+        way = t * (approach.v + t * (half + t * (sixth + t * last)))
+        put_four(w, B + i, b + b * beta)
+        put_four(w, T + i, t)
+        put_four(w, H + i, (approach.v + change) - (on_v * (u * u) + sink * cube))
+        put_four(w, G + i, (approach.x + way) - on_x * cube)
+
+
+@jit
+def slopes_at(ps, damper, wall, nodes, approach, i):
+    """Return (b, FB, FT, FG, FH) at the four nodes from i on: b, and the derivatives of all."""
+    w, at = nodes.w, nodes.at
+    b, u, S_u = four_at(w, B + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
+    v = four_at(w, H + i)
     b2 = b * b
     b4 = b2 * b2
-    z = b4 * w[U + i] * w[U + i]
-    s = wall.speed * b4 * b * w[S + i]
-    x1 = w[G + i] + damper.share * z
-    v1 = w[H + i] + damper.share * s
-    cosine, sine = cos_sin(ps.omega * w[T + i])
-    alone = ps.force * (c * cosine - d * sine) - ps.stiffness * x1 - ps.damping * v1
-    return b, alone, alone - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
+    u2 = u * u
+    z = b4 * u2
+    s = (wall.speed * (b4 * b)) * S_u
+    # accelerations of x1 and r without damper and wall, and without the wall
+    cosine, sine = cos_sin(ps.omega * four_at(w, T + i))
+    x1 = four_at(w, G + i) + damper.share * z
+    push = ps.force * (approach.c * cosine - approach.d * sine)
+    push = push - (ps.stiffness * x1 + ps.damping * (v + damper.share * s))
+    a = push - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
+    per = u / (wall.kappa * (b4 * b2) - a * u2)
+    dt = (2.5 * wall.speed) * (b4 * b) * per
+    return b, 0.5 * S_u * a * b * per, dt, v * dt, (1.0 - damper.share) * push * dt
 
 
 @jit
-def common_slopes(ps, damper, wall, arc, c, d):
-    """Fill the rows FT, FG, FH with the derivatives of time and of the common motion."""
-    w = arc.table
-    for i in range(arc.n):
-        b, alone, a = accelerations_at(ps, damper, wall, arc, c, d, i)
-        b2 = b * b
-        b4 = b2 * b2
-        dt = 2.5 * wall.speed * b4 * b * w[U + i] / (wall.kappa * b4 * b2 - a * w[U + i] * w[U + i])
-        w[FT + i] = dt
-        w[FG + i] = w[H + i] * dt
-        w[FH + i] = alone * (1.0 - damper.share) * dt
+def all_slopes(ps, damper, wall, nodes, approach):
+    """Fill the rows FB, FT, FG, FH with the derivatives of the unknowns by phi."""
+    for i in range(0, nodes.m, 4):
+        _, fb, ft, fg, fh = slopes_at(ps, damper, wall, nodes, approach, i)
+        put_four(nodes.w, FB + i, fb)
+        put_four(nodes.w, FT + i, ft)
+        put_four(nodes.w, FG + i, fg)
+        put_four(nodes.w, FH + i, fh)
 
 
 @jit
-def amplitude_slope(ps, damper, wall, arc, c, d):
-    """Fill the row FB with the derivative of the amplitude b."""
-    w = arc.table
-    for i in range(arc.n):
-        b, _, a = accelerations_at(ps, damper, wall, arc, c, d, i)
-        b2 = b * b
-        w[FB + i] = (
-            0.5
-            * w[S + i]
-            * a
-            * b
-            * w[U + i]
-            / (wall.kappa * b2 * b2 * b2 - a * w[U + i] * w[U + i])
-        )
+def integrate(nodes, approach):
+    """Integrate the slopes from touch to every node; return the largest relative change.
 
-
-@jit
-def first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d):
-    """Fill the unknowns at the nodes, good to first order in the external acceleration.
-
-    That acceleration is taken as a constant, a part that goes with s and one that grows with time;
-    their effects on the free arc are integrals known beforehand.
+    Of the speed of r and of the common velocity, both relative to the approach speed.
     """
-    # hot: once per impact
-    w = arc.table
-    peak = wall.kappa * b * b * b * b * b * b
-    _, outside = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
-    rest = v1 - damper.share * s
-    drag = (damper.c2 * damper.inv_mu + ps.damping * damper.share) * s
-    tick = 2.5 * s / peak
-    drift = -(ps.stiffness * rest + ps.force * ps.omega * d) * tick
-    common = ps.force * c - ps.stiffness * x1 - ps.damping * rest
-    for i in range(arc.n):
-        t = tick * w[TIME + i]
-        steady = 0.25 * (outside + drag) * w[U + i] * w[U + i]
-        w[B + i] = b * (1.0 + (steady - drag * w[BY_DRAG + i] + drift * w[BY_DRIFT + i]) / peak)
-        w[T + i] = t
-        w[H + i] = rest + common * (1.0 - damper.share) * t
-        w[G + i] = x1 + 0.5 * (rest + w[H + i]) * t
+    w, n, m, matrix = nodes.w, nodes.n, nodes.m, nodes.at + MATRIX * nodes.m
+    of_b, of_h = four(0.0), four(0.0)
+    for i in range(0, m, 4):
+        b, t = four(approach.b), four(0.0)
+        g, h = four(approach.x), four(approach.v)
+        for j in range(n):
+            q = four_at(w, matrix + j * m + i)
+            b = b + q * w[FB + j]
+            t = t + q * w[FT + j]
+            g = g + q * w[FG + j]
+            h = h + q * w[FH + j]
+        of_b = larger_of(of_b, b - four_at(w, B + i))
+        of_h = larger_of(of_h, h - four_at(w, H + i))
+        put_four(w, B + i, b)
+        put_four(w, T + i, t)
+        put_four(w, G + i, g)
+        put_four(w, H + i, h)
+    return 5.0 * largest_of(of_b) / approach.b + largest_of(of_h) / approach.s
 
 
 @jit
-def integrate_common(arc, x, v):
-    """Integrate the rows FT, FG, FH from touch to every node."""
-    w, n = arc.table, arc.n
-    for i in range(n):
-        w[T + i], w[G + i], w[H + i] = 0.0, x, v
-    for j in range(n):
-        ft, fg, fh = w[FT + j], w[FG + j], w[FH + j]
-        row = j * n
-        for i in range(n):
-            q = arc.integration[row + i]
-            w[T + i] += q * ft
-            w[G + i] += q * fg
-            w[H + i] += q * fh
-
-
-@jit
-def integrate_amplitude(arc, b):
-    """Integrate the row FB from touch to every node; return the largest change of b."""
-    w, n = arc.table, arc.n
-    for i in range(n):
-        w[OLD + i] = w[B + i]
-        w[B + i] = b
-    for j in range(n):
-        fb = w[FB + j]
-        row = j * n
-        for i in range(n):
-            w[B + i] += arc.integration[row + i] * fb
-    change = 0.0
-    for i in range(n):
-        change = max(change, abs(w[B + i] - w[OLD + i]))
-    return change
-
-
-@jit
-def integral(arc, weight, row):
-    """Return the integral of a row of slopes with the weights of another row."""
-    total = 0.0
-    for i in range(arc.n):
-        total += arc.table[weight + i] * arc.table[row + i]
-    return total
-
-
-@jit
-def settle(ps, damper, wall, arc, b, s, x1, v1, c, d):
+def settle(ps, damper, wall, arc, nodes, approach, lasting):
     """Sweep until the unknowns at the nodes settle; tell whether they do.
 
-    The slopes in the rows FB, FT, FG, FH are then those of the settled unknowns.
+    lasting: duration of the impact times rate. The next sweep changes the unknowns by at most
+    `shrinks` times the last change, and the integrals over the whole interval by that times
+    `shrinks` again.
     """
-    # hot: once per impact
-    rest = v1 - damper.share * s
-    first_guess(ps, damper, wall, arc, b, s, x1, v1, c, d)
-    before = 0.0
+    shrinks = approach.size + BY_TIME * lasting
+    first_guess(ps, damper, nodes, approach)
     for _ in range(MOST_SWEEPS):
-        common_slopes(ps, damper, wall, arc, c, d)
-        integrate_common(arc, x1, rest)
-        amplitude_slope(ps, damper, wall, arc, c, d)
-        change = integrate_amplitude(arc, b)
-        if before == 0.0:  # what the guess missed is of second order, and a sweep gains one
-            before = math.sqrt(change * b)
-        if change * change <= arc.tolerance * b * before:  # each gains as much as the one before
-            common_slopes(ps, damper, wall, arc, c, d)
-            amplitude_slope(ps, damper, wall, arc, c, d)
+        all_slopes(ps, damper, wall, nodes, approach)
+        if integrate(nodes, approach) * (shrinks * shrinks) <= arc.settled:
             return True
-        before = change
     return False
 
 
 @jit
-def amplitude_at_end(ps, damper, wall, arc, b, s):
-    """Return the amplitude b at the end of an arc that has settled.
+def missed(nodes, approach):
+    """Return what the nodes miss, to fourth order in the small numbers.
 
-    What the dashpots take is nearly what they take of the free arc, which is known exactly.
+    Of (b / b0, time / tick, (b / b0)^10, 0) at the end of the interval: the series' terms with true
+    integrals less those with the nodes' own.
     """
-    drag = (damper.c2 * damper.inv_mu + ps.damping * damper.share) * s
-    missed = drag * arc.loss_missed / (wall.kappa * b * b * b * b * b * b)
-    return b * (1.0 - missed) + integral(arc, int(WEIGHT), int(FB))
+    w, k = nodes.w, nodes.at + MATRIX * nodes.m + nodes.n * nodes.m
+    a, d, r = approach.force, approach.drag, approach.drift
+    z, q = approach.spring, approach.curvature
+    a2, ad, d2, r2 = a * a, a * d, d * d, r * r
+    first = four_at(w, k) + four_at(w, k + 4) * a
+    second = four_at(w, k + 8) * d + four_at(w, k + 12) * r
+    third = four_at(w, k + 16) * a2 + four_at(w, k + 20) * ad
+    fourth = four_at(w, k + 24) * d2 + four_at(w, k + 28) * z
+    first = first + four_at(w, k + 32) * (a * r)
+    second = second + four_at(w, k + 36) * (d * r)
+    third = third + four_at(w, k + 40) * q
+    fourth = fourth + four_at(w, k + 44) * (a2 * a)
+    first = first + four_at(w, k + 48) * (a2 * d)
+    second = second + four_at(w, k + 52) * (a * d2)
+    third = third + four_at(w, k + 56) * (a * z)
+    fourth = fourth + four_at(w, k + 60) * (d2 * d)
+    first = first + four_at(w, k + 64) * (d * z)
+    second = second + four_at(w, k + 68) * r2
+    third = third + four_at(w, k + 72) * (a2 * r)
+    fourth = fourth + four_at(w, k + 76) * (ad * r)
+    first = first + four_at(w, k + 80) * (a * q)
+    second = second + four_at(w, k + 84) * (d2 * r)
+    third = third + four_at(w, k + 88) * (d * q)
+    fourth = fourth + four_at(w, k + 92) * (r * z)
+    first = first + four_at(w, k + 96) * (a2 * a2)
+    second = second + four_at(w, k + 100) * (a2 * ad)
+    third = third + four_at(w, k + 104) * (a2 * d2)
+    fourth = fourth + four_at(w, k + 108) * (a2 * z)
+    first = first + four_at(w, k + 112) * (ad * d2)
+    second = second + four_at(w, k + 116) * (ad * z)
+    third = third + four_at(w, k + 120) * (a * r2)
+    fourth = fourth + four_at(w, k + 124) * (d2 * d2)
+    first = first + four_at(w, k + 128) * (d2 * z)
+    second = second + four_at(w, k + 132) * (d * r2)
+    third = third + four_at(w, k + 136) * (r * q)
+    fourth = fourth + four_at(w, k + 140) * (z * z)
+    return (first + second) + (third + fourth)
 
 
 @jit
-def half_of(arc):
-    """Return the arc from touch to the deepest point, whose end is S = 0, u = 1."""
-    n = arc.n
-    integration, table = arc.integration[n * n :], arc.table[TABLE:]
-    return Arc(n, 0.5 * arc.length, arc.tolerance, 0.0, integration, table)
+def at_end(ps, damper, wall, nodes, approach):
+    """Return (b / b0, time, x, v, doubt) at the end of the interval, settled unknowns at its nodes.
+
+    x, v: of the common motion. doubt: by how much the speed that kinetic energy has by its own
+    integral, d(b^10) = 10 b^9 db, differs from that of b, relative.
+    """
+    w, m, weight = nodes.w, nodes.m, nodes.at + WEIGHT * nodes.m
+    sb, st, sg, sh, se = four(0.0), four(0.0), four(0.0), four(0.0), four(0.0)
+    per = 1.0 / approach.b
+    for i in range(0, m, 4):
+        b, fb, ft, fg, fh = slopes_at(ps, damper, wall, nodes, approach, i)
+        q = four_at(w, weight + i)
+        ratio = b * per
+        ratio3 = ratio * ratio * ratio
+        part = q * (fb * per)
+        sb = sb + part
+        se = se + part * (ratio3 * ratio3 * ratio3)
+        st = st + q * ft
+        sg = sg + q * fg
+        sh = sh + q * fh
+    more = missed(nodes, approach)
+    late = approach.tick * number_of(more, 1)
+    ratio = 1.0 + (sum_of(sb) + number_of(more, 0))
+    energy = 1.0 + (10.0 * sum_of(se) + number_of(more, 2))
+    ratio2 = ratio * ratio
+    ratio4 = ratio2 * ratio2
+    doubt = 0.5 * abs(ratio4 * ratio4 * ratio2 - energy)
+    x = approach.x + (sum_of(sg) + approach.v * late)
+    v = approach.v + (sum_of(sh) + approach.acceleration * late)
+    return ratio, sum_of(st) + late, x, v, doubt
 
 
 @jit
-def depth_of(ps, damper, wall, arc, b, s, x1, v1, c, d):
+def solve_arc(ps, damper, wall, arc, part, error, approach, lasting):
+    """Solve an impact to its release (WHOLE, ERROR) or its deepest point (HALF, HALF_ERROR).
+
+    With the nodes that the tolerance asks for; with more, as long as the doubt exceeds it. Returns
+    (solved, b / b0, time [s], x, v) at the end.
+    """
+    for level in range(level_for(arc, error, approach.size), arc.levels):
+        nodes = nodes_of(arc, level, part)
+        if settle(ps, damper, wall, arc, nodes, approach, lasting):
+            ratio, time, x, v, doubt = at_end(ps, damper, wall, nodes, approach)
+            if doubt <= arc.tolerance:
+                return True, ratio, time, x, v
+    return False, 1.0, 0.0, approach.x, approach.v
+
+
+@jit
+def depth_of(ps, damper, wall, arc, approach, lasting):
     """Return the greatest depth [m] of a short impact, which is b^4 at the end of the half arc."""
-    # hot: once per impact that is recorded
-    half = half_of(arc)
-    settle(ps, damper, wall, half, b, s, x1, v1, c, d)
-    deep = amplitude_at_end(ps, damper, wall, half, b, s)
-    return deep * deep * deep * deep
+    _, ratio, _, _, _ = solve_arc(
+        ps, damper, wall, arc, int(HALF), int(HALF_ERROR), approach, lasting
+    )
+    deep = approach.b * ratio
+    return (deep * deep) * (deep * deep)
 
 
 @jit
@@ -254,20 +397,18 @@ def short_impact(ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1):
     # hot: once per impact
     if not (q == 0.0 and s > 0.0):
         return False, s, x1, v1, 0.0, 0.0
-    b = fifth_root(s / wall.speed)
-    peak = wall.kappa * b * b * b * b * b * b
-    duration = 2.5 * s / peak * arc.length
-    _, outside = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
-    if not (abs(outside) < LARGEST_SHARE * peak and rate * duration < LONGEST):
+    approach = approach_of(ps, damper, wall, s, x1, v1, c, d)
+    lasting = rate * (approach.tick * LENGTH)
+    if not (approach.size < LARGEST and lasting < LONGEST):
         return False, s, x1, v1, 0.0, 0.0
-    if not settle(ps, damper, wall, arc, b, s, x1, v1, c, d):
+    solved, ratio, took, x, v = solve_arc(
+        ps, damper, wall, arc, int(WHOLE), int(ERROR), approach, lasting
+    )
+    if not solved:
         return False, s, x1, v1, 0.0, 0.0
-    out = amplitude_at_end(ps, damper, wall, arc, b, s)
-    speed = wall.speed * out * out * out * out * out
-    took = integral(arc, int(WEIGHT), int(FT))
-    a1 = x1 + integral(arc, int(WEIGHT), int(FG))
-    b1 = v1 - damper.share * s + integral(arc, int(WEIGHT), int(FH)) - damper.share * speed
+    ratio2 = ratio * ratio
+    speed = s * (ratio2 * ratio2 * ratio)
     depth = 0.0
     if impacts is not None:
-        depth = depth_of(ps, damper, wall, arc, b, s, x1, v1, c, d)
-    return True, -speed, a1, b1, took, depth
+        depth = depth_of(ps, damper, wall, arc, approach, lasting)
+    return True, -speed, x, v - damper.share * speed, took, depth

@@ -8,22 +8,32 @@ order, so that every machine finds the same bits (`kernels.elementary`).
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from nlds_vines.kernels import impact
 from nlds_vines.kernels.elementary import fifth_root
+from nlds_vines.kernels.fours import FOUR
+from nlds_vines.orbits.impact_series import ONE, ORDER, Series, impact_series, terms_up_to
 from nlds_vines.orbits.quadrature import gauss_points, integration_matrix, times
-from nlds_vines.orbits.settings import NODES
+from nlds_vines.orbits.settings import TOLERANCE
 
 HALF = 1.2537306248172073  # B(1/5, 1/2) / 5: phase from touch to the deepest point
-LOST = 0.40878822004509785  # B(2/5, 3/2) / 5: integral of S^2 u / 2 from touch to release
 EQUAL = 0.9175012193496621  # phase at which u^5 = S^2 = 1/2
 STRETCH = 0.57  # of the map x = d sinh(a xi): a little inside the singularity at 0.727
 STEEP = 1.3280717613951345  # a = arsinh(1 / STRETCH)
 FINEST = 1e-16  # change of a sweep that is round-off
 
+CHOICES = {8: (5e-6, 6e-8), 12: (2e-8, 4e-12), 16: (3e-10, 1e-14), 20: (1e-12, 1e-14)}
+"""Numbers of nodes n, and C_n: errors of an impact are at most C_n e^(3/2) (`kernels.impact`).
+
+To its release, and to its deepest point on the half arc.  Twice what impacts of all kinds were found
+to err by at most (tests/kernels/test_impact_error.py)."""
+
+_FINE = 32  # nodes whose integrals are true to round-off
 _TERMS = 60  # of the power series, whose terms fall by more than a half each
 _NEWTON = 8  # steps that invert them
 
@@ -71,53 +81,90 @@ def _sinh_cosh(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return x * odd, even
 
 
-@lru_cache(maxsize=8)
-def _tables(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the matrices and the rows of `Arc` for n nodes, of the whole arc and of its half.
+@dataclass(frozen=True)
+class _Grid:
+    """Collocation nodes on the whole arc or its half, with their integrals."""
+
+    u: np.ndarray
+    S: np.ndarray
+    matrix: np.ndarray  # (n, n) from touch to each node
+    weight: np.ndarray  # (n,) to the end
+
+
+def _grid(n: int, part: int) -> _Grid:
+    """Return n nodes of the WHOLE arc or its HALF.
 
     The map keeps the nodes of the whole away from the singularities beside its middle; the half,
     which ends between them, needs none.
     """
     xi = gauss_points(n)
-    sinh, cosh = _sinh_cosh(STEEP * xi)
-    whole, density = HALF * (1 + STRETCH * sinh), HALF * STRETCH * STEEP * cosh
-    parts = _part(xi, whole, density), _part(xi, HALF * (1 + xi) / 2, np.full(n, HALF / 2))
-    integrations, tables = zip(*parts, strict=True)
-    return np.concatenate(integrations), np.concatenate(tables)
-
-
-def _part(xi: np.ndarray, phi: np.ndarray, density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the matrix and the rows for nodes at the phases `phi`, dphi = `density` dxi."""
-    n = len(xi)
-    u, S = hertz_arc(phi)
-    integration = integration_matrix(xi, xi) * density
+    if part == impact.WHOLE:
+        sinh, cosh = _sinh_cosh(STEEP * xi)
+        phi, density = HALF * (1 + STRETCH * sinh), HALF * STRETCH * STEEP * cosh
+    else:
+        phi, density = HALF * (1 + xi) / 2, np.full(n, HALF / 2)
     (weight,) = integration_matrix(xi, np.array([1.0])) * density
-    time = times(integration, u)
-    rows = {
-        impact.U: u,
-        impact.S: S,
-        impact.BY_DRAG: times(integration, 0.5 * S * S * u),
-        impact.BY_DRIFT: times(integration, 0.5 * S * u * time),
-        impact.TIME: time,
-        impact.WEIGHT: weight,
-    }
-    table = np.zeros(impact.TABLE)
-    for row, values in rows.items():
-        table[row : row + n] = values
-    return np.ascontiguousarray(integration.T).ravel(), table
+    return _Grid(*hertz_arc(phi), integration_matrix(xi, xi) * density, weight)
 
 
-def make_arc(nodes: int = NODES) -> impact.Arc:
+@lru_cache(maxsize=8)
+def _tables(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
+    """Return the constants of an arc with these numbers of nodes (`kernels.impact`), one by one."""
+    grids = [_grid(n, part) for n in (*choices, _FINE)]
+    ends = np.cumsum([len(grid.u) for grid in grids])
+
+    def integrate(values: np.ndarray) -> np.ndarray:
+        pieces = np.split(values, ends[:-1])
+        return np.concatenate([times(g.matrix, p) for g, p in zip(grids, pieces, strict=True)])
+
+    u, S = (np.concatenate([getattr(grid, name) for grid in grids]) for name in ("u", "S"))
+    beta, tau, by_beta, by_tau = impact_series(u, S, integrate)
+    ones = Series({ONE: np.ones_like(u)}, ORDER)
+    by_energy = ((ones + beta).power(9) * by_beta).times(10.0)
+    terms, cube = terms_up_to(ORDER), integrate(u * u * u)
+    found = []
+    for grid, end in zip(grids[:-1], ends, strict=False):
+        here = slice(end - len(grid.u), end)
+        rows = [grid.u, grid.S, grid.weight, cube[here]]
+        rows += [beta.at(term)[here] for term in terms[1 : 1 + impact.GUESSED]]
+        rows += [tau.at(term)[here] for term in terms[: impact.TIMED]]
+        beyond = np.zeros((len(terms), FOUR))
+        for column, series in enumerate((by_beta, by_tau, by_energy)):
+            for row, term in enumerate(terms):
+                values = np.split(series.at(term), ends[:-1])
+                true = times(grids[-1].weight, values[-1])
+                beyond[row, column] = true - times(grid.weight, series.at(term)[here])
+        found.append(_constants(rows, grid.matrix, beyond))
+    return found
+
+
+def _constants(rows: list[np.ndarray], matrix: np.ndarray, beyond: np.ndarray) -> np.ndarray:
+    """Return rows, matrix and what is missed, one after the other, in whole fours of nodes."""
+    n = len(matrix)
+    wide = np.zeros((len(rows) + n, -(-n // FOUR) * FOUR))
+    wide[: len(rows), :n] = rows
+    wide[len(rows) :, :n] = matrix.T
+    return np.concatenate([wide.ravel(), beyond.ravel()])
+
+
+def make_arc(tolerance: float = TOLERANCE, nodes: int | None = None) -> impact.Arc:
     """Return the `Arc` with scratch rows of its own: one for each thread that uses it.
 
-    The error of an impact falls by a factor of five or more with each node added. At most 64.
+    Arguments: the relative `tolerance` of an impact, which chooses its nodes; or one number of
+    `nodes`, 2 to 64, for all impacts, whose errors are what they are.
     """
-    if not 2 <= nodes <= impact.ROW:
+    if nodes is None:
+        choices, settled = CHOICES, impact.SETTLED * tolerance
+    elif 2 <= nodes <= impact.ROW:
+        choices, tolerance = {nodes: (0.0, 0.0)}, math.inf
+        settled = max(0.3 / 10**nodes, FINEST)
+    else:
         raise ValueError(f"nodes = {nodes}: an arc takes 2 to {impact.ROW} collocation nodes")
-    integration, table = _tables(nodes)
-    u, S, weight = (table[row : row + nodes] for row in (impact.U, impact.S, impact.WEIGHT))
-    tolerance = max(0.3 / 10**nodes, FINEST)
-    loss_missed = LOST - float(times(weight, 0.5 * S * S * u))
-    return impact.Arc(
-        nodes, float(times(weight, u)), tolerance, loss_missed, integration, table.copy()
-    )
+    whole, half = (_tables(tuple(choices), part) for part in (impact.WHOLE, impact.HALF))
+    head, place, blocks = np.zeros(impact.CONSTANTS), impact.CONSTANTS, []
+    for level, (n, errors) in enumerate(choices.items()):
+        row = impact.LEVELS + impact.LEVEL * level
+        head[row : row + impact.LEVEL] = n, place, place + len(whole[level]), *errors
+        blocks += [whole[level], half[level]]
+        place += len(whole[level]) + len(half[level])
+    return impact.Arc(tolerance, settled, len(choices), np.concatenate([head, *blocks]))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from nlds_vines.errors import RequestError, number, whole
+from nlds_vines.errors import RequestError, choice, number, whole
 
 METHODS = ("exact", "rk4")
 """The integrators."""
@@ -26,14 +27,20 @@ def most_watched(transient: int, periods: int, effort: str) -> int:
     return transient + periods + sum(EFFORTS[effort])
 
 
-NODES = 12
-"""Collocation nodes of a short impact, by `exact`: local errors below 1e-9."""
+TOLERANCES: Mapping[str, float] = {"draft": 1e-6, "standard": 1e-9, "fine": 1e-12}
+"""Presets of the tolerance by name."""
+
+TOLERANCE = TOLERANCES["standard"]
+"""Relative error of a contact, by `exact`, which solves flights to round-off."""
+
+LEAST_TOLERANCE, MOST_TOLERANCE = 1e-13, 1e-3
+"""Below it is round-off; above it, nothing becomes cheaper."""
 
 MOST_NODES = 64
 """Most collocation nodes: the tables of a short impact have room for so many."""
 
 CONTACT_STEPS = 28.0
-"""Runge-Kutta steps, of order eight, of a contact that `exact` steps."""
+"""Runge-Kutta steps, of order eight, of a contact that `exact` steps to a tolerance of 1e-9."""
 
 PERIOD_STEPS = 512.0
 """Runge-Kutta steps, of order four, of a forcing period, by `rk4`."""
@@ -41,60 +48,105 @@ PERIOD_STEPS = 512.0
 STEPS_RATIO = 4.0
 """By `rk4`: steps of a forcing period for each step of a free impact."""
 
+REFINED = 1e-2
+"""Tolerance of a refined run in units of the run's own."""
+
 
 @dataclass(frozen=True)
 class Settings:
     """How finely a method computes: all that it discretises.
 
-    Attributes: collocation `nodes` of a short impact (exact alone); `contact_steps`, Runge-Kutta
-    steps of a contact that is stepped; `period_steps`, those of a forcing period (rk4 alone).
+    Attributes, of `exact`: relative `tolerance` of each contact; collocation `nodes` of every short
+    impact and Runge-Kutta `contact_steps` of every other contact, where they are not left to the
+    tolerance.  Of `rk4`: `period_steps` of a forcing period, and `contact_steps`.
     """
 
-    nodes: int = NODES
-    contact_steps: float = CONTACT_STEPS
+    tolerance: float = TOLERANCE
+    nodes: int | None = None
+    contact_steps: float | None = None
     period_steps: float = PERIOD_STEPS
 
     @classmethod
-    def of(cls, method: str) -> Settings:
+    def of(cls, method: str, tolerance: float = TOLERANCE) -> Settings:
         """Return those that a scan uses."""
-        return cls() if method == "exact" else cls.rk4(PERIOD_STEPS)
+        return cls(tolerance) if method == "exact" else cls.rk4(PERIOD_STEPS)
 
     @classmethod
     def rk4(cls, period_steps: float) -> Settings:
         """Return those of rk4 with so many steps of a period, and of contacts in proportion."""
         return cls(contact_steps=period_steps / STEPS_RATIO, period_steps=period_steps)
 
+    @property
+    def steps(self) -> float:
+        """Runge-Kutta steps of a contact that is stepped: as set, or as the tolerance asks for."""
+        if self.contact_steps is not None:
+            return self.contact_steps
+        return CONTACT_STEPS * _eighth_root(TOLERANCE / self.tolerance)
+
     def refined(self, method: str) -> Settings:
         """Return finer settings: the difference of two runs is then nearly the error of these.
 
-        Of exact: 16 nodes for 12 (the error falls fivefold or more with each) and 40 steps for 28
-        (of order eight: 17 times); of rk4: twice the steps (of order four: 16 times).
+        Of exact: a hundredth of the tolerance; of nodes that are set, 16 for 12 (the error falls
+        fivefold or more with each), of steps 40 for 28 (of order eight: 17 times).  Of rk4: twice
+        the steps (of order four: 16 times).
         """
-        if method == "exact":
-            return Settings(self.nodes + 4, self.contact_steps * 10 / 7)
-        return Settings.rk4(self.period_steps * 2)
+        if method != "exact":
+            return Settings.rk4(self.period_steps * 2)
+        steps = None if self.contact_steps is None else self.contact_steps * 10 / 7
+        return Settings(
+            tolerance=max(self.tolerance * REFINED, LEAST_TOLERANCE),
+            nodes=None if self.nodes is None else min(self.nodes + 4, MOST_NODES),
+            contact_steps=steps,
+        )
+
+
+def _eighth_root(x: float) -> float:
+    """Return x^(1/8), rounded alike everywhere as no power of a library is."""
+    return math.sqrt(math.sqrt(math.sqrt(x)))
 
 
 def chosen_settings(
-    method: str, contact_steps: float | None, period_steps: float | None, nodes: int | None
+    method: str,
+    contact_steps: float | None,
+    period_steps: float | None,
+    nodes: int | None,
+    tolerance: float | str | None = None,
 ) -> Settings:
     """Return the settings of a method with those replaced that are given.
 
-    Raises `RequestError` for one that does not belong to the method, and for steps beyond reason.
+    Raises `RequestError` for one that does not belong to the method, and for what is out of range.
     """
-    settings = Settings.of(method)
+    if method == "rk4":
+        for name, value in (("tolerance", tolerance), ("nodes", nodes)):
+            if value is not None:
+                raise RequestError(f"{name} is of method 'exact'; 'rk4' has period_steps")
+        if contact_steps is not None:
+            raise RequestError("contact_steps is of method 'exact'; 'rk4' has period_steps")
+        return Settings.rk4(
+            PERIOD_STEPS if period_steps is None else checked_steps("period_steps", period_steps)
+        )
     if period_steps is not None:
-        if method != "rk4":
-            raise RequestError(f"period_steps is of method 'rk4'; {method!r} has contact_steps")
-        settings = Settings.rk4(checked_steps("period_steps", period_steps))
-    if contact_steps is not None:
-        if method != "exact":
-            raise RequestError(f"contact_steps is of method 'exact'; {method!r} has period_steps")
-        steps = checked_steps("contact_steps", contact_steps)
-        settings = replace(settings, contact_steps=steps)
-    return (
-        settings if nodes is None else replace(settings, nodes=whole("nodes", nodes, 2, MOST_NODES))
+        raise RequestError("period_steps is of method 'rk4'; 'exact' has tolerance")
+    return Settings(
+        tolerance=TOLERANCE if tolerance is None else checked_tolerance(tolerance),
+        nodes=None if nodes is None else whole("nodes", nodes, 2, MOST_NODES),
+        contact_steps=(
+            None if contact_steps is None else checked_steps("contact_steps", contact_steps)
+        ),
     )
+
+
+def checked_tolerance(tolerance: object) -> float:
+    """Return a tolerance, or that of a preset, otherwise raise `RequestError`."""
+    if isinstance(tolerance, str):
+        return TOLERANCES[choice("tolerance", tolerance, TOLERANCES)]
+    found = number("tolerance", tolerance)
+    if not LEAST_TOLERANCE <= found <= MOST_TOLERANCE:
+        raise RequestError(
+            f"tolerance = {tolerance!r}; allowed: {LEAST_TOLERANCE:g} to {MOST_TOLERANCE:g}, or "
+            f"{', '.join(TOLERANCES)}"
+        )
+    return found
 
 
 def checked_steps(name: str, steps: float) -> float:

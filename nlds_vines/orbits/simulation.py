@@ -98,6 +98,7 @@ def simulate(
     transient: int = 0,
     method: str = "exact",
     record: Collection[str] | None = None,
+    tolerance: float | str | None = None,
     contact_steps: float | None = None,
     period_steps: float | None = None,
     nodes: int | None = None,
@@ -114,9 +115,13 @@ def simulate(
         method: `exact` (exact flight, certified touch) or `rk4` (fixed steps, refined contacts).
         record: of section, impacts, energy, peak, clearance, trajectory; by default section and,
             if there are walls, impacts.
-        contact_steps: of `exact`: Runge-Kutta steps of a contact that is stepped (28).
+        tolerance: of `exact`: relative error of each contact, 1e-13 to 1e-3, or draft (1e-6),
+            standard (1e-9, the default) or fine (1e-12); flights are exact to round-off.
+        contact_steps: of `exact`, for experts: Runge-Kutta steps of a contact that is stepped,
+            whatever the tolerance.
         period_steps: of `rk4`: steps of a forcing period (512), four times those of a free impact.
-        nodes: of `exact`: collocation nodes of a short impact (12).
+        nodes: of `exact`, for experts: collocation nodes of every short impact, whatever the
+            tolerance.
         samples: states of a trajectory in each period.
         resolution: old name of `contact_steps` (exact) and `period_steps` (rk4); deprecated.
 
@@ -130,7 +135,7 @@ def simulate(
     record = _checked_record(system, record)
     if resolution is not None:
         contact_steps, period_steps = _renamed(method, resolution, contact_steps, period_steps)
-    settings = chosen_settings(method, contact_steps, period_steps, nodes)
+    settings = chosen_settings(method, contact_steps, period_steps, nodes, tolerance)
     parts = parts_of(method, system.scene, settings)
     cell = cell_of(system)
     begin = start_state(system, cell.rest, start)

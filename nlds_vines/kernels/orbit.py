@@ -26,7 +26,7 @@ from .compiling import chosen, jit
 from .contact import contact
 from .contact_field import rotated
 from .exact import fly
-from .fixed_step import fly_fixed
+from .fixed_step import fly_fixed, phase_in_step
 from .flight import coarse_map, phase_at, propagate, step
 from .impact import short_impact
 from .inside import Ahead, keep_ahead, note_inside, read_ahead, state_inside
@@ -67,6 +67,14 @@ def fly_on(
     """Fly to the next event by the method."""
     # hot: the arguments of `fly`
     return fly if rk4 is None else fly_fixed
+
+
+@chosen
+def phase_on(rk4, grid, j, x):
+    """Return (cos, sin) of the forcing's phase at place x of cell j, by the method's grid."""
+    if rk4 is None:
+        return lambda rk4, grid, j, x: phase_at(grid, j, x)
+    return lambda rk4, grid, j, x: phase_in_step(grid, j, x)
 
 
 @chosen
@@ -322,7 +330,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 begin_contact(limit_log, sign, wall, began + (j + x) * grid.h)
                 event, q, s, x1, v1, took, depth = follow_contact(
                     rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent,
-                    steps, grid.rate, phase_at(grid, j, x), left, (q, s, x1, v1), k,
+                    steps, grid.rate, phase_on(rk4, grid, j, x), left, (q, s, x1, v1), k,
                 )  # fmt: skip
                 r = sign * (wall.gap + q * q)
                 place = j + x + took / grid.h

@@ -45,7 +45,7 @@ from .fours import four, four_at, larger_of, largest_of, number_of, put_four, su
 #
 #   from        numbers          what
 #   B ... FH    8 ROW            scratch at the nodes: unknowns and their derivatives by phi
-#   INSIDE      5 ROW            scratch of `inside`
+#   INSIDE      7 ROW            scratch of `inside`
 #   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
 #   then        for each of them, of the whole arc and of its half, m being n in whole fours:
 #                 U ... GT + 7   22 m       rows of constants
@@ -63,7 +63,7 @@ from .fours import four, four_at, larger_of, largest_of, number_of, put_four, su
 ROW = 64
 B, T, G, H, FB, FT, FG, FH = (ROW * i for i in range(8))
 INSIDE = 8 * ROW
-LEVELS, LEVEL, MOST_LEVELS = 13 * ROW, 5, 8
+LEVELS, LEVEL, MOST_LEVELS = 15 * ROW, 5, 8
 NODES, WHOLE, HALF, ERROR, HALF_ERROR = range(LEVEL)  # n, places of the constants, C_n of each
 CONSTANTS = LEVELS + LEVEL * MOST_LEVELS
 

@@ -19,6 +19,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from .compiling import jit
 from .contact_field import cos_sin, rotated
 from .fours import four, four_at, put_four, sum_of
@@ -44,17 +46,22 @@ from .impact import (
 )
 from .observe import energies_of, powers_of
 from .roots import narrowed, secant
-from .scene import Damper, Structure
+from .scene import Damper, Structure, finite
 
 # Places are the touch, the nodes and the deepest point. Rows of k numbers, k = n + 2 in fours:
 PLACE, BARYCENTRIC, U_THERE, S_THERE = range(4)  # constants of a half, behind all others
-WEIGHED = INSIDE  # scratch: the weights at a place; values of four quantities
-FIRST, SECOND, THIRD, FOURTH = (INSIDE + ROW * (1 + i) for i in range(4))
+WEIGHED = INSIDE  # scratch: the weights at a place; values of five quantities there
+FIRST, SECOND, THIRD, FOURTH, FIFTH = (INSIDE + ROW * (1 + i) for i in range(5))
+# the last half of each end whose energies were looked for: s, v1, x1, cos, sin, and what E1 and E2
+# rise above their values there, NaN if unknown
+LAST = INSIDE + ROW * 6
 
+SLOPING = 0.8  # u^5 up to which S is better by S^2 = 1 - u^5 than by its own polynomial
 ROOT_STEPS = 40  # of the search for a place: it needs some six
 ROUND_OFF = 4.0e-16  # relative, of a time
 BEYOND = 1.1  # place up to which the polynomials hold: a little behind the deepest point
 PRECISE = 1.0e-7  # error of the place of a peak: its height errs by the square
+SAME = 1.0e-3  # change of an impact in units of the tolerance with which it is the same
 RISE = 2.0  # largest power of the other forces in an impact, in units of that at its ends
 
 
@@ -205,8 +212,12 @@ def state_at(wall, half, time):
     total = weigh(half, place_of(half, time))
     b = value(half, int(SECOND), total)
     b2 = b * b
-    q = b2 * constant(half, int(U_THERE), total)
-    s = wall.speed * (b2 * b2 * b) * constant(half, int(S_THERE), total)
+    u, S = constant(half, int(U_THERE), total), constant(half, int(S_THERE), total)
+    u2 = u * u
+    u5 = u2 * u2 * u
+    if u5 < SLOPING:
+        S = math.sqrt(1.0 - u5)
+    q, s = b2 * u, wall.speed * (b2 * b2 * b) * S
     x, v = value(half, int(THIRD), total), value(half, int(FOURTH), total)
     return q, s, x + share * (q * q), v + share * s
 
@@ -258,6 +269,7 @@ def fill_energies(wall, half):
         put_four(w, SECOND + 1 + i, v1 * n1)
         put_four(w, THIRD + 1 + i, e2)
         put_four(w, FOURTH + 1 + i, v2 * n2)
+    keep(half, int(FIFTH), 0.0, int(T))
     v1 = approach.v + share * approach.s
     fill_place(half, wall, 0, 0.0, 0.0, approach.s, approach.x, v1)
     b = w[B + n]
@@ -278,14 +290,22 @@ def fill_place(half, wall, i, time, z, s, x1, v1):
 
 
 @jit
-def note_peaks_of(half, energy, body):
-    """Raise an energy to its peaks at and between the places of a half."""
+def note_if_within(half, energy, body, span, time, e):
+    """Raise an energy to e [J] if the time [s] since the half's beginning is in a span."""
+    if span[0] <= time <= span[1]:
+        energy[body] = max(energy[body], e)
+
+
+@jit
+def note_peaks_of(half, energy, body, span):
+    """Raise an energy to its peaks at and between the places of a half that are in a span."""
     w, e, p = half.nodes.w, FIRST + 2 * ROW * body, SECOND + 2 * ROW * body
     for i in range(half.nodes.n + 1):
-        energy[body] = max(energy[body], w[e + i])
+        note_if_within(half, energy, body, span, w[FIFTH + i], w[e + i])
         f0, f1 = w[p + i], w[p + i + 1]
         if f0 > 0.0 and f1 < 0.0:
             low, high = w[half.places + i], w[half.places + i + 1]
+            total = 1.0
             for _ in range(ROOT_STEPS):
                 x = secant(low, high, f0, f1)
                 total = weigh(half, x)
@@ -293,23 +313,26 @@ def note_peaks_of(half, energy, body):
                 if f == 0.0 or min(x - low, high - x) < PRECISE:
                     break
                 low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
-            energy[body] = max(energy[body], value(half, e, total))
+            time, top = value(half, int(FIFTH), total), value(half, e, total)
+            note_if_within(half, energy, body, span, time, top)
 
 
 @jit
 def peaks_in_doubt(ps, damper, wall, energy, c, touch, release, took):
     """Return in which half of an impact which energy may peak above the largest so far.
 
-    Bit body + 2 half. touch, release: (x1, v1, s); c: cos of the phase at touch. The contact's
+    Bit body + 2 half. touch, release: (s, x1, v1); c: cos of the phase at touch. The contact's
     force alone makes an energy dip, and the other forces hardly change: a peak follows the touch if
     their power is positive there, and precedes the release if it is negative there, unless they or
     the velocity change sign in between. The rise above the end is at most RISE times their power
     times the time.
     """
-    before = powers_of(ps, damper, touch[0], touch[1], wall.gap, touch[2], c, 0.0)
-    after = powers_of(ps, damper, release[0], release[1], wall.gap, release[2], c, 0.0)
-    e0 = energies_of(ps, damper, touch[0], touch[1], wall.gap, touch[2])
-    e1 = energies_of(ps, damper, release[0], release[1], wall.gap, release[2])
+    s, x, v = touch
+    before = powers_of(ps, damper, x, v, wall.gap, s, c, 0.0)
+    e0 = energies_of(ps, damper, x, v, wall.gap, s)
+    s, x, v = release
+    after = powers_of(ps, damper, x, v, wall.gap, s, c, 0.0)
+    e1 = energies_of(ps, damper, x, v, wall.gap, s)
     found = 0
     for body in range(2):
         v0, n0 = before[2 * body], before[2 * body + 1]
@@ -326,29 +349,72 @@ def peaks_in_doubt(ps, damper, wall, energy, c, touch, release, took):
 
 
 @jit
-def note_half(wall, half, energy, bodies):
-    """Raise the energies of some bodies (bits) to their maxima over a half."""
-    fill_energies(wall, half)
+def is_known(ps, damper, wall, arc, energy, end, rate, c, d, s, x1, v1, bodies):
+    """Tell whether a half is all but the last one of its end, and note its energies from there.
+
+    end: 0 for touch, 1 for release; bodies: those in doubt. What an energy rises above its value at
+    the end changes by no more than the state there, relative: of a settled orbit nothing is solved.
+    """
+    w, k = arc.table, LAST + 8 * end
+    scale = abs(s) + abs(v1) + rate * abs(x1)
+    apart = abs(w[k] - s) + abs(w[k + 1] - v1) + rate * abs(w[k + 2] - x1)
+    apart = apart / scale + abs(w[k + 3] - c) + abs(w[k + 4] - d)
+    if not apart <= SAME * min(arc.tolerance, 1.0):
+        return False
+    for body in range(2):
+        if bodies & (1 << body) and not finite(w[k + 5 + body]):
+            return False
+    e = energies_of(ps, damper, x1, v1, wall.gap, s)
     for body in range(2):
         if bodies & (1 << body):
-            note_peaks_of(half, energy, body)
+            energy[body] = max(energy[body], e[body] + w[k + 5 + body])
+    return True
 
 
 @jit
-def note_inside(ps, damper, wall, arc, energy, rate, c, d, touch, release, took):
+def note_half(ps, damper, wall, arc, energy, end, rate, c, d, state, bodies, span):
+    """Raise the energies of some bodies (bits) to their maxima in a span of a half.
+
+    state: (s, x1, v1) at its end: 0 for touch, 1 for release. span: from when to when [s].
+    """
+    s, x1, v1 = state
+    whole = span[0] <= 0.0 and span[1] == math.inf
+    if whole and is_known(ps, damper, wall, arc, energy, end, rate, c, d, s, x1, v1, bodies):
+        return
+    half = half_impact(ps, damper, wall, arc, rate, c, d, s, x1, v1)
+    fill_energies(wall, half)
+    w, k = arc.table, LAST + 8 * end
+    w[k], w[k + 1], w[k + 2], w[k + 3], w[k + 4] = s, v1, x1, c, d
+    for body in range(2):
+        w[k + 5 + body] = math.nan
+        if bodies & (1 << body):
+            top = np.zeros(2)
+            note_peaks_of(half, top, body, span)
+            energy[body] = max(energy[body], top[body])
+            if whole:
+                w[k + 5 + body] = top[body] - w[FIRST + 2 * ROW * body]
+
+
+@jit
+def note_inside(ps, damper, wall, arc, energy, rate, c, d, ahead, since, until):
     """Raise the largest energies to their maxima inside a short impact that is solved.
 
-    touch, release: (x1, v1, s); c, d: cos and sin of the phase at touch.
+    ahead: `Ahead`; c, d: cos and sin of the phase at touch; since, until: times [s] from touch.
     """
     # hot: once per impact
-    doubt = peaks_in_doubt(ps, damper, wall, energy, c, touch, release, took)
+    doubt = peaks_in_doubt(ps, damper, wall, energy, c, ahead.touch, ahead.release, ahead.took)
+    late = math.inf if until >= ahead.took else until
     if doubt & 3:
-        half = half_impact(ps, damper, wall, arc, rate, c, d, touch[2], touch[0], touch[1])
-        note_half(wall, half, energy, doubt & 3)
+        span = since, late
+        note_half(ps, damper, wall, arc, energy, 0, rate, c, d, ahead.touch, doubt & 3, span)
     if doubt & 12:
-        cosine, sine = rotated(c, d, ps.omega * took)
+        cosine, sine = rotated(c, d, ps.omega * ahead.took)
         back, pushing = backward(ps, damper)
-        half = half_impact(
-            back, pushing, wall, arc, rate, cosine, -sine, -release[2], release[0], -release[1]
-        )
-        note_half(wall, half, energy, doubt >> 2)
+        s, x1, v1 = ahead.release
+        span = ahead.took - late, ahead.took - since
+        if since == 0.0:
+            span = ahead.took - late, math.inf
+        note_half(
+            back, pushing, wall, arc, energy, 1, rate, cosine, -sine, (-s, x1, -v1), doubt >> 2,
+            span,
+        )  # fmt: skip

@@ -34,6 +34,7 @@ from .limit import begin_contact, may_pass
 from .observe import (
     ORIGIN,
     note_depth,
+    note_energy,
     note_release,
     note_section,
     note_touch,
@@ -103,47 +104,63 @@ def note_by_steps(
 
 
 @jit
-def cut_by_section(
-    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, left, now, k
+def note_part(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, lasting, now, k
 ):
-    """Return as `contact` how an impact that is solved is at a section, `left` [s] from now.
+    """Note the energies, and passages of a limit, of `lasting` [s] of the impact that is ahead.
 
-    What is noted up to the section is noted by steps.
+    now: (q, s, x1, v1) at its beginning; c, d: of the phase there. Passages are noted by steps,
+    where there may be one: nothing that is noted changes the orbit.
     """
-    # hot: once per section inside an impact
+    # hot: once per impact
     q, s, x1, v1 = now
-    note_by_steps(
-        rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
-    )
+    ahead = read_ahead(k, int(rk.AHEAD))
+    if energy is not None:
+        cosine, sine = rotated(c, d, -ps.omega * ahead.elapsed)
+        until = ahead.elapsed + lasting
+        note_inside(ps, damper, wall, arc, energy, rate, cosine, sine, ahead, ahead.elapsed, until)
+    if limit_log is not None and may_pass(
+        ps, damper, wall, sign, limit_log, ahead.took, ahead.touch
+    ):
+        note_by_steps(
+            rk4, ps, damper, wall, sign, limit_log, None, steps, rate, c, d, lasting,
+            q, s, x1, v1, k,
+        )  # fmt: skip
+
+
+@chosen
+def note_part_if_wanted(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, lasting, now, k
+):
+    """Note what is wanted of an impact (`note_part`), if anything is."""
+    # hot: once per impact
+    if energy is None and limit_log is None:
+        return nothing_to_note
+    return note_part
+
+
+@jit
+def nothing_to_note(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, lasting, now, k
+):
+    """Note nothing of an impact."""
+    # hot: as `note_part`
+    return None
+
+
+@jit
+def up_to_section(ps, damper, wall, arc, energy, rate, c, d, left, k):
+    """Return as `contact` how the impact that is ahead is at a section, `left` [s] from now."""
+    # hot: once per section inside an impact
     ahead = read_ahead(k, int(rk.AHEAD))
     c, d = rotated(c, d, -ps.omega * ahead.elapsed)
     elapsed = ahead.elapsed + left
     k[rk.AHEAD + 1] = elapsed
     q, s, x1, v1 = state_inside(ps, damper, wall, arc, rate, c, d, ahead, elapsed)
+    if energy is not None:
+        note_energy(ps, damper, energy, x1, v1, wall.gap + q * q, s)
     depth = q * q if s > 0.0 else ahead.depth
     return STOPPED, q, s, x1, v1, left, depth
-
-
-@jit
-def go_on_from_section(
-    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, left, now, k
-):
-    """Return as `contact` how an impact goes on behind a section that cut it."""
-    # hot: once per section inside an impact
-    ahead = read_ahead(k, int(rk.AHEAD))
-    remains = ahead.took - ahead.elapsed
-    if remains > left:
-        return cut_by_section(
-            rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, left, now, k
-        )
-    q, s, x1, v1 = now
-    note_by_steps(
-        rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, remains,
-        q, s, x1, v1, k,
-    )  # fmt: skip
-    k[rk.AHEAD] = 0.0
-    s, x1, v1 = ahead.release
-    return RELEASED, 0.0, s, x1, v1, remains, ahead.depth
 
 
 @jit
@@ -153,34 +170,30 @@ def follow_short_impact(
 ):  # fmt: skip
     """Try to follow a contact as a short impact, to its release or for the time `left` [s].
 
-    Returns whether it is one, and the result as of `contact`. An impact that is cut by a section is
-    solved once, as a whole; what remains of it is kept in `k`.
+    Returns whether it is one, and the result as of `contact`. An impact is solved once, as a whole,
+    and kept as `Ahead` in `k`, whence it goes on behind a section.
     """
     # hot: once per impact
-    if k[rk.AHEAD] > 0.0:
-        return True, go_on_from_section(
-            rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, left, now, k
+    if k[rk.AHEAD] == 0.0:
+        q, s, x1, v1 = now
+        solved, out, a1, b1, took, depth = short_impact(
+            ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1
         )
-    q, s, x1, v1 = now
-    solved, out, a1, b1, took, depth = short_impact(
-        ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1
-    )
-    if not solved:
-        return False, (RELEASED, 0.0, s, x1, v1, 0.0, 0.0)
-    if took > left:
+        if not solved:
+            return False, (RELEASED, 0.0, s, x1, v1, 0.0, 0.0)
         ahead = Ahead(took, 0.0, depth, (s, x1, v1), (out, a1, b1))
         keep_ahead(k, int(rk.AHEAD), ahead)
-        return True, cut_by_section(
-            rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, left, now, k
-        )
-    if energy is not None:
-        before, after = (x1, v1, s), (a1, b1, out)
-        note_inside(ps, damper, wall, arc, energy, rate, c, d, before, after, took)
-    if limit_log is not None and may_pass(ps, damper, wall, sign, limit_log, took, x1, v1, s):
-        note_by_steps(
-            rk4, ps, damper, wall, sign, limit_log, None, steps, rate, c, d, left, q, s, x1, v1, k
-        )
-    return True, (RELEASED, 0.0, out, a1, b1, took, depth)
+    remains = k[rk.AHEAD] - k[rk.AHEAD + 1]
+    note_part_if_wanted(
+        rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d,
+        min(left, remains), now, k,
+    )  # fmt: skip
+    if remains > left:
+        return True, up_to_section(ps, damper, wall, arc, energy, rate, c, d, left, k)
+    ahead = read_ahead(k, int(rk.AHEAD))
+    k[rk.AHEAD] = 0.0
+    s, x1, v1 = ahead.release
+    return True, (RELEASED, 0.0, s, x1, v1, remains, ahead.depth)
 
 
 @jit

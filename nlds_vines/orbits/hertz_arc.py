@@ -39,7 +39,7 @@ CHOICES = {
 To its release, and to its deepest point on the half arc.  Twice what impacts of all kinds were
 found to err by at most (tests/kernels/test_impact_error.py)."""
 
-INSIDE = {12: 5e-7, 16: 3e-9, 20: 1e-11, 24: 2e-13}
+INSIDE = {12: 1e-6, 16: 5e-9, 20: 3e-11, 24: 5e-13}
 """Numbers of nodes, and errors of a state inside an impact, in units of its depth and speed.
 
 The free arc's own S between the nodes is the worst of it."""

@@ -110,6 +110,7 @@ def with_arc(parts, arc):
         parts.far,
         arc,
         parts.contact_steps,
+        parts.contact_tolerance,
         parts.period_steps,
     )
 

@@ -22,7 +22,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-TINY = "--vary omega=6:6.01:2 --transient 5 --periods 5 -o a.h5 --plot a.png --quiet".split()
+TINY = [
+    "--vary", "omega=6:6.01:2", "--transient", "5", "--periods", "5",
+    "-o", "a.h5", "--plot", "a.png", "--quiet",
+]  # fmt: skip
 """What cuts the default scan down: its records and its picture are as ever."""
 
 YARDSTICK = """

@@ -28,7 +28,7 @@ def own_arc(arc):
     """Return the arc with scratch rows of this lane's own, or None without a wall."""
     if arc is None:
         return lambda arc: None
-    return lambda arc: Arc(arc.tolerance, arc.settled, arc.levels, arc.table.copy())
+    return lambda arc: Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, arc.table.copy())
 
 
 @chosen

@@ -98,24 +98,32 @@ class Inner(registry.CPUDispatcher):
 
 
 def jit(
-    function: Callable[..., Any] | None = None, *, entry: bool = False, dissolved: bool = False
+    function: Callable[..., Any] | None = None,
+    *,
+    entry: bool = False,
+    dissolved: bool = False,
+    inlined: bool = False,
 ) -> Any:
     """Compile a kernel: nopython, cached, strict floating point, for other kernels to call.
 
     `entry=True` is for what only Python calls, and often. `dissolved=True` is for large functions
     with one caller: they become part of its text before anything is compiled. (Every function is
     compiled together with all that it calls, once on each level of calls.)
+    `inlined=True` is for small functions in the hottest loops, which take or return fours: a call
+    would hand these on in memory.
 
     With the environment variable NUMBA_DISABLE_JIT=1 the function is returned as it is: slow,
     readable, debuggable, and equal to the last bit.
     """
     if function is None:
-        return lambda f: jit(f, entry=entry, dissolved=dissolved)
+        return lambda f: jit(f, entry=entry, dissolved=dissolved, inlined=inlined)
     options: Any = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
     if not entry:
         options["no_cpython_wrapper"] = True
     if dissolved:
         options["inline"] = "always"
+    if inlined:
+        options["forceinline"] = True
     with _stamped_cache():
         kernel = numba.njit(cache=True, **options)(function)
         if not entry and isinstance(kernel, registry.CPUDispatcher):  # none without compilation

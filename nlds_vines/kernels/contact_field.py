@@ -22,7 +22,7 @@ from .scene import accelerations
 LONGEST_ANGLE = 0.2  # omega dt of one step: the polynomials below err by 0.2^10 / 10! = 3e-14
 
 
-@jit
+@jit(inlined=True)
 def cos_sin(angle):
     """Return (cos, sin) of a small angle by their Taylor polynomials."""
     a = angle * angle

@@ -36,7 +36,7 @@ TOLERANCE = TOLERANCES["standard"]
 LEAST_TOLERANCE, MOST_TOLERANCE = 1e-13, 1e-3
 """Below it is round-off; above it, nothing becomes cheaper."""
 
-MOST_NODES = 64
+MOST_NODES = 60
 """Most collocation nodes: the tables of a short impact have room for so many."""
 
 CONTACT_STEPS = 28.0

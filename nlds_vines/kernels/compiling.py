@@ -186,7 +186,8 @@ class _Watch(event.Listener):
             tell(kernel)
         ours = kernel.py_func.__module__.startswith("nlds_vines.")
         if self._outermost is None and ours and gc.isenabled():
-            _remove_stale_files(Path(kernel.stats.cache_path))
+            if kernel.stats.cache_path is not None:
+                _remove_stale_files(Path(kernel.stats.cache_path))
             self._outermost = event.data
             gc.disable()
 

@@ -1,9 +1,10 @@
-"""Compile a kernel of scans before it is needed: into the cache on the disk.
+"""Compile kernels of scans before they are needed, into the cache on the disk.
 
-    python -m nlds_vines.orbits.ahead orbit|verdict|error KIND METHOD WANT,WANT,...
+    python -m nlds_vines.orbits.ahead writes|reads KERNEL,KERNEL,... KIND METHOD WANT,WANT,...
 
-A program for `compilation.elsewhere`.  It prints the seconds that compiling took, or `known` where
-the cache has it, and ends when its standard input does.
+A program for `elsewhere`.  It prints a line for each kernel: its name, then the seconds that
+compiling took, or `known` where the cache has it, or `failed` and why.  It ends when its standard
+input does.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from collections.abc import Sequence
 
 from nlds_vines.kernels import compiling
 
-KNOWN = "known"
-"""The answer where nothing has to be compiled."""
+KNOWN, FAILED = "known", "failed"
+"""The words in place of the seconds."""
 
 
 def compile_kernel(kernel: str, kind: str, method: str, want: Sequence[str]) -> float | None:
@@ -42,18 +43,25 @@ def compile_kernel(kernel: str, kind: str, method: str, want: Sequence[str]) -> 
 def main(arguments: Sequence[str]) -> int:
     """Compile what the arguments name; return the exit status."""
     threading.Thread(target=_end_with_input, daemon=True).start()
-    kernel, kind, method, want = arguments
-    took = compile_kernel(kernel, kind, method, want.split(","))
-    print(KNOWN if took is None else took, flush=True)
+    mode, kernels, kind, method, want = arguments
+    if mode == "reads":
+        compiling.only_read_inner_kernels()
+    for kernel in kernels.split(","):
+        try:
+            took = compile_kernel(kernel, kind, method, want.split(","))
+        except (Exception, SystemExit) as error:
+            text = " ".join(str(error).split()) or type(error).__name__
+            print(kernel, FAILED, text, flush=True)
+            return 1
+        print(kernel, KNOWN if took is None else took, flush=True)
     return 0
 
 
 def _end_with_input() -> None:
-    """End this process with its standard input: who has started it is not there any more."""
-    os.read(0, 1)  # no lock that the interpreter might wait for when it ends
+    """End this process with its standard input: who has begun it is not there any more."""
+    os.read(0, 1)  # no buffer, whose lock the interpreter would want when it ends
     os._exit(1)
 
 
 if __name__ == "__main__":
-    compiling.only_read_inner_kernels()  # beside the process that writes them
     sys.exit(main(sys.argv[1:]))

@@ -20,6 +20,7 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import CELL
 from nlds_vines.orbits import evidence
 from nlds_vines.orbits.compilation import Compilation, Tell
+from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import EFFORTS, Settings
 from nlds_vines.orbits.wants import JUDGED, NOTED, components, noted
@@ -139,7 +140,9 @@ class Kernels:
         `helped` lets another process compile a part of it.
         """
         self._wanted = wanted
-        self._compilation = Compilation(wanted, tell, helped)
+        self._compilation = Compilation(
+            Needed(wanted.scene.kind, wanted.method, tuple(wanted.want)), tell, helped
+        )
         self._parts = parts_of(wanted.method, wanted.scene, wanted.settings)
         self._stages = np.array(EFFORTS[wanted.effort], dtype=np.int64)
 
@@ -217,8 +220,7 @@ class Batch:
     def __init__(self, scene: Scene, tell: Tell | None = None) -> None:
         """Prepare for cells of `scene`; `tell` takes a line of text where something is compiled."""
         self._scene, self._parts = scene, parts_of(METHOD, scene)
-        wanted = Wanted(scene, ("energy",), METHOD, "quick", Settings.of(METHOD))
-        self._compilation = Compilation(wanted, tell, helped=False)
+        self._compilation = Compilation(Needed(scene.kind, METHOD, ("energy",)), tell, helped=False)
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
         """Run one lane for each cell on the current threads, all in one call of the kernel.

@@ -43,13 +43,18 @@ def in_pieces(work: Callable[[int, int], object], lanes: int, least: int = 1) ->
         helper.result()
 
 
+def size_of_piece(left: int, threads: int, least: int = 1) -> int:
+    """Return how many of the lanes that are `left` make the next piece, `least` or more of them."""
+    return min(left, max(least, left // (SHARE * threads)))
+
+
 class _Pieces:
     """The pieces that are left."""
 
     def __init__(
         self, work: Callable[[int, int], object], lanes: int, threads: int, least: int
     ) -> None:
-        self._work, self._lanes, self._parts, self._least = work, lanes, SHARE * threads, least
+        self._work, self._lanes, self._threads, self._least = work, lanes, threads, least
         self._next, self._lock = 0, threading.Lock()
 
     def run(self) -> None:
@@ -69,7 +74,7 @@ class _Pieces:
     def _take(self) -> tuple[int, int] | None:
         with self._lock:
             begin, left = self._next, self._lanes - self._next
-            self._next += min(left, max(self._least, left // self._parts))
+            self._next += size_of_piece(left, self._threads, self._least)
             return (begin, self._next) if left else None
 
 

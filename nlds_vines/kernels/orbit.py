@@ -153,10 +153,10 @@ def up_to_section(ps, damper, wall, arc, energy, rate, c, d, left, k):
     """Return as `contact` how the impact that is ahead is at a section, `left` [s] from now."""
     # hot: once per section inside an impact
     ahead = read_ahead(k, int(rk.AHEAD))
-    c, d = rotated(c, d, -ps.omega * ahead.elapsed)
+    phase = rotated(c, d, -ps.omega * ahead.elapsed)
     elapsed = ahead.elapsed + left
     k[rk.AHEAD + 1] = elapsed
-    q, s, x1, v1 = state_inside(ps, damper, wall, arc, rate, c, d, ahead, elapsed)
+    q, s, x1, v1 = state_inside(ps, damper, wall, arc, rate, phase, ahead, elapsed)
     if energy is not None:
         note_energy(ps, damper, energy, x1, v1, wall.gap + q * q, s)
     depth = q * q if s > 0.0 else ahead.depth

@@ -116,9 +116,8 @@ def note_part(
     q, s, x1, v1 = now
     ahead = read_ahead(k, int(rk.AHEAD))
     if energy is not None:
-        cosine, sine = rotated(c, d, -ps.omega * ahead.elapsed)
-        until = ahead.elapsed + lasting
-        note_inside(ps, damper, wall, arc, energy, rate, cosine, sine, ahead, ahead.elapsed, until)
+        phase = rotated(c, d, -ps.omega * ahead.elapsed)
+        note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting)
     if limit_log is not None and may_pass(
         ps, damper, wall, sign, limit_log, ahead.took, ahead.touch
     ):

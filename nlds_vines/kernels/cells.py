@@ -7,6 +7,7 @@ import numpy as np
 from .arguments import OrbitBuffers, Prepared, Span
 from .codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
 from .compiling import chosen, jit
+from .contact import Steps
 from .fixed_step import fixed_grid_of
 from .flight import cells_of, grid_of
 from .impact import Arc
@@ -71,7 +72,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
         far_wall_of(parts.far, cell),
         own_arc(parts.arc),
         grid_for(parts.rk4, ps, damper, n, parts.period_steps, stops),
-        parts.contact_steps,
+        Steps(parts.contact_steps, parts.contact_tolerance),
         scratch_for(parts.arc),
     )
 

@@ -124,6 +124,7 @@ class Approach(NamedTuple):
 @jit
 def approach_of(ps, damper, wall, s, x1, v1, c, d):
     """Return the `Approach` of a touch with speed s > 0."""
+    # hot: once per impact
     # The free arc.
     b = fifth_root(s / wall.speed)
     b4 = (b * b) * (b * b)

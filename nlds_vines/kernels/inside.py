@@ -122,8 +122,13 @@ def backward(ps, damper):
 
 
 @jit
-def half_impact(ps, damper, wall, arc, rate, c, d, s, x1, v1):
-    """Return the half of an impact that begins with (s, x1, v1), solved."""
+def half_impact(ps, damper, wall, arc, rate, phase, state):
+    """Return the half of an impact that begins with a state (s, x1, v1), solved.
+
+    phase: (cos, sin) of the forcing's.
+    """
+    s, x1, v1 = state
+    c, d = phase
     nodes = nodes_of(arc, arc.inside, int(HALF))
     approach = approach_of(ps, damper, wall, s, x1, v1, c, d)
     lasting = rate * (approach.tick * LENGTH)
@@ -229,19 +234,17 @@ def constant(half, which, total):
 
 
 @jit
-def state_inside(ps, damper, wall, arc, rate, c, d, ahead, time):
+def state_inside(ps, damper, wall, arc, rate, phase, ahead, time):
     """Return (q, s, x1, v1) a `time` [s] after the touch of an impact that is solved.
 
-    c, d: of the phase at touch; ahead: `Ahead`. From the end of the impact that is nearer.
+    phase: (cos, sin) at touch; ahead: `Ahead`. From the end of the impact that is nearer.
     """
     if time + time <= ahead.took:
-        s, x1, v1 = ahead.touch
-        half = half_impact(ps, damper, wall, arc, rate, c, d, s, x1, v1)
-        return state_at(wall, half, time)
+        return state_at(wall, half_impact(ps, damper, wall, arc, rate, phase, ahead.touch), time)
     s, x1, v1 = ahead.release
-    c, d = rotated(c, d, ps.omega * ahead.took)
+    c, d = rotated(phase[0], phase[1], ps.omega * ahead.took)
     ps, damper = backward(ps, damper)
-    half = half_impact(ps, damper, wall, arc, rate, c, -d, -s, x1, -v1)
+    half = half_impact(ps, damper, wall, arc, rate, (c, -d), (-s, x1, -v1))
     q, s, x1, v1 = state_at(wall, half, ahead.took - time)
     return q, -s, x1, -v1
 
@@ -349,16 +352,18 @@ def peaks_in_doubt(ps, damper, wall, energy, c, touch, release, took):
 
 
 @jit
-def is_known(ps, damper, wall, arc, energy, end, rate, c, d, s, x1, v1, bodies):
+def is_known(ps, damper, wall, arc, energy, end, rate, phase, state, bodies):
     """Tell whether a half is all but the last one of its end, and note its energies from there.
 
     end: 0 for touch, 1 for release; bodies: those in doubt. What an energy rises above its value at
     the end changes by no more than the state there, relative: of a settled orbit nothing is solved.
     """
+    # hot: once per impact
+    s, x1, v1 = state
     w, k = arc.table, LAST + 8 * end
     scale = abs(s) + abs(v1) + rate * abs(x1)
     apart = abs(w[k] - s) + abs(w[k + 1] - v1) + rate * abs(w[k + 2] - x1)
-    apart = apart / scale + abs(w[k + 3] - c) + abs(w[k + 4] - d)
+    apart = apart / scale + abs(w[k + 3] - phase[0]) + abs(w[k + 4] - phase[1])
     if not apart <= SAME * min(arc.tolerance, 1.0):
         return False
     for body in range(2):
@@ -372,19 +377,20 @@ def is_known(ps, damper, wall, arc, energy, end, rate, c, d, s, x1, v1, bodies):
 
 
 @jit
-def note_half(ps, damper, wall, arc, energy, end, rate, c, d, state, bodies, span):
+def note_half(ps, damper, wall, arc, energy, end, rate, phase, state, bodies, span):
     """Raise the energies of some bodies (bits) to their maxima in a span of a half.
 
     state: (s, x1, v1) at its end: 0 for touch, 1 for release. span: from when to when [s].
     """
-    s, x1, v1 = state
+    # hot: once per impact
     whole = span[0] <= 0.0 and span[1] == math.inf
-    if whole and is_known(ps, damper, wall, arc, energy, end, rate, c, d, s, x1, v1, bodies):
+    if whole and is_known(ps, damper, wall, arc, energy, end, rate, phase, state, bodies):
         return
-    half = half_impact(ps, damper, wall, arc, rate, c, d, s, x1, v1)
+    half = half_impact(ps, damper, wall, arc, rate, phase, state)
     fill_energies(wall, half)
     w, k = arc.table, LAST + 8 * end
-    w[k], w[k + 1], w[k + 2], w[k + 3], w[k + 4] = s, v1, x1, c, d
+    w[k], w[k + 2], w[k + 1] = state
+    w[k + 3], w[k + 4] = phase
     for body in range(2):
         w[k + 5 + body] = math.nan
         if bodies & (1 << body):
@@ -396,25 +402,25 @@ def note_half(ps, damper, wall, arc, energy, end, rate, c, d, state, bodies, spa
 
 
 @jit
-def note_inside(ps, damper, wall, arc, energy, rate, c, d, ahead, since, until):
-    """Raise the largest energies to their maxima inside a short impact that is solved.
+def note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting):
+    """Raise the largest energies to their maxima in the next `lasting` [s] of a solved impact.
 
-    ahead: `Ahead`; c, d: cos and sin of the phase at touch; since, until: times [s] from touch.
+    ahead: `Ahead`; phase: (cos, sin) at its touch.
     """
     # hot: once per impact
+    c, d = phase
     doubt = peaks_in_doubt(ps, damper, wall, energy, c, ahead.touch, ahead.release, ahead.took)
-    late = math.inf if until >= ahead.took else until
+    since, until = ahead.elapsed, ahead.elapsed + lasting
+    if until >= ahead.took:
+        until = math.inf
     if doubt & 3:
-        span = since, late
-        note_half(ps, damper, wall, arc, energy, 0, rate, c, d, ahead.touch, doubt & 3, span)
+        span = since, until
+        note_half(ps, damper, wall, arc, energy, 0, rate, phase, ahead.touch, doubt & 3, span)
     if doubt & 12:
-        cosine, sine = rotated(c, d, ps.omega * ahead.took)
+        c, d = rotated(c, d, ps.omega * ahead.took)
         back, pushing = backward(ps, damper)
         s, x1, v1 = ahead.release
-        span = ahead.took - late, ahead.took - since
-        if since == 0.0:
-            span = ahead.took - late, math.inf
+        span = ahead.took - until, ahead.took - since if since > 0.0 else math.inf
         note_half(
-            back, pushing, wall, arc, energy, 1, rate, cosine, -sine, (-s, x1, -v1), doubt >> 2,
-            span,
-        )  # fmt: skip
+            back, pushing, wall, arc, energy, 1, rate, (c, -d), (-s, x1, -v1), doubt >> 2, span
+        )

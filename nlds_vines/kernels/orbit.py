@@ -116,9 +116,8 @@ def note_part(
     q, s, x1, v1 = now
     ahead = read_ahead(k, int(rk.AHEAD))
     if energy is not None:
-        cosine, sine = rotated(c, d, -ps.omega * ahead.elapsed)
-        until = ahead.elapsed + lasting
-        note_inside(ps, damper, wall, arc, energy, rate, cosine, sine, ahead, ahead.elapsed, until)
+        phase = rotated(c, d, -ps.omega * ahead.elapsed)
+        note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting)
     if limit_log is not None and may_pass(
         ps, damper, wall, sign, limit_log, ahead.took, ahead.touch
     ):
@@ -153,10 +152,10 @@ def up_to_section(ps, damper, wall, arc, energy, rate, c, d, left, k):
     """Return as `contact` how the impact that is ahead is at a section, `left` [s] from now."""
     # hot: once per section inside an impact
     ahead = read_ahead(k, int(rk.AHEAD))
-    c, d = rotated(c, d, -ps.omega * ahead.elapsed)
+    phase = rotated(c, d, -ps.omega * ahead.elapsed)
     elapsed = ahead.elapsed + left
     k[rk.AHEAD + 1] = elapsed
-    q, s, x1, v1 = state_inside(ps, damper, wall, arc, rate, c, d, ahead, elapsed)
+    q, s, x1, v1 = state_inside(ps, damper, wall, arc, rate, phase, ahead, elapsed)
     if energy is not None:
         note_energy(ps, damper, energy, x1, v1, wall.gap + q * q, s)
     depth = q * q if s > 0.0 else ahead.depth

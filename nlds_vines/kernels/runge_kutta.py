@@ -18,8 +18,8 @@ from .contact_field import slope
 #            before      after       within a step   one to keep      slopes of the stages
 #
 #   in a row   0  1  2   3   4    5      6      7     8      9 ...        20   21 ... 23
-#              q  s  x1  v1  tau  (x1    v1     r     s)     (...) (...) (...)  unused
-#                                  four variations, where they are wanted
+#              q  s  x1  v1  tau  (x1    v1     r     s)     (...) (...) (...)  work, virial, unused
+#                                  four variations, where they are wanted         (of slopes alone)
 #
 # A name is the place of a row's first number, so that k[NEW + 1] is s after a step.
 WIDTH = 5  # numbers of a state: q, s, x1, v1, tau
@@ -205,6 +205,13 @@ def eighth(rk4, tangent, ps, damper, wall, c, d, landing, h, k):
             + B11 * k[K11 + i]
             + B12 * k[K12 + i]
         )
+
+
+@jit
+def mean_slope(k, i):
+    """Return the mean of the slopes at place i of their rows over the step of order eight."""
+    first = B1 * k[K1 + i] + B6 * k[K6 + i] + B7 * k[K7 + i] + B8 * k[K8 + i]
+    return first + (B9 * k[K9 + i] + B10 * k[K10 + i] + B11 * k[K11 + i] + B12 * k[K12 + i])
 
 
 @jit

@@ -77,13 +77,19 @@ def tightened(w, bend, jerk):
 
 
 @jit
+def tolerance_of(w, level):
+    """Return by how much r may err in the expanded cell [m]: what is as near `level` is on it."""
+    return ROUND_OFF * (abs(level) + abs(w[R]) + abs(w[R + 4])) + TINIEST
+
+
+@jit
 def first_touch(w, x, end, sign, level, bend, jerk):
     """Return the first place in [x, end] where sign r rises to `level`, NOWHERE, or LOST.
 
     `w` holds, from COEF on, the Taylor coefficients of the cell; `bend` and `jerk` bound the second
     and third derivative of r by the place. A start on the level that moves away is not a touch.
     """
-    tolerance = ROUND_OFF * (abs(level) + abs(w[R]) + abs(w[R + 4])) + TINIEST
+    tolerance = tolerance_of(w, level)
     bend, jerk = bend + TINIEST, jerk + TINIEST  # a scene at rest without forcing has neither
     for _ in range(MOST_STEPS):
         f, slope, curve = derivatives_at(w, x, sign)
@@ -119,7 +125,9 @@ def touch_of(grid, end, sign, level, y, bounds):
     foreseen = outlook(level, f0, f1, g0, g1, bounds.fourth * (end * end) * (end * end))
     place = NOWHERE
     if foreseen == CROSSED:
-        place = crossing(grid, end, sign, level, (f1, g0, g1), bounds.bend)
+        place = 0.0  # it starts there, or has that far to go
+        if level - f0 > tolerance_of(w, level):
+            place = crossing(grid, end, sign, level, (f1, g0, g1), bounds.bend)
     elif foreseen == UNSURE:
         bend, jerk = tightened(w, bounds.bend, bounds.jerk)
         place = first_touch(w, 0.0, end, sign, level, bend, jerk)

@@ -292,7 +292,7 @@ def integrate(nodes, approach):
 def settle(ps, damper, wall, arc, nodes, approach):
     """Sweep until the unknowns at the nodes settle; tell whether they do.
 
-    The next sweep changes the unknowns by at most `shrinks` times the last change, and the integrals
+    The next sweep changes the unknowns by at most `shrinks` times the last change, and integrals
     over the whole interval by that times `shrinks` again: b by its small numbers, and the common
     motion by its own rates times the duration.
     """

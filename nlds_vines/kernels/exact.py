@@ -143,17 +143,17 @@ def phase_of(grid, j, x):
 
 
 @jit
-def expand(grid, j, x, y):
+def fill(grid, j, x, y):
     """Fill COEF with the polynomial of the flight from the state y at place x of cell j."""
     cosine, sine = phase_of(grid, j, x)
     cell_polynomial(grid, y[0], y[1], y[2], y[3], cosine, sine)
 
 
 @jit
-def expand_once(grid, j, x, y, expanded):
-    """Fill COEF as `expand`, unless it is filled so; return True."""
+def fill_once(grid, j, x, y, expanded):
+    """Fill COEF as `fill`, unless it is filled so; return True."""
     if not expanded:
-        expand(grid, j, x, y)
+        fill(grid, j, x, y)
     return True
 
 
@@ -177,7 +177,7 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
             # The state at the end of the cell, as if nothing happened before.
             now, end, expanded = (x1, v1, r, s), 1.0 - x, x > 0.0
             if expanded:
-                expand(grid, j, x, now)
+                fill(grid, j, x, now)
                 y = at(grid.table, end)
             else:
                 y = step(damper, grid.table, j, x1, v1, r, s)
@@ -185,7 +185,7 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
             place = end
             clear = x == 0.0 and proves_no_touch(near, far, r, y[2], slack)
             if not (clear or ends_prove_no_touch(near, far, now, y, end * grid.h, bounds)):
-                expanded = expand_once(grid, j, x, now, expanded)
+                expanded = fill_once(grid, j, x, now, expanded)
                 place, event = touch_in(near, far, grid, end, y, bounds)
                 if event == ASTRAY:
                     break
@@ -200,19 +200,19 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
                 drives = begin[0], phase_of(grid, j, 1.0 if event == SECTION else x + place)[0]
                 found = suspects(ps, damper, energy, grid, bounds, place, drives, now, y)
                 if found != 0:
-                    expanded = expand_once(grid, j, x, now, expanded)
+                    expanded = fill_once(grid, j, x, now, expanded)
                     note_peaks(ps, damper, energy, grid, begin, place, found)
             if limit_log is not None and (
                 x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LEVEL]
             ):
-                expanded = expand_once(grid, j, x, now, expanded)
+                expanded = fill_once(grid, j, x, now, expanded)
                 note_limit(grid.table, limit_log, j + x, grid.h, place, bounds.bend, bounds.jerk)
             if (
                 clearance is not None
                 and event == SECTION
                 and may_hold_a_miss(near, far, clearance, r, y[2], slack)
             ):
-                expanded = expand_once(grid, j, x, now, expanded)
+                expanded = fill_once(grid, j, x, now, expanded)
                 note_misses(near, far, clearance, grid, end, bounds)
             # Go on from the touch or the end of the cell.
             x1, v1, r, s = y

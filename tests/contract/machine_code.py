@@ -57,7 +57,7 @@ def called(text):
 
 
 def calls(text, name):
-    """Return how often a function whose name ends so is called in an LLVM module, if not inlined."""
+    """Return how often a function is called in an LLVM module; not at all where it is inlined."""
     return len(re.findall(rf"call [^\n]*{name}B", text))
 
 

@@ -22,6 +22,7 @@ In reading order:
     limit            a limit inside a contact
     contact          a contact from touch to release, stepped
     impact           a short impact, solved at once
+    inside           its state between touch and release, and its largest energies
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section
     growth           growth rates with their uncertainty; convergence of averages
@@ -34,7 +35,7 @@ In reading order:
     period_search    the stable periodic orbit that it ends in
     verdict          what an orbit is, with the evidence
     cells            one cell: parameters, orbit, outputs, verdict
-    lanes            many cells in parallel
+    lanes            many cells, one after another
 
 Words:
 

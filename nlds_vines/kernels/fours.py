@@ -9,11 +9,12 @@
     largest_of(v)         the largest absolute value
     larger_of(v, w)       number by number the larger of v and |w|
 
-and the operators + - * / between fours, and between a four and a number. Each of these rounds number
-by number, as IEEE 754 has it for single numbers: the bits are those of a loop, on every processor and
-without compiling. (The compiler makes no good vectors of such loops: it may not reorder sums, keeps
-them in memory, and takes a row of twelve for a vector of eight and a rest.) An array that is read so
-has rows of whole fours. A four is never changed in place: write v = v + w, not v += w.
+and the operators + - * / between fours, and between a four and a number. Each of these rounds
+number by number, as IEEE 754 has it for single numbers: the bits are those of a loop, on every
+processor and without compiling. (The compiler makes no good vectors of such loops: it may not
+reorder sums, keeps them in memory, and takes a row of twelve for a vector of eight and a rest.) An
+array that is read so has rows of whole fours. A four is never changed in place: write v = v + w,
+not v += w.
 """
 
 from __future__ import annotations

@@ -25,8 +25,9 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
         damper=True if scene.damper else None,
         near=True if "near" in scene.walls else None,
         far=True if "far" in scene.walls else None,
-        arc=make_arc(settings.tolerance, settings.nodes) if scene.walls else None,
+        arc=make_arc(settings.contact_tolerance, settings.nodes) if scene.walls else None,
         contact_steps=float(settings.steps),
+        contact_tolerance=float(settings.stepped_to),
         period_steps=float(settings.period_steps),
     )
 

@@ -319,22 +319,19 @@ def test_pictures_claims_and_report_reach_no_kernel():
 def test_one_module_decides_how_kernels_are_compiled():
     deciding = who_imports("numba.core") | who_imports("numba.extending")
     assert deciding - TYPES == {"kernels.compiling"}
-    users = {"kernels.compiling", "kernels.lanes", "runs.threads"}
-    assert who_imports("numba") - TYPES == users
+    assert who_imports("numba") - TYPES == {"kernels.compiling"}
     for path in MODULES.values():
         for decorator in decorators(path):
             assert not decorator.startswith(("numba.", "njit", "overload"))
 
 
-def test_parallel_loops_stand_in_one_module():
-    parallel = {
-        name for name, path in MODULES.items() if any("parallel" in d for d in decorators(path))
-    }
-    assert parallel == {"kernels.lanes"}
-    ranges = {
-        name for name, path in MODULES.items() if "prange(" in path.read_text(encoding="utf-8")
-    }
-    assert ranges == {"kernels.lanes"}
+def test_threads_are_our_own():
+    """A loop that Numba runs in parallel is compiled four times over."""
+    for path in MODULES.values():
+        assert not any("parallel" in decorator for decorator in decorators(path)), path
+        assert "prange(" not in path.read_text(encoding="utf-8"), path
+    pools = {name for name, path in MODULES.items() if "in_pieces(" in path.read_text("utf-8")}
+    assert pools == {"runs.pool", "orbits.batch"}
 
 
 def test_no_fast_mathematics():

@@ -6,7 +6,7 @@ from support import Approach, contact_parts, references
 
 from nlds_vines.kernels import runge_kutta as rk
 from nlds_vines.kernels.codes import RELEASED, STOPPED
-from nlds_vines.kernels.contact import contact, near_release
+from nlds_vines.kernels.contact import Steps, contact, near_release
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 
 SET6 = references()["ssul-set6"].numbers
@@ -21,8 +21,8 @@ def follow(parts, q, s, x1, v1, stop=1e3, steps=28.0, rk4=None):
     """Follow a contact from phase 1 and return what `contact` does."""
     noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
     return contact(
-        rk4, *parts, 1.0, None, None, noted, None, steps, 10.0, np.cos(1.0), np.sin(1.0),
-        q, s, x1, v1, stop, np.zeros(rk.SCRATCH),
+        rk4, *parts, 1.0, None, None, noted, None, Steps(steps, np.inf), 10.0, np.cos(1.0),
+        np.sin(1.0), q, s, x1, v1, stop, np.zeros(rk.SCRATCH),
     )  # fmt: skip
 
 

@@ -29,7 +29,7 @@ from .scene import accelerations
 WORK, VIRIAL = 21, 22  # places in a row of slopes: the right sides, by theta or by q
 
 
-@jit
+@jit(inlined=True)
 def cos_sin(angle):
     """Return (cos, sin) of a small angle by their Taylor polynomials, which err by angle^10 / 10!.
 

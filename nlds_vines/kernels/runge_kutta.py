@@ -11,7 +11,8 @@ from __future__ import annotations
 from .compiling import chosen, jit
 from .contact_field import slope
 
-# The scratch array k of a contact: 16 rows of 24 numbers, each row a state or its slope.
+# The scratch array k of a contact: 16 rows of 24 numbers, each row a state or its slope, and AHEAD,
+# what is ahead of an orbit inside an impact that is solved (`inside.Ahead`).
 #
 #   row      0: Y        1: NEW      2: STAGE        3: SAVE          4 ... 15: K1 ... K12
 #            before      after       within a step   one to keep      slopes of the stages
@@ -26,7 +27,8 @@ TANGENT = 16  # numbers of four variations
 ROW = 24  # distance of the rows
 Y, NEW, STAGE, SAVE = 0, ROW, 2 * ROW, 3 * ROW
 K1, K2, K3, K4, K5, K6, K7, K8, K9, K10, K11, K12 = (ROW * (4 + i) for i in range(12))
-SCRATCH = ROW * 16
+AHEAD = ROW * 16
+SCRATCH = AHEAD + 9
 
 A2_1 = 0.05260015195876773
 A3_1 = 0.0197250569845379

@@ -153,6 +153,7 @@ class Kernels:
             span = Span(transient, periods, 1)
             outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
             if outputs.evidence is not None:
+                evidence.compile_multipliers(len(components(self._wanted.scene)))
                 self._compilation.await_verdict()
                 self._judge(outputs, chains, transient, periods)
         return outputs

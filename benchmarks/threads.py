@@ -43,12 +43,12 @@ def dynamic(times: np.ndarray, threads: int, least: int = 1) -> float:
 
 
 def lane_times(kernels: Kernels, cells: np.ndarray) -> np.ndarray:
-    """Return the time [s] of each lane alone."""
+    """Return the time [s] of the processor for each lane alone."""
     starts, found = np.zeros((1, 4)), np.empty(len(cells))
     for lane in range(len(cells)):
-        began = time.perf_counter()
+        began = time.thread_time()
         kernels.run(cells[lane : lane + 1], starts, TRANSIENT, PERIODS)
-        found[lane] = time.perf_counter() - began
+        found[lane] = time.thread_time() - began
     return found
 
 
@@ -76,7 +76,7 @@ def main(side: int = 30) -> None:
     total, alone = times.sum(), measured(kernels, cells, 1)
     print(f"{len(cells)} lanes: {total:.2f} s, {np.median(times) * 1e3:.2f} ms in the median, "
           f"{times.max() * 1e3:.2f} ms at most")  # fmt: skip
-    print("threads   static   pieces   measured")
+    print("speed-up with static shares, with pieces, and as measured")
     for threads in COUNTS:
         line = f"{threads:7} {total / static(times, threads):8.1f} "
         line += f"{total / dynamic(times, threads):8.1f}"

@@ -230,8 +230,8 @@ MUTANTS = (
             _T_POOL + "test_pieces_become_smaller_and_no_thread_is_left_with_a_long_one",
         ),
         (
-            "pool: after an interruption pieces go on",
-            "        pieces.stop()\n        wait(helpers)",
+            "pool: after an interruption threads are still at work",
+            "        wait(helpers)",
             "        pass",
             _T_POOL + "test_the_caller_may_be_interrupted_between_two_pieces",
         ),

@@ -37,7 +37,6 @@ def in_pieces(work: Callable[[int, int], object], lanes: int, least: int = 1) ->
     try:
         pieces.run()
     finally:
-        pieces.stop()
         wait(helpers)
     for helper in helpers:
         helper.result()
@@ -63,13 +62,9 @@ class _Pieces:
             while (piece := self._take()) is not None:
                 self._work(*piece)
         except BaseException:
-            self.stop()
+            with self._lock:
+                self._next = self._lanes
             raise
-
-    def stop(self) -> None:
-        """Let no further piece begin."""
-        with self._lock:
-            self._next = self._lanes
 
     def _take(self) -> tuple[int, int] | None:
         with self._lock:

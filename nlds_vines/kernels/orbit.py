@@ -27,6 +27,7 @@ from .exact import fly
 from .fixed_step import fly_fixed
 from .flight import coarse_map, phase_at, propagate, step
 from .impact import short_impact
+from .impact_variations import vary
 from .limit import begin_contact, may_pass
 from .observe import (
     ORIGIN,
@@ -34,6 +35,7 @@ from .observe import (
     note_depth,
     note_release,
     note_section,
+    note_speed,
     note_touch,
     powers_at,
 )
@@ -133,7 +135,7 @@ def try_short_impact(
     """Try the short impact; it is accepted if it ends in time.
 
     Where it may hide a peak of an energy, or a passage of a limit, it is stepped as well, for these
-    alone: nothing that is noted changes the orbit.
+    alone: nothing that is noted changes the orbit. Neither do variations, which go through it last.
     """
     # hot: once per impact
     solved, out, a1, b1, took, depth = short_impact(
@@ -146,6 +148,8 @@ def try_short_impact(
         note_hidden(
             rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
         )
+    if solved and tangent is not None:
+        vary(ps, damper, wall, arc, rate, (c, d), (s, x1, v1), (out, a1, b1, took), tangent)
     return solved, out, a1, b1, took, depth
 
 
@@ -164,9 +168,9 @@ def short_impact_if_exact(
     rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
     left, q, s, x1, v1, k,
 ):  # fmt: skip
-    """Return `try_short_impact`; by rk4 and with variations every contact is stepped."""
+    """Return `try_short_impact`; by rk4 every contact is stepped."""
     # hot: once per impact
-    return try_short_impact if rk4 is None and tangent is None else no_short_impact
+    return try_short_impact if rk4 is None else no_short_impact
 
 
 @chosen
@@ -259,6 +263,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     near, far, arc = prepared.near, prepared.far, prepared.arc
     steps, k = prepared.contact_steps, prepared.scratch
     limit_log, energy, clearance = buffers.limit_log, buffers.energy, buffers.clearance
+    slowest = buffers.slowest
     impacts, by_period, section = buffers.impacts, buffers.by_period, buffers.section
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
     for p in range(span.periods):
@@ -285,6 +290,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     mode, q, touches = event, 0.0, touches + 1
                     time = began + (j + x) * grid.h
                     at_touch(ps, damper, by_period, impacts, p, mode, time, x1, v1, r, s)
+                    note_speed(slowest, s)
                     if touches > MOST_TOUCHES:
                         return STEP_BUDGET
                 # Follow the contact, to its release or to the section.

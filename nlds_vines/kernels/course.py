@@ -82,6 +82,7 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
     rows take its sections, as far as there is room. logs take the logarithm by which the first
     variation grows in each period, growth (4,) that of all.
     """
+    flow.clearance[0] = 0.0  # no near miss is looked for
     for p in range(len(logs)):
         before = growth[0]
         status = advance(flow.prepared.arc, flow, rows[p : p + 1], tangent, state)

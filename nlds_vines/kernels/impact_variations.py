@@ -21,15 +21,16 @@ A vector of four holds the four variations, so that they cost little more than o
 
 from __future__ import annotations
 
+import math
+
 from .compiling import jit
 from .contact_field import cos_sin, rotated
 from .elementary import fifth_root
 from .fours import four, four_at, four_of, larger_of, largest_of, number_of, put_four
 from .impact import (
-    BY_TIME,
     CUBE,
     GB,
-    LENGTH,
+    GT,
     MATRIX,
     MOST_SWEEPS,
     ROW,
@@ -49,15 +50,15 @@ from .scene import accelerations
 # The scratch of variations in the table of an arc, from VARIED on.
 #
 #   from         numbers    what
-#   E_T ... V_B  8 ROW      factors at the nodes: of time in e; of e and of b in the derivatives
-#   DT           ROW        dt/dphi
-#   BY           5 ROW      b / b0 by the five small numbers, of the series
-#   NODE         32 ROW     node by node, four variations each: b, t, x, v, and their derivatives
-E_T, B_E, B_B, T_E, T_B, V_E, V_B, DT = (VARIED + ROW * i for i in range(8))
-BY = VARIED + 8 * ROW
-NODE, EACH = VARIED + 13 * ROW, 32
-DB, TIME, X, V, FB, FT, FX, FV = (NODE + 4 * i for i in range(8))
-LEFT = 4.0  # what the sweeps may leave of a variation, in units of what those of the impact may
+#   E_T ... V_B  7 ROW      factors at the nodes: of time in e; of e and of b in the derivatives
+#   B_N, T_N     9 ROW      b / b0 by the five small numbers and time / tick by the first four, by
+#                           their series
+#   NODE         24 ROW     node by node, four variations each: b, e and derivatives of b, t, w, v
+E_T, B_E, B_B, T_E, T_B, V_E, V_B = (VARIED + ROW * i for i in range(7))
+B_N, T_N = VARIED + 7 * ROW, VARIED + 12 * ROW
+NODE, EACH = VARIED + 16 * ROW, 24
+AMPLITUDE, PUSH, OF_B, OF_T, OF_W, OF_V = (NODE + 4 * i for i in range(6))
+LEFT = 20.0  # what the sweeps may leave of a variation, in units of what those of the impact may
 TINIEST = 1.0e-300  # size of a variation, so that nothing is divided by zero
 
 
@@ -101,133 +102,176 @@ def linearise(ps, damper, wall, nodes, approach):
         put_four(w, T_B + i, t_b)
         put_four(w, V_E + i, other * (push * t_e + dt))
         put_four(w, V_B + i, other * (push * t_b + dt * push_b))
-        put_four(w, DT + i, dt)
 
 
 @jit
-def forces_varied(ps, damper, approach, late, x, v):
-    """Return what variations change of the forces at touch: push, slope and bend of `approach_of`.
+def pushes_varied(ps, damper, approach, late, x, v):
+    """Return e at touch and its first four derivatives by time, apart from b and t.
 
     late: t0 [s]; x, v: of the common motion at the touch.
     """
     other, omega = 1.0 - damper.share, ps.omega
-    push = 0.0 - (ps.force * omega * approach.d) * late - (ps.stiffness * x + ps.damping * v)
-    slope = (ps.force * omega * omega * approach.c) * late + ps.stiffness * v
-    slope = slope + (ps.damping * other) * push
-    bend = (ps.stiffness * other) * push - (ps.force * omega * omega * omega * approach.d) * late
-    return push, slope, bend - (ps.damping * other) * slope
+    drag, pull = ps.damping * other, ps.stiffness * other
+    sine, cosine = (ps.force * omega * approach.d) * late, (ps.force * omega * approach.c) * late
+    push = 0.0 - sine - (ps.stiffness * x + ps.damping * v)
+    first = (0.0 - omega) * cosine - (ps.stiffness * v + drag * push)
+    second = (omega * omega) * sine - (pull * push + drag * first)
+    third = (omega * omega * omega) * cosine - (pull * first + drag * second)
+    fourth = 0.0 - (omega * omega * omega * omega) * sine - (pull * second + drag * third)
+    return push, first, second, third, fourth
 
 
 @jit
-def numbers_varied(approach, forces, faster):
+def numbers_varied(approach, pushes, faster):
     """Return what variations change of (A, D, R, Z, Q), a four of each.
 
-    forces: by `forces_varied`; faster: of the approach speed, relative. (As b^5 is s, the tick goes
+    pushes: by `pushes_varied`; faster: of the approach speed, relative. (As b^5 is s, the tick goes
     with s^(-1/5), the contact's own acceleration with s^(6/5).)
     """
-    push, slope, bend = forces
+    push, first, second, _, _ = pushes
     tick = approach.tick
     per = 0.4 * tick / approach.s
     force = per * push - (1.2 * approach.force) * faster
     drag = (-0.2 * approach.drag) * faster
-    drift = (-tick * per) * slope - (1.4 * approach.drift) * faster
+    drift = (tick * per) * first - (1.4 * approach.drift) * faster
     spring = (-0.4 * approach.spring) * faster
-    curvature = (-0.5 * tick * tick * per) * bend - (1.6 * approach.curvature) * faster
+    curvature = (0.5 * tick * tick * per) * second - (1.6 * approach.curvature) * faster
     return force, drag, drift, spring, curvature
 
 
 @jit
-def amplitudes_by_numbers(nodes, approach):
-    """Fill the rows BY, the derivatives of b / b0 by the five numbers, from its series."""
+def series_by_numbers(nodes, approach):
+    """Fill the rows B_N and T_N: the derivatives of `impact.first_guess` by the small numbers."""
     w, m = nodes.w, nodes.m
     a, d, r = approach.force, approach.drag, approach.drift
     for i in range(0, m, 4):
+        # b / b0
         k = nodes.at + GB * m + i
         ad, ar, dr = four_at(w, k + 4 * m), four_at(w, k + 7 * m), four_at(w, k + 8 * m)
         by_a = four_at(w, k) + ((2.0 * a) * four_at(w, k + 3 * m) + (d * ad + r * ar))
         by_d = four_at(w, k + m) + ((2.0 * d) * four_at(w, k + 5 * m) + (a * ad + r * dr))
-        put_four(w, BY + i, by_a)
-        put_four(w, BY + ROW + i, by_d)
-        put_four(w, BY + 2 * ROW + i, four_at(w, k + 2 * m) + (a * ar + d * dr))
-        put_four(w, BY + 3 * ROW + i, four_at(w, k + 6 * m))
-        put_four(w, BY + 4 * ROW + i, four_at(w, k + 9 * m))
+        put_four(w, B_N + i, by_a)
+        put_four(w, B_N + ROW + i, by_d)
+        put_four(w, B_N + 2 * ROW + i, four_at(w, k + 2 * m) + (a * ar + d * dr))
+        put_four(w, B_N + 3 * ROW + i, four_at(w, k + 6 * m))
+        put_four(w, B_N + 4 * ROW + i, four_at(w, k + 9 * m))
+        # time / tick
+        k = nodes.at + GT * m + i
+        ad = four_at(w, k + 5 * m)
+        put_four(w, T_N + i, four_at(w, k + m) + ((2.0 * a) * four_at(w, k + 4 * m) + d * ad))
+        by_d = four_at(w, k + 2 * m) + ((2.0 * d) * four_at(w, k + 6 * m) + a * ad)
+        put_four(w, T_N + ROW + i, by_d)
+        put_four(w, T_N + 2 * ROW + i, four_at(w, k + 3 * m))
+        put_four(w, T_N + 3 * ROW + i, four_at(w, k + 7 * m))
 
 
 @jit
-def guess(ps, damper, nodes, approach, forces, numbers, x, v, faster):
-    """Fill the variations at the nodes, as `impact.first_guess`: b by the series, others by Taylor."""
-    w, b0, other = nodes.w, approach.b, 1.0 - damper.share
+def guess(ps, damper, nodes, approach, pushes, numbers, faster):
+    """Fill b and e at the nodes: b and t by the series, e by Taylor."""
+    w, b0, tick, other = nodes.w, approach.b, approach.tick, 1.0 - damper.share
     force, drag, drift, spring, curvature = numbers
     as_fast, slower = 0.2 * faster, -0.2 * faster
-    push, slope, _ = forces
-    acceleration, jerk = other * push, (-0.5 * other) * slope
+    push, first, second, third, fourth = pushes
+    second, third, fourth = 0.5 * second, (1.0 / 6.0) * third, (1.0 / 24.0) * fourth
+    climbs, bends = approach.jerk / other, approach.snap / other
     pull = other * damper.share * ((b0 * b0) * (b0 * b0))
-    on_v, sink = 0.8 * ps.damping * pull, 0.6 * ps.stiffness * pull * approach.tick
-    for i in range(nodes.n):
-        k, at = NODE + EACH * i, BY + i
+    on_u, sink = 0.8 * ps.damping * pull, ps.stiffness * pull * tick
+    for i in range(nodes.m):
+        k, at = EACH * i, B_N + i
         b = w[at] * force + w[at + ROW] * drag + w[at + 2 * ROW] * drift
         b = b + (w[at + 3 * ROW] * spring + w[at + 4 * ROW] * curvature)
-        time, u, cube = w[T + i], w[nodes.at + i], w[nodes.at + CUBE * nodes.m + i]
-        t = time * slower
-        change = time * (acceleration + time * jerk)
-        change = change + (approach.acceleration + time * approach.jerk) * t
-        put_four(w, k, w[B + i] * as_fast + b0 * b)
-        put_four(w, k + 4, t)
-        put_four(w, k + 8, x + (time * (v + (0.5 * time) * acceleration) + w[H + i] * t))
-        put_four(w, k + 12, v + (change - (on_v * u * u + sink * cube) * faster))
+        put_four(w, AMPLITUDE + k, w[B + i] * as_fast + b0 * b)
+        at, time = T_N + i, w[T + i]
+        t = w[at] * force + w[at + ROW] * drag + w[at + 2 * ROW] * drift
+        t = time * slower + tick * (t + w[at + 3 * ROW] * spring)
+        u, cube = w[nodes.at + i], w[nodes.at + CUBE * nodes.m + i]
+        e = push + time * (first + time * (second + time * (third + time * fourth)))
+        shared = ps.damping * (on_u * u * u + 1.2 * sink * cube)
+        shared += 0.2 * ps.stiffness * sink * cube * time
+        e = e + ((climbs + bends * time) * t + shared * faster)
+        put_four(w, PUSH + k, e)
 
 
 @jit
-def pushes(ps, nodes, late, i):
-    """Return e at node i."""
-    w, k = nodes.w, NODE + EACH * i
-    apart = ps.stiffness * four_at(w, k + 8) + ps.damping * four_at(w, k + 12)
-    return w[E_T + i] * (late + four_at(w, k + 4)) - apart
-
-
-@jit
-def slopes_by_push(ps, nodes, late):
-    """Fill the derivatives of time and common velocity at all nodes."""
+def slopes_of_b(nodes):
+    """Fill the derivative of b at all nodes."""
     w = nodes.w
     for i in range(nodes.n):
-        k = NODE + EACH * i
-        e, b = pushes(ps, nodes, late, i), four_at(w, k)
-        put_four(w, k + 20, w[T_E + i] * e + w[T_B + i] * b)
-        put_four(w, k + 28, w[V_E + i] * e + w[V_B + i] * b)
+        k = EACH * i
+        e, b = four_at(w, PUSH + k), four_at(w, AMPLITUDE + k)
+        put_four(w, OF_B + k, w[B_E + i] * e + w[B_B + i] * b)
 
 
 @jit
-def slopes_by_speed(ps, nodes, late):
-    """Fill the derivatives of amplitude and common displacement at all nodes."""
+def slopes_of_motion(nodes):
+    """Fill the derivatives of time and common motion at all nodes."""
     w = nodes.w
     for i in range(nodes.n):
-        k = NODE + EACH * i
-        e, b = pushes(ps, nodes, late, i), four_at(w, k)
-        put_four(w, k + 16, w[B_E + i] * e + w[B_B + i] * b)
-        put_four(w, k + 24, w[H + i] * four_at(w, k + 20) + w[DT + i] * four_at(w, k + 12))
+        k = EACH * i
+        e, b = four_at(w, PUSH + k), four_at(w, AMPLITUDE + k)
+        t = w[T_E + i] * e + w[T_B + i] * b
+        v = w[V_E + i] * e + w[V_B + i] * b
+        put_four(w, OF_T + k, t)
+        put_four(w, OF_W + k, w[H + i] * t - w[T + i] * v)
+        put_four(w, OF_V + k, v)
 
 
 @jit
-def integrate_two(nodes, at, start, other):
-    """Integrate two derivatives from touch to every node; return the largest changes of both.
+def integrate_b(nodes, start):
+    """Integrate b from touch to every node; return the largest changes."""
+    w, m, matrix = nodes.w, nodes.m, nodes.at + MATRIX * nodes.m
+    changed = four(0.0)
+    for i in range(0, m, 4):
+        b0, b1, b2, b3 = start, start, start, start
+        for j in range(nodes.n):
+            k, slope = matrix + j * m + i, four_at(w, OF_B + EACH * j)
+            b0 = b0 + w[k] * slope
+            b1 = b1 + w[k + 1] * slope
+            b2 = b2 + w[k + 2] * slope
+            b3 = b3 + w[k + 3] * slope
+        k = AMPLITUDE + EACH * i
+        changed = larger_of(changed, b0 - four_at(w, k))
+        changed = larger_of(changed, b1 - four_at(w, k + EACH))
+        changed = larger_of(changed, b2 - four_at(w, k + 2 * EACH))
+        changed = larger_of(changed, b3 - four_at(w, k + 3 * EACH))
+        put_four(w, k, b0)
+        put_four(w, k + EACH, b1)
+        put_four(w, k + 2 * EACH, b2)
+        put_four(w, k + 3 * EACH, b3)
+    return changed
 
-    They are those of the unknowns at places `at` and at + 8 of a node, which begin with `start` and
-    `other`.
+
+@jit
+def push_at(ps, w, i, t, x, v):
+    """Put e at node i; return its change. t, v: as in the text; x: less what T v adds to it."""
+    e = w[E_T + i] * t - (ps.stiffness * (x + w[T + i] * v) + ps.damping * v)
+    before = four_at(w, PUSH + EACH * i)
+    put_four(w, PUSH + EACH * i, e)
+    return e - before
+
+
+@jit
+def integrate_motion(ps, nodes, late, x0, v0, first):
+    """Integrate time and common motion to the nodes from `first` on; return the largest changes.
+
+    Of e, which is all that they change.
     """
-    w, n, m, matrix = nodes.w, nodes.n, nodes.m, nodes.at + MATRIX * nodes.m
-    one, two = four(0.0), four(0.0)
-    for i in range(n):
-        y, z = start, other
-        for j in range(n):
-            q, k = w[matrix + j * m + i], NODE + EACH * j + at + 16
-            y = y + q * four_at(w, k)
-            z = z + q * four_at(w, k + 8)
-        k = NODE + EACH * i + at
-        one = larger_of(one, y - four_at(w, k))
-        two = larger_of(two, z - four_at(w, k + 8))
-        put_four(w, k, y)
-        put_four(w, k + 8, z)
-    return one, two
+    w, m, matrix = nodes.w, nodes.m, nodes.at + MATRIX * nodes.m
+    changed = four(0.0)
+    for i in range(first, m, 2):
+        t0, t1, y0, y1, z0, z1 = late, late, x0, x0, v0, v0
+        for j in range(nodes.n):
+            q, k = matrix + j * m + i, EACH * j
+            t, x, v = four_at(w, OF_T + k), four_at(w, OF_W + k), four_at(w, OF_V + k)
+            t0 = t0 + w[q] * t
+            t1 = t1 + w[q + 1] * t
+            y0 = y0 + w[q] * x
+            y1 = y1 + w[q + 1] * x
+            z0 = z0 + w[q] * v
+            z1 = z1 + w[q + 1] * v
+        changed = larger_of(changed, push_at(ps, w, i, t0, y0, z0))
+        changed = larger_of(changed, push_at(ps, w, i + 1, t1, y1, z1))
+    return changed
 
 
 @jit
@@ -253,6 +297,12 @@ def missed_varied(nodes, approach, numbers, faster):
     by_d = by_d + (((a * a) * aad + (2.0 * a * d) * add) + ((3.0 * d * d) * ddd + z * dz))
     by_r = by_r + (2.0 * r) * rr
     by_z = by_z + (a * az + d * dz)
+    def_ = 0
+    by_a = by_a + (2.0*a*r)*four_at(w,k+72) + (d*r)*four_at(w,k+76) + q*four_at(w,k+80) + (4.0*a*a*a)*four_at(w,k+96) + (3.0*a*a*d)*four_at(w,k+100) + (2.0*a*d*d)*four_at(w,k+104) + (2.0*a*z)*four_at(w,k+108) + (d*d*d)*four_at(w,k+112)+(d*z)*four_at(w,k+116)+(r*r)*four_at(w,k+120)
+    by_d = by_d + (a*r)*four_at(w,k+76) + (2.0*d*r)*four_at(w,k+84) + q*four_at(w,k+88) + (a*a*a)*four_at(w,k+100)+(2.0*a*a*d)*four_at(w,k+104)+(3.0*a*d*d)*four_at(w,k+112)+(a*z)*four_at(w,k+116)+(4.0*d*d*d)*four_at(w,k+124)+(2.0*d*z)*four_at(w,k+128)+(r*r)*four_at(w,k+132)
+    by_r = by_r + (a*a)*four_at(w,k+72)+(a*d)*four_at(w,k+76)+(d*d)*four_at(w,k+84)+z*four_at(w,k+92)+(2.0*a*r)*four_at(w,k+120)+(2.0*d*r)*four_at(w,k+132)+q*four_at(w,k+136)
+    by_z = by_z + r*four_at(w,k+92)+(a*a)*four_at(w,k+108)+(a*d)*four_at(w,k+116)+(d*d)*four_at(w,k+128)+(2.0*z)*four_at(w,k+140)
+    by_q = by_q + a*four_at(w,k+80)+d*four_at(w,k+88)+r*four_at(w,k+136)
     ratio = number_of(by_a, 0) * force + number_of(by_d, 0) * drag + number_of(by_r, 0) * drift
     ratio = ratio + (number_of(by_z, 0) * spring + number_of(by_q, 0) * curvature)
     time = number_of(by_a, 1) * force + number_of(by_d, 1) * drag + number_of(by_r, 1) * drift
@@ -287,38 +337,46 @@ def vary(ps, damper, wall, arc, rate, phase, before, after, tangent):
     faster = (1.0 / s) * speed
     size = larger_of(larger_of(larger_of(size, speed), v), rate * x)
     # The sweeps, as in `settle`.
-    forces = forces_varied(ps, damper, approach, late, x, v)
-    numbers = numbers_varied(approach, forces, faster)
-    amplitudes_by_numbers(nodes, approach)
-    guess(ps, damper, nodes, approach, forces, numbers, x, v, faster)
-    shrinks = approach.size + BY_TIME * rate * (approach.tick * LENGTH)
-    enough, of_speed = LEFT * arc.settled / (shrinks * shrinks), 5.0 * s / approach.b
+    pushes = pushes_varied(ps, damper, approach, late, x, v)
+    numbers = numbers_varied(approach, pushes, faster)
+    series_by_numbers(nodes, approach)
+    guess(ps, damper, nodes, approach, pushes, numbers, faster)
+    took = after[3]
+    shrinks = approach.size / 3.0
+    of_speed = 5.0 * s / approach.b * (shrinks * (shrinks + 0.2 * rate * took))
     b0 = (0.2 * approach.b) * faster
+    enough, left = LEFT * arc.settled, math.inf
+    slopes_of_b(nodes)
+    integrate_b(nodes, b0)
+    slopes_of_motion(nodes)
     for _ in range(MOST_SWEEPS):
-        slopes_by_push(ps, nodes, late)
-        _, of_v = integrate_two(nodes, 4, four(0.0), v)
-        slopes_by_speed(ps, nodes, late)
-        of_b, of_x = integrate_two(nodes, 0, b0, x)
-        if largest_of((of_speed * of_b + (of_v + rate * of_x)) / size) <= enough:
+        if left > 0.25 * enough:
+            integrate_motion(ps, nodes, late, x, v, 0)
+        slopes_of_b(nodes)
+        of_b = integrate_b(nodes, b0)
+        slopes_of_motion(nodes)
+        of_e = integrate_motion(ps, nodes, late, x, v, nodes.m - 2)
+        left = largest_of((0.25 * took) * of_e / size)
+        if left + largest_of(of_speed * of_b / size) <= enough:
             break
     # To the release.
     w, weight = nodes.w, nodes.at + WEIGHT * nodes.m
-    slopes_by_push(ps, nodes, late)
-    slopes_by_speed(ps, nodes, late)
+    slopes_of_b(nodes)
     b, t = b0, four(0.0)
     for i in range(nodes.n):
-        k, q = NODE + EACH * i, w[weight + i]
-        b = b + q * four_at(w, k + 16)
-        t = t + q * four_at(w, k + 20)
-        x = x + q * four_at(w, k + 24)
-        v = v + q * four_at(w, k + 28)
+        k, q = EACH * i, w[weight + i]
+        b = b + q * four_at(w, OF_B + k)
+        t = t + q * four_at(w, OF_T + k)
+        x = x + q * four_at(w, OF_W + k)
+        v = v + q * four_at(w, OF_V + k)
+    x = x + took * v
     ratio, longer, so_late = missed_varied(nodes, approach, numbers, faster)
     b = b + approach.b * ratio
     longer, so_late = approach.tick * longer, approach.tick * so_late
-    x = x + (approach.v * longer + so_late * v)
-    v = v + (approach.acceleration * longer + ((1.0 - damper.share) * so_late) * forces[0])
+    x = x + approach.v * longer
+    v = v + (approach.acceleration * longer + ((1.0 - damper.share) * so_late) * pushes[0])
     # The differences at one time.
-    s, x1, v1, took = after
+    s, x1, v1, _ = after
     c, d = rotated(c, d, ps.omega * took)
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
     late = late + (t + longer)

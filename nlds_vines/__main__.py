@@ -25,6 +25,7 @@ COMMANDS = {
     "verify": ("nlds_vines.upkeep.verify", "check archives and parts from end to end"),
     "rerun": ("nlds_vines.upkeep.rerun", "repeat a scan from its own archive"),
     "diff": ("nlds_vines.upkeep.diff", "what differs between two archives"),
+    "compile": ("nlds_vines.upkeep.compile", "compile kernels before runs need them"),
 }
 """The sister commands: the module of each, whose `main` takes the arguments, and its purpose."""
 

@@ -14,7 +14,7 @@ import numpy as np
 from nlds_vines.kernels.arguments import CellBuffers, Span
 from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.codes import OK, RELEASED
-from nlds_vines.kernels.contact import contact
+from nlds_vines.kernels.contact import Steps, contact
 from nlds_vines.kernels.impact import short_impact
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.kernels.orbit import SIZE
@@ -122,8 +122,9 @@ class Approach:
         """Follow the contact by Runge-Kutta steps of order eight, or four if `rk4`."""
         noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
         event, _, s, x1, v1, took, depth = contact(
-            rk4, *parts, 1.0, None, None, noted, None, float(steps), 1.0, np.cos(self.phase),
-            np.sin(self.phase), 0.0, self.speed, self.x1, self.v1, 1.0e3, np.zeros(STEP_SCRATCH),
+            rk4, *parts, 1.0, None, None, noted, None, Steps(float(steps), np.inf), 1.0,
+            np.cos(self.phase), np.sin(self.phase), 0.0, self.speed, self.x1, self.v1, 1.0e3,
+            np.zeros(STEP_SCRATCH),
         )  # fmt: skip
         assert event == RELEASED
         return Impact(-s, x1, v1, took, depth)

@@ -21,6 +21,7 @@ from nlds_vines.bifurcation.blocks import Block, blocks_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.model.catalogue import load_system
+from nlds_vines.orbits import batch
 from nlds_vines.orbits.status_words import BAD_PARAMETERS, OK
 from nlds_vines.runs.shard import Shard
 from nlds_vines.runs.threads import use_threads
@@ -109,13 +110,14 @@ def _joined(found: Mapping[int, Arrays]) -> Arrays:
 
 
 THREADS = (1, 2, 8)
-"""Tried as far as numba may use so many: `NUMBA_NUM_THREADS`, by default the number of cores."""
+"""Tried as far as there may be so many: `NUMBA_NUM_THREADS`, by default the number of cores."""
 
 
 def whatever_the_order() -> Finding:
     """Compute a scan on several numbers of threads, in blocks of sizes, in shards, backwards."""
     computer, differing, ways = Computer(load_scan(dict(SCAN))), 0, 0
     counts = sorted({use_threads(threads) for threads in THREADS})
+    usual, batch.PIECE_PERIODS = batch.PIECE_PERIODS, 1  # however short, every lane is a piece
     try:
         use_threads(1)
         plain = _in_pieces(computer, CELLS)
@@ -131,6 +133,7 @@ def whatever_the_order() -> Finding:
                 ways += 1
         differing += _backwards(computer)
     finally:
+        batch.PIECE_PERIODS = usual
         use_threads(None)
     words = (
         f"{ways} ways to compute {CELLS} orbits (threads: {', '.join(map(str, counts))}), and "
@@ -210,7 +213,7 @@ ENTRIES = (
         "Blocks of 1, 3 and 8 cells or two shards, computed backwards, and lanes in reverse order "
         "change no bit of what a scan records, on 1, 2 or 8 threads.",
         whatever_the_order,
-        "Numba uses no more threads than NUMBA_NUM_THREADS: fewer are tried where that is less.",
+        "There are no more threads than NUMBA_NUM_THREADS: fewer are tried where that is less.",
     ),
     Entry(
         17,

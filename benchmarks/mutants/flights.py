@@ -137,8 +137,8 @@ MUTANTS = (
         ),
         (
             "flight: a start inside a cell takes the state of its start for r",
-            "r = r * x + w[k + 2]",
-            "r = r + w[k + 2]",
+            "    y = low + ((pair(w, 8, x) + pair(w, 10, x) * x2) + last * x4) * (x4 * x4)\n",
+            "    y = pair(w, 0, x) + 0.0 * (low + last)\n",
             _T_EXACT_FACTS + "test_impact_free_orbit[9.0]",
         ),
     ),
@@ -185,26 +185,26 @@ MUTANTS = (
         ),
         (
             "peaks: the bound of a force forgets the forcing",
-            "(w[1] * second + drive) * h2",
-            "(w[1] * second) * h2",
+            "(w[BOUNDS + 1] * second + drive) * h2",
+            "(w[BOUNDS + 1] * second) * h2",
             _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
         ),
         (
-            "peaks: energies at the end of a searched piece are not noted",
-            "            note_roots(ps, damper, energy, grid, bend, end)\n    note_at(ps, damper, energy, grid, end)",
-            "            note_roots(ps, damper, energy, grid, bend, end)",
-            _PLAIN_PEAKS + "test_the_largest_of_a_piece_are_those_of_its_samples",
-        ),
-        (
             "peaks: a rise between the ends of a cell is not expected",
-            "if max(before[body], after[body]) + rise > energy[body]:",
+            "if highest(before[body], after[body], rise, fall, fourth) > energy[body]:",
             "if max(before[body], after[body]) > energy[body]:",
             _PLAIN_PEAKS + "test_what_rises_between_the_ends_of_a_cell_is_suspected",
         ),
         (
+            "peaks: powers are taken for those of a second",
+            "    h, square = grid.h * length, length * length\n",
+            "    h, square = 0.1 * grid.h * length, length * length\n",
+            _PLAIN_PEAKS + "test_what_rises_between_the_ends_of_a_cell_is_suspected",
+        ),
+        (
             "peaks: the damper's force is never suspected",
-            "for i in range(2 * body, 2 * body + 2):",
-            "for i in range(2 * body, 2 * body + 1):",
+            "for i in range(k, k + 2):",
+            "for i in range(k, k + 1):",
             _PLAIN_PEAKS + "test_what_rises_between_the_ends_of_a_cell_is_suspected",
         ),
         (
@@ -221,8 +221,8 @@ MUTANTS = (
         ),
         (
             "peaks: a factor's polynomial forgets the phase",
-            "cosine, sine = -sine * g, cosine * g",
-            "cosine, sine = -sine * g, 0.0 * g",
+            "drive = w[DRIVE + k] * phase[k % 2]",
+            "drive = w[DRIVE + k] * phase[0]",
             _PLAIN_PEAKS + "test_the_polynomial_of_a_factor_is_the_factor",
         ),
         (
@@ -233,8 +233,8 @@ MUTANTS = (
         ),
         (
             "peaks: a bound of rises takes the damper's for the structure's",
-            "rise = 0.125 * energy_bend * grid.table[BOUNDS + 4] if body == 1 else 0.125 * energy_bend",
-            "rise = 0.125 * energy_bend",
+            "            fourth *= grid.table[BOUNDS + 4]\n",
+            "            fourth *= 1.0\n",
             _PLAIN_PEAKS + "test_a_rise_of_the_dampers_energy_on_a_soft_structure_is_suspected",
         ),
     ),
@@ -253,9 +253,15 @@ MUTANTS = (
             _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
         ),
         (
-            "exact: the bound of an energy's second derivative forgets the square",
-            "(first * first + scale * second) * h2",
-            "(scale * second) * h2",
+            "exact: the bound of an energy's fourth derivative forgets the square",
+            "(scale * fourth + 4.0 * first * third + 3.0 * second * second) * h2 * h2",
+            "(scale * fourth + 4.0 * first * third) * h2 * h2",
+            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
+        ),
+        (
+            "exact: the bound of the fourth derivative forgets the forcing",
+            "(grid.bend * second + ps.omega * ps.omega * ps.force) * h2 * h2",
+            "(grid.bend * second) * h2 * h2",
             _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
         ),
         (
@@ -272,8 +278,8 @@ MUTANTS = (
         ),
         (
             "exact: a flight from inside a cell is taken for one from its start",
-            "closer = x > 0.0 or not proves_no_touch",
-            "closer = not proves_no_touch",
+            "            now, end, expanded = (x1, v1, r, s), 1.0 - x, x > 0.0\n",
+            "            now, end, expanded = (x1, v1, r, s), 1.0 - x, False\n",
             _PLAIN_ORBIT + "test_a_flight_may_begin_anywhere_in_a_cell",
         ),
         (
@@ -284,20 +290,20 @@ MUTANTS = (
         ),
         (
             "exact: a passage of the limit within a cell is not looked for",
-            "doubt = doubt or max(r, y[2]) + 0.125 * bend >= limit_log[LEVEL]",
-            "doubt = doubt or max(r, y[2]) >= limit_log[LEVEL]",
+            "x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LEVEL]",
+            "x > 0.0 or event != SECTION or max(r, y[2]) >= limit_log[LEVEL]",
             _PLAIN_METHODS + "test_an_excursion_beyond_a_limit_may_be_short",
         ),
         (
             "exact: energies at the ends of cells are not noted",
-            "            if energy is not None:\n                note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])\n",
+            "                note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])\n",
             "",
             _PLAIN_METHODS + "test_both_methods_note_the_same[none]",
         ),
         (
             "exact: times of the limit are those of the cell's start",
-            "note_limit(w, limit_log, j + x, grid.h, reached, bent, jerked)",
-            "note_limit(w, limit_log, j, grid.h, reached, bent, jerked)",
+            "note_limit(grid.table, limit_log, j + x, grid.h, place, bounds.bend, bounds.jerk)",
+            "note_limit(grid.table, limit_log, j, grid.h, place, bounds.bend, bounds.jerk)",
             _PLAIN_METHODS + "test_a_fast_damper_strikes_several_times_in_a_cell",
         ),
     ),

@@ -38,7 +38,7 @@ MUTANTS = (
         ),
         (
             "exact: the bound of its second derivative forgets the forcing",
-            "    second = grid.rate * (first + grid.push)\n",
+            "    second = grid.rate * first + push\n",
             "    second = grid.rate * first\n",
             _PARTS,
         ),

@@ -11,6 +11,7 @@ from nlds_vines.archives.dataset import Dataset
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.orbits import refinement
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
+from nlds_vines.orbits.compilation import Tell
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.starts import random_states, start_states
 from nlds_vines.orbits.status_words import OK
@@ -33,13 +34,23 @@ def wanted_of(scan: Scan, settings: Settings | None = None) -> Wanted:
 class Computer:
     """Computes blocks of one scan; what all blocks share is prepared once."""
 
-    def __init__(self, scan: Scan, settings: Settings | None = None) -> None:
-        """Prepare the cells and starts of `scan`; by default with the settings of its method."""
+    def __init__(
+        self,
+        scan: Scan,
+        settings: Settings | None = None,
+        tell: Tell | None = None,
+        *,
+        helped: bool = True,
+    ) -> None:
+        """Prepare the cells and starts of `scan`; by default with the settings of its method.
+
+        Arguments: `tell` and `helped` as `batch.Kernels` takes them.
+        """
         self.scan = scan
         self._cells = scan.cells()
         self._draws = start_states(scan.start) if scan.start.policy == "random" else None
         wanted = wanted_of(scan, settings)
-        self._kernels, self._finer = Kernels(wanted), None
+        self._kernels, self._finer = Kernels(wanted, tell, helped=helped), None
         if "error" in scan.want:
             finer = wanted.settings.refined(scan.method)
             self._finer = Kernels(replace(wanted, settings=finer))

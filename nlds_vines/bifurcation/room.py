@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
-import shutil
-from collections.abc import Iterator
 from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +10,7 @@ from typing import TYPE_CHECKING
 from nlds_vines.bifurcation.blocks import block_bytes, work_bytes
 from nlds_vines.errors import RequestError
 from nlds_vines.model.system import CELL
+from nlds_vines.runs.machine import free_disk, free_memory
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan
@@ -40,35 +38,6 @@ def refuse_without_room(scan: Scan, archive: Path) -> None:
             f"the scan needs up to {_gigabytes(needed)} on the disk of {str(archive)!r}, parts and "
             f"archive, {_gigabytes(free)} are free: record less, or -o names another disk"
         )
-
-
-def free_memory() -> int | None:
-    """Return how many bytes this process may still take; None if unknown."""
-    return min(_limits(), default=None)
-
-
-def free_disk(folder: Path) -> int | None:
-    """Return how many bytes may be written below a folder; None if unknown."""
-    try:
-        return shutil.disk_usage(folder).free
-    except OSError:
-        return None
-
-
-def _limits() -> Iterator[int]:
-    """Yield what limits this process [bytes]: free memory, the control group, `ulimit -v`."""
-    for path, key in (("/proc/meminfo", "MemAvailable:"), ("/sys/fs/cgroup/memory.max", "")):
-        try:
-            lines = Path(path).read_text(encoding="ascii").splitlines()
-        except OSError:
-            continue
-        for line in lines:
-            words = line.removeprefix(key).split()
-            if line.startswith(key) and words[0].isdigit():
-                yield int(words[0]) * (1024 if words[1:] == ["kB"] else 1)
-    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
-    if limit != resource.RLIM_INFINITY:
-        yield limit
 
 
 def _memory(scan: Scan) -> int:

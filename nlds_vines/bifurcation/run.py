@@ -27,6 +27,7 @@ from nlds_vines.bifurcation.watched import of_chaos
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import printable
 from nlds_vines.orbits.coexistence import CHAOS
+from nlds_vines.orbits.compilation import Tell
 from nlds_vines.orbits.settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
@@ -101,7 +102,13 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
             lanes = scan.starts * sum(block.cells for block in blocks)
             done = report.tally.lanes
             with Progress(lanes, "orbit", done=done, quiet=how.quiet) as progress:
-                _compute(parts, left, how, partial(report.tally.follow, progress), stop)
+                note = partial(report.tally.follow, progress)
+                if how.scheduler is None:
+                    _compute(parts, left, how, progress.say, note, stop)
+                else:
+                    from nlds_vines.bifurcation import cluster
+
+                    cluster.compute(parts, left, how.scheduler, how.threads, note, stop)
             if how.shard is None:
                 parts.consolidate(blocks, check=stop.check)
     report.seconds = time.perf_counter() - began
@@ -136,16 +143,16 @@ def _left(parts: Parts, blocks: Sequence[Block], tally: Tally) -> list[Block]:
 
 
 def _compute(
-    parts: Parts, blocks: list[Block], how: RunOptions, note: Note, stop: interrupts.Stop
+    parts: Parts,
+    blocks: list[Block],
+    how: RunOptions,
+    tell: Tell,
+    note: Note,
+    stop: interrupts.Stop,
 ) -> None:
-    """Compute the missing blocks and store each: here one after the other, or on a cluster."""
-    if how.scheduler is not None:
-        from nlds_vines.bifurcation import cluster
-
-        cluster.compute(parts, blocks, how.scheduler, how.threads, note, stop)
-        return
+    """Compute the missing blocks here, one after the other, and store each."""
     used = use_threads(how.threads)
-    computer = Computer(parts.request)
+    computer = Computer(parts.request, tell=tell)
     with _Storing(parts, note) as storing:
         began = time.perf_counter()
         for block in blocks:

@@ -8,7 +8,9 @@ In reading order:
     codes            statuses, events and kinds of verdicts: each number once
     arguments        the tuples that outer kernels take: Parts, Span, buffers
     scene            structure, damper and walls as kernels see them; equation (5)
+    bare_rows        arrays as inner kernels read them, whose references are not counted
     roots            the root finder
+    cubics           what values and slopes at two ends prove of the motion between them
     observe          what is noted along an orbit: impacts, energies, sections, a limit
     flight           the exact flight: a period in cells, each a matrix and a Taylor polynomial
     touch            the first touch in a cell, certified; near misses; a limit
@@ -20,6 +22,7 @@ In reading order:
     limit            a limit inside a contact
     contact          a contact from touch to release, stepped
     impact           a short impact, solved at once
+    inside           its state between touch and release, and its largest energies
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section
     growth           growth rates with their uncertainty; convergence of averages
@@ -32,7 +35,7 @@ In reading order:
     period_search    the stable periodic orbit that it ends in
     verdict          what an orbit is, with the evidence
     cells            one cell: parameters, orbit, outputs, verdict
-    lanes            many cells in parallel
+    lanes            many cells, one after another
 
 Words:
 

@@ -19,6 +19,7 @@ class Parts(NamedTuple):
     far: Any  # True where the scene has a far wall, otherwise None
     arc: Any  # `impact.Arc` where the scene has a wall, otherwise None
     contact_steps: float  # Runge-Kutta steps of a free impact that is stepped
+    contact_tolerance: float  # relative error of a contact that is stepped; infinite: not checked
     period_steps: float  # Runge-Kutta steps of a forcing period; `rk4` alone uses it
 
 
@@ -32,7 +33,7 @@ class Prepared(NamedTuple):
     far: Any  # `scene.Wall` or None
     arc: Any  # `impact.Arc` with scratch of its own, or None
     grid: Any  # `flight.Grid`, or `fixed_step.FixedGrid` of `rk4`
-    contact_steps: float
+    contact_steps: Any  # `contact.Steps`
     scratch: Any  # (`runge_kutta.SCRATCH`,) or None without a wall
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from .arguments import OrbitBuffers, Prepared, Span
 from .codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
 from .compiling import chosen, jit
+from .contact import Steps
 from .fixed_step import fixed_grid_of
 from .flight import cells_of, grid_of
 from .impact import Arc
@@ -28,7 +29,7 @@ def own_arc(arc):
     """Return the arc with scratch rows of this lane's own, or None without a wall."""
     if arc is None:
         return lambda arc: None
-    return lambda arc: Arc(arc.tolerance, arc.settled, arc.levels, arc.table.copy())
+    return lambda arc: Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, arc.table.copy())
 
 
 @chosen
@@ -71,7 +72,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
         far_wall_of(parts.far, cell),
         own_arc(parts.arc),
         grid_for(parts.rk4, ps, damper, n, parts.period_steps, stops),
-        parts.contact_steps,
+        Steps(parts.contact_steps, parts.contact_tolerance),
         scratch_for(parts.arc),
     )
 
@@ -79,7 +80,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
 # ---- its orbit -----------------------------------------------------------------------------------
 
 
-@jit
+@jit(dissolved=True)
 def run_cell(parts, cell, state, span, buffers):
     """Run one orbit from `state` (SIZE,), which becomes the last one; return a status.
 
@@ -256,7 +257,7 @@ def report_violation(violation, limit_log):
 # ---- its verdict ---------------------------------------------------------------------------------
 
 
-@jit
+@jit(dissolved=True)
 def judge_cell(parts, cell, ends, section, first, stages, evidence):
     """Say what the orbit of one cell is (parts and cell as `run_cell`, the rest as `judge`)."""
     ps, damper = structure_of(cell), damper_of(parts.damper, cell)

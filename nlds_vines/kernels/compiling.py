@@ -4,28 +4,37 @@ Strict floating point (no fastmath, no contraction) so that results are bit-iden
 run and to the uncompiled code; NumPy's error model, so that no division raises inside a kernel;
 and a disk cache that is invalidated by a change in *any* kernel file. Numba's own cache looks at
 the decorated function's file alone and would keep stale code of the functions it calls.
+
+Most of the time of a first run is compiling. So kernels that kernels alone call get no wrapper for
+Python, and Python's garbage collector, which would look again and again through all that the
+compiler holds, rests meanwhile.
 """
 
 from __future__ import annotations
 
+import gc
 import hashlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import lru_cache, wraps
+from contextlib import contextmanager, suppress
+from functools import cached_property, lru_cache, wraps
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numba
 from numba import extending
-from numba.core import caching, types
+from numba.core import caching, event, registry, types
 
 KERNELS = Path(__file__).parent
 
 
 @lru_cache(maxsize=1)
 def source_stamp() -> str:
-    """Return one hash over every kernel source, this one included: what the cache depends on."""
-    digest = hashlib.sha256()
+    """Return one hash of what compiled code depends on and Numba's cache does not know.
+
+    These are all kernel sources, this one included, and how much the compiler is to optimise.
+    """
+    digest = hashlib.sha256(f"NUMBA_OPT={numba.config.OPT}".encode())  # type: ignore[attr-defined]
     for path in sorted(KERNELS.glob("*.py")):
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
@@ -35,6 +44,25 @@ def source_stamp() -> str:
 def _stamped(locator: type) -> type:
     """Return `locator` with the stamp of all kernel sources instead of its single file's."""
     return type(locator.__name__, (locator,), {"get_source_stamp": lambda self: source_stamp()})
+
+
+class _ReadOnly(caching.FunctionCache):
+    """The cache of a kernel, from which is read what another process has compiled.
+
+    Numba numbers the files of a kernel, so that only one process may write them at a time.
+    """
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Leave the files as they are."""
+
+
+_read_only = False
+
+
+def only_read_inner_kernels() -> None:
+    """Let this process write no files of inner kernels; called before they are imported."""
+    global _read_only
+    _read_only = True
 
 
 @contextmanager
@@ -49,25 +77,60 @@ def _stamped_cache() -> Iterator[None]:
         registry._locator_classes = original
 
 
-def jit(
-    function: Callable[..., Any] | None = None, *, parallel: bool = False, dissolved: bool = False
-) -> Any:
-    """Compile a kernel: nopython, cached, strict floating point.
+class Inner(registry.CPUDispatcher):
+    """A kernel without the wrapper through which Python calls: without one, a call would crash.
 
-    `parallel=True` belongs to the loops over lanes and nowhere else. `dissolved=True` is for large
-    functions with one caller: they become part of its text before anything is compiled. (Every
-    function is compiled together with all that it calls, once on each level of calls.)
+    Python that calls it all the same gets there by its `entry`.
+    """
+
+    @cached_property
+    def entry(self) -> Any:
+        """The same text, compiled with the wrapper; what it calls is compiled once for both."""
+        text = self.py_func
+        name = f"{text.__name__}_from_python"  # the cache on the disk goes by the name
+        copy = FunctionType(text.__code__, text.__globals__, name, text.__defaults__)
+        copy.__module__, copy.__qualname__ = text.__module__, name
+        return jit(copy, entry=True)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the kernel from Python."""
+        return self.entry(*arguments)
+
+
+def jit(
+    function: Callable[..., Any] | None = None,
+    *,
+    entry: bool = False,
+    dissolved: bool = False,
+    inlined: bool = False,
+) -> Any:
+    """Compile a kernel: nopython, cached, strict floating point, for other kernels to call.
+
+    `entry=True` is for what only Python calls, and often. `dissolved=True` is for large functions
+    with one caller: they become part of its text before anything is compiled. (Every function is
+    compiled together with all that it calls, once on each level of calls.)
+    `inlined=True` is for small functions in the hottest loops, which take or return fours: a call
+    would hand these on in memory.
 
     With the environment variable NUMBA_DISABLE_JIT=1 the function is returned as it is: slow,
     readable, debuggable, and equal to the last bit.
     """
     if function is None:
-        return lambda f: jit(f, parallel=parallel, dissolved=dissolved)
-    options: Any = {"error_model": "numpy", "nogil": True, "parallel": parallel}
+        return lambda f: jit(f, entry=entry, dissolved=dissolved, inlined=inlined)
+    options: Any = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+    if not entry:
+        options["no_cpython_wrapper"] = True
     if dissolved:
         options["inline"] = "always"
+    if inlined:
+        options["forceinline"] = True
     with _stamped_cache():
-        return numba.njit(cache=True, **options)(function)
+        kernel = numba.njit(cache=True, **options)(function)
+        if not entry and isinstance(kernel, registry.CPUDispatcher):  # none without compilation
+            kernel.__class__ = Inner
+            if _read_only:
+                kernel._cache = _ReadOnly(function)  # type: ignore[attr-defined]
+    return kernel
 
 
 def chosen(builder: Callable[..., Callable[..., Any]]) -> Any:
@@ -88,6 +151,65 @@ def chosen(builder: Callable[..., Callable[..., Any]]) -> Any:
         body = builder(*(None if isinstance(kind, types.NoneType) else kind for kind in kinds))
         return getattr(body, "py_func", body)
 
-    options: Any = {"error_model": "numpy", "nogil": True}
+    options: Any = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
     extending.overload(run, jit_options=options, strict=False)(choose)
     return run
+
+
+def _remove_stale_files(folder: Path) -> None:
+    """Remove what other sources have left in a folder of the cache, and note whose it is now.
+
+    Numba would find a new entry in the list of a kernel a moment before its file is written, and
+    then read the stale file of the same number.
+    """
+    note = folder / "nlds_vines.stamp"
+    with suppress(OSError):
+        if note.exists() and note.read_text("ascii") == source_stamp():
+            return
+        for path in folder.glob("*.nb[ic]"):
+            path.unlink(missing_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        note.write_text(source_stamp(), "ascii")
+
+
+class _Watch(event.Listener):
+    """Sees what is compiled, and lets the garbage collector rest until nested compilations end."""
+
+    def __init__(self) -> None:
+        self.told: list[Callable[[Any], object]] = []
+        self._outermost: Any = None  # what a compilation is of, while the collector rests for it
+
+    def on_start(self, event: event.Event) -> None:
+        """Tell of a kernel, then stop the collector, unless it rests already."""
+        kernel = event.data["dispatcher"]
+        for tell in tuple(self.told):
+            tell(kernel)
+        ours = kernel.py_func.__module__.startswith("nlds_vines.")
+        if self._outermost is None and ours and gc.isenabled():
+            if kernel.stats.cache_path is not None:
+                _remove_stale_files(Path(kernel.stats.cache_path))
+            self._outermost = event.data
+            gc.disable()
+
+    def on_end(self, event: event.Event) -> None:
+        """Let it work again after the outermost compilation, also one that has failed."""
+        if self._outermost is not None and event.data is self._outermost:
+            self._outermost = None
+            gc.enable()
+
+
+_watch = _Watch()
+event.register("numba:compile", _watch)
+
+
+@contextmanager
+def told_of_compilations(tell: Callable[[Any], object]) -> Iterator[None]:
+    """Call `tell(kernel)` before a kernel is compiled, not where the cache has it, in the block.
+
+    What `tell` raises ends the compilation before it begins.
+    """
+    _watch.told.append(tell)
+    try:
+        yield
+    finally:
+        _watch.told.remove(tell)

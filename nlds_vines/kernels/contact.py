@@ -2,17 +2,31 @@
 
 Step sizes come from the Hertz time scale of the motion at hand and from the rates of everything
 else, so that soft rubber, steel, a slow pressed touch and a damper resting on its obstacle for many
-periods are covered alike.
+periods are covered alike. In these units each step is so many parts of a free impact, and its error
+is nearly known beforehand.
+
+Afterwards it is verified. Over a step the energy of the contact changes by the work of the other
+forces, and its virial by a known integral (`contact_field`); both integrals are one more column of
+the same step, so that each balance is missed by an error of the step's own order. Relative to the
+scales of the motion at hand, the one is the error of speed, the other, over 2.94, that of time;
+their sum is the step's doubt. (The embedded formulas of DOP853 are of a lower order: they make 10
+to 30 times its error of a step, the more the smaller it is.)
+
+Doubt is granted in proportion to the way through a free impact: `tolerance` for the first one, less
+for each further oscillation of a damper that stays in contact, whose errors add up. What a step
+leaves of its share, later ones may use. A step of which more is doubted is repeated, and those
+after it are as fine.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from . import runge_kutta as rk
 from .codes import EXHAUSTED, RELEASED, STOPPED
-from .compiling import jit
-from .contact_field import LONGEST_ANGLE, cos_sin, rotated
+from .compiling import chosen, jit
+from .contact_field import VIRIAL, WORK, cos_sin, rotated
 from .elementary import exp, fifth_root, hypotenuse, log
 from .limit import note_limit_step
 from .observe import note_step
@@ -20,10 +34,22 @@ from .roots import guarded
 from .scene import accelerations
 
 WHOLE = 5.607  # theta from touch to release of a free impact, times sqrt(kappa) q_m^(3/2)
+LASTING = 2.943  # time from touch to release of a free impact, times speed / depth
 MOST_STEPS = 1_000_000  # steps of one contact between two sections: beyond it, EXHAUSTED
-MOST_HALVINGS = 60  # of a step that left the contact; numbers beyond all bounds need more
+MOST_ATTEMPTS = 60  # of a step that leaves the contact; numbers beyond all bounds need more
+MOST_REPEATS = 20  # of a step that is doubted: what is doubted of a smaller one is round-off
+MOST_FINER = 4.0  # times the number of steps that is known beforehand, for all steps to come
+LONG = 4.0  # free impacts after which a contact is granted half as much doubt for each further one
+ROUND_OFF = 1.0e-15  # doubt of a step that means nothing
 FAINT = 1.0e-16  # Hertz acceleration, as a share of the external one, that is round-off
 SOON = 1.0e-5  # time in units of 1/rate for which an external acceleration is constant
+
+
+class Steps(NamedTuple):
+    """How finely a contact is stepped."""
+
+    per_impact: float  # Runge-Kutta steps of a free impact
+    tolerance: float  # relative error of a contact; infinite: steps are as they are
 
 
 @jit
@@ -74,18 +100,48 @@ def step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, left, k):
 
 
 @jit
+def motion_at(ps, damper, wall, c, d, k, row):
+    """Return (z, q, ds/dt) of a row within a step whose phase has cos c and sin d at row Y."""
+    q = k[row]
+    z = q * q
+    cosine, sine = cos_sin(ps.omega * k[row + 4])
+    _, ds = accelerations(
+        ps, damper, k[row + 2], k[row + 3], wall.gap + z, k[row + 1], c * cosine - d * sine,
+        wall.K * z * q,
+    )  # fmt: skip
+    return z, q, ds
+
+
+@jit
+def turn_of_cubic(before, after, slope_before, slope_after):
+    """Return where in [0, 1] the cubic of these values and slopes at 0 and 1 goes through zero."""
+    change = after - before
+    cube = slope_before + slope_after - 2.0 * change
+    square = 3.0 * change - 2.0 * slope_before - slope_after
+    x = -before / change
+    for _ in range(3):
+        value = before + x * (slope_before + x * (square + x * cube))
+        steep = slope_before + x * (2.0 * square + 3.0 * x * cube)
+        if not steep < 0.0:
+            break
+        x = min(max(x - value / steep, 0.0), 1.0)
+    return x
+
+
+@jit
 def deepest(rk4, ps, damper, wall, c, d, h, k):
     """Return the greatest depth [m] within a step h over which s changes sign from + to -.
 
-    A secant finds s = 0 but for an error e, and a parabola from there the depth but for e^3, which
-    is less than the step errs by. Row NEW is lost.
+    A cubic finds s = 0 but for an error e of order four, and a parabola from there the depth but
+    for e^3, which is less than the step errs by. Row NEW is lost.
     """
-    s0 = k[rk.Y + 1]
-    rk.step(rk4, None, ps, damper, wall, c, d, False, h * s0 / (s0 - k[rk.NEW + 1]), k)
-    q, s, x1, v1 = k[rk.NEW], k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3]
-    cosine, sine = cos_sin(ps.omega * k[rk.NEW + 4])
-    z, drive = q * q, c * cosine - d * sine
-    _, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive, wall.K * z * q)
+    s0, s1 = k[rk.Y + 1], k[rk.NEW + 1]
+    _, q0, ds0 = motion_at(ps, damper, wall, c, d, k, int(rk.Y))
+    _, q1, ds1 = motion_at(ps, damper, wall, c, d, k, int(rk.NEW))
+    x = turn_of_cubic(s0, s1, h * q0 * ds0, h * q1 * ds1)
+    rk.step(rk4, None, ps, damper, wall, c, d, False, x * h, k)
+    z, _, ds = motion_at(ps, damper, wall, c, d, k, int(rk.NEW))
+    s = k[rk.NEW + 1]
     return z - 0.5 * s * s / ds if ds < 0.0 else z
 
 
@@ -103,6 +159,59 @@ def near_release(external, h, k):
     """Tell whether the release is near and certain enough for a step in q that lands on z = 0."""
     q, s = k[rk.Y], k[rk.Y + 1]
     return s < 0.0 and -2.0 * q >= 1.2 * h * s and s * s > 4.0 * external * q * q
+
+
+@jit
+def advance(rk4, tangent, ps, damper, wall, c, d, external, left, h, k):
+    """Step from row Y to row NEW, which need not lie in the contact; return (landing, stopped, h).
+
+    By h, or to the release if that is near (`landing`, h being in q), or to the instant `left` if
+    that comes first (`stopped`). external: `external_acceleration` of row Y.
+    """
+    # hot: once per step
+    if near_release(external, h, k):
+        q = k[rk.Y]
+        rk.step(rk4, tangent, ps, damper, wall, c, d, True, -q, k)
+        if k[rk.NEW + 4] <= left:
+            return True, False, -q
+    rk.step(rk4, tangent, ps, damper, wall, c, d, False, h, k)
+    if k[rk.NEW] > 0.0 and k[rk.NEW + 4] > left:
+        return False, True, step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, left, k)
+    return False, False, h
+
+
+@jit
+def missed_balance(rk4, wall, reach, deep, h, k):
+    """Return by how much a step h from row Y to row NEW misses the balances, relative.
+
+    reach: q^2.5 where the free contact turns, deep: its depth [m]; those of row NEW may be larger.
+    """
+    q, s, p, u = k[rk.Y], k[rk.Y + 1], k[rk.NEW], k[rk.NEW + 1]
+    z, y = q * q, p * p
+    energy = 0.5 * (u - s) * (u + s) + 0.4 * wall.kappa * (y * y * p - z * z * q)
+    energy -= h * rk.mean_slope(k, int(WORK))
+    virial = y * u - z * s - h * rk.mean_slope(k, int(VIRIAL))
+    fast = max(wall.speed * reach, abs(u))
+    return (abs(energy) / fast + abs(virial) / (LASTING * max(deep, y))) / fast
+
+
+@jit
+def no_doubt(rk4, wall, reach, deep, h, k):
+    """Return 0: no step of rk4 is doubted."""
+    return 0.0
+
+
+@chosen
+def doubt_of(rk4, wall, reach, deep, h, k):
+    """Return how much of a step is doubted: `missed_balance` of order eight."""
+    # hot: once per step
+    return missed_balance if rk4 is None else no_doubt
+
+
+@jit
+def shrunk_by(doubt, share):
+    """Return by how much a step is shrunk of which more is doubted than its share."""
+    return max(0.3, 0.9 * math.sqrt(math.sqrt(math.sqrt(share / doubt))))
 
 
 @jit
@@ -135,8 +244,8 @@ def contact(
 ):  # fmt: skip
     """Follow a contact from (q = sqrt(z), s, x1, v1) to its release or for the time `stop` [s].
 
-    c, d: cos and sin of the forcing's phase at the start; `steps` per free impact; `limit_log`,
-    `energy`, `impacts` and `tangent` are buffers or None; `sign` is -1 for a wall that pushes
+    c, d: cos and sin of the forcing's phase at the start; steps: `Steps`; `limit_log`, `energy`,
+    `impacts` and `tangent` are buffers or None; `sign` is -1 for a wall that pushes
     towards -x2, for which state and phase are mirrored. Returns (event, q, s, x1, v1, elapsed [s],
     depth [m]) with event RELEASED, STOPPED or EXHAUSTED (too many steps); the depth is that
     reached only if `impacts` is there.
@@ -144,6 +253,9 @@ def contact(
     # hot: once per impact, and part of the text of `orbit`
     k[rk.Y], k[rk.Y + 1], k[rk.Y + 2], k[rk.Y + 3], k[rk.Y + 4] = q, s, x1, v1, 0.0
     elapsed, depth, seen, cube, root = 0.0, 0.0, -1.0, 0.0, 0.0
+    # The way so far in free impacts, what is left of its shares of doubt, and how much finer steps
+    # are than `steps` says.
+    way, saved, finer = 0.0, 0.0, 1.0
     if tangent is not None:
         for i in range(rk.TANGENT):
             k[rk.Y + rk.WIDTH + i] = tangent[i]
@@ -161,29 +273,34 @@ def contact(
             seen, cube, root = reach, reach * fifth, fifth * fifth  # reach^1.2, reach^0.4
         span = min(root, 2.0 * max(q, math.sqrt(abs(s) / rate)))  # of q: others may stop it first
         rate_squared = wall.kappa * cube + abs(external) + rate * rate * span * span
-        h = WHOLE / steps / math.sqrt(rate_squared)
-        h = min(h, LONGEST_ANGLE / (rate * span))
-        # A step in q that lands on z = 0 ends the contact, if its release is near.
-        landing = near_release(external, h, k)
-        if landing:
-            rk.step(rk4, tangent, ps, damper, wall, c, d, True, -q, k)
-            landing = elapsed + k[rk.NEW + 4] <= stop
-        # Otherwise a step in theta, halved until it ends inside the contact ...
-        if not landing:
-            rk.step(rk4, tangent, ps, damper, wall, c, d, False, h, k)
-            for _ in range(MOST_HALVINGS):
-                if k[rk.NEW] > 0.0:
+        per_theta = math.sqrt(rate_squared) / WHOLE  # free impacts
+        late = 1.0 + way / LONG
+        h = 1.0 / (per_theta * steps.per_impact * finer * math.sqrt(math.sqrt(math.sqrt(late))))
+        # Step to the release, to the end of the time or by h, until it ends inside the contact and
+        # no more of it is doubted than is granted.
+        landing, stopped, inside, doubt, share = False, False, False, 0.0, 0.0
+        for attempt in range(MOST_ATTEMPTS):
+            landing, stopped, taken = advance(
+                rk4, tangent, ps, damper, wall, c, d, external, stop - elapsed, h, k
+            )
+            inside = landing or k[rk.NEW] > 0.0
+            if inside:
+                share = max(saved + steps.tolerance * (h * per_theta) / late, ROUND_OFF)
+                doubt = doubt_of(rk4, wall, seen, root * root, taken, k)
+                if not doubt > share or attempt > MOST_REPEATS:
                     break
+                less = shrunk_by(doubt, share)
+                if landing:  # by a step in theta that does not land
+                    h = min(h, -q / (0.6 * s))
+                h *= less
+                finer = min(finer / less, MOST_FINER)
+            else:
                 h *= 0.5
-                rk.step(rk4, tangent, ps, damper, wall, c, d, False, h, k)
-            if not k[rk.NEW] > 0.0:
-                break
-        # ... and cut short where the time is over.
-        stopped = elapsed + k[rk.NEW + 4] > stop
-        if stopped:
-            h = step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, stop - elapsed, k)
+        if not inside:
+            break
+        if steps.tolerance < math.inf:
+            way, saved = way + h * per_theta, max(share - doubt, 0.0)
         # Note what the step has shown.
-        taken = -q if landing else h
         depth = noted(
             sign, limit_log, energy, impacts, rk4, ps, damper, wall, c, d, landing, taken,
             k, elapsed, depth,

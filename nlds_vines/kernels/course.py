@@ -68,7 +68,7 @@ def longer(course, more):
     return Course(course.record, course.length + more, course.first, course.origin)
 
 
-@jit
+@jit(dissolved=True)
 def follow(flow, course, more, state):
     """Follow an orbit for `more` periods; fill the next rows of its record; return a status."""
     rows = course.record[course.length : course.length + more]

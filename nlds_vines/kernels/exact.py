@@ -2,58 +2,95 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from .codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
-from .compiling import chosen, jit
-from .flight import CELLS, at, cell_polynomial, phase_at, step
+from .compiling import jit
+from .flight import CELLS, at, bare_grid, cell_polynomial, phase_at, step
 from .observe import LEVEL, note_energy
-from .peaks import ALL, factor_bends, note_peaks, suspects
+from .peaks import note_peaks, suspects
 from .scene import scale_of
-from .touch import LOST, NOWHERE, first_touch, nearest_miss, note_limit, tightened
+from .touch import (
+    CLEAR,
+    LOST,
+    NOWHERE,
+    nearest_miss,
+    note_limit,
+    outlook,
+    tightened,
+    touch_of,
+)
 
 SPAN = 4  # cells for which one bound of the motion is used: it costs a square root
 
 
+class Bounds(NamedTuple):
+    """Bounds of motions over some cells, derivatives by the place in a cell but for `second`."""
+
+    bend: float  # of the second derivative of r [m]
+    jerk: float  # of the third of r [m]
+    fourth: float  # of the fourth of r [m]
+    second: float  # of the second derivative by time of the scaled state, whose norm is S
+    energy: float  # of the fourth derivative of E1 [J]
+
+
 @jit
 def bounds_of(ps, grid, scale):
-    """Return bounds for motions of at most the energy scale S.
+    """Return the `Bounds` of motions of at most the energy scale S.
 
-    (second and third derivative of r by the place in a cell [m], second derivative of S by time,
-    second derivative of an energy by the place [J])
+    E1 is half the square of a part of the scaled state u; by Leibniz' rule its fourth derivative is
+    u u + 4 u + 3 u'' u''. Each derivative of u is at most `rate` times the one before and
+    what the forcing adds.
     """
     first = grid.rate * scale + grid.push
-    second = grid.rate * (first + grid.push)
+    push = grid.rate * grid.push  # bounds the derivative of the forcing: omega <= rate
+    second = grid.rate * first + push
+    third = grid.rate * (second + push)
+    fourth = grid.rate * (third + grid.rate * push)
     h2 = grid.h * grid.h
-    return (
+    return Bounds(
         (grid.bend * scale + ps.force) * h2,
         (grid.bend * first + ps.omega * ps.force) * h2 * grid.h,
+        (grid.bend * second + ps.omega * ps.omega * ps.force) * h2 * h2,
         second,
-        (first * first + scale * second) * h2,
+        (scale * fourth + 4.0 * first * third + 3.0 * second * second) * h2 * h2,
     )
 
 
-@chosen
-def bounds_near_walls(near, far, w, bend, jerk):
-    """Return `touch.tightened` bounds where there are walls to come near."""
-    if near is None and far is None:
-        return lambda near, far, w, bend, jerk: (bend, jerk)
-    return lambda near, far, w, bend, jerk: tightened(w, bend, jerk)
-
-
 @jit
-def touch_in(near, far, grid, end, bend, jerk):
-    """Return (place, event) of the first touch in [0, end] of the expanded cell."""
+def touch_in(near, far, grid, end, y, bounds):
+    """Return (place, event) of the first touch in [0, end] of the expanded cell, y its state there.
+
+    Without one the event is SECTION.
+    """
     place, event = NOWHERE, SECTION
     if near is not None:
-        place = first_touch(grid.table, 0.0, end, 1.0, near.gap, bend, jerk)
+        place = touch_of(grid, end, 1.0, near.gap, y, bounds)
         if place <= end:
             event = TOUCH_NEAR
     if far is not None:
-        other = first_touch(grid.table, 0.0, end, -1.0, far.gap, bend, jerk)
+        other = touch_of(grid, end, -1.0, far.gap, y, bounds)
         if other <= end and other < place:
             place, event = other, TOUCH_FAR
     if place == LOST:
         event = ASTRAY
     return place, event
+
+
+@jit
+def ends_prove_no_touch(near, far, y, z, length, bounds):
+    """Prove from the states y and z at its ends that a piece holds no touch (False: look closer).
+
+    length [s] of the piece, which is a cell or less.
+    """
+    proven = True
+    if near is not None:
+        s0, s1 = y[3] * length, z[3] * length
+        proven = outlook(near.gap, y[2], z[2], s0, s1, bounds.fourth) == CLEAR
+    if far is not None:
+        s0, s1 = -y[3] * length, -z[3] * length
+        proven = proven and outlook(far.gap, -y[2], -z[2], s0, s1, bounds.fourth) == CLEAR
+    return proven
 
 
 @jit
@@ -79,8 +116,9 @@ def may_hold_a_miss(near, far, clearance, r0, r1, slack):
 
 
 @jit
-def note_misses(near, far, clearance, grid, end, bend, jerk):
+def note_misses(near, far, clearance, grid, end, bounds):
     """Lower the smallest near miss to those in [0, end] of the expanded cell, which is clear."""
+    bend, jerk = tightened(grid.table, bounds.bend, bounds.jerk)
     if near is not None:
         best = near.gap - clearance[0]
         top = nearest_miss(grid.table, 0.0, 1.0, end, best, bend, jerk)
@@ -95,10 +133,28 @@ def note_misses(near, far, clearance, grid, end, bend, jerk):
 
 @jit
 def phase_of(grid, j, x):
-    """Return `phase_at`, tabulated at the start of a cell."""
-    if x == 0.0:
-        return grid.table[CELLS + 6 * j + 4], grid.table[CELLS + 6 * j + 5]
-    return phase_at(grid, j, x)
+    """Return `phase_at`, tabulated at the ends of a cell."""
+    whole = int(x)
+    at_cell = CELLS + 6 * (j + whole)
+    phase = grid.table[at_cell + 4], grid.table[at_cell + 5]
+    if x != whole:
+        phase = phase_at(grid, j, x)
+    return phase
+
+
+@jit
+def expand(grid, j, x, y):
+    """Fill COEF with the polynomial of the flight from the state y at place x of cell j."""
+    cosine, sine = phase_of(grid, j, x)
+    cell_polynomial(grid, y[0], y[1], y[2], y[3], cosine, sine)
+
+
+@jit
+def expand_once(grid, j, x, y, expanded):
+    """Fill COEF as `expand`, unless it is filled so; return True."""
+    if not expanded:
+        expand(grid, j, x, y)
+    return True
 
 
 @jit
@@ -109,53 +165,59 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
     a touch could not be told from a miss. `rk4` is None; `fly_fixed` has the same arguments.
     """
     # hot: the loop over cells; the state stays in registers
-    while j < stop:
+    grid, event = bare_grid(grid), SECTION
+    while j < stop and event == SECTION:
         # Bounds of the motion over the next cells.
         last = min(j + SPAN, stop)
         ahead = grid.push * grid.h * (last - j)
         scale = scale_of(ps, damper, x1, v1, r, s) + ahead
-        bend, jerk, second, energy_bend = bounds_of(ps, grid, scale)
-        while j < last:
+        bounds = bounds_of(ps, grid, scale)
+        slack = 0.125 * bounds.bend
+        while j < last and event == SECTION:
             # The state at the end of the cell, as if nothing happened before.
-            y = step(damper, grid.table, j, x1, v1, r, s)
-            # What could happen before? A touch, a peak of an energy, a near miss, a passage.
-            closer = x > 0.0 or not proves_no_touch(near, far, r, y[2], 0.125 * bend)
-            doubt, suspected = closer, ALL
-            if energy is not None and not closer:
-                bends, now = factor_bends(ps, grid, second), (x1, v1, r, s)
-                suspected = suspects(ps, damper, energy, grid, bends, energy_bend, j, now, y)
-                doubt = suspected != 0
-            if clearance is not None:
-                doubt = doubt or may_hold_a_miss(near, far, clearance, r, y[2], 0.125 * bend)
-            if limit_log is not None:
-                doubt = doubt or max(r, y[2]) + 0.125 * bend >= limit_log[LEVEL]
-            if doubt:
-                # The polynomial of the cell, from x on, and the first touch on it.
-                cosine, sine = phase_of(grid, j, x)
-                cell_polynomial(grid, x1, v1, r, s, cosine, sine)
-                bent, jerked = bounds_near_walls(near, far, grid.table, bend, jerk)
-                end = 1.0 - x
-                if x > 0.0:
-                    y = at(grid.table, end)
-                place, event = end, SECTION
-                if closer:
-                    place, event = touch_in(near, far, grid, end, bent, jerked)
+            now, end, expanded = (x1, v1, r, s), 1.0 - x, x > 0.0
+            if expanded:
+                expand(grid, j, x, now)
+                y = at(grid.table, end)
+            else:
+                y = step(damper, grid.table, j, x1, v1, r, s)
+            # The first touch, unless the two ends prove that there is none.
+            place = end
+            clear = x == 0.0 and proves_no_touch(near, far, r, y[2], slack)
+            if not (clear or ends_prove_no_touch(near, far, now, y, end * grid.h, bounds)):
+                expanded = expand_once(grid, j, x, now, expanded)
+                place, event = touch_in(near, far, grid, end, y, bounds)
                 if event == ASTRAY:
-                    return event, j, x, x1, v1, r, s
-                # Note what is wanted up to the touch or the end of the cell.
-                if energy is not None:
-                    note_peaks(ps, damper, energy, grid, cosine, sine, min(place, end), suspected)
-                if limit_log is not None:
-                    w, reached = grid.table, min(place, end)
-                    note_limit(w, limit_log, j + x, grid.h, reached, bent, jerked)
-                if event != SECTION:
-                    x1, v1, r, s = at(grid.table, place)
-                    return event, j, x + place, x1, v1, r, s
-                if clearance is not None:
-                    note_misses(near, far, clearance, grid, end, bent, jerked)
-            # Go on from the end of the cell.
+                    break
+                if event == SECTION:
+                    place = end
+                else:
+                    y = at(grid.table, place)
+            # Note what is wanted up to the touch or the end of the cell.
             if energy is not None:
                 note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
+                begin = phase_of(grid, j, x)
+                drives = begin[0], phase_of(grid, j, 1.0 if event == SECTION else x + place)[0]
+                found = suspects(ps, damper, energy, grid, bounds, place, drives, now, y)
+                if found != 0:
+                    expanded = expand_once(grid, j, x, now, expanded)
+                    note_peaks(ps, damper, energy, grid, begin, place, found)
+            if limit_log is not None and (
+                x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LEVEL]
+            ):
+                expanded = expand_once(grid, j, x, now, expanded)
+                note_limit(grid.table, limit_log, j + x, grid.h, place, bounds.bend, bounds.jerk)
+            if (
+                clearance is not None
+                and event == SECTION
+                and may_hold_a_miss(near, far, clearance, r, y[2], slack)
+            ):
+                expanded = expand_once(grid, j, x, now, expanded)
+                note_misses(near, far, clearance, grid, end, bounds)
+            # Go on from the touch or the end of the cell.
             x1, v1, r, s = y
-            j, x = j + 1, 0.0
-    return SECTION, j, 0.0, x1, v1, r, s
+            if event == SECTION:
+                j, x = j + 1, 0.0
+            else:
+                x += place
+    return event, j, x, x1, v1, r, s

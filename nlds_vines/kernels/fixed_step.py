@@ -45,9 +45,15 @@ def fixed_grid_of(ps, damper, n):
 
 
 @jit
+def phase_in_step(grid, j, x):
+    """Return (cos, sin) of the forcing's phase at place x of step j."""
+    return cos_sin_of_turn((j + x) * grid.turn)
+
+
+@jit
 def cosine_at(grid, j, x):
-    """Return cos of the forcing's phase at place x of step j."""
-    return cos_sin_of_turn((j + x) * grid.turn)[0]
+    """Return cos of that phase."""
+    return phase_in_step(grid, j, x)[0]
 
 
 @jit

@@ -16,9 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .bare_rows import bare
 from .compiling import jit
-from .elementary import cos_sin_of_turn
-from .fours import four, four_at, put_four
+from .elementary import TURN, cos_sin_of_turn
+from .fours import four, four_at, number_of, put_four
 from .scene import accelerations
 
 ORDER = 14  # of the Taylor polynomials
@@ -38,6 +39,8 @@ MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status
 #                           w[COEF + 4 power + component], components x1, v1, r, s
 #   TAYLOR    6 TERMS       the state's if one of (x1, v1, r, s, cos, sin) is 1 at the cell's start
 #                           and the others 0: w[TAYLOR + TERMS input + 4 power + component]
+#   DRIVE     ORDER + 1     cos(a x + b) = sum_k w[DRIVE + k] x^k (cos b, sin b)[k % 2], a the angle
+#                           of the forcing's phase over a cell
 #   CELLS     6 (n + 1)     for each cell j, and for the start of the next period:
 #                           w[CELLS + 6 j ...] = forced response over it (4), cos, sin at its start
 STEP = 0
@@ -45,7 +48,8 @@ BOUNDS = 16
 FACTOR = 24
 COEF = 40
 TAYLOR = COEF + TERMS
-CELLS = TAYLOR + 6 * TERMS
+DRIVE = TAYLOR + 6 * TERMS
+CELLS = DRIVE + ORDER + 1
 
 
 class Grid(NamedTuple):
@@ -57,7 +61,14 @@ class Grid(NamedTuple):
     rate: float  # bound on the growth of the scaled state per second [1/s]
     push: float  # P / sqrt(m1): bound on the growth of the energy scale S
     bend: float  # |d2r/dt2| <= bend * S + P / m1
-    table: np.ndarray  # (CELLS + 6 n + 6,), the table above
+    table: np.ndarray  # (CELLS + 6 n + 6,), the table above; in inner kernels a bare row
+
+
+@jit
+def bare_grid(grid):
+    """Return the grid with its table as a bare row."""
+    w = bare(grid.table)
+    return Grid(grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w)
 
 
 @jit
@@ -156,26 +167,34 @@ def cell_polynomial(grid, x1, v1, r, s, cosine, sine):
     waits for the one before.
     """
     w = grid.table
-    for k in range(TERMS):
-        w[COEF + k] = (
-            (w[TAYLOR + k] * x1 + w[TAYLOR + TERMS + k] * v1)
-            + (w[TAYLOR + 2 * TERMS + k] * r + w[TAYLOR + 3 * TERMS + k] * s)
-            + (w[TAYLOR + 4 * TERMS + k] * cosine + w[TAYLOR + 5 * TERMS + k] * sine)
+    for k in range(0, TERMS, 4):
+        i = TAYLOR + k
+        free = (four_at(w, i) * x1 + four_at(w, i + TERMS) * v1) + (
+            four_at(w, i + 2 * TERMS) * r + four_at(w, i + 3 * TERMS) * s
         )
+        forced = four_at(w, i + 4 * TERMS) * cosine + four_at(w, i + 5 * TERMS) * sine
+        put_four(w, COEF + k, free + forced)
+
+
+@jit
+def pair(w, k, x):
+    """Return c_k + c_(k+1) x of the coefficients in COEF, four components at once."""
+    return four_at(w, COEF + 4 * k) + four_at(w, COEF + 4 * k + 4) * x
 
 
 @jit
 def at(w, x):
-    """Return (x1, v1, r, s) at x cells after the start of the polynomial in COEF of `w`."""
-    k = COEF + TERMS - 4
-    x1, v1, r, s = w[k], w[k + 1], w[k + 2], w[k + 3]
-    while k > COEF:
-        k -= 4
-        x1 = x1 * x + w[k]
-        v1 = v1 * x + w[k + 1]
-        r = r * x + w[k + 2]
-        s = s * x + w[k + 3]
-    return x1, v1, r, s
+    """Return (x1, v1, r, s) at x cells after the start of the polynomial in COEF of `w`.
+
+    Pairs of terms, pairs of these, and so on (Estrin's scheme): few of the operations wait for
+    others.
+    """
+    x2 = x * x
+    x4 = x2 * x2
+    low = (pair(w, 0, x) + pair(w, 2, x) * x2) + (pair(w, 4, x) + pair(w, 6, x) * x2) * x4
+    last = pair(w, 12, x) + four_at(w, COEF + 4 * ORDER) * x2
+    y = low + ((pair(w, 8, x) + pair(w, 10, x) * x2) + last * x4) * (x4 * x4)
+    return number_of(y, 0), number_of(y, 1), number_of(y, 2), number_of(y, 3)
 
 
 @jit
@@ -188,6 +207,10 @@ def grid_of(ps, damper, n):
         unit[i] = 1.0
         expand(ps, damper, h, unit, w, TAYLOR + i * TERMS)
         unit[i] = 0.0
+    power = 1.0  # of the angle, by the factorial, with the sign in cos(a x + b)
+    for k in range(ORDER + 1):
+        w[DRIVE + k] = power
+        power *= (ps.omega * h if k % 2 == 1 else -ps.omega * h) / (k + 1.0)
     response = np.zeros(24)  # what each of the six unit inputs becomes after a whole cell
     for i in range(6):
         for k in range(ORDER, -1, -1):
@@ -291,5 +314,21 @@ def propagate(grid, tangent, time):
 
 @jit
 def phase_at(grid, j, x):
-    """Return (cos, sin) of the forcing's phase at place x of cell j."""
-    return cos_sin_of_turn((j + x) * grid.turn)
+    """Return (cos, sin) of the forcing's phase at place x of cell j, 0 <= x <= 1.
+
+    That at the nearer end of the cell, tabulated, turned by an angle a, |a| <= REACH / 2. The
+    series of cos and sin are Taylor's, whose rest is below 0.35^14 / 14! = 5e-18.
+    """
+    nearer = int(x + 0.5)
+    at_cell = CELLS + 6 * (j + nearer)
+    c, d = grid.table[at_cell + 4], grid.table[at_cell + 5]
+    a = TURN * grid.turn * (x - nearer)
+    z = a * a
+    z2 = z * z
+    z4 = z2 * z2
+    even = (0.5 - z * (1.0 / 24.0)) + z2 * (1.0 / 720.0 - z * (1.0 / 40320.0))
+    even = z * (even + z4 * (1.0 / 3628800.0 - z * (1.0 / 479001600.0)))
+    odd = (1.0 / 6.0 - z * (1.0 / 120.0)) + z2 * (1.0 / 5040.0 - z * (1.0 / 362880.0))
+    odd = a * z * (odd + z4 * (1.0 / 39916800.0 - z * (1.0 / 6227020800.0)))
+    # cos a = 1 - even, sin a = a - odd: what is added to c and d is small beside 1
+    return c - (c * even + d * (a - odd)), d - (d * even - c * (a - odd))

@@ -9,11 +9,12 @@
     largest_of(v)         the largest absolute value
     larger_of(v, w)       number by number the larger of v and |w|
 
-and the operators + - * / between fours, and between a four and a number. Each of these rounds number
-by number, as IEEE 754 has it for single numbers: the bits are those of a loop, on every processor and
-without compiling. (The compiler makes no good vectors of such loops: it may not reorder sums, keeps
-them in memory, and takes a row of twelve for a vector of eight and a rest.) An array that is read so
-has rows of whole fours. A four is never changed in place: write v = v + w, not v += w.
+and the operators + - * / between fours, and between a four and a number. Each of these rounds
+number by number, as IEEE 754 has it for single numbers: the bits are those of a loop, on every
+processor and without compiling. (The compiler makes no good vectors of such loops: it may not
+reorder sums, keeps them in memory, and takes a row of twelve for a vector of eight and a rest.) An
+array that is read so has rows of whole fours. A four is never changed in place: write v = v + w,
+not v += w.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import lower_builtin, models, register_model, type_callable
+
+from .bare_rows import BARE, is_row
 
 FOUR = 4
 
@@ -102,13 +105,8 @@ def larger_of(v: Any, w: Any) -> Any:
 
 
 def _is_row(kind: Any) -> bool:
-    """Tell whether a type is that of a contiguous row of numbers."""
-    return (
-        isinstance(kind, types.Array)
-        and kind.ndim == 1
-        and kind.layout == "C"
-        and kind.dtype == _REAL
-    )
+    """Tell whether a type is that of a contiguous row of numbers, counted or bare."""
+    return kind == BARE or is_row(kind)
 
 
 def _typed(function: Any, rule: Callable[..., Any]) -> None:
@@ -118,9 +116,11 @@ def _typed(function: Any, rule: Callable[..., Any]) -> None:
 
 def _place(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     """Return the pointer to four numbers of an array (argument 0) from an index (1) on."""
-    array = context.make_array(sig.args[0])(context, builder, args[0])
+    begin = args[0]
+    if sig.args[0] != BARE:
+        begin = context.make_array(sig.args[0])(context, builder, begin).data
     index = context.cast(builder, args[1], sig.args[1], types.intp)
-    return builder.bitcast(builder.gep(array.data, [index]), _VECTOR.as_pointer())
+    return builder.bitcast(builder.gep(begin, [index]), _VECTOR.as_pointer())
 
 
 def _spread(builder: Any, x: Any) -> Any:
@@ -158,6 +158,7 @@ _typed(largest_of, lambda v: _REAL if v == _FOUR else None)
 _typed(larger_of, lambda v, w: _FOUR if v == w == _FOUR else None)
 
 
+@lower_builtin(four_at, types.CPointer, types.Integer)
 @lower_builtin(four_at, types.Array, types.Integer)
 def _load(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     found = builder.load(_place(context, builder, sig, args))
@@ -165,6 +166,7 @@ def _load(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return found
 
 
+@lower_builtin(put_four, types.CPointer, types.Integer, Four)
 @lower_builtin(put_four, types.Array, types.Integer, Four)
 def _store(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     builder.store(args[2], _place(context, builder, sig, args)).align = 8

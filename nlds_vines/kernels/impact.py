@@ -45,13 +45,15 @@ from .fours import four, four_at, larger_of, largest_of, number_of, put_four, su
 #
 #   from        numbers          what
 #   B ... FH    8 ROW            scratch at the nodes: unknowns and their derivatives by phi
+#   INSIDE      7 ROW            scratch of `inside`
 #   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
 #   USED        8                level of the nodes whose unknowns are there
 #   VARIED      45 ROW           scratch of variations (`impact_variations`)
 #   then        for each of them, of the whole arc and of its half, m being n in whole fours:
 #                 U ... GT + 7   22 m       rows of constants
-#                 MATRIX         n m        integration from touch to each node, integrand by integrand
-#                 BEYOND         36 x 4     coefficients of what the nodes miss
+#                 MATRIX         n m        from touch to each node, integrand by integrand
+#                 then           36 x 4     coefficients of what the nodes miss
+#                 of a half      4 k        constants of `inside`
 #
 #   unknowns    B        amplitude b, in which z = b^4 u^2 and s = v(b) S
 #               T        time since touch [s]
@@ -62,7 +64,8 @@ from .fours import four, four_at, larger_of, largest_of, number_of, put_four, su
 #               GB, GT   terms of the series of b / b0 - 1 and of time
 ROW = 64
 B, T, G, H, FB, FT, FG, FH = (ROW * i for i in range(8))
-LEVELS, LEVEL, MOST_LEVELS = 8 * ROW, 5, 8
+INSIDE = 8 * ROW
+LEVELS, LEVEL, MOST_LEVELS = 15 * ROW, 5, 8
 NODES, WHOLE, HALF, ERROR, HALF_ERROR = range(LEVEL)  # n, places of the constants, C_n of each
 USED = LEVELS + LEVEL * MOST_LEVELS
 VARIED = USED + 8
@@ -88,6 +91,7 @@ class Arc(NamedTuple):
     tolerance: float  # error of an impact: of speed and time of release, and of its depth, relative
     settled: float  # what the sweeps may leave of it
     levels: int  # choices of nodes
+    inside: int  # the choice with which a state inside an impact is within the tolerance
     table: np.ndarray  # see above; what belongs to an impact is scratch
 
 
@@ -124,6 +128,7 @@ class Approach(NamedTuple):
 @jit
 def approach_of(ps, damper, wall, s, x1, v1, c, d):
     """Return the `Approach` of a touch with speed s > 0."""
+    # hot: once per impact
     # The free arc.
     b = fifth_root(s / wall.speed)
     b4 = (b * b) * (b * b)
@@ -147,7 +152,7 @@ def approach_of(ps, damper, wall, s, x1, v1, c, d):
     drift = -(slope + ps.damping * acceleration) * tick * per
     spring = -stiffness * b4 * per
     curvature = -0.5 * (bend + ps.damping * jerk) * tick * tick * per
-    size = abs(force) + drag + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature)
+    size = abs(force) + abs(drag) + 2.0 * abs(drift) + abs(spring) + 4.0 * abs(curvature)
     return Approach(
         b, s, tick, c, d, x1, v, acceleration, jerk, snap, force, drag, drift, spring, curvature,
         size,
@@ -208,7 +213,7 @@ def first_guess(ps, damper, nodes, approach):
         put_four(w, G + i, (approach.x + way) - on_x * cube)
 
 
-@jit
+@jit(inlined=True)
 def slopes_at(ps, damper, wall, nodes, approach, i):
     """Return (b, FB, FT, FG, FH) at the four nodes from i on: b, and the derivatives of all."""
     w, at = nodes.w, nodes.at

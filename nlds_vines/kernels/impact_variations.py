@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import math
 
+from .bare_rows import bare
 from .compiling import jit
 from .contact_field import cos_sin, rotated
 from .elementary import fifth_root
@@ -41,6 +42,7 @@ from .impact import (
     B,
     G,
     H,
+    Nodes,
     T,
     approach_of,
     nodes_of,
@@ -174,6 +176,8 @@ def guess(ps, damper, nodes, approach, pushes, numbers, faster):
     push, first, second, third, fourth = pushes
     second, third, fourth = 0.5 * second, (1.0 / 6.0) * third, (1.0 / 24.0) * fourth
     climbs, bends = approach.jerk / other, approach.snap / other
+    twists = ps.force * ps.omega * ps.omega * ps.omega * approach.d
+    twists = 0.5 * (twists - (ps.stiffness * approach.jerk + ps.damping * approach.snap))
     pull = other * damper.share * ((b0 * b0) * (b0 * b0))
     on_u, sink = 0.8 * ps.damping * pull, ps.stiffness * pull * tick
     for i in range(nodes.m):
@@ -188,7 +192,7 @@ def guess(ps, damper, nodes, approach, pushes, numbers, faster):
         e = push + time * (first + time * (second + time * (third + time * fourth)))
         shared = ps.damping * (on_u * u * u + 1.2 * sink * cube)
         shared += 0.2 * ps.stiffness * sink * cube * time
-        e = e + ((climbs + bends * time) * t + shared * faster)
+        e = e + ((climbs + time * (bends + time * twists)) * t + shared * faster)
         put_four(w, PUSH + k, e)
 
 
@@ -321,7 +325,8 @@ def vary(ps, damper, wall, arc, rate, phase, before, after, tangent):
     c, d = phase
     s, x1, v1 = before
     approach = approach_of(ps, damper, wall, s, x1, v1, c, d)
-    nodes = nodes_of(arc, int(arc.table[USED]), int(WHOLE))
+    n, m, at, w = nodes_of(arc, int(arc.table[USED]), int(WHOLE))
+    nodes = Nodes(n, m, at, bare(w))
     linearise(ps, damper, wall, nodes, approach)
     # The differences where the wall is met, t0 later.
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)

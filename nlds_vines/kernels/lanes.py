@@ -1,8 +1,9 @@
-"""The only parallel loops: one lane per chain of cells, each writing its own output rows.
+"""The loops over lanes, one per chain of cells, each writing its own output rows.
 
 A chain is a single cell, or, where a scan follows an attractor, the cells of an axis in the order
 of the sweep, each starting from the last state of the one before. Nothing is shared between lanes,
-so that results do not depend on the number of threads or on how a scan is cut into blocks.
+so that results do not depend on how a scan is cut into blocks, nor on how the lanes of a block are
+cut into pieces and which thread takes which (`runs.pool`).
 
 Running and judging are two loops: what a verdict needs does not depend on what else is recorded,
 and is compiled once for all of it.
@@ -10,10 +11,9 @@ and is compiled once for all of it.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from .arguments import CellBuffers, Parts
+from .arguments import CellBuffers
 from .cells import judge_cell, run_cell
 from .codes import OK
 from .compiling import chosen, jit
@@ -100,50 +100,26 @@ def note_end(ends, chain, link, which, state):
             ends[chain, link, which, i] = state[i]
 
 
-@jit(dissolved=True)
-def with_arc(parts, arc):
-    """Return the `Parts` of lanes completed by their arc, which may be None."""
-    return Parts(
-        parts.rk4,
-        parts.damper,
-        parts.near,
-        parts.far,
-        arc,
-        parts.contact_steps,
-        parts.period_steps,
-    )
+@jit(entry=True)
+def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
+    """Run chains `begin` to `end` - 1 of a block of cells (chains, links) from starts (chains, 4).
 
-
-# What a parallel loop of Numba does not do with tuples, the loops below do without:
-#
-# * It takes its tuples apart, but no tuple within a tuple. So the arc, a tuple itself, is an
-#   argument of its own, and `parts` are `Parts` with None in its place.
-# * It drops what is stored into an array that is read from a tuple, unless a function stores it.
-#   So `status`, which the loops themselves write, is an argument of its own.
-
-
-@jit(parallel=True)
-def run_lanes(parts, arc, cells, starts, span, buffers, status):
-    """Run all chains of a block of cells (chains, links), each from its start (chains, 4).
-
-    parts, arc: see above; span: `Span` with one stop a period; buffers: `LaneBuffers`; `status`
+    parts: `Parts`; span: `Span` with one stop a period; buffers: `LaneBuffers`; `status`
     (chains, links) takes those of `codes`. A lane that fails keeps its fill values, starts the next
     link of its chain from rest, and touches nothing of its neighbours.
     """
-    chains, links = cells.shape
-    for lane in numba.prange(chains):
-        chain = np.int64(lane)  # unsigned within the loop: all that is called would compile twice
+    for chain in range(begin, end):
         state = np.zeros(SIZE)
         for i in range(4):
             state[i] = starts[chain, i]
-        for link in range(links):
+        for link in range(cells.shape[1]):
             cell = cells[chain, link]
             if link > 0 and status[chain, link - 1] == OK:
                 # the displacement is carried over, wherever the new rest may be
                 state[2] += cell.rest - cells[chain, link - 1].rest
-            own = buffers_of(arc, parts.damper, buffers, span.periods, chain, link)
+            own = buffers_of(parts.arc, parts.damper, buffers, span.periods, chain, link)
             note_end(buffers.ends, chain, link, int(BEGIN), state)
-            code = run_cell(with_arc(parts, arc), cell, state, span, own)
+            code = run_cell(parts, cell, state, span, own)
             note_end(buffers.ends, chain, link, int(END), state)
             status[chain, link] = code
             if code == OK:
@@ -156,19 +132,19 @@ def run_lanes(parts, arc, cells, starts, span, buffers, status):
                 state[:] = 0.0
 
 
-@jit(parallel=True)
-def judge_lanes(parts, arc, cells, finished, stages, evidence, status):
-    """Say what the orbits are that `run_lanes` has run.
+@jit(entry=True)
+def judge_lanes(begin, end, parts, cells, finished, stages, evidence, status):
+    """Say what the orbits are that `run_lanes` has run: of cells `begin` to `end` - 1.
 
-    parts, arc: see above; finished: `Finished`; stages: further periods that a verdict may take,
-    stage by stage. Fills `evidence` (chains, links, `evidence_rows.COLUMNS`); a lane that fails in
-    a further stage gets another status.
+    Cells (chains, links) are counted along the links. parts: `Parts`; finished: `Finished`; stages:
+    further periods that a verdict may take, stage by stage. Fills `evidence` (chains, links,
+    `evidence_rows.COLUMNS`); a lane that fails in a further stage gets another status.
     """
-    chains, links = cells.shape
-    for lane in numba.prange(chains * links):
-        chain, link = np.int64(lane) // links, np.int64(lane) % links  # as in `run_lanes`
+    links = cells.shape[1]
+    for lane in range(begin, end):
+        chain, link = lane // links, lane % links
         if status[chain, link] == OK:
             status[chain, link] = judge_cell(
-                with_arc(parts, arc), cells[chain, link], finished.ends[chain, link],
+                parts, cells[chain, link], finished.ends[chain, link],
                 finished.section[chain, link], finished.first, stages, evidence[chain, link],
             )  # fmt: skip

@@ -38,12 +38,12 @@ def begin_contact(limit_log, sign, wall, time):
 
 
 @jit
-def may_pass(ps, damper, wall, sign, limit_log, duration, x1, v1, s):
+def may_pass(ps, damper, wall, sign, limit_log, duration, touch):
     """Tell whether r may be beyond the limit in a contact of a `duration` [s] from its touch.
 
-    (x1, v1, s) at touch, mirrored for a far wall (`sign` -1); the energy there bounds the depth.
+    touch: (s, x1, v1), mirrored for a far wall (`sign` -1); the energy there bounds the depth.
     """
-    # hot: once per impact
+    s, x1, v1 = touch
     if sign < 0.0:
         return -wall.gap > limit_log[LEVEL]
     scale = scale_of(ps, damper, x1, v1, wall.gap, s) + abs(ps.force) * math.sqrt(ps.m1) * duration

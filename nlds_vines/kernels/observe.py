@@ -55,13 +55,21 @@ def opposite(f, g):
 
 
 @jit
+def energies_of(ps, damper, x1, v1, r, s):
+    """Return (E1, E2) [J] of a structure with a damper, of one state or of four."""
+    v2, w = v1 - s, x1 - r
+    return (
+        0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1),
+        0.5 * (damper.m2 * v2 * v2 + damper.k2 * w * w),
+    )
+
+
+@jit
 def energies(ps, damper, x1, v1, r, s):
     """Return (E1, E2) [J], eq. (6); E2 is 0 where there is no damper."""
-    e1 = 0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1)
     if damper is None:
-        return e1, 0.0
-    v2, w = v1 - s, x1 - r
-    return e1, 0.5 * (damper.m2 * v2 * v2 + damper.k2 * w * w)
+        return 0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1), 0.0
+    return energies_of(ps, damper, x1, v1, r, s)
 
 
 @jit
@@ -129,16 +137,22 @@ def note_section(damper, section, row, x1, v1, r, s):
 
 
 @jit
+def powers_of(ps, damper, x1, v1, r, s, drive, force):
+    """Return `powers_at` of a structure with a damper, of one state or of four."""
+    n1 = ps.m1 * (ps.force * drive - ps.damping * v1)
+    pull = damper.c2 * s + force
+    return v1, n1 - damper.k2 * r - pull, v1 - s, damper.k2 * x1 + pull
+
+
+@jit
 def powers_at(ps, damper, x1, v1, r, s, drive, force):
     """Return the factors of dE1/dt = v1 n1 and dE2/dt = v2 n2 under a contact force [N].
 
     n1 and n2 are the forces on the two bodies beside those of the springs in their energies.
     """
-    n1 = ps.m1 * (ps.force * drive - ps.damping * v1)
     if damper is None:
-        return v1, n1, 0.0, 0.0
-    pull = damper.c2 * s + force
-    return v1, n1 - damper.k2 * r - pull, v1 - s, damper.k2 * x1 + pull
+        return v1, ps.m1 * (ps.force * drive - ps.damping * v1), 0.0, 0.0
+    return powers_of(ps, damper, x1, v1, r, s, drive, force)
 
 
 @jit

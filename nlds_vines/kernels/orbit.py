@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from . import runge_kutta as rk
 from .codes import (
     ASTRAY,
     DIVERGED,
@@ -23,26 +24,28 @@ from .codes import (
 )
 from .compiling import chosen, jit
 from .contact import contact
+from .contact_field import rotated
 from .exact import fly
-from .fixed_step import fly_fixed
+from .fixed_step import fly_fixed, phase_in_step
 from .flight import coarse_map, phase_at, propagate, step
 from .impact import short_impact
 from .impact_variations import vary
+from .inside import Ahead, keep_ahead, note_inside, read_ahead, state_inside
 from .limit import begin_contact, may_pass
 from .observe import (
     ORIGIN,
-    energies,
     note_depth,
+    note_energy,
     note_release,
     note_section,
     note_speed,
     note_touch,
-    powers_at,
 )
 
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
 MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
-SIZE = 6  # numbers of the state kept between calls: x1, v1, r, s, q = sqrt(z), mode
+SIZE = 15  # numbers of the state kept between calls: x1, v1, r, s, q = sqrt(z), mode, and from
+AHEAD = 6  # AHEAD on what is `Ahead` inside a short impact
 
 
 @jit
@@ -53,6 +56,7 @@ def set_mode(near, far, state):
     first flight finds; a start beyond the wall is a contact already under way.
     """
     state[4], state[5] = 0.0, FLYING
+    state[AHEAD] = 0.0
     if near is not None and state[2] > near.gap:
         state[4], state[5] = math.sqrt(state[2] - near.gap), TOUCH_NEAR
     if far is not None and -state[2] > far.gap:
@@ -68,45 +72,19 @@ def fly_on(
     return fly if rk4 is None else fly_fixed
 
 
-@jit
-def may_hide_a_peak(ps, damper, wall, energy, c, d, before, after, duration):
-    """Tell whether an energy could peak inside a short impact above the largest so far.
-
-    The contact force alone can only make an energy dip between touch and release; a rise above the
-    ends is due to the other forces, bounded here by twice their largest power at the two ends.
-    """
-    # hot: once per impact
-    for body in range(2):
-        top = 0.0
-        gain = 0.0
-        for y in (before, after):
-            v1, n1, v2, n2 = powers_at(ps, damper, y[0], y[1], wall.gap, y[2], c, 0.0)
-            e = energies(ps, damper, y[0], y[1], wall.gap, y[2])
-            top = max(top, e[body])
-            gain = max(gain, abs(v1 * n1) if body == 0 else abs(v2 * n2))
-        if top + 2.0 * gain * duration > energy[body]:
-            return True
-    return False
-
-
-@jit
-def hides(ps, damper, wall, sign, limit_log, energy, c, d, before, after, took):
-    """Tell whether a short impact may hide a peak of an energy, or a passage of a limit."""
-    # hot: once per impact
-    found = False
-    if energy is not None:
-        found = may_hide_a_peak(ps, damper, wall, energy, c, d, before, after, took)
-    if limit_log is not None:
-        x1, v1, s = before
-        found = found or may_pass(ps, damper, wall, sign, limit_log, took, x1, v1, s)
-    return found
+@chosen
+def phase_on(rk4, grid, j, x):
+    """Return (cos, sin) of the forcing's phase at place x of cell j, by the method's grid."""
+    if rk4 is None:
+        return lambda rk4, grid, j, x: phase_at(grid, j, x)
+    return lambda rk4, grid, j, x: phase_in_step(grid, j, x)
 
 
 @chosen
-def note_hidden(
+def note_by_steps(
     rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
 ):
-    """Step a short impact, for what is noted of it; without an energy or a limit, nothing is."""
+    """Step a contact that is solved, for what is noted of it; without an energy or a limit, not."""
 
     # hot: once per impact
     def step(
@@ -128,49 +106,118 @@ def note_hidden(
 
 
 @jit
-def try_short_impact(
-    rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
-    left, q, s, x1, v1, k,
-):  # fmt: skip
-    """Try the short impact; it is accepted if it ends in time.
+def note_part(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, lasting, now, k
+):
+    """Note the energies, and passages of a limit, of `lasting` [s] of the impact that is ahead.
 
-    Where it may hide a peak of an energy, or a passage of a limit, it is stepped as well, for these
-    alone: nothing that is noted changes the orbit. Neither do variations, which go through it last.
+    now: (q, s, x1, v1) at its beginning; c, d: of the phase there. Passages are noted by steps,
+    where there may be one: nothing that is noted changes the orbit.
     """
     # hot: once per impact
-    solved, out, a1, b1, took, depth = short_impact(
-        ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1
-    )
-    solved = solved and took <= left
-    if solved and hides(
-        ps, damper, wall, sign, limit_log, energy, c, d, (x1, v1, s), (a1, b1, out), took
+    q, s, x1, v1 = now
+    ahead = read_ahead(k, int(rk.AHEAD))
+    if energy is not None:
+        phase = rotated(c, d, -ps.omega * ahead.elapsed)
+        note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting)
+    if limit_log is not None and may_pass(
+        ps, damper, wall, sign, limit_log, ahead.took, ahead.touch
     ):
-        note_hidden(
-            rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
+        note_by_steps(
+            rk4, ps, damper, wall, sign, limit_log, None, steps, rate, c, d, lasting,
+            q, s, x1, v1, k,
+        )  # fmt: skip
+
+
+@chosen
+def note_part_if_wanted(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, lasting, now, k
+):
+    """Note what is wanted of an impact (`note_part`), if anything is."""
+    # hot: once per impact
+    if energy is None and limit_log is None:
+        return nothing_to_note
+    return note_part
+
+
+@jit
+def nothing_to_note(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, lasting, now, k
+):
+    """Note nothing of an impact."""
+    # hot: as `note_part`
+    return None
+
+
+@jit
+def up_to_section(ps, damper, wall, arc, energy, rate, c, d, left, k):
+    """Return as `contact` how the impact that is ahead is at a section, `left` [s] from now."""
+    # hot: once per section inside an impact
+    ahead = read_ahead(k, int(rk.AHEAD))
+    phase = rotated(c, d, -ps.omega * ahead.elapsed)
+    elapsed = ahead.elapsed + left
+    k[rk.AHEAD + 1] = elapsed
+    q, s, x1, v1 = state_inside(ps, damper, wall, arc, rate, phase, ahead, elapsed)
+    if energy is not None:
+        note_energy(ps, damper, energy, x1, v1, wall.gap + q * q, s)
+    depth = q * q if s > 0.0 else ahead.depth
+    return STOPPED, q, s, x1, v1, left, depth
+
+
+@jit
+def follow_short_impact(
+    rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
+    left, now, k,
+):  # fmt: skip
+    """Try to follow a contact as a short impact, to its release or for the time `left` [s].
+
+    Returns whether it is one, and the result as of `contact`. An impact is solved once, as a whole,
+    and kept as `Ahead` in `k`, whence it goes on behind a section. Variations go through it if it is
+    not cut by one.
+    """
+    # hot: once per impact
+    if k[rk.AHEAD] == 0.0:
+        q, s, x1, v1 = now
+        solved, out, a1, b1, took, depth = short_impact(
+            ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1
         )
-    if solved and tangent is not None:
-        vary(ps, damper, wall, arc, rate, (c, d), (s, x1, v1), (out, a1, b1, took), tangent)
-    return solved, out, a1, b1, took, depth
+        if not solved:
+            return False, (RELEASED, 0.0, s, x1, v1, 0.0, 0.0)
+        if tangent is not None and took <= left:
+            vary(ps, damper, wall, arc, rate, (c, d), (s, x1, v1), (out, a1, b1, took), tangent)
+        ahead = Ahead(took, 0.0, depth, (s, x1, v1), (out, a1, b1))
+        keep_ahead(k, int(rk.AHEAD), ahead)
+    remains = k[rk.AHEAD] - k[rk.AHEAD + 1]
+    note_part_if_wanted(
+        rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d,
+        min(left, remains), now, k,
+    )  # fmt: skip
+    if remains > left:
+        return True, up_to_section(ps, damper, wall, arc, energy, rate, c, d, left, k)
+    ahead = read_ahead(k, int(rk.AHEAD))
+    k[rk.AHEAD] = 0.0
+    s, x1, v1 = ahead.release
+    return True, (RELEASED, 0.0, s, x1, v1, remains, ahead.depth)
 
 
 @jit
 def no_short_impact(
     rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
-    left, q, s, x1, v1, k,
+    left, now, k,
 ):  # fmt: skip
-    """Return as `try_short_impact` that it is not solved."""
+    """Return as `follow_short_impact` that it is none."""
     # hot: once per impact
-    return False, s, x1, v1, 0.0, 0.0
+    return False, (RELEASED, 0.0, now[1], now[2], now[3], 0.0, 0.0)
 
 
 @chosen
 def short_impact_if_exact(
     rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
-    left, q, s, x1, v1, k,
+    left, now, k,
 ):  # fmt: skip
-    """Return `try_short_impact`; by rk4 every contact is stepped."""
+    """Follow a short impact; by rk4 every contact is stepped."""
     # hot: once per impact
-    return try_short_impact if rk4 is None else no_short_impact
+    return follow_short_impact if rk4 is None else no_short_impact
 
 
 @chosen
@@ -190,23 +237,30 @@ def follow_contact(
 ):  # fmt: skip
     """Follow a contact from `now` = (q, s, x1, v1) to its release or for the time `left` [s].
 
-    `phase`: (cos, sin) of the forcing's; the rest as for `contact`. For a wall that pushes towards
+    `phase`: (cos, sin) of the forcing's; the rest as for `contact`. Variations are stepped through
+    a short impact that a section cuts: what they are told changes nothing of the orbit. For a wall that pushes towards
     -x2 (`sign` -1) the motion is mirrored on the way in and out. Returns (event, q, s, x1, v1,
     elapsed, depth) as `contact`.
     """
     # hot: once per impact, in the loop of `orbit`, where `Prepared` as one argument costs 3 %
     q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
     c, d = sign * phase[0], sign * phase[1]
-    solved, out, a1, b1, took, depth = short_impact_if_exact(
+    cut = k[rk.AHEAD] > 0.0
+    solved, result = short_impact_if_exact(
         rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
-        left, q, s, x1, v1, k,
+        left, (q, s, x1, v1), k,
     )  # fmt: skip
-    if solved:
-        return RELEASED, 0.0, sign * out, sign * a1, sign * b1, took, depth
-    event, q, s, x1, v1, took, depth = contact(
-        rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate, c, d,
-        q, s, x1, v1, left, k,
-    )  # fmt: skip
+    stepped, lasting = not solved, left
+    if tangent is not None and solved:
+        stepped, lasting = cut or result[0] == STOPPED, result[5]
+    if stepped:
+        found = contact(
+            rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate, c, d,
+            q, s, x1, v1, lasting, k,
+        )  # fmt: skip
+        if not solved:
+            result = found
+    event, q, s, x1, v1, took, depth = result
     return event, q, sign * s, sign * x1, sign * v1, took, depth
 
 
@@ -266,6 +320,8 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     slowest = buffers.slowest
     impacts, by_period, section = buffers.impacts, buffers.by_period, buffers.section
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
+    for i in range(SIZE - AHEAD):
+        k[rk.AHEAD + i] = state[AHEAD + i]
     for p in range(span.periods):
         j, x, touches = 0, 0.0, 0
         began = (span.first + p) * (grid.h * grid.n)
@@ -300,7 +356,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 begin_contact(limit_log, sign, wall, began + (j + x) * grid.h)
                 event, q, s, x1, v1, took, depth = follow_contact(
                     rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent,
-                    steps, grid.rate, phase_at(grid, j, x), left, (q, s, x1, v1), k,
+                    steps, grid.rate, phase_on(rk4, grid, j, x), left, (q, s, x1, v1), k,
                 )  # fmt: skip
                 r = sign * (wall.gap + q * q)
                 place = j + x + took / grid.h
@@ -321,6 +377,8 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
         if not bounded(x1, v1, r, s):
             return DIVERGED
     state[0], state[1], state[2], state[3], state[4], state[5] = x1, v1, r, s, q, mode
+    for i in range(SIZE - AHEAD):
+        state[AHEAD + i] = k[rk.AHEAD + i]
     return OK
 
 

@@ -1,8 +1,10 @@
 """The largest energies of a flight, without sampling error.
 
-dE1/dt = v1 n1 and dE2/dt = v2 n2, where each factor is linear in the state. An energy can peak
-inside a cell only where a factor vanishes; that none does is proven from its values at the two ends
-and a bound of its second derivative, as for touches. Where the proof fails, the roots of the
+dE1/dt = v1 n1 and dE2/dt = v2 n2, where each factor is linear in the state. Between the ends of a
+cell, or of the piece of it before a touch or behind a release, the energies and powers at the two
+ends bound an energy by a cubic and its error (`cubics`). Few cells can hold more than the largest
+energy so far. There an energy peaks only where a factor vanishes; that none does is proven from its
+values at the two ends and a bound of its second derivative. Where the proof fails, the roots of the
 factor's Taylor polynomial, whose coefficients bound it better, are located piece by piece.
 """
 
@@ -11,21 +13,26 @@ from __future__ import annotations
 import math
 
 from .compiling import jit
-from .flight import BOUNDS, CELLS, COEF, FACTOR, ORDER, at
+from .cubics import highest
+from .flight import BOUNDS, COEF, DRIVE, FACTOR, ORDER, at
 from .observe import PRECISE, alike, energies, note_energy, powers_at
 from .roots import narrowed, secant
 
 ROOT_STEPS = 40  # of the search for a root: it needs some five
-ALL = 15  # every factor is suspected: bits 0 to 3
 FINEST = 1.0e-6  # piece of a cell over which a factor that stays at zero changes no energy
 
 
 @jit
 def factor_bends(ps, grid, second):
     """Return bounds of the second derivatives of the four factors by the place in a cell."""
-    w, h2 = grid.table[BOUNDS:], grid.h * grid.h
+    w, h2 = grid.table, grid.h * grid.h
     drive = ps.m1 * ps.force * ps.omega * ps.omega
-    return w[0] * second * h2, (w[1] * second + drive) * h2, w[2] * second * h2, w[3] * second * h2
+    return (
+        w[BOUNDS] * second * h2,
+        (w[BOUNDS + 1] * second + drive) * h2,
+        w[BOUNDS + 2] * second * h2,
+        w[BOUNDS + 3] * second * h2,
+    )
 
 
 @jit
@@ -47,22 +54,29 @@ def bodies(damper):
 
 
 @jit
-def suspects(ps, damper, energy, grid, bends, energy_bend, j, y, z):
-    """Return which factors may vanish in cell j, from y to z, so that an energy sets a record.
+def suspects(ps, damper, energy, grid, bounds, length, drives, y, z):
+    """Return which factors may vanish in a piece of a cell so that an energy sets a record.
 
-    Bit i for factor i of `powers_at`; `energy_bend` bounds E1's second derivative by the place.
+    Bit i for factor i of `powers_at`. length: of the piece in cells; bounds: `exact.Bounds` over
+    the cell; drives: cos of the phase at the two ends; y and z: the states there.
     """
     # hot: once per cell
-    f = powers_at(ps, damper, y[0], y[1], y[2], y[3], grid.table[CELLS + 6 * j + 4], 0.0)
-    g = powers_at(ps, damper, z[0], z[1], z[2], z[3], grid.table[CELLS + 6 * j + 10], 0.0)
+    f = powers_at(ps, damper, y[0], y[1], y[2], y[3], drives[0], 0.0)
+    g = powers_at(ps, damper, z[0], z[1], z[2], z[3], drives[1], 0.0)
     before = energies(ps, damper, y[0], y[1], y[2], y[3])
     after = energies(ps, damper, z[0], z[1], z[2], z[3])
+    h, square = grid.h * length, length * length
     found = 0
     for body in range(bodies(damper)):
-        rise = 0.125 * energy_bend * grid.table[BOUNDS + 4] if body == 1 else 0.125 * energy_bend
-        if max(before[body], after[body]) + rise > energy[body]:
-            for i in range(2 * body, 2 * body + 2):
-                if not proves_no_root(f[i], g[i], bends[i]):
+        fourth = bounds.energy * (square * square)
+        if body == 1:
+            fourth *= grid.table[BOUNDS + 4]
+        k = 2 * body
+        rise, fall = h * (f[k] * f[k + 1]), h * (g[k] * g[k + 1])
+        if highest(before[body], after[body], rise, fall, fourth) > energy[body]:
+            bends = factor_bends(ps, grid, bounds.second)
+            for i in range(k, k + 2):
+                if not proves_no_root(f[i], g[i], bends[i] * square):
                     found |= 1 << i
     return found
 
@@ -82,32 +96,39 @@ def factor_row(ps, damper, which):
 
 
 @jit
-def factor_polynomial(ps, damper, grid, cosine, sine, which):
+def factor_polynomial(ps, damper, grid, phase, which):
     """Fill the rows FACTOR with the Taylor coefficients of one factor over the expanded cell.
 
-    cosine, sine: of the phase at the start. Returns a bound of its second derivative in the cell.
+    phase: (cos, sin) at the start. Returns a bound of its second derivative in the cell.
     """
     w = grid.table
     a, b, c, d, e = factor_row(ps, damper, which)
-    angle = ps.omega * grid.h
     bend = 0.0
     for k in range(ORDER + 1):
         i = COEF + 4 * k
-        f = (a * w[i] + b * w[i + 1]) + (c * w[i + 2] + d * w[i + 3]) + e * cosine
+        drive = w[DRIVE + k] * phase[k % 2]
+        f = (a * w[i] + b * w[i + 1]) + (c * w[i + 2] + d * w[i + 3]) + e * drive
         w[FACTOR + k] = f
         bend += k * (k - 1.0) * abs(f)
-        g = angle / (k + 1.0)
-        cosine, sine = -sine * g, cosine * g
     return bend
 
 
 @jit
-def horner(w, x):
+def terms(w, k, x, x2):
+    """Return four terms of the polynomial in the rows FACTOR, from power k on, per x^k."""
+    k += FACTOR
+    return (w[k] + w[k + 1] * x) + (w[k + 2] + w[k + 3] * x) * x2
+
+
+@jit
+def factor_at(w, x):
     """Return the value at x of the polynomial in the rows FACTOR of the table `w`."""
-    total = w[FACTOR + ORDER]
-    for k in range(ORDER - 1, -1, -1):
-        total = total * x + w[FACTOR + k]
-    return total
+    x2 = x * x
+    x4 = x2 * x2
+    last = (w[FACTOR + 12] + w[FACTOR + 13] * x) + w[FACTOR + 14] * x2
+    return (terms(w, 0, x, x2) + terms(w, 4, x, x2) * x4) + (terms(w, 8, x, x2) + last * x4) * (
+        x4 * x4
+    )
 
 
 @jit
@@ -123,7 +144,7 @@ def root(w, low, high, f0, f1):
     x = low
     for _ in range(ROOT_STEPS):
         x = secant(low, high, f0, f1)
-        f = horner(w, x)
+        f = factor_at(w, x)
         if f == 0.0 or min(x - low, high - x) < PRECISE:
             break
         low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
@@ -134,7 +155,7 @@ def root(w, low, high, f0, f1):
 def note_roots(ps, damper, energy, grid, bend, end):
     """Raise the energies at all roots in [0, end] of the polynomial in the rows FACTOR."""
     x, width = 0.0, end
-    f, g = grid.table[FACTOR], horner(grid.table, end)
+    f, g = grid.table[FACTOR], factor_at(grid.table, end)
     while x < end:
         sag = bend * width * width
         if not alike(f, g) and abs(g - f) > sag:  # monotone: one root
@@ -142,22 +163,21 @@ def note_roots(ps, damper, energy, grid, bend, end):
         elif not proves_no_root(f, g, sag):
             if width > FINEST * end and 0.0 < sag < math.inf:  # not zero throughout, nor overflown
                 width *= 0.5
-                g = horner(grid.table, x + width)
+                g = factor_at(grid.table, x + width)
                 continue
             note_at(ps, damper, energy, grid, x + width)
         x, f = x + width, g
         width = min(2.0 * width, end - x)
-        g = horner(grid.table, x + width)
+        g = factor_at(grid.table, x + width)
 
 
 @jit
-def note_peaks(ps, damper, energy, grid, cosine, sine, end, suspected):
-    """Raise the largest energies to their maxima over [0, end] of the expanded cell.
+def note_peaks(ps, damper, energy, grid, phase, end, suspected):
+    """Raise the largest energies to their maxima inside [0, end] of the expanded cell.
 
-    cosine, sine: of the phase at its start; `suspected`: the factors that may vanish (`suspects`).
+    phase: (cos, sin) at its start; `suspected`: the factors that may vanish (`suspects`).
     """
     for which in range(2 * bodies(damper)):
         if suspected & (1 << which):
-            bend = factor_polynomial(ps, damper, grid, cosine, sine, which)
+            bend = factor_polynomial(ps, damper, grid, phase, which)
             note_roots(ps, damper, energy, grid, bend, end)
-    note_at(ps, damper, energy, grid, end)

@@ -87,7 +87,7 @@ def attracted(flow, tangent, y, x, n, span):
     return True
 
 
-@jit
+@jit(dissolved=True)
 def settled_before(flow, course, tangent, y, n, span, m):
     """Return the section from which on returns are as predicted, all those from section m on being.
 
@@ -105,7 +105,7 @@ def settled_before(flow, course, tangent, y, n, span, m):
     return settled
 
 
-@jit
+@jit(dissolved=True)
 def settling_period(flow, course, tangent, y, n, span):
     """Return the number of the first section from which on all returns are as predicted.
 

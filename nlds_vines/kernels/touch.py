@@ -17,8 +17,10 @@ from __future__ import annotations
 import math
 
 from .compiling import jit
-from .flight import COEF, ORDER
+from .cubics import highest, only_rises
+from .flight import COEF, ORDER, at
 from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_violation
+from .roots import guarded
 
 R = COEF + 2  # place of r in the table
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
@@ -26,6 +28,7 @@ LOST = -1.0  # no place: the walk took MOST_STEPS; better no answer than a wrong
 PRECISE = 1.0e-9  # error of the place of a maximum in a cell: its height errs by the square
 MOST_STEPS = 1000  # of a walk, which needs 3 to 8, and some tens where it grazes
 ROUND_OFF = 4.0e-16  # relative error of a place computed in a cell
+CLEAR, CROSSED, UNSURE = range(3)  # what the ends of a piece tell of a level
 TINIEST = 1.0e-300  # a bound is no less, so that nothing is divided by zero
 
 
@@ -74,13 +77,19 @@ def tightened(w, bend, jerk):
 
 
 @jit
+def tolerance_of(w, level):
+    """Return by how much r may err in the expanded cell [m]: what is as near `level` is on it."""
+    return ROUND_OFF * (abs(level) + abs(w[R]) + abs(w[R + 4])) + TINIEST
+
+
+@jit
 def first_touch(w, x, end, sign, level, bend, jerk):
     """Return the first place in [x, end] where sign r rises to `level`, NOWHERE, or LOST.
 
     `w` holds, from COEF on, the Taylor coefficients of the cell; `bend` and `jerk` bound the second
     and third derivative of r by the place. A start on the level that moves away is not a touch.
     """
-    tolerance = ROUND_OFF * (abs(level) + abs(w[R]) + abs(w[R + 4])) + TINIEST
+    tolerance = tolerance_of(w, level)
     bend, jerk = bend + TINIEST, jerk + TINIEST  # a scene at rest without forcing has neither
     for _ in range(MOST_STEPS):
         f, slope, curve = derivatives_at(w, x, sign)
@@ -102,6 +111,75 @@ def first_touch(w, x, end, sign, level, bend, jerk):
             safe = piece
         x += safe
     return LOST
+
+
+@jit
+def touch_of(grid, end, sign, level, y, bounds):
+    """Return as `first_touch` where sign r first rises to `level` in [0, end] of the expanded cell.
+
+    y: the state at `end`; bounds: `exact.Bounds`. Mostly the two ends tell.
+    """
+    w = grid.table
+    f0, f1 = sign * w[R], sign * y[2]
+    g0, g1 = sign * w[R + 4] * end, sign * y[3] * grid.h * end
+    foreseen = outlook(level, f0, f1, g0, g1, bounds.fourth * (end * end) * (end * end))
+    place = NOWHERE
+    if foreseen == CROSSED:
+        place = 0.0  # it starts there, or has that far to go
+        if level - f0 > tolerance_of(w, level):
+            place = crossing(grid, end, sign, level, (f1, g0, g1), bounds.bend)
+    elif foreseen == UNSURE:
+        bend, jerk = tightened(w, bounds.bend, bounds.jerk)
+        place = first_touch(w, 0.0, end, sign, level, bend, jerk)
+    return place
+
+
+@jit
+def outlook(level, f0, f1, g0, g1, fourth):
+    """Tell from the ends of a piece whether f rises to `level` in it: CLEAR, CROSSED or UNSURE.
+
+    The arguments as for `cubics`. CROSSED: it rises all along, through the level. A start on the
+    level that moves away is CLEAR.
+    """
+    if only_rises(f0, f1, g0, g1, fourth):
+        if f0 < level:
+            return CROSSED if f1 >= level else CLEAR
+    elif f0 <= level and only_rises(-f0, -f1, -g0, -g1, fourth):
+        return CLEAR
+    return CLEAR if highest(f0, f1, g0, g1, fourth) < level else UNSURE
+
+
+@jit
+def crossing(grid, end, sign, level, ends, bend):
+    """Return the place in [0, end] of the expanded cell where sign r passes `level`.
+
+    It rises all along, and does pass it. ends: (f, f', f') at the end, the start and the end, the
+    slopes per `end`. Newton's steps from a good guess; from a place where the next one is too short
+    to err by more than round-off, as `bend` >= |r''| tells, it is the last.
+    """
+    low, high = 0.0, end
+    f1, g0, g1 = ends
+    # The guess: the cubic of the inverse, with its values and slopes at the ends.
+    f0 = sign * grid.table[R]
+    whole = f1 - f0
+    u = (level - f0) / whole
+    v = 1.0 - u
+    x = end * u * (u * (3.0 - 2.0 * u) + v * (whole / g0 * v - whole / g1 * u))
+    place = LOST
+    for _ in range(MOST_STEPS):
+        x = guarded(x, low, high)
+        y = at(grid.table, x)
+        excess, slope = sign * y[2] - level, sign * y[3] * grid.h
+        if excess > 0.0:
+            high = x
+        else:
+            low = x
+        change = excess / slope
+        x -= change
+        if bend * change * change <= ROUND_OFF * slope:
+            place = min(max(x, 0.0), end)
+            break
+    return place
 
 
 @jit
@@ -134,6 +212,7 @@ def note_limit(w, limit_log, begin, h, end, bend, jerk):
     is counted at its place, each excursion beyond measured at its summits and where the cell ends.
     """
     level, x = limit_log[LEVEL], 0.0
+    bend, jerk = tightened(w, bend, jerk)
     for _ in range(MOST_STEPS):
         if limit_log[BEYOND] == 0.0:
             x = first_touch(w, x, end, 1.0, level, bend, jerk)

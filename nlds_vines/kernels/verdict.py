@@ -39,7 +39,7 @@ def note_exponents(evidence, growth, logs, period, size):
         evidence[ev.EXPONENTS + i] = growth[i] / (len(logs) * period)
 
 
-@jit
+@jit(dissolved=True)
 def note_cycle(flow, evidence, period):
     """Write the largest exponent of a periodic orbit, ln |mu| / nT, which needs no average.
 

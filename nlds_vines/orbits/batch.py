@@ -6,7 +6,7 @@ these a search needs only how they ended and their largest energies.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,10 +17,17 @@ from nlds_vines.kernels.arguments import Finished, LaneBuffers, Parts, Span
 from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.scenes import Scene
+from nlds_vines.model.system import CELL
 from nlds_vines.orbits import evidence
+from nlds_vines.orbits.compilation import Compilation, Tell
+from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import EFFORTS, Settings
 from nlds_vines.orbits.wants import JUDGED, NOTED, components, noted
+from nlds_vines.runs.pool import in_pieces
+
+PIECE_PERIODS = 1000
+"""Forcing periods of a piece of lanes at least: milliseconds, beside which its cost is nothing."""
 
 
 @dataclass(frozen=True)
@@ -107,31 +114,66 @@ def run(
     Fills the buffers.  The periods before `span` are the transient.
     """
     status = np.zeros(chains.shape, np.int64)
-    apart, cells = (parts._replace(arc=None), parts.arc), chains.view(np.recarray)
-    lanes.run_lanes(*apart, cells, np.ascontiguousarray(starts), span, buffers, status)
+    cells, each = chains.view(np.recarray), chains.shape[1] * (span.first + span.periods)
+    arguments = parts, cells, np.ascontiguousarray(starts), span, buffers, status
+    _on_threads(lanes.run_lanes, arguments, len(chains), each)
     return status
+
+
+def _on_threads(
+    kernel: Callable[..., None], arguments: tuple[Any, ...], count: int, periods: int
+) -> None:
+    """Run a kernel of `lanes` on so many lanes of so many forcing periods or more, in pieces."""
+    kernel(0, 0, *arguments)  # compiled here, not by all threads at once
+    in_pieces(
+        lambda i, j: kernel(i, j, *arguments), count, max(1, PIECE_PERIODS // max(1, periods))
+    )
 
 
 class Kernels:
     """The kernels for orbits of one scene at one fineness, with their constants prepared."""
 
-    def __init__(self, wanted: Wanted) -> None:
-        """Prepare the parts that the scene has."""
+    def __init__(self, wanted: Wanted, tell: Tell | None = None, *, helped: bool = True) -> None:
+        """Prepare the parts that the scene has.
+
+        Arguments: what is `wanted`; `tell` takes a line of text where something is compiled;
+        `helped` lets another process compile a part of it.
+        """
         self._wanted = wanted
+        self._compilation = Compilation(
+            Needed(wanted.scene.kind, wanted.method, tuple(wanted.want)), tell, helped
+        )
         self._parts = parts_of(wanted.method, wanted.scene, wanted.settings)
         self._stages = np.array(EFFORTS[wanted.effort], dtype=np.int64)
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4), with their verdicts."""
         outputs = Outputs.of(self._wanted, (len(chains), chains.shape[1]), transient, periods)
-        span = Span(transient, periods, 1)
-        outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
-        if outputs.evidence is not None:
-            apart = self._parts._replace(arc=None), self._parts.arc
-            finished = Finished(outputs.ends, outputs.section, max(transient - NOTED, 0))
-            cells, evidence = chains.view(np.recarray), outputs.evidence
-            lanes.judge_lanes(*apart, cells, finished, self._stages, evidence, outputs.status)
+        with self._compilation.followed():
+            span = Span(transient, periods, 1)
+            outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
+            if outputs.evidence is not None:
+                self._compilation.await_verdict()
+                self._judge(outputs, chains, transient, periods)
         return outputs
+
+    def _judge(self, outputs: Outputs, chains: np.ndarray, transient: int, periods: int) -> None:
+        """Judge the orbits that were run."""
+        finished = Finished(outputs.ends, outputs.section, max(transient - NOTED, 0))
+        cells, stages = chains.view(np.recarray), self._stages
+        arguments = self._parts, cells, finished, stages, outputs.evidence, outputs.status
+        _on_threads(lanes.judge_lanes, arguments, cells.size, transient + periods)
+
+    def compile(self, kernel: str) -> None:
+        """Have one of `compilation.kernels_of` compiled, unless the cache has it: for no orbit."""
+        chains, starts = np.zeros((0, 1), CELL), np.zeros((0, 4))
+        outputs = Outputs.of(self._wanted, chains.shape, 1, 1)
+        if kernel == "orbit":
+            run(self._parts, chains, starts, Span(1, 1, 1), outputs.buffers)
+        elif kernel == "verdict":
+            self._judge(outputs, chains, 1, 1)
+        else:
+            self.after_a_period(chains[:, 0], starts)
 
     def after_a_period(self, cells: np.ndarray, starts: np.ndarray) -> np.ndarray:
         """Return the states (lanes, components) one period after `starts` (lanes, 4); NaN if none.
@@ -175,9 +217,10 @@ class Outcome:
 class Batch:
     """Runs batches of cells of one scene; what all batches share is prepared once."""
 
-    def __init__(self, scene: Scene) -> None:
-        """Prepare for cells of `scene`."""
+    def __init__(self, scene: Scene, tell: Tell | None = None) -> None:
+        """Prepare for cells of `scene`; `tell` takes a line of text where something is compiled."""
         self._scene, self._parts = scene, parts_of(METHOD, scene)
+        self._compilation = Compilation(Needed(scene.kind, METHOD, ("energy",)), tell, helped=False)
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
         """Run one lane for each cell on the current threads, all in one call of the kernel.
@@ -190,7 +233,8 @@ class Batch:
         energy = np.zeros((*chains.shape, 2))
         violation = None if self._scene.limit is None else np.zeros((*chains.shape, 3))
         buffers, span = LaneBuffers(energy=energy, violation=violation), Span(transient, periods, 1)
-        status = run(self._parts, chains, starts.reshape(-1, 4), span, buffers)
+        with self._compilation.followed():
+            status = run(self._parts, chains, starts.reshape(-1, 4), span, buffers)
         broken = np.zeros(chains.shape) if violation is None else violation[..., 2]
         shape = cells.shape
         return Outcome(

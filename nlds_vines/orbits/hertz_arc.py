@@ -27,12 +27,24 @@ STRETCH = 0.57  # of the map x = d sinh(a xi): a little inside the singularity a
 STEEP = 1.3280717613951345  # a = arsinh(1 / STRETCH)
 FINEST = 1e-16  # change of a sweep that is round-off
 
-CHOICES = {8: (5e-6, 6e-8), 12: (2e-8, 4e-12), 16: (3e-10, 1e-14), 20: (1e-12, 1e-14)}
+CHOICES = {
+    8: (5e-6, 6e-8),
+    12: (2e-8, 4e-12),
+    16: (3e-10, 1e-14),
+    20: (1e-12, 1e-14),
+    24: (1e-14, 1e-14),
+}
 """Numbers of nodes n, and C_n: errors of an impact are at most C_n e^(3/2) (`kernels.impact`).
 
-To its release, and to its deepest point on the half arc.  Twice what impacts of all kinds were found
-to err by at most (tests/kernels/test_impact_error.py)."""
+To its release, and to its deepest point on the half arc.  Twice what impacts of all kinds were
+found to err by at most (tests/kernels/test_impact_error.py)."""
 
+INSIDE = {12: 1e-6, 16: 5e-9, 20: 3e-11, 24: 5e-13}
+"""Numbers of nodes, and errors of a state inside an impact, in units of its depth and speed.
+
+The free arc's own S between the nodes is the worst of it."""
+
+NOWHERE = 7.0  # a place that is none
 _FINE = 32  # nodes whose integrals are true to round-off
 _TERMS = 60  # of the power series, whose terms fall by more than a half each
 _NEWTON = 8  # steps that invert them
@@ -107,8 +119,7 @@ def _grid(n: int, part: int) -> _Grid:
     return _Grid(*hertz_arc(phi), integration_matrix(xi, xi) * density, weight)
 
 
-@lru_cache(maxsize=8)
-def _tables(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
+def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
     """Return the constants of an arc with these numbers of nodes (`kernels.impact`), one by one."""
     grids = [_grid(n, part) for n in (*choices, _FINE)]
     ends = np.cumsum([len(grid.u) for grid in grids])
@@ -141,30 +152,60 @@ def _tables(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
 def _constants(rows: list[np.ndarray], matrix: np.ndarray, beyond: np.ndarray) -> np.ndarray:
     """Return rows, matrix and what is missed, one after the other, in whole fours of nodes."""
     n = len(matrix)
-    wide = np.zeros((len(rows) + n, -(-n // FOUR) * FOUR))
+    wide = np.zeros((len(rows) + n, _in_fours(n)))
     wide[: len(rows), :n] = rows
     wide[len(rows) :, :n] = matrix.T
     return np.concatenate([wide.ravel(), beyond.ravel()])
+
+
+def _in_fours(n: int) -> int:
+    """Return the least multiple of four that is n or more."""
+    return -(-n // FOUR) * FOUR
+
+
+def _inside(n: int) -> np.ndarray:
+    """Return the constants of `kernels.inside` for n nodes of the half arc, row by row.
+
+    Places of touch, nodes and deepest point, the weights of the barycentric formula there, u and S.
+    Behind them, places of no weight.
+    """
+    x = np.array([-1.0, *gauss_points(n), 1.0])
+    weights = [1 / math.prod((2 * (one - x[x != one])).tolist()) for one in x]
+    u, S = hertz_arc(HALF * (1 + x[1:-1]) / 2)
+    rows = np.zeros((4, _in_fours(n + 2)))
+    rows[0] = NOWHERE
+    rows[:, : n + 2] = x, weights / np.max(np.abs(weights)), [0.0, *u, 1.0], [1.0, *S, 0.0]
+    return rows.ravel()
+
+
+@lru_cache(maxsize=8)
+def _table(choices: tuple[tuple[int, tuple[float, float]], ...]) -> np.ndarray:
+    """Return the table of an arc (`kernels.impact`) with these choices of nodes and errors."""
+    numbers = tuple(n for n, _ in choices)
+    whole, half = (_blocks(numbers, part) for part in (impact.WHOLE, impact.HALF))
+    head, place, blocks = np.zeros(impact.CONSTANTS), impact.CONSTANTS, []
+    for level, (n, errors) in enumerate(choices):
+        row = impact.LEVELS + impact.LEVEL * level
+        head[row : row + impact.LEVEL] = n, place, place + len(whole[level]), *errors
+        blocks += [whole[level], half[level], _inside(n)]
+        place += sum(map(len, blocks[-3:]))
+    return np.concatenate([head, *blocks])
 
 
 def make_arc(tolerance: float = TOLERANCE, nodes: int | None = None) -> impact.Arc:
     """Return the `Arc` with scratch rows of its own: one for each thread that uses it.
 
     Arguments: the relative `tolerance` of an impact, which chooses its nodes; or one number of
-    `nodes`, 2 to 64, for all impacts, whose errors are what they are.
+    `nodes`, 2 to 60, for all impacts, whose errors are what they are.
     """
     if nodes is None:
-        choices, settled = CHOICES, impact.SETTLED * tolerance
-    elif 2 <= nodes <= impact.ROW:
-        choices, tolerance = {nodes: (0.0, 0.0)}, math.inf
+        choices, levels, settled = CHOICES, len(CHOICES), impact.SETTLED * tolerance
+        fine = min((n for n, error in INSIDE.items() if error <= tolerance), default=max(INSIDE))
+    elif 2 <= nodes <= impact.ROW - 4:
+        fine = max(nodes, 20)
+        choices, levels, tolerance = {nodes: (0.0, 0.0), fine: (0.0, 0.0)}, 1, math.inf
         settled = max(0.3 / 10**nodes, FINEST)
     else:
-        raise ValueError(f"nodes = {nodes}: an arc takes 2 to {impact.ROW} collocation nodes")
-    whole, half = (_tables(tuple(choices), part) for part in (impact.WHOLE, impact.HALF))
-    head, place, blocks = np.zeros(impact.CONSTANTS), impact.CONSTANTS, []
-    for level, (n, errors) in enumerate(choices.items()):
-        row = impact.LEVELS + impact.LEVEL * level
-        head[row : row + impact.LEVEL] = n, place, place + len(whole[level]), *errors
-        blocks += [whole[level], half[level]]
-        place += len(whole[level]) + len(half[level])
-    return impact.Arc(tolerance, settled, len(choices), np.concatenate([head, *blocks]))
+        raise ValueError(f"nodes = {nodes}: an arc takes 2 to {impact.ROW - 4} collocation nodes")
+    table = _table(tuple(choices.items())).copy()
+    return impact.Arc(tolerance, settled, levels, list(choices).index(fine), table)

@@ -5,10 +5,11 @@ With the amplitude b = b0 (1 + beta) and the time t = tick tau, an impact obeys
     beta' = S u w a / (2 den)      tau' = u w^5 / den      w = 1 + beta    den = w^6 - a u^2
     a = A - D w^5 S + R tau + Z w^4 u^2 + Q tau^2
 
-in the free arc u(phi), S(phi): a is what accelerates r beside the contact, in units of the contact's
-own kappa b0^6, written as a force A, a drag D, a drift R, a spring Z and a curvature Q
-(`kernels.impact.small_numbers`). All five are small, Q ~ R^(5/3) ~ Z^(5/4) and A, D ~ R^(2/3) at
-least as soon as impacts become slow, so that a term is of the order of its WEIGHTS, in halves.
+in the free arc u(phi), S(phi): a is what accelerates r beside the contact, in units of the
+contact's own kappa b0^6, written as a force A, a drag D, a drift R, a spring Z and a curvature Q
+(`kernels.impact.Approach`). Of an impact that lasts theta, in units of the other motion's time, A
+and D are of the order theta^2 or less, R is A theta, Z is theta^4 and Q is A theta^2 at most: terms
+are kept by the sum of their WEIGHTS, which are orders in halves.
 
 The series is exact: beta and tau obey it whatever integrates them. So it is solved twice, with the
 integrals of a collocation of n nodes and with true ones: the first is a guess from which the sweeps

@@ -27,6 +27,7 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
         far=True if "far" in scene.walls else None,
         arc=make_arc(settings.tolerance, settings.nodes) if scene.walls else None,
         contact_steps=float(settings.steps),
+        contact_tolerance=float(settings.stepped_to),
         period_steps=float(settings.period_steps),
     )
 

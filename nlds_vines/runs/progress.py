@@ -46,6 +46,13 @@ class Progress:
         if self._bar is not None:
             self._bar.close()
 
+    def say(self, text: str) -> None:
+        """Show a line of text beside the progress."""
+        if self._bar is not None:
+            self._bar.write(text, file=sys.stderr)
+        elif not self._quiet:
+            print(text, file=sys.stderr, flush=True)
+
     def note(self, count: int, words: str) -> None:
         """Add `count` pieces of work; `words` say how all of them went so far."""
         self._done += count

@@ -1,4 +1,4 @@
-"""How many threads the kernels use, and whether the environment lets Numba start them."""
+"""How many threads the kernels use, and whether the environment lets Numba be loaded."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import re
 from collections.abc import Mapping
 
 from nlds_vines.errors import RequestError, shown
+from nlds_vines.runs.machine import processors
 
 MOST_THREADS = 4096
 """Threads that may be asked for: more than any machine has, so that a typing error is noticed."""
 
-_LAYERS = ("default", "safe", "threadsafe", "forksafe", "tbb", "omp", "workqueue")
-_POOLS = {"tbb", "omp", "workqueue"}  # of which each stands once in the list of priorities
+_used: int | None = None  # as `use_threads` was asked; None for all
 
 
 def check_environment(environment: Mapping[str, str] = os.environ) -> None:
@@ -26,18 +26,6 @@ def check_environment(environment: Mapping[str, str] = os.environ) -> None:
             f"NUMBA_NUM_THREADS = {shown(number)} in the environment must be a whole number from 1 "
             f"to {MOST_THREADS}"
         )
-    layer = environment.get("NUMBA_THREADING_LAYER", "default")
-    if layer.lower() not in _LAYERS:
-        raise RequestError(
-            f"NUMBA_THREADING_LAYER = {shown(layer)} in the environment must be one of "
-            f"{', '.join(_LAYERS)}"
-        )
-    order = environment.get("NUMBA_THREADING_LAYER_PRIORITY")
-    if order is not None and sorted(order.split()) != sorted(_POOLS):
-        raise RequestError(
-            f"NUMBA_THREADING_LAYER_PRIORITY = {shown(order)} in the environment must name "
-            f"{', '.join(sorted(_POOLS))}, each once"
-        )
 
 
 def _whole(text: str) -> int:
@@ -48,23 +36,23 @@ def _whole(text: str) -> int:
 def use_threads(threads: int | None) -> int:
     """Let the kernels use `threads` threads, at most one per processor; return how many.
 
-    None takes one per processor.  The threads are started, so whatever keeps Numba from that is
-    known before anything is computed.
-
-    Raises `RequestError` where no threading layer, or not the one that is asked for, can be loaded.
+    None takes one per processor.  It holds for this process, whichever thread asks.
     """
-    check_environment()
-    import numba
+    global _used
+    most = most_threads()
+    _used = most if threads is None else min(threads, most)
+    return _used
 
-    most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # set at run time
-    used = most if threads is None else min(threads, most)
-    try:
-        numba.set_num_threads(used)
-    except (ValueError, ImportError, RuntimeError) as error:
-        layer = os.environ.get("NUMBA_THREADING_LAYER", "default")
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise RequestError(
-            f"NUMBA_THREADING_LAYER = {shown(layer)} in the environment: {reason} "
-            "(workqueue is always there)"
-        ) from error
-    return used
+
+def threads_in_use() -> int:
+    """Return how many threads the kernels use: all there are until `use_threads` says otherwise."""
+    return most_threads() if _used is None else _used
+
+
+def most_threads() -> int:
+    """Return how many may be used: NUMBA_NUM_THREADS, or the processors for this process."""
+    check_environment()
+    number = os.environ.get("NUMBA_NUM_THREADS")
+    if number is not None:
+        return _whole(number)
+    return processors()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nlds_vines.orbits.batch import Batch, Outcome
+from nlds_vines.orbits.compilation import Tell
 from nlds_vines.orbits.starts import random_states
 from nlds_vines.tuning.request import STARTS, Tuning
 
@@ -48,11 +49,11 @@ inadmissible; E2max [J], status and number of that case."""
 class Objective:
     """The objective of one tuning; what all designs share is prepared once."""
 
-    def __init__(self, tuning: Tuning) -> None:
-        """Prepare for designs of `tuning`."""
+    def __init__(self, tuning: Tuning, tell: Tell | None = None) -> None:
+        """Prepare for designs of `tuning`; `tell` takes a line where something is compiled."""
         self._tuning = tuning
         self._cases = tuning.cases()
-        self._batch = Batch(tuning.system.scene)
+        self._batch = Batch(tuning.system.scene, tell)
         generator = np.random.default_rng(tuning.search.seed)
         self._draws = generator.uniform(-1.0, 1.0, size=(STARTS, 4))
 

@@ -7,4 +7,5 @@ In reading order:
     consolidate   the parts of shards joined into an archive
     rerun         a scan repeated from its own archive
     diff          what differs between two archives
+    compile       kernels compiled before runs need them
 """

@@ -4,7 +4,6 @@ import math
 import re
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
 
@@ -31,6 +30,7 @@ from nlds_vines import load_system, simulate
 from nlds_vines.errors import RequestError
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.orbits.simulation import IntegrationError
+from nlds_vines.runs.threads import most_threads
 
 IDS = [f"{entry.number} {entry.name}" for entry in CATALOGUE]
 SHORT = [
@@ -183,7 +183,7 @@ def test_what_is_not_stored_is_told():
 
 
 def test_the_threads_that_were_used_are_told():
-    most = numba.config.NUMBA_NUM_THREADS
+    most = most_threads()
     counts = sorted({min(threads, most) for threads in repetition.THREADS})
     assert f"(threads: {', '.join(map(str, counts))})" in repetition.whatever_the_order().words
 

@@ -70,7 +70,8 @@ def system_named(name):
 def compiled(system, method, want):
     """Run three periods of a system and return the code that this compiled."""
     system = system_named(system)
-    watched = (cells.run_cell, exact.touch_in, *loops())
+    run_cell = cells.run_cell.entry  # what Python calls
+    watched = (run_cell, exact.touch_in, *loops())
     known = {f: set(f.overloads) for f in watched}
     section = np.empty((3, 4 if system.scene.damper else 2))
     impacts = Impacts(np.zeros((9, COLUMNS)), np.zeros(1, np.int64))
@@ -81,13 +82,13 @@ def compiled(system, method, want):
         violation=np.zeros(3) if system.scene.limit else None,
     )
     parts, cell = parts_of(method, system.scene), cell_of(system)
-    cells.run_cell(parts, cell, np.zeros(orbit.SIZE), Span(3, 3, 1), buffers)
+    run_cell(parts, cell, np.zeros(orbit.SIZE), Span(3, 3, 1), buffers)
     fresh = {f: sorted(set(f.overloads) - known[f], key=str) for f in watched}
-    (signature,) = fresh[cells.run_cell]
-    parts = libraries(cells.run_cell.overloads[signature].library, [])
+    (signature,) = fresh[run_cell]
+    parts = libraries(run_cell.overloads[signature].library, [])
     symbols = {function.name for part in parts for function in part.get_defined_functions()}
     kernels = {symbol for symbol in symbols if KERNEL.match(symbol)}
-    text = cells.run_cell.inspect_llvm(signature)
+    text = run_cell.inspect_llvm(signature)
     loop = [(f, s) for f in loops() for s in fresh[f]]
     walks = [exact.touch_in.inspect_llvm(s) for s in fresh[exact.touch_in]]
     return {

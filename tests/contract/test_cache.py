@@ -74,7 +74,7 @@ def run(tmp_path):
 def test_the_second_process_compiles_nothing_and_an_edit_is_seen(run, tmp_path):
     first = run()
     assert first["misses"] > 0
-    assert first["hits"] == 0
+    assert first["hits"] <= 1  # the verdict, where another process has compiled it meanwhile
     assert first["labels"] == ["T,0", "T,0"]
 
     second = run()

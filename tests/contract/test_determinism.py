@@ -20,6 +20,7 @@ from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.bifurcation.command import main
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.orbits import batch
 from nlds_vines.orbits.status_words import DIVERGED, OK, STATUS, STEP_BUDGET, TOO_STIFF
 from nlds_vines.runs.interrupts import Interrupted
 
@@ -65,6 +66,12 @@ def bits(path):
 def arrays(path):
     with nv.read(path) as archive:
         return {name: archive[name] for name in archive.names}
+
+
+@pytest.fixture(autouse=True)
+def _pieces(monkeypatch):
+    """Let every lane be a piece, however short: the threads then take turns."""
+    monkeypatch.setattr(batch, "PIECE_PERIODS", 1)
 
 
 @pytest.fixture

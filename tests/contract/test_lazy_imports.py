@@ -59,6 +59,16 @@ def test_sister_commands_load_nothing_heavy(command, arguments, status, tmp_path
 
 @pytest.mark.parametrize(
     ("arguments", "status"),
+    [(["--help"], 0), (["no-kind"], 2), (["tmd", "--record", "impacts"], 2)],
+)
+def test_compiling_ahead_loads_nothing_heavy_before_it_must(arguments, status, tmp_path):
+    found, modules = loaded(tmp_path, "-m", "nlds_vines", "compile", *arguments)
+    assert found == status
+    assert not modules & set(HEAVY)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"),
     [(["--help"], 0), (["--dry-run"], 0), (["--free", "k2=2:1"], 2), (["-o", "old.h5"], 2)],
 )
 def test_tuning_loads_nothing_heavy_before_it_must(arguments, status, tmp_path):

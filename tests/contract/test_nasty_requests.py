@@ -248,8 +248,6 @@ ENVIRONMENTS = {
     "no number": ({"NUMBA_NUM_THREADS": ""}, "NUMBA_NUM_THREADS = ''"),
     "threads in Arabic": ({"NUMBA_NUM_THREADS": "٣"}, "NUMBA_NUM_THREADS"),
     "too many threads": ({"NUMBA_NUM_THREADS": "100000"}, "from 1 to 4096"),
-    "an unknown layer": ({"NUMBA_THREADING_LAYER": "quatsch"}, "workqueue"),
-    "half a priority": ({"NUMBA_THREADING_LAYER_PRIORITY": "tbb omp"}, "each once"),
 }
 
 
@@ -274,31 +272,27 @@ def test_an_environment_that_numba_refuses_is_one_line(case, folder, monkeypatch
 
 def test_usual_environments_are_taken():
     check_environment({})
-    check_environment({"NUMBA_NUM_THREADS": " 8 ", "NUMBA_THREADING_LAYER": "OMP"})
-    check_environment({"NUMBA_THREADING_LAYER_PRIORITY": "workqueue tbb omp"})
+    check_environment({"NUMBA_NUM_THREADS": " 8 "})
 
 
-def test_a_layer_that_is_not_there_is_one_line_before_anything_is_begun(tmp_path):
+def test_the_threads_of_numba_do_not_matter(tmp_path):
+    """The threads are our own: what Numba lacks for its own, or would refuse, is not asked for."""
     code = "import sys; from nlds_vines.__main__ import main; sys.exit(main(sys.argv[1:]))"
     arguments = ["bifurcation", "--vary", "omega=6:7:2", "--periods", "1", "--record", "section"]
     done = subprocess.run(
-        [sys.executable, "-c", code, *arguments],
+        [sys.executable, "-c", code, *arguments, "-o", "a.h5"],
         capture_output=True,
         text=True,
         cwd=tmp_path,
         env={
             "PYTHONPATH": str(Path(nv.__path__[0]).parent),
-            "NUMBA_THREADING_LAYER": "tbb",
+            "NUMBA_THREADING_LAYER": "quatsch",
             "NUMBA_DISABLE_JIT": "1",
         },
         check=False,
     )
-    if done.returncode == 0:
-        pytest.skip("tbb is installed here")
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "NUMBA_THREADING_LAYER = 'tbb'" in done.stderr
-    assert list(tmp_path.iterdir()) == []
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "a.h5").exists()
 
 
 # ---- the same in Python --------------------------------------------------------------------------

@@ -11,7 +11,14 @@ from numpy.polynomial import Polynomial
 from support import kernel_cell
 
 from nlds_vines.kernels import codes
-from nlds_vines.kernels.exact import bounds_of, may_hold_a_miss, proves_no_touch, touch_in
+from nlds_vines.kernels import touch as walks
+from nlds_vines.kernels.exact import (
+    Bounds,
+    bounds_of,
+    may_hold_a_miss,
+    proves_no_touch,
+    touch_in,
+)
 from nlds_vines.kernels.flight import (
     BOUNDS,
     COEF,
@@ -99,14 +106,21 @@ def test_a_cell_is_clear_where_its_ends_and_the_bend_say_so(near, far, r0, r1, s
 
 def grid_with(p):
     """Return a grid whose expanded cell holds the polynomial p as r."""
-    return Grid(8, 0.1, 0.125, 1.0, 1.0, 1.0, cell_of(p))
+    cell = cell_of(p)
+    cell[COEF + 3 : COEF + 3 + 4 * (len(p.coef) - 1) : 4] = p.deriv().coef / 0.1
+    return Grid(8, 0.1, 0.125, 1.0, 1.0, 1.0, cell)
+
+
+def end_of(p):
+    """Return the state at the end of such a cell."""
+    return 0.0, 0.0, p(1.0), p.deriv()(1.0) / 0.1
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_first_of_two_walls_is_touched(sign):
     """r = 2 x (x - 0.6) (x - 1.2) rises beyond the near wall and falls beyond the far one."""
     p = sign * 2.0 * Polynomial.fromroots((0.0, 0.6, 1.2))
-    bends = [np.abs(p.deriv(n)(PLACES)).max() for n in (2, 3)]
+    bounds = Bounds(*(np.abs(p.deriv(n)(PLACES)).max() for n in (2, 3, 4)), 0.0, 0.0)
     both = {
         codes.TOUCH_NEAR: (p - NEAR.gap).roots().real,
         codes.TOUCH_FAR: (p + FAR.gap).roots().real,
@@ -114,16 +128,25 @@ def test_the_first_of_two_walls_is_touched(sign):
     firsts = {event: min(x for x in roots if 0.0 < x <= 1.0) for event, roots in both.items()}
     first = min(firsts, key=lambda event: firsts[event])
     assert first == (codes.TOUCH_NEAR if sign > 0.0 else codes.TOUCH_FAR)
-    place, event = touch_in(NEAR, FAR, grid_with(p), 1.0, *bends)
+    place, event = touch_in(NEAR, FAR, grid_with(p), 1.0, end_of(p), bounds)
     assert event == first
     assert place == pytest.approx(firsts[first], abs=1e-12)
-    assert touch_in(NEAR, FAR, grid_with(0.01 * p), 1.0, *bends) == (NOWHERE, codes.SECTION)
+    p = 0.01 * p
+    found = touch_in(NEAR, FAR, grid_with(p), 1.0, end_of(p), bounds)
+    assert found == (NOWHERE, codes.SECTION)
 
 
-def test_a_touch_that_cannot_be_told_is_not_passed_over():
-    """With absurd bounds of the bend the walk does not arrive."""
-    place, event = touch_in(NEAR, None, grid_with(Polynomial([0.0, 0.01])), 1.0, 1e30, 1e40)
-    assert (place, event) == (LOST, codes.ASTRAY)
+def test_a_touch_that_cannot_be_told_is_not_passed_over(monkeypatch):
+    """A walk towards a graze, and steps towards a touch, that are not allowed to arrive."""
+    graze, touch = Polynomial([0.0, 0.3996, -0.3996]), Polynomial([0.0, 0.1, 0.1])
+    bounds = Bounds(1.0, 1.0, 1e-3, 0.0, 0.0)
+    for p, found in ((graze, (NOWHERE, codes.SECTION)), (touch, (None, codes.TOUCH_NEAR))):
+        place, event = touch_in(NEAR, None, grid_with(p), 1.0, end_of(p), bounds)
+        assert (place if event == codes.SECTION else None, event) == found
+    monkeypatch.setattr(walks, "MOST_STEPS", 1)
+    for p in (graze, touch):
+        place, event = touch_in(NEAR, None, grid_with(p), 1.0, end_of(p), bounds)
+        assert (place, event) == (LOST, codes.ASTRAY)
 
 
 # ---- of the energy -------------------------------------------------------------------------------
@@ -137,26 +160,30 @@ def prepared(numbers):
 
 
 def derivatives(ps, damper, h, y, phase):
-    """Return the state and its first three derivatives by the place in a cell, (4, 4)."""
+    """Return the state and its first four derivatives by the place in a cell, (5, 4)."""
     out = np.zeros(TERMS)
     expand(ps, damper, h, np.array([*y, math.cos(phase), math.sin(phase)]), out, 0)
-    return out.reshape(ORDER + 1, 4)[:4] * [[1.0], [1.0], [2.0], [6.0]]
+    return out.reshape(ORDER + 1, 4)[:5] * [[1.0], [1.0], [2.0], [6.0], [24.0]]
 
 
-def second_derivatives(ps, damper, grid, y, phase):
-    """Return those of r and the third of r, of E1 and E2, and of the four factors, by the place."""
+def derivatives_of(ps, damper, grid, y, phase):
+    """Return the sizes of derivatives by the place in a cell.
+
+    The second, third and fourth of r, the fourth of E1, the fourth of E2, the second of the four
+    factors.
+    """
     d = derivatives(ps, damper, grid.h, y, phase)
     turn = ps.omega * grid.h
     x1, v1, r, s = d.T
-    drive = [math.cos(phase), 0.0, -math.cos(phase) * turn**2]
+    drive = -math.cos(phase) * turn**2
 
-    def twice(a):  # the second derivative of a^2 / 2
-        return a[1] ** 2 + a[0] * a[2]
+    def fourth(a):  # derivative of a^2 / 2, by Leibniz' rule
+        return a[0] * a[4] + 4 * a[1] * a[3] + 3 * a[2] ** 2
 
-    e1 = ps.m1 * twice(v1) + ps.k1 * twice(x1)
-    e2 = damper.m2 * twice(v1 - s) + damper.k2 * twice(x1 - r)
-    factors = powers_at(ps, damper, x1[2], v1[2], r[2], s[2], drive[2], 0.0)
-    return abs(r[2]), abs(r[3]), abs(e1), abs(e2), np.abs(factors)
+    e1 = ps.m1 * fourth(v1) + ps.k1 * fourth(x1)
+    e2 = damper.m2 * fourth(v1 - s) + damper.k2 * fourth(x1 - r)
+    factors = powers_at(ps, damper, x1[2], v1[2], r[2], s[2], drive, 0.0)
+    return *np.abs(r[2:]), abs(e1), abs(e2), np.abs(factors)
 
 
 def test_the_energy_scale_is_that_of_both_bodies():
@@ -183,25 +210,35 @@ def test_bounds_from_the_energy_hold(seed):
         r, s = (r if damper.k2 > 0.0 else 0.0), v1 - units[3] / np.sqrt(damper.m2)
         y, phase = (x1, v1, r, s), rng.uniform(0, 2 * np.pi)
         scale = scale_of(ps, damper, *y)
-        bend, jerk, second, energy_bend = (b * (1 + 1e-9) for b in bounds_of(ps, grid, scale))
-        found = second_derivatives(ps, damper, grid, y, phase)
-        assert found[0] <= bend
-        assert found[1] <= jerk
-        assert found[2] <= energy_bend
-        assert found[3] <= energy_bend * grid.table[BOUNDS + 4]
-        assert (found[4] <= factor_bends(ps, grid, second)).all()
+        bounds = Bounds(*(b * (1 + 1e-9) for b in bounds_of(ps, grid, scale)))
+        found = derivatives_of(ps, damper, grid, y, phase)
+        assert found[0] <= bounds.bend
+        assert found[1] <= bounds.jerk
+        assert found[2] <= bounds.fourth
+        assert found[3] <= bounds.energy
+        assert found[4] <= bounds.energy * grid.table[BOUNDS + 4]
+        assert (found[5] <= factor_bends(ps, grid, bounds.second)).all()
 
 
 def test_bounds_of_what_only_the_force_moves_are_reached():
-    """From rest without springs and dashpots r'' = P/m1 cos, r''' = -omega P/m1 sin."""
+    """From rest without springs and dashpots r'' = P/m1 cos, r''' = -omega P/m1 sin.
+
+    The fourth derivative of E1 is 3 u'' u'' there where u'' is largest; its bound takes each
+    derivative of the forcing for largest at once.
+    """
     ps, damper, grid = prepared(PUSHED)
-    bend, jerk, second, energy_bend = bounds_of(ps, grid, 0.0)
-    crest = second_derivatives(ps, damper, grid, (0.0, 0.0, 0.0, 0.0), 0.0)
-    slope = second_derivatives(ps, damper, grid, (0.0, 0.0, 0.0, 0.0), np.pi / 2)
-    assert crest[0] == pytest.approx(bend, rel=1e-12)
-    assert slope[1] == pytest.approx(jerk, rel=1e-12)
-    assert crest[2] == pytest.approx(energy_bend / (1 + second * 0.0), rel=1e-12)
-    assert crest[4][1] == pytest.approx(factor_bends(ps, grid, 0.0)[1], rel=1e-12)
+    bounds, rest = bounds_of(ps, grid, 0.0), (0.0, 0.0, 0.0, 0.0)
+    crest = derivatives_of(ps, damper, grid, rest, 0.0)
+    slope = derivatives_of(ps, damper, grid, rest, np.pi / 2)
+    assert crest[0] == pytest.approx(bounds.bend, rel=1e-12)
+    assert slope[1] == pytest.approx(bounds.jerk, rel=1e-12)
+    assert crest[2] == pytest.approx(bounds.fourth, rel=1e-12)
+    assert crest[5][1] == pytest.approx(factor_bends(ps, grid, 0.0)[1], rel=1e-12)
+    assert grid.rate == ps.omega  # each derivative of the forcing is that much larger
+    push, omega, h = ps.force * math.sqrt(ps.m1), ps.omega, grid.h
+    first, second, third = push, 2 * omega * push, 3 * omega**2 * push  # derivatives of u at u = 0
+    assert bounds.energy == pytest.approx((4 * first * third + 3 * second**2) * h**4)
+    assert slope[3] == pytest.approx(3 * (omega * push) ** 2 * h**4)
 
 
 @pytest.mark.parametrize("softer", [1e-2, 1.0, 1e2, 1e4])

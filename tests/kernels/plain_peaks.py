@@ -11,20 +11,14 @@ from support import kernel_cell
 
 from nlds_vines.kernels.exact import bounds_of
 from nlds_vines.kernels.flight import at, cell_polynomial, cells_of, grid_of
-from nlds_vines.kernels.observe import energies, powers_at
-from nlds_vines.kernels.peaks import (
-    ALL,
-    factor_bends,
-    factor_polynomial,
-    horner,
-    note_peaks,
-    suspects,
-)
+from nlds_vines.kernels.observe import energies, note_energy, powers_at
+from nlds_vines.kernels.peaks import factor_at, factor_polynomial, note_peaks, suspects
 from nlds_vines.kernels.scene import damper_in, scale_of, structure_of
 
 USUAL = {"m1": 1000.0, "k1": 39500.0, "c1": 450.0, "m2": 60.0, "k2": 700.0, "c2": 50.0}
 FORCED = {**USUAL, "P": 800.0, "omega": 6.28}
 SAMPLES = np.linspace(0.0, 1.0, 2001)
+ALL = 15  # every factor is suspected
 
 
 def random_cell(rng):
@@ -49,7 +43,8 @@ def test_the_largest_of_a_piece_are_those_of_its_samples(seed):
     sampled = [energies(ps, damper, *at(grid.table, x)) for x in end * SAMPLES]
     largest = np.max(sampled, axis=0)
     energy = np.array(energies(ps, damper, *y))
-    note_peaks(ps, damper, energy, grid, cosine, sine, end, ALL)
+    note_energy(ps, damper, energy, *at(grid.table, end))
+    note_peaks(ps, damper, energy, grid, (cosine, sine), end, ALL)
     assert (energy >= largest * (1 - 1e-13)).all()
     assert (energy <= largest * (1 + 1e-5)).all()
 
@@ -70,35 +65,35 @@ def test_some_of_these_peaks_are_inside_and_some_at_the_end():
 @pytest.mark.parametrize("which", range(4))
 def test_the_polynomial_of_a_factor_is_the_factor(which):
     ps, damper, grid, (cosine, sine), _ = random_cell(np.random.default_rng(3))
-    bend = factor_polynomial(ps, damper, grid, cosine, sine, which)
+    bend = factor_polynomial(ps, damper, grid, (cosine, sine), which)
     turn = ps.omega * grid.h
     values = []
     for x in SAMPLES:
         drive = cosine * math.cos(turn * x) - sine * math.sin(turn * x)
         values.append(powers_at(ps, damper, *at(grid.table, x), drive, 0.0)[which])
-    found = [horner(grid.table, x) for x in SAMPLES]
+    found = [factor_at(grid.table, x) for x in SAMPLES]
     np.testing.assert_allclose(found, values, rtol=0, atol=1e-12 * np.abs(values).max())
     second = np.diff(values, 2) / (SAMPLES[1] - SAMPLES[0]) ** 2
     assert np.abs(second).max() <= bend * (1 + 1e-3)
 
 
-def suspected(ps, damper, grid, y):
+def suspected(ps, damper, grid, y, length=1.0):
     """Check which factors are suspected in the first cell of a period; return those that must be.
 
-    They vanish where their energy passes what it is at the ends, and the record is just less.
+    They vanish where their energy passes what it is at the ends of the piece of so many cells, and
+    the record is just less.
     """
     cell_polynomial(grid, *y, 1.0, 0.0)
-    scale = scale_of(ps, damper, *y) + grid.push * grid.h
-    _, _, second, energy_bend = bounds_of(ps, grid, scale)
-    bends, z = factor_bends(ps, grid, second), at(grid.table, 1.0)
-    states = [at(grid.table, x) for x in SAMPLES]
-    turn = ps.omega * grid.h
+    bounds = bounds_of(ps, grid, scale_of(ps, damper, *y) + grid.push * grid.h)
+    states = [at(grid.table, x) for x in length * SAMPLES]
+    turn = ps.omega * grid.h * length
     factors = np.array(
         [
             powers_at(ps, damper, *w, math.cos(turn * x), 0.0)
             for x, w in zip(SAMPLES, states, strict=True)
         ]
     )
+    drives = 1.0, math.cos(turn)
     sampled = np.array([energies(ps, damper, *w) for w in states])
     must = 0
     for body in range(2):
@@ -106,13 +101,14 @@ def suspected(ps, damper, grid, y):
         if 0 < top < len(SAMPLES) - 1:
             energy = np.full(2, 1e300)
             energy[body] = sampled[top, body] * (1 - 1e-12)
-            found = suspects(ps, damper, energy, grid, bends, energy_bend, 0, tuple(y), z)
+            found = suspects(ps, damper, energy, grid, bounds, length, drives, tuple(y), states[-1])
             for i in (2 * body, 2 * body + 1):
                 if factors[top - 1, i] * factors[top + 1, i] < 0.0:
                     assert found & (1 << i)
                     must |= 1 << i
     high = np.full(2, 1e300)
-    assert suspects(ps, damper, high, grid, bends, energy_bend, 0, tuple(y), z) == 0
+    found = suspects(ps, damper, high, grid, bounds, length, drives, tuple(y), states[-1])
+    assert found == 0
     return must
 
 
@@ -122,6 +118,7 @@ def test_what_rises_between_the_ends_of_a_cell_is_suspected():
     for seed in range(60):
         ps, damper, grid, _, y = random_cell(np.random.default_rng(seed))
         seen |= suspected(ps, damper, grid, y)
+        seen |= suspected(ps, damper, grid, y, 0.2 + 0.01 * seed)
     # the structure turns round in the middle of the cell, or the force on it vanishes there
     cell = kernel_cell(**FORCED)
     ps, damper = structure_of(cell), damper_in(cell)

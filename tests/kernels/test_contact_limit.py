@@ -246,12 +246,12 @@ def test_a_short_impact_is_trusted_only_where_its_energy_cannot_reach_the_limit(
     log = np.zeros(6)
     for part, expected in ((0.999, True), (1.001, False)):
         log[observe.LEVEL] = 0.1 + part * depth
-        at_rest = limit.may_pass(ps, damper, wall, 1.0, log, 0.01, 0.0, damper.share, 1.0)
+        at_rest = limit.may_pass(ps, damper, wall, 1.0, log, 0.01, (1.0, 0.0, damper.share))
         assert at_rest == expected
-        moving = limit.may_pass(ps, damper, wall, 1.0, log, 0.01, 0.0, 5.0, 1.0)
+        moving = limit.may_pass(ps, damper, wall, 1.0, log, 0.01, (1.0, 0.0, 5.0))
         assert moving
     log[observe.LEVEL] = 0.09
-    assert limit.may_pass(ps, damper, wall, 1.0, log, 0.01, 0.0, 0.0, 1e-9)
+    assert limit.may_pass(ps, damper, wall, 1.0, log, 0.01, (1e-9, 0.0, 0.0))
     for level, expected in ((-0.11, True), (-0.1, False), (-0.05, False)):
         log[observe.LEVEL] = level
-        assert limit.may_pass(ps, damper, wall, -1.0, log, 0.01, 0.0, 0.0, 1.0) == expected
+        assert limit.may_pass(ps, damper, wall, -1.0, log, 0.01, (1.0, 0.0, 0.0)) == expected

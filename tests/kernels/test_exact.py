@@ -5,7 +5,7 @@ import pytest
 from numpy.polynomial import Chebyshev, Polynomial
 
 from nlds_vines.kernels.codes import SECTION, TOUCH_FAR, TOUCH_NEAR
-from nlds_vines.kernels.exact import may_hold_a_miss, note_misses, touch_in
+from nlds_vines.kernels.exact import Bounds, may_hold_a_miss, note_misses, touch_in
 from nlds_vines.kernels.flight import COEF, TAYLOR, Grid
 from nlds_vines.kernels.peaks import proves_no_root
 from nlds_vines.kernels.scene import Wall
@@ -15,21 +15,30 @@ NEAR, FAR = Wall(0.4, 1e7, 1e5, 300.0), Wall(0.3, 1e7, 1e5, 300.0)
 X = Polynomial([0.0, 1.0])
 
 
+H = 0.1  # length of a cell [s]
+
+
 def cell_of(p):
-    """Return a grid with the polynomial r(x) in its table, and bounds of r'' and r'''."""
-    table = np.zeros(TAYLOR)
+    """Return a grid with the polynomial r(x) in its table, and the `Bounds` of r."""
+    table, speeds = np.zeros(TAYLOR), p.deriv().coef / H
     table[COEF + 2 : COEF + 2 + 4 * len(p.coef) : 4] = p.coef
+    table[COEF + 3 : COEF + 3 + 4 * len(speeds) : 4] = speeds
     places = np.linspace(0.0, 1.0, 2001)
-    bounds = (1.001 * max(np.abs(p.deriv(n)(places)).max(), 1e-9) for n in (2, 3))
-    return Grid(8, 0.1, 0.125, 1.0, 1.0, 1.0, table), *bounds
+    bounds = (1.001 * max(np.abs(p.deriv(n)(places)).max(), 1e-9) for n in (2, 3, 4))
+    return Grid(8, H, 0.125, 1.0, 1.0, 1.0, table), Bounds(*bounds, 0.0, 0.0)
+
+
+def state(p, x):
+    """Return the state (x1, v1, r, s) at place x."""
+    return 0.0, 0.0, float(p(x)), float(p.deriv()(x)) / H
 
 
 # ---- touches -------------------------------------------------------------------------------------
 
 
 def first(p, near=NEAR, far=FAR, end=1.0):
-    grid, bend, jerk = cell_of(p)
-    place, event = touch_in(near, far, grid, end, bend, jerk)
+    grid, bounds = cell_of(p)
+    place, event = touch_in(near, far, grid, end, state(p, end), bounds)
     return (round(place, 9), event) if event != SECTION else None
 
 
@@ -57,9 +66,9 @@ def test_the_first_of_two_walls_in_one_cell():
 
 
 def noted(p, near, far, clearance=np.inf):
-    grid, bend, jerk = cell_of(p)
+    grid, bounds = cell_of(p)
     found = np.array([clearance])
-    note_misses(near, far, found, grid, 1.0, bend, jerk)
+    note_misses(near, far, found, grid, 1.0, bounds)
     return found[0]
 
 
@@ -108,8 +117,8 @@ def test_the_closest_of_many_misses(degree, sign):
         turns = p.deriv().roots()
         turns = turns[np.abs(turns.imag) < 1e-12].real
         tops = [p(x) for x in turns if 0 < x < 1 and p.deriv(2)(x) < 0]
-        grid, bend, jerk = cell_of(sign * p)
-        best = nearest_miss(grid.table, 0.0, sign, 1.0, -np.inf, bend, jerk)
+        grid, bounds = cell_of(sign * p)
+        best = nearest_miss(grid.table, 0.0, sign, 1.0, -np.inf, bounds.bend, bounds.jerk)
         assert best == pytest.approx(max(tops), rel=1e-7)
 
 

@@ -11,7 +11,6 @@ and the other has seen end is followed on by both: it must end, or last, in both
 import itertools
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 import pytest
 
@@ -23,9 +22,11 @@ from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.scenes import SCENES
+from nlds_vines.orbits import batch
 from nlds_vines.orbits.coexistence import final
 from nlds_vines.orbits.evidence import arrays_of
 from nlds_vines.orbits.kernel_inputs import parts_of
+from nlds_vines.runs.threads import use_threads
 
 WANT = ["regime", "settling", "lyapunov", "evidence"]
 OMEGA, FORCE = (5.0, 8.0), (400.0, 1200.0)
@@ -134,16 +135,17 @@ def test_both_methods_agree_on_two_thousand_random_cells():
     check_methods(random_cells(2000), least=8)
 
 
-def test_threads_and_company_do_not_matter():
+def test_threads_and_company_do_not_matter(monkeypatch):
+    monkeypatch.setattr(batch, "PIECE_PERIODS", 1)  # however short, every lane is a piece
     cells = grid()
-    together = judge(cells)
-    used = numba.get_num_threads()
     try:
-        numba.set_num_threads(1)
+        use_threads(None)
+        together = judge(cells)
+        use_threads(1)
         alone = judge(cells)
         parts = [judge(piece) for piece in np.array_split(cells, 7)]
     finally:
-        numba.set_num_threads(used)
+        use_threads(None)
     for name, values in together.arrays.items():
         np.testing.assert_array_equal(values, alone.arrays[name])
         joined = np.concatenate([part.arrays[name] for part in parts])

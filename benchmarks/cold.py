@@ -1,0 +1,129 @@
+"""The wait before the first orbit: the main command with an empty cache of compiled kernels.
+
+    python -m benchmarks.cold                                    this package
+    python -m benchmarks.cold --package ../before --package .    two checkouts, in turn
+    python -m benchmarks.cold --rounds 5
+
+The default scan is cut down to two short orbits, so that compiling is nearly all of it. Each run is
+timed in turn with a yardstick: a fixed piece of Numba compiling in a fresh process, which no change
+of the program touches. Wall time counts, over that of the yardstick before and after it, the median
+of several rounds; CPU time, helpers included, and the greatest memory of a process stand beside it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+TINY = [
+    "--vary", "omega=6:6.01:2", "--transient", "5", "--periods", "5",
+    "-o", "a.h5", "--plot", "a.png", "--quiet",
+]  # fmt: skip
+"""What cuts the default scan down: its records and its picture are as ever."""
+
+YARDSTICK = """
+import numba
+
+TEXT = '''
+@numba.njit(error_model="numpy")
+def f{i}(x, n, a):
+    s = 0.0
+    for k in range(n):
+        if a[k] > x:
+            s += (a[k] - x) / (1.0 + s * s) + {i}
+        elif a[k] < -x:
+            s -= a[k] * x
+        a[k] = s if s < 1e3 else {before}
+    return s
+'''
+space = {"numba": numba}
+for i in range(60):
+    before = f"f{i - 1}(x, n - 1, a)" if i % 6 else "x"
+    exec(TEXT.format(i=i, before=before), space)
+import numpy as np
+for i in range(5, 60, 6):
+    space[f"f{i}"](0.5, 3, np.arange(3.0))
+"""
+"""Sixty functions, six deep: compiled, not cached."""
+
+
+@dataclass
+class Cost:
+    """What a process and its helpers took: wall time and CPU time [s], memory [bytes] of one."""
+
+    wall: float
+    cpu: float
+    memory: int
+
+
+def cost(*arguments: str, package: Path | None = None) -> Cost:
+    """Run Python with these arguments in an empty folder, with an empty cache; return the cost."""
+    with tempfile.TemporaryDirectory() as folder:
+        surroundings = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
+        surroundings["NUMBA_CACHE_DIR"] = str(Path(folder) / "cache")
+        if package is not None:
+            surroundings["PYTHONPATH"] = str(package)
+        began = time.perf_counter()
+        with subprocess.Popen(
+            [sys.executable, *arguments],
+            cwd=folder,
+            env=surroundings,
+            stdout=subprocess.DEVNULL,
+        ) as process:
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+        wall = time.perf_counter() - began
+    if process.returncode:
+        raise SystemExit(f"{' '.join(arguments[:3])}: status {process.returncode}")
+    unit = 1 if sys.platform == "darwin" else 1024
+    return Cost(wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * unit)
+
+
+def measured(packages: list[Path], rounds: int) -> list[list[tuple[Cost, float]]]:
+    """Return for each package and round the cost, and the yardstick's wall time [s] around it."""
+    found: list[list[tuple[Cost, float]]] = [[] for _ in packages]
+    before = cost("-c", YARDSTICK)
+    for _ in range(rounds):
+        for package, costs in zip(packages, found, strict=True):
+            taken = cost("-m", "nlds_vines.bifurcation", *TINY, package=package)
+            after = cost("-c", YARDSTICK)
+            costs.append((taken, (before.wall + after.wall) / 2))
+            before = after
+    return found
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description="The wait before the first orbit.")
+    parser.add_argument(
+        "--package",
+        action="append",
+        type=Path,
+        metavar="PATH",
+        help="a folder with nlds_vines in it",
+    )
+    parser.add_argument("--rounds", type=int, default=3, metavar="N")
+    options = parser.parse_args()
+    here = Path(__file__).resolve().parents[1]
+    packages = [path.resolve() for path in options.package or [here]]
+    first = None
+    for path, rounds in zip(packages, measured(packages, options.rounds), strict=True):
+        ratio = median(taken.wall / yard for taken, yard in rounds)
+        first = first or ratio
+        wall, cpu = median(t.wall for t, _ in rounds), median(t.cpu for t, _ in rounds)
+        memory = max(taken.memory for taken, _ in rounds)
+        print(
+            f"{path}: {ratio:.2f} yardsticks ({ratio / first:.2f} of the first), {wall:.1f} s, "
+            f"{cpu:.1f} s of CPU, {memory / 1e6:.0f} MB"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,426 @@
+"""Inside a short impact: its state at any time, and its largest energies.
+
+At the ends of an arc a collocation is far better than between its nodes. But on half an arc, from
+touch to deepest point, the polynomials through n nodes and both ends converge like 3.6^-n, since
+the singularities of the arc lie beside its deepest point. From there to the release the impact is
+solved backward in time, where it is an impact again: velocities and the dashpots' forces change
+their signs, and the phase runs back. The tolerance chooses the number of nodes.
+
+A value at place x from -1 to 1 is read off by the barycentric formula
+sum(q_i y_i) / sum(q_i), q_i = weight_i / (x - x_i)  (Berrut, Trefethen: SIAM Review 46 (2004) 501).
+
+An energy can peak where its power falls through zero. The contact's force alone only makes it dip,
+so that a peak is near the touch, where the power is positive there, or near the release, where it
+is negative.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .compiling import jit
+from .contact_field import cos_sin, rotated
+from .fours import four, four_at, put_four, sum_of
+from .impact import (
+    HALF,
+    INSIDE,
+    LENGTH,
+    MATRIX,
+    MISSED,
+    ROW,
+    Approach,
+    B,
+    G,
+    H,
+    Nodes,
+    S,
+    T,
+    U,
+    approach_of,
+    at_end,
+    nodes_of,
+    settle,
+)
+from .observe import energies_of, powers_of
+from .roots import narrowed, secant
+from .scene import Damper, Structure, finite
+
+# Places are the touch, the nodes and the deepest point. Rows of k numbers, k = n + 2 in fours:
+PLACE, BARYCENTRIC, U_THERE, S_THERE = range(4)  # constants of a half, behind all others
+WEIGHED = INSIDE  # scratch: the weights at a place; values of five quantities there
+FIRST, SECOND, THIRD, FOURTH, FIFTH = (INSIDE + ROW * (1 + i) for i in range(5))
+# the last half of each end whose energies were looked for: s, v1, x1, cos, sin, and what E1 and E2
+# rise above their values there, NaN if unknown
+LAST = INSIDE + ROW * 6
+
+SLOPING = 0.8  # u^5 up to which S is better by S^2 = 1 - u^5 than by its own polynomial
+ROOT_STEPS = 40  # of the search for a place: it needs some six
+ROUND_OFF = 4.0e-16  # relative, of a time
+BEYOND = 1.1  # place up to which the polynomials hold: a little behind the deepest point
+PRECISE = 1.0e-7  # error of the place of a peak: its height errs by the square
+SAME = 1.0e-3  # change of an impact in units of the tolerance with which it is the same
+RISE = 2.0  # largest power of the other forces in an impact, in units of that at its ends
+
+
+class Ahead(NamedTuple):
+    """An impact that is solved while the orbit is inside it, all as at a near wall.
+
+    took [s] is 0 where there is none.
+    """
+
+    took: float  # from touch to release [s]
+    elapsed: float  # since touch [s]
+    depth: float  # the greatest [m], 0 if it is not wanted
+    touch: tuple[float, float, float]  # s, x1, v1
+    release: tuple[float, float, float]
+
+
+class Half(NamedTuple):
+    """Half an impact, solved: from touch, or backward in time from release."""
+
+    ps: Structure
+    damper: Damper
+    approach: Approach
+    nodes: Nodes
+    k: int  # places in whole fours
+    places: int  # where their constants are
+    time: float  # to the deepest point [s]
+
+
+@jit
+def read_ahead(numbers, at):
+    """Return the `Ahead` that is kept in an array from a place on."""
+    i = at
+    return Ahead(
+        numbers[i], numbers[i + 1], numbers[i + 2],
+        (numbers[i + 3], numbers[i + 4], numbers[i + 5]),
+        (numbers[i + 6], numbers[i + 7], numbers[i + 8]),
+    )  # fmt: skip
+
+
+@jit
+def keep_ahead(numbers, at, ahead):
+    """Keep an `Ahead` in an array from a place on."""
+    numbers[at], numbers[at + 1], numbers[at + 2] = ahead.took, ahead.elapsed, ahead.depth
+    for i in range(3):
+        numbers[at + 3 + i], numbers[at + 6 + i] = ahead.touch[i], ahead.release[i]
+
+
+@jit
+def backward(ps, damper):
+    """Return the structure and the damper backward in time: their dashpots push."""
+    return (
+        Structure(ps.m1, ps.k1, ps.stiffness, -ps.damping, ps.force, ps.omega),
+        Damper(
+            damper.m2, damper.k2, -damper.c2, damper.inv_m1, damper.inv_mu, damper.share,
+            damper.rest,
+        ),
+    )  # fmt: skip
+
+
+@jit
+def half_impact(ps, damper, wall, arc, rate, phase, state):
+    """Return the half of an impact that begins with a state (s, x1, v1), solved.
+
+    phase: (cos, sin) of the forcing's.
+    """
+    s, x1, v1 = state
+    c, d = phase
+    nodes = nodes_of(arc, arc.inside, int(HALF))
+    approach = approach_of(ps, damper, wall, s, x1, v1, c, d)
+    lasting = rate * (approach.tick * LENGTH)
+    settle(ps, damper, wall, arc, nodes, approach, lasting)
+    ratio, time, x, v, _ = at_end(ps, damper, wall, nodes, approach)
+    w, n = nodes.w, nodes.n
+    # the ends of the rows: what follows node n - 1 is the deepest point
+    w[B + n], w[T + n], w[G + n], w[H + n] = approach.b * ratio, time, x, v
+    k, places = (n + 5) // 4 * 4, nodes.at + (MATRIX + n) * nodes.m + MISSED * 4
+    return Half(ps, damper, approach, nodes, k, places, time)
+
+
+@jit
+def keep(half, row, at_touch, unknown):
+    """Fill a scratch row of places with an unknown at touch, at the nodes and at the end."""
+    w, n = half.nodes.w, half.nodes.n
+    w[row] = at_touch
+    for i in range(n + 1):
+        w[row + 1 + i] = w[unknown + i]
+
+
+@jit
+def weigh(half, x):
+    """Fill the row WEIGHED with the barycentric weights of the places at x; return their sum.
+
+    At a place itself all of the weight is its own.
+    """
+    w, place, weight = half.nodes.w, half.places, half.places + BARYCENTRIC * half.k
+    for i in range(half.nodes.n + 2):
+        if w[place + i] == x:
+            for j in range(half.k):
+                w[WEIGHED + j] = 0.0
+            w[WEIGHED + i] = 1.0
+            return 1.0
+    total = four(0.0)
+    for i in range(0, half.k, 4):
+        q = four_at(w, weight + i) / (x - four_at(w, place + i))
+        put_four(w, WEIGHED + i, q)
+        total = total + q
+    return sum_of(total)
+
+
+@jit
+def value(half, row, total):
+    """Return the value of a row of places where `weigh` returned `total`."""
+    w, found = half.nodes.w, four(0.0)
+    for i in range(0, half.k, 4):
+        found = found + four_at(w, WEIGHED + i) * four_at(w, row + i)
+    return sum_of(found) / total
+
+
+@jit
+def place_of(half, time):
+    """Return the place that is reached at a `time` [s]; the row FIRST holds the times."""
+    w, n = half.nodes.w, half.nodes.n
+    i = 0
+    while i < n and w[FIRST + i + 1] < time:
+        i += 1
+    low, high = w[half.places + i], w[half.places + i + 1]
+    f0, f1 = w[FIRST + i] - time, w[FIRST + i + 1] - time
+    if i == n and f1 < 0.0:
+        high = BEYOND
+        f1 = value(half, int(FIRST), weigh(half, high)) - time
+    if not f0 < 0.0:
+        return low
+    if not f1 > 0.0:
+        return high
+    x = high
+    for _ in range(ROOT_STEPS):
+        x = secant(low, high, f0, f1)
+        f = value(half, int(FIRST), weigh(half, x)) - time
+        if abs(f) <= ROUND_OFF * half.time:
+            return x
+        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
+    return x
+
+
+@jit
+def state_at(wall, half, time):
+    """Return (q = sqrt(z), s, x1, v1) at a `time` [s] after the half's beginning."""
+    approach, share = half.approach, half.damper.share
+    keep(half, int(FIRST), 0.0, int(T))
+    keep(half, int(SECOND), approach.b, int(B))
+    keep(half, int(THIRD), approach.x, int(G))
+    keep(half, int(FOURTH), approach.v, int(H))
+    total = weigh(half, place_of(half, time))
+    b = value(half, int(SECOND), total)
+    b2 = b * b
+    u, S = constant(half, int(U_THERE), total), constant(half, int(S_THERE), total)
+    u2 = u * u
+    u5 = u2 * u2 * u
+    if u5 < SLOPING:
+        S = math.sqrt(1.0 - u5)
+    q, s = b2 * u, wall.speed * (b2 * b2 * b) * S
+    x, v = value(half, int(THIRD), total), value(half, int(FOURTH), total)
+    return q, s, x + share * (q * q), v + share * s
+
+
+@jit
+def constant(half, which, total):
+    """Return the value of a row of constants of places, where `weigh` returned `total`."""
+    return value(half, half.places + which * half.k, total)
+
+
+@jit
+def state_inside(ps, damper, wall, arc, rate, phase, ahead, time):
+    """Return (q, s, x1, v1) a `time` [s] after the touch of an impact that is solved.
+
+    phase: (cos, sin) at touch; ahead: `Ahead`. From the end of the impact that is nearer.
+    """
+    if time + time <= ahead.took:
+        return state_at(wall, half_impact(ps, damper, wall, arc, rate, phase, ahead.touch), time)
+    s, x1, v1 = ahead.release
+    c, d = rotated(phase[0], phase[1], ps.omega * ahead.took)
+    ps, damper = backward(ps, damper)
+    half = half_impact(ps, damper, wall, arc, rate, (c, -d), (-s, x1, -v1))
+    q, s, x1, v1 = state_at(wall, half, ahead.took - time)
+    return q, -s, x1, -v1
+
+
+# ---- energies ------------------------------------------------------------------------------------
+
+
+@jit
+def fill_energies(wall, half):
+    """Fill the rows FIRST ... FOURTH with E1, its power, E2 and its power at all places."""
+    ps, damper, approach, w, n = half.ps, half.damper, half.approach, half.nodes.w, half.nodes.n
+    at, m, share = half.nodes.at, half.nodes.m, damper.share
+    for i in range(0, m, 4):
+        b, u = four_at(w, B + i), four_at(w, at + U * m + i)
+        b2 = b * b
+        b4, u2 = b2 * b2, u * u
+        z, s = b4 * u2, (wall.speed * (b4 * b)) * four_at(w, at + S * m + i)
+        cosine, sine = cos_sin(ps.omega * four_at(w, T + i))
+        drive = approach.c * cosine - approach.d * sine
+        x1, v1 = four_at(w, G + i) + share * z, four_at(w, H + i) + share * s
+        e1, e2 = energies_of(ps, damper, x1, v1, wall.gap + z, s)
+        force = wall.K * (b4 * b2) * (u2 * u)
+        v1, n1, v2, n2 = powers_of(ps, damper, x1, v1, wall.gap + z, s, drive, force)
+        put_four(w, FIRST + 1 + i, e1)
+        put_four(w, SECOND + 1 + i, v1 * n1)
+        put_four(w, THIRD + 1 + i, e2)
+        put_four(w, FOURTH + 1 + i, v2 * n2)
+    keep(half, int(FIFTH), 0.0, int(T))
+    v1 = approach.v + share * approach.s
+    fill_place(half, wall, 0, 0.0, 0.0, approach.s, approach.x, v1)
+    b = w[B + n]
+    z = (b * b) * (b * b)
+    fill_place(half, wall, n + 1, w[T + n], z, 0.0, w[G + n] + share * z, w[H + n])
+
+
+@jit
+def fill_place(half, wall, i, time, z, s, x1, v1):
+    """Fill place i of the rows FIRST ... FOURTH from a state at a `time` [s] and depth z [m]."""
+    ps, damper, w = half.ps, half.damper, half.nodes.w
+    cosine, sine = cos_sin(ps.omega * time)
+    drive = half.approach.c * cosine - half.approach.d * sine
+    w[FIRST + i], w[THIRD + i] = energies_of(ps, damper, x1, v1, wall.gap + z, s)
+    force = wall.K * z * math.sqrt(z)
+    v1, n1, v2, n2 = powers_of(ps, damper, x1, v1, wall.gap + z, s, drive, force)
+    w[SECOND + i], w[FOURTH + i] = v1 * n1, v2 * n2
+
+
+@jit
+def note_if_within(half, energy, body, span, time, e):
+    """Raise an energy to e [J] if the time [s] since the half's beginning is in a span."""
+    if span[0] <= time <= span[1]:
+        energy[body] = max(energy[body], e)
+
+
+@jit
+def note_peaks_of(half, energy, body, span):
+    """Raise an energy to its peaks at and between the places of a half that are in a span."""
+    w, e, p = half.nodes.w, FIRST + 2 * ROW * body, SECOND + 2 * ROW * body
+    for i in range(half.nodes.n + 1):
+        note_if_within(half, energy, body, span, w[FIFTH + i], w[e + i])
+        f0, f1 = w[p + i], w[p + i + 1]
+        if f0 > 0.0 and f1 < 0.0:
+            low, high = w[half.places + i], w[half.places + i + 1]
+            total = 1.0
+            for _ in range(ROOT_STEPS):
+                x = secant(low, high, f0, f1)
+                total = weigh(half, x)
+                f = value(half, p, total)
+                if f == 0.0 or min(x - low, high - x) < PRECISE:
+                    break
+                low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
+            time, top = value(half, int(FIFTH), total), value(half, e, total)
+            note_if_within(half, energy, body, span, time, top)
+
+
+@jit
+def peaks_in_doubt(ps, damper, wall, energy, c, touch, release, took):
+    """Return in which half of an impact which energy may peak above the largest so far.
+
+    Bit body + 2 half. touch, release: (s, x1, v1); c: cos of the phase at touch. The contact's
+    force alone makes an energy dip, and the other forces hardly change: a peak follows the touch if
+    their power is positive there, and precedes the release if it is negative there, unless they or
+    the velocity change sign in between. The rise above the end is at most RISE times their power
+    times the time.
+    """
+    s, x, v = touch
+    before = powers_of(ps, damper, x, v, wall.gap, s, c, 0.0)
+    e0 = energies_of(ps, damper, x, v, wall.gap, s)
+    s, x, v = release
+    after = powers_of(ps, damper, x, v, wall.gap, s, c, 0.0)
+    e1 = energies_of(ps, damper, x, v, wall.gap, s)
+    found = 0
+    for body in range(2):
+        v0, n0 = before[2 * body], before[2 * body + 1]
+        v1, n1 = after[2 * body], after[2 * body + 1]
+        p0, p1 = v0 * n0, v1 * n1
+        rise = RISE * max(abs(p0), abs(p1)) * took
+        turn = max(abs(n0), abs(n1)) * took / (ps.m1 if body == 0 else damper.m2)
+        unsure = not n0 * n1 > 0.0 or min(abs(v0), abs(v1)) <= turn
+        if e0[body] + rise > energy[body] and (unsure or p0 > 0.0):
+            found |= 1 << body
+        if e1[body] + rise > energy[body] and (unsure or p1 < 0.0):
+            found |= 4 << body
+    return found
+
+
+@jit
+def is_known(ps, damper, wall, arc, energy, end, rate, phase, state, bodies):
+    """Tell whether a half is all but the last one of its end, and note its energies from there.
+
+    end: 0 for touch, 1 for release; bodies: those in doubt. What an energy rises above its value at
+    the end changes by no more than the state there, relative: of a settled orbit nothing is solved.
+    """
+    # hot: once per impact
+    s, x1, v1 = state
+    w, k = arc.table, LAST + 8 * end
+    scale = abs(s) + abs(v1) + rate * abs(x1)
+    apart = abs(w[k] - s) + abs(w[k + 1] - v1) + rate * abs(w[k + 2] - x1)
+    apart = apart / scale + abs(w[k + 3] - phase[0]) + abs(w[k + 4] - phase[1])
+    if not apart <= SAME * min(arc.tolerance, 1.0):
+        return False
+    for body in range(2):
+        if bodies & (1 << body) and not finite(w[k + 5 + body]):
+            return False
+    e = energies_of(ps, damper, x1, v1, wall.gap, s)
+    for body in range(2):
+        if bodies & (1 << body):
+            energy[body] = max(energy[body], e[body] + w[k + 5 + body])
+    return True
+
+
+@jit
+def note_half(ps, damper, wall, arc, energy, end, rate, phase, state, bodies, span):
+    """Raise the energies of some bodies (bits) to their maxima in a span of a half.
+
+    state: (s, x1, v1) at its end: 0 for touch, 1 for release. span: from when to when [s].
+    """
+    # hot: once per impact
+    whole = span[0] <= 0.0 and span[1] == math.inf
+    if whole and is_known(ps, damper, wall, arc, energy, end, rate, phase, state, bodies):
+        return
+    half = half_impact(ps, damper, wall, arc, rate, phase, state)
+    fill_energies(wall, half)
+    w, k = arc.table, LAST + 8 * end
+    w[k], w[k + 2], w[k + 1] = state
+    w[k + 3], w[k + 4] = phase
+    for body in range(2):
+        w[k + 5 + body] = math.nan
+        if bodies & (1 << body):
+            top = np.zeros(2)
+            note_peaks_of(half, top, body, span)
+            energy[body] = max(energy[body], top[body])
+            if whole:
+                w[k + 5 + body] = top[body] - w[FIRST + 2 * ROW * body]
+
+
+@jit
+def note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting):
+    """Raise the largest energies to their maxima in the next `lasting` [s] of a solved impact.
+
+    ahead: `Ahead`; phase: (cos, sin) at its touch.
+    """
+    # hot: once per impact
+    c, d = phase
+    doubt = peaks_in_doubt(ps, damper, wall, energy, c, ahead.touch, ahead.release, ahead.took)
+    since, until = ahead.elapsed, ahead.elapsed + lasting
+    if until >= ahead.took:
+        until = math.inf
+    if doubt & 3:
+        span = since, until
+        note_half(ps, damper, wall, arc, energy, 0, rate, phase, ahead.touch, doubt & 3, span)
+    if doubt & 12:
+        c, d = rotated(c, d, ps.omega * ahead.took)
+        back, pushing = backward(ps, damper)
+        s, x1, v1 = ahead.release
+        span = ahead.took - until, ahead.took - since if since > 0.0 else math.inf
+        note_half(
+            back, pushing, wall, arc, energy, 1, rate, (c, -d), (-s, x1, -v1), doubt >> 2, span
+        )

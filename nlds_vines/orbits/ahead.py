@@ -1,0 +1,67 @@
+"""Compile kernels of scans before they are needed, into the cache on the disk.
+
+    python -m nlds_vines.orbits.ahead writes|reads KERNEL,KERNEL,... KIND METHOD WANT,WANT,...
+
+A program for `elsewhere`.  It prints a line for each kernel: its name, then the seconds that
+compiling took, or `known` where the cache has it, or `failed` and why.  It ends when its standard
+input does.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+from collections.abc import Sequence
+
+from nlds_vines.kernels import compiling
+
+KNOWN, FAILED = "known", "failed"
+"""The words in place of the seconds."""
+
+
+def compile_kernel(kernel: str, kind: str, method: str, want: Sequence[str]) -> float | None:
+    """Compile a kernel for a kind of scene, a method and a record; return the seconds it took.
+
+    None where the cache has it.
+    """
+    from nlds_vines.kernels import lanes
+    from nlds_vines.model.scenes import SCENES
+    from nlds_vines.orbits.batch import Kernels, Wanted
+    from nlds_vines.orbits.settings import Settings
+
+    wanted = Wanted(SCENES[kind], tuple(want), method, "quick", Settings.of(method))
+    compiled: list[object] = []
+    began = time.perf_counter()
+    with compiling.told_of_compilations(compiled.append):
+        Kernels(wanted, helped=False).compile(kernel)
+    took = time.perf_counter() - began
+    return took if {lanes.run_lanes, lanes.judge_lanes} & set(compiled) else None
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Compile what the arguments name; return the exit status."""
+    threading.Thread(target=_end_with_input, daemon=True).start()
+    mode, kernels, kind, method, want = arguments
+    if mode == "reads":
+        compiling.only_read_inner_kernels()
+    for kernel in kernels.split(","):
+        try:
+            took = compile_kernel(kernel, kind, method, want.split(","))
+        except (Exception, SystemExit) as error:
+            text = " ".join(str(error).split()) or type(error).__name__
+            print(kernel, FAILED, text, flush=True)
+            return 1
+        print(kernel, KNOWN if took is None else took, flush=True)
+    return 0
+
+
+def _end_with_input() -> None:
+    """End this process with its standard input: who has begun it is not there any more."""
+    os.read(0, 1)  # no buffer, whose lock the interpreter would want when it ends
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

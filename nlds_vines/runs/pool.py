@@ -1,0 +1,87 @@
+"""Work on many lanes, handed out in pieces to the threads of this process.
+
+Compiled kernels release the lock of Python's interpreter, so plain threads run them side by side.
+Lanes take very different times: a thread that has finished its piece takes the next one, and the
+pieces become smaller towards the end, where no thread may be left with a long one.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cache
+
+from nlds_vines.runs.threads import MOST_THREADS, threads_in_use
+
+SHARE = 4
+"""A piece is at most this part of one thread's share of the lanes that are left."""
+
+
+def in_pieces(work: Callable[[int, int], object], lanes: int, least: int = 1) -> None:
+    """Call `work(begin, end)` for pieces that make up range(lanes), on the threads in use.
+
+    Arguments: `least` lanes are worth a piece of their own.  Results may not depend on the pieces.
+
+    What a piece raises is raised here, when no thread is at work any more; pieces that are not
+    begun by then never are.  The calling thread does its part, so it sees signals between pieces.
+    """
+    threads = min(threads_in_use(), lanes // max(1, least))
+    if threads < 2:
+        work(0, lanes)
+        return
+    pieces = _Pieces(work, lanes, threads, least)
+    pool = _pool(os.getpid())
+    helpers = [pool.submit(pieces.run) for _ in range(threads - 1)]
+    try:
+        pieces.run()
+    finally:
+        pieces.stop()
+        wait(helpers)
+    for helper in helpers:
+        helper.result()
+
+
+def size_of_piece(left: int, threads: int, least: int = 1) -> int:
+    """Return how many of the lanes that are `left` make the next piece, `least` or more of them."""
+    return min(left, max(least, left // (SHARE * threads)))
+
+
+class _Pieces:
+    """The pieces that are left."""
+
+    def __init__(
+        self, work: Callable[[int, int], object], lanes: int, threads: int, least: int
+    ) -> None:
+        self._work, self._lanes, self._threads, self._least = work, lanes, threads, least
+        self._next, self._lock = 0, threading.Lock()
+
+    def run(self) -> None:
+        """Do one piece after another; an error stops the others, too."""
+        try:
+            while (piece := self._take()) is not None:
+                self._work(*piece)
+        except BaseException:
+            self.stop()
+            raise
+
+    def stop(self) -> None:
+        """Let no further piece begin."""
+        with self._lock:
+            self._next = self._lanes
+
+    def _take(self) -> tuple[int, int] | None:
+        with self._lock:
+            begin, left = self._next, self._lanes - self._next
+            self._next += size_of_piece(left, self._threads, self._least)
+            return (begin, self._next) if left else None
+
+
+@cache
+def _pool(process: int) -> ThreadPoolExecutor:
+    """Return the pool of a process: a fork has another number, and none of the threads.
+
+    It starts a thread only where none is idle.
+    """
+    return ThreadPoolExecutor(MOST_THREADS, thread_name_prefix="lanes")

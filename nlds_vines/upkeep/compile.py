@@ -1,0 +1,126 @@
+"""Fill the cache of compiled kernels before runs need them: for clusters, and for images.
+
+As a command: `nlds-vines compile [KIND ...]`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.cli.option_values import comma_separated
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.running import DONE, Command, say
+from nlds_vines.errors import RequestError, choice
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.orbits import elsewhere
+from nlds_vines.orbits.elsewhere import Needed
+from nlds_vines.orbits.settings import METHODS
+from nlds_vines.orbits.wants import WANTS, checked_want, possible_want, refuse_impossible
+from nlds_vines.runs.threads import check_environment
+
+_EXAMPLES = """\
+examples:
+  nlds-vines compile ssul
+      what the default scan needs, into Numba's cache (the folder NUMBA_CACHE_DIR, if that is set)
+  nlds-vines compile ssul ssbl --record regime,energy
+      what scans of these dampers with these records need
+exit status: 0 done, or all was there already; 2 the request is wrong, or a kernel could not be
+compiled; 130 interrupted
+"""
+
+
+def needed_for(kinds: Sequence[str], record: Sequence[str] | None, method: str) -> list[Needed]:
+    """Return what kernels are needed for: the `kinds`, none for all, and a `record`.
+
+    By default the record is that of the default scan.  Raises `RequestError` for a kind, a record
+    or a method that there is not, or not together.
+    """
+    choice("--method", method, METHODS)
+    chosen = [choice("KIND", kind, SCENES) for kind in dict.fromkeys(kinds or SCENES)]
+    want = load_scan(None).want if record is None else checked_want(record)
+    if kinds and record is not None:
+        for kind in chosen:
+            refuse_impossible(want, SCENES[kind], method)
+    found = ((kind, possible_want(want, SCENES[kind], method)) for kind in chosen)
+    return [Needed(kind, method, possible) for kind, possible in found if possible]
+
+
+def compile_kernels(needed: Needed) -> Iterator[str]:
+    """Compile the kernels that are needed, unless the cache has them; yield a line for each.
+
+    They are compiled in processes of their own, the verdict beside the others where it can be.
+    Raises `RequestError` where a kernel cannot be compiled.
+    """
+    elsewhere.refuse_without_memory()
+    kernels = elsewhere.kernels_of(needed.want)
+    others = [name for name in kernels if name != "verdict"]
+    with ExitStack() as stack:
+        at_work = [_begun(stack, others, needed, writes=True)]
+        if "verdict" in kernels:
+            if not elsewhere.may_help():
+                yield from _lines(needed.kind, at_work.pop())
+            at_work.append(_begun(stack, ["verdict"], needed, writes=not at_work))
+        for process in at_work:
+            yield from _lines(needed.kind, process)
+
+
+def _begun(
+    stack: ExitStack, kernels: Sequence[str], needed: Needed, *, writes: bool
+) -> elsewhere.Process:
+    """Return a process that compiles kernels, and ends with the `stack`."""
+    process = elsewhere.begin(kernels, needed, writes=writes)
+    if process is None:
+        raise RequestError("no process can be started to compile in")
+    stack.callback(elsewhere.end, process)
+    return process
+
+
+def _lines(kind: str, process: elsewhere.Process) -> Iterator[str]:
+    """Yield what a process says, in words, as soon as it does."""
+    assert process.stdout is not None
+    for line in process.stdout:
+        kernel, word, *reason = line.split(maxsplit=2)
+        if word == "failed":
+            raise RequestError(f"{kind} {kernel}: {''.join(reason).strip()}")
+        yield f"{kind} {kernel}: " + (
+            "already there" if word == "known" else f"{float(word):.1f} s"
+        )
+    if status := process.wait():
+        raise RequestError(f"{kind}: the process that compiles has ended with status {status}")
+
+
+def _carry_out(options: argparse.Namespace) -> int:
+    """Compile what the options name; return the exit status."""
+    check_environment()
+    asked = needed_for(options.kind, comma_separated(options.record), options.method)
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        raise RequestError("NUMBA_DISABLE_JIT is set in the environment: nothing is compiled")
+    for needed in asked:
+        for line in compile_kernels(needed):
+            say(line)
+    return DONE
+
+
+def _declare(parser: Parser) -> None:
+    known = ", ".join(SCENES)
+    parser.add_argument("kind", nargs="*", metavar="KIND", help=f"of {known}; by default all")
+    parser.add_argument(
+        "--record", metavar="A,B,C", help=f"of {', '.join(WANTS)}; by default as the default scan"
+    )
+    parser.add_argument(
+        "--method", metavar="METHOD", default="exact", help=f"{' or '.join(METHODS)} (exact)"
+    )
+
+
+COMMAND = Command(
+    name="compile",
+    description="Compile the kernels of scans before they are run.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

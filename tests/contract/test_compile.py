@@ -1,0 +1,186 @@
+"""`nlds-vines compile`, and what a run does with what it finds, or does not find, in the cache."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main as console
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.orbits import elsewhere
+from nlds_vines.upkeep import compile as command
+
+ROOT = str(Path(nv.__path__[0]).parent)
+
+
+def program(folder, *arguments, **more):
+    """Return a running command whose cache is `folder`/cache."""
+    environment = {**os.environ, "PYTHONPATH": ROOT, "NUMBA_DISABLE_JIT": "0"}
+    environment |= {"NUMBA_CACHE_DIR": str(folder / "cache"), **more}
+    pipe = subprocess.PIPE
+    return subprocess.Popen(
+        [sys.executable, "-m", "nlds_vines", *arguments],
+        cwd=folder, env=environment, stdout=pipe, stderr=pipe, text=True,
+    )  # fmt: skip
+
+
+def finished(folder, *arguments, **more):
+    """Run a command to its end; return its status and what it wrote to both outputs."""
+    process = program(folder, *arguments, **more)
+    out, err = process.communicate(timeout=300)
+    return process.returncode, out, err
+
+
+def test_a_run_finds_what_was_compiled_and_says_what_was_not(tmp_path):
+    scan = ["bifurcation", "--system", "none", "--vary", "omega=6:7:2", "--record", "section"]
+    scan += ["--transient", "1", "--periods", "2", "--overwrite", "-o", "a.h5"]
+    words = "compiling the kernels of none: orbit (once; about 12 s)\n"
+    ahead = ["compile", "none", "--record", "section"]
+    status, out, err = finished(tmp_path, *ahead)
+    assert (status, err) == (0, "")
+    assert out.startswith("none orbit: ")
+    assert out.endswith(" s\n")
+    assert finished(tmp_path, *ahead) == (0, "none orbit: already there\n", "")
+    status, _, err = finished(tmp_path, *scan)
+    assert (status, err) == (0, "")
+    status, _, err = finished(tmp_path, *scan, NUMBA_OPT="1")  # which is another cache
+    assert (status, err) == (0, words)
+    status, _, err = finished(tmp_path, *scan, "--quiet", NUMBA_OPT="2")
+    assert (status, err) == (0, "")
+
+
+@pytest.fixture
+def fakes(monkeypatch):
+    """Stand in for the processes: they say at once what they are told to; return the calls."""
+    calls, says = [], {}
+
+    def begin(kernels, needed, *, writes):
+        calls.append((needed.kind, tuple(kernels), needed.method, needed.want, writes))
+        lines = "\n".join(says.get((needed.kind, name), f"{name} 1.26") for name in kernels)
+        status = int("failed" in lines or "nothing" in lines)
+        text = "" if "nothing" in lines else lines
+        return subprocess.Popen(
+            [sys.executable, "-c", f"print({text!r}, end=''); raise SystemExit({status})"],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+
+    monkeypatch.setattr(elsewhere, "begin", begin)
+    monkeypatch.setattr(elsewhere, "may_help", lambda: True)
+    monkeypatch.setattr(elsewhere, "free_memory", lambda: None)
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "0")
+    return calls, says
+
+
+USUAL = ("section", "impacts", "energy", "regime")
+
+
+def test_by_default_all_kinds_are_compiled_for_what_the_default_scan_records(fakes, capsys):
+    calls, _ = fakes
+    assert console(["compile"]) == 0
+    assert {kind for kind, *_ in calls} == set(SCENES)
+    assert calls[0] == ("none", ("orbit",), "exact", ("section", "energy", "regime"), True)
+    assert ("ssul", ("verdict",), "exact", USUAL, False) in calls
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 2 * len(SCENES)
+    assert lines[:2] == ["none orbit: 1.3 s", "none verdict: 1.3 s"]
+
+
+def test_kinds_records_and_the_method_are_chosen(fakes, capsys):
+    calls, says = fakes
+    says["ssbl", "orbit"] = "orbit known"
+    assert console(["compile", "ssbl", "--record", "error,regime", "--method", "rk4"]) == 0
+    assert calls == [
+        ("ssbl", ("orbit", "error"), "rk4", ("regime", "error"), True),
+        ("ssbl", ("verdict",), "rk4", ("regime", "error"), False),
+    ]
+    said = capsys.readouterr().out.splitlines()
+    assert said == ["ssbl orbit: already there", "ssbl error: 1.3 s", "ssbl verdict: 1.3 s"]
+
+
+def test_where_nobody_may_help_one_follows_the_other(fakes, capsys, monkeypatch):
+    calls, _ = fakes
+    monkeypatch.setattr(elsewhere, "may_help", lambda: False)
+    assert console(["compile", "ssul"]) == 0
+    assert [call[-1] for call in calls] == [True, True]  # alone, so each may write all files
+
+
+WRONG = {
+    "a kind": (["compile", "ssull"], ["'ssull'", "did you mean 'ssul'"]),
+    "a record": (["compile", "--record", "colour"], ["'colour'", "section"]),
+    "no record": (["compile", "--record", ","], ["empty request"]),
+    "a method": (["compile", "--method", "euler"], ["'euler'", "exact, rk4"]),
+    "a record that a kind has not": (["compile", "tmd", "--record", "impacts"], ["no wall"]),
+    "an option": (["compile", "--recrd", "energy"], ["'--recrd'", "--record"]),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_wrong_request_is_one_line_and_nothing_is_begun(case, fakes, capsys):
+    arguments, named = WRONG[case]
+    assert console(arguments) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert all(word in err for word in ["nlds-vines compile: error: ", *named])
+    assert fakes[0] == []
+
+
+def test_what_cannot_be_compiled_is_one_line(fakes, capsys, monkeypatch):
+    _, says = fakes
+    says["ssul", "orbit"] = "orbit failed no space left on device"
+    assert console(["compile", "ssul"]) == 2
+    _, err = capsys.readouterr()
+    assert err == "nlds-vines compile: error: ssul orbit: no space left on device\n"
+    says["ssul", "orbit"] = "nothing"
+    assert console(["compile", "ssul"]) == 2
+    assert "ended with status 1" in capsys.readouterr().err
+    monkeypatch.setattr(elsewhere, "free_memory", lambda: 10**8)
+    assert console(["compile", "ssul"]) == 2
+    assert "0.1 GB are free" in capsys.readouterr().err
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    assert console(["compile", "ssul"]) == 2
+    assert "NUMBA_DISABLE_JIT" in capsys.readouterr().err
+
+
+def children(pid):
+    """Return the processes that a process has begun."""
+    try:
+        return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    except OSError:
+        pytest.skip("the system does not show them")
+
+
+def alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return Path(f"/proc/{pid}/stat").read_text().split(")")[1].split()[0] != "Z"
+
+
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
+def test_nothing_goes_on_after_the_end(end, tmp_path):
+    process = program(tmp_path, "compile", "ssul")
+    for _ in range(200):
+        if found := children(process.pid):
+            break
+        time.sleep(0.05)
+    assert found
+    time.sleep(1.0)
+    process.send_signal(end)
+    _, err = process.communicate(timeout=30)
+    if end == signal.SIGINT:
+        assert (process.returncode, err) == (130, "nlds-vines compile: interrupted\n")
+    for _ in range(200):
+        if not any(alive(child) for child in found):
+            break
+        time.sleep(0.05)
+    assert not any(alive(child) for child in found)
+
+
+def test_the_command_stands_where_the_others_do():
+    assert command.COMMAND.name == "compile"

@@ -1,7 +1,8 @@
 """The course of an orbit under judgement: its sections as far as they are kept, and more of them.
 
 However an orbit is followed, with its variations or without, it is the same to the last bit as
-if it had been run in one go: the variations go along and change nothing. So no verdict depends on where the periods of a request end and those of the verdict begin.
+if it had been run in one go: the variations go along and change nothing. So no verdict depends on
+where the periods of a request end and those of the verdict begin.
 """
 
 from __future__ import annotations

@@ -274,7 +274,7 @@ def coarse_map(ps, damper, grid, stops):
     return coarse
 
 
-@jit
+@jit(inlined=True)
 def response_to(w, x, i):
     """Return what a unit input i (x1, v1, r, s) becomes in a flight of x cells, x in [0, 1]."""
     k = TAYLOR + i * TERMS
@@ -285,7 +285,7 @@ def response_to(w, x, i):
     return even + odd * x
 
 
-@jit
+@jit(inlined=True)
 def times_matrix(a, b, c, d, tangent):
     """Multiply four variations (16,) by the matrix whose columns are a, b, c, d."""
     for i in range(0, 16, 4):

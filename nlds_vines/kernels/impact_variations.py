@@ -6,17 +6,24 @@ the wall is met later by t0 = -r / s, r and s being a variation's and the orbit'
 variation y becomes y + y' t0; at the release, which comes later by t0 and by what the impact lasts
 longer, it turns back. (y' is continuous there: the contact's force begins and ends with zero.)
 
-In between, the differences (b, t, x, v) of amplitude, time and common motion obey, a dot being the
-derivative by phi along the impact and e what accelerates them apart from b,
+In between, the differences (b, t, x, v) of amplitude, time and common motion obey, a dash being the
+derivative by phi, X and V the common motion itself,
+
+    b' = B_E e + B_B b     t' = T_E e + T_B b     v' = V_E e + V_B b     x' = V t' + (dt/dphi) v
 
     e = P/m1 d(cos)/dt (t0 + t) - k1/m1 x - c1/m1 v
-    b' = B_E e + B_B b      t' = T_E e + T_B b      x' = V t' + (dt/dphi) v      v' = V_E e + V_B b
 
-with factors at the nodes that the impact fixes (`linearise`). That is a linear fixed point which
-contracts as that of the impact does, by about one per cent a sweep. The sweeps start from the series
-of the impact, differentiated by its five small numbers; so is what the nodes miss in the end.
+with factors at the nodes that the impact fixes (`linearise`). e, what accelerates x1 apart from the
+damper, is all that the motion does to b and to itself; so b and e are the unknowns. As V' is small
+and (T v)' = (dt/dphi) v + T v', the displacement is x = x0 + T v + integral of V t' - T v', which
+needs no v at the nodes; at the end of the arc, that is what Gauss points would give anyway.
 
-A vector of four holds the four variations, so that they cost little more than one.
+This is a linear fixed point, and contracts as that of the impact does, by about one per cent a
+sweep. It starts from the series of the impact, differentiated by the small numbers; so is what the
+nodes miss in the end. The variations err as the impact does, by its tolerance, relative to their
+largest.
+
+A vector of four holds the four variations, which cost little more than one so.
 """
 
 from __future__ import annotations
@@ -26,7 +33,6 @@ import math
 from .bare_rows import bare
 from .compiling import jit
 from .contact_field import cos_sin, rotated
-from .elementary import fifth_root
 from .fours import four, four_at, four_of, larger_of, largest_of, number_of, put_four
 from .impact import (
     CUBE,
@@ -35,6 +41,7 @@ from .impact import (
     MATRIX,
     MOST_SWEEPS,
     ROW,
+    SETTLED,
     USED,
     VARIED,
     WEIGHT,
@@ -60,7 +67,6 @@ E_T, B_E, B_B, T_E, T_B, V_E, V_B = (VARIED + ROW * i for i in range(7))
 B_N, T_N = VARIED + 7 * ROW, VARIED + 12 * ROW
 NODE, EACH = VARIED + 16 * ROW, 24
 AMPLITUDE, PUSH, OF_B, OF_T, OF_W, OF_V = (NODE + 4 * i for i in range(6))
-LEFT = 20.0  # what the sweeps may leave of a variation, in units of what those of the impact may
 TINIEST = 1.0e-300  # size of a variation, so that nothing is divided by zero
 
 
@@ -97,7 +103,9 @@ def linearise(ps, damper, wall, nodes, approach):
         b_e, t_e = half * grows, dt * u * per
         b_b = half * a * per_b * (1.0 - 6.0 * grows) + b_e * a_b
         t_b = dt * per_b * (5.0 - 6.0 * grows) + t_e * a_b
-        put_four(w, E_T + i, (0.0 - ps.force * ps.omega) * (approach.d * cosine + approach.c * sine))
+        put_four(
+            w, E_T + i, (0.0 - ps.force * ps.omega) * (approach.d * cosine + approach.c * sine)
+        )
         put_four(w, B_E + i, b_e)
         put_four(w, B_B + i, b_b)
         put_four(w, T_E + i, t_e)
@@ -191,7 +199,7 @@ def guess(ps, damper, nodes, approach, pushes, numbers, faster):
         u, cube = w[nodes.at + i], w[nodes.at + CUBE * nodes.m + i]
         e = push + time * (first + time * (second + time * (third + time * fourth)))
         shared = ps.damping * (on_u * u * u + 1.2 * sink * cube)
-        shared += 0.2 * ps.stiffness * sink * cube * time
+        shared = shared + 0.2 * ps.stiffness * sink * cube * time
         e = e + ((climbs + time * (bends + time * twists)) * t + shared * faster)
         put_four(w, PUSH + k, e)
 
@@ -245,7 +253,7 @@ def integrate_b(nodes, start):
     return changed
 
 
-@jit
+@jit(inlined=True)
 def push_at(ps, w, i, t, x, v):
     """Put e at node i; return its change. t, v: as in the text; x: less what T v adds to it."""
     e = w[E_T + i] * t - (ps.stiffness * (x + w[T + i] * v) + ps.damping * v)
@@ -278,41 +286,137 @@ def integrate_motion(ps, nodes, late, x0, v0, first):
     return changed
 
 
+@jit(inlined=True)
+def term(nodes, i):
+    """Return term i of what the nodes miss (`impact.missed`)."""
+    return four_at(nodes.w, nodes.at + (MATRIX + nodes.n) * nodes.m + 4 * i)
+
+
 @jit
-def missed_varied(nodes, approach, numbers, faster):
-    """Return what variations change of `impact.missed`: of b / b0 and of time / tick."""
-    w, k = nodes.w, nodes.at + MATRIX * nodes.m + nodes.n * nodes.m
-    force, drag, drift, spring, curvature = numbers
+def missed_by_numbers(nodes, approach):
+    """Return the derivatives of `impact.missed` by A, D, R, Z and Q."""
     a, d, r = approach.force, approach.drag, approach.drift
     z, q = approach.spring, approach.curvature
-    ad, ar, dr = four_at(w, k + 20), four_at(w, k + 32), four_at(w, k + 36)
-    by_a = four_at(w, k + 4) + ((2.0 * a) * four_at(w, k + 16) + (d * ad + r * ar))
-    by_d = four_at(w, k + 8) + ((2.0 * d) * four_at(w, k + 24) + (a * ad + r * dr))
-    by_r = four_at(w, k + 12) + (a * ar + d * dr)
-    by_z, by_q = four_at(w, k + 28), four_at(w, k + 40)
-    missed = four_at(w, k) + (a * four_at(w, k + 4) + d * four_at(w, k + 8))
-    missed = missed + (r * four_at(w, k + 12) + z * four_at(w, k + 28))
-    so_late = number_of(missed, 1)
-    # third and fourth order
-    aaa, aad, add = four_at(w, k + 44), four_at(w, k + 48), four_at(w, k + 52)
-    az, ddd, dz = four_at(w, k + 56), four_at(w, k + 60), four_at(w, k + 64)
-    rr = four_at(w, k + 68)
-    by_a = by_a + (((3.0 * a * a) * aaa + (2.0 * a * d) * aad) + ((d * d) * add + z * az))
-    by_d = by_d + (((a * a) * aad + (2.0 * a * d) * add) + ((3.0 * d * d) * ddd + z * dz))
-    by_r = by_r + (2.0 * r) * rr
-    by_z = by_z + (a * az + d * dz)
-    def_ = 0
-    by_a = by_a + (2.0*a*r)*four_at(w,k+72) + (d*r)*four_at(w,k+76) + q*four_at(w,k+80) + (4.0*a*a*a)*four_at(w,k+96) + (3.0*a*a*d)*four_at(w,k+100) + (2.0*a*d*d)*four_at(w,k+104) + (2.0*a*z)*four_at(w,k+108) + (d*d*d)*four_at(w,k+112)+(d*z)*four_at(w,k+116)+(r*r)*four_at(w,k+120)
-    by_d = by_d + (a*r)*four_at(w,k+76) + (2.0*d*r)*four_at(w,k+84) + q*four_at(w,k+88) + (a*a*a)*four_at(w,k+100)+(2.0*a*a*d)*four_at(w,k+104)+(3.0*a*d*d)*four_at(w,k+112)+(a*z)*four_at(w,k+116)+(4.0*d*d*d)*four_at(w,k+124)+(2.0*d*z)*four_at(w,k+128)+(r*r)*four_at(w,k+132)
-    by_r = by_r + (a*a)*four_at(w,k+72)+(a*d)*four_at(w,k+76)+(d*d)*four_at(w,k+84)+z*four_at(w,k+92)+(2.0*a*r)*four_at(w,k+120)+(2.0*d*r)*four_at(w,k+132)+q*four_at(w,k+136)
-    by_z = by_z + r*four_at(w,k+92)+(a*a)*four_at(w,k+108)+(a*d)*four_at(w,k+116)+(d*d)*four_at(w,k+128)+(2.0*z)*four_at(w,k+140)
-    by_q = by_q + a*four_at(w,k+80)+d*four_at(w,k+88)+r*four_at(w,k+136)
-    ratio = number_of(by_a, 0) * force + number_of(by_d, 0) * drag + number_of(by_r, 0) * drift
-    ratio = ratio + (number_of(by_z, 0) * spring + number_of(by_q, 0) * curvature)
-    time = number_of(by_a, 1) * force + number_of(by_d, 1) * drag + number_of(by_r, 1) * drift
-    time = time + (number_of(by_z, 1) * spring + number_of(by_q, 1) * curvature)
-    ratio = ratio + (0.2 * number_of(missed, 0)) * faster
-    return ratio, time - (0.2 * so_late) * faster, so_late
+    a2, d2, r2, ad = a * a, d * d, r * r, a * d
+    # by A
+    by_a = (term(nodes, 1) + (2.0 * a) * term(nodes, 4)) + (d * term(nodes, 5) + r * term(nodes, 8))
+    by_a = by_a + ((3.0 * a2) * term(nodes, 11) + (2.0 * ad) * term(nodes, 12))
+    by_a = by_a + (d2 * term(nodes, 13) + z * term(nodes, 14))
+    by_a = by_a + ((2.0 * a * r) * term(nodes, 18) + (d * r) * term(nodes, 19))
+    by_a = by_a + (q * term(nodes, 20) + (4.0 * a2 * a) * term(nodes, 24))
+    by_a = by_a + ((3.0 * a2 * d) * term(nodes, 25) + (2.0 * a * d2) * term(nodes, 26))
+    by_a = by_a + ((2.0 * a * z) * term(nodes, 27) + (d2 * d) * term(nodes, 28))
+    by_a = by_a + ((d * z) * term(nodes, 29) + r2 * term(nodes, 30))
+    # by D
+    by_d = (term(nodes, 2) + a * term(nodes, 5)) + ((2.0 * d) * term(nodes, 6) + r * term(nodes, 9))
+    by_d = by_d + (a2 * term(nodes, 12) + (2.0 * ad) * term(nodes, 13))
+    by_d = by_d + ((3.0 * d2) * term(nodes, 15) + z * term(nodes, 16))
+    by_d = by_d + ((a * r) * term(nodes, 19) + (2.0 * d * r) * term(nodes, 21))
+    by_d = by_d + (q * term(nodes, 22) + (a2 * a) * term(nodes, 25))
+    by_d = by_d + ((2.0 * a2 * d) * term(nodes, 26) + (3.0 * a * d2) * term(nodes, 28))
+    by_d = by_d + ((a * z) * term(nodes, 29) + (4.0 * d2 * d) * term(nodes, 31))
+    by_d = by_d + ((2.0 * d * z) * term(nodes, 32) + r2 * term(nodes, 33))
+    # by R
+    by_r = (term(nodes, 3) + a * term(nodes, 8)) + (
+        d * term(nodes, 9) + (2.0 * r) * term(nodes, 17)
+    )
+    by_r = by_r + (a2 * term(nodes, 18) + ad * term(nodes, 19))
+    by_r = by_r + (d2 * term(nodes, 21) + z * term(nodes, 23))
+    by_r = by_r + ((2.0 * a * r) * term(nodes, 30) + (2.0 * d * r) * term(nodes, 33))
+    by_r = by_r + q * term(nodes, 34)
+    # by Z and Q
+    by_z = (term(nodes, 7) + a * term(nodes, 14)) + (d * term(nodes, 16) + r * term(nodes, 23))
+    by_z = by_z + (a2 * term(nodes, 27) + ad * term(nodes, 29))
+    by_z = by_z + (d2 * term(nodes, 32) + (2.0 * z) * term(nodes, 35))
+    by_q = (term(nodes, 10) + a * term(nodes, 20)) + (d * term(nodes, 22) + r * term(nodes, 34))
+    return by_a, by_d, by_r, by_z, by_q
+
+
+@jit
+def missed_varied(nodes, approach, numbers, faster):
+    """Return what variations change of b [m^(1/4)] and of the time [s] that the nodes miss.
+
+    And that time itself, both to first order in b and tick, which change with the approach speed.
+    """
+    force, drag, drift, spring, curvature = numbers
+    by_a, by_d, by_r, by_z, by_q = missed_by_numbers(nodes, approach)
+    b = number_of(by_a, 0) * force + number_of(by_d, 0) * drag + number_of(by_r, 0) * drift
+    b = b + (number_of(by_z, 0) * spring + number_of(by_q, 0) * curvature)
+    t = number_of(by_a, 1) * force + number_of(by_d, 1) * drag + number_of(by_r, 1) * drift
+    t = t + (number_of(by_z, 1) * spring + number_of(by_q, 1) * curvature)
+    missed = term(nodes, 0) + (approach.force * term(nodes, 1) + approach.drag * term(nodes, 2))
+    missed = missed + (approach.drift * term(nodes, 3) + approach.spring * term(nodes, 7))
+    b = approach.b * (b + (0.2 * number_of(missed, 0)) * faster)
+    late = approach.tick * number_of(missed, 1)
+    return b, approach.tick * t - (0.2 * late) * faster, late
+
+
+@jit
+def settle_variations(ps, nodes, approach, start, lasting, took, enough, size):
+    """Sweep until b and e settle at the nodes, from their guess.
+
+    start: (t0, b, x, v) at the touch; lasting: the duration `took` [s] times rate; size: of the
+    variations [m/s]; enough: what the end may be off, relative. As the guess is right to second
+    order, a sweep shrinks an error of b to a third of a at most, and so does the integral to the
+    end; time at release takes a fifth of it. An error of e grows like t^3 at least: the last node
+    tells the largest, and a quarter of it acts. Where that is settled, b alone goes on.
+    """
+    # hot: once per impact
+    late, b, x, v = start
+    shrinks = approach.size / 3.0
+    of_speed = 5.0 * approach.s / approach.b * (shrinks * (shrinks + 0.2 * lasting))
+    slopes_of_b(nodes)
+    integrate_b(nodes, b)
+    slopes_of_motion(nodes)
+    left = math.inf
+    for _ in range(MOST_SWEEPS):
+        if left > 0.25 * enough:
+            integrate_motion(ps, nodes, late, x, v, 0)
+        slopes_of_b(nodes)
+        of_b = integrate_b(nodes, b)
+        slopes_of_motion(nodes)
+        of_e = integrate_motion(ps, nodes, late, x, v, nodes.m - 2)
+        left = largest_of((0.25 * took) * of_e / size)
+        if left + largest_of(of_speed * of_b / size) <= enough:
+            break
+
+
+@jit
+def at_release(nodes, start, took):
+    """Return the differences (b, t, x, v) at the end of the arc, t without t0.
+
+    x already holds what goes with the time `took` [s] that the nodes miss, v that it lasts.
+    """
+    w, weight = nodes.w, nodes.at + WEIGHT * nodes.m
+    _, b, x, v = start
+    t = four(0.0)
+    slopes_of_b(nodes)
+    for i in range(nodes.n):
+        k, q = EACH * i, w[weight + i]
+        b = b + q * four_at(w, OF_B + k)
+        t = t + q * four_at(w, OF_T + k)
+        x = x + q * four_at(w, OF_W + k)
+        v = v + q * four_at(w, OF_V + k)
+    return b, t, x + took * v, v
+
+
+@jit
+def columns_of(tangent):
+    """Return x1, v1, r and s of four variations, a four of each."""
+    return (
+        four_of(tangent[0], tangent[4], tangent[8], tangent[12]),
+        four_of(tangent[1], tangent[5], tangent[9], tangent[13]),
+        four_of(tangent[2], tangent[6], tangent[10], tangent[14]),
+        four_of(tangent[3], tangent[7], tangent[11], tangent[15]),
+    )
+
+
+@jit
+def put_columns(tangent, x1, v1, r, s):
+    """Write x1, v1, r and s, a four of each, into four variations."""
+    for k in range(4):
+        tangent[4 * k], tangent[4 * k + 1] = number_of(x1, k), number_of(v1, k)
+        tangent[4 * k + 2], tangent[4 * k + 3] = number_of(r, k), number_of(s, k)
 
 
 @jit
@@ -322,79 +426,44 @@ def vary(ps, damper, wall, arc, rate, phase, before, after, tangent):
     The table of the arc holds its unknowns. before: (s, x1, v1) at the touch; after: (s, x1, v1,
     duration [s]) at the release; phase: (c, d) and rate as for `short_impact`.
     """
-    c, d = phase
+    # hot: once per impact
     s, x1, v1 = before
-    approach = approach_of(ps, damper, wall, s, x1, v1, c, d)
+    approach = approach_of(ps, damper, wall, s, x1, v1, phase[0], phase[1])
     n, m, at, w = nodes_of(arc, int(arc.table[USED]), int(WHOLE))
     nodes = Nodes(n, m, at, bare(w))
     linearise(ps, damper, wall, nodes, approach)
-    # The differences where the wall is met, t0 later.
-    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
-    r = four_of(tangent[2], tangent[6], tangent[10], tangent[14])
+    # The differences where the wall is met, t0 later; the common motion's are without s.
+    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, phase[0], 0.0)
+    x, v, r, speed = columns_of(tangent)
     late = (-1.0 / s) * r
-    speed = four_of(tangent[3], tangent[7], tangent[11], tangent[15])
-    x = four_of(tangent[0], tangent[4], tangent[8], tangent[12])
-    v = four_of(tangent[1], tangent[5], tangent[9], tangent[13])
     size = larger_of(larger_of(four(TINIEST), rate * r), v)
-    speed = speed + ds * late
-    x = x + v1 * late
+    x, speed = x + v1 * late, speed + ds * late
     v = v + dv * late - damper.share * speed
-    faster = (1.0 / s) * speed
     size = larger_of(larger_of(larger_of(size, speed), v), rate * x)
-    # The sweeps, as in `settle`.
+    # Their guess and the sweeps.
+    faster = (1.0 / s) * speed
     pushes = pushes_varied(ps, damper, approach, late, x, v)
     numbers = numbers_varied(approach, pushes, faster)
     series_by_numbers(nodes, approach)
     guess(ps, damper, nodes, approach, pushes, numbers, faster)
-    took = after[3]
-    shrinks = approach.size / 3.0
-    of_speed = 5.0 * s / approach.b * (shrinks * (shrinks + 0.2 * rate * took))
-    b0 = (0.2 * approach.b) * faster
-    enough, left = LEFT * arc.settled, math.inf
-    slopes_of_b(nodes)
-    integrate_b(nodes, b0)
-    slopes_of_motion(nodes)
-    for _ in range(MOST_SWEEPS):
-        if left > 0.25 * enough:
-            integrate_motion(ps, nodes, late, x, v, 0)
-        slopes_of_b(nodes)
-        of_b = integrate_b(nodes, b0)
-        slopes_of_motion(nodes)
-        of_e = integrate_motion(ps, nodes, late, x, v, nodes.m - 2)
-        left = largest_of((0.25 * took) * of_e / size)
-        if left + largest_of(of_speed * of_b / size) <= enough:
-            break
-    # To the release.
-    w, weight = nodes.w, nodes.at + WEIGHT * nodes.m
-    slopes_of_b(nodes)
-    b, t = b0, four(0.0)
-    for i in range(nodes.n):
-        k, q = EACH * i, w[weight + i]
-        b = b + q * four_at(w, OF_B + k)
-        t = t + q * four_at(w, OF_T + k)
-        x = x + q * four_at(w, OF_W + k)
-        v = v + q * four_at(w, OF_V + k)
-    x = x + took * v
-    ratio, longer, so_late = missed_varied(nodes, approach, numbers, faster)
-    b = b + approach.b * ratio
-    longer, so_late = approach.tick * longer, approach.tick * so_late
+    start, took = (late, (0.2 * approach.b) * faster, x, v), after[3]
+    settle_variations(
+        ps, nodes, approach, start, rate * took, took, arc.settled / SETTLED, size
+    )  # fmt: skip
+    # At the release, with what the nodes miss.
+    b, t, x, v = at_release(nodes, start, took)
+    more, longer, missed = missed_varied(nodes, approach, numbers, faster)
+    b, t = b + more, t + longer
     x = x + approach.v * longer
-    v = v + (approach.acceleration * longer + ((1.0 - damper.share) * so_late) * pushes[0])
-    # The differences at one time.
+    v = v + (approach.acceleration * longer + ((1.0 - damper.share) * missed) * pushes[0])
+    # At one time: t0 + t before the wall is left. (b is that of the last node, made exact.)
     s, x1, v1, _ = after
-    c, d = rotated(c, d, ps.omega * took)
+    last = w[B + n - 1]
+    last2 = last * last
+    last = last * (0.8 - 0.2 * s / (wall.speed * (last2 * last2 * last)))
+    speed = (5.0 * s / last) * b
+    c, _ = rotated(phase[0], phase[1], ps.omega * took)
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
-    late = late + (t + longer)
-    root = fifth_root(-s / wall.speed)
-    speed = (5.0 * s / root) * b
-    v = v + damper.share * speed - dv * late
-    x = x - v1 * late
-    r = (-s) * late
-    speed = speed - ds * late
-    put_four(w, NODE, x)
-    put_four(w, NODE + 4, v)
-    put_four(w, NODE + 8, r)
-    put_four(w, NODE + 12, speed)
-    for i in range(4):
-        for j in range(4):
-            tangent[4 * i + j] = w[NODE + 4 * j + i]
+    back = late + t
+    v = v + damper.share * speed
+    put_columns(tangent, x - v1 * back, v - dv * back, (-s) * back, speed - ds * back)

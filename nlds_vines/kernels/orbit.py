@@ -172,8 +172,8 @@ def follow_short_impact(
     """Try to follow a contact as a short impact, to its release or for the time `left` [s].
 
     Returns whether it is one, and the result as of `contact`. An impact is solved once, as a whole,
-    and kept as `Ahead` in `k`, whence it goes on behind a section. Variations go through it if it is
-    not cut by one.
+    and kept as `Ahead` in `k`, whence it goes on behind a section. Variations go through it with
+    the orbit, unless a section cuts it.
     """
     # hot: once per impact
     if k[rk.AHEAD] == 0.0:
@@ -237,10 +237,10 @@ def follow_contact(
 ):  # fmt: skip
     """Follow a contact from `now` = (q, s, x1, v1) to its release or for the time `left` [s].
 
-    `phase`: (cos, sin) of the forcing's; the rest as for `contact`. Variations are stepped through
-    a short impact that a section cuts: what they are told changes nothing of the orbit. For a wall that pushes towards
+    `phase`: (cos, sin) of the forcing's; the rest as for `contact`. For a wall that pushes towards
     -x2 (`sign` -1) the motion is mirrored on the way in and out. Returns (event, q, s, x1, v1,
-    elapsed, depth) as `contact`.
+    elapsed, depth) as `contact`. Variations are stepped where a section cuts a short impact, too;
+    what is stepped for them alone changes nothing of the orbit.
     """
     # hot: once per impact, in the loop of `orbit`, where `Prepared` as one argument costs 3 %
     q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]

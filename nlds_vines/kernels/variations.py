@@ -2,8 +2,9 @@
 
 The vector field is continuously differentiable at touch and release, so that the variational
 equation needs no jumps there: exact matrices in flight, the linearised contact in between
-(`impact_variations`, or `contact_field.slope` where it is stepped). The derivative of n periods is the monodromy matrix of an nT orbit; its
-determinant is known beforehand, exp(n T tr A), whatever the orbit does.
+(`impact_variations`, or `contact_field.slope` where it is stepped). The derivative of n periods is
+the monodromy matrix of an nT orbit; its determinant is known beforehand, exp(n T tr A), whatever
+the orbit does.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from .arguments import OrbitBuffers, Prepared, Span
 from .compiling import chosen, jit
 from .elementary import log
 from .flight import Grid
+from .fours import four_at, put_four, sum_of
 from .orbit import SIZE, linear_orbit, orbit, set_mode
 from .scene import scale_of
 
@@ -81,7 +83,7 @@ def advance(arc, flow, section, tangent, state):
         return linear_orbit(flow.prepared, noted, span, state, tangent, flow.exact_grid)
 
     def walled(arc, flow, section, tangent, state):
-        flow.by_period[:] = 0
+        flow.by_period[0, 0] = flow.by_period[0, 1] = 0
         noted = OrbitBuffers(
             None, section, flow.by_period, None, None, flow.clearance, flow.slowest
         )
@@ -152,23 +154,15 @@ def orthonormalise(tangent, size, growth):
     growth (4,) takes the logarithms of the lengths: their sums are the exponents times the time.
     """
     for i in range(size):
-        a = 4 * i
-        stretched = 1.0
+        x, stretched = four_at(tangent, 4 * i), 1.0
         for _ in range(2):
             for j in range(i):
-                b = 4 * j
-                dot = 0.0
-                for c in range(4):
-                    dot += tangent[a + c] * tangent[b + c]
-                for c in range(4):
-                    tangent[a + c] -= dot * tangent[b + c]
-            length = 0.0
-            for c in range(4):
-                length += tangent[a + c] * tangent[a + c]
-            length = math.sqrt(length)
+                y = four_at(tangent, 4 * j)
+                x = x - sum_of(x * y) * y
+            length = math.sqrt(sum_of(x * x))
             stretched *= length
-            for c in range(4):
-                tangent[a + c] /= length
+            x = x / length
+        put_four(tangent, 4 * i, x)
         growth[i] += log(stretched)
 
 

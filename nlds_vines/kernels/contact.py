@@ -39,7 +39,10 @@ MOST_STEPS = 1_000_000  # steps of one contact between two sections: beyond it, 
 MOST_ATTEMPTS = 60  # of a step that leaves the contact; numbers beyond all bounds need more
 MOST_REPEATS = 20  # of a step that is doubted: what is doubted of a smaller one is round-off
 MOST_FINER = 4.0  # times the number of steps that is known beforehand, for all steps to come
+VERIFIED = 0.5  # part of the bound `rate` of all other motion that verified steps are made for
 LONG = 4.0  # free impacts after which a contact is granted half as much doubt for each further one
+MOST_TURNS = 20  # tries to find the deepest point in a step: one does but for very long steps
+NEAR_TURN = 1.0e-6  # part of the depth that a parabola may add to it
 ROUND_OFF = 1.0e-15  # doubt of a step that means nothing
 FAINT = 1.0e-16  # Hertz acceleration, as a share of the external one, that is round-off
 SOON = 1.0e-5  # time in units of 1/rate for which an external acceleration is constant
@@ -133,16 +136,28 @@ def deepest(rk4, ps, damper, wall, c, d, h, k):
     """Return the greatest depth [m] within a step h over which s changes sign from + to -.
 
     A cubic finds s = 0 but for an error e of order four, and a parabola from there the depth but
-    for e^3, which is less than the step errs by. Row NEW is lost.
+    for e^3, which is less than the step errs by. Where e is large the search goes on. Row NEW is
+    lost.
     """
     s0, s1 = k[rk.Y + 1], k[rk.NEW + 1]
     _, q0, ds0 = motion_at(ps, damper, wall, c, d, k, int(rk.Y))
     _, q1, ds1 = motion_at(ps, damper, wall, c, d, k, int(rk.NEW))
     x = turn_of_cubic(s0, s1, h * q0 * ds0, h * q1 * ds1)
-    rk.step(rk4, None, ps, damper, wall, c, d, False, x * h, k)
-    z, _, ds = motion_at(ps, damper, wall, c, d, k, int(rk.NEW))
-    s = k[rk.NEW + 1]
-    return z - 0.5 * s * s / ds if ds < 0.0 else z
+    low, high, found = 0.0, 1.0, 0.0
+    for _ in range(MOST_TURNS):
+        rk.step(rk4, None, ps, damper, wall, c, d, False, x * h, k)
+        z, q, ds = motion_at(ps, damper, wall, c, d, k, int(rk.NEW))
+        s = k[rk.NEW + 1]
+        more = -0.5 * s * s / ds if ds < 0.0 else 0.0
+        found = z + more
+        if s == 0.0 or (ds < 0.0 and more <= NEAR_TURN * z):
+            break
+        if s > 0.0:
+            low = x
+        else:
+            high = x
+        x = guarded(x - s / (h * q * ds) if ds < 0.0 else low, low, high)
+    return found
 
 
 @jit
@@ -256,6 +271,7 @@ def contact(
     # The way so far in free impacts, what is left of its shares of doubt, and how much finer steps
     # are than `steps` says.
     way, saved, finer = 0.0, 0.0, 1.0
+    part = VERIFIED if steps.tolerance < math.inf else 1.0
     if tangent is not None:
         for i in range(rk.TANGENT):
             k[rk.Y + rk.WIDTH + i] = tangent[i]
@@ -272,7 +288,8 @@ def contact(
             fifth = fifth_root(reach)
             seen, cube, root = reach, reach * fifth, fifth * fifth  # reach^1.2, reach^0.4
         span = min(root, 2.0 * max(q, math.sqrt(abs(s) / rate)))  # of q: others may stop it first
-        rate_squared = wall.kappa * cube + abs(external) + rate * rate * span * span
+        swing = max(ps.omega, part * rate) * span
+        rate_squared = wall.kappa * cube + abs(external) + swing * swing
         per_theta = math.sqrt(rate_squared) / WHOLE  # free impacts
         late = 1.0 + way / LONG
         h = 1.0 / (per_theta * steps.per_impact * finer * math.sqrt(math.sqrt(math.sqrt(late))))

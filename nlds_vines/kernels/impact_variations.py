@@ -36,6 +36,7 @@ from .contact_field import cos_sin, rotated
 from .fours import four, four_at, four_of, larger_of, largest_of, number_of, put_four
 from .impact import (
     CUBE,
+    DOUBLE,
     GB,
     GT,
     MATRIX,
@@ -60,12 +61,11 @@ from .scene import accelerations
 #
 #   from         numbers    what
 #   E_T ... V_B  7 ROW      factors at the nodes: of time in e; of e and of b in the derivatives
-#   B_N, T_N     9 ROW      b / b0 by the five small numbers and time / tick by the first four, by
-#                           their series
+#   B_N, T_N     10 ROW     derivatives of b / b0 and of time / tick by the five small numbers
 #   NODE         24 ROW     node by node, four variations each: b, e and derivatives of b, t, w, v
 E_T, B_E, B_B, T_E, T_B, V_E, V_B = (VARIED + ROW * i for i in range(7))
 B_N, T_N = VARIED + 7 * ROW, VARIED + 12 * ROW
-NODE, EACH = VARIED + 16 * ROW, 24
+NODE, EACH = VARIED + 17 * ROW, 24
 AMPLITUDE, PUSH, OF_B, OF_T, OF_W, OF_V = (NODE + 4 * i for i in range(6))
 TINIEST = 1.0e-300  # size of a variation, so that nothing is divided by zero
 
@@ -150,57 +150,72 @@ def numbers_varied(approach, pushes, faster):
 
 
 @jit
-def series_by_numbers(nodes, approach):
-    """Fill the rows B_N and T_N: the derivatives of `impact.first_guess` by the small numbers."""
+def series_by_numbers(nodes, approach, terms, rows):
+    """Fill five rows with the derivatives of a series at the nodes by A, D, R, Z and Q.
+
+    terms: place of its terms from A on, as in `impact.first_guess`.
+    """
     w, m = nodes.w, nodes.m
-    a, d, r = approach.force, approach.drag, approach.drift
+    a, d, r, z = approach.force, approach.drag, approach.drift, approach.spring
+    a2, ad, d2 = a * a, a * d, d * d
     for i in range(0, m, 4):
-        # b / b0
-        k = nodes.at + GB * m + i
-        ad, ar, dr = four_at(w, k + 4 * m), four_at(w, k + 7 * m), four_at(w, k + 8 * m)
-        by_a = four_at(w, k) + ((2.0 * a) * four_at(w, k + 3 * m) + (d * ad + r * ar))
-        by_d = four_at(w, k + m) + ((2.0 * d) * four_at(w, k + 5 * m) + (a * ad + r * dr))
-        put_four(w, B_N + i, by_a)
-        put_four(w, B_N + ROW + i, by_d)
-        put_four(w, B_N + 2 * ROW + i, four_at(w, k + 2 * m) + (a * ar + d * dr))
-        put_four(w, B_N + 3 * ROW + i, four_at(w, k + 6 * m))
-        put_four(w, B_N + 4 * ROW + i, four_at(w, k + 9 * m))
-        # time / tick
-        k = nodes.at + GT * m + i
-        ad = four_at(w, k + 5 * m)
-        put_four(w, T_N + i, four_at(w, k + m) + ((2.0 * a) * four_at(w, k + 4 * m) + d * ad))
-        by_d = four_at(w, k + 2 * m) + ((2.0 * d) * four_at(w, k + 6 * m) + a * ad)
-        put_four(w, T_N + ROW + i, by_d)
-        put_four(w, T_N + 2 * ROW + i, four_at(w, k + 3 * m))
-        put_four(w, T_N + 3 * ROW + i, four_at(w, k + 7 * m))
+        k = terms + i
+        of_ad, of_aad = four_at(w, k + 4 * m), four_at(w, k + 11 * m)
+        of_add, of_az = four_at(w, k + 12 * m), four_at(w, k + 13 * m)
+        of_ar, of_dr, of_dz = (
+            four_at(w, k + 7 * m),
+            four_at(w, k + 8 * m),
+            four_at(w, k + 15 * m),
+        )
+        by_a = (four_at(w, k) + (2.0 * a) * four_at(w, k + 3 * m)) + (d * of_ad + r * of_ar)
+        by_a = by_a + ((3.0 * a2) * four_at(w, k + 10 * m) + (2.0 * ad) * of_aad)
+        put_four(w, rows + i, by_a + (d2 * of_add + z * of_az))
+        by_d = (four_at(w, k + m) + (2.0 * d) * four_at(w, k + 5 * m)) + (a * of_ad + r * of_dr)
+        by_d = by_d + ((3.0 * d2) * four_at(w, k + 14 * m) + (2.0 * ad) * of_add)
+        put_four(w, rows + ROW + i, by_d + (a2 * of_aad + z * of_dz))
+        put_four(w, rows + 2 * ROW + i, four_at(w, k + 2 * m) + (a * of_ar + d * of_dr))
+        put_four(w, rows + 3 * ROW + i, four_at(w, k + 6 * m) + (a * of_az + d * of_dz))
+        put_four(w, rows + 4 * ROW + i, four_at(w, k + 9 * m))
+
+
+@jit(inlined=True)
+def by_series(w, i, numbers):
+    """Return what variations of the small numbers change of a series, by its derivatives."""
+    force, drag, drift, spring, curvature = numbers
+    found = (w[i] * force + w[i + ROW] * drag) + w[i + 2 * ROW] * drift
+    return found + (w[i + 3 * ROW] * spring + w[i + 4 * ROW] * curvature)
 
 
 @jit
 def guess(ps, damper, nodes, approach, pushes, numbers, faster):
-    """Fill b and e at the nodes: b and t by the series, e by Taylor."""
+    """Fill b and e at the nodes: b and t by the series, e by Taylor; see `impact.first_guess`.
+
+    What the shares of s and z do to the common motion changes with powers of the approach speed.
+    """
     w, b0, tick, other = nodes.w, approach.b, approach.tick, 1.0 - damper.share
-    force, drag, drift, spring, curvature = numbers
     as_fast, slower = 0.2 * faster, -0.2 * faster
     push, first, second, third, fourth = pushes
     second, third, fourth = 0.5 * second, (1.0 / 6.0) * third, (1.0 / 24.0) * fourth
+    # the derivatives of the push along the impact
     climbs, bends = approach.jerk / other, approach.snap / other
     twists = ps.force * ps.omega * ps.omega * ps.omega * approach.d
     twists = 0.5 * (twists - (ps.stiffness * approach.jerk + ps.damping * approach.snap))
-    pull = other * damper.share * ((b0 * b0) * (b0 * b0))
-    on_u, sink = 0.8 * ps.damping * pull, ps.stiffness * pull * tick
+    # the shares
+    z0 = (b0 * b0) * (b0 * b0)
+    on_v = ps.damping * other * damper.share
+    once = (ps.stiffness * damper.share - ps.damping * on_v) * other * z0 * tick
+    back = ps.damping * once + ps.stiffness * on_v * z0 * tick
+    on_u = 0.8 * ps.damping * on_v * z0
+    on_cube, on_double = 0.6 * back, 0.4 * tick * (ps.stiffness * once - ps.damping * other * back)
     for i in range(nodes.m):
-        k, at = EACH * i, B_N + i
-        b = w[at] * force + w[at + ROW] * drag + w[at + 2 * ROW] * drift
-        b = b + (w[at + 3 * ROW] * spring + w[at + 4 * ROW] * curvature)
-        put_four(w, AMPLITUDE + k, w[B + i] * as_fast + b0 * b)
-        at, time = T_N + i, w[T + i]
-        t = w[at] * force + w[at + ROW] * drag + w[at + 2 * ROW] * drift
-        t = time * slower + tick * (t + w[at + 3 * ROW] * spring)
-        u, cube = w[nodes.at + i], w[nodes.at + CUBE * nodes.m + i]
+        k, at, time = EACH * i, nodes.at + i, w[T + i]
+        b = w[B + i] * as_fast + b0 * by_series(w, B_N + i, numbers)
+        t = time * slower + tick * by_series(w, T_N + i, numbers)
+        u, cube, double = w[at], w[at + CUBE * nodes.m], w[at + DOUBLE * nodes.m]
         e = push + time * (first + time * (second + time * (third + time * fourth)))
-        shared = ps.damping * (on_u * u * u + 1.2 * sink * cube)
-        shared = shared + 0.2 * ps.stiffness * sink * cube * time
-        e = e + ((climbs + time * (bends + time * twists)) * t + shared * faster)
+        e = e + (climbs + time * (bends + time * twists)) * t
+        e = e + (on_u * u * u + (on_cube * cube + on_double * double)) * faster
+        put_four(w, AMPLITUDE + k, b)
         put_four(w, PUSH + k, e)
 
 
@@ -356,7 +371,7 @@ def settle_variations(ps, nodes, approach, start, lasting, took, enough, size):
     """Sweep until b and e settle at the nodes, from their guess.
 
     start: (t0, b, x, v) at the touch; lasting: the duration `took` [s] times rate; size: of the
-    variations [m/s]; enough: what the end may be off, relative. As the guess is right to second
+    variations [m/s]; enough: what the end may be off, relative. As the guess is right to third
     order, a sweep shrinks an error of b to a third of a at most, and so does the integral to the
     end; time at release takes a fifth of it. An error of e grows like t^3 at least: the last node
     tells the largest, and a quarter of it acts. Where that is settled, b alone goes on.
@@ -444,7 +459,8 @@ def vary(ps, damper, wall, arc, rate, phase, before, after, tangent):
     faster = (1.0 / s) * speed
     pushes = pushes_varied(ps, damper, approach, late, x, v)
     numbers = numbers_varied(approach, pushes, faster)
-    series_by_numbers(nodes, approach)
+    series_by_numbers(nodes, approach, nodes.at + GB * nodes.m, int(B_N))
+    series_by_numbers(nodes, approach, nodes.at + (GT + 1) * nodes.m, int(T_N))
     guess(ps, damper, nodes, approach, pushes, numbers, faster)
     start, took = (late, (0.2 * approach.b) * faster, x, v), after[3]
     settle_variations(

@@ -18,7 +18,7 @@ from nlds_vines.orbits.wants import JUDGED
 from nlds_vines.runs.machine import free_memory, processors
 from nlds_vines.runs.threads import threads_in_use
 
-MEMORY = 900_000_000
+MEMORY = 1_000_000_000
 """Bytes that a process takes to compile the kernels of one scan, with what it has loaded."""
 
 Process = subprocess.Popen[str]

@@ -25,7 +25,7 @@ HALF = 1.2537306248172073  # B(1/5, 1/2) / 5: phase from touch to the deepest po
 EQUAL = 0.9175012193496621  # phase at which u^5 = S^2 = 1/2
 STRETCH = 0.57  # of the map x = d sinh(a xi): a little inside the singularity at 0.727
 STEEP = 1.3280717613951345  # a = arsinh(1 / STRETCH)
-FINEST = 1e-16  # change of a sweep that is round-off
+FINEST = 1e-15  # what sweeps may leave where the nodes are given: round-off
 
 CHOICES = {
     8: (5e-6, 6e-8),
@@ -133,10 +133,11 @@ def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
     ones = Series({ONE: np.ones_like(u)}, ORDER)
     by_energy = ((ones + beta).power(9) * by_beta).times(10.0)
     terms, cube = terms_up_to(ORDER), integrate(u * u * u)
+    double = integrate(u * cube)
     found = []
     for grid, end in zip(grids[:-1], ends, strict=False):
         here = slice(end - len(grid.u), end)
-        rows = [grid.u, grid.S, grid.weight, cube[here]]
+        rows = [grid.u, grid.S, grid.weight, cube[here], double[here]]
         rows += [beta.at(term)[here] for term in terms[1 : 1 + impact.GUESSED]]
         rows += [tau.at(term)[here] for term in terms[: impact.TIMED]]
         beyond = np.zeros((len(terms), FOUR))
@@ -204,7 +205,7 @@ def make_arc(tolerance: float = TOLERANCE, nodes: int | None = None) -> impact.A
     elif 2 <= nodes <= impact.ROW - 4:
         fine = max(nodes, 20)
         choices, levels, tolerance = {nodes: (0.0, 0.0), fine: (0.0, 0.0)}, 1, math.inf
-        settled = max(0.3 / 10**nodes, FINEST)
+        settled = FINEST
     else:
         raise ValueError(f"nodes = {nodes}: an arc takes 2 to {impact.ROW - 4} collocation nodes")
     table = _table(tuple(choices.items())).copy()

@@ -39,17 +39,20 @@ LEAST_TOLERANCE, MOST_TOLERANCE = 1e-13, 1e-3
 MOST_NODES = 60
 """Most collocation nodes: the tables of a short impact have room for so many."""
 
-STEPS, MORE_STEPS, LEAST_STEPS = 1.38, 0.3, 4.2
-"""Runge-Kutta steps, of order eight, of a contact that `exact` steps: 1.38 tolerance^(-1/8) + 0.3.
+STEPS, MORE_STEPS, LEAST_STEPS = 1.38, 0.5, 4.4
+"""Runge-Kutta steps, of order eight, of a contact that `exact` steps: 1.38 tolerance^(-1/8) + 0.5.
 
 Measured with free impacts, whose doubt (`kernels.contact`) then is just within the tolerance. Fewer
-than 4.2 cost a step or two of checking for each that they save."""
+than 4.4 cost a step or two of checking for each that they save."""
 
 PERIOD_STEPS = 512.0
 """Runge-Kutta steps, of order four, of a forcing period, by `rk4`."""
 
 STEPS_RATIO = 4.0
 """By `rk4`: steps of a forcing period for each step of a free impact."""
+
+SHARE = 0.25
+"""Of the tolerance, what one contact may take: several may follow each other in a period."""
 
 REFINED = 1e-2
 """Tolerance of a refined run in units of the run's own."""
@@ -80,16 +83,21 @@ class Settings:
         return cls(contact_steps=period_steps / STEPS_RATIO, period_steps=period_steps)
 
     @property
+    def contact_tolerance(self) -> float:
+        """Relative error that one contact may have."""
+        return SHARE * self.tolerance
+
+    @property
     def steps(self) -> float:
         """Runge-Kutta steps of a contact that is stepped: as set, or as the tolerance asks for."""
         if self.contact_steps is not None:
             return self.contact_steps
-        return max(STEPS * _eighth_root(1.0 / self.tolerance) + MORE_STEPS, LEAST_STEPS)
+        return max(STEPS * _eighth_root(1.0 / self.contact_tolerance) + MORE_STEPS, LEAST_STEPS)
 
     @property
     def stepped_to(self) -> float:
         """Tolerance that a stepped contact is held to; infinite where its steps are set."""
-        return self.tolerance if self.contact_steps is None else math.inf
+        return self.contact_tolerance if self.contact_steps is None else math.inf
 
     def refined(self, method: str) -> Settings:
         """Return finer settings: the difference of two runs is then nearly the error of these.

@@ -131,7 +131,7 @@ def test_what_does_not_fit_is_refused_with_its_size(monkeypatch, tmp_path):
         with pytest.raises(RequestError, match=r"on the disk .* GB are free"):
             room.refuse_without_room(scan, tmp_path / "a.h5")
     monkeypatch.setattr(room, "free_memory", lambda: 1000)
-    with pytest.raises(RequestError, match=r"0.2 GB of memory .* 1e-06 GB are free"):
+    with pytest.raises(RequestError, match=r"0.3 GB of memory .* 1e-06 GB are free"):
         room.refuse_without_room(scan, tmp_path / "a.h5")
 
 

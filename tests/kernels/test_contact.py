@@ -6,7 +6,7 @@ from support import Approach, contact_parts, references
 
 from nlds_vines.kernels import runge_kutta as rk
 from nlds_vines.kernels.codes import RELEASED, STOPPED
-from nlds_vines.kernels.contact import contact, near_release
+from nlds_vines.kernels.contact import Steps, contact, near_release
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 
 SET6 = references()["ssul-set6"].numbers
@@ -21,8 +21,8 @@ def follow(parts, q, s, x1, v1, stop=1e3, steps=28.0, rk4=None):
     """Follow a contact from phase 1 and return what `contact` does."""
     noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
     return contact(
-        rk4, *parts, 1.0, None, None, noted, None, steps, 10.0, np.cos(1.0), np.sin(1.0),
-        q, s, x1, v1, stop, np.zeros(rk.SCRATCH),
+        rk4, *parts, 1.0, None, None, noted, None, Steps(steps, np.inf), 10.0, np.cos(1.0),
+        np.sin(1.0), q, s, x1, v1, stop, np.zeros(rk.SCRATCH),
     )  # fmt: skip
 
 
@@ -61,6 +61,22 @@ def test_depth_where_a_section_cuts_the_contact_behind_it(share, rk4):
         s > 0.0  # at another phase, the rest of the contact is another one
     )
     assert rest > 0.0
+
+
+def test_depth_where_a_contact_comes_to_rest():
+    """By long steps, whose end is behind a second turn. Notices: the first guess taken as it is."""
+    soft = {"m1": 196.8, "k1": 51223.1, "c1": 843.3, "m2": 53.39, "k2": 1274.4, "c2": 649.0}
+    parts = parts_of(**soft, P=2858.5, K=7970.98)
+    start = 0.0, 8.7324, 0.13344, -0.62335
+    noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
+    depths = [
+        contact(
+            None, *parts, 1.0, None, None, noted, None, steps, 32.6, np.cos(1.7384), np.sin(1.7384),
+            *start, 1.0, np.zeros(rk.SCRATCH),
+        )[6]
+        for steps in [Steps(300.0, np.inf)] + [Steps(n, 1e-4) for n in np.linspace(4.2, 5.4, 25)]
+    ]  # fmt: skip
+    assert depths == pytest.approx([depths[0]] * 26, rel=1e-5)
 
 
 # ---- the release ---------------------------------------------------------------------------------

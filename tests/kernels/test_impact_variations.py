@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from support import REPO, Approach, contact_parts, references
 
-from nlds_vines.kernels.arguments import Steps
 from nlds_vines.kernels.codes import RELEASED
-from nlds_vines.kernels.contact import contact
+from nlds_vines.kernels.contact import Steps, contact
 from nlds_vines.kernels.flight import rate_of
 from nlds_vines.kernels.impact import short_impact
 from nlds_vines.kernels.impact_variations import vary

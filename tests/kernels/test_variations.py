@@ -43,9 +43,7 @@ def flow_on(system, method="exact", settings=None):
 
 def advance(flow, tangent, state):
     """Advance a state and its variations by a period; return the status."""
-    return variations.advance(
-        flow.prepared.arc, flow, variations.no_section(flow), tangent, state
-    )
+    return variations.advance(flow.prepared.arc, flow, variations.no_section(flow), tangent, state)
 
 
 def followed(flow, y, periods):

@@ -106,7 +106,7 @@ def test_nobody_helps_a_process_of_a_pool(begun, monkeypatch):
 
 def test_memory_that_does_not_suffice_is_one_line(begun, monkeypatch):
     monkeypatch.setattr(elsewhere, "free_memory", lambda: 300_000_000)
-    with pytest.raises(RequestError, match=r"takes 0.9 GB of memory, 0.3 GB are free"):
+    with pytest.raises(RequestError, match=r"takes 1 GB of memory, 0.3 GB are free"):
         follow(lanes.run_lanes)
     assert follow(elementary.exp) == []
     monkeypatch.setattr(elsewhere, "free_memory", lambda: None)  # unknown: nothing is refused

@@ -472,11 +472,12 @@ def vary(ps, damper, wall, arc, rate, phase, before, after, tangent):
     b, t = b + more, t + longer
     x = x + approach.v * longer
     v = v + (approach.acceleration * longer + ((1.0 - damper.share) * missed) * pushes[0])
-    # At one time: t0 + t before the wall is left. (b is that of the last node, made exact.)
+    # At one time: t0 + t before the wall is left. (b^5 is that of the last node, all but exactly.)
     s, x1, v1, _ = after
     last = w[B + n - 1]
     last2 = last * last
-    last = last * (0.8 - 0.2 * s / (wall.speed * (last2 * last2 * last)))
+    off = -s / (wall.speed * (last2 * last2 * last)) - 1.0
+    last = last * (1.0 + off * (0.2 - off * (0.08 - 0.048 * off)))
     speed = (5.0 * s / last) * b
     c, _ = rotated(phase[0], phase[1], ps.omega * took)
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)

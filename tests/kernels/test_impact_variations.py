@@ -99,8 +99,8 @@ def test_variations_err_by_the_tolerance(tolerance):
     """Against a hundred steps; at most a few times, as errors of an impact's ends do."""
     arc = make_arc(tolerance)
     errors = [impact.error(arc) for impact in random_impacts(80, arc)]
-    assert max(errors) <= max(6 * tolerance, 2e-11)
-    assert np.median(errors) <= max(0.2 * tolerance, 1e-12)
+    assert max(errors) <= 5 * tolerance
+    assert np.median(errors) <= 0.2 * tolerance
 
 
 def test_the_determinant_is_known_beforehand():
@@ -148,7 +148,7 @@ def test_the_depth_leaves_the_nodes_of_the_whole_impact():
     np.testing.assert_array_equal(one().carried(arc, impacts=True), one().carried(arc))
 
 
-@pytest.mark.parametrize("nodes", [7, 10, 13])
+@pytest.mark.parametrize("nodes", [6, 7, 9])
 def test_numbers_of_nodes_that_are_no_fours(nodes):
     arc, few = make_arc(nodes=nodes), make_arc(nodes=nodes - 3)
     assert one().error(arc) <= 0.1 * one().error(few)

@@ -47,6 +47,8 @@ from .fours import four, four_at, larger_of, largest_of, number_of, put_four, su
 #   B ... FH    8 ROW            scratch at the nodes: unknowns and their derivatives by phi
 #   INSIDE      7 ROW            scratch of `inside`
 #   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
+#   USED        8                level of the nodes whose unknowns are there
+#   VARIED      45 ROW           scratch of variations (`impact_variations`)
 #   then        for each of them, of the whole arc and of its half, m being n in whole fours:
 #                 U ... GT + 16  38 m       rows of constants
 #                 MATRIX         n m        from touch to each node, integrand by integrand
@@ -66,7 +68,9 @@ B, T, G, H, FB, FT, FG, FH = (ROW * i for i in range(8))
 INSIDE = 8 * ROW
 LEVELS, LEVEL, MOST_LEVELS = 15 * ROW, 5, 8
 NODES, WHOLE, HALF, ERROR, HALF_ERROR = range(LEVEL)  # n, places of the constants, C_n of each
-CONSTANTS = LEVELS + LEVEL * MOST_LEVELS
+USED = LEVELS + LEVEL * MOST_LEVELS
+VARIED = USED + 8
+CONSTANTS = VARIED + 45 * ROW
 
 U, S, WEIGHT, CUBE, DOUBLE, GB, GT, MATRIX = 0, 1, 2, 3, 4, 5, 21, 38  # in rows of m numbers
 GUESSED, TIMED, MISSED = 16, 17, 36  # terms of the series of b, of time, of what the nodes miss
@@ -395,6 +399,7 @@ def solve_arc(ps, damper, wall, arc, part, error, approach):
     """
     for level in range(level_for(arc, error, approach.size), arc.levels):
         nodes = nodes_of(arc, level, part)
+        arc.table[USED] = level
         if settle(ps, damper, wall, arc, nodes, approach):
             ratio, time, x, v, doubt = at_end(ps, damper, wall, nodes, approach)
             if doubt <= arc.tolerance:
@@ -417,7 +422,7 @@ def short_impact(ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1):
     c, d are cos and sin of the forcing's phase at touch, `rate` the bound of `flight.rate_of`.
     Returns (solved, s, x1, v1, duration [s], depth [m]) at release; solved is False where the
     impact is not short or has begun already, and nothing else may be used then. The depth is 0
-    where `impacts` is None.
+    where `impacts` is None. The unknowns at the nodes of the whole arc are left in the table.
     """
     # hot: once per impact
     if not (q == 0.0 and s > 0.0):
@@ -426,12 +431,12 @@ def short_impact(ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1):
     lasting = rate * (approach.tick * LENGTH)
     if not (approach.size < LARGEST and lasting < LONGEST):
         return False, s, x1, v1, 0.0, 0.0
+    depth = 0.0
+    if impacts is not None:
+        depth = depth_of(ps, damper, wall, arc, approach)
     solved, ratio, took, x, v = solve_arc(ps, damper, wall, arc, int(WHOLE), int(ERROR), approach)
     if not solved:
         return False, s, x1, v1, 0.0, 0.0
     ratio2 = ratio * ratio
     speed = s * (ratio2 * ratio2 * ratio)
-    depth = 0.0
-    if impacts is not None:
-        depth = depth_of(ps, damper, wall, arc, approach)
     return True, -speed, x, v - damper.share * speed, took, depth

@@ -82,7 +82,9 @@ MOST_SWEEPS = 12  # a sweep gains one digit or two; from the guess, some two are
 DOUBTED = (
     5.0  # error of the speed for a difference of the two energies, relative: five times its half
 )
-SETTLED = 0.05  # share of the tolerance that the sweeps may leave
+ROUND_OFF = 2.0e-15  # relative, of a velocity at the nodes
+BY_TIME = 0.2  # least share of a change that integrals over the whole interval are said to keep
+SETTLED = 0.1  # share of the tolerance that the sweeps may leave
 
 
 class Arc(NamedTuple):
@@ -270,7 +272,8 @@ def all_slopes(ps, damper, wall, nodes, approach):
 def integrate(nodes, approach):
     """Integrate the slopes from touch to every node; return the largest relative change.
 
-    Of the speed of r and of the common velocity, both relative to the approach speed.
+    Of the speed of r and of the common velocity, both relative to the approach speed; what rounding
+    does to a common velocity that is far larger is no change.
     """
     w, n, m, matrix = nodes.w, nodes.n, nodes.m, nodes.at + MATRIX * nodes.m
     of_b, of_h = four(0.0), four(0.0)
@@ -289,16 +292,17 @@ def integrate(nodes, approach):
         put_four(w, T + i, t)
         put_four(w, G + i, g)
         put_four(w, H + i, h)
-    return 5.0 * largest_of(of_b) / approach.b + largest_of(of_h) / approach.s
+    slow = max(largest_of(of_h) - ROUND_OFF * abs(approach.v), 0.0)
+    return 5.0 * largest_of(of_b) / approach.b + slow / approach.s
 
 
 @jit
 def settle(ps, damper, wall, arc, nodes, approach):
     """Sweep until the unknowns at the nodes settle; tell whether they do.
 
-    The next sweep changes the unknowns by at most `shrinks` times the last change, and integrals
-    over the whole interval by that times `shrinks` again: b by its small numbers, and the common
-    motion by its own rates times the duration.
+    The next sweep changes the unknowns by at most `shrinks` times the last change, b by its small
+    numbers and the common motion by its own rates times the duration; and integrals over the whole
+    interval by that times `shrinks` again, but for time and place, of which it is a part.
     """
     took = approach.tick * LENGTH
     slow = took * (ps.damping + 0.5 * ps.stiffness * took)
@@ -306,7 +310,7 @@ def settle(ps, damper, wall, arc, nodes, approach):
     first_guess(ps, damper, nodes, approach)
     for _ in range(MOST_SWEEPS):
         all_slopes(ps, damper, wall, nodes, approach)
-        if integrate(nodes, approach) * (shrinks * shrinks) <= arc.settled:
+        if integrate(nodes, approach) * shrinks * max(shrinks, BY_TIME) <= arc.settled:
             return True
     return False
 
@@ -395,16 +399,18 @@ def solve_arc(ps, damper, wall, arc, part, error, approach):
     """Solve an impact to its release (WHOLE, ERROR) or its deepest point (HALF, HALF_ERROR).
 
     With the nodes that the tolerance asks for; with more, as long as the doubt exceeds it. Returns
-    (solved, b / b0, time [s], x, v) at the end.
+    (solved, b / b0, time [s], x, v) at the end; where it is not solved, as near as the most nodes
+    come.
     """
+    found = 1.0, 0.0, approach.x, approach.v, 0.0
     for level in range(level_for(arc, error, approach.size), arc.levels):
         nodes = nodes_of(arc, level, part)
         arc.table[USED] = level
-        if settle(ps, damper, wall, arc, nodes, approach):
-            ratio, time, x, v, doubt = at_end(ps, damper, wall, nodes, approach)
-            if doubt <= arc.tolerance:
-                return True, ratio, time, x, v
-    return False, 1.0, 0.0, approach.x, approach.v
+        settled = settle(ps, damper, wall, arc, nodes, approach)
+        found = at_end(ps, damper, wall, nodes, approach)
+        if settled and found[4] <= arc.tolerance:
+            return True, found[0], found[1], found[2], found[3]
+    return False, found[0], found[1], found[2], found[3]
 
 
 @jit

@@ -98,9 +98,13 @@ def seen_by_twin(impacts):
 def errors_of(found, true, impacts):
     """Return the errors (5, count), each in units of the impact's own scale."""
     s, took, depth = impacts.s, true[3], true[4]
+    off = np.abs(np.array(found) - true)
+    # 80 bits hold a short duration in a time from phase zero, and a depth in a displacement, only so
+    off[3] = np.maximum(off[3] - 4e-18 / impacts.numbers["omega"], 0)
+    off[4] = np.maximum(off[4] - 4e-19 * np.abs(impacts.numbers["near"]), 0)
     # x1 and v1 in double precision hold the impact's own part of them only so well
     scales = s, s * took + 1e3 * np.abs(true[1]), s + 1e3 * np.abs(true[2]), took, depth
-    return np.abs(np.array(found) - true).astype(float) / np.array(scales, float)
+    return off.astype(float) / np.array(scales, float)
 
 
 COUNT = [300, pytest.param(10_000, marks=pytest.mark.long)]
@@ -141,7 +145,7 @@ def test_the_estimate_is_never_below_a_third_of_the_error(count, n):
 
 def test_a_wrong_estimate_is_caught():
     """With errors that are said to be none, eight nodes are tried first, and found wanting."""
-    impacts, tolerance = drawn(300), 1e-10
+    impacts, tolerance = drawn(600), 1e-10
     true = seen_by_twin(impacts)
     arc = make_arc(tolerance)
     for level in range(arc.levels):
@@ -150,7 +154,7 @@ def test_a_wrong_estimate_is_caught():
     believing = arc._replace(tolerance=np.inf)
     worst = {}
     for name, one in (("checked", arc), ("believed", believing)):
-        found = np.array([solved(impacts, i, one) for i in range(300)])
+        found = np.array([solved(impacts, i, one) for i in range(600)])
         worst[name] = errors_of(found[:, 1:].T, true, impacts)[0][found[:, 0] > 0]
     assert (worst["believed"] > 10 * tolerance).sum() > 20
     caught = worst["checked"][worst["believed"] > 10 * tolerance] <= tolerance

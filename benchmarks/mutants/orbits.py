@@ -20,6 +20,12 @@ MUTANTS = (
     *of(
         "nlds_vines/kernels/observe.py",
         (
+            "observe: the slowest impact is the fastest",
+            "slowest[0] = min(slowest[0], abs(s))",
+            "slowest[0] = max(slowest[0], abs(s))",
+            _PLAIN_ORBIT + "test_the_slowest_of_all_impacts",
+        ),
+        (
             "observe: the force of an impact grows as its depth",
             "K * depth * np.sqrt(depth)",
             "K * depth",
@@ -243,12 +249,6 @@ MUTANTS = (
             "return -ps.damping - damper.c2 * damper.inv_mu",
             "return -ps.damping",
             _T_VARIATIONS + "test_the_divergences_of_the_named_systems",
-        ),
-        (
-            "observe: the slowest impact is the fastest",
-            "slowest[0] = min(slowest[0], abs(s))",
-            "slowest[0] = max(slowest[0], abs(s))",
-            _PLAIN_ORBIT + "test_the_slowest_of_all_impacts",
         ),
         (
             "variations: a start inside a contact is in flight",

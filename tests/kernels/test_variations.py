@@ -287,8 +287,8 @@ def test_elimination(size):
 
 
 def test_a_wrong_monodromy_is_seen():
-    """The comparison with the flow tells a contact's stiffness off by one per cent."""
-    system, before, periods, _ = CASES["an impact a period"]
+    """The comparison with the flow tells a stepped contact's stiffness off by one per cent."""
+    system, before, periods, _ = CASES["a soft wall"]
     y, flow = after(system, before), flow_on(system, "exact", FINE["exact"])
     matrix = followed(flow, y, periods)[1] * SCALES / SCALES[:, np.newaxis]
     wall = flow.prepared.near

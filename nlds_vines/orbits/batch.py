@@ -126,7 +126,7 @@ def _on_threads(
     arguments: tuple[Any, ...],
     count: int,
     least: int,
-    most: int | None,
+    most: int | None = None,
 ) -> None:
     """Run a kernel of `lanes` on so many lanes, in pieces from `least` to `most`."""
     kernel(0, 0, *arguments)  # compiled here, not by all threads at once

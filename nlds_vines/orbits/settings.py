@@ -54,8 +54,10 @@ STEPS_RATIO = 4.0
 SHARE = 0.25
 """Of the tolerance, what one contact may take: several may follow each other in a period."""
 
-REFINED = 1e-2
-"""Tolerance of a refined run in units of the run's own."""
+REFINED, REFINED_NODES = 1e-2, 24
+"""Tolerance of a refined run in units of the run's own, and nodes of its short impacts.
+
+A tolerance and its hundredth may ask for the same."""
 
 
 @dataclass(frozen=True)
@@ -102,16 +104,16 @@ class Settings:
     def refined(self, method: str) -> Settings:
         """Return finer settings: the difference of two runs is then nearly the error of these.
 
-        Of exact: a hundredth of the tolerance; of nodes that are set, 16 for 12 (the error falls
-        fivefold or more with each), of steps 40 for 28 (of order eight: 17 times).  Of rk4: twice
+        Of exact: a hundredth of the tolerance, or of steps that are set 40 for 28 (of order eight:
+        17 times); and for short impacts so many nodes that round-off alone is left.  Of rk4: twice
         the steps (of order four: 16 times).
         """
         if method != "exact":
             return Settings.rk4(self.period_steps * 2)
         steps = None if self.contact_steps is None else self.contact_steps * 10 / 7
         return Settings(
-            tolerance=max(self.tolerance * REFINED, LEAST_TOLERANCE),
-            nodes=None if self.nodes is None else min(self.nodes + 4, MOST_NODES),
+            tolerance=self.tolerance * REFINED,
+            nodes=min(max(REFINED_NODES, (self.nodes or 0) + 4), MOST_NODES),
             contact_steps=steps,
         )
 

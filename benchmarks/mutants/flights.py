@@ -11,6 +11,9 @@ _T_TOUCH = "tests/kernels/test_touch.py::"
 _PLAIN_ORBIT = "tests/kernels/plain_orbit.py::"
 _PLAIN_BOUNDS = "tests/kernels/plain_bounds.py::"
 _T_ENERGIES = "tests/reference/test_energies.py::"
+_T_CUBICS = "tests/kernels/test_cubics.py::"
+_T_EXACT = "tests/kernels/test_exact.py::"
+_T_FLIGHT = "tests/kernels/test_flight.py::"
 _T_PEAKS = "tests/kernels/test_peaks.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 _PLAIN_PEAKS = "tests/kernels/plain_peaks.py::"
@@ -100,12 +103,6 @@ MUTANTS = (
             _PLAIN_BOUNDS + "test_the_rate_is_the_largest_row_sum",
         ),
         (
-            "flight: a bound of a power forgets the dashpot",
-            "ps.damping * root1 + math.sqrt(damper.k2) + drag,",
-            "ps.damping * root1 + math.sqrt(damper.k2),",
-            _PLAIN_BOUNDS + "test_bounds_from_the_energy_hold",
-        ),
-        (
             "flight: the damper's displacement is bounded as if its structure stood",
             "absolute = 1.0 + soft",
             "absolute = 1.0",
@@ -184,15 +181,9 @@ MUTANTS = (
             _T_PEAKS + "test_a_double_root_is_not_proven_absent",
         ),
         (
-            "peaks: the bound of a force forgets the forcing",
-            "(w[BOUNDS + 1] * second + drive) * h2",
-            "(w[BOUNDS + 1] * second) * h2",
-            _PLAIN_BOUNDS + "test_bounds_of_what_only_the_force_moves_are_reached",
-        ),
-        (
             "peaks: a rise between the ends of a cell is not expected",
-            "if highest(before[body], after[body], rise, fall, fourth) > energy[body]:",
-            "if max(before[body], after[body]) > energy[body]:",
+            "highest(e0, e1, p0, p1, fourth) > record",
+            "max(e0, e1) > record",
             _PLAIN_PEAKS + "test_what_rises_between_the_ends_of_a_cell_is_suspected",
         ),
         (
@@ -202,16 +193,16 @@ MUTANTS = (
             _PLAIN_PEAKS + "test_what_rises_between_the_ends_of_a_cell_is_suspected",
         ),
         (
-            "peaks: the damper's force is never suspected",
-            "for i in range(k, k + 2):",
-            "for i in range(k, k + 1):",
-            _PLAIN_PEAKS + "test_what_rises_between_the_ends_of_a_cell_is_suspected",
+            "peaks: what does not only fall is taken for what only rises",
+            "        and not only_rises(e0, e1, p0, p1, fourth)\n",
+            "        and not (e0 < e1)\n",
+            _PLAIN_PEAKS + "test_the_largest_energies_of_flights_from_touch_to_touch",
         ),
         (
             "peaks: the damper's energy is not searched",
-            "for which in range(2 * bodies(damper)):",
-            "for which in range(2):",
-            _PLAIN_PEAKS + "test_the_largest_of_a_piece_are_those_of_its_samples",
+            "if bodies & (1 << which // 2):",
+            "if bodies & (1 << which):",
+            _PLAIN_PEAKS + "test_the_largest_energies_of_flights_from_touch_to_touch",
         ),
         (
             "peaks: a piece that holds a single root is passed over",
@@ -233,9 +224,9 @@ MUTANTS = (
         ),
         (
             "peaks: a bound of rises takes the damper's for the structure's",
-            "            fourth *= grid.table[BOUNDS + 4]\n",
-            "            fourth *= 1.0\n",
-            _PLAIN_PEAKS + "test_a_rise_of_the_dampers_energy_on_a_soft_structure_is_suspected",
+            "        fourth *= grid.table[OF_E2]\n",
+            "        fourth *= 1.0\n",
+            _PLAIN_PEAKS + "test_the_error_of_the_cubic_counts_for_each_body",
         ),
     ),
     *of(
@@ -278,8 +269,8 @@ MUTANTS = (
         ),
         (
             "exact: a flight from inside a cell is taken for one from its start",
-            "            now, end, expanded = (x1, v1, r, s), 1.0 - x, x > 0.0\n",
-            "            now, end, expanded = (x1, v1, r, s), 1.0 - x, False\n",
+            "            end, filled = 1.0 - x, x > 0.0\n",
+            "            end, filled = 1.0 - x, False\n",
             _PLAIN_ORBIT + "test_a_flight_may_begin_anywhere_in_a_cell",
         ),
         (
@@ -295,8 +286,14 @@ MUTANTS = (
             _PLAIN_METHODS + "test_an_excursion_beyond_a_limit_may_be_short",
         ),
         (
+            "exact: energies at a release are not noted",
+            "        energy[0], energy[1] = max(energy[0], before[0]), max(energy[1], before[1])\n",
+            "",
+            _PLAIN_PEAKS + "test_the_largest_energies_of_flights_from_touch_to_touch",
+        ),
+        (
             "exact: energies at the ends of cells are not noted",
-            "                note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])\n",
+            "                energy[0], energy[1] = max(energy[0], after[0]), max(energy[1], after[1])\n",
             "",
             _PLAIN_METHODS + "test_both_methods_note_the_same[none]",
         ),
@@ -305,6 +302,69 @@ MUTANTS = (
             "note_limit(grid.table, limit_log, j + x, grid.h, place, bounds.bend, bounds.jerk)",
             "note_limit(grid.table, limit_log, j, grid.h, place, bounds.bend, bounds.jerk)",
             _PLAIN_METHODS + "test_a_fast_damper_strikes_several_times_in_a_cell",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/flight.py",
+        (
+            "flight: a term of the phase inside a cell is forgotten",
+            "z2 * (1.0 / 1307674368000.0)",
+            "z2 * 0.0",
+            _T_FLIGHT + "test_the_phase_inside_a_cell",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/cubics.py",
+        (
+            "cubics: the error of a value is left out",
+            "    return top + VALUE_ERROR * fourth",
+            "    return top",
+            _T_CUBICS + "test_the_highest_value_is_bounded_and_reached",
+        ),
+        (
+            "cubics: the error of a slope is that of a value",
+            "> SLOPE_ERROR * fourth",
+            "> VALUE_ERROR * fourth",
+            _T_CUBICS + "test_what_only_rises_is_told_just_so",
+        ),
+        (
+            "cubics: the slope in the middle is not looked at",
+            "min(min(g0, g1), 3.0 * (f1 - f0) - g0 - g1)",
+            "min(g0, g1)",
+            _T_CUBICS + "test_what_only_rises_is_told_just_so",
+        ),
+        (
+            "cubics: the middle coefficients are left out",
+            "max(max(f0, f1), max(f0 + g0 * (1.0 / 3.0), f1 - g1 * (1.0 / 3.0)))",
+            "max(f0, f1)",
+            _T_CUBICS + "test_the_highest_value_is_bounded_and_reached",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/touch.py",
+        (
+            "touch: a rise through the level is not certain",
+            "            return CROSSED if f1 >= level else CLEAR\n",
+            "            return CLEAR\n",
+            _T_EXACT + "test_what_the_ends_of_a_piece_tell_is_so",
+        ),
+        (
+            "touch: what is a thousandth below the level is on it",
+            "        if level - f0 > tolerance_of(w, level):\n",
+            "        if level - f0 > 1e-3 * level:\n",
+            _T_EXACT + "test_a_certain_touch_is_found_to_round_off",
+        ),
+        (
+            "touch: Newton's last step comes too early",
+            "        if bend * change * change <= ROUND_OFF * slope:\n",
+            "        if bend * change * change <= 1e-6 * slope:\n",
+            _T_EXACT + "test_a_certain_touch_is_found_to_round_off",
+        ),
+        (
+            "touch: Newton's steps may leave the piece",
+            "        x = guarded(x, low, high)\n        y = at(",
+            "        y = at(",
+            _T_EXACT + "test_steps_towards_a_touch_stay_in_the_piece",
         ),
     ),
 )

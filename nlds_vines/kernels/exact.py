@@ -7,8 +7,8 @@ from typing import NamedTuple
 from .codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
 from .flight import CELLS, at, bare_grid, cell_polynomial, phase_at, step
-from .observe import LEVEL, note_energy
-from .peaks import note_peaks, suspects
+from .observe import LEVEL
+from .peaks import note_peaks, record_breakers, work_at
 from .scene import scale_of
 from .touch import (
     CLEAR,
@@ -25,12 +25,11 @@ SPAN = 4  # cells for which one bound of the motion is used: it costs a square r
 
 
 class Bounds(NamedTuple):
-    """Bounds of motions over some cells, derivatives by the place in a cell but for `second`."""
+    """Bounds of motions over some cells: derivatives by the place in a cell."""
 
     bend: float  # of the second derivative of r [m]
     jerk: float  # of the third of r [m]
     fourth: float  # of the fourth of r [m]
-    second: float  # of the second derivative by time of the scaled state, whose norm is S
     energy: float  # of the fourth derivative of E1 [J]
 
 
@@ -52,7 +51,6 @@ def bounds_of(ps, grid, scale):
         (grid.bend * scale + ps.force) * h2,
         (grid.bend * first + ps.omega * ps.force) * h2 * grid.h,
         (grid.bend * second + ps.omega * ps.omega * ps.force) * h2 * h2,
-        second,
         (scale * fourth + 4.0 * first * third + 3.0 * second * second) * h2 * h2,
     )
 
@@ -143,17 +141,13 @@ def phase_of(grid, j, x):
 
 
 @jit
-def expand(grid, j, x, y):
-    """Fill COEF with the polynomial of the flight from the state y at place x of cell j."""
-    cosine, sine = phase_of(grid, j, x)
-    cell_polynomial(grid, y[0], y[1], y[2], y[3], cosine, sine)
+def fill(grid, phase, y, filled):
+    """Fill COEF with the polynomial of the flight from y, (cos, sin) of the phase; return True.
 
-
-@jit
-def expand_once(grid, j, x, y, expanded):
-    """Fill COEF as `expand`, unless it is filled so; return True."""
-    if not expanded:
-        expand(grid, j, x, y)
+    filled: whether it is there already.
+    """
+    if not filled:
+        cell_polynomial(grid, y[0], y[1], y[2], y[3], phase[0], phase[1])
     return True
 
 
@@ -166,6 +160,9 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
     """
     # hot: the loop over cells; the state stays in registers
     grid, event = bare_grid(grid), SECTION
+    if energy is not None:
+        before = work_at(ps, damper, (x1, v1, r, s), phase_of(grid, j, x)[0])
+        energy[0], energy[1] = max(energy[0], before[0]), max(energy[1], before[1])
     while j < stop and event == SECTION:
         # Bounds of the motion over the next cells.
         last = min(j + SPAN, stop)
@@ -175,9 +172,10 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
         slack = 0.125 * bounds.bend
         while j < last and event == SECTION:
             # The state at the end of the cell, as if nothing happened before.
-            now, end, expanded = (x1, v1, r, s), 1.0 - x, x > 0.0
-            if expanded:
-                expand(grid, j, x, now)
+            now, phase = (x1, v1, r, s), phase_of(grid, j, x)
+            end, filled = 1.0 - x, x > 0.0
+            if filled:
+                fill(grid, phase, now, False)
                 y = at(grid.table, end)
             else:
                 y = step(damper, grid.table, j, x1, v1, r, s)
@@ -185,7 +183,7 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
             place = end
             clear = x == 0.0 and proves_no_touch(near, far, r, y[2], slack)
             if not (clear or ends_prove_no_touch(near, far, now, y, end * grid.h, bounds)):
-                expanded = expand_once(grid, j, x, now, expanded)
+                filled = fill(grid, phase, now, filled)
                 place, event = touch_in(near, far, grid, end, y, bounds)
                 if event == ASTRAY:
                     break
@@ -195,24 +193,25 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
                     y = at(grid.table, place)
             # Note what is wanted up to the touch or the end of the cell.
             if energy is not None:
-                note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
-                begin = phase_of(grid, j, x)
-                drives = begin[0], phase_of(grid, j, 1.0 if event == SECTION else x + place)[0]
-                found = suspects(ps, damper, energy, grid, bounds, place, drives, now, y)
-                if found != 0:
-                    expanded = expand_once(grid, j, x, now, expanded)
-                    note_peaks(ps, damper, energy, grid, begin, place, found)
+                drive, _ = phase_of(grid, j, 1.0 if event == SECTION else x + place)
+                after = work_at(ps, damper, y, drive)
+                energy[0], energy[1] = max(energy[0], after[0]), max(energy[1], after[1])
+                bodies = record_breakers(damper, energy, grid, bounds, place, before, after)
+                if bodies != 0:
+                    filled = fill(grid, phase, now, filled)
+                    note_peaks(ps, damper, energy, grid, phase, place, bodies)
+                before = after
             if limit_log is not None and (
                 x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LEVEL]
             ):
-                expanded = expand_once(grid, j, x, now, expanded)
+                filled = fill(grid, phase, now, filled)
                 note_limit(grid.table, limit_log, j + x, grid.h, place, bounds.bend, bounds.jerk)
             if (
                 clearance is not None
                 and event == SECTION
                 and may_hold_a_miss(near, far, clearance, r, y[2], slack)
             ):
-                expanded = expand_once(grid, j, x, now, expanded)
+                filled = fill(grid, phase, now, filled)
                 note_misses(near, far, clearance, grid, end, bounds)
             # Go on from the touch or the end of the cell.
             x1, v1, r, s = y

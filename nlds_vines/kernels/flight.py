@@ -33,7 +33,7 @@ MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status
 #
 #   from      numbers       what
 #   STEP      16            transition matrix over a cell, column by column: w[4 column + row]
-#   BOUNDS     5            bounds of the powers' factors and of E2 (`factor_bounds`)
+#   OF_E2     1             bound of E2 per S^2 / 2 (`dampers_share`)
 #   FACTOR    ORDER + 1     scratch: Taylor coefficients of a factor over a cell (`peaks`)
 #   COEF      TERMS         scratch: those of the state over a cell, power by power:
 #                           w[COEF + 4 power + component], components x1, v1, r, s
@@ -44,7 +44,7 @@ MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status
 #   CELLS     6 (n + 1)     for each cell j, and for the start of the next period:
 #                           w[CELLS + 6 j ...] = forced response over it (4), cos, sin at its start
 STEP = 0
-BOUNDS = 16
+OF_E2 = 16
 FACTOR = 24
 COEF = 40
 TAYLOR = COEF + TERMS
@@ -108,27 +108,19 @@ def bend_of(ps, damper):
 
 
 @jit
-def factor_bounds(ps, damper):
-    """Return the largest v1, n1, v2, n2 (`observe.powers_at`) per S, and the largest 2 E2 / S^2.
+def dampers_share(ps, damper):
+    """Return the largest 2 E2 / S^2, S being the energy scale of `scale_of`.
 
-    S is the energy scale of `scale_of`.
+    E2 takes the absolute displacement of the damper, S that of the structure and the shortening of
+    the spring: sqrt(k2) |x1 - r| <= (sqrt(k2 / k1) + 1) S.
     """
-    root1 = math.sqrt(ps.m1)
     if damper is None:
-        return 1.0 / root1, ps.damping * root1, 0.0, 0.0, 0.0
-    root2 = math.sqrt(damper.m2)
-    drag = damper.c2 * (1.0 / root1 + 1.0 / root2)
+        return 0.0
     soft = 0.0  # sqrt(k2) |x1| per S: no energy holds a structure without a spring
     if damper.k2 > 0.0:
         soft = math.sqrt(damper.k2 / ps.k1)
-    absolute = 1.0 + soft  # of the damper's displacement
-    return (
-        1.0 / root1,
-        ps.damping * root1 + math.sqrt(damper.k2) + drag,
-        1.0 / root2,
-        math.sqrt(damper.k2) * soft + drag,
-        1.0 + absolute * absolute,
-    )
+    absolute = 1.0 + soft
+    return 1.0 + absolute * absolute
 
 
 @jit
@@ -225,9 +217,7 @@ def grid_of(ps, damper, n):
         w[at_cell + 4], w[at_cell + 5] = cosine, sine
         for c in range(4):
             w[at_cell + c] = response[16 + c] * cosine + response[20 + c] * sine
-    bounds = factor_bounds(ps, damper)
-    for i in range(5):
-        w[BOUNDS + i] = bounds[i]
+    w[OF_E2] = dampers_share(ps, damper)
     push = ps.force * math.sqrt(ps.m1)
     return Grid(n, h, 1.0 / n, rate_of(ps, damper), push, bend_of(ps, damper), w)
 
@@ -308,19 +298,24 @@ def propagate(grid, tangent, time):
 def phase_at(grid, j, x):
     """Return (cos, sin) of the forcing's phase at place x of cell j, 0 <= x <= 1.
 
-    That at the nearer end of the cell, tabulated, turned by an angle a, |a| <= REACH / 2. The
-    series of cos and sin are Taylor's, whose rest is below 0.35^14 / 14! = 5e-18.
+    That at its start, tabulated, turned by an angle a, |a| <= REACH. The series of cos and sin are
+    Taylor's, whose rests are below 0.7^17 / 17! = 7e-18. What is added to the tabulated numbers is
+    less than they can be, and so are its errors.
     """
-    nearer = int(x + 0.5)
-    at_cell = CELLS + 6 * (j + nearer)
+    at_cell = CELLS + 6 * j
     c, d = grid.table[at_cell + 4], grid.table[at_cell + 5]
-    a = TURN * grid.turn * (x - nearer)
+    a = TURN * grid.turn * x
     z = a * a
     z2 = z * z
     z4 = z2 * z2
-    even = (0.5 - z * (1.0 / 24.0)) + z2 * (1.0 / 720.0 - z * (1.0 / 40320.0))
-    even = z * (even + z4 * (1.0 / 3628800.0 - z * (1.0 / 479001600.0)))
-    odd = (1.0 / 6.0 - z * (1.0 / 120.0)) + z2 * (1.0 / 5040.0 - z * (1.0 / 362880.0))
-    odd = a * z * (odd + z4 * (1.0 / 39916800.0 - z * (1.0 / 6227020800.0)))
-    # cos a = 1 - even, sin a = a - odd: what is added to c and d is small beside 1
-    return c - (c * even + d * (a - odd)), d - (d * even - c * (a - odd))
+    # 1 - cos a = z (1 / 2! - z / 4! + ...)
+    even = (1.0 / 3628800.0 - z * (1.0 / 479001600.0)) + z2 * (
+        1.0 / 87178291200.0 - z * (1.0 / 20922789888000.0)
+    )
+    even = (0.5 - z * (1.0 / 24.0)) + (z2 * (1.0 / 720.0 - z * (1.0 / 40320.0)) + z4 * even)
+    even = z * even
+    # a - sin a = a z (1 / 3! - z / 5! + ...)
+    odd = (1.0 / 39916800.0 - z * (1.0 / 6227020800.0)) + z2 * (1.0 / 1307674368000.0)
+    odd = (1.0 / 6.0 - z * (1.0 / 120.0)) + (z2 * (1.0 / 5040.0 - z * (1.0 / 362880.0)) + z4 * odd)
+    sine = a - a * z * odd
+    return c - (c * even + d * sine), d - (d * even - c * sine)

@@ -17,9 +17,9 @@ a is five small numbers, all but exactly: a force, a drag, a drift, a spring and
 (`Approach`). Power series in them, prepared once (`orbits.impact_series`), are the guess from which
 the sweeps start, and the error of the collocation, which is subtracted. What remains is at most
 C_n e^(3/2), e the sum of their sizes: so many nodes are taken as the tolerance asks for. Afterwards
-the kinetic energy must add up: its own integral, with a collocation error of its own, and the speed
-of release must agree to the tolerance; otherwise the impact is solved with more nodes, and in the
-end it is stepped.
+the energy must add up: its own integral, with a collocation error of its own, and the speed of
+release must agree to the tolerance (`at_end`); otherwise the impact is solved with more nodes, and
+in the end it is stepped.
 
 At the end of the interval such an integral is far better than at any place within it. So the depth,
 where it is wanted, is solved as an end: once more, on nodes between touch and deepest point alone.
@@ -48,7 +48,7 @@ from .fours import four, four_at, larger_of, largest_of, number_of, put_four, su
 #   INSIDE      7 ROW            scratch of `inside`
 #   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
 #   then        for each of them, of the whole arc and of its half, m being n in whole fours:
-#                 U ... GT + 7   22 m       rows of constants
+#                 U ... GT + 16  38 m       rows of constants
 #                 MATRIX         n m        from touch to each node, integrand by integrand
 #                 then           36 x 4     coefficients of what the nodes miss
 #                 of a half      4 k        constants of `inside`
@@ -59,6 +59,7 @@ from .fours import four, four_at, larger_of, largest_of, number_of, put_four, su
 #   constants   U, S     sqrt(z / z_m) and s / v
 #               WEIGHT   of an integral over the whole interval
 #               CUBE     integral of u^3
+#               DOUBLE   integral of u CUBE
 #               GB, GT   terms of the series of b / b0 - 1 and of time
 ROW = 64
 B, T, G, H, FB, FT, FG, FH = (ROW * i for i in range(8))
@@ -67,14 +68,16 @@ LEVELS, LEVEL, MOST_LEVELS = 15 * ROW, 5, 8
 NODES, WHOLE, HALF, ERROR, HALF_ERROR = range(LEVEL)  # n, places of the constants, C_n of each
 CONSTANTS = LEVELS + LEVEL * MOST_LEVELS
 
-U, S, WEIGHT, CUBE, GB, GT, MATRIX = 0, 1, 2, 3, 4, 14, 22  # in rows of m numbers
-GUESSED, TIMED, MISSED = 10, 8, 36  # terms of the series of b, of time, of what the nodes miss
+U, S, WEIGHT, CUBE, DOUBLE, GB, GT, MATRIX = 0, 1, 2, 3, 4, 5, 21, 38  # in rows of m numbers
+GUESSED, TIMED, MISSED = 16, 17, 36  # terms of the series of b, of time, of what the nodes miss
 
 LENGTH = 1.4716375921623523  # integral of u from touch to release: B(2/5, 1/2) 2/5
 LARGEST = 0.15  # of e, the external acceleration in units of the contact's own: above it, stepped
 LONGEST = 0.25  # duration of a short impact in units of 1/rate: a longer one is stepped
 MOST_SWEEPS = 12  # a sweep gains one digit or two; from the guess, some two are needed
-BY_TIME = 0.5  # share of rate times duration by which a sweep shrinks an error of the common motion
+DOUBTED = (
+    5.0  # error of the speed for a difference of the two energies, relative: five times its half
+)
 SETTLED = 0.05  # share of the tolerance that the sweeps may leave
 
 
@@ -178,35 +181,52 @@ def level_for(arc, error, size):
 
 @jit
 def first_guess(ps, damper, nodes, approach):
-    """Fill the unknowns at the nodes by the series, good to second order in the small numbers."""
+    """Fill the unknowns at the nodes by the series, good to third order in the small numbers."""
     w, m, at = nodes.w, nodes.m, nodes.at
-    b, tick, z = approach.b, approach.tick, approach.spring
+    b, tick, z, q = approach.b, approach.tick, approach.spring, approach.curvature
     a, g, r = approach.force, approach.drag, approach.drift
     a2, ag, g2, ar, gr = a * a, a * g, g * g, a * r, g * r
-    # What the shares of s and z in x1' and x1 do to the common motion.
-    pull = (1.0 - damper.share) * damper.share * ((b * b) * (b * b))
-    on_v, on_x, sink = ps.damping * pull, ps.damping * pull * tick, ps.stiffness * pull * tick
+    # what the shares of s and z in x1' and x1 do to the common motion
+    other = 1.0 - damper.share
+    z0 = (b * b) * (b * b)
+    on_v = ps.damping * other * damper.share
+    once = (ps.stiffness * damper.share - ps.damping * on_v) * other * z0 * tick
+    back = ps.damping * once + ps.stiffness * on_v * z0 * tick
+    twice = other * tick * back
+    on_x, on_x_twice = on_v * z0 * tick, once * tick
     half, sixth, last = 0.5 * approach.acceleration, approach.jerk / 6.0, approach.snap / 24.0
     for i in range(0, m, 4):
         k = at + GB * m + i
         beta = four_at(w, k) * a + four_at(w, k + m) * g
         beta = beta + (four_at(w, k + 2 * m) * r + four_at(w, k + 3 * m) * a2)
-        beta = beta + (four_at(w, k + 4 * m) * ag + four_at(w, k + 5 * m) * g2)
-        beta = beta + (four_at(w, k + 6 * m) * z + four_at(w, k + 7 * m) * ar)
-        beta = beta + (four_at(w, k + 8 * m) * gr + four_at(w, k + 9 * m) * approach.curvature)
+        more = four_at(w, k + 4 * m) * ag + four_at(w, k + 5 * m) * g2
+        more = more + (four_at(w, k + 6 * m) * z + four_at(w, k + 7 * m) * ar)
+        beta = beta + (four_at(w, k + 8 * m) * gr + four_at(w, k + 9 * m) * q)
+        more = more + (four_at(w, k + 10 * m) * (a2 * a) + four_at(w, k + 11 * m) * (a2 * g))
+        beta = beta + (four_at(w, k + 12 * m) * (a * g2) + four_at(w, k + 13 * m) * (a * z))
+        more = more + (four_at(w, k + 14 * m) * (g2 * g) + four_at(w, k + 15 * m) * (g * z))
+        beta = beta + more
         k = at + GT * m + i
         t = four_at(w, k) + four_at(w, k + m) * a
         t = t + (four_at(w, k + 2 * m) * g + four_at(w, k + 3 * m) * r)
-        t = t + (four_at(w, k + 4 * m) * a2 + four_at(w, k + 5 * m) * ag)
-        t = t + (four_at(w, k + 6 * m) * g2 + four_at(w, k + 7 * m) * z)
-        t = tick * t
+        more = four_at(w, k + 4 * m) * a2 + four_at(w, k + 5 * m) * ag
+        more = more + (four_at(w, k + 6 * m) * g2 + four_at(w, k + 7 * m) * z)
+        t = t + (four_at(w, k + 8 * m) * ar + four_at(w, k + 9 * m) * gr)
+        more = more + (four_at(w, k + 10 * m) * q + four_at(w, k + 11 * m) * (a2 * a))
+        t = t + (four_at(w, k + 12 * m) * (a2 * g) + four_at(w, k + 13 * m) * (a * g2))
+        more = more + (four_at(w, k + 14 * m) * (a * z) + four_at(w, k + 15 * m) * (g2 * g))
+        t = tick * ((t + four_at(w, k + 16 * m) * (g * z)) + more)
         u, cube = four_at(w, at + i), four_at(w, at + CUBE * m + i)
+        double = four_at(w, at + DOUBLE * m + i)
+        now = b + b * beta
+        now2 = now * now
         change = t * (approach.acceleration + t * (3.0 * sixth + t * (4.0 * last)))
         way = t * (approach.v + t * (half + t * (sixth + t * last)))
-        put_four(w, B + i, b + b * beta)
+        put_four(w, B + i, now)
         put_four(w, T + i, t)
-        put_four(w, H + i, (approach.v + change) - (on_v * (u * u) + sink * cube))
-        put_four(w, G + i, (approach.x + way) - on_x * cube)
+        dip = on_v * (now2 * now2 * (u * u)) + (once * cube - twice * double)
+        put_four(w, H + i, (approach.v + change) - dip)
+        put_four(w, G + i, (approach.x + way) - (on_x * cube + on_x_twice * double))
 
 
 @jit(inlined=True)
@@ -269,14 +289,16 @@ def integrate(nodes, approach):
 
 
 @jit
-def settle(ps, damper, wall, arc, nodes, approach, lasting):
+def settle(ps, damper, wall, arc, nodes, approach):
     """Sweep until the unknowns at the nodes settle; tell whether they do.
 
-    lasting: duration of the impact times rate. The next sweep changes the unknowns by at most
-    `shrinks` times the last change, and the integrals over the whole interval by that times
-    `shrinks` again.
+    The next sweep changes the unknowns by at most `shrinks` times the last change, and integrals
+    over the whole interval by that times `shrinks` again: b by its small numbers, and the common
+    motion by its own rates times the duration.
     """
-    shrinks = approach.size + BY_TIME * lasting
+    took = approach.tick * LENGTH
+    slow = took * (ps.damping + 0.5 * ps.stiffness * took)
+    shrinks = approach.size + (1.0 - damper.share) * abs(slow)
     first_guess(ps, damper, nodes, approach)
     for _ in range(MOST_SWEEPS):
         all_slopes(ps, damper, wall, nodes, approach)
@@ -289,8 +311,8 @@ def settle(ps, damper, wall, arc, nodes, approach, lasting):
 def missed(nodes, approach):
     """Return what the nodes miss, to fourth order in the small numbers.
 
-    Of (b / b0, time / tick, (b / b0)^10, 0) at the end of the interval: the series' terms with true
-    integrals less those with the nodes' own.
+    Of (b / b0, t, (b / b0)^10, 0) at the end of the interval, t in units of tick: the series' terms
+    with true integrals less those with the nodes' own.
     """
     w, k = nodes.w, nodes.at + MATRIX * nodes.m + nodes.n * nodes.m
     a, d, r = approach.force, approach.drag, approach.drift
@@ -335,11 +357,12 @@ def missed(nodes, approach):
 def at_end(ps, damper, wall, nodes, approach):
     """Return (b / b0, time, x, v, doubt) at the end of the interval, settled unknowns at its nodes.
 
-    x, v: of the common motion. doubt: by how much the speed that kinetic energy has by its own
-    integral, d(b^10) = 10 b^9 db, differs from that of b, relative.
+    x, v: of the common motion. doubt: how far the energy of the motion in r, which is b^10 by the
+    integral of 10 b^9 db, is from that of b: it has a collocation error of its own, about as large.
     """
     w, m, weight = nodes.w, nodes.m, nodes.at + WEIGHT * nodes.m
-    sb, st, sg, sh, se = four(0.0), four(0.0), four(0.0), four(0.0), four(0.0)
+    sb, st, sg, sh = four(0.0), four(0.0), four(0.0), four(0.0)
+    energy = four(0.0)
     per = 1.0 / approach.b
     for i in range(0, m, 4):
         b, fb, ft, fg, fh = slopes_at(ps, damper, wall, nodes, approach, i)
@@ -348,24 +371,23 @@ def at_end(ps, damper, wall, nodes, approach):
         ratio3 = ratio * ratio * ratio
         part = q * (fb * per)
         sb = sb + part
-        se = se + part * (ratio3 * ratio3 * ratio3)
         st = st + q * ft
         sg = sg + q * fg
         sh = sh + q * fh
+        energy = energy + part * (ratio3 * ratio3 * ratio3)
     more = missed(nodes, approach)
     late = approach.tick * number_of(more, 1)
-    ratio = 1.0 + (sum_of(sb) + number_of(more, 0))
-    energy = 1.0 + (10.0 * sum_of(se) + number_of(more, 2))
+    ratio, time = 1.0 + (sum_of(sb) + number_of(more, 0)), sum_of(st) + late
     ratio2 = ratio * ratio
     ratio4 = ratio2 * ratio2
-    doubt = 0.5 * abs(ratio4 * ratio4 * ratio2 - energy)
+    doubt = abs(ratio4 * ratio4 * ratio2 - (1.0 + (10.0 * sum_of(energy) + number_of(more, 2))))
     x = approach.x + (sum_of(sg) + approach.v * late)
     v = approach.v + (sum_of(sh) + approach.acceleration * late)
-    return ratio, sum_of(st) + late, x, v, doubt
+    return ratio, time, x, v, DOUBTED * doubt
 
 
 @jit
-def solve_arc(ps, damper, wall, arc, part, error, approach, lasting):
+def solve_arc(ps, damper, wall, arc, part, error, approach):
     """Solve an impact to its release (WHOLE, ERROR) or its deepest point (HALF, HALF_ERROR).
 
     With the nodes that the tolerance asks for; with more, as long as the doubt exceeds it. Returns
@@ -373,7 +395,7 @@ def solve_arc(ps, damper, wall, arc, part, error, approach, lasting):
     """
     for level in range(level_for(arc, error, approach.size), arc.levels):
         nodes = nodes_of(arc, level, part)
-        if settle(ps, damper, wall, arc, nodes, approach, lasting):
+        if settle(ps, damper, wall, arc, nodes, approach):
             ratio, time, x, v, doubt = at_end(ps, damper, wall, nodes, approach)
             if doubt <= arc.tolerance:
                 return True, ratio, time, x, v
@@ -381,11 +403,9 @@ def solve_arc(ps, damper, wall, arc, part, error, approach, lasting):
 
 
 @jit
-def depth_of(ps, damper, wall, arc, approach, lasting):
+def depth_of(ps, damper, wall, arc, approach):
     """Return the greatest depth [m] of a short impact, which is b^4 at the end of the half arc."""
-    _, ratio, _, _, _ = solve_arc(
-        ps, damper, wall, arc, int(HALF), int(HALF_ERROR), approach, lasting
-    )
+    _, ratio, _, _, _ = solve_arc(ps, damper, wall, arc, int(HALF), int(HALF_ERROR), approach)
     deep = approach.b * ratio
     return (deep * deep) * (deep * deep)
 
@@ -406,14 +426,12 @@ def short_impact(ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1):
     lasting = rate * (approach.tick * LENGTH)
     if not (approach.size < LARGEST and lasting < LONGEST):
         return False, s, x1, v1, 0.0, 0.0
-    solved, ratio, took, x, v = solve_arc(
-        ps, damper, wall, arc, int(WHOLE), int(ERROR), approach, lasting
-    )
+    solved, ratio, took, x, v = solve_arc(ps, damper, wall, arc, int(WHOLE), int(ERROR), approach)
     if not solved:
         return False, s, x1, v1, 0.0, 0.0
     ratio2 = ratio * ratio
     speed = s * (ratio2 * ratio2 * ratio)
     depth = 0.0
     if impacts is not None:
-        depth = depth_of(ps, damper, wall, arc, approach, lasting)
+        depth = depth_of(ps, damper, wall, arc, approach)
     return True, -speed, x, v - damper.share * speed, took, depth

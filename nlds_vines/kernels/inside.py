@@ -27,7 +27,6 @@ from .fours import four, four_at, put_four, sum_of
 from .impact import (
     HALF,
     INSIDE,
-    LENGTH,
     MATRIX,
     MISSED,
     ROW,
@@ -122,7 +121,7 @@ def backward(ps, damper):
 
 
 @jit
-def half_impact(ps, damper, wall, arc, rate, phase, state):
+def half_impact(ps, damper, wall, arc, phase, state):
     """Return the half of an impact that begins with a state (s, x1, v1), solved.
 
     phase: (cos, sin) of the forcing's.
@@ -131,8 +130,7 @@ def half_impact(ps, damper, wall, arc, rate, phase, state):
     c, d = phase
     nodes = nodes_of(arc, arc.inside, int(HALF))
     approach = approach_of(ps, damper, wall, s, x1, v1, c, d)
-    lasting = rate * (approach.tick * LENGTH)
-    settle(ps, damper, wall, arc, nodes, approach, lasting)
+    settle(ps, damper, wall, arc, nodes, approach)
     ratio, time, x, v, _ = at_end(ps, damper, wall, nodes, approach)
     w, n = nodes.w, nodes.n
     # the ends of the rows: what follows node n - 1 is the deepest point
@@ -234,17 +232,17 @@ def constant(half, which, total):
 
 
 @jit
-def state_inside(ps, damper, wall, arc, rate, phase, ahead, time):
+def state_inside(ps, damper, wall, arc, phase, ahead, time):
     """Return (q, s, x1, v1) a `time` [s] after the touch of an impact that is solved.
 
     phase: (cos, sin) at touch; ahead: `Ahead`. From the end of the impact that is nearer.
     """
     if time + time <= ahead.took:
-        return state_at(wall, half_impact(ps, damper, wall, arc, rate, phase, ahead.touch), time)
+        return state_at(wall, half_impact(ps, damper, wall, arc, phase, ahead.touch), time)
     s, x1, v1 = ahead.release
     c, d = rotated(phase[0], phase[1], ps.omega * ahead.took)
     ps, damper = backward(ps, damper)
-    half = half_impact(ps, damper, wall, arc, rate, (c, -d), (-s, x1, -v1))
+    half = half_impact(ps, damper, wall, arc, (c, -d), (-s, x1, -v1))
     q, s, x1, v1 = state_at(wall, half, ahead.took - time)
     return q, -s, x1, -v1
 
@@ -386,7 +384,7 @@ def note_half(ps, damper, wall, arc, energy, end, rate, phase, state, bodies, sp
     whole = span[0] <= 0.0 and span[1] == math.inf
     if whole and is_known(ps, damper, wall, arc, energy, end, rate, phase, state, bodies):
         return
-    half = half_impact(ps, damper, wall, arc, rate, phase, state)
+    half = half_impact(ps, damper, wall, arc, phase, state)
     fill_energies(wall, half)
     w, k = arc.table, LAST + 8 * end
     w[k], w[k + 2], w[k + 1] = state

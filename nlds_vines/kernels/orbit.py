@@ -148,14 +148,14 @@ def nothing_to_note(
 
 
 @jit
-def up_to_section(ps, damper, wall, arc, energy, rate, c, d, left, k):
+def up_to_section(ps, damper, wall, arc, energy, c, d, left, k):
     """Return as `contact` how the impact that is ahead is at a section, `left` [s] from now."""
     # hot: once per section inside an impact
     ahead = read_ahead(k, int(rk.AHEAD))
     phase = rotated(c, d, -ps.omega * ahead.elapsed)
     elapsed = ahead.elapsed + left
     k[rk.AHEAD + 1] = elapsed
-    q, s, x1, v1 = state_inside(ps, damper, wall, arc, rate, phase, ahead, elapsed)
+    q, s, x1, v1 = state_inside(ps, damper, wall, arc, phase, ahead, elapsed)
     if energy is not None:
         note_energy(ps, damper, energy, x1, v1, wall.gap + q * q, s)
     depth = q * q if s > 0.0 else ahead.depth
@@ -188,7 +188,7 @@ def follow_short_impact(
         min(left, remains), now, k,
     )  # fmt: skip
     if remains > left:
-        return True, up_to_section(ps, damper, wall, arc, energy, rate, c, d, left, k)
+        return True, up_to_section(ps, damper, wall, arc, energy, c, d, left, k)
     ahead = read_ahead(k, int(rk.AHEAD))
     k[rk.AHEAD] = 0.0
     s, x1, v1 = ahead.release

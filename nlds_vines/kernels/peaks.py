@@ -3,9 +3,8 @@
 dE1/dt = v1 n1 and dE2/dt = v2 n2, where each factor is linear in the state. Between the ends of a
 cell, or of the piece of it before a touch or behind a release, the energies and powers at the two
 ends bound an energy by a cubic and its error (`cubics`). Few cells can hold more than the largest
-energy so far. There an energy peaks only where a factor vanishes; that none does is proven from its
-values at the two ends and a bound of its second derivative. Where the proof fails, the roots of the
-factor's Taylor polynomial, whose coefficients bound it better, are located piece by piece.
+energy so far. There the roots of the factors' Taylor polynomials are located piece by piece: that a
+piece holds none is proven from the values at its two ends and a bound of the second derivative.
 """
 
 from __future__ import annotations
@@ -13,26 +12,13 @@ from __future__ import annotations
 import math
 
 from .compiling import jit
-from .cubics import highest
-from .flight import BOUNDS, COEF, DRIVE, FACTOR, ORDER, at
+from .cubics import highest, only_rises
+from .flight import COEF, DRIVE, FACTOR, OF_E2, ORDER, at
 from .observe import PRECISE, alike, energies, note_energy, powers_at
 from .roots import narrowed, secant
 
 ROOT_STEPS = 40  # of the search for a root: it needs some five
 FINEST = 1.0e-6  # piece of a cell over which a factor that stays at zero changes no energy
-
-
-@jit
-def factor_bends(ps, grid, second):
-    """Return bounds of the second derivatives of the four factors by the place in a cell."""
-    w, h2 = grid.table, grid.h * grid.h
-    drive = ps.m1 * ps.force * ps.omega * ps.omega
-    return (
-        w[BOUNDS] * second * h2,
-        (w[BOUNDS + 1] * second + drive) * h2,
-        w[BOUNDS + 2] * second * h2,
-        w[BOUNDS + 3] * second * h2,
-    )
 
 
 @jit
@@ -46,38 +32,40 @@ def proves_no_root(f, g, bend):
 
 
 @jit
-def bodies(damper):
-    """Return how many bodies have an energy."""
-    if damper is None:
-        return 1
-    return 2
+def work_at(ps, damper, y, drive):
+    """Return (E1, E2, dE1/dt, dE2/dt) of a state y in flight; drive: cos of the forcing's phase."""
+    e1, e2 = energies(ps, damper, y[0], y[1], y[2], y[3])
+    v1, n1, v2, n2 = powers_at(ps, damper, y[0], y[1], y[2], y[3], drive, 0.0)
+    return e1, e2, v1 * n1, v2 * n2
 
 
 @jit
-def suspects(ps, damper, energy, grid, bounds, length, drives, y, z):
-    """Return which factors may vanish in a piece of a cell so that an energy sets a record.
+def may_peak(record, e0, e1, p0, p1, fourth):
+    """Tell whether an energy may peak above a record inside a piece (arguments as for `cubics`)."""
+    return (
+        highest(e0, e1, p0, p1, fourth) > record
+        and not only_rises(e0, e1, p0, p1, fourth)
+        and not only_rises(-e0, -e1, -p0, -p1, fourth)
+    )
 
-    Bit i for factor i of `powers_at`. length: of the piece in cells; bounds: `exact.Bounds` over
-    the cell; drives: cos of the phase at the two ends; y and z: the states there.
+
+@jit
+def record_breakers(damper, energy, grid, bounds, length, before, after):
+    """Return the bodies whose energy may peak above the largest so far inside a piece of a cell.
+
+    Bit i for body i. length: of the piece in cells; bounds: `exact.Bounds` over the cell; before,
+    after: `work_at` the ends of the piece.
     """
     # hot: once per cell
-    f = powers_at(ps, damper, y[0], y[1], y[2], y[3], drives[0], 0.0)
-    g = powers_at(ps, damper, z[0], z[1], z[2], z[3], drives[1], 0.0)
-    before = energies(ps, damper, y[0], y[1], y[2], y[3])
-    after = energies(ps, damper, z[0], z[1], z[2], z[3])
     h, square = grid.h * length, length * length
+    fourth = bounds.energy * (square * square)
     found = 0
-    for body in range(bodies(damper)):
-        fourth = bounds.energy * (square * square)
-        if body == 1:
-            fourth *= grid.table[BOUNDS + 4]
-        k = 2 * body
-        rise, fall = h * (f[k] * f[k + 1]), h * (g[k] * g[k + 1])
-        if highest(before[body], after[body], rise, fall, fourth) > energy[body]:
-            bends = factor_bends(ps, grid, bounds.second)
-            for i in range(k, k + 2):
-                if not proves_no_root(f[i], g[i], bends[i] * square):
-                    found |= 1 << i
+    if may_peak(energy[0], before[0], after[0], h * before[2], h * after[2], fourth):
+        found = 1
+    if damper is not None:
+        fourth *= grid.table[OF_E2]
+        if may_peak(energy[1], before[1], after[1], h * before[3], h * after[3], fourth):
+            found += 2
     return found
 
 
@@ -172,12 +160,12 @@ def note_roots(ps, damper, energy, grid, bend, end):
 
 
 @jit
-def note_peaks(ps, damper, energy, grid, phase, end, suspected):
+def note_peaks(ps, damper, energy, grid, phase, end, bodies):
     """Raise the largest energies to their maxima inside [0, end] of the expanded cell.
 
-    phase: (cos, sin) at its start; `suspected`: the factors that may vanish (`suspects`).
+    phase: (cos, sin) at its start; bodies: whose energies may set a record (`record_breakers`).
     """
-    for which in range(2 * bodies(damper)):
-        if suspected & (1 << which):
+    for which in range(4):
+        if bodies & (1 << which // 2):
             bend = factor_polynomial(ps, damper, grid, phase, which)
             note_roots(ps, damper, energy, grid, bend, end)

@@ -133,10 +133,11 @@ def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
     ones = Series({ONE: np.ones_like(u)}, ORDER)
     by_energy = ((ones + beta).power(9) * by_beta).times(10.0)
     terms, cube = terms_up_to(ORDER), integrate(u * u * u)
+    double = integrate(u * cube)
     found = []
     for grid, end in zip(grids[:-1], ends, strict=False):
         here = slice(end - len(grid.u), end)
-        rows = [grid.u, grid.S, grid.weight, cube[here]]
+        rows = [grid.u, grid.S, grid.weight, cube[here], double[here]]
         rows += [beta.at(term)[here] for term in terms[1 : 1 + impact.GUESSED]]
         rows += [tau.at(term)[here] for term in terms[: impact.TIMED]]
         beyond = np.zeros((len(terms), FOUR))

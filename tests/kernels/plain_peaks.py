@@ -7,18 +7,35 @@ import math
 
 import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
 from support import kernel_cell
 
-from nlds_vines.kernels.exact import bounds_of
-from nlds_vines.kernels.flight import at, cell_polynomial, cells_of, grid_of
+from nlds_vines.kernels.codes import SECTION
+from nlds_vines.kernels.exact import bounds_of, fly
+from nlds_vines.kernels.flight import (
+    ORDER,
+    TERMS,
+    at,
+    cell_polynomial,
+    cells_of,
+    dampers_share,
+    expand,
+    grid_of,
+)
 from nlds_vines.kernels.observe import energies, note_energy, powers_at
-from nlds_vines.kernels.peaks import factor_at, factor_polynomial, note_peaks, suspects
-from nlds_vines.kernels.scene import damper_in, scale_of, structure_of
+from nlds_vines.kernels.peaks import (
+    factor_at,
+    factor_polynomial,
+    note_peaks,
+    record_breakers,
+    work_at,
+)
+from nlds_vines.kernels.scene import damper_in, scale_of, structure_of, wall_at
 
 USUAL = {"m1": 1000.0, "k1": 39500.0, "c1": 450.0, "m2": 60.0, "k2": 700.0, "c2": 50.0}
 FORCED = {**USUAL, "P": 800.0, "omega": 6.28}
 SAMPLES = np.linspace(0.0, 1.0, 2001)
-ALL = 15  # every factor is suspected
+BOTH = 3  # bodies
 
 
 def random_cell(rng):
@@ -44,7 +61,7 @@ def test_the_largest_of_a_piece_are_those_of_its_samples(seed):
     largest = np.max(sampled, axis=0)
     energy = np.array(energies(ps, damper, *y))
     note_energy(ps, damper, energy, *at(grid.table, end))
-    note_peaks(ps, damper, energy, grid, (cosine, sine), end, ALL)
+    note_peaks(ps, damper, energy, grid, (cosine, sine), end, BOTH)
     assert (energy >= largest * (1 - 1e-13)).all()
     assert (energy <= largest * (1 + 1e-5)).all()
 
@@ -78,42 +95,36 @@ def test_the_polynomial_of_a_factor_is_the_factor(which):
 
 
 def suspected(ps, damper, grid, y, length=1.0):
-    """Check which factors are suspected in the first cell of a period; return those that must be.
+    """Check which energies are searched in the first cell of a period; return those that must be.
 
-    They vanish where their energy passes what it is at the ends of the piece of so many cells, and
-    the record is just less.
+    They exceed what they are at the ends of the piece of so many cells, and the record is just
+    less. What only rises or only falls is never searched, whatever the record.
     """
     cell_polynomial(grid, *y, 1.0, 0.0)
     bounds = bounds_of(ps, grid, scale_of(ps, damper, *y) + grid.push * grid.h)
     states = [at(grid.table, x) for x in length * SAMPLES]
-    turn = ps.omega * grid.h * length
-    factors = np.array(
-        [
-            powers_at(ps, damper, *w, math.cos(turn * x), 0.0)
-            for x, w in zip(SAMPLES, states, strict=True)
-        ]
+    ends = (
+        work_at(ps, damper, states[0], 1.0),
+        work_at(ps, damper, states[-1], math.cos(ps.omega * grid.h * length)),
     )
-    drives = 1.0, math.cos(turn)
     sampled = np.array([energies(ps, damper, *w) for w in states])
     must = 0
     for body in range(2):
         top = int(sampled[:, body].argmax())
+        energy = np.full(2, 1e300)
+        energy[body] = sampled[top, body] * (1 - 1e-12)
+        found = record_breakers(damper, energy, grid, bounds, length, *ends)
+        assert found & 2 - body == 0
         if 0 < top < len(SAMPLES) - 1:
-            energy = np.full(2, 1e300)
-            energy[body] = sampled[top, body] * (1 - 1e-12)
-            found = suspects(ps, damper, energy, grid, bounds, length, drives, tuple(y), states[-1])
-            for i in (2 * body, 2 * body + 1):
-                if factors[top - 1, i] * factors[top + 1, i] < 0.0:
-                    assert found & (1 << i)
-                    must |= 1 << i
+            assert found == 1 + body
+            must |= found
     high = np.full(2, 1e300)
-    found = suspects(ps, damper, high, grid, bounds, length, drives, tuple(y), states[-1])
-    assert found == 0
+    assert record_breakers(damper, high, grid, bounds, length, *ends) == 0
     return must
 
 
 def test_what_rises_between_the_ends_of_a_cell_is_suspected():
-    """Whole cells from the start of a period: a record inside has a factor that is suspected."""
+    """Cells from the start of a period, whole and in part: a record inside is searched for."""
     seen = 0
     for seed in range(60):
         ps, damper, grid, _, y = random_cell(np.random.default_rng(seed))
@@ -128,7 +139,21 @@ def test_what_rises_between_the_ends_of_a_cell_is_suspected():
     seen |= suspected(ps, damper, grid, np.array([0.05, -half * back, 0.0, 0.0]))
     r = (p["P"] - p["c1"] * 0.3 - p["c2"] * 0.5) / p["k2"] - half * 0.5
     seen |= suspected(ps, damper, grid, np.array([0.0, 0.3, r, 0.5]))
-    assert seen == ALL
+    assert seen == BOTH
+
+
+@pytest.mark.parametrize("length", [1.0, 0.5])
+def test_the_error_of_the_cubic_counts_for_each_body(length):
+    """Level at both ends, an energy may rise by M / 384 in between: the damper's M is another."""
+    ps, damper, grid, _, y = random_cell(np.random.default_rng(5))
+    bounds = bounds_of(ps, grid, scale_of(ps, damper, *y))
+    ends = (3.0, 3.0, 0.0, 0.0)
+    for body, share in enumerate((1.0, dampers_share(ps, damper))):
+        rise = share * bounds.energy * length**4 / 384
+        for part, found in ((0.99, 1 + body), (1.01, 0)):
+            energy = np.full(2, 1e300)
+            energy[body] = 3.0 + part * rise
+            assert record_breakers(damper, energy, grid, bounds, length, ends, ends) == found
 
 
 @pytest.mark.parametrize("softer", [1e2, 1e4, 1e6])
@@ -139,4 +164,68 @@ def test_a_rise_of_the_dampers_energy_on_a_soft_structure_is_suspected(softer):
     grid = grid_of(ps, damper, cells_of(ps, damper))
     x1, r = 0.7 / math.sqrt(ps.k1), -0.7 / math.sqrt(damper.k2)
     v2 = -0.5 * grid.h * damper.k2 * r / damper.m2  # it turns round in the middle
-    assert suspected(ps, damper, grid, np.array([x1, 0.0, r, -v2])) & 12
+    assert suspected(ps, damper, grid, np.array([x1, 0.0, r, -v2])) & 2
+
+
+# ---- whole flights -------------------------------------------------------------------------------
+
+
+def largest_in(ps, damper, grid, y, angle, length):
+    """Return the largest E1 and E2 over a flight of `length` cells from the state y, and its end.
+
+    E1 and E2 are polynomials of twice the order: their largest values stand at roots of their
+    derivatives.
+    """
+    out = np.zeros(TERMS)
+    expand(ps, damper, grid.h, np.array([*y, math.cos(angle), math.sin(angle)]), out, 0)
+    x1, v1, r, s = (Polynomial(c) for c in out.reshape(ORDER + 1, 4).T)
+    found = []
+    for e in (
+        ps.m1 * v1**2 + ps.k1 * x1**2,
+        damper.m2 * (v1 - s) ** 2 + damper.k2 * (x1 - r) ** 2,
+    ):
+        turns = e.deriv().roots()
+        turns = turns[np.abs(turns.imag) < 1e-6].real
+        places = np.clip([0.0, length, *turns], 0.0, length)
+        found.append(0.5 * e(places).max())
+    return np.array(found), tuple(p(length) for p in (x1, v1, r, s))
+
+
+def flights(seed):
+    """Yield pieces of a random orbit behind a rigid wall: as `fly` notes them, and as they are."""
+    rng = np.random.default_rng(seed)
+    numbers = {name: value * 10.0 ** rng.uniform(-1, 1) for name, value in FORCED.items()}
+    cell = kernel_cell(**numbers, K=1e7)
+    ps, damper = structure_of(cell), damper_in(cell)
+    grid = grid_of(ps, damper, cells_of(ps, damper))
+    y = rng.normal(size=4) / np.sqrt([ps.k1, ps.m1, damper.k2, damper.m2])
+    y = (y[0], y[1], -abs(y[2]), y[1] - y[3])
+    wall = wall_at(0.3 * abs(y[2]), cell)
+    energy, truth = np.zeros(2), np.zeros(2)
+    j, x, cells = 0, 0.0, 0
+    while cells < 25:
+        begin = j + x
+        event, j, x, *end = fly(
+            None, ps, damper, wall, None, None, energy, None, grid, min(grid.n, j + 25), j, x, *y
+        )
+        # the same flight cell by cell
+        place = begin
+        while place < j + x:
+            length = min(math.floor(place) + 1.0, j + x) - place
+            turn = 2 * math.pi * place * grid.turn
+            highest, y = largest_in(ps, damper, grid, y, turn, length)
+            truth, place, cells = np.maximum(truth, highest), place + length, cells + 1
+        yield energy, truth
+        np.testing.assert_allclose(end, y, rtol=0, atol=1e-9 * np.abs(end).max())
+        y = tuple(end)
+        if event == SECTION:
+            j %= grid.n
+        else:
+            y = (y[0], y[1] - 0.1 * y[3], wall.gap, -0.9 * y[3])
+
+
+@pytest.mark.parametrize("seed", range(300))
+def test_the_largest_energies_of_flights_from_touch_to_touch(seed):
+    """After each piece of an orbit, of any proportions. Notices: a peak that is not looked for."""
+    for energy, truth in flights(seed):
+        np.testing.assert_allclose(energy, truth, rtol=2e-13)

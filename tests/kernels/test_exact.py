@@ -9,7 +9,15 @@ from nlds_vines.kernels.exact import Bounds, may_hold_a_miss, note_misses, touch
 from nlds_vines.kernels.flight import COEF, TAYLOR, Grid
 from nlds_vines.kernels.peaks import proves_no_root
 from nlds_vines.kernels.scene import Wall
-from nlds_vines.kernels.touch import nearest_miss
+from nlds_vines.kernels.touch import (
+    CLEAR,
+    CROSSED,
+    UNSURE,
+    crossing,
+    nearest_miss,
+    outlook,
+    touch_of,
+)
 
 NEAR, FAR = Wall(0.4, 1e7, 1e5, 300.0), Wall(0.3, 1e7, 1e5, 300.0)
 X = Polynomial([0.0, 1.0])
@@ -25,7 +33,7 @@ def cell_of(p):
     table[COEF + 3 : COEF + 3 + 4 * len(speeds) : 4] = speeds
     places = np.linspace(0.0, 1.0, 2001)
     bounds = (1.001 * max(np.abs(p.deriv(n)(places)).max(), 1e-9) for n in (2, 3, 4))
-    return Grid(8, H, 0.125, 1.0, 1.0, 1.0, table), Bounds(*bounds, 0.0, 0.0)
+    return Grid(8, H, 0.125, 1.0, 1.0, 1.0, table), Bounds(*bounds, 0.0)
 
 
 def state(p, x):
@@ -60,6 +68,85 @@ def test_the_first_of_two_walls_in_one_cell():
     assert far < near
     assert first(down) == (round(far, 9), TOUCH_FAR)
     assert first(down, far=None) == (round(near, 9), TOUCH_NEAR)
+
+
+def outlooks(p, level, end=1.0):
+    """Return what the ends of [0, end] tell of a level, and the first place where p rises to it."""
+    _, bounds = cell_of(p)
+    (f0, g0), (f1, g1) = ((float(p(x)), end * float(p.deriv()(x))) for x in (0.0, end))
+    told = outlook(level, f0, f1, g0, g1, bounds.fourth * end**4)
+    roots = (p - level).roots()
+    slopes = p.deriv()
+    up = [x.real for x in roots if abs(x.imag) < 1e-9 and 0.0 < x.real < end and slopes(x.real) > 0]
+    return told, min(up, default=None)
+
+
+def test_what_the_ends_of_a_piece_tell_is_so():
+    """Of many polynomials and levels. Notices: a proof that does not hold; none ever found."""
+    seen = {CLEAR: 0, CROSSED: 0, UNSURE: 0}
+    for seed in range(3000):
+        rng = np.random.default_rng(seed)
+        p = Polynomial(rng.normal(size=9) / rng.choice([1.5, 3.0, 6.0]) ** np.arange(9))
+        level = p(0.0) + abs(rng.normal()) * rng.choice([1e-6, 0.1, 1.0])
+        told, place = outlooks(p, level, rng.choice([1.0, 0.4]))
+        seen[told] += 1
+        if told == CLEAR:
+            assert place is None
+        if told == CROSSED:
+            assert place is not None
+    assert min(seen.values()) > 200
+
+
+def test_a_release_that_moves_away_is_clear_and_one_that_comes_back_is_not():
+    """From the level itself, downwards. Notices: a start on the level taken for a touch."""
+    assert outlooks(0.4 - X + 0.3 * X**2, 0.4)[0] == CLEAR
+    assert outlooks(0.4 - X + 0.9 * X**2, 0.4)[0] != CROSSED
+    assert outlooks(0.4 - X + 1.1 * X**2, 0.4)[0] == UNSURE
+    assert outlooks(0.4 + X, 0.4)[0] == UNSURE  # it moves in: the walk knows
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_certain_touch_is_found_to_round_off(sign):
+    """Polynomials that rise all along, some hardly at one end. Notices: the last step too early."""
+    certain = 0
+    for seed in range(400):
+        rng = np.random.default_rng(seed)
+        p = 0.3 + Polynomial(rng.normal(size=10) / 4.0 ** np.arange(10)) + X * rng.uniform(0, 2)
+        level = p(rng.uniform(0.0, 1.0))
+        told, place = outlooks(p, level)
+        if told != CROSSED:
+            continue
+        certain += 1
+        grid, bounds = cell_of(sign * p)
+        found = touch_of(grid, 1.0, sign, float(level), state(sign * p, 1.0), bounds)
+        assert found == pytest.approx(
+            place, abs=1e-14 + 4e-16 * (1 + abs(level)) / p.deriv()(place)
+        )
+    assert certain > 100
+
+
+def test_a_touch_within_round_off_of_the_start_is_at_the_start():
+    for ahead in (0.0, 1e-17, 5e-17):
+        p = 0.4 - ahead + X
+        grid, bounds = cell_of(p)
+        assert touch_of(grid, 1.0, 1.0, 0.4, state(p, 1.0), bounds) == 0.0
+    p = 0.4 - 1e-12 + X
+    grid, bounds = cell_of(p)
+    assert touch_of(grid, 1.0, 1.0, 0.4, state(p, 1.0), bounds) == pytest.approx(1e-12, rel=1e-3)
+
+
+def test_steps_towards_a_touch_stay_in_the_piece():
+    """A rise that is steep at one end and nearly level at the other throws Newton's steps far."""
+    swell = 1e-3 * X + 3 * X**2 - 2 * X**3  # falls before and behind the piece
+    for p in ((X + 0.02) ** 2, -((1.02 - X) ** 2), (X + 0.2) ** 6, 1e-3 * X + X**9, swell):
+        for place in (1e-9, 0.01, 0.2, 0.5, 0.8, 0.99, 1.0 - 1e-12):
+            grid, bounds = cell_of(p)
+            found = crossing(
+                grid, 1.0, 1.0, float(p(place)),
+                (float(p(1.0)), float(p.deriv()(0.0)), float(p.deriv()(1.0))), bounds.bend,
+            )  # fmt: skip
+            slope = p.deriv()(place)
+            assert found == pytest.approx(place, abs=2e-15 * (1 + abs(p(place))) / slope)
 
 
 # ---- near misses ---------------------------------------------------------------------------------

@@ -2,13 +2,21 @@
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 from support import kernel_cell
 
 from nlds_vines.kernels.codes import SECTION, TOUCH_NEAR
 from nlds_vines.kernels.exact import bounds_of, fly
-from nlds_vines.kernels.flight import at, bend_of, cell_polynomial, grid_of, rate_of
+from nlds_vines.kernels.flight import (
+    at,
+    bend_of,
+    cell_polynomial,
+    grid_of,
+    phase_at,
+    rate_of,
+)
 from nlds_vines.kernels.scene import accelerations, damper_in, scale_of, structure_of, wall_at
 
 USUAL = {"m1": 1000.0, "k1": 3.95e4, "c1": 452.0, "m2": 60.0, "k2": 669.0, "c2": 50.8}
@@ -115,20 +123,20 @@ def test_each_part_of_the_bounds_is_needed():
     """The bounds of the forcing are reached: with less of it they would not hold."""
     ps, damper = parts_of(c1=0.0, c2=0.0)
     grid = grid_of(ps, damper, 64)
-    bend, jerk, fourth, second, _ = bounds_of(ps, grid, 0.0)
+    bend, jerk, fourth, _ = bounds_of(ps, grid, 0.0)
     by_force = ps.omega**2 * ps.force
     h2 = grid.h * grid.h
     assert derivatives({"c1": 0.0, "c2": 0.0}, (0.0,) * 4, 0.0, 1)[0] == pytest.approx(bend)
     assert bend == pytest.approx(ps.force * h2, rel=1e-14)
     assert jerk == pytest.approx((grid.bend * grid.push + ps.omega * ps.force) * h2 * grid.h)
-    assert second == pytest.approx(2 * grid.rate * grid.push)
+    second = 2 * grid.rate * grid.push
     assert fourth == pytest.approx((grid.bend * second + by_force) * h2 * h2)
-    bend, jerk, fourth, second, energy = bounds_of(ps, grid, 3.0)
+    bend, jerk, fourth, energy = bounds_of(ps, grid, 3.0)
     first = 3.0 * grid.rate + grid.push
+    second = grid.rate * (first + grid.push)
     assert bend == pytest.approx((3.0 * grid.bend + ps.force) * h2)
     assert jerk == pytest.approx((grid.bend * first + ps.omega * ps.force) * h2 * grid.h)
     assert fourth == pytest.approx((grid.bend * second + by_force) * h2 * h2)
-    assert second == pytest.approx(grid.rate * (first + grid.push))
     third = grid.rate * (second + grid.rate * grid.push)
     last = grid.rate * (third + grid.rate**2 * grid.push)
     leibniz = 3.0 * last + 4.0 * first * third + 3.0 * second**2
@@ -153,3 +161,34 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
     assert found[0] == event
     if event == TOUCH_NEAR:
         assert (found[1] + found[2]) * grid.h * omega == pytest.approx(top, abs=1e-4)
+
+
+# ---- places inside a cell ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [9, 10, 64])
+def test_the_phase_inside_a_cell(n):
+    """Turned on from that at the start of the cell, by up to 0.7. Notices: a term left out."""
+    ps, damper = parts_of()
+    grid = grid_of(ps, damper, n)
+    for j in range(n):
+        for x in np.linspace(0.0, 1.0, 23):
+            with mpmath.workdps(30):
+                angle = 2 * mpmath.pi * (j + mpmath.mpf(x)) / n
+                exact = float(mpmath.cos(angle)), float(mpmath.sin(angle))
+            assert np.abs(np.subtract(phase_at(grid, j, x), exact)).max() <= 5e-16
+
+
+def test_the_polynomial_is_summed_to_round_off():
+    """At places of a cell, against its terms in longer arithmetic. Notices: a pair forgotten."""
+    ps, damper = parts_of()
+    grid = grid_of(ps, damper, 10)
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        y = rng.normal(size=4)
+        cell_polynomial(grid, *y, *rng.normal(size=2))
+        rows = grid.table[40:100].reshape(15, 4)
+        x = rng.uniform()
+        exact = [math.fsum(row * x**k for k, row in enumerate(rows[:, c])) for c in range(4)]
+        sizes = np.abs(rows).T @ x ** np.arange(15)
+        assert (np.abs(np.subtract(at(grid.table, x), exact)) <= 6e-16 * sizes).all()

@@ -22,7 +22,7 @@ from nlds_vines.orbits import evidence
 from nlds_vines.orbits.compilation import Compilation, Tell
 from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.settings import EFFORTS, Settings
+from nlds_vines.orbits.settings import EFFORTS, TOLERANCE, Settings
 from nlds_vines.orbits.wants import JUDGED, NOTED, components, noted
 from nlds_vines.runs.pool import in_pieces
 
@@ -222,9 +222,12 @@ class Outcome:
 class Batch:
     """Runs batches of cells of one scene; what all batches share is prepared once."""
 
-    def __init__(self, scene: Scene, tell: Tell | None = None) -> None:
+    def __init__(
+        self, scene: Scene, tell: Tell | None = None, tolerance: float = TOLERANCE
+    ) -> None:
         """Prepare for cells of `scene`; `tell` takes a line of text where something is compiled."""
-        self._scene, self._parts = scene, parts_of(METHOD, scene)
+        self._scene = scene
+        self._parts = parts_of(METHOD, scene, Settings.of(METHOD, tolerance))
         self._compilation = Compilation(Needed(scene.kind, METHOD, ("energy",)), tell, helped=False)
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:

@@ -99,7 +99,7 @@ def errors_of(found, true, impacts):
     """Return the errors (5, count), each in units of the impact's own scale."""
     s, took, depth = impacts.s, true[3], true[4]
     off = np.abs(np.array(found) - true)
-    # 80 bits hold a short duration in a time from phase zero, and a depth in a displacement, only so
+    # 80 bits hold a short duration in a time from phase zero, and a depth in a place, so well
     off[3] = np.maximum(off[3] - 4e-18 / impacts.numbers["omega"], 0)
     off[4] = np.maximum(off[4] - 4e-19 * np.abs(impacts.numbers["near"]), 0)
     # x1 and v1 in double precision hold the impact's own part of them only so well

@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.mutants.mutant import of
 
 _T_VARIATIONS = "tests/kernels/test_variations.py::"
+_T_THROUGH = "tests/kernels/test_impact_variations.py::"
 _T_ORDER = "tests/reference/test_order.py::"
 _T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
@@ -41,17 +42,44 @@ MUTANTS = (
         ),
     ),
     *of(
+        "nlds_vines/kernels/impact_variations.py",
+        (
+            "impact variations: the structure stands still until the wall is met",
+            "    x, speed = x + v1 * late, speed + ds * late",
+            "    speed = speed + ds * late",
+            _T_THROUGH + "test_variations_err_by_the_tolerance[1e-09]",
+        ),
+        (
+            "impact variations: the common motion does not move its spring",
+            "ps.stiffness * (x + w[T + i] * v)",
+            "ps.stiffness * x",
+            _T_THROUGH + "test_variations_err_by_the_tolerance[1e-09]",
+        ),
+        (
+            "impact variations: what the nodes miss is that of the orbit",
+            "    b, t = b + more, t + longer\n",
+            "",
+            _T_THROUGH + "test_variations_err_by_the_tolerance[1e-09]",
+        ),
+        (
+            "impact variations: one sweep is enough",
+            "if left + largest_of(of_speed * of_b / size) <= enough:",
+            "if left + largest_of(of_speed * of_b / size) >= 0.0:",
+            _T_THROUGH + "test_variations_err_by_the_tolerance[1e-12]",
+        ),
+    ),
+    *of(
         "nlds_vines/kernels/impact.py",
         (
             "impact: the common motion feels no force",
-            "w[FH + i] = alone * (1.0 - damper.share) * dt",
-            "w[FH + i] = 0.0 * dt",
+            "v * dt, (1.0 - damper.share) * push * dt\n",
+            "v * dt, 0.0 * push * dt\n",
             _T_ORDER + "test_short_impact_converges_geometrically_to_the_stepped_contact",
         ),
         (
             "impact: the depth is that of the free arc",
-            "deep = amplitude_at_end(ps, damper, wall, half, b, s)",
-            "deep = b",
+            "    deep = approach.b * ratio\n",
+            "    deep = approach.b\n",
             _T_ORDER + "test_short_impact_converges_geometrically_to_the_stepped_contact",
         ),
     ),

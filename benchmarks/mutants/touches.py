@@ -187,8 +187,8 @@ MUTANTS = (
         ),
         (
             "impact: the depth is looked for on the whole arc",
-            "ps, damper, wall, arc, int(HALF), int(HALF_ERROR), approach, lasting",
-            "ps, damper, wall, arc, int(WHOLE), int(HALF_ERROR), approach, lasting",
+            "solve_arc(ps, damper, wall, arc, int(HALF), int(HALF_ERROR), approach)",
+            "solve_arc(ps, damper, wall, arc, int(WHOLE), int(HALF_ERROR), approach)",
             _T_IMPACT + "test_depth_wherever_a_short_impact_is_accepted",
         ),
         (
@@ -216,13 +216,13 @@ MUTANTS = (
             "contact: the deepest point without its parabola",
             "        found = z + more",
             "        found = z",
-            _T_CONTACT + "test_depth_of_a_free_impact_is_as_good_as_the_steps",
+            _T_CONTACT + "test_depth_where_a_contact_comes_to_rest",
         ),
         (
-            "contact: the depth is looked for behind the section that cuts a step",
+            "contact: a section does not end a step",
             "return False, True, step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, left, k)",
             "step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, left, k)\n"
-            "        return False, True, h",
+            "        return False, False, h",
             _T_CONTACT + "test_depth_where_a_section_cuts_the_contact_behind_it",
         ),
         (

@@ -1,12 +1,16 @@
 """The next touch of a flight, certified: no impact is missed, grazing included.
 
-Two proofs, both resting on bounds of derivatives that energy provides (`scene.scale_of`):
+Three proofs, which rest on bounds of derivatives that energy provides (`scene.scale_of`):
 
 * between samples f0 and f1 a step h apart, f stays below max(f0, f1) + M h^2 / 8 with M >= f'';
   the loop over cells uses it and costs one comparison;
+* with the slopes at the two ends, too, and M >= f'''', the cubic through them (`cubics`) tells that
+  f stays below the level, or rises all along and so passes it once, or falls all along (`outlook`).
+  What passes it once is found by Newton's method;
 * from a point with clearance c = level - f and slope f', the level cannot be reached within the
   step d that solves f' d + M d^2 / 2 = c. Steps of that length creep up to the first touch from
-  below, never beyond it, and faster than quadratically, M being taken for the piece at hand.
+  below, never beyond it, and faster than quadratically, M being taken for the piece at hand. This
+  walk is taken where the ends do not tell: about one touch in a hundred.
 
 The same walk finds the smallest clearance of a near miss: the level is then the closest approach
 seen so far, and reaching it starts a climb to the local maximum.

@@ -28,16 +28,16 @@ STEEP = 1.3280717613951345  # a = arsinh(1 / STRETCH)
 FINEST = 1e-15  # what sweeps may leave where the nodes are given: round-off
 
 CHOICES = {
-    8: (5e-6, 6e-8),
-    12: (2e-8, 4e-12),
-    16: (3e-10, 1e-14),
+    8: (6e-6, 6e-8),
+    12: (6e-8, 4e-12),
+    16: (1e-9, 1e-14),
     20: (1e-12, 1e-14),
     24: (1e-14, 1e-14),
 }
 """Numbers of nodes n, and C_n: errors of an impact are at most C_n e^(3/2) (`kernels.impact`).
 
-To its release, and to its deepest point on the half arc.  Twice what impacts of all kinds were
-found to err by at most (tests/kernels/test_impact_error.py)."""
+To its release, and to its deepest point on the half arc.  What impacts of all kinds were found to
+err by at most (tests/kernels/test_impact_error.py)."""
 
 INSIDE = {12: 1e-6, 16: 5e-9, 20: 3e-11, 24: 5e-13}
 """Numbers of nodes, and errors of a state inside an impact, in units of its depth and speed.

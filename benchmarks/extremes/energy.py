@@ -222,8 +222,8 @@ def never_rises_in_flight() -> Finding:
 
 
 _LIMIT = (
-    "A contact that is stepped loses about 1e-12 of the energy with the default of 28 steps: "
-    "`contact_steps=60` and `nodes=20` bring any contact to round-off."
+    "A contact may err by the tolerance, and so may its energy: `contact_steps=60` and `nodes=20` "
+    "bring any contact to round-off."
 )
 
 ENTRIES = (

@@ -128,6 +128,19 @@ MUTANTS = (
             "return Settings.rk4(self.period_steps)",
             _T_REFINEMENT + "test_a_coarse_method_tells_a_larger_error",
         ),
+        (
+            "settings: a refined run may have the same nodes",
+            "nodes=min(max(REFINED_NODES, (self.nodes or 0) + 4), MOST_NODES)",
+            "nodes=self.nodes",
+            "tests/reference/test_error_estimate.py::"
+            "test_refined_settings_are_those_the_documentation_names",
+        ),
+        (
+            "settings: a tolerance beside rk4 is passed over",
+            '        if (name in _OF_RK4) != (method == "rk4"):\n',
+            '        if name in _OF_RK4 and method != "rk4":\n',
+            "tests/orbits/test_settings.py::test_every_method_has_its_own_settings",
+        ),
     ),
     *of(
         "nlds_vines/tuning/objective.py",

@@ -1,0 +1,311 @@
+"""A tolerance, wherever orbits are run: asked for in one way, kept, and held."""
+
+import tomllib
+
+import h5py
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main
+from nlds_vines.bifurcation.command import bifurcation
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.errors import RequestError
+from nlds_vines.model.layers import request_hash
+from nlds_vines.orbits import batch
+from nlds_vines.orbits.settings import TOLERANCES, Settings
+from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.toml import toml_text
+from nlds_vines.transients.command import transients
+from nlds_vines.tuning.request_file import load_tuning
+from nlds_vines.upkeep.rerun import UNTIL_TOLERANCE, scan_in
+
+SMALL = {
+    "system": "ssul-set6",
+    "vary": {"omega": {"values": [6.28, 7.45]}},
+    "sampling": {"transient": 2, "periods": 3},
+    "record": {"want": ["section"]},
+}
+SYSTEM = nv.load_system("ssul-set6", omega=6.28)
+
+
+def scan(**sampling):
+    return load_scan(SMALL, {"sampling": sampling})
+
+
+def section(**sampling):
+    return Computer(scan(**sampling)).lanes(*chains())["section"]
+
+
+def chains():
+    cells = load_scan(SMALL).cells()[:, np.newaxis]
+    return cells, np.zeros((len(cells), 4))
+
+
+# ---- scans ---------------------------------------------------------------------------------------
+
+
+def test_a_scan_keeps_its_tolerance():
+    """The usual one, too: the archive says what it was."""
+    assert load_scan(SMALL).tolerance == 1e-9
+    for name, value in TOLERANCES.items():
+        asked = scan(tolerance=name)
+        assert asked == scan(tolerance=value)
+        assert asked.settings == Settings(value)
+        assert tomllib.loads(asked.to_toml())["sampling"]["tolerance"] == value
+        again = load_scan(tomllib.loads(asked.to_toml()))
+        assert (again, again.hash) == (asked, asked.hash)
+    hashes = {scan(tolerance=value).hash for value in TOLERANCES.values()}
+    assert len(hashes) == 3
+    assert load_scan(SMALL).hash == scan(tolerance="standard").hash
+    assert "tolerance" not in scan(method="rk4").document()["sampling"]
+    assert scan(method="rk4").tolerance is None
+
+
+def test_experts_may_set_what_the_tolerance_would():
+    found = scan(nodes=10, contact_steps=20)
+    assert found.settings == Settings(nodes=10, contact_steps=20.0)
+    assert load_scan(tomllib.loads(found.to_toml())) == found
+    assert found.hash != load_scan(SMALL).hash
+    assert scan(method="rk4", period_steps=64).settings == Settings.rk4(64.0)
+
+
+# what stands in the file and on the command line -> the one line
+REFUSED = {
+    "rk4 beside it": ({"method": "rk4", "tolerance": 1e-6}, {}, "scan: [sampling]: tolerance is of "
+                      "method 'exact'; 'rk4' has period_steps"),
+    "above rk4": ({"method": "rk4"}, {"tolerance": 1e-6}, "changes: [sampling]: tolerance is of "
+                  "method 'exact'; 'rk4' has period_steps"),
+    "steps of rk4": ({"period_steps": 512}, {}, "scan: [sampling]: period_steps is of method "
+                     "'rk4'; 'exact' has tolerance"),
+    "nodes of rk4": ({}, {"method": "rk4", "nodes": 8}, "changes: [sampling]: nodes is of method "
+                     "'exact'; 'rk4' has period_steps"),
+    "too small": ({"tolerance": 1e-14}, {}, "scan: [sampling]: tolerance = 1e-14; allowed: 1e-13 "
+                  "to 0.001, or draft, standard, fine"),
+    "no preset": ({"tolerance": "drft"}, {}, "scan: [sampling]: tolerance = 'drft'; allowed: 1e-13 "
+                  "to 0.001, or draft, standard, fine"),
+    "nan": ({}, {"tolerance": float("nan")}, "changes: [sampling]: tolerance = nan must be a "
+            "finite number"),
+    "many nodes": ({"nodes": 61}, {}, "scan: [sampling]: nodes = 61 must be a whole number from 2 "
+                   "to 60"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_bad_settings_are_one_line_that_names_their_place(name):
+    below, above, said = REFUSED[name]
+    document = {**SMALL, "sampling": {**SMALL["sampling"], **below}}
+    with pytest.raises(RequestError) as refused:
+        load_scan(document, {"sampling": above})
+    assert str(refused.value) == said
+
+
+def test_a_file_with_a_tolerance_serves_rk4_too():
+    """As a scan does that was read already."""
+    fine = {**SMALL, "sampling": {**SMALL["sampling"], "tolerance": "fine"}}
+    asked = {"sampling": {"method": "rk4"}}
+    assert load_scan(fine, asked) == load_scan(load_scan(fine), asked) == scan(method="rk4")
+    assert load_scan(fine, {"sampling": {"transient": 9}}).tolerance == 1e-12
+
+
+# ---- numbers -------------------------------------------------------------------------------------
+
+
+def test_a_coarse_scan_is_coarser_and_both_are_within_their_tolerances():
+    """Over a period from the same states, so that no growth comes between."""
+    cells, starts = chains()
+    errors, finest = {}, Computer(scan(tolerance=1e-13, transient=0, periods=4))
+    truth = finest.lanes(cells, starts)["section"]
+    for tolerance in (1e-3, 1e-6, 1e-9, 1e-12):
+        found = Computer(scan(tolerance=tolerance, transient=0, periods=4)).lanes(cells, starts)
+        errors[tolerance] = np.abs(found["section"] - truth).max()
+        assert errors[tolerance] <= 10 * tolerance  # growth in four periods
+    assert errors[1e-6] > 10 * errors[1e-9] > 100 * errors[1e-12]
+
+
+def test_the_order_in_which_tolerances_are_asked_for_changes_no_bit():
+    """Notices: constants of one tolerance that another finds in a cache, and changes."""
+    names = [*TOLERANCES, 1e-3, 1e-13]
+    one = {name: section(tolerance=name) for name in names}
+    other = {name: section(tolerance=name) for name in reversed(names)}
+    for name in names:
+        np.testing.assert_array_equal(one[name], other[name])
+    np.testing.assert_array_equal(one["draft"], section(tolerance=1e-6))
+    assert (one["draft"] != one["fine"]).any()
+
+
+def test_scans_simulations_and_batches_take_it_alike():
+    for name, value in TOLERANCES.items():
+        orbit = nv.simulate(SYSTEM, 3, transient=2, tolerance=name, record=["section"])
+        np.testing.assert_array_equal(orbit.section, section(tolerance=value)[0, 0])
+    energies = []
+    for value in TOLERANCES.values():
+        found = batch.Batch(SYSTEM.scene, tolerance=value).run(SYSTEM.cells(), np.zeros(4), 2, 3)
+        orbit = nv.simulate(SYSTEM, 3, transient=2, tolerance=value, record=["energy"])
+        assert found.E1max == orbit.E1max
+        energies.append(orbit.E1max)
+    assert energies[0] != energies[1]
+    assert energies == pytest.approx([energies[2]] * 3, rel=1e-5)
+
+
+# ---- the other commands and functions ------------------------------------------------------------
+
+
+def test_tunings_and_portraits_keep_it():
+    tuning = load_tuning("ssul-set6", {"sampling": {"tolerance": "draft"}})
+    assert tuning.tolerance == tuning.document()["sampling"]["tolerance"] == 1e-6
+    assert load_tuning("ssul-set6").tolerance == 1e-9
+    assert tuning.hash != load_tuning("ssul-set6").hash
+    portrait = load_portrait("ssul-set6", {"sampling": {"tolerance": "draft"}})
+    assert portrait.tolerance == 1e-6
+    assert portrait.hash != load_portrait("ssul-set6").hash
+    assert (
+        load_portrait("ssul-set6").hash
+        == load_portrait("ssul-set6", {"sampling": {"tolerance": "standard"}}).hash
+    )
+    coarse = {"system": "ssul-set6", "sampling": {"tolerance": 1e-6}}
+    assert load_portrait(coarse, {"sampling": {"method": "rk4"}}).tolerance is None
+
+
+COMMANDS = ("bifurcation", "portrait", "transients", "tuning")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    ("text", "shown"), [("1e-20", "1e-20"), ("drft", "'drft'"), ("nan", "'nan'"), ("0", "0.0")]
+)
+def test_commands_refuse_it_in_one_line(command, text, shown, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main([command, "--tolerance", text]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"tolerance = {shown}; allowed: 1e-13 to 0.001, or draft, standard, fine" in line
+    assert "command line" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("text", ["1_0", "-1e-9"])
+def test_commands_refuse_what_is_no_number(command, text, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main([command, f"--tolerance={text}"]) == 2
+    assert "tolerance = " in capsys.readouterr().err.splitlines()[-1]
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["bifurcation", "portrait", "transients"])
+def test_commands_refuse_it_beside_rk4(command, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main([command, "--method", "rk4", "--tolerance", "fine"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "tolerance is of method 'exact'; 'rk4' has period_steps" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+SHORT = ["--transient", "1", "--periods", "1"]
+DRY = {
+    "bifurcation": [*SHORT, "--vary", "omega=6:7:2", "--record", "section"],
+    "portrait": [],
+    "transients": [*SHORT, "--starts", "1", "--effort", "quick"],
+    "tuning": [*SHORT, "--population", "5", "--generations", "1"],
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_commands_take_numbers_and_presets(command, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for text in ("1e-6", "draft"):
+        assert main([command, *DRY[command], "--tolerance", text, "--dry-run"]) == 0
+    capsys.readouterr()
+    assert main([command, "--help"]) == 0
+    assert "draft (1e-06), standard (1e-09), fine (1e-12)" in " ".join(
+        capsys.readouterr().out.split()
+    )
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda **given: nv.simulate(SYSTEM, 1, **given),
+        lambda **given: nv.classify(SYSTEM, **given),
+        lambda **given: nv.portrait(SYSTEM, **given),
+        lambda **given: transients(SYSTEM, "a.h5", **given),
+        lambda **given: bifurcation({**SMALL, "sampling": {"method": given.pop("method", "exact")}},
+                                    "a.h5", **given),
+    ],
+)  # fmt: skip
+def test_functions_refuse_it_in_one_line(function, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for value in (-1e-9, "drft", 1.0):
+        with pytest.raises(
+            RequestError, match=r"tolerance = .*; allowed: 1e-13 to 0\.001, or draft"
+        ):
+            function(tolerance=value)
+    with pytest.raises(RequestError, match="must be a finite number"):
+        function(tolerance=float("nan"))
+    with pytest.raises(RequestError, match="tolerance is of method 'exact'"):
+        function(tolerance="draft", method="rk4")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_verdict_by_a_draft_is_the_same_and_coarser():
+    draft, fine = (nv.classify(SYSTEM, tolerance=name) for name in ("draft", "fine"))
+    assert draft.label == fine.label == "T,1"
+    assert draft.residual < 1e-4
+    distance = np.abs(draft.point - fine.point).max()
+    assert 0 < distance < 1e-5
+
+
+# ---- archives ------------------------------------------------------------------------------------
+
+
+def without_tolerance(path, changed=None):
+    """Make an archive one of the time before there was a tolerance."""
+    with h5py.File(path, "r+") as file:
+        document = tomllib.loads(file.attrs["scan"])
+        del document["sampling"]["tolerance"]
+        file.attrs["scan"] = toml_text(document)
+        file.attrs["scan_hash"] = request_hash(document)
+        if changed:
+            document["sampling"] |= changed
+            file.attrs["scan"] = toml_text(document)
+
+
+def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    nv.bifurcation(SMALL, "a.h5", tolerance="draft")
+    with nv.read("a.h5") as view:
+        assert tomllib.loads(view.text("scan"))["sampling"]["tolerance"] == 1e-6
+    assert main(["rerun", "a.h5", "--quiet"]) == 0
+    assert scan_in(tmp_path / "a.h5").tolerance == 1e-6
+    with pytest.raises(RequestError, match="holds another scan: --resume cannot continue it"):
+        nv.bifurcation(SMALL, "a.h5", resume=True)
+    nv.bifurcation(SMALL, "a.h5", tolerance=1e-6, resume=True)
+    nv.bifurcation(SMALL, "b.h5")
+    capsys.readouterr()
+    assert main(["diff", "a.h5", "b.h5"]) == 1
+    assert "parameter: sampling.tolerance: 1e-06 -> 1e-09" in capsys.readouterr().out
+
+
+def test_an_archive_without_a_tolerance_means_the_nodes_and_steps_of_its_time(tmp_path, capsys):
+    """It stays readable, and is repeated; what is said of it wrongly is found."""
+    path = nv.bifurcation(SMALL, tmp_path / "old.h5")
+    without_tolerance(path)
+    with nv.read(path) as view:
+        assert view["section"].shape == (2, 1, 3, 4)
+    found = scan_in(path)
+    assert found.settings == Settings(nodes=12, contact_steps=28.0)
+    assert UNTIL_TOLERANCE == {"nodes": 12, "contact_steps": 28.0}
+    with pytest.raises(RequestError, match="holds another scan: --resume cannot continue it"):
+        nv.bifurcation(SMALL, path, resume=True)
+    without = tmp_path / "damaged.h5"
+    nv.bifurcation(SMALL, without)
+    without_tolerance(without, {"periods": 4})
+    with pytest.raises(RequestError, match="is damaged, or means something else"):
+        scan_in(without)
+
+
+def test_an_archive_of_rk4_means_what_it_meant(tmp_path):
+    document = {**SMALL, "sampling": {**SMALL["sampling"], "method": "rk4"}}
+    path = nv.bifurcation(document, tmp_path / "a.h5")
+    assert scan_in(path).settings == Settings.rk4(512.0)

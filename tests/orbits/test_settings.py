@@ -1,0 +1,118 @@
+"""How finely a method computes: what may be asked for, and one line where it may not."""
+
+import re
+
+import numpy as np
+import pytest
+
+from nlds_vines.errors import RequestError
+from nlds_vines.orbits.settings import (
+    FINENESS,
+    LEAST_TOLERANCE,
+    MOST_NODES,
+    MOST_TOLERANCE,
+    PERIOD_STEPS,
+    REFINED_NODES,
+    SHARE,
+    TOLERANCE,
+    TOLERANCES,
+    Settings,
+    checked_tolerance,
+    chosen_settings,
+    laid_over,
+)
+
+
+def test_presets_are_numbers_by_another_name():
+    assert TOLERANCES == {"draft": 1e-6, "standard": 1e-9, "fine": 1e-12}
+    for name, value in TOLERANCES.items():
+        assert checked_tolerance(name) == checked_tolerance(value) == value
+    assert chosen_settings("exact", {}).tolerance == TOLERANCE == TOLERANCES["standard"]
+
+
+@pytest.mark.parametrize("value", [1e-13, 1e-3, np.float64(1e-7), 5e-4])
+def test_numbers_in_range(value):
+    found = checked_tolerance(value)
+    assert type(found) is float
+    assert found == value
+    assert LEAST_TOLERANCE <= found <= MOST_TOLERANCE
+
+
+BAD = [0, 0.0, -1e-9, 1, 1e-2, 1e-14, "1e-9", "drft", "", "standard "]
+NO_NUMBERS = [float("nan"), float("inf"), -float("inf"), None, True, [1e-9], {"a": 1}, 1j]
+
+
+@pytest.mark.parametrize("value", BAD)
+def test_what_is_out_of_range_or_no_preset_is_one_line(value):
+    said = f"tolerance = {value!r}; allowed: 1e-13 to 0.001, or draft, standard, fine"
+    with pytest.raises(RequestError, match=f"^{re.escape(said)}$"):
+        checked_tolerance(value)
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS)
+def test_what_is_no_number_is_one_line(value):
+    with pytest.raises(RequestError, match=r"^tolerance = .* must be a (finite )?number$"):
+        checked_tolerance(value)
+
+
+def test_every_method_has_its_own_settings():
+    given = {"tolerance": 1e-6, "nodes": 9, "contact_steps": 20, "period_steps": 64}
+    for name in FINENESS:
+        method, other = ("rk4", "exact") if name == "period_steps" else ("exact", "rk4")
+        assert chosen_settings(method, {name: given[name]}) != chosen_settings(method, {})
+        with pytest.raises(RequestError, match=f"^{name} is of method '{method}'; '{other}' has "):
+            chosen_settings(other, {name: given[name]})
+        assert chosen_settings(other, {name: None}) == chosen_settings(other, {})
+    assert chosen_settings("rk4", {"period_steps": 64}) == Settings.rk4(64.0)
+    assert chosen_settings("rk4", {}) == Settings.rk4(PERIOD_STEPS)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("nodes", 1), ("nodes", 61), ("nodes", 8.0), ("nodes", "many"), ("nodes", True)]
+    + [("contact_steps", value) for value in (3, 1e7, float("nan"), "28")],
+)
+def test_experts_are_refused_in_one_line_too(name, value):
+    with pytest.raises(RequestError, match=f"^{name} = .*"):
+        chosen_settings("exact", {name: value})
+
+
+def test_contacts_are_granted_a_share_of_the_tolerance():
+    """Several may follow each other in a period."""
+    settings = Settings(1e-6)
+    assert settings.contact_tolerance == settings.stepped_to == SHARE * 1e-6
+    assert Settings(1e-6, contact_steps=28.0).stepped_to == np.inf  # as an expert wants them
+    steps = [Settings(10.0**-k).steps for k in range(3, 14)]
+    assert (np.diff(steps) >= 0).all()
+    assert steps[-1] > 5 * steps[0]
+
+
+@pytest.mark.parametrize("k", [3, 6, 9, 12, 13])
+def test_refined_settings_are_finer_whatever_the_tolerance(k):
+    """Notices: a bound below which the settings refine to themselves."""
+    own = Settings(10.0**-k)
+    finer = own.refined("exact")
+    assert finer.contact_tolerance <= own.contact_tolerance / 99
+    assert finer.steps > 1.5 * own.steps or own.steps < 8
+    assert finer.nodes == REFINED_NODES
+    assert Settings(nodes=MOST_NODES).refined("exact").nodes == MOST_NODES
+
+
+# ---- tables laid over each other -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("below", "above", "expected"),
+    [
+        ({"tolerance": 1e-6}, {}, {"tolerance": 1e-6}),
+        ({"tolerance": 1e-6}, {"tolerance": 1e-12}, {"tolerance": 1e-12}),
+        ({"tolerance": 1e-6, "periods": 3}, {"method": "rk4"}, {"method": "rk4", "periods": 3}),
+        ({"tolerance": 1e-6}, {"method": "exact"}, {"method": "exact", "tolerance": 1e-6}),
+        ({"method": "rk4", "period_steps": 64}, {"method": "exact"}, {"method": "exact"}),
+        ({"nodes": 8, "contact_steps": 20}, {"tolerance": 1e-6}, {"tolerance": 1e-6}),
+        ({"nodes": 8}, {"contact_steps": 20}, {"nodes": 8, "contact_steps": 20}),
+        ({"nodes": 8}, {"transient": 5}, {"nodes": 8, "transient": 5}),
+    ],
+)
+def test_what_is_asked_last_counts(below, above, expected):
+    assert laid_over(below, above) == expected

@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.mutants.mutant import of
 
 _T_VARIATIONS = "tests/kernels/test_variations.py::"
+_T_THROUGH = "tests/kernels/test_impact_variations.py::"
 _T_ORDER = "tests/reference/test_order.py::"
 _T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
@@ -38,6 +39,33 @@ MUTANTS = (
             "(k[K1 + i] + 2.0 * (k[K2 + i] + k[K3 + i]) + k[K4 + i])",
             "(k[K1 + i] + 2.0 * (k[K2 + i] + k[K2 + i]) + k[K4 + i])",
             _T_ORDER + "test_the_contact_of_rk4_has_order_four",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/impact_variations.py",
+        (
+            "impact variations: the structure stands still until the wall is met",
+            "    x, speed = x + v1 * late, speed + ds * late",
+            "    speed = speed + ds * late",
+            _T_THROUGH + "test_variations_err_by_the_tolerance[1e-09]",
+        ),
+        (
+            "impact variations: the common motion does not move its spring",
+            "ps.stiffness * (x + w[T + i] * v)",
+            "ps.stiffness * x",
+            _T_THROUGH + "test_variations_err_by_the_tolerance[1e-09]",
+        ),
+        (
+            "impact variations: what the nodes miss is that of the orbit",
+            "    b, t = b + more, t + longer\n",
+            "",
+            _T_THROUGH + "test_variations_err_by_the_tolerance[1e-09]",
+        ),
+        (
+            "impact variations: one sweep is enough",
+            "if left + largest_of(of_speed * of_b / size) <= enough:",
+            "if left + largest_of(of_speed * of_b / size) >= 0.0:",
+            _T_THROUGH + "test_variations_err_by_the_tolerance[1e-12]",
         ),
     ),
     *of(

@@ -6,6 +6,7 @@ from benchmarks.mutants.mutant import of
 
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 _T_ENERGIES = "tests/reference/test_energies.py::"
+_T_POOL = "tests/runs/test_pool.py::"
 _T_TOUCH = "tests/kernels/test_touch.py::"
 _T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
 _PLAIN_ORBIT = "tests/kernels/plain_orbit.py::"
@@ -18,6 +19,12 @@ _T_GROWTH = "tests/kernels/test_growth.py::"
 MUTANTS = (
     *of(
         "nlds_vines/kernels/observe.py",
+        (
+            "observe: the slowest impact is the fastest",
+            "slowest[0] = min(slowest[0], abs(s))",
+            "slowest[0] = max(slowest[0], abs(s))",
+            _PLAIN_ORBIT + "test_the_slowest_of_all_impacts",
+        ),
         (
             "observe: the force of an impact grows as its depth",
             "K * depth * np.sqrt(depth)",
@@ -215,18 +222,33 @@ MUTANTS = (
         ),
     ),
     *of(
+        "nlds_vines/runs/pool.py",
+        (
+            "pool: the last lane is left out",
+            "return (begin, self._next) if left else None",
+            "return (begin, self._next) if left > 1 else None",
+            _T_POOL + "test_every_lane_is_done_once",
+        ),
+        (
+            "pool: the first pieces are a thread's share",
+            "left // (SHARE * threads)",
+            "left // threads",
+            _T_POOL + "test_pieces_become_smaller_and_no_thread_is_left_with_a_long_one",
+        ),
+        (
+            "pool: after an interruption threads are still at work",
+            "        wait(helpers)",
+            "        pass",
+            _T_POOL + "test_the_caller_may_be_interrupted_between_two_pieces",
+        ),
+    ),
+    *of(
         "nlds_vines/kernels/variations.py",
         (
             "variations: the divergence forgets the damper's dashpot",
             "return -ps.damping - damper.c2 * damper.inv_mu",
             "return -ps.damping",
             _T_VARIATIONS + "test_the_divergences_of_the_named_systems",
-        ),
-        (
-            "variations: the slowest impact is that of the first",
-            "for i in range(min(flow.impacts.filled[0], KEPT)):",
-            "for i in range(min(flow.impacts.filled[0], 1)):",
-            _PLAIN_ORBIT + "test_the_slowest_of_all_impacts",
         ),
         (
             "variations: a start inside a contact is in flight",
@@ -249,7 +271,7 @@ MUTANTS = (
         ),
         (
             "variations: impacts of the period before are counted again",
-            "        flow.by_period[:] = 0\n",
+            "        flow.by_period[0, 0] = flow.by_period[0, 1] = 0\n",
             "",
             _T_VARIATIONS
             + "test_monodromy_is_the_derivative_of_the_flow[an impact a period-exact]",

@@ -9,6 +9,7 @@ _T_FLIGHT = "tests/kernels/test_flight.py::"
 _T_TOUCH = "tests/kernels/test_touch.py::"
 _T_IMPACT = "tests/kernels/test_impact.py::"
 _T_CONTACT = "tests/kernels/test_contact.py::"
+_T_CONTACT_ERROR = "tests/kernels/test_contact_error.py::"
 _WHICH_CELLS = _T_EXACT + "test_which_cells_may_hold_a_closer_miss"
 _EITHER_WALL = _T_EXACT + "test_a_near_miss_of_either_wall"
 _PARTS = _T_FLIGHT + "test_each_part_of_the_bounds_is_needed"
@@ -201,15 +202,46 @@ MUTANTS = (
         ),
         (
             "contact: the deepest point without its parabola",
-            "    return z - 0.5 * s * s / ds if ds < 0.0 else z",
-            "    return z",
-            _T_CONTACT + "test_depth_of_a_free_impact_is_as_good_as_the_steps",
+            "        found = z + more",
+            "        found = z",
+            _T_CONTACT + "test_depth_where_a_contact_comes_to_rest",
         ),
         (
-            "contact: the depth is looked for behind the section that cuts a step",
-            "            h = step_to_stop(",
-            "            step_to_stop(",
+            "contact: a section does not end a step",
+            "return False, True, step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, left, k)",
+            "step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, left, k)\n"
+            "        return False, False, h",
             _T_CONTACT + "test_depth_where_a_section_cuts_the_contact_behind_it",
+        ),
+        (
+            "contact: the deepest point by one guess",
+            "MOST_TURNS = 20",
+            "MOST_TURNS = 1",
+            _T_CONTACT + "test_depth_where_a_contact_comes_to_rest",
+        ),
+        (
+            "contact: no step is doubted",
+            "return missed_balance if rk4 is None else no_doubt",
+            "return no_doubt",
+            _T_CONTACT_ERROR + "test_a_wrong_number_of_steps_is_found_out_and_repaired",
+        ),
+        (
+            "contact: the balance of the virial is not asked for",
+            " + abs(virial) / (LASTING * max(deep, y))) / fast",
+            ") / fast",
+            _T_CONTACT_ERROR + "test_the_doubt_is_never_below_a_third_of_the_error",
+        ),
+        (
+            "contact: the balance of energy is not asked for",
+            "(abs(energy) / fast + ",
+            "(",
+            _T_CONTACT_ERROR + "test_the_doubt_is_never_below_a_third_of_the_error",
+        ),
+        (
+            "contact: what a step leaves of its share is lost",
+            "share = max(saved + steps.tolerance",
+            "share = max(steps.tolerance",
+            _T_CONTACT_ERROR + "test_how_many_steps_there_are_is_known_beforehand",
         ),
     ),
     *of(

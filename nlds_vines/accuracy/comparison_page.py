@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 from nlds_vines.accuracy.comparison_table import Measured
 from nlds_vines.accuracy.curves import DECADES, Curve, above, advised
-from nlds_vines.accuracy.results import EXACT, Result
+from nlds_vines.accuracy.results import Result
 from nlds_vines.cli.markdown import table
 
 COMPARED = (1e-6, 1e-9)
@@ -21,19 +21,19 @@ _PAGE = """\
 
 Made by the command at the end of this page. Times are those of a shared machine: read the ratios.
 Costs at an error are interpolated along the cheapest settings of a method; `rtol^p` says how the
-error follows the tolerance, `÷ f a node` by what one more collocation node divides it. Peers marked
-`events` are used well: every contact is split at touch and release; the others are used plainly, as
-one would at first, and touches are looked for among their states. Only what found every touch
-counts as having reached an error: near grazing, a solver that steps over the contact is cheap and
-hardly wrong, and says T,0 where T,1 is true. In the picture, of each family of solvers only the
-cheapest settings are drawn; hollow marks missed or invented touches.
+error follows the tolerance. Peers marked `events` are used well: every contact is split at touch
+and release; the others are used plainly, as one would at first, and touches are looked for among
+their states. Only what found every touch counts as having reached an error: near grazing, a solver
+that steps over the contact is cheap and hardly wrong, and says T,0 where T,1 is true. In the
+picture, of each family of solvers only the cheapest settings are drawn; hollow marks missed or
+invented touches.
 
 A step of `naive RK4` takes no notice of touch and release. There the second derivative of the Hertz
 force K z^1.5 is infinite, as z^-0.5: a step across errs by h^2.5, whatever the order of the method.
 On an attracting orbit such errors die out, and those of the smooth pieces, h^4, may hide them for a
 while; where h does not resolve a contact there is no order at all. `rk4` cuts its steps at touch
-and release and keeps order four; `exact` has no steps in flight, and each node of a short impact
-divides its error by the factor shown.
+and release and keeps order four; `exact` has no steps in flight, and its tolerance bounds the error
+of every contact.
 
 ![Error against run time]({picture})
 
@@ -156,12 +156,10 @@ def _advised(case: Measured, want: float | None, what: str) -> str:
 
 
 def call(found: Result) -> str:
-    """Return what to pass to `simulate` for the setting of a result of ours."""
-    value = found.setting.value
-    if found.setting.method == "rk4":
-        return f'`method="rk4", period_steps={value:g}`'
-    steps = dict(EXACT).get(int(value))
-    return f'`method="exact", nodes={value:g}, contact_steps={steps}`'
+    """Return the setting of a result of ours as Python takes it, and [sampling] of a scan file."""
+    method, value = found.setting.method, found.setting.value
+    name = "period_steps" if method == "rk4" else "tolerance"
+    return f'`method = "{method}", {name} = {value:g}`'
 
 
 def family_of(method: str) -> str:
@@ -198,9 +196,7 @@ def _number(value: float, unit: str) -> str:
 
 
 def _order(curve: Curve) -> str:
-    """Return the observed order; of `exact` the factor by which a node divides the error."""
-    if curve.method == "exact":
-        return "" if math.isnan(curve.factor) else f"÷ {curve.factor:.2g} a node"
+    """Return the observed order in words: a power of the steps, or of the tolerance."""
     if math.isnan(curve.order):
         return ""
     power = f"{curve.order:.2g}"

@@ -29,9 +29,9 @@ class Contender:
 
 def contenders(case: Case, rivals: Iterable[Rival] = ()) -> Iterator[Contender]:
     """Yield the methods on a case, from coarse to fine: ours, then `rivals` if it has a damper."""
-    for nodes, steps in EXACT if case.system.scene.walls else EXACT[-1:]:
-        words = f"{nodes} nodes" if case.system.scene.walls else "no contact"
-        yield ours("exact", nodes, words, nodes=nodes, contact_steps=float(steps))
+    for tolerance in EXACT if case.system.scene.walls else EXACT[-1:]:
+        words = f"tolerance {tolerance:.0e}" if case.system.scene.walls else "no contact"
+        yield ours("exact", tolerance, words, tolerance=tolerance)
     for steps in RK4:
         yield ours("rk4", steps, f"{steps} steps", period_steps=float(steps))
     if case.system.scene.damper:

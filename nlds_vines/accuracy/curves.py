@@ -38,7 +38,7 @@ class Curve:
 
     @property
     def order(self) -> float:
-        """Observed order p of error ~ value^-p, value being nodes or steps of a period.
+        """Observed order p of error ~ value^-p, value being steps of a period.
 
         For tolerances error ~ rtol^p; NaN with fewer than three points under a law.
         """
@@ -47,17 +47,6 @@ class Curve:
             return math.nan
         slope = float(np.polyfit(np.log(values), np.log(errors), 1)[0])
         return slope if values[0] < 1.0 else -slope
-
-    @property
-    def factor(self) -> float:
-        """Observed factor by which a unit of the setting divides the error: error ~ factor^-n.
-
-        The law of `exact`, whose nodes converge geometrically.
-        """
-        values, errors = self._lawful()
-        if values.size < _FEWEST:
-            return math.nan
-        return float(np.exp(-np.polyfit(values, np.log(errors), 1)[0]))
 
     def _lawful(self) -> np.ndarray:
         """Return values and errors (2, n) of the results that follow a law: neither of the ends."""

@@ -47,20 +47,17 @@ class Reference(Known):
     Attributes:
         section: states at t = T, 2T, ... (periods, 4) [m, m/s], (periods, 2) without a damper.
         touches: times of touch [s]; None without walls.
-        durations: of the contacts that ended [s].
         E1max: largest E1 over the last half of the periods [J].
     """
 
     section: np.ndarray
     touches: np.ndarray | None
-    durations: np.ndarray
     E1max: float
 
 
 UNKNOWN = Reference(
     section=np.full((1, 4), np.nan),
     touches=None,
-    durations=np.empty(0),
     E1max=np.nan,
     growth=np.nan,
     doubt=np.nan,
@@ -95,7 +92,6 @@ def reference_of(case: Case) -> Reference:
     found = Reference(
         section=section,
         touches=finest.impacts["touch"] if finest.impacts is not None else None,
-        durations=_durations(finest),
         E1max=float(finest.E1max or 0.0),
         growth=grown,
         doubt=_apart(section, confirming.section)
@@ -201,13 +197,6 @@ def _witnessed(case: Case) -> Iterator[tuple[str, np.ndarray]]:
             flow = rival.prepare(case.system, case.state)
             with suppress(RivalFailure):
                 yield rival.name, flow(WITNESSES[rival.name], case.periods, False).section
-
-
-def _durations(orbit: Orbit) -> np.ndarray:
-    if orbit.impacts is None:
-        return np.empty(0)
-    found = orbit.impacts["release"] - orbit.impacts["touch"]
-    return found[np.isfinite(found)]
 
 
 def _apart(one: np.ndarray, other: np.ndarray) -> float:

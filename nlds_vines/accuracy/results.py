@@ -8,23 +8,8 @@ from typing import Annotated
 
 from nlds_vines.accuracy.columns import Column
 
-EXACT = (
-    (4, 4),
-    (5, 8),
-    (6, 14),
-    (7, 18),
-    (8, 20),
-    (9, 22),
-    (10, 24),
-    (11, 26),
-    (12, 28),
-    (13, 32),
-    (14, 36),
-    (16, 44),
-    (18, 56),
-    (20, 72),
-)
-"""Settings of `exact` from coarse to fine: nodes of a short impact, steps of a stepped contact."""
+EXACT = tuple(float(f"1e-{k}") for k in range(3, 14))
+"""Settings of `exact` from coarse to fine: tolerances."""
 
 RK4 = (64, 128, 256, 512, 1024, 2048, 4096, 8192)
 """Settings of `rk4`: steps of a period."""
@@ -35,7 +20,7 @@ class Setting:
     """A method at one setting; the method is one curve of the picture."""
 
     method: Annotated[str, Column("1", "integrator")]
-    value: Annotated[float, Column("1", "its setting: nodes, steps of a period, or rtol")]
+    value: Annotated[float, Column("1", "its setting: tolerance, steps of a period, or rtol")]
     words: Annotated[str, Column("1", "its setting in words", "setting")]
     ours: Annotated[bool, Column("1", "1: of this program")]
     order: Annotated[

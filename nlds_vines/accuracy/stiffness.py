@@ -20,12 +20,13 @@ from nlds_vines.accuracy.rivals import Asked, Rival
 from nlds_vines.accuracy.stiffness_table import COLUMNS, SHAPE, Stiffened
 from nlds_vines.accuracy.survey import Survey, Task
 from nlds_vines.errors import RequestError
+from nlds_vines.kernels import impact
 from nlds_vines.kernels.flight import rate_of
-from nlds_vines.kernels.impact import LONGEST
-from nlds_vines.kernels.scene import damper_in, structure_of
+from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
 from nlds_vines.model.system import System
-from nlds_vines.orbits.kernel_inputs import cell_of
-from nlds_vines.orbits.settings import CONTACT_STEPS, NODES, PERIOD_STEPS, STEPS_RATIO
+from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
+from nlds_vines.orbits.settings import PERIOD_STEPS, TOLERANCE, Settings
+from nlds_vines.orbits.simulation import SAMPLES, simulate
 
 MODULI = (2e5, 2e6, 2.05e7, 2e8, 2e9, 2.1e10, 2.1e11, 2.1e12, 2.1e13)
 """Young's moduli E2 of the damper's side [Pa]: soft rubber, rubber, ..., steel, beyond."""
@@ -84,7 +85,7 @@ def _rows(case: Case, rigid: Callable[[], np.ndarray], rivals: Sequence[Rival]) 
 def _measured(truth: Truth, contender: Contender) -> Result:
     """Return what is found of a contender, with the steps of a contact where they are set."""
     found = measured(truth, contender, Asked.TOUCHES)
-    taken = steps(truth.case, contender, truth.reference)
+    taken = steps(truth.case, contender)
     return found if math.isnan(taken) else replace(found, steps=taken)
 
 
@@ -98,7 +99,7 @@ def _rows_of(case: Case, reference: Reference, distance: float, results: list[Re
 
 def _methods(rivals: Sequence[Rival]) -> Iterator[Contender]:
     """Yield our methods as they come, and each rival at the tolerance next to `RTOL`."""
-    yield ours("exact", NODES, "as it comes", nodes=NODES, contact_steps=CONTACT_STEPS)
+    yield ours("exact", TOLERANCE, "as it comes", tolerance=TOLERANCE)
     yield ours("rk4", PERIOD_STEPS, "as it comes", period_steps=PERIOD_STEPS)
     for rival in rivals:
         fitting = max(rival.settings) if rival.setting == "steps" else nearest(rival.settings)
@@ -110,21 +111,55 @@ def nearest(tolerances: tuple[float, ...]) -> float:
     return min(tolerances, key=lambda rtol: abs(math.log(rtol / RTOL)))
 
 
-def steps(case: Case, contender: Contender, reference: Reference) -> float:
+def steps(case: Case, contender: Contender) -> float:
     """Return the steps of a contact that our methods are set to, on the average; NaN for others.
 
-    `exact` solves a short impact at once, at its nodes; a longer one takes its contact
-    steps.  With `rk4` every contact takes a quarter of the steps of a period.
+    `exact` solves a short impact at once, at the nodes that its tolerance asks for; a longer one
+    takes its steps.  With `rk4` every contact takes a quarter of the steps of a period.
     """
+    settings = Settings.of(contender.setting.method)
     if contender.setting.method == "rk4":
-        return PERIOD_STEPS / STEPS_RATIO
+        return settings.steps
     if contender.setting.method != "exact":
         return math.nan
-    short = reference.durations < _longest_short(case.system)
-    return float(np.where(short, NODES, CONTACT_STEPS).mean()) if short.size else math.nan
+    taken = [
+        settings.steps if nodes is None else nodes for nodes in nodes_of_impacts(case, settings)
+    ]
+    return float(np.mean(taken)) if taken else math.nan
 
 
-def _longest_short(system: System) -> float:
-    """Return the duration [s] up to which `exact` solves an impact in the contact's own units."""
-    cell = cell_of(system)
-    return LONGEST / float(rate_of(structure_of(cell), damper_in(cell)))
+def nodes_of_impacts(case: Case, settings: Settings) -> Iterator[int | None]:
+    """Yield the nodes with which `exact` begins to solve each impact; None where it is stepped."""
+    scene, cell = case.system.scene, cell_of(case.system)
+    ps, damper, arc = structure_of(cell), damper_in(cell), parts_of("exact", scene, settings).arc
+    rate = rate_of(ps, damper)
+    for struck, speed, phase, x1, v1 in _touches(case):
+        # the kernels see a touch of the far wall in a mirror
+        sign, gap = (1.0, cell.near) if struck == scene.struck["near"] else (-1.0, cell.far)
+        forcing = sign * math.cos(phase), sign * math.sin(phase)
+        wall = wall_at(gap, cell)
+        approach = impact.approach_of(ps, damper, wall, speed, sign * x1, sign * v1, *forcing)
+        lasting = rate * approach.tick * impact.LENGTH
+        if approach.size < impact.LARGEST and lasting < impact.LONGEST:
+            level = impact.level_for(arc, int(impact.ERROR), approach.size)
+            yield impact.nodes_of(arc, level, int(impact.WHOLE)).n
+        else:
+            yield None
+
+
+def _touches(case: Case) -> Iterator[tuple[str, float, float, float, float]]:
+    """Yield of each touch what is struck, approach speed, phase of the forcing, x1 and v1.
+
+    x1 and v1 are those of the sample before: near enough to tell how large an impact is.
+    """
+    system = case.system
+    orbit = simulate(
+        system, case.periods, start=case.start, record=["impacts", "trajectory"], samples=SAMPLES
+    )
+    assert orbit.impacts is not None
+    assert orbit.trajectory is not None
+    states = np.concatenate([case.state[np.newaxis], orbit.trajectory])
+    for row in orbit.impacts:
+        before = states[int(row["touch"] / system.period * SAMPLES)]
+        phase = system.parameters["omega"] * row["touch"]
+        yield row["wall"], float(row["speed"]), phase, float(before[0]), float(before[1])

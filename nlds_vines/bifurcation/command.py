@@ -58,6 +58,7 @@ def bifurcation(
     *,
     plot: str | os.PathLike[str] | None = None,
     show: str | None = None,
+    tolerance: float | str | None = None,
     threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
@@ -73,6 +74,7 @@ def bifurcation(
         plot: a picture to draw as well (.png, .pdf or .svg).
         show: what the picture of a map shows: `regimes`, `coexisting`, `shares`, `share:LABEL` or
             a recorded number (`bifurcation.picture.choices.NUMBERS`).
+        tolerance: in place of the scan's own: a number, draft, standard or fine.
         threads: how many; by default as many as the machine has processors.
         resume, overwrite: continue or replace an archive that exists; not both.
         shard: `3/7` computes the third of seven shares, into parts that `nlds-vines consolidate`
@@ -84,8 +86,9 @@ def bifurcation(
     """
     source = Path(scan) if isinstance(scan, str | os.PathLike) else None
     share = None if shard is None else Shard.parse(shard)
+    asked = None if tolerance is None else {"sampling": {"tolerance": tolerance}}
     job = Job(
-        scan=load_scan(scan),
+        scan=load_scan(scan, asked, "bifurcation"),
         source=source,
         archive=_archive_path(output, source),
         plot=optional_path(plot),

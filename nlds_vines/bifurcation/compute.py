@@ -26,8 +26,8 @@ STEP = {"up": 1, "down": -1}
 
 
 def wanted_of(scan: Scan, settings: Settings | None = None) -> Wanted:
-    """Return what a scan wants of its orbits; `settings` None means those of its method."""
-    settings = Settings.of(scan.method) if settings is None else settings
+    """Return what a scan wants of its orbits; `settings` None means its own."""
+    settings = scan.settings if settings is None else settings
     return Wanted(scan.system.scene, scan.want, scan.method, scan.effort, settings)
 
 
@@ -42,7 +42,7 @@ class Computer:
         *,
         helped: bool = True,
     ) -> None:
-        """Prepare the cells and starts of `scan`; by default with the settings of its method.
+        """Prepare the cells and starts of `scan`; by default with its own settings.
 
         Arguments: `tell` and `helped` as `batch.Kernels` takes them.
         """

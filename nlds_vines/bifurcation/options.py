@@ -7,9 +7,11 @@ from typing import Any
 
 from nlds_vines.cli.option_values import (
     add_system_options,
+    add_tolerance,
     assignments,
     comma_separated,
     given,
+    number_or_word,
     spaced,
     system_changes,
 )
@@ -32,6 +34,7 @@ def add_scan_options(parser: Parser) -> None:
     group.add_argument("--record", metavar="A,B,C", help=f"of {', '.join(WANTS)}")
     group.add_argument("--method", metavar="METHOD", help=" or ".join(METHODS))
     group.add_argument("--effort", metavar="EFFORT", help=f"of verdicts: {', '.join(EFFORTS)}")
+    add_tolerance(group)
 
 
 def changes(options: argparse.Namespace) -> dict[str, Any]:
@@ -40,11 +43,13 @@ def changes(options: argparse.Namespace) -> dict[str, Any]:
     Raises `RequestError` for an option that cannot be read as its form demands.
     """
     sampling = ("transient", "periods", "method", "effort")
+    values = {name: getattr(options, name) for name in sampling}
+    values["tolerance"] = number_or_word("--tolerance", options.tolerance)
     vary = assignments("--vary", options.vary, "NAME=START:STOP:NUM")
     found: dict[str, Any] = {
         **system_changes(options),
         "vary": {name: spaced(f"--vary {name}", text) for name, text in vary.items()},
-        "sampling": given({name: getattr(options, name) for name in sampling}),
+        "sampling": given(values),
     }
     if options.start is not None:
         found["start"] = _start(options.start)

@@ -17,7 +17,7 @@ from nlds_vines.errors import RequestError, choice, string, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.layers import request_hash
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import EFFORTS, METHODS
+from nlds_vines.orbits.settings import EFFORTS, FINENESS, METHODS, Settings, chosen_settings
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.wants import checked_want, refuse_impossible
 from nlds_vines.toml import toml_text
@@ -42,6 +42,7 @@ SAMPLING: Mapping[str, Callable[[object], Any]] = {
     "periods": lambda value: whole("periods", value, 1),
     "method": lambda value: choice("method", value, METHODS),
     "effort": lambda value: choice("effort", value, EFFORTS),
+    **FINENESS,
 }
 """The checks of the table [sampling] of a scan file, by key."""
 
@@ -59,6 +60,8 @@ class Scan:
         transient, periods: forcing periods discarded (>= 0) and sampled (>= 1).
         method: one of `METHODS`.
         effort: one of `EFFORTS`: how much a verdict may cost.
+        tolerance: of method exact: a number or one of `TOLERANCES`, 1e-9 where it is None.
+        nodes, contact_steps, period_steps: for experts, as `simulate` takes them.
 
     Raises `RequestError` for anything else, and for a varied value that the system refuses.
     """
@@ -72,6 +75,10 @@ class Scan:
     periods: int = 120
     method: str = "exact"
     effort: str = "standard"
+    tolerance: float | str | None = None
+    nodes: int | None = None
+    contact_steps: float | None = None
+    period_steps: float | None = None
 
     def __post_init__(self) -> None:
         """Check everything."""
@@ -79,7 +86,12 @@ class Scan:
         object.__setattr__(self, "axes", tuple(self.axes))
         object.__setattr__(self, "want", checked_want(self.want))
         for name, check in SAMPLING.items():
-            object.__setattr__(self, name, check(getattr(self, name)))
+            value = getattr(self, name)
+            if name not in FINENESS or value is not None:
+                object.__setattr__(self, name, check(value))
+        settings = self.settings
+        if self.method == "exact":
+            object.__setattr__(self, "tolerance", settings.tolerance)
         refuse_impossible(self.want, self.system.scene, self.method)
         self._check_axes()
 
@@ -96,6 +108,11 @@ class Scan:
     def _grid(self, values: list[np.ndarray]) -> np.ndarray:
         names = (axis.name for axis in self.axes)
         return self.system.cells(dict(zip(names, np.ix_(*values), strict=True)))
+
+    @property
+    def settings(self) -> Settings:
+        """How finely the method computes."""
+        return chosen_settings(self.method, {name: getattr(self, name) for name in FINENESS})
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -128,13 +145,14 @@ class Scan:
     def document(self) -> dict[str, Any]:
         """Return the scan file that means exactly this scan, complete, as nested tables."""
         start = {"policy": self.start.policy}
+        sampling = {name: getattr(self, name) for name in SAMPLING}
         drawn = {"count": self.start.count, "seed": self.start.seed}
         return {
             "title": self.title,
             "system": self.system.to_table(),
             "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.axes},
             "start": start | drawn if self.start.policy == "random" else start,
-            "sampling": {name: getattr(self, name) for name in SAMPLING},
+            "sampling": {name: value for name, value in sampling.items() if value is not None},
             "record": {"want": list(self.want)},
         }
 

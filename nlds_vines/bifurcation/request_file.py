@@ -12,6 +12,7 @@ from nlds_vines.model.axis import MOST_VALUES, Axis, announced
 from nlds_vines.model.layers import Form, Layer, Layers, unchecked
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System, refuse_contradiction
+from nlds_vines.orbits.settings import FINENESS, chosen_settings, laid_over
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.wants import checked_want, possible_want, refuse_impossible
 from nlds_vines.packaged_files import resource_text
@@ -69,7 +70,7 @@ def _scan(layers: Layers) -> Scan:
     start = _start(layers)
     axes = _axes(varying, start.orbits)
     system = _system(layers, varying)
-    sampling = layers.values("sampling")
+    sampling = _sampling(layers)
     want = _want(layers, system.scene, sampling.get("method", Scan.method))
     title = layers.title(outdated_by=("system", "set", "vary"))
     if title is None:
@@ -136,6 +137,17 @@ def _start(layers: Layers) -> Start:
         known = {}
     with at(layers.place("start")):
         return Start(**{**known, **asked})
+
+
+def _sampling(layers: Layers) -> dict[str, Any]:
+    """Return the entries of [sampling], once it is sure that its method has what is asked of it."""
+    below, above = (layer.values("sampling") for layer in layers)
+    found = laid_over(below, above)
+    asking = layers.above if above.keys() & {"method", *FINENESS} else layers.below
+    with at(asking.place("sampling")):
+        fineness = {name: found.get(name) for name in FINENESS}
+        chosen_settings(found.get("method", Scan.method), fineness)
+    return found
 
 
 def _want(layers: Layers, scene: Scene, method: str) -> tuple[str, ...]:

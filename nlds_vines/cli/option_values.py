@@ -14,6 +14,7 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.errors import RequestError, at, from_text, shown
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
+from nlds_vines.orbits.settings import TOLERANCES
 
 
 def assignments(option: str, texts: Sequence[str], form: str) -> dict[str, str]:
@@ -45,6 +46,21 @@ def spaced(option: str, text: str, form: str = "START:STOP:NUM") -> dict[str, fl
     first, last, count = _between_colons(option, text, form)
     start, stop = from_text(float, option, first), from_text(float, option, last)
     return {"start": start, "stop": stop, "num": from_text(int, option, count)}
+
+
+def add_tolerance(group: Parser | argparse._ArgumentGroup) -> None:
+    """Declare --tolerance."""
+    words = ", ".join(f"{name} ({value:g})" for name, value in TOLERANCES.items())
+    group.add_argument(
+        "--tolerance", metavar="RELATIVE", help=f"of exact: a number, or {words} [standard]"
+    )
+
+
+def number_or_word(option: str, text: str | None) -> float | str | None:
+    """Return the number that the text of an option means; any other text as it is, and None."""
+    if text is None or text[:1].isalpha():
+        return text
+    return from_text(float, option, text)
 
 
 def interval(option: str, text: str) -> dict[str, float]:

@@ -22,6 +22,7 @@ In reading order:
     limit            a limit inside a contact
     contact          a contact from touch to release, stepped
     impact           a short impact, solved at once
+    impact_variations   variations through it, on its collocation
     inside           its state between touch and release, and its largest energies
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section

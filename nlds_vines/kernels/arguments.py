@@ -54,6 +54,7 @@ class OrbitBuffers(NamedTuple):
     impacts: Any = None  # `observe.Impacts`, one by one
     energy: Any = None  # (2,) largest E1 and E2 so far [J]
     clearance: Any = None  # (1,) smallest near miss so far [m]
+    slowest: Any = None  # (1,) smallest approach speed of an impact so far [m/s]
 
 
 class CellBuffers(NamedTuple):

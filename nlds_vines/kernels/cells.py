@@ -119,18 +119,18 @@ def linear_cell(arc, prepared, limit, state, span, buffers):
     start_energy(ps, damper, peak, state)
     # the transient: first what is not noted, then what is noted of its section
     noted = count_of(buffers.early)
-    before = OrbitBuffers(None, no_rows(buffers.early), None, None, peak, None)
+    before = OrbitBuffers(None, no_rows(buffers.early), None, None, peak, None, None)
     unseen = Span(0, span.first - noted, 1)
     status = linear_orbit(prepared, before, unseen, state, None, None)
     if status == OK:
-        before = OrbitBuffers(None, buffers.early, None, None, peak, None)
+        before = OrbitBuffers(None, buffers.early, None, None, peak, None, None)
         seen = Span(span.first - noted, noted, 1)
         status = linear_orbit(prepared, before, seen, state, None, None)
     # the periods after it
     if status == OK:
         start_energy(ps, damper, buffers.energy, state)
         energy = first_of(buffers.energy, peak)
-        wanted = OrbitBuffers(None, buffers.section, None, None, energy, None)
+        wanted = OrbitBuffers(None, buffers.section, None, None, energy, None, None)
         status = linear_orbit(prepared, wanted, span, state, None, None)
         raise_peak(buffers.energy, peak)
     return status
@@ -146,11 +146,11 @@ def walled_cell(arc, prepared, limit, state, span, buffers):
     start_energy(ps, damper, peak, state)
     # the transient: first what is not noted, then what is noted of its section
     noted = count_of(buffers.early)
-    before = OrbitBuffers(limit_log, no_rows(buffers.early), None, None, peak, None)
+    before = OrbitBuffers(limit_log, no_rows(buffers.early), None, None, peak, None, None)
     unseen = Span(0, span.first - noted, 1)
     status = orbit(prepared, before, unseen, state, None, None)
     if status == OK:
-        before = OrbitBuffers(limit_log, buffers.early, None, None, peak, None)
+        before = OrbitBuffers(limit_log, buffers.early, None, None, peak, None, None)
         seen = Span(span.first - noted, noted, 1)
         status = orbit(prepared, before, seen, state, None, None)
     # the periods after it
@@ -158,7 +158,7 @@ def walled_cell(arc, prepared, limit, state, span, buffers):
         start_energy(ps, damper, buffers.energy, state)
         wanted = OrbitBuffers(
             limit_log, buffers.section, buffers.by_period, buffers.impacts,
-            first_of(buffers.energy, peak), buffers.clearance,
+            first_of(buffers.energy, peak), buffers.clearance, None,
         )  # fmt: skip
         status = orbit(prepared, wanted, span, state, None, None)
         raise_peak(buffers.energy, peak)

@@ -1,8 +1,8 @@
 """The course of an orbit under judgement: its sections as far as they are kept, and more of them.
 
 However an orbit is followed, with its variations or without, it is the same to the last bit as
-if it had been run in one go: the variations go along, each period anew from the orbit's own state.
-So no verdict depends on where the periods of a request end and those of the verdict begin.
+if it had been run in one go: the variations go along and change nothing. So no verdict depends on
+where the periods of a request end and those of the verdict begin.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from .codes import OK
 from .compiling import jit
-from .variations import advance_with, new_state, orthonormalise, run_on
+from .variations import advance, orthonormalise, run_on
 
 
 class Course(NamedTuple):
@@ -83,10 +83,10 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
     rows take its sections, as far as there is room. logs take the logarithm by which the first
     variation grows in each period, growth (4,) that of all.
     """
-    ahead = new_state()
+    flow.clearance[0] = 0.0  # no near miss is looked for
     for p in range(len(logs)):
         before = growth[0]
-        status = advance_with(flow, tangent, state, ahead, rows[p : p + 1])
+        status = advance(flow.prepared.arc, flow, rows[p : p + 1], tangent, state)
         if status != OK:
             return status
         orthonormalise(tangent, flow.size, growth)

@@ -19,7 +19,7 @@ import numpy as np
 from .bare_rows import bare
 from .compiling import jit
 from .elementary import TURN, cos_sin_of_turn
-from .fours import four_at, number_of, put_four
+from .fours import four, four_at, number_of, put_four
 from .scene import accelerations
 
 ORDER = 14  # of the Taylor polynomials
@@ -282,6 +282,25 @@ def coarse_map(ps, damper, grid, stops):
     return coarse
 
 
+@jit(inlined=True)
+def response_to(w, x, i):
+    """Return what a unit input i (x1, v1, r, s) becomes in a flight of x cells, x in [0, 1]."""
+    k = TAYLOR + i * TERMS
+    even, odd, z = four_at(w, k + 4 * ORDER), four(0.0), x * x
+    for p in range(ORDER - 2, -1, -2):
+        even = four_at(w, k + 4 * p) + even * z
+        odd = four_at(w, k + 4 * p + 4) + odd * z
+    return even + odd * x
+
+
+@jit(inlined=True)
+def times_matrix(a, b, c, d, tangent):
+    """Multiply four variations (16,) by the matrix whose columns are a, b, c, d."""
+    for i in range(0, 16, 4):
+        y = (a * tangent[i] + b * tangent[i + 1]) + (c * tangent[i + 2] + d * tangent[i + 3])
+        put_four(tangent, i, y)
+
+
 @jit
 def propagate(grid, tangent, time):
     """Propagate four variations (16,), one after the other, along a flight of `time` [s].
@@ -292,24 +311,13 @@ def propagate(grid, tangent, time):
     w = grid.table
     cells = int(time / grid.h)
     x = time / grid.h - cells
-    for i in range(0, 16, 4):
-        a, b, c, d = tangent[i], tangent[i + 1], tangent[i + 2], tangent[i + 3]
-        for _ in range(cells):
-            a, b, c, d = (
-                (w[0] * a + w[4] * b) + (w[8] * c + w[12] * d),
-                (w[1] * a + w[5] * b) + (w[9] * c + w[13] * d),
-                (w[2] * a + w[6] * b) + (w[10] * c + w[14] * d),
-                (w[3] * a + w[7] * b) + (w[11] * c + w[15] * d),
-            )
-        for row in range(4):
-            total = 0.0
-            for k in range(ORDER, -1, -1):
-                at_k = TAYLOR + 4 * k + row
-                total = total * x + (
-                    (w[at_k] * a + w[at_k + TERMS] * b)
-                    + (w[at_k + 2 * TERMS] * c + w[at_k + 3 * TERMS] * d)
-                )
-            tangent[i + row] = total
+    a, b, c, d = four_at(w, STEP), four_at(w, STEP + 4), four_at(w, STEP + 8), four_at(w, STEP + 12)
+    for _ in range(cells):
+        times_matrix(a, b, c, d, tangent)
+    times_matrix(
+        response_to(w, x, 0), response_to(w, x, 1), response_to(w, x, 2), response_to(w, x, 3),
+        tangent,
+    )  # fmt: skip
 
 
 @jit

@@ -47,6 +47,8 @@ from .fours import four, four_at, larger_of, largest_of, number_of, put_four, su
 #   B ... FH    8 ROW            scratch at the nodes: unknowns and their derivatives by phi
 #   INSIDE      7 ROW            scratch of `inside`
 #   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
+#   USED        8                level of the nodes whose unknowns are there
+#   VARIED      45 ROW           scratch of variations (`impact_variations`)
 #   then        for each of them, of the whole arc and of its half, m being n in whole fours:
 #                 U ... GT + 16  38 m       rows of constants
 #                 MATRIX         n m        from touch to each node, integrand by integrand
@@ -66,7 +68,9 @@ B, T, G, H, FB, FT, FG, FH = (ROW * i for i in range(8))
 INSIDE = 8 * ROW
 LEVELS, LEVEL, MOST_LEVELS = 15 * ROW, 5, 8
 NODES, WHOLE, HALF, ERROR, HALF_ERROR = range(LEVEL)  # n, places of the constants, C_n of each
-CONSTANTS = LEVELS + LEVEL * MOST_LEVELS
+USED = LEVELS + LEVEL * MOST_LEVELS
+VARIED = USED + 8
+CONSTANTS = VARIED + 45 * ROW
 
 U, S, WEIGHT, CUBE, DOUBLE, GB, GT, MATRIX = 0, 1, 2, 3, 4, 5, 21, 38  # in rows of m numbers
 GUESSED, TIMED, MISSED = 16, 17, 36  # terms of the series of b, of time, of what the nodes miss
@@ -78,7 +82,9 @@ MOST_SWEEPS = 12  # a sweep gains one digit or two; from the guess, some two are
 DOUBTED = (
     5.0  # error of the speed for a difference of the two energies, relative: five times its half
 )
-SETTLED = 0.05  # share of the tolerance that the sweeps may leave
+ROUND_OFF = 2.0e-15  # relative, of a velocity at the nodes
+BY_TIME = 0.2  # least share of a change that integrals over the whole interval are said to keep
+SETTLED = 0.1  # share of the tolerance that the sweeps may leave
 
 
 class Arc(NamedTuple):
@@ -266,7 +272,8 @@ def all_slopes(ps, damper, wall, nodes, approach):
 def integrate(nodes, approach):
     """Integrate the slopes from touch to every node; return the largest relative change.
 
-    Of the speed of r and of the common velocity, both relative to the approach speed.
+    Of the speed of r and of the common velocity, both relative to the approach speed; what rounding
+    does to a common velocity that is far larger is no change.
     """
     w, n, m, matrix = nodes.w, nodes.n, nodes.m, nodes.at + MATRIX * nodes.m
     of_b, of_h = four(0.0), four(0.0)
@@ -285,16 +292,17 @@ def integrate(nodes, approach):
         put_four(w, T + i, t)
         put_four(w, G + i, g)
         put_four(w, H + i, h)
-    return 5.0 * largest_of(of_b) / approach.b + largest_of(of_h) / approach.s
+    slow = max(largest_of(of_h) - ROUND_OFF * abs(approach.v), 0.0)
+    return 5.0 * largest_of(of_b) / approach.b + slow / approach.s
 
 
 @jit
 def settle(ps, damper, wall, arc, nodes, approach):
     """Sweep until the unknowns at the nodes settle; tell whether they do.
 
-    The next sweep changes the unknowns by at most `shrinks` times the last change, and the integrals
-    over the whole interval by that times `shrinks` again: b by its small numbers, and the common
-    motion by its own rates times the duration.
+    The next sweep changes the unknowns by at most `shrinks` times the last change, b by its small
+    numbers and the common motion by its own rates times the duration; and integrals over the whole
+    interval by that times `shrinks` again, but for time and place, of which it is a part.
     """
     took = approach.tick * LENGTH
     slow = took * (ps.damping + 0.5 * ps.stiffness * took)
@@ -302,7 +310,7 @@ def settle(ps, damper, wall, arc, nodes, approach):
     first_guess(ps, damper, nodes, approach)
     for _ in range(MOST_SWEEPS):
         all_slopes(ps, damper, wall, nodes, approach)
-        if integrate(nodes, approach) * (shrinks * shrinks) <= arc.settled:
+        if integrate(nodes, approach) * shrinks * max(shrinks, BY_TIME) <= arc.settled:
             return True
     return False
 
@@ -391,15 +399,18 @@ def solve_arc(ps, damper, wall, arc, part, error, approach):
     """Solve an impact to its release (WHOLE, ERROR) or its deepest point (HALF, HALF_ERROR).
 
     With the nodes that the tolerance asks for; with more, as long as the doubt exceeds it. Returns
-    (solved, b / b0, time [s], x, v) at the end.
+    (solved, b / b0, time [s], x, v) at the end; where it is not solved, as near as the most nodes
+    come.
     """
+    found = 1.0, 0.0, approach.x, approach.v, 0.0
     for level in range(level_for(arc, error, approach.size), arc.levels):
         nodes = nodes_of(arc, level, part)
-        if settle(ps, damper, wall, arc, nodes, approach):
-            ratio, time, x, v, doubt = at_end(ps, damper, wall, nodes, approach)
-            if doubt <= arc.tolerance:
-                return True, ratio, time, x, v
-    return False, 1.0, 0.0, approach.x, approach.v
+        arc.table[USED] = level
+        settled = settle(ps, damper, wall, arc, nodes, approach)
+        found = at_end(ps, damper, wall, nodes, approach)
+        if settled and found[4] <= arc.tolerance:
+            return True, found[0], found[1], found[2], found[3]
+    return False, found[0], found[1], found[2], found[3]
 
 
 @jit
@@ -417,7 +428,7 @@ def short_impact(ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1):
     c, d are cos and sin of the forcing's phase at touch, `rate` the bound of `flight.rate_of`.
     Returns (solved, s, x1, v1, duration [s], depth [m]) at release; solved is False where the
     impact is not short or has begun already, and nothing else may be used then. The depth is 0
-    where `impacts` is None.
+    where `impacts` is None. The unknowns at the nodes of the whole arc are left in the table.
     """
     # hot: once per impact
     if not (q == 0.0 and s > 0.0):
@@ -426,12 +437,12 @@ def short_impact(ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1):
     lasting = rate * (approach.tick * LENGTH)
     if not (approach.size < LARGEST and lasting < LONGEST):
         return False, s, x1, v1, 0.0, 0.0
+    depth = 0.0
+    if impacts is not None:
+        depth = depth_of(ps, damper, wall, arc, approach)
     solved, ratio, took, x, v = solve_arc(ps, damper, wall, arc, int(WHOLE), int(ERROR), approach)
     if not solved:
         return False, s, x1, v1, 0.0, 0.0
     ratio2 = ratio * ratio
     speed = s * (ratio2 * ratio2 * ratio)
-    depth = 0.0
-    if impacts is not None:
-        depth = depth_of(ps, damper, wall, arc, approach)
     return True, -speed, x, v - damper.share * speed, took, depth

@@ -2,6 +2,7 @@
 
 `energy`     (2,) largest E1 and E2 so far [J]
 `clearance`  (1,) smallest near miss so far [m]
+`slowest`    (1,) smallest approach speed of an impact so far [m/s]
 `impacts`    impacts one by one, see `Impacts`
 `limit_log`  (6,) a limit of the spring's shortening and how it is kept, see LEVEL
 """
@@ -77,6 +78,13 @@ def note_energy(ps, damper, energy, x1, v1, r, s):
     e1, e2 = energies(ps, damper, x1, v1, r, s)
     energy[0] = max(energy[0], e1)
     energy[1] = max(energy[1], e2)
+
+
+@jit
+def note_speed(slowest, s):
+    """Lower the smallest approach speed to that of a touch."""
+    if slowest is not None:
+        slowest[0] = min(slowest[0], abs(s))
 
 
 @jit

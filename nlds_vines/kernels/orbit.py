@@ -29,6 +29,7 @@ from .exact import fly
 from .fixed_step import fly_fixed, phase_in_step
 from .flight import coarse_map, phase_at, propagate, step
 from .impact import short_impact
+from .impact_variations import vary
 from .inside import Ahead, keep_ahead, note_inside, read_ahead, state_inside
 from .limit import begin_contact, may_pass
 from .observe import (
@@ -37,6 +38,7 @@ from .observe import (
     note_energy,
     note_release,
     note_section,
+    note_speed,
     note_touch,
 )
 
@@ -170,7 +172,8 @@ def follow_short_impact(
     """Try to follow a contact as a short impact, to its release or for the time `left` [s].
 
     Returns whether it is one, and the result as of `contact`. An impact is solved once, as a whole,
-    and kept as `Ahead` in `k`, whence it goes on behind a section.
+    and kept as `Ahead` in `k`, whence it goes on behind a section. Variations go through it with
+    the orbit, unless a section cuts it.
     """
     # hot: once per impact
     if k[rk.AHEAD] == 0.0:
@@ -180,6 +183,8 @@ def follow_short_impact(
         )
         if not solved:
             return False, (RELEASED, 0.0, s, x1, v1, 0.0, 0.0)
+        if tangent is not None and took <= left:
+            vary(ps, damper, wall, arc, rate, (c, d), (s, x1, v1), (out, a1, b1, took), tangent)
         ahead = Ahead(took, 0.0, depth, (s, x1, v1), (out, a1, b1))
         keep_ahead(k, int(rk.AHEAD), ahead)
     remains = k[rk.AHEAD] - k[rk.AHEAD + 1]
@@ -210,9 +215,9 @@ def short_impact_if_exact(
     rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
     left, now, k,
 ):  # fmt: skip
-    """Follow a short impact; by rk4 and with variations every contact is stepped."""
+    """Follow a short impact; by rk4 every contact is stepped."""
     # hot: once per impact
-    return follow_short_impact if rk4 is None and tangent is None else no_short_impact
+    return follow_short_impact if rk4 is None else no_short_impact
 
 
 @chosen
@@ -234,20 +239,27 @@ def follow_contact(
 
     `phase`: (cos, sin) of the forcing's; the rest as for `contact`. For a wall that pushes towards
     -x2 (`sign` -1) the motion is mirrored on the way in and out. Returns (event, q, s, x1, v1,
-    elapsed, depth) as `contact`.
+    elapsed, depth) as `contact`. Variations are stepped where a section cuts a short impact, too;
+    what is stepped for them alone changes nothing of the orbit.
     """
     # hot: once per impact, in the loop of `orbit`, where `Prepared` as one argument costs 3 %
     q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
     c, d = sign * phase[0], sign * phase[1]
+    cut = k[rk.AHEAD] > 0.0
     solved, result = short_impact_if_exact(
         rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
         left, (q, s, x1, v1), k,
     )  # fmt: skip
-    if not solved:
-        result = contact(
+    stepped, lasting = not solved, left
+    if tangent is not None and solved:
+        stepped, lasting = cut or result[0] == STOPPED, result[5]
+    if stepped:
+        found = contact(
             rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate, c, d,
-            q, s, x1, v1, left, k,
+            q, s, x1, v1, lasting, k,
         )  # fmt: skip
+        if not solved:
+            result = found
     event, q, s, x1, v1, took, depth = result
     return event, q, sign * s, sign * x1, sign * v1, took, depth
 
@@ -305,6 +317,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     near, far, arc = prepared.near, prepared.far, prepared.arc
     steps, k = prepared.contact_steps, prepared.scratch
     limit_log, energy, clearance = buffers.limit_log, buffers.energy, buffers.clearance
+    slowest = buffers.slowest
     impacts, by_period, section = buffers.impacts, buffers.by_period, buffers.section
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
     for i in range(SIZE - AHEAD):
@@ -333,6 +346,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     mode, q, touches = event, 0.0, touches + 1
                     time = began + (j + x) * grid.h
                     at_touch(ps, damper, by_period, impacts, p, mode, time, x1, v1, r, s)
+                    note_speed(slowest, s)
                     if touches > MOST_TOUCHES:
                         return STEP_BUDGET
                 # Follow the contact, to its release or to the section.

@@ -11,14 +11,13 @@ import numpy as np
 from .codes import OK
 from .compiling import jit
 from .variations import (
-    advance_with,
+    advance,
     distance,
     new_state,
     no_section,
     norm,
     place_state,
     set_identity,
-    slowest_impact,
     solve,
 )
 
@@ -39,18 +38,17 @@ def trace_cycle(flow, y, points, counts, tangent, state):
     place_state(flow, y, state)
     set_identity(tangent)
     counts[:] = 0
-    flow.clearance[0], slowest = np.inf, np.inf
-    ahead, nothing = new_state(), no_section(flow)
+    flow.clearance[0], flow.slowest[0] = np.inf, np.inf
+    nothing = no_section(flow)
     for p in range(len(points)):
-        status = advance_with(flow, tangent, state, ahead, nothing)
+        status = advance(flow.prepared.arc, flow, nothing, tangent, state)
         if status != OK:
             return status, np.nan, np.nan
-        slowest = min(slowest, slowest_impact(flow))
         for i in range(4):
             points[p, i] = state[i]
         for wall in range(2):
             counts[wall] += flow.by_period[0, wall]
-    return OK, flow.clearance[0], slowest
+    return OK, flow.clearance[0], flow.slowest[0]
 
 
 @jit

@@ -2,8 +2,9 @@
 
 The vector field is continuously differentiable at touch and release, so that the variational
 equation needs no jumps there: exact matrices in flight, the linearised contact in between
-(`contact_field.slope`). The derivative of n periods is the monodromy matrix of an nT orbit; its
-determinant is known beforehand, exp(n T tr A), whatever the orbit does.
+(`impact_variations`, or `contact_field.slope` where it is stepped). The derivative of n periods is
+the monodromy matrix of an nT orbit; its determinant is known beforehand, exp(n T tr A), whatever
+the orbit does.
 """
 
 from __future__ import annotations
@@ -14,15 +15,12 @@ from typing import NamedTuple
 import numpy as np
 
 from .arguments import OrbitBuffers, Prepared, Span
-from .codes import OK
 from .compiling import chosen, jit
 from .elementary import log
 from .flight import Grid
-from .observe import COLUMNS, SPEED, Impacts
+from .fours import four_at, put_four, sum_of
 from .orbit import SIZE, linear_orbit, orbit, set_mode
 from .scene import scale_of
-
-KEPT = 64  # impacts of one period whose speed is looked at
 
 
 class Flow(NamedTuple):
@@ -33,9 +31,9 @@ class Flow(NamedTuple):
     size: int  # numbers of a state: 4, or 2 without a damper
     rest: float  # x2 - x1 of the unstretched spring [m]
     trace: float  # tr A [1/s]: the sum of all Lyapunov exponents
-    impacts: Impacts  # of the last period
     by_period: np.ndarray  # (1, 2) impacts of the last period by wall
     clearance: np.ndarray  # (1,) smallest near miss so far [m]
+    slowest: np.ndarray  # (1,) smallest approach speed of an impact so far [m/s]
 
 
 @jit
@@ -66,28 +64,29 @@ def rest_of(damper):
 def flow_of(prepared, exact_grid):
     """Return the `Flow` of one cell."""
     ps, damper = prepared.ps, prepared.damper
-    impacts = Impacts(np.zeros((KEPT, COLUMNS)), np.zeros(1, np.int64))
     return Flow(
         prepared, exact_grid, size_of(damper), rest_of(damper), trace_of(ps, damper),
-        impacts, np.zeros((1, 2), np.int64), np.full(1, np.inf),
+        np.zeros((1, 2), np.int64), np.full(1, np.inf), np.full(1, np.inf),
     )  # fmt: skip
 
 
 @chosen
-def advance(arc, flow, tangent, state):
+def advance(arc, flow, section, tangent, state):
     """Advance `state` (SIZE,) and four variations `tangent` (16,) by one period; return a status.
 
-    flow.by_period, flow.impacts and flow.clearance then tell of its impacts and near misses.
+    The orbit is that of `run_on`, to the last bit. section: a row for its section, or none.
+    flow.by_period, flow.clearance and flow.slowest then tell of its impacts and near misses.
     """
 
-    def linear(arc, flow, tangent, state):
-        nothing = OrbitBuffers(None, None, None, None, None, None)
-        return linear_orbit(flow.prepared, nothing, Span(0, 1, 1), state, tangent, flow.exact_grid)
+    def linear(arc, flow, section, tangent, state):
+        noted, span = OrbitBuffers(None, section, None, None, None, None, None), Span(0, 1, 1)
+        return linear_orbit(flow.prepared, noted, span, state, tangent, flow.exact_grid)
 
-    def walled(arc, flow, tangent, state):
-        flow.by_period[:] = 0
-        flow.impacts.filled[0] = 0
-        noted = OrbitBuffers(None, None, flow.by_period, flow.impacts, None, flow.clearance)
+    def walled(arc, flow, section, tangent, state):
+        flow.by_period[0, 0] = flow.by_period[0, 1] = 0
+        noted = OrbitBuffers(
+            None, section, flow.by_period, None, None, flow.clearance, flow.slowest
+        )
         return orbit(flow.prepared, noted, Span(0, 1, 1), state, tangent, flow.exact_grid)
 
     return linear if arc is None else walled
@@ -101,29 +100,14 @@ def run_on(arc, flow, section, periods, state):
     """
 
     def linear(arc, flow, section, periods, state):
-        noted, span = OrbitBuffers(None, section, None, None, None, None), Span(0, periods, 1)
+        noted, span = OrbitBuffers(None, section, None, None, None, None, None), Span(0, periods, 1)
         return linear_orbit(flow.prepared, noted, span, state, None, None)
 
     def walled(arc, flow, section, periods, state):
-        noted, span = OrbitBuffers(None, section, None, None, None, None), Span(0, periods, 1)
+        noted, span = OrbitBuffers(None, section, None, None, None, None, None), Span(0, periods, 1)
         return orbit(flow.prepared, noted, span, state, None, None)
 
     return linear if arc is None else walled
-
-
-@jit
-def advance_with(flow, tangent, state, ahead, section):
-    """Advance `state` by one period as a run does, and four variations along it; return a status.
-
-    The variations go with a copy `ahead` (SIZE,), whose contacts are stepped: it differs from the
-    orbit by the error of a period, and begins each period anew with the orbit's state.
-    """
-    for i in range(SIZE):
-        ahead[i] = state[i]
-    status = advance(flow.prepared.arc, flow, tangent, ahead)
-    if status != OK:
-        return status
-    return run_on(flow.prepared.arc, flow, section, 1, state)
 
 
 @jit
@@ -164,38 +148,21 @@ def distance(flow, x, y):
 
 
 @jit
-def slowest_impact(flow):
-    """Return the smallest approach speed [m/s] of the last period's impacts; inf without any."""
-    slowest = np.inf
-    for i in range(min(flow.impacts.filled[0], KEPT)):
-        slowest = min(slowest, flow.impacts.data[i, SPEED])
-    return slowest
-
-
-@jit
 def orthonormalise(tangent, size, growth):
     """Make the first `size` variations orthonormal (Gram and Schmidt, twice); add to `growth`.
 
     growth (4,) takes the logarithms of the lengths: their sums are the exponents times the time.
     """
     for i in range(size):
-        a = 4 * i
-        stretched = 1.0
+        x, stretched = four_at(tangent, 4 * i), 1.0
         for _ in range(2):
             for j in range(i):
-                b = 4 * j
-                dot = 0.0
-                for c in range(4):
-                    dot += tangent[a + c] * tangent[b + c]
-                for c in range(4):
-                    tangent[a + c] -= dot * tangent[b + c]
-            length = 0.0
-            for c in range(4):
-                length += tangent[a + c] * tangent[a + c]
-            length = math.sqrt(length)
+                y = four_at(tangent, 4 * j)
+                x = x - sum_of(x * y) * y
+            length = math.sqrt(sum_of(x * x))
             stretched *= length
-            for c in range(4):
-                tangent[a + c] /= length
+            x = x / length
+        put_four(tangent, 4 * i, x)
         growth[i] += log(stretched)
 
 

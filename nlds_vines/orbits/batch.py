@@ -22,7 +22,7 @@ from nlds_vines.orbits import evidence
 from nlds_vines.orbits.compilation import Compilation, Tell
 from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
-from nlds_vines.orbits.settings import EFFORTS, Settings
+from nlds_vines.orbits.settings import EFFORTS, TOLERANCE, Settings
 from nlds_vines.orbits.wants import JUDGED, NOTED, components, noted
 from nlds_vines.runs.pool import in_pieces
 
@@ -116,18 +116,21 @@ def run(
     status = np.zeros(chains.shape, np.int64)
     cells, each = chains.view(np.recarray), chains.shape[1] * (span.first + span.periods)
     arguments = parts, cells, np.ascontiguousarray(starts), span, buffers, status
-    _on_threads(lanes.run_lanes, arguments, len(chains), each)
+    least = max(1, PIECE_PERIODS // max(1, each))
+    _on_threads(lanes.run_lanes, arguments, len(chains), least)
     return status
 
 
 def _on_threads(
-    kernel: Callable[..., None], arguments: tuple[Any, ...], count: int, periods: int
+    kernel: Callable[..., None],
+    arguments: tuple[Any, ...],
+    count: int,
+    least: int,
+    most: int | None = None,
 ) -> None:
-    """Run a kernel of `lanes` on so many lanes of so many forcing periods or more, in pieces."""
+    """Run a kernel of `lanes` on so many lanes, in pieces from `least` to `most`."""
     kernel(0, 0, *arguments)  # compiled here, not by all threads at once
-    in_pieces(
-        lambda i, j: kernel(i, j, *arguments), count, max(1, PIECE_PERIODS // max(1, periods))
-    )
+    in_pieces(lambda begin, end: kernel(begin, end, *arguments), count, least, most)
 
 
 class Kernels:
@@ -153,6 +156,7 @@ class Kernels:
             span = Span(transient, periods, 1)
             outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
             if outputs.evidence is not None:
+                evidence.compile_multipliers(len(components(self._wanted.scene)))
                 self._compilation.await_verdict()
                 self._judge(outputs, chains, transient, periods)
         return outputs
@@ -162,7 +166,8 @@ class Kernels:
         finished = Finished(outputs.ends, outputs.section, max(transient - NOTED, 0))
         cells, stages = chains.view(np.recarray), self._stages
         arguments = self._parts, cells, finished, stages, outputs.evidence, outputs.status
-        _on_threads(lanes.judge_lanes, arguments, cells.size, transient + periods)
+        # one may take longer than a hundred others: what is not periodic is followed further
+        _on_threads(lanes.judge_lanes, arguments, cells.size, 1, 1)
 
     def compile(self, kernel: str) -> None:
         """Have one of `compilation.kernels_of` compiled, unless the cache has it: for no orbit."""
@@ -217,9 +222,12 @@ class Outcome:
 class Batch:
     """Runs batches of cells of one scene; what all batches share is prepared once."""
 
-    def __init__(self, scene: Scene, tell: Tell | None = None) -> None:
+    def __init__(
+        self, scene: Scene, tell: Tell | None = None, tolerance: float = TOLERANCE
+    ) -> None:
         """Prepare for cells of `scene`; `tell` takes a line of text where something is compiled."""
-        self._scene, self._parts = scene, parts_of(METHOD, scene)
+        self._scene = scene
+        self._parts = parts_of(METHOD, scene, Settings.of(METHOD, tolerance))
         self._compilation = Compilation(Needed(scene.kind, METHOD, ("energy",)), tell, helped=False)
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:

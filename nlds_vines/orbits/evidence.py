@@ -41,6 +41,11 @@ def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]
     return found[..., : eigenvalues.LOG], found[..., eigenvalues.LOG]
 
 
+def compile_multipliers(size: int) -> None:
+    """Have `multipliers_of` states of a size compiled, while another process is awaited anyway."""
+    multipliers_of(np.empty((0, COLUMNS)), size)
+
+
 def exponents_of(
     rows: np.ndarray, logarithms: np.ndarray, size: int, period: np.ndarray
 ) -> np.ndarray:

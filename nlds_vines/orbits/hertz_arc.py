@@ -25,19 +25,19 @@ HALF = 1.2537306248172073  # B(1/5, 1/2) / 5: phase from touch to the deepest po
 EQUAL = 0.9175012193496621  # phase at which u^5 = S^2 = 1/2
 STRETCH = 0.57  # of the map x = d sinh(a xi): a little inside the singularity at 0.727
 STEEP = 1.3280717613951345  # a = arsinh(1 / STRETCH)
-FINEST = 1e-16  # change of a sweep that is round-off
+FINEST = 1e-15  # what sweeps may leave where the nodes are given: round-off
 
 CHOICES = {
-    8: (5e-6, 6e-8),
-    12: (2e-8, 4e-12),
-    16: (3e-10, 1e-14),
+    8: (6e-6, 6e-8),
+    12: (6e-8, 4e-12),
+    16: (1e-9, 1e-14),
     20: (1e-12, 1e-14),
     24: (1e-14, 1e-14),
 }
 """Numbers of nodes n, and C_n: errors of an impact are at most C_n e^(3/2) (`kernels.impact`).
 
-To its release, and to its deepest point on the half arc.  Twice what impacts of all kinds were
-found to err by at most (tests/kernels/test_impact_error.py)."""
+To its release, and to its deepest point on the half arc.  What impacts of all kinds were found to
+err by at most (tests/kernels/test_impact_error.py)."""
 
 INSIDE = {12: 1e-6, 16: 5e-9, 20: 3e-11, 24: 5e-13}
 """Numbers of nodes, and errors of a state inside an impact, in units of its depth and speed.
@@ -205,7 +205,7 @@ def make_arc(tolerance: float = TOLERANCE, nodes: int | None = None) -> impact.A
     elif 2 <= nodes <= impact.ROW - 4:
         fine = max(nodes, 20)
         choices, levels, tolerance = {nodes: (0.0, 0.0), fine: (0.0, 0.0)}, 1, math.inf
-        settled = max(0.3 / 10**nodes, FINEST)
+        settled = FINEST
     else:
         raise ValueError(f"nodes = {nodes}: an arc takes 2 to {impact.ROW - 4} collocation nodes")
     table = _table(tuple(choices.items())).copy()

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from nlds_vines.errors import RequestError, choice, number, whole
+from nlds_vines.errors import RequestError, number, shown, whole
 
 METHODS = ("exact", "rk4")
 """The integrators."""
@@ -39,11 +40,11 @@ LEAST_TOLERANCE, MOST_TOLERANCE = 1e-13, 1e-3
 MOST_NODES = 60
 """Most collocation nodes: the tables of a short impact have room for so many."""
 
-STEPS, MORE_STEPS, LEAST_STEPS = 1.38, 0.3, 4.2
-"""Runge-Kutta steps, of order eight, of a contact that `exact` steps: 1.38 tolerance^(-1/8) + 0.3.
+STEPS, MORE_STEPS, LEAST_STEPS = 1.38, 0.5, 4.4
+"""Runge-Kutta steps, of order eight, of a contact that `exact` steps: 1.38 tolerance^(-1/8) + 0.5.
 
 Measured with free impacts, whose doubt (`kernels.contact`) then is just within the tolerance. Fewer
-than 4.2 cost a step or two of checking for each that they save."""
+than 4.4 cost a step or two of checking for each that they save."""
 
 PERIOD_STEPS = 512.0
 """Runge-Kutta steps, of order four, of a forcing period, by `rk4`."""
@@ -54,8 +55,10 @@ STEPS_RATIO = 4.0
 SHARE = 0.25
 """Of the tolerance, what one contact may take: several may follow each other in a period."""
 
-REFINED = 1e-2
-"""Tolerance of a refined run in units of the run's own."""
+REFINED, REFINED_NODES = 1e-2, 24
+"""Tolerance of a refined run in units of the run's own, and nodes of its short impacts.
+
+A tolerance and its hundredth may ask for the same."""
 
 
 @dataclass(frozen=True)
@@ -102,16 +105,16 @@ class Settings:
     def refined(self, method: str) -> Settings:
         """Return finer settings: the difference of two runs is then nearly the error of these.
 
-        Of exact: a hundredth of the tolerance; of nodes that are set, 16 for 12 (the error falls
-        fivefold or more with each), of steps 40 for 28 (of order eight: 17 times).  Of rk4: twice
+        Of exact: a hundredth of the tolerance, or of steps that are set 40 for 28 (of order eight:
+        17 times); and for short impacts so many nodes that round-off alone is left.  Of rk4: twice
         the steps (of order four: 16 times).
         """
         if method != "exact":
             return Settings.rk4(self.period_steps * 2)
         steps = None if self.contact_steps is None else self.contact_steps * 10 / 7
         return Settings(
-            tolerance=max(self.tolerance * REFINED, LEAST_TOLERANCE),
-            nodes=None if self.nodes is None else min(self.nodes + 4, MOST_NODES),
+            tolerance=self.tolerance * REFINED,
+            nodes=min(max(REFINED_NODES, (self.nodes or 0) + 4), MOST_NODES),
             contact_steps=steps,
         )
 
@@ -121,46 +124,15 @@ def _eighth_root(x: float) -> float:
     return math.sqrt(math.sqrt(math.sqrt(x)))
 
 
-def chosen_settings(
-    method: str,
-    contact_steps: float | None,
-    period_steps: float | None,
-    nodes: int | None,
-    tolerance: float | str | None = None,
-) -> Settings:
-    """Return the settings of a method with those replaced that are given.
-
-    Raises `RequestError` for one that does not belong to the method, and for what is out of range.
-    """
-    if method == "rk4":
-        for name, value in (("tolerance", tolerance), ("nodes", nodes)):
-            if value is not None:
-                raise RequestError(f"{name} is of method 'exact'; 'rk4' has period_steps")
-        if contact_steps is not None:
-            raise RequestError("contact_steps is of method 'exact'; 'rk4' has period_steps")
-        return Settings.rk4(
-            PERIOD_STEPS if period_steps is None else checked_steps("period_steps", period_steps)
-        )
-    if period_steps is not None:
-        raise RequestError("period_steps is of method 'rk4'; 'exact' has tolerance")
-    return Settings(
-        tolerance=TOLERANCE if tolerance is None else checked_tolerance(tolerance),
-        nodes=None if nodes is None else whole("nodes", nodes, 2, MOST_NODES),
-        contact_steps=(
-            None if contact_steps is None else checked_steps("contact_steps", contact_steps)
-        ),
-    )
-
-
 def checked_tolerance(tolerance: object) -> float:
     """Return a tolerance, or that of a preset, otherwise raise `RequestError`."""
-    if isinstance(tolerance, str):
-        return TOLERANCES[choice("tolerance", tolerance, TOLERANCES)]
-    found = number("tolerance", tolerance)
+    if isinstance(tolerance, str) and tolerance in TOLERANCES:
+        return TOLERANCES[tolerance]
+    found = math.nan if isinstance(tolerance, str) else number("tolerance", tolerance)
     if not LEAST_TOLERANCE <= found <= MOST_TOLERANCE:
         raise RequestError(
-            f"tolerance = {tolerance!r}; allowed: {LEAST_TOLERANCE:g} to {MOST_TOLERANCE:g}, or "
-            f"{', '.join(TOLERANCES)}"
+            f"tolerance = {shown(tolerance)}; allowed: {LEAST_TOLERANCE:g} to "
+            f"{MOST_TOLERANCE:g}, or {', '.join(TOLERANCES)}"
         )
     return found
 
@@ -171,3 +143,41 @@ def checked_steps(name: str, steps: float) -> float:
     if not 4 <= found <= 1e6:
         raise RequestError(f"{name} = {steps!r}; allowed: 4 to 1e6")
     return found
+
+
+FINENESS: Mapping[str, Callable[[Any], Any]] = {
+    "tolerance": checked_tolerance,
+    "nodes": lambda value: whole("nodes", value, 2, MOST_NODES),
+    "contact_steps": lambda value: checked_steps("contact_steps", value),
+    "period_steps": lambda value: checked_steps("period_steps", value),
+}
+"""The checks of what may be given of `Settings`, by name; all but the tolerance is for experts."""
+
+_OF_RK4 = ("period_steps",)
+
+
+def chosen_settings(method: str, given: Mapping[str, Any]) -> Settings:
+    """Return the settings of a method with those of `FINENESS` replaced that are given, not None.
+
+    Raises `RequestError` for one that does not belong to the method, and for what is out of range.
+    """
+    asked = {name: value for name, value in given.items() if value is not None}
+    for name in asked:
+        if (name in _OF_RK4) != (method == "rk4"):
+            owner, other = ("rk4", "tolerance") if name in _OF_RK4 else ("exact", "period_steps")
+            raise RequestError(f"{name} is of method {owner!r}; {method!r} has {other}")
+    values = {name: FINENESS[name](value) for name, value in asked.items()}
+    if method == "rk4":
+        return Settings.rk4(values.get("period_steps", PERIOD_STEPS))
+    return Settings(**values)
+
+
+def laid_over(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the entries of two tables [sampling], those above first.
+
+    What is below of `FINENESS` holds for the method it was given for, and what experts set there
+    until a tolerance is asked for.
+    """
+    method = below.get("method", METHODS[0])
+    outdated = FINENESS if "tolerance" in above or above.get("method", method) != method else ()
+    return {name: value for name, value in below.items() if name not in outdated} | dict(above)

@@ -135,7 +135,8 @@ def simulate(
     record = _checked_record(system, record)
     if resolution is not None:
         contact_steps, period_steps = _renamed(method, resolution, contact_steps, period_steps)
-    settings = chosen_settings(method, contact_steps, period_steps, nodes, tolerance)
+    given = {"contact_steps": contact_steps, "period_steps": period_steps, "nodes": nodes}
+    settings = chosen_settings(method, {"tolerance": tolerance, **given})
     parts = parts_of(method, system.scene, settings)
     cell = cell_of(system)
     begin = start_state(system, cell.rest, start)

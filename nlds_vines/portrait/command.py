@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.cli.option_values import (
     add_system_options,
+    add_tolerance,
     comma_separated,
     given,
+    number_or_word,
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
@@ -76,7 +78,7 @@ def portrait(
         plot: where to save it (.png, .pdf or .svg), if anywhere.
         options: what the command's options change: `windows`, pairs (begin, end) of forcing
             periods, or `transient` and `periods`; `panels`, `start` (x1, v1, x2, v2) [m, m/s],
-            `samples`, `method`, `show`, `signal`, `taper`, `comb`.
+            `samples`, `method`, `tolerance`, `show`, `signal`, `taper`, `comb`.
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed, and
     `IntegrationError` where the orbit ends early.
@@ -156,6 +158,7 @@ def _declare(parser: Parser) -> None:
     add("--windows", metavar="B:E,B:E", help="periods to look at, in place of the last two")
     add("--samples", type=int, metavar="N", help=f"states of a period [{SAMPLES}]")
     add("--method", metavar="METHOD", help=" or ".join(METHODS))
+    add_tolerance(parser)
     add("--panels", metavar="A,B,C", help="see below")
     add("--show", type=int, metavar="PERIODS", help=f"of a time history [{SHOW}]")
     add("--signal", metavar="NAME", help="that the spectrum is of [x2, or x1]")
@@ -169,13 +172,14 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
     """Return what the options change in a request file, as a document of the same form."""
     values = {name: getattr(options, name) for name in (*_SAMPLING, *LOOK)}
     values |= {name: comma_separated(values[name]) for name in ("windows", "panels")}
+    values["tolerance"] = number_or_word("--tolerance", options.tolerance)
     found = {**system_changes(options), **_document(given(values))}
     if options.start is not None:
         found |= _document({"start": _state(options.start)})
     return found
 
 
-_SAMPLING = ("transient", "periods", "windows", "samples", "method")
+_SAMPLING = ("transient", "periods", "windows", "samples", "method", "tolerance")
 
 
 def _state(text: str) -> list[float] | None:

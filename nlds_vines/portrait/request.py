@@ -11,7 +11,7 @@ from nlds_vines.errors import RequestError, choice, from_text, shown, string, wh
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import METHODS
+from nlds_vines.orbits.settings import METHODS, checked_tolerance, chosen_settings
 from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.orbits.wants import COMPONENTS
@@ -52,6 +52,7 @@ MOST_COLUMNS = 4
 RUN: Mapping[str, Callable[[object], Any]] = {
     "samples": lambda value: whole("samples", value, 2, 10**6),
     "method": lambda value: choice("method", value, METHODS),
+    "tolerance": checked_tolerance,
 }
 """The checks of how an orbit is computed, by key of the table [sampling]."""
 
@@ -99,6 +100,7 @@ class PortraitRequest:
         panels: of `PANELS`, from top to bottom.  Those that no scene here can fill are left out.
         start: (x1, v1, x2, v2) [m, m/s] of every orbit, None for rest.
         samples: states in each forcing period; method: one of `METHODS`.
+        tolerance: of method exact: a number or one of `TOLERANCES`, 1e-9 where it is None.
         show: the most periods drawn in a time history, from the beginning of its window.
         signal: what the spectrum is of, by default x2, or x1 without a damper; taper: its window.
         comb: n of the nT whose lines do not count as broadband; 0 for the period that is found, or
@@ -117,13 +119,18 @@ class PortraitRequest:
     signal: str = ""
     taper: str = "rectangular"
     comb: int = 0
+    tolerance: float | str | None = None
 
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
         whole("number of columns", len(self.columns), 1, MOST_COLUMNS)
         for name, check in {**RUN, **LOOK}.items():
-            object.__setattr__(self, name, check(getattr(self, name)))
+            if name != "tolerance" or self.tolerance is not None:
+                object.__setattr__(self, name, check(getattr(self, name)))
+        settings = chosen_settings(self.method, {"tolerance": self.tolerance})
+        if self.method == "exact":
+            object.__setattr__(self, "tolerance", settings.tolerance)
         self._check_panels()
         object.__setattr__(self, "panels", self._possible(self.panels))
         whole("comb", self.comb, 0, min(c.window.end - c.window.begin for c in self.columns))
@@ -212,6 +219,7 @@ class PortraitRequest:
         }
         words = ("title", "samples", "method", "show", "signal", "taper", "comb")
         settings = {name: getattr(self, name) for name in words}
+        settings |= {} if self.tolerance is None else {"tolerance": self.tolerance}
         start = "rest" if self.start is None else list(self.start)
         document = {**settings, "panels": list(self.panels), "start": start, **columns}
         return hashlib.sha256(toml_text(document).encode()).hexdigest()

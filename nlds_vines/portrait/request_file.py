@@ -10,6 +10,7 @@ from typing import Any
 from nlds_vines.errors import RequestError, at, choice, number, shown, string, table, whole
 from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
 from nlds_vines.model.system import System
+from nlds_vines.orbits.settings import laid_over
 from nlds_vines.portrait.request import (
     LOOK,
     PERIODS,
@@ -80,7 +81,8 @@ def load_portrait(
         _refuse_both(layer)
     columns = tuple(_columns(layers))
     title = layers.title(outdated_by=("system", "set"))
-    sampling, look = layers.values("sampling"), layers.values("portrait")
+    sampling = laid_over(*(layer.values("sampling") for layer in layers))
+    look = layers.values("portrait")
     start = _start(layers)
     with at(layers.below.where):
         return PortraitRequest(

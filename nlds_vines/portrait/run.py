@@ -38,6 +38,7 @@ def _orbit(request: PortraitRequest, run: Sequence[Column]) -> Orbit:
         transient=begin,
         start=request.start,
         method=request.method,
+        tolerance=request.tolerance,
         samples=request.samples,
         record=["trajectory", "impacts"] if system.scene.walls else ["trajectory"],
     )

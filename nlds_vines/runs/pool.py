@@ -11,7 +11,7 @@ import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
-from functools import cache
+from functools import cache, partial
 
 from nlds_vines.runs.threads import MOST_THREADS, threads_in_use
 
@@ -19,10 +19,13 @@ SHARE = 4
 """A piece is at most this part of one thread's share of the lanes that are left."""
 
 
-def in_pieces(work: Callable[[int, int], object], lanes: int, least: int = 1) -> None:
+def in_pieces(
+    work: Callable[[int, int], object], lanes: int, least: int = 1, most: int | None = None
+) -> None:
     """Call `work(begin, end)` for pieces that make up range(lanes), on the threads in use.
 
-    Arguments: `least` lanes are worth a piece of their own.  Results may not depend on the pieces.
+    Arguments: `least` lanes are worth a piece of their own; `most` lanes make a piece where a few
+    lanes may take as long as all others.  Results may not depend on the pieces.
 
     What a piece raises is raised here, when no thread is at work any more; pieces that are not
     begun by then never are.  The calling thread does its part, so it sees signals between pieces.
@@ -31,30 +34,30 @@ def in_pieces(work: Callable[[int, int], object], lanes: int, least: int = 1) ->
     if threads < 2:
         work(0, lanes)
         return
-    pieces = _Pieces(work, lanes, threads, least)
+    pieces = _Pieces(work, lanes, partial(size_of_piece, threads=threads, least=least, most=most))
     pool = _pool(os.getpid())
     helpers = [pool.submit(pieces.run) for _ in range(threads - 1)]
     try:
         pieces.run()
     finally:
-        pieces.stop()
         wait(helpers)
     for helper in helpers:
         helper.result()
 
 
-def size_of_piece(left: int, threads: int, least: int = 1) -> int:
-    """Return how many of the lanes that are `left` make the next piece, `least` or more of them."""
-    return min(left, max(least, left // (SHARE * threads)))
+def size_of_piece(left: int, threads: int, least: int = 1, most: int | None = None) -> int:
+    """Return how many of the lanes that are `left` make the next piece, between least and most."""
+    share = left // (SHARE * threads)
+    return min(left, max(least, share if most is None else min(share, most)))
 
 
 class _Pieces:
     """The pieces that are left."""
 
     def __init__(
-        self, work: Callable[[int, int], object], lanes: int, threads: int, least: int
+        self, work: Callable[[int, int], object], lanes: int, size: Callable[[int], int]
     ) -> None:
-        self._work, self._lanes, self._threads, self._least = work, lanes, threads, least
+        self._work, self._lanes, self._size = work, lanes, size
         self._next, self._lock = 0, threading.Lock()
 
     def run(self) -> None:
@@ -63,18 +66,14 @@ class _Pieces:
             while (piece := self._take()) is not None:
                 self._work(*piece)
         except BaseException:
-            self.stop()
+            with self._lock:
+                self._next = self._lanes
             raise
-
-    def stop(self) -> None:
-        """Let no further piece begin."""
-        with self._lock:
-            self._next = self._lanes
 
     def _take(self) -> tuple[int, int] | None:
         with self._lock:
             begin, left = self._next, self._lanes - self._next
-            self._next += size_of_piece(left, self._threads, self._least)
+            self._next += self._size(left)
             return (begin, self._next) if left else None
 
 

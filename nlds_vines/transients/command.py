@@ -16,7 +16,12 @@ import numpy as np
 
 from nlds_vines.bifurcation.command import Job, bifurcation, carry_out
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.cli.option_values import add_system_options, chosen_system
+from nlds_vines.cli.option_values import (
+    add_system_options,
+    add_tolerance,
+    chosen_system,
+    number_or_word,
+)
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_output, check_plot, optional_path
 from nlds_vines.cli.run_options import add_local_options, run_options
@@ -63,6 +68,7 @@ def transients(
     periods: int = PERIODS,
     method: str = "exact",
     effort: str = "standard",
+    tolerance: float | str | None = None,
     delay: float = DELAY,
     plot: str | os.PathLike[str] | None = None,
     **running: Any,
@@ -76,6 +82,7 @@ def transients(
         transient, periods: forcing periods of each, discarded and sampled; what has not settled
             then is watched for as many more as the `effort` of verdicts allows.
         method: of `orbits.settings.METHODS`; effort: of `orbits.settings.EFFORTS`.
+        tolerance: of method exact: a number, draft, standard (the default) or fine.
         delay: forcing periods after which lifetimes count in the exponential law.
         plot: a picture to draw as well (.png, .pdf or .svg).
         running: `threads`, `resume`, `overwrite`, `quiet`, as `bifurcation` takes them.
@@ -83,7 +90,7 @@ def transients(
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
     sampling = {"transient": transient, "periods": periods, "method": method, "effort": effort}
-    scan = _scan(system, starts, seed, sampling)
+    scan = _scan(system, starts, seed, {**sampling, "tolerance": tolerance})
     delay, path = _checked_delay(delay), optional_path(plot)
     if path is not None:
         check_plot(path)
@@ -96,6 +103,7 @@ def transients(
 def _carry_out(options: argparse.Namespace) -> int:
     sampling = {name: getattr(options, name) for name in ("transient", "periods")}
     sampling |= {name: getattr(options, name) for name in ("method", "effort")}
+    sampling["tolerance"] = number_or_word("--tolerance", options.tolerance)
     with at("command line"):
         scan = _scan(chosen_system(options, _SYSTEM), options.starts, options.seed, sampling)
         delay = _checked_delay(options.delay)
@@ -177,6 +185,7 @@ def _declare(parser: Parser) -> None:
     add("--delay", type=float, default=DELAY, metavar="PERIODS", help=f"before the law [{DELAY:g}]")
     add("--method", default="exact", metavar="METHOD", help=" or ".join(METHODS))
     add("--effort", default="standard", metavar="EFFORT", help=f"of {', '.join(EFFORTS)}")
+    add_tolerance(parser)
     add_local_options(parser)
 
 

@@ -8,10 +8,12 @@ from typing import Any
 
 from nlds_vines.cli.option_values import (
     add_system_options,
+    add_tolerance,
     assignments,
     comma_separated,
     given,
     interval,
+    number_or_word,
     spaced,
     system_changes,
 )
@@ -31,6 +33,7 @@ def add_tuning_options(parser: Parser) -> None:
     _repeated(group, "--over", "NAME=A,B,...", "the worst over these values; several combine")
     group.add_argument("--transient", type=int, metavar="PERIODS", help="discarded [300]")
     group.add_argument("--periods", type=int, metavar="PERIODS", help="sampled [60; no walls: 2]")
+    add_tolerance(group)
     group = parser.add_argument_group("how to search")
     group.add_argument("--search", metavar="METHOD", help=f"{' or '.join(SEARCHES)} [de]")
     group.add_argument("--population", type=int, metavar="N", help="designs in a generation [60]")
@@ -50,13 +53,15 @@ def changes(options: argparse.Namespace) -> dict[str, Any]:
     Raises `RequestError` for an option that cannot be read as its form demands.
     """
     search = {name: getattr(options, name) for name in _SEARCH} | {"method": options.search}
+    sampling: dict[str, Any] = {"transient": options.transient, "periods": options.periods}
+    sampling["tolerance"] = number_or_word("--tolerance", options.tolerance)
     names = comma_separated(options.surface)
     found: dict[str, Any] = {
         **system_changes(options),
         "free": _free(options.free),
         "over": _over(options.over, options.band),
         "search": given(search),
-        "sampling": given({name: getattr(options, name) for name in ("transient", "periods")}),
+        "sampling": given(sampling),
         "surface": given({"parameters": names, "size": options.surface_size}),
     }
     return {key: value for key, value in found.items() if value}

@@ -53,7 +53,7 @@ class Objective:
         """Prepare for designs of `tuning`; `tell` takes a line where something is compiled."""
         self._tuning = tuning
         self._cases = tuning.cases()
-        self._batch = Batch(tuning.system.scene, tell)
+        self._batch = Batch(tuning.system.scene, tell, float(tuning.tolerance))
         generator = np.random.default_rng(tuning.search.seed)
         self._draws = generator.uniform(-1.0, 1.0, size=(STARTS, 4))
 

@@ -20,6 +20,7 @@ from nlds_vines.errors import RequestError, choice, number, string, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.layers import request_hash
 from nlds_vines.model.system import System
+from nlds_vines.orbits.settings import TOLERANCE, checked_tolerance
 from nlds_vines.toml import toml_text
 from nlds_vines.tuning.free_parameter import Free, tunable
 
@@ -38,9 +39,10 @@ DETUNING, SHIFT, STARTS, STRETCH = 0.01, 0.02, 4, 5
 starts, and this multiple of the periods (which shows an orbit that had not settled, or is
 irregular)."""
 
-SAMPLING: Mapping[str, Callable[[object], int]] = {
+SAMPLING: Mapping[str, Callable[[object], Any]] = {
     "transient": lambda value: whole("transient", value, 0),
     "periods": lambda value: whole("periods", value, 1),
+    "tolerance": checked_tolerance,
 }
 """The checks of the table [sampling] of a tuning file, by key."""
 
@@ -128,6 +130,7 @@ class Tuning:
         over: other parameters and their values, such as omega for the peak over a band.
         surface: a grid to compute through the optimum, or None.
         transient, periods: forcing periods discarded (>= 0) and sampled (>= 1).
+        tolerance: of method exact, which all tunings use: a number or one of `TOLERANCES`.
         search: how to search.
 
     Raises `RequestError` for anything else, and for a value that the system refuses.
@@ -141,6 +144,7 @@ class Tuning:
     transient: int = 300
     periods: int = SAMPLED
     search: Search = field(default_factory=Search)
+    tolerance: float | str = TOLERANCE
 
     def __post_init__(self) -> None:
         """Check everything."""

@@ -1,6 +1,7 @@
 """The command `accuracy`, as a user meets it: files, words, refusals, a run that goes on."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import h5py
@@ -12,7 +13,12 @@ from nlds_vines.__main__ import main as console
 from nlds_vines.accuracy import contenders
 from nlds_vines.accuracy.command import main
 from nlds_vines.archives.archive import read
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.simulation import simulate
 
+VARY = {"omega": {"values": [6.28]}}
 SHORT = ["--no-peers", "--periods", "3", "--quiet"]
 
 
@@ -20,7 +26,7 @@ SHORT = ["--no-peers", "--periods", "3", "--quiet"]
 def folder(tmp_path, monkeypatch):
     """Work in an empty folder, with three settings of each method."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(contenders, "EXACT", ((6, 16), (9, 22), (12, 28)))
+    monkeypatch.setattr(contenders, "EXACT", (1e-4, 1e-9, 1e-12))
     monkeypatch.setattr(contenders, "RK4", (256, 512, 1024))
     return tmp_path
 
@@ -53,7 +59,18 @@ def test_the_advice_is_a_setting_that_was_measured_good_enough(measured):
     )
     error = float(re.search(r"\((\S+) at ", line).group(1))
     assert error <= 1e-6
-    assert 'method="exact"' in line
+    assert 'method = "exact"' in line
+
+
+def test_what_is_advised_is_what_a_scan_and_python_take(measured):
+    """Notices: advice in words of which a scan knows nothing."""
+    advised = re.findall(r"`(method = .*?)`", measured)
+    assert len(advised) == 2  # for the error, and for the label
+    for text in advised:
+        settings = tomllib.loads(text.replace(", ", "\n"))
+        scan = load_scan({"system": "ssul-set6", "vary": VARY, "sampling": settings})
+        assert scan.settings == Settings(tolerance=settings["tolerance"])
+        assert simulate(load_system("ssul-set6"), 1, **settings).section.shape == (1, 4)
 
 
 def test_an_archive_of_measurements_is_one_like_others(measured, capsys):

@@ -30,11 +30,6 @@ def test_no_order_from_two_points():
     assert math.isnan(curve([(16, 1e-4, 1.0), (32, 1e-5, 1.0)]).order)
 
 
-def test_the_factor_of_a_node():
-    found = curve([(n, 6.0**-n, 1.0) for n in range(6, 14)], "exact")
-    assert found.factor == pytest.approx(6.0)
-
-
 def test_costs_are_interpolated_by_logarithms():
     found = of_order(4.0)
     n = 100.0

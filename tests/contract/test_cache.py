@@ -31,7 +31,8 @@ document = {
 arrays = Computer(load_scan(document)).block(Block(0, ((0, 2),)))
 names = [f"nlds_vines.kernels.{module.name}" for module in pkgutil.iter_modules(kernels.__path__)]
 modules = [import_module(name) for name in names]
-compiled = {id(f): f for m in modules for f in vars(m).values() if hasattr(f, "stats")}.values()
+found = {id(f): f for m in modules for f in vars(m).values() if hasattr(f, "stats")}
+compiled = [f for f in found.values() if not isinstance(f, type)]
 print(json.dumps({
     "labels": arrays["label"].ravel().tolist(),
     "home": kernels.__path__[0],

@@ -19,7 +19,7 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import lanes
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Outputs
-from nlds_vines.orbits.settings import CONTACT_STEPS, NODES
+from nlds_vines.orbits.settings import TOLERANCE, Settings
 
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}
 """Modules of kernels that only a scene with a wall needs."""
@@ -237,8 +237,8 @@ def shapes(arguments):
     return [a.shape for a in flat if isinstance(a, np.ndarray)]
 
 
-def nodes_of(arguments):
-    return arguments[2].arc.n
+def tolerance_of(arguments):
+    return arguments[2].arc.tolerance
 
 
 def steps_of(arguments):
@@ -254,11 +254,11 @@ def test_an_error_that_was_not_asked_for_costs_nothing(monkeypatch):
     assert kinds(retraced) != kinds(plain)  # which notes the section alone
     assert len(retraced[3]) == 2 * 9
     # the refined runs share their settings, and those of the other are as ever
-    nodes, steps = (
-        [f(run) for run in (plain, asked, refined, retraced)] for f in (nodes_of, steps_of)
+    tolerances, steps = (
+        [f(run) for run in (plain, asked, refined, retraced)] for f in (tolerance_of, steps_of)
     )
-    assert nodes[0] == nodes[1] == NODES < nodes[2] == nodes[3]
-    assert steps[0] == steps[1] == CONTACT_STEPS < steps[2] == steps[3]
+    assert tolerances[0] == tolerances[1] == TOLERANCE > tolerances[2] == tolerances[3]
+    assert steps[0] == steps[1] == Settings().steps < steps[2] == steps[3]
 
 
 def test_a_limit_is_always_reported():

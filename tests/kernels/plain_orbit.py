@@ -24,7 +24,7 @@ from nlds_vines.kernels.codes import (
 )
 from nlds_vines.kernels.exact import fly
 from nlds_vines.kernels.flight import cells_of, grid_of
-from nlds_vines.kernels.observe import COLUMNS, SPEED, Impacts, energies
+from nlds_vines.kernels.observe import energies, note_speed
 from nlds_vines.kernels.orbit import HUGE, SIZE, bounded, may_hide_a_peak, set_mode
 from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
 from nlds_vines.model.catalogue import load_system
@@ -189,21 +189,13 @@ def test_cells_are_a_multiple_of_the_stops():
 # ---- variations ----------------------------------------------------------------------------------
 
 
-class Noted:
-    """What `slowest_impact` looks at of a flow."""
-
-    def __init__(self, *speeds):
-        data = np.zeros((variations.KEPT, COLUMNS))
-        data[: min(len(speeds), variations.KEPT), SPEED] = speeds[: variations.KEPT]
-        self.impacts = Impacts(data, np.array([len(speeds)]))
-
-
 def test_the_slowest_of_all_impacts():
-    assert variations.slowest_impact(Noted(3.0, 1.0, 2.0)) == 1.0
-    assert variations.slowest_impact(Noted(1.0, 2.0, 3.0)) == 1.0
-    assert variations.slowest_impact(Noted()) == np.inf
-    many = np.linspace(2.0, 1.0, variations.KEPT + 5)
-    assert variations.slowest_impact(Noted(*many)) == many[variations.KEPT - 1]
+    """At whichever wall, and however many."""
+    for speeds in ([3.0, -1.0, 2.0], [1.0, 2.0, -3.0], list(np.linspace(2.0, 1.0, 200))):
+        slowest = np.full(1, np.inf)
+        for s in speeds:
+            note_speed(slowest, s)
+        assert slowest[0] == 1.0
 
 
 def test_elimination_exchanges_rows_for_a_small_pivot():

@@ -63,6 +63,22 @@ def test_depth_where_a_section_cuts_the_contact_behind_it(share, rk4):
     assert rest > 0.0
 
 
+def test_depth_where_a_contact_comes_to_rest():
+    """By long steps, whose end is behind a second turn. Notices: the first guess taken as it is."""
+    soft = {"m1": 196.8, "k1": 51223.1, "c1": 843.3, "m2": 53.39, "k2": 1274.4, "c2": 649.0}
+    parts = parts_of(**soft, P=2858.5, K=7970.98)
+    start = 0.0, 8.7324, 0.13344, -0.62335
+    noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
+    depths = [
+        contact(
+            None, *parts, 1.0, None, None, noted, None, steps, 32.6, np.cos(1.7384), np.sin(1.7384),
+            *start, 1.0, np.zeros(rk.SCRATCH),
+        )[6]
+        for steps in [Steps(300.0, np.inf)] + [Steps(n, 1e-4) for n in np.linspace(4.2, 5.4, 25)]
+    ]  # fmt: skip
+    assert depths == pytest.approx([depths[0]] * 26, rel=2.5e-7)
+
+
 # ---- the release ---------------------------------------------------------------------------------
 
 

@@ -41,13 +41,18 @@ def flow_on(system, method="exact", settings=None):
     return flow_of(prepared_cell(parts, cell, ps, damper, n, 1), grid_of(ps, damper, n))
 
 
+def advance(flow, tangent, state):
+    """Advance a state and its variations by a period; return the status."""
+    return variations.advance(flow.prepared.arc, flow, variations.no_section(flow), tangent, state)
+
+
 def followed(flow, y, periods):
     """Return the state (4,) some periods after y, the derivative by y, and the impacts by wall."""
     state, tangent, counts = variations.new_state(), np.zeros(16), np.zeros(2, int)
     variations.place_state(flow, np.asarray(y, float), state)
     variations.set_identity(tangent)
     for _ in range(periods):
-        assert variations.advance(flow.prepared.arc, flow, tangent, state) == OK
+        assert advance(flow, tangent, state) == OK
         counts += flow.by_period[0]
     return state, tangent.reshape(4, 4).T.copy(), counts
 
@@ -134,6 +139,32 @@ def test_the_divergences_of_the_named_systems():
         assert flow_on(system).trace == pytest.approx(divergence(system), rel=1e-14)
 
 
+RIDES = {
+    "short impacts": (load_system("ssul-set6", omega=7.4), "exact"),
+    "two walls, sections inside impacts": (load_system("ssbl", omega=6.28), "exact"),
+    "a soft wall": (system_of("ssul", {**SET6, "K": 1e4}), "exact"),
+    "rk4": (load_system("ssul-set6"), "rk4"),
+    "no wall": (load_system("tmd"), "exact"),
+}
+
+
+@pytest.mark.parametrize("case", RIDES)
+def test_variations_change_nothing_of_an_orbit(case):
+    """To the last bit, what is noted of it included."""
+    flow, periods = flow_on(*RIDES[case]), 60
+    alone, ridden = variations.new_state(), variations.new_state()
+    sections, seen = np.zeros((periods, 4)), np.zeros((periods, 4))
+    assert variations.run_on(flow.prepared.arc, flow, sections, periods, alone) == OK
+    tangent, growth = np.zeros(16), np.zeros(4)
+    variations.set_identity(tangent)
+    for p in range(periods):
+        rows = seen[p : p + 1]
+        assert variations.advance(flow.prepared.arc, flow, rows, tangent, ridden) == OK
+        variations.orthonormalise(tangent, flow.size, growth)
+    np.testing.assert_array_equal(ridden, alone)
+    np.testing.assert_array_equal(seen, sections)
+
+
 # ---- linear scenes -------------------------------------------------------------------------------
 
 
@@ -204,7 +235,7 @@ def test_exponents_add_up_along_any_orbit(kind, changes):
     variations.place_state(flow, np.zeros(4), state)
     variations.set_identity(tangent)
     for _ in range(periods):
-        assert variations.advance(flow.prepared.arc, flow, tangent, state) == OK
+        assert advance(flow, tangent, state) == OK
         variations.orthonormalise(tangent, flow.size, growth)
     exponents = growth / (periods * system.period)
     assert exponents.sum() == pytest.approx(divergence(system), abs=1e-8)
@@ -256,8 +287,8 @@ def test_elimination(size):
 
 
 def test_a_wrong_monodromy_is_seen():
-    """The comparison with the flow tells a contact's stiffness off by one per cent."""
-    system, before, periods, _ = CASES["an impact a period"]
+    """The comparison with the flow tells a stepped contact's stiffness off by one per cent."""
+    system, before, periods, _ = CASES["a soft wall"]
     y, flow = after(system, before), flow_on(system, "exact", FINE["exact"])
     matrix = followed(flow, y, periods)[1] * SCALES / SCALES[:, np.newaxis]
     wall = flow.prepared.near

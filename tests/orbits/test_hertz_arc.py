@@ -10,6 +10,9 @@ from nlds_vines.orbits.quadrature import gauss_points, gauss_weights, integratio
 
 ROUND_OFF = 2.0**-53
 NODES = (2, 3, 5, 12, 16, 28)
+LENGTH = 2 * mpmath.beta(mpmath.mpf(2) / 5, 0.5) / 5  # integral of u over the impact
+LOST = mpmath.beta(mpmath.mpf(2) / 5, 1.5) / 5  # what a unit of drag takes from b
+MADE = [2, 3, 4, 5, 8, 12, 16, 20, 24, 28, 60]
 
 
 @pytest.fixture(autouse=True)
@@ -61,7 +64,7 @@ def test_points_weights_and_integrals(n):
 def test_constants():
     fifth = mpmath.mpf(1) / 5
     assert float(mpmath.beta(fifth, 0.5) / 5) == arc.HALF
-    assert float(mpmath.beta(2 * fifth, 1.5) / 5) == arc.LOST
+    assert float(LENGTH) == impact.LENGTH
     assert float(mpmath.asinh(1 / mpmath.mpf(arc.STRETCH))) == arc.STEEP
     end = mpmath.mpf(0.5) ** fifth
     assert pytest.approx(float(phase_at(end)), rel=1e-15) == arc.EQUAL
@@ -92,18 +95,77 @@ def test_the_arc_to_round_off():
         assert (speed < 0.0) == (at > arc.HALF)
 
 
-@pytest.mark.parametrize("n", [2, 12, 28, 64])
+def rows_of(n, part=impact.WHOLE):
+    """Return a reader of the rows of an arc of n nodes, and what the nodes miss."""
+    nodes = impact.nodes_of(arc.make_arc(nodes=n), 0, part)
+    assert nodes.n == n <= nodes.m == -(-n // 4) * 4 < n + 4
+    after = nodes.at + (impact.MATRIX + n) * nodes.m
+    wide = nodes.w[nodes.at : after].reshape(-1, nodes.m)
+    assert not wide[:, n:].any()
+    missed = nodes.w[after : after + 4 * impact.MISSED].reshape(-1, 4)
+    return wide[:, :n], missed
+
+
+@pytest.mark.parametrize("n", MADE)
 def test_the_free_impact_keeps_what_is_known_of_it(n):
-    made = arc.make_arc(n)
-    u, S, time = (made.table[row : row + n] for row in (impact.U, impact.S, impact.TIME))
+    """Notices: an arc that is not its own mirror image; a sum over nodes without what it misses."""
+    rows, missed = rows_of(n)
+    u, S, weight, time = (rows[k] for k in (impact.U, impact.S, impact.WEIGHT, impact.GT))
     assert np.abs(u - u[::-1]).max() <= 4 * ROUND_OFF
     assert np.abs(S + S[::-1]).max() <= 8 * ROUND_OFF
     assert (np.diff(time) > 0).all()
-    assert 0 < time[0] < time[-1] < made.length
-    if n >= 28:  # the integral of u over the impact
-        length = 2 * mpmath.beta(mpmath.mpf(2) / 5, 0.5) / 5
-        assert abs(made.length - length) <= 8 * ROUND_OFF
-        assert abs(made.loss_missed) <= 8 * ROUND_OFF
+    assert 0 < time[0] < time[-1] < LENGTH
+    force, drag = 1, 2  # places of terms; columns: of b, of time
+    assert abs(weight @ u + missed[0, 1] - LENGTH) <= 8 * ROUND_OFF
+    assert abs(missed[drag, 0] - weight @ (u * S * S) / 2 + LOST) <= 8 * ROUND_OFF
+    assert abs(weight @ (u * S) + 2 * missed[force, 0]) <= 8 * ROUND_OFF  # which does no work
+    if n >= 28:
+        assert np.abs(missed).max() <= 256 * ROUND_OFF
+        assert np.abs(missed[:3, :2]).max() <= 16 * ROUND_OFF
+
+
+@pytest.mark.parametrize("n", MADE)
+def test_half_the_free_impact_ends_at_the_deepest_point(n):
+    rows, missed = rows_of(n, impact.HALF)
+    u, S, weight, time = (rows[k] for k in (impact.U, impact.S, impact.WEIGHT, impact.GT))
+    assert (np.diff(u) > 0).all()
+    assert (np.diff(S) < 0).all()
+    assert 0 < time[0] < time[-1] < LENGTH / 2
+    assert abs(weight @ u + missed[0, 1] - LENGTH / 2) <= 8 * ROUND_OFF
+    assert abs(missed[2, 0] - weight @ (u * S * S) / 2 + LOST / 2) <= 8 * ROUND_OFF
+    # of u u' / 2, whose integral to the deepest point is 1/4
+    assert abs(missed[1, 0] + weight @ (u * S) / 2 - 0.25) <= 8 * ROUND_OFF
+    if n >= 28:
+        assert np.abs(missed).max() <= 64 * ROUND_OFF
+
+
+def test_every_choice_of_a_tolerance_is_the_arc_of_so_many_nodes():
+    """Notices: a level that begins at another's place, errors of other nodes."""
+    made = arc.make_arc(1e-9)
+    assert made.levels == len(arc.CHOICES)
+    for level, (n, errors) in enumerate(arc.CHOICES.items()):
+        row = impact.LEVELS + impact.LEVEL * level
+        assert tuple(made.table[[row + impact.ERROR, row + impact.HALF_ERROR]]) == errors
+        for part in (impact.WHOLE, impact.HALF):
+            nodes = impact.nodes_of(made, level, part)
+            assert nodes.n == n
+            long = (impact.MATRIX + n) * nodes.m + 4 * impact.MISSED
+            rows, missed = rows_of(n, part)
+            found = nodes.w[nodes.at : nodes.at + long]
+            end = (impact.MATRIX + n) * nodes.m
+            np.testing.assert_array_equal(found[:end].reshape(-1, nodes.m)[:, :n], rows)
+            np.testing.assert_allclose(found[end:], missed.ravel(), rtol=0, atol=64 * ROUND_OFF)
+
+
+def test_what_an_arc_takes():
+    for n in (1, 61, 0, -3):
+        with pytest.raises(ValueError, match=f"nodes = {n}: an arc takes 2 to 60 colloc"):
+            arc.make_arc(nodes=n)
+    assert arc.make_arc(1e-9).tolerance == arc.make_arc().tolerance == 1e-9
+    assert arc.make_arc(1e-6).settled == 1e-6 * impact.SETTLED
+    one, other = arc.make_arc(1e-6), arc.make_arc(1e-6)
+    assert one.table is not other.table  # scratch of its own
+    np.testing.assert_array_equal(one.table, other.table)
 
 
 def test_sums_have_an_order():

@@ -19,6 +19,7 @@ import pytest
 from support import FULL, system_of
 from twin import lanes_of, model_of
 
+from nlds_vines.orbits.settings import SHARE
 from nlds_vines.orbits.simulation import simulate
 
 KINDS = ("none", "tmd", "ssul", "ssbl", "ssvi-b", "ssvi-c")
@@ -190,21 +191,29 @@ def twin_of(cases, orbits):
     return seen, sizes[::PERIODS]
 
 
+def crowds(contacts, period):
+    """Return by period what its contacts may take of the tolerance together, 1 at least."""
+    touches = contacts[:, 1][~np.isnan(contacts[:, 1])]
+    count = np.histogram(touches, np.arange(PERIODS + 1) * period)[0] + 1
+    return np.maximum(1.0, SHARE * count)
+
+
 def errors_of(case, orbit, seen, scale):
     """Return the errors of one orbit by name of `BOUNDS`, or what differs in words."""
     width = orbit.section.shape[1]
     length, speed = scale[0], scale[1]
     states = np.abs(orbit.section - seen.ends[:, :width]) / scale[:width]
-    found = {"state": (states.max(1) / seen.growth).max()}
+    crowd = crowds(seen.contacts, 2 * np.pi / case.numbers["omega"])
+    found = {"state": (states.max(1) / seen.growth / crowd).max()}
     known = seen.contacts[np.isfinite(seen.contacts[:, 5]), 5]
-    worst = max(seen.growth.max(), known.max(initial=1.0))
+    worst = max(seen.growth.max(), known.max(initial=1.0)) * crowd.max()
     E = seen.energies
     found["energy"] = abs(orbit.E1max / E[0] - 1) / worst
     if case.kind != "none":
         found["energy"] = max(found["energy"], abs(orbit.E2max / E[1] - 1) / worst)
     if case.kind in ("none", "tmd"):
         return found
-    if worst > CHAOTIC:
+    if worst > CHAOTIC * crowd.max():
         return TOO_SENSITIVE
     limited = case.kind.startswith("ssvi")
     hits = seen.contacts[seen.contacts[:, 0] == 1] if limited else seen.contacts
@@ -219,6 +228,7 @@ def errors_of(case, orbit, seen, scale):
         return "another contact under way at the end"
     if len(hits):
         _, touch, release, w, depth, g = hits.T
+        g = g * crowd.max()
         places = np.fmax(np.abs(rows["touch"] - touch), np.abs(rows["release"] - release))
         found["touch"] = (places * w / length / g).max()
         found["speed"] = (np.abs(rows["speed"] ** 2 - w**2) / speed**2 / g).max()
@@ -235,6 +245,7 @@ def errors_of(case, orbit, seen, scale):
             return f"{violation.number} violations for {len(beyond)}"
         if len(beyond):
             _, time, _, w, _, g = beyond[0]
+            g *= crowd.max()
             found["limit"] = max(
                 abs(violation.time - time) * w / length / g,
                 abs(violation.depth - beyond[:, 4].max()) / length / worst,

@@ -12,15 +12,25 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.orbits import settings
 from nlds_vines.orbits.labels import KEPT
-from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.settings import MOST_NODES, TOLERANCE, Settings
 from nlds_vines.orbits.simulation import start_state
 
-STEEL = "ssul-set6-steel"  # whose impacts are so short that 12 nodes leave round-off alone
+
+def given(nodes):
+    """Return what an expert may set."""
+    return Settings(nodes=nodes, contact_steps=28.0)
+
+
+STEEL = "ssul-set6-steel"  # whose impacts are so short that 8 nodes leave round-off alone
+SSBL = "ssbl-omega6.05"
 SSUL = ("ssul-set6", "ssul-set6-omega7.45", STEEL)
 CASES = [
-    *((name, "exact", Settings(nodes, 28.0)) for name in SSUL[:2] for nodes in (6, 8, 10, 12)),
-    *((STEEL, "exact", Settings(nodes, 28.0)) for nodes in (4, 6, 8, 10)),
-    *(("ssbl-omega6.05", "exact", Settings(nodes, 28.0)) for nodes in (6, 8, 10, 12)),
+    *((name, "exact", Settings(10.0**-k)) for name in SSUL[:1] for k in (3, 5, 6, 7, 8)),
+    *((SSUL[1], "exact", Settings(10.0**-k)) for k in (3, 5, 6, 7)),
+    *((SSBL, "exact", Settings(10.0**-k)) for k in (3, 5, 6, 7, 8, 9)),
+    *((name, "exact", given(nodes)) for name in SSUL[:2] for nodes in (4, 6, 8, 10)),
+    *((STEEL, "exact", given(nodes)) for nodes in (2, 3, 4, 6)),
+    *((SSBL, "exact", given(nodes)) for nodes in (6, 8, 10, 12)),
     *((name, "rk4", Settings.rk4(float(n))) for name in SSUL for n in (128, 256, 512, 1024)),
 ]
 ROUND_OFF = 1e-12  # of a period; below it round-off has its share
@@ -66,15 +76,40 @@ def test_the_estimate_is_the_true_error_of_a_period(name, method, settings):
     assert_honest(*true_and_estimated(name, method, settings))
 
 
+SMALL = [(name, k) for name in (*SSUL, SSBL) for k in (8, 9, 10, 12, 13)]
+
+
+@pytest.mark.parametrize(("name", "k"), SMALL)
+def test_a_small_estimate_is_never_far_below_the_true_error(name, k):
+    """Whatever can be seen of it. Notices: refined runs with the same nodes inside an impact."""
+    true, estimated = true_and_estimated(name, "exact", Settings(10.0**-k))
+    assert (estimated >= true / 3 - ROUND_OFF).all()
+    assert (estimated <= true * FACTOR + ROUND_OFF).all()
+
+
+@pytest.mark.parametrize("k", [3, 6, 9, 12, 13])
+@pytest.mark.parametrize("name", [*SSUL, SSBL])
+def test_a_period_errs_by_less_than_the_tolerance_times_growth(name, k):
+    """And two tolerances by less than both together, as the coarser of them says."""
+    true, _ = true_and_estimated(name, "exact", Settings(10.0**-k))
+    growth = references()[name].growth
+    one_period = np.maximum(1.0, growth[1:] / growth[:-1])
+    assert (true <= 10.0**-k * one_period + ROUND_OFF).all()
+
+
 def test_an_estimate_by_settings_that_are_not_finer_is_caught(monkeypatch):
     monkeypatch.setattr(Settings, "refined", lambda self, method: self)
     with pytest.raises(AssertionError):
-        assert_honest(*true_and_estimated("ssul-set6", "exact", Settings(8, 28.0)))
+        assert_honest(*true_and_estimated("ssul-set6", "exact", Settings(1e-6)))
 
 
 def test_refined_settings_are_those_the_documentation_names():
-    assert Settings.of("exact").refined("exact") == Settings(16, 40.0)
-    assert Settings.of("rk4").refined("rk4") == Settings(12, 256.0, 1024.0)
+    assert Settings.of("exact").refined("exact") == Settings(TOLERANCE / 100, nodes=24)
+    assert Settings.of("exact", 1e-6).refined("exact") == Settings(1e-6 / 100, nodes=24)
+    assert given(12).refined("exact") == Settings(TOLERANCE / 100, 24, 40.0)
+    assert given(30).refined("exact") == Settings(TOLERANCE / 100, 34, 40.0)
+    assert given(58).refined("exact").nodes == MOST_NODES
+    assert Settings.of("rk4").refined("rk4") == Settings.rk4(1024.0)
 
 
 # ---- labels under refinement ---------------------------------------------------------------------

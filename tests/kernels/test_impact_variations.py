@@ -1,0 +1,172 @@
+"""Variations through a short impact: as good as the impact, linear, and of a known determinant."""
+
+import os
+import subprocess
+import sys
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from support import REPO, Approach, contact_parts, references
+
+from nlds_vines.kernels.codes import RELEASED
+from nlds_vines.kernels.contact import Steps, contact
+from nlds_vines.kernels.flight import rate_of
+from nlds_vines.kernels.impact import short_impact
+from nlds_vines.kernels.impact_variations import vary
+from nlds_vines.kernels.runge_kutta import SCRATCH
+from nlds_vines.orbits.hertz_arc import make_arc
+
+SET6 = references()["ssul-set6"].numbers
+APPROACH = Approach(speed=1.3, x1=0.011, v1=0.2, phase=1.0)
+UNIT = np.eye(4).ravel()
+
+
+class Impact(NamedTuple):
+    """What variations need of an impact: its parts, its touch, and the bound of rates."""
+
+    parts: tuple
+    approach: Approach
+
+    @property
+    def rate(self):
+        return rate_of(*self.parts[:2])
+
+    @property
+    def phase(self):
+        return np.cos(self.approach.phase), np.sin(self.approach.phase)
+
+    def solve(self, arc, impacts=None):
+        """Return (solved, s, x1, v1, duration, depth)."""
+        a = self.approach
+        return short_impact(
+            *self.parts, arc, impacts, self.rate, *self.phase, 0.0, a.speed, a.x1, a.v1
+        )
+
+    def carried(self, arc, tangent=UNIT, impacts=None):
+        """Return the variations (16,) at the release."""
+        solved, s, x1, v1, took, _ = self.solve(arc, impacts)
+        assert solved
+        a, found = self.approach, tangent.copy()
+        vary(
+            *self.parts, arc, self.rate, self.phase, (a.speed, a.x1, a.v1), (s, x1, v1, took),
+            found,
+        )  # fmt: skip
+        return found
+
+    def stepped(self, steps):
+        """Return the unit variations at the release, by Runge-Kutta steps, and its duration."""
+        a, found = self.approach, UNIT.copy()
+        event, _, _, _, _, took, _ = contact(
+            None, *self.parts, 1.0, None, None, None, found, Steps(steps, np.inf), self.rate,
+            *self.phase, 0.0, a.speed, a.x1, a.v1, 1.0e3, np.zeros(SCRATCH),
+        )  # fmt: skip
+        assert event == RELEASED
+        return found, took
+
+    def matrix(self, tangent):
+        """Return the matrix of variations with displacements in units of velocity by `rate`."""
+        scales = np.array([self.rate, 1.0, self.rate, 1.0])
+        return tangent.reshape(4, 4).T * scales[:, np.newaxis] / scales
+
+    def error(self, arc, steps=100.0):
+        """Return the largest error of the matrix, relative to its largest entry."""
+        exact = self.matrix(self.stepped(steps)[0])
+        return np.abs(self.matrix(self.carried(arc)) - exact).max() / np.abs(exact).max()
+
+
+def one(**changes):
+    return Impact(contact_parts(**{**SET6, "near": SET6["C"], **changes}), APPROACH)
+
+
+def random_impacts(count, arc, seed=5):
+    """Return impacts with everything varied, dashpots above all, that are short."""
+    rng, found = np.random.default_rng(seed), []
+    while len(found) < count:
+        changes = {k: SET6[k] * 10 ** rng.uniform(-1, 1) for k in ("m1", "k1", "c1", "m2", "k2")}
+        changes["c2"] = SET6["c2"] * 10 ** rng.uniform(-1, 2)
+        changes["K"] = 10 ** rng.uniform(5, 12)
+        speed, phase = 10 ** rng.uniform(-2, 1), rng.uniform(0, 6)
+        approach = Approach(speed, *rng.normal(0, (0.05, 0.3)), phase)
+        impact = one(**changes)._replace(approach=approach)
+        if impact.solve(arc)[0]:
+            found.append(impact)
+    return found
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_variations_err_by_the_tolerance(tolerance):
+    """Against a hundred steps; at most a few times, as errors of an impact's ends do."""
+    arc = make_arc(tolerance)
+    errors = [impact.error(arc) for impact in random_impacts(80, arc)]
+    assert max(errors) <= 5 * tolerance
+    assert np.median(errors) <= 0.2 * tolerance
+
+
+def test_the_determinant_is_known_beforehand():
+    """The divergence of the flow is constant; the contact does not add to it."""
+    arc = make_arc()
+    for impact in random_impacts(40, arc, seed=6):
+        ps, damper, _ = impact.parts
+        matrix = impact.carried(arc).reshape(4, 4)
+        trace = -(ps.damping + damper.c2 * damper.inv_mu)
+        known = np.exp(trace * impact.solve(arc)[4])
+        assert np.linalg.det(impact.matrix(matrix)) == pytest.approx(known, rel=1e-8)
+
+
+def test_variations_are_linear():
+    """A sum goes where the sum of both goes, to the tolerance; sizes do not matter."""
+    arc, impact, rng = make_arc(), one(), np.random.default_rng(2)
+    matrix = impact.carried(arc).reshape(4, 4)
+    for size in (1e-12, 1.0, 1e12):
+        tangent = size * rng.normal(size=(4, 4))
+        found = impact.carried(arc, tangent.ravel()).reshape(4, 4)
+        np.testing.assert_allclose(found, tangent @ matrix, rtol=0, atol=1e-8 * size)
+
+
+def test_some_variations_may_be_zero():
+    """As those of a scene of fewer numbers are; the others do not notice."""
+    arc, impact = make_arc(), one()
+    tangent = UNIT.copy()
+    tangent[4:] = 0.0
+    found = impact.carried(arc, tangent)
+    assert (found[4:] == 0.0).all()
+    np.testing.assert_allclose(found[:4], impact.carried(arc)[:4], rtol=0, atol=1e-9)
+
+
+def test_a_variation_that_is_no_number_stays_none():
+    tangent = UNIT.copy()
+    tangent[5] = np.nan
+    found = one().carried(make_arc(), tangent)
+    assert np.isnan(found[4:8]).any()
+    assert np.isfinite(found[:4]).all()
+
+
+def test_the_depth_leaves_the_nodes_of_the_whole_impact():
+    """Variations are the same, to the last bit, whether the depth is wanted or not."""
+    arc = make_arc()
+    np.testing.assert_array_equal(one().carried(arc, impacts=True), one().carried(arc))
+
+
+@pytest.mark.parametrize("nodes", [6, 7, 9])
+def test_numbers_of_nodes_that_are_no_fours(nodes):
+    arc, few = make_arc(nodes=nodes), make_arc(nodes=nodes - 3)
+    assert one().error(arc) <= 0.1 * one().error(few)
+
+
+PRINT = """
+from test_impact_variations import *
+for impact in random_impacts(6, make_arc()):
+    print(*(x.hex() for x in impact.carried(make_arc()).tolist()))
+"""
+
+
+def test_the_same_bits_without_compiling():
+    found = []
+    for disabled in ("0", "1"):
+        paths = os.pathsep.join([str(REPO), str(REPO / "tests"), str(REPO / "tests" / "kernels")])
+        environment = {**os.environ, "NUMBA_DISABLE_JIT": disabled, "PYTHONPATH": paths}
+        command = [sys.executable, "-W", "ignore", "-c", PRINT]
+        found.append(subprocess.run(command, env=environment, capture_output=True, check=True))
+    assert found[0].stdout == found[1].stdout
+    assert len(found[0].stdout.split()) == 6 * 16

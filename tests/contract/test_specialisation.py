@@ -19,7 +19,7 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import lanes
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Outputs
-from nlds_vines.orbits.settings import TOLERANCE, Settings
+from nlds_vines.orbits.settings import Settings
 
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}
 """Modules of kernels that only a scene with a wall needs."""
@@ -257,7 +257,13 @@ def test_an_error_that_was_not_asked_for_costs_nothing(monkeypatch):
     tolerances, steps = (
         [f(run) for run in (plain, asked, refined, retraced)] for f in (tolerance_of, steps_of)
     )
-    assert tolerances[0] == tolerances[1] == TOLERANCE > tolerances[2] == tolerances[3]
+    assert (
+        tolerances[0]
+        == tolerances[1]
+        == Settings().contact_tolerance
+        > tolerances[2]
+        == tolerances[3]
+    )
     assert steps[0] == steps[1] == Settings().steps < steps[2] == steps[3]
 
 

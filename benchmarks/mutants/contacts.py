@@ -6,6 +6,9 @@ from benchmarks.mutants.mutant import of
 
 _T_VARIATIONS = "tests/kernels/test_variations.py::"
 _T_THROUGH = "tests/kernels/test_impact_variations.py::"
+_T_IMPACT = "tests/kernels/test_impact.py::"
+_T_IMPACT_ERROR = "tests/kernels/test_impact_error.py::"
+_PLAIN_INSIDE = "tests/kernels/plain_inside.py::"
 _T_ORDER = "tests/reference/test_order.py::"
 _T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
@@ -72,15 +75,84 @@ MUTANTS = (
         "nlds_vines/kernels/impact.py",
         (
             "impact: the common motion feels no force",
-            "v * dt, (1.0 - damper.share) * push * dt\n",
-            "v * dt, 0.0 * push * dt\n",
-            _T_ORDER + "test_short_impact_converges_geometrically_to_the_stepped_contact",
+            "return b, 0.5 * S_u * a * b * per, dt, v * dt, (1.0 - damper.share) * push * dt",
+            "return b, 0.5 * S_u * a * b * per, dt, v * dt, 0.0 * push * dt",
+            _T_IMPACT + "test_a_short_impact_errs_by_less_than_the_tolerance[1e-09]",
         ),
         (
             "impact: the depth is that of the free arc",
             "    deep = approach.b * ratio\n",
             "    deep = approach.b\n",
-            _T_ORDER + "test_short_impact_converges_geometrically_to_the_stepped_contact",
+            _T_IMPACT + "test_depth_with_few_nodes_is_no_worse_than_speed[8]",
+        ),
+        (
+            "impact: what the nodes miss is left out",
+            "ratio, time = 1.0 + (sum_of(sb) + number_of(more, 0)), sum_of(st) + late",
+            "ratio, time = 1.0 + sum_of(sb), sum_of(st) + late",
+            _T_IMPACT_ERROR + "test_the_estimate_is_never_below_a_third_of_the_error[12-300]",
+        ),
+        (
+            "impact: whatever the nodes find is believed",
+            "        if settled and found[4] <= arc.tolerance:",
+            "        if settled:",
+            _T_IMPACT_ERROR + "test_a_wrong_estimate_is_caught",
+        ),
+        (
+            "impact: one sweep is enough",
+            "* shrinks * max(shrinks, BY_TIME) <= arc.settled:",
+            "* 0.0 <= arc.settled:",
+            _T_IMPACT_ERROR + "test_error_at_most_the_tolerance[300]",
+        ),
+        (
+            "impact: the fewest nodes are enough",
+            "        if arc.table[LEVELS + LEVEL * level + error] * scale <= arc.tolerance:",
+            "        if scale <= 1.0:",
+            _T_IMPACT + "test_the_nodes_are_the_fewest_that_the_tolerance_allows",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/inside.py",
+        (
+            "inside: backward in time, dashpots take as they do forward",
+            "damper.m2, damper.k2, -damper.c2, damper.inv_m1,",
+            "damper.m2, damper.k2, damper.c2, damper.inv_m1,",
+            _PLAIN_INSIDE + "test_backward_in_time_an_impact_is_an_impact",
+        ),
+        (
+            "inside: the structure's dashpot takes backward in time",
+            "Structure(ps.m1, ps.k1, ps.stiffness, -ps.damping, ps.force, ps.omega)",
+            "Structure(ps.m1, ps.k1, ps.stiffness, ps.damping, ps.force, ps.omega)",
+            _PLAIN_INSIDE + "test_backward_in_time_an_impact_is_an_impact",
+        ),
+        (
+            "inside: no peak precedes the release",
+            "            found |= 4 << body\n",
+            "            found |= 0\n",
+            _PLAIN_INSIDE + "test_the_largest_energies_are_those_of_small_steps",
+        ),
+        (
+            "inside: no peak follows the touch",
+            "            found |= 1 << body\n",
+            "            found |= 0\n",
+            _PLAIN_INSIDE + "test_the_largest_energies_are_those_of_small_steps",
+        ),
+        (
+            "inside: a peak may be at any time of the impact",
+            "    if span[0] <= time <= span[1]:",
+            "    if time >= 0.0:",
+            _PLAIN_INSIDE + "test_only_what_lasts_is_looked_at",
+        ),
+        (
+            "inside: every impact is looked at anew",
+            "    if not apart <= SAME * min(arc.tolerance, 1.0):",
+            "    if apart <= math.inf:",
+            _PLAIN_INSIDE + "test_a_record_out_of_reach_is_not_looked_for",
+        ),
+        (
+            "inside: S is read off where it is steep",
+            "    if u5 < SLOPING:",
+            "    if u5 > SLOPING:",
+            _PLAIN_INSIDE + "test_the_state_at_any_time[1e-12]",
         ),
     ),
     *of(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from benchmarks.mutants.mutant import of
 
+_PLAIN_INSIDE = "tests/kernels/plain_inside.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 _T_ENERGIES = "tests/reference/test_energies.py::"
 _T_POOL = "tests/runs/test_pool.py::"
@@ -89,16 +90,16 @@ MUTANTS = (
             _PLAIN_ORBIT + "test_a_state_beyond_a_wall_is_inside_a_contact",
         ),
         (
-            "orbit: no peak of an energy hides in a short impact",
-            "        if top + 2.0 * gain * duration > energy[body]:\n            return True",
-            "        if top > energy[body]:\n            return True",
-            _PLAIN_ORBIT + "test_an_impact_hides_a_peak_only_where_its_forces_could_raise_one",
+            "orbit: a short impact goes on where a section cut it, as if it had not begun",
+            "    k[rk.AHEAD + 1] = elapsed\n",
+            "",
+            _PLAIN_INSIDE + "test_samples_inside_impacts_are_states_of_the_orbit[64]",
         ),
         (
-            "orbit: a short impact may end behind the section",
-            "solved = solved and took <= left",
-            "solved = solved and left > 0.0",
-            _PLAIN_METHODS + "test_samples_within_impacts_change_no_section",
+            "orbit: a section inside a short impact ends it",
+            "    if remains > left:\n",
+            "    if remains > left + 1.0:\n",
+            _PLAIN_INSIDE + "test_samples_inside_impacts_are_states_of_the_orbit[64]",
         ),
         (
             "orbit: times count from the end of the transient",

@@ -297,8 +297,8 @@ def integrate(nodes, approach):
 
 
 @jit
-def settle(ps, damper, wall, arc, nodes, approach):
-    """Sweep until the unknowns at the nodes settle; tell whether they do.
+def settle(ps, damper, wall, nodes, approach, tolerance):
+    """Sweep until the unknowns at the nodes settle to a tolerance; tell whether they do.
 
     The next sweep changes the unknowns by at most `shrinks` times the last change, b by its small
     numbers and the common motion by its own rates times the duration; and integrals over the whole
@@ -310,7 +310,7 @@ def settle(ps, damper, wall, arc, nodes, approach):
     first_guess(ps, damper, nodes, approach)
     for _ in range(MOST_SWEEPS):
         all_slopes(ps, damper, wall, nodes, approach)
-        if integrate(nodes, approach) * shrinks * max(shrinks, BY_TIME) <= arc.settled:
+        if integrate(nodes, approach) * shrinks * max(shrinks, BY_TIME) <= tolerance:
             return True
     return False
 
@@ -406,7 +406,7 @@ def solve_arc(ps, damper, wall, arc, part, error, approach):
     for level in range(level_for(arc, error, approach.size), arc.levels):
         nodes = nodes_of(arc, level, part)
         arc.table[USED] = level
-        settled = settle(ps, damper, wall, arc, nodes, approach)
+        settled = settle(ps, damper, wall, nodes, approach, arc.settled)
         found = at_end(ps, damper, wall, nodes, approach)
         if settled and found[4] <= arc.tolerance:
             return True, found[0], found[1], found[2], found[3]

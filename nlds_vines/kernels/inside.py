@@ -60,6 +60,9 @@ ROOT_STEPS = 40  # of the search for a place: it needs some six
 ROUND_OFF = 4.0e-16  # relative, of a time
 BEYOND = 1.1  # place up to which the polynomials hold: a little behind the deepest point
 PRECISE = 1.0e-7  # error of the place of a peak: its height errs by the square
+SETTLED = (
+    0.1  # what sweeps may leave, in units of what those of an impact may: nodes keep all of it
+)
 SAME = 1.0e-3  # change of an impact in units of the tolerance with which it is the same
 RISE = 2.0  # largest power of the other forces in an impact, in units of that at its ends
 
@@ -130,7 +133,7 @@ def half_impact(ps, damper, wall, arc, phase, state):
     c, d = phase
     nodes = nodes_of(arc, arc.inside, int(HALF))
     approach = approach_of(ps, damper, wall, s, x1, v1, c, d)
-    settle(ps, damper, wall, arc, nodes, approach)
+    settle(ps, damper, wall, nodes, approach, SETTLED * arc.settled)
     ratio, time, x, v, _ = at_end(ps, damper, wall, nodes, approach)
     w, n = nodes.w, nodes.n
     # the ends of the rows: what follows node n - 1 is the deepest point
@@ -319,25 +322,25 @@ def note_peaks_of(half, energy, body, span):
 
 
 @jit
-def peaks_in_doubt(ps, damper, wall, energy, c, touch, release, took):
+def peaks_in_doubt(ps, damper, wall, energy, before, after, ahead):
     """Return in which half of an impact which energy may peak above the largest so far.
 
-    Bit body + 2 half. touch, release: (s, x1, v1); c: cos of the phase at touch. The contact's
-    force alone makes an energy dip, and the other forces hardly change: a peak follows the touch if
-    their power is positive there, and precedes the release if it is negative there, unless they or
-    the velocity change sign in between. The rise above the end is at most RISE times their power
-    times the time.
+    Bit body + 2 half. before, after: cos of the phase at touch and at release. The contact's force
+    alone makes an energy dip, and the other forces hardly change: a peak follows the touch if their
+    power is positive there, and precedes the release if it is negative there, unless they or the
+    velocity change sign in between. The rise above the end is at most RISE times their power times
+    the time.
     """
-    s, x, v = touch
-    before = powers_of(ps, damper, x, v, wall.gap, s, c, 0.0)
+    s, x, v = ahead.touch
+    took, at_touch = ahead.took, powers_of(ps, damper, x, v, wall.gap, s, before, 0.0)
     e0 = energies_of(ps, damper, x, v, wall.gap, s)
-    s, x, v = release
-    after = powers_of(ps, damper, x, v, wall.gap, s, c, 0.0)
+    s, x, v = ahead.release
+    at_release = powers_of(ps, damper, x, v, wall.gap, s, after, 0.0)
     e1 = energies_of(ps, damper, x, v, wall.gap, s)
     found = 0
     for body in range(2):
-        v0, n0 = before[2 * body], before[2 * body + 1]
-        v1, n1 = after[2 * body], after[2 * body + 1]
+        v0, n0 = at_touch[2 * body], at_touch[2 * body + 1]
+        v1, n1 = at_release[2 * body], at_release[2 * body + 1]
         p0, p1 = v0 * n0, v1 * n1
         rise = RISE * max(abs(p0), abs(p1)) * took
         turn = max(abs(n0), abs(n1)) * took / (ps.m1 if body == 0 else damper.m2)
@@ -407,7 +410,8 @@ def note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting):
     """
     # hot: once per impact
     c, d = phase
-    doubt = peaks_in_doubt(ps, damper, wall, energy, c, ahead.touch, ahead.release, ahead.took)
+    cosine, sine = rotated(c, d, ps.omega * ahead.took)
+    doubt = peaks_in_doubt(ps, damper, wall, energy, c, cosine, ahead)
     since, until = ahead.elapsed, ahead.elapsed + lasting
     if until >= ahead.took:
         until = math.inf
@@ -415,10 +419,7 @@ def note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting):
         span = since, until
         note_half(ps, damper, wall, arc, energy, 0, rate, phase, ahead.touch, doubt & 3, span)
     if doubt & 12:
-        c, d = rotated(c, d, ps.omega * ahead.took)
+        phase, (s, x1, v1) = (cosine, -sine), ahead.release
         back, pushing = backward(ps, damper)
-        s, x1, v1 = ahead.release
         span = ahead.took - until, ahead.took - since if since > 0.0 else math.inf
-        note_half(
-            back, pushing, wall, arc, energy, 1, rate, (c, -d), (-s, x1, -v1), doubt >> 2, span
-        )
+        note_half(back, pushing, wall, arc, energy, 1, rate, phase, (-s, x1, -v1), doubt >> 2, span)

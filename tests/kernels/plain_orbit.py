@@ -24,8 +24,8 @@ from nlds_vines.kernels.codes import (
 )
 from nlds_vines.kernels.exact import fly
 from nlds_vines.kernels.flight import cells_of, grid_of
-from nlds_vines.kernels.observe import energies, note_speed
-from nlds_vines.kernels.orbit import HUGE, SIZE, bounded, may_hide_a_peak, set_mode
+from nlds_vines.kernels.observe import note_speed
+from nlds_vines.kernels.orbit import HUGE, SIZE, bounded, set_mode
 from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.scenes import SCENES
@@ -105,33 +105,6 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
     user = [y[0], y[1], y[0] - y[2], y[1] - y[3], math.cos(angle), math.sin(angle)]
     x1, v1, x2, v2, *_ = expm(linear_flow(system.parameters) * (5 * grid.h - place)) @ user
     np.testing.assert_allclose(found, [x1, v1, x1 - x2, v1 - v2], rtol=0, atol=1e-12)
-
-
-# ---- short impacts -------------------------------------------------------------------------------
-
-
-def test_an_impact_hides_a_peak_only_where_its_forces_could_raise_one():
-    """They have a duration's time; a record that is far above is out of reach."""
-    cell = cell_of(load_system("ssul-set6"))
-    ps, damper, wall = structure_of(cell), damper_in(cell), wall_at(cell.near, cell)
-    before, after, took = (0.01, 0.4, 1.5), (0.012, -0.2, -1.4), 0.02
-    tops = np.max(
-        [energies(ps, damper, y[0], y[1], wall.gap, y[2]) for y in (before, after)], axis=0
-    )
-
-    def hides(*energy):
-        noted = np.array(energy)
-        return may_hide_a_peak(ps, damper, wall, noted, 1.0, 0.0, before, after, took)
-
-    assert not hides(100 * tops[0], 100 * tops[1])
-    for body in range(2):
-        for share, hidden in ((0.9, True), (1.0 + 1e-9, True), (100.0, False)):
-            energy = 100 * tops
-            energy[body] = share * tops[body]
-            assert hides(*energy) == hidden
-    assert not may_hide_a_peak(
-        ps, damper, wall, tops * (1 + 1e-9), 1.0, 0.0, before, after, 0.0
-    )  # no time, no peak
 
 
 # ---- beginnings ----------------------------------------------------------------------------------

@@ -137,7 +137,7 @@ def guess_error(changes, row, unit):
     nodes = nodes_of(arc, 0, impact.WHOLE)
     first_guess(ps, damper, nodes, approach)
     guess = arc.table[row : row + 24].copy()
-    assert settle(ps, damper, wall, arc, nodes, approach)
+    assert settle(ps, damper, wall, nodes, approach, arc.settled)
     return np.abs(arc.table[row : row + 24] - guess).max() / getattr(approach, unit)
 
 

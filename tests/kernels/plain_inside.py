@@ -1,0 +1,172 @@
+"""Inside a short impact: states and energies read off its solution, beside small steps."""
+
+import math
+
+import numpy as np
+import pytest
+from support import contact_parts, references
+
+from nlds_vines.kernels import inside
+from nlds_vines.kernels import runge_kutta as rk
+from nlds_vines.kernels.codes import RELEASED, STOPPED
+from nlds_vines.kernels.contact import Steps, contact
+from nlds_vines.kernels.flight import rate_of
+from nlds_vines.kernels.impact import short_impact
+from nlds_vines.kernels.observe import energies
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.orbits.hertz_arc import make_arc
+from nlds_vines.orbits.simulation import simulate
+
+SET6 = references()["ssul-set6"].numbers
+PARTS = contact_parts(**{**SET6, "near": SET6["C"]})
+TOUCH = 1.3, 0.011, 0.2  # s, x1, v1
+PHASE = math.cos(1.0), math.sin(1.0)
+FINE = Steps(120.0, math.inf)
+
+
+def stepped(time, energy=None, touch=TOUCH, phase=PHASE, parts=PARTS):
+    """Return (event, q, s, x1, v1) of an impact a `time` after its touch, by small steps."""
+    ps, damper, wall = parts
+    return contact(
+        None, ps, damper, wall, 1.0, None, energy, None, None, FINE, rate_of(ps, damper), *phase,
+        0.0, *touch, time, np.zeros(rk.SCRATCH),
+    )[:5]  # fmt: skip
+
+
+def ahead_of(arc, touch=TOUCH, phase=PHASE, parts=PARTS):
+    """Return what is ahead of an orbit at touch."""
+    ps, damper, wall = parts
+    s, x1, v1 = touch
+    solved, out, a1, b1, took, _ = short_impact(
+        ps, damper, wall, arc, None, rate_of(ps, damper), *phase, 0.0, s, x1, v1
+    )
+    assert solved
+    return inside.Ahead(took, 0.0, 0.0, touch, (out, a1, b1))
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_the_state_at_any_time(tolerance):
+    """Notices: the half from release taken forward in time; too few nodes."""
+    arc = make_arc(tolerance)
+    ahead = ahead_of(arc)
+    for share in (1e-6, 0.01, 0.2, 0.4, 0.499, 0.501, 0.6, 0.9, 0.999):
+        time = share * ahead.took
+        event, q, s, x1, v1 = stepped(time)
+        assert event == STOPPED
+        found = np.array(inside.state_inside(*PARTS, arc, PHASE, ahead, time))
+        scales = math.sqrt(TOUCH[0] * ahead.took), TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
+        assert (np.abs(found - (q, s, x1, v1)) / scales).max() <= tolerance + 1e-13
+
+
+def test_the_ends_and_the_nodes_are_what_they_are():
+    arc = make_arc(1e-9)
+    ahead = ahead_of(arc)
+    half = inside.half_impact(*PARTS, arc, PHASE, TOUCH)
+    q, s, x1, v1 = inside.state_at(PARTS[2], half, 0.0)
+    assert q == 0.0
+    np.testing.assert_allclose((s, x1, v1), TOUCH, rtol=2e-15)
+    at_end = inside.state_inside(*PARTS, arc, PHASE, ahead, ahead.took)
+    np.testing.assert_allclose(at_end, (0.0, *ahead.release), rtol=0, atol=1e-13)
+
+
+def test_backward_in_time_an_impact_is_an_impact():
+    """From its release it leads to its touch. Notices: a dashpot that still takes."""
+    arc = make_arc(1e-12)
+    ahead = ahead_of(arc)
+    ps, damper = inside.backward(*PARTS[:2])
+    angle = 1.0 + ps.omega * ahead.took
+    s, x1, v1 = ahead.release
+    back = ahead_of(arc, (-s, x1, -v1), (math.cos(angle), -math.sin(angle)), (ps, damper, PARTS[2]))
+    assert abs(back.took / ahead.took - 1) < 1e-12
+    s, x1, v1 = back.release
+    np.testing.assert_allclose((-s, x1, -v1), TOUCH, rtol=1e-12)
+
+
+def drawn(count, seed=3):
+    """Return random impacts (touch, phase, parts) around those of Set 6."""
+    rng = np.random.default_rng(seed)
+    while count:
+        changes = {name: SET6[name] * 10 ** rng.uniform(-1, 1) for name in ("c1", "c2", "P", "k2")}
+        parts = contact_parts(
+            **{**SET6, "near": SET6["C"], "K": 10 ** rng.uniform(7, 10), **changes}
+        )
+        angle = rng.uniform(0, 6.28)
+        phase, touch = (math.cos(angle), math.sin(angle)), (
+            10 ** rng.uniform(-2, 0.5), rng.normal(0, 0.02), rng.normal(0, 0.3),
+        )  # fmt: skip
+        rate = rate_of(*parts[:2])
+        if short_impact(*parts, make_arc(), None, rate, *phase, 0.0, *touch)[0]:
+            count -= 1
+            yield touch, phase, parts
+
+
+def test_the_largest_energies_are_those_of_small_steps():
+    """Notices: a half that is not looked at, an energy's power with the wrong sign."""
+    arc, between = make_arc(1e-9), 0
+    for touch, phase, parts in drawn(150):
+        ps, damper, wall = parts
+        ahead = ahead_of(arc, touch, phase, parts)
+        ends = np.array(
+            [energies(ps, damper, y[1], y[2], wall.gap, y[0]) for y in (touch, ahead.release)]
+        )
+        start = ends.max(axis=0)
+        true, found = start.copy(), start.copy()
+        assert stepped(1.0, true, touch, phase, parts)[0] == RELEASED
+        rate = rate_of(ps, damper)
+        inside.note_inside(*parts, arc, found, rate, phase, ahead, ahead.took)
+        # of the impact's own part in an energy: v1 and x1 are good to the tolerance of its speed
+        own = ps.m1 * touch[0] * max(abs(touch[2]), abs(ahead.release[2]))
+        assert (np.abs(found - true) <= 1e-9 * (true + own)).all()
+        between += (true > start * (1 + 1e-12)).sum()
+    assert between > 25
+
+
+def test_only_what_lasts_is_looked_at():
+    """Up to a time and from there on: together the largest of all. Notices: a span turned round."""
+    arc = make_arc(1e-9)
+    for touch, phase, parts in drawn(30, seed=4):
+        ps, damper, wall = parts
+        rate, whole = rate_of(*parts[:2]), np.zeros(2)
+        ahead = ahead_of(arc, touch, phase, parts)
+        inside.note_inside(*parts, arc, whole, rate, phase, ahead, ahead.took)
+        for share in (0.02, 0.5, 0.98):
+            pieces, moment = np.zeros((2, 2)), share * ahead.took
+            inside.note_inside(*parts, arc, pieces[0], rate, phase, ahead, moment)
+            later = ahead._replace(elapsed=moment)
+            inside.note_inside(*parts, arc, pieces[1], rate, phase, later, ahead.took - moment)
+            known = np.maximum(*pieces)
+            q, s, x1, v1 = inside.state_inside(*parts, arc, phase, ahead, moment)
+            cut = energies(ps, damper, x1, v1, wall.gap + q * q, s)
+            s, x1, v1 = touch
+            first = np.array(energies(ps, damper, x1, v1, wall.gap, s))
+            stepped(moment, first, touch, phase, parts)
+            assert (pieces[0] <= np.maximum(first, cut) * (1 + 1e-9)).all()
+            np.testing.assert_allclose(np.maximum(known, cut)[whole > cut], whole[whole > cut])
+
+
+def test_a_record_out_of_reach_is_not_looked_for():
+    """Of two equal impacts the second is known. Notices: doubt without end."""
+    arc, rate = make_arc(1e-9), rate_of(*PARTS[:2])
+    ahead = ahead_of(arc)
+    assert inside.peaks_in_doubt(*PARTS, np.full(2, 1e9), PHASE[0], PHASE[0], ahead) == 0
+    assert inside.peaks_in_doubt(*PARTS, np.zeros(2), PHASE[0], PHASE[0], ahead) != 0
+    found = np.zeros(2)
+    inside.note_inside(*PARTS, arc, found, rate, PHASE, ahead, ahead.took)
+    again, solved = np.zeros(2), inside.half_impact
+    try:
+        inside.half_impact = None
+        inside.note_inside(*PARTS, arc, again, rate, PHASE, ahead, ahead.took)
+    finally:
+        inside.half_impact = solved
+    np.testing.assert_allclose(again, found, rtol=1e-15)
+
+
+@pytest.mark.parametrize("stops", [7, 64])
+def test_samples_inside_impacts_are_states_of_the_orbit(stops):
+    """However often sections cut an impact, the orbit goes on as if they did not."""
+    system = load_system("ssul-set3", omega=6.28)
+    plain = simulate(system, 4, record=["section"])
+    cut = simulate(system, 4, record=["section", "trajectory"], samples=stops)
+    fine = simulate(system, 4, record=["section", "trajectory"], samples=stops, tolerance=1e-12)
+    np.testing.assert_allclose(cut.trajectory, fine.trajectory, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(cut.section, plain.section, rtol=0, atol=1e-8)

@@ -99,15 +99,9 @@ MUTANTS = (
         ),
         (
             "impact: one sweep is enough",
-            "* shrinks * max(shrinks, BY_TIME) <= arc.settled:",
-            "* 0.0 <= arc.settled:",
+            "* shrinks * max(shrinks, BY_TIME) <= tolerance:",
+            "* 0.0 <= tolerance:",
             _T_IMPACT_ERROR + "test_error_at_most_the_tolerance[300]",
-        ),
-        (
-            "impact: the fewest nodes are enough",
-            "        if arc.table[LEVELS + LEVEL * level + error] * scale <= arc.tolerance:",
-            "        if scale <= 1.0:",
-            _T_IMPACT + "test_the_nodes_are_the_fewest_that_the_tolerance_allows",
         ),
     ),
     *of(

@@ -188,9 +188,9 @@ MUTANTS = (
         ),
         (
             "peaks: powers are taken for those of a second",
-            "    h, square = grid.h * length, length * length\n",
-            "    h, square = 0.1 * grid.h * length, length * length\n",
-            _PLAIN_PEAKS + "test_what_rises_between_the_ends_of_a_cell_is_suspected",
+            "    possible = highest(before[0], after[0], h * before[2], h * after[2], fourth) > energy[0]\n",
+            "    possible = highest(before[0], after[0], 0.1 * h * before[2], 0.1 * h * after[2], fourth) > energy[0]\n",
+            _PLAIN_PEAKS + "test_powers_count_with_the_time_that_they_have",
         ),
         (
             "peaks: what does not only fall is taken for what only rises",
@@ -223,10 +223,16 @@ MUTANTS = (
             _PLAIN_PEAKS + "test_the_polynomial_of_a_factor_is_the_factor",
         ),
         (
-            "peaks: a bound of rises takes the damper's for the structure's",
-            "        fourth *= grid.table[OF_E2]\n",
-            "        fourth *= 1.0\n",
+            "peaks: half the bound of a damper's rise is expected",
+            "fourth = damper_bound(grid, bounds.scale, before[1]) * shorter",
+            "fourth = 0.5 * damper_bound(grid, bounds.scale, before[1]) * shorter",
             _PLAIN_PEAKS + "test_the_error_of_the_cubic_counts_for_each_body",
+        ),
+        (
+            "peaks: a damper is bounded as if the structure gave it nothing",
+            "    u0 = math.sqrt(2.0 * e2) + pull * scale * grid.h\n",
+            "    u0 = math.sqrt(2.0 * e2)\n",
+            _PLAIN_BOUNDS + "test_the_bound_of_the_damper_is_reached_where_it_is_alone",
         ),
     ),
     *of(
@@ -306,6 +312,12 @@ MUTANTS = (
     ),
     *of(
         "nlds_vines/kernels/flight.py",
+        (
+            "flight: the rate of a damper forgets its dashpot",
+            "    own = math.sqrt(damper.k2 / damper.m2) + damper.c2 / damper.m2\n",
+            "    own = math.sqrt(damper.k2 / damper.m2)\n",
+            _PLAIN_BOUNDS + "test_the_bound_of_the_damper_is_reached_where_it_is_alone",
+        ),
         (
             "flight: a term of the phase inside a cell is forgotten",
             "z2 * (1.0 / 1307674368000.0)",

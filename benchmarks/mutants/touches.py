@@ -155,6 +155,24 @@ MUTANTS = (
             _T_IMPACT + "test_the_size_of_an_impact_bounds_all_other_acceleration_during_it",
         ),
         (
+            "impact: what the nodes miss of the dashpots is left out",
+            "    second = four_at(w, k + 8) * d + four_at(w, k + 12) * r\n",
+            "    second = four_at(w, k + 12) * r\n",
+            _T_IMPACT + "test_what_the_nodes_miss_of_the_dashpots_is_added",
+        ),
+        (
+            "impact: the first guess forgets the drag",
+            "beta = four_at(w, k) * a + four_at(w, k + m) * g",
+            "beta = four_at(w, k) * a",
+            _T_IMPACT + "test_the_first_guess_errs_by_the_second_order_or_higher",
+        ),
+        (
+            "impact: the first guess forgets the drift",
+            "beta = beta + (four_at(w, k + 2 * m) * r + four_at(w, k + 3 * m) * a2)",
+            "beta = beta + four_at(w, k + 3 * m) * a2",
+            _T_IMPACT + "test_the_first_guess_errs_by_the_second_order_or_higher",
+        ),
+        (
             "impact: half the contact's own force is a small share",
             "LARGEST = 0.15 ",
             "LARGEST = 0.5 ",
@@ -172,6 +190,24 @@ MUTANTS = (
             "LONGEST = 0.5 ",
             _T_IMPACT
             + "test_only_what_is_short_beside_all_other_motion_is_taken_for_a_short_impact",
+        ),
+        (
+            "impact: the depth is looked for on the whole arc",
+            "solve_arc(ps, damper, wall, arc, int(HALF), int(HALF_ERROR), approach)",
+            "solve_arc(ps, damper, wall, arc, int(WHOLE), int(HALF_ERROR), approach)",
+            _T_IMPACT + "test_depth_wherever_a_short_impact_is_accepted",
+        ),
+        (
+            "impact: the drift is no part of the size",
+            "abs(drag) + 2.0 * abs(drift) + abs(spring)",
+            "abs(drag) + abs(spring)",
+            _T_IMPACT + "test_the_size_of_an_impact_bounds_all_other_acceleration_during_it",
+        ),
+        (
+            "impact: whatever the tolerance, the fewest nodes",
+            "[LEVELS + LEVEL * level + error] * scale <= arc.tolerance",
+            "[LEVELS + LEVEL * level + error] * scale < math.inf",
+            _T_IMPACT + "test_the_nodes_are_the_fewest_that_the_tolerance_allows",
         ),
     ),
     *of(

@@ -8,7 +8,7 @@ from .codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
 from .flight import CELLS, at, bare_grid, cell_polynomial, phase_at, step
 from .observe import LEVEL
-from .peaks import note_peaks, record_breakers, work_at
+from .peaks import may_set_a_record, note_peaks, record_breakers, work_at
 from .scene import scale_of
 from .touch import (
     CLEAR,
@@ -31,6 +31,7 @@ class Bounds(NamedTuple):
     jerk: float  # of the third of r [m]
     fourth: float  # of the fourth of r [m]
     energy: float  # of the fourth derivative of E1 [J]
+    scale: float  # of the energy scale S [J^0.5], which the others rest on
 
 
 @jit
@@ -52,6 +53,7 @@ def bounds_of(ps, grid, scale):
         (grid.bend * first + ps.omega * ps.force) * h2 * grid.h,
         (grid.bend * second + ps.omega * ps.omega * ps.force) * h2 * h2,
         (scale * fourth + 4.0 * first * third + 3.0 * second * second) * h2 * h2,
+        scale,
     )
 
 
@@ -196,10 +198,11 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
                 drive, _ = phase_of(grid, j, 1.0 if event == SECTION else x + place)
                 after = work_at(ps, damper, y, drive)
                 energy[0], energy[1] = max(energy[0], after[0]), max(energy[1], after[1])
-                bodies = record_breakers(damper, energy, grid, bounds, place, before, after)
-                if bodies != 0:
-                    filled = fill(grid, phase, now, filled)
-                    note_peaks(ps, damper, energy, grid, phase, place, bodies)
+                if may_set_a_record(damper, energy, grid, bounds, place, before, after):
+                    bodies = record_breakers(damper, energy, grid, bounds, place, before, after)
+                    if bodies != 0:
+                        filled = fill(grid, phase, now, filled)
+                        note_peaks(ps, damper, energy, grid, phase, place, bodies)
                 before = after
             if limit_log is not None and (
                 x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LEVEL]

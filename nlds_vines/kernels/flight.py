@@ -33,7 +33,8 @@ MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status
 #
 #   from      numbers       what
 #   STEP      16            transition matrix over a cell, column by column: w[4 column + row]
-#   OF_E2     1             bound of E2 per S^2 / 2 (`dampers_share`)
+#   OF_E2      3            bounds of E2 per S^2 / 2 (`dampers_share`) and of its rates
+#                           (`damper_rates`)
 #   FACTOR    ORDER + 1     scratch: Taylor coefficients of a factor over a cell (`peaks`)
 #   COEF      TERMS         scratch: those of the state over a cell, power by power:
 #                           w[COEF + 4 power + component], components x1, v1, r, s
@@ -121,6 +122,22 @@ def dampers_share(ps, damper):
         soft = math.sqrt(damper.k2 / ps.k1)
     absolute = 1.0 + soft
     return 1.0 + absolute * absolute
+
+
+@jit
+def damper_rates(ps, damper):
+    """Return (a, b) with |du/dt| <= a |u| + b S, u = (sqrt(m2) v2, sqrt(k2) x2), E2 = u u / 2.
+
+    m2 dv2/dt = -k2 x2 - c2 v2 + (k2 x1 + c2 v1) by eq. (5): what the structure does to the damper,
+    the last part, is at most b S, S being the energy scale of `scale_of`. x2 counts from the rest.
+    """
+    if damper is None:
+        return 0.0, 0.0
+    pulls = damper.c2 * damper.c2 / ps.m1
+    if damper.k2 > 0.0:  # a structure without a spring may be anywhere
+        pulls += damper.k2 * damper.k2 / ps.k1
+    own = math.sqrt(damper.k2 / damper.m2) + damper.c2 / damper.m2
+    return own, math.sqrt(pulls / damper.m2)
 
 
 @jit
@@ -218,6 +235,7 @@ def grid_of(ps, damper, n):
         for c in range(4):
             w[at_cell + c] = response[16 + c] * cosine + response[20 + c] * sine
     w[OF_E2] = dampers_share(ps, damper)
+    w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, damper)
     push = ps.force * math.sqrt(ps.m1)
     return Grid(n, h, 1.0 / n, rate_of(ps, damper), push, bend_of(ps, damper), w)
 

@@ -50,21 +50,60 @@ def may_peak(record, e0, e1, p0, p1, fourth):
 
 
 @jit
-def record_breakers(damper, energy, grid, bounds, length, before, after):
-    """Return the bodies whose energy may peak above the largest so far inside a piece of a cell.
+def damper_bound(grid, scale, e2):
+    """Return a bound of the fourth derivative of E2 by the place over a cell [J].
 
-    Bit i for body i. length: of the piece in cells; bounds: `exact.Bounds` over the cell; before,
-    after: `work_at` the ends of the piece.
+    scale: a bound of S over it; e2: E2 at its beginning. E2 is half the square of a vector u; its
+    length grows by what the structure gives alone, as the rest only turns or shortens it. So the
+    damper's energy is bounded by its own, which may be far less than that of the structure.
     """
-    # hot: once per cell
+    own, pull = grid.table[OF_E2 + 1], grid.table[OF_E2 + 2]
+    push = grid.rate * grid.push
+    s1 = grid.rate * scale + grid.push  # bounds of the first to third derivatives by time of the
+    s2 = grid.rate * s1 + push  # scaled state, whose norm is S, as in `exact.bounds_of`
+    s3 = grid.rate * s2 + grid.rate * push
+    u0 = math.sqrt(2.0 * e2) + pull * scale * grid.h
+    u1 = own * u0 + pull * scale
+    u2 = own * u1 + pull * s1
+    u3 = own * u2 + pull * s2
+    u4 = own * u3 + pull * s3
+    h2 = grid.h * grid.h
+    return (u0 * u4 + 4.0 * u1 * u3 + 3.0 * u2 * u2) * h2 * h2
+
+
+@jit
+def may_set_a_record(damper, energy, grid, bounds, length, before, after):
+    """Tell whether an energy may exceed the largest so far inside a piece of a cell.
+
+    length: of the piece in cells; bounds: `exact.Bounds` over the cell; before, after: `work_at`
+    the ends of the piece.
+    """
+    # hot: once per cell, and so short that it becomes part of the loop
     h, square = grid.h * length, length * length
     fourth = bounds.energy * (square * square)
-    found = 0
-    if may_peak(energy[0], before[0], after[0], h * before[2], h * after[2], fourth):
-        found = 1
+    possible = highest(before[0], after[0], h * before[2], h * after[2], fourth) > energy[0]
     if damper is not None:
         fourth *= grid.table[OF_E2]
-        if may_peak(energy[1], before[1], after[1], h * before[3], h * after[3], fourth):
+        top = highest(before[1], after[1], h * before[3], h * after[3], fourth)
+        possible = possible or top > energy[1]
+    return possible
+
+
+@jit
+def record_breakers(damper, energy, grid, bounds, length, before, after):
+    """Return whose energy may peak above the largest so far inside a piece: bit i for body i.
+
+    The arguments of `may_set_a_record`, which has found it possible.
+    """
+    h, square = grid.h * length, length * length
+    shorter, found = square * square, 0
+    p0, p1, fourth = h * before[2], h * after[2], bounds.energy * shorter
+    if may_peak(energy[0], before[0], after[0], p0, p1, fourth):
+        found = 1
+    if damper is not None:
+        p0, p1 = h * before[3], h * after[3]
+        fourth = damper_bound(grid, bounds.scale, before[1]) * shorter
+        if may_peak(energy[1], before[1], after[1], p0, p1, fourth):
             found += 2
     return found
 

@@ -10,7 +10,7 @@ Three proofs, which rest on bounds of derivatives that energy provides (`scene.s
 * from a point with clearance c = level - f and slope f', the level cannot be reached within the
   step d that solves f' d + M d^2 / 2 = c. Steps of that length creep up to the first touch from
   below, never beyond it, and faster than quadratically, M being taken for the piece at hand. This
-  walk is taken where the ends do not tell: about one touch in a hundred.
+  walk is taken where the ends do not tell, a few times in a hundred touches.
 
 The same walk finds the smallest clearance of a near miss: the level is then the closest approach
 seen so far, and reaching it starts a climb to the local maximum.

@@ -32,6 +32,7 @@ from nlds_vines.kernels.flight import (
     rate_of,
 )
 from nlds_vines.kernels.observe import energies
+from nlds_vines.kernels.peaks import damper_bound
 from nlds_vines.kernels.scene import Wall, allowed, damper_in, scale_of, structure_of
 from nlds_vines.kernels.touch import LOST, NOWHERE, tightened
 
@@ -119,7 +120,7 @@ def end_of(p):
 def test_the_first_of_two_walls_is_touched(sign):
     """r = 2 x (x - 0.6) (x - 1.2) rises beyond the near wall and falls beyond the far one."""
     p = sign * 2.0 * Polynomial.fromroots((0.0, 0.6, 1.2))
-    bounds = Bounds(*(np.abs(p.deriv(n)(PLACES)).max() for n in (2, 3, 4)), 0.0)
+    bounds = Bounds(*(np.abs(p.deriv(n)(PLACES)).max() for n in (2, 3, 4)), 0.0, 0.0)
     both = {
         codes.TOUCH_NEAR: (p - NEAR.gap).roots().real,
         codes.TOUCH_FAR: (p + FAR.gap).roots().real,
@@ -138,7 +139,7 @@ def test_the_first_of_two_walls_is_touched(sign):
 def test_a_touch_that_cannot_be_told_is_not_passed_over(monkeypatch):
     """A walk towards a graze, and steps towards a touch, that are not allowed to arrive."""
     graze, touch = Polynomial([0.0, 0.3996, -0.3996]), Polynomial([0.0, 0.1, 0.1])
-    bounds = Bounds(1.0, 1.0, 1e-3, 0.0)
+    bounds = Bounds(1.0, 1.0, 1e-3, 0.0, 0.0)
     for p, found in ((graze, (NOWHERE, codes.SECTION)), (touch, (None, codes.TOUCH_NEAR))):
         place, event = touch_in(NEAR, None, grid_with(p), 1.0, end_of(p), bounds)
         assert (place if event == codes.SECTION else None, event) == found
@@ -231,6 +232,51 @@ def test_bounds_of_what_only_the_force_moves_are_reached():
     first, second, third = push, 2 * omega * push, 3 * omega**2 * push  # derivatives of u at u = 0
     assert bounds.energy == pytest.approx((4 * first * third + 3 * second**2) * h**4)
     assert slope[3] == pytest.approx(3 * (omega * push) ** 2 * h**4)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_damper_has_a_bound_of_its_own(seed):
+    """Over a cell from random states, the structure at rest or not, for all proportions."""
+    rng = np.random.default_rng(seed)
+    numbers = {name: value * 10.0 ** rng.uniform(-1.5, 1.5) for name, value in FORCED.items()}
+    for name in rng.choice(["c1", "c2", "P"], 2):
+        numbers[name] *= 1e-6
+    ps, damper, grid = prepared(numbers)
+    for _ in range(10):
+        units = rng.normal(size=4) * rng.choice([1e-3, 1.0], 4)
+        x1, v1, r, v2 = units / np.sqrt([ps.k1, ps.m1, damper.k2, damper.m2])
+        y, phase = (x1, v1, r, v1 - v2), rng.uniform(0, 2 * np.pi)
+        scale = scale_of(ps, damper, *y) + grid.h * grid.push
+        bound = damper_bound(grid, scale, energies(ps, damper, *y)[1]) * (1 + 1e-9)
+        out = np.zeros(TERMS)
+        expand(ps, damper, grid.h, np.array([*y, math.cos(phase), math.sin(phase)]), out, 0)
+        for x in (0.0, 0.3, 0.7, 1.0):
+            there = out.reshape(ORDER + 1, 4).T @ x ** np.arange(ORDER + 1)
+            angle = phase + x * grid.h * ps.omega
+            assert derivatives_of(ps, damper, grid, there, angle)[4] <= bound
+
+
+def test_the_bound_of_the_damper_is_reached_where_it_is_alone():
+    """A damper without dashpot on a structure at rest: u turns with sqrt(k2 / m2), |u| stays."""
+    ps, damper, grid = prepared({**FORCED, "c2": 0.0, "P": 0.0, "m1": 1e12})
+    e2 = energies(ps, damper, 0.0, 0.0, 0.01, 0.0)[1]
+    turn = math.sqrt(damper.k2 / damper.m2) * grid.h
+    alone = damper_bound(grid, 0.0, e2)
+    assert alone == pytest.approx(8 * 2 * e2 * turn**4)  # 1 + 4 + 3, as Leibniz' rule has it
+    # what the structure does to it counts once, with its own rates
+    own, pull = grid.table[OF_E2 + 1], grid.table[OF_E2 + 2]
+    assert own * grid.h == pytest.approx(turn)
+    assert pull == pytest.approx(damper.k2 / math.sqrt(ps.k1 * damper.m2))
+    ps, damper, grid = prepared({**FORCED, "k2": 0.0, "P": 0.0})
+    assert grid.table[OF_E2 + 1] == pytest.approx(damper.c2 / damper.m2)
+    assert grid.table[OF_E2 + 2] == pytest.approx(damper.c2 / math.sqrt(ps.m1 * damper.m2))
+    own, pull = grid.table[OF_E2 + 1 : OF_E2 + 3]
+    u = [pull * 3.0 * grid.h]  # what the structure gives it in the time of a cell
+    for size in 3.0 * grid.rate ** np.arange(4):
+        u.append(own * u[-1] + pull * size)
+    found = damper_bound(grid, 3.0, 0.0)
+    expected = u[0] * u[4] + 4 * u[1] * u[3] + 3 * u[2] ** 2
+    assert found == pytest.approx(expected * grid.h**4)
 
 
 @pytest.mark.parametrize("softer", [1e-2, 1.0, 1e2, 1e4])

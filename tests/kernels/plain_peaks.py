@@ -13,19 +13,21 @@ from support import kernel_cell
 from nlds_vines.kernels.codes import SECTION
 from nlds_vines.kernels.exact import bounds_of, fly
 from nlds_vines.kernels.flight import (
+    OF_E2,
     ORDER,
     TERMS,
     at,
     cell_polynomial,
     cells_of,
-    dampers_share,
     expand,
     grid_of,
 )
 from nlds_vines.kernels.observe import energies, note_energy, powers_at
 from nlds_vines.kernels.peaks import (
+    damper_bound,
     factor_at,
     factor_polynomial,
+    may_set_a_record,
     note_peaks,
     record_breakers,
     work_at,
@@ -94,6 +96,11 @@ def test_the_polynomial_of_a_factor_is_the_factor(which):
     assert np.abs(second).max() <= bend * (1 + 1e-3)
 
 
+def breakers(*arguments):
+    """Return `record_breakers` where it is asked, otherwise 0, as `fly` does."""
+    return record_breakers(*arguments) if may_set_a_record(*arguments) else 0
+
+
 def suspected(ps, damper, grid, y, length=1.0):
     """Check which energies are searched in the first cell of a period; return those that must be.
 
@@ -113,13 +120,13 @@ def suspected(ps, damper, grid, y, length=1.0):
         top = int(sampled[:, body].argmax())
         energy = np.full(2, 1e300)
         energy[body] = sampled[top, body] * (1 - 1e-12)
-        found = record_breakers(damper, energy, grid, bounds, length, *ends)
+        found = breakers(damper, energy, grid, bounds, length, *ends)
         assert found & 2 - body == 0
         if 0 < top < len(SAMPLES) - 1:
             assert found == 1 + body
             must |= found
     high = np.full(2, 1e300)
-    assert record_breakers(damper, high, grid, bounds, length, *ends) == 0
+    assert breakers(damper, high, grid, bounds, length, *ends) == 0
     return must
 
 
@@ -146,14 +153,28 @@ def test_what_rises_between_the_ends_of_a_cell_is_suspected():
 def test_the_error_of_the_cubic_counts_for_each_body(length):
     """Level at both ends, an energy may rise by M / 384 in between: the damper's M is another."""
     ps, damper, grid, _, y = random_cell(np.random.default_rng(5))
-    bounds = bounds_of(ps, grid, scale_of(ps, damper, *y))
-    ends = (3.0, 3.0, 0.0, 0.0)
-    for body, share in enumerate((1.0, dampers_share(ps, damper))):
-        rise = share * bounds.energy * length**4 / 384
+    bounds, ends = bounds_of(ps, grid, scale_of(ps, damper, *y)), (3.0, 3.0, 0.0, 0.0)
+    fourths = bounds.energy, damper_bound(grid, bounds.scale, 3.0)
+    assert fourths[1] < bounds.energy * grid.table[OF_E2]
+    for body in range(2):
         for part, found in ((0.99, 1 + body), (1.01, 0)):
             energy = np.full(2, 1e300)
-            energy[body] = 3.0 + part * rise
-            assert record_breakers(damper, energy, grid, bounds, length, ends, ends) == found
+            energy[body] = 3.0 + part * fourths[body] * length**4 / 384
+            assert breakers(damper, energy, grid, bounds, length, ends, ends) == found
+
+
+@pytest.mark.parametrize("length", [1.0, 0.5])
+def test_powers_count_with_the_time_that_they_have(length):
+    """As large as to make the error small: energies may rise by a third of power times time."""
+    ps, damper, grid, _, y = random_cell(np.random.default_rng(5))
+    bounds = bounds_of(ps, grid, scale_of(ps, damper, *y))
+    power = 1e6 * bounds.energy
+    ends = (3.0, 3.0, power, power), (3.0, 3.0, -power, -power)
+    for body in range(2):
+        for part, found in ((0.99, 1 + body), (1.01, 0)):
+            energy = np.full(2, 1e300)
+            energy[body] = 3.0 + part * power * length * grid.h / 3
+            assert breakers(damper, energy, grid, bounds, length, *ends) == found
 
 
 @pytest.mark.parametrize("softer", [1e2, 1e4, 1e6])

@@ -16,10 +16,11 @@ import nlds_vines
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer, wanted_of
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels import lanes
+from nlds_vines.kernels import impact, lanes
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Outputs
-from nlds_vines.orbits.settings import TOLERANCE, Settings
+from nlds_vines.orbits.hertz_arc import CHOICES
+from nlds_vines.orbits.settings import REFINED_NODES, Settings
 
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}
 """Modules of kernels that only a scene with a wall needs."""
@@ -238,7 +239,12 @@ def shapes(arguments):
 
 
 def tolerance_of(arguments):
-    return arguments[2].arc.tolerance
+    return arguments[2].contact_tolerance
+
+
+def nodes_of(arguments):
+    """Return the fewest nodes of an impact."""
+    return impact.nodes_of(arguments[2].arc, 0, impact.WHOLE).n
 
 
 def steps_of(arguments):
@@ -254,10 +260,13 @@ def test_an_error_that_was_not_asked_for_costs_nothing(monkeypatch):
     assert kinds(retraced) != kinds(plain)  # which notes the section alone
     assert len(retraced[3]) == 2 * 9
     # the refined runs share their settings, and those of the other are as ever
-    tolerances, steps = (
-        [f(run) for run in (plain, asked, refined, retraced)] for f in (tolerance_of, steps_of)
+    runs = (plain, asked, refined, retraced)
+    tolerances, nodes, steps = (
+        [f(run) for run in runs] for f in (tolerance_of, nodes_of, steps_of)
     )
-    assert tolerances[0] == tolerances[1] == TOLERANCE > tolerances[2] == tolerances[3]
+    usual = Settings().contact_tolerance
+    assert tolerances[0] == tolerances[1] == usual > tolerances[2] == tolerances[3]
+    assert nodes[0] == nodes[1] == min(CHOICES) < nodes[2] == nodes[3] == REFINED_NODES
     assert steps[0] == steps[1] == Settings().steps < steps[2] == steps[3]
 
 

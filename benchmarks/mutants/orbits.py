@@ -21,12 +21,6 @@ MUTANTS = (
     *of(
         "nlds_vines/kernels/observe.py",
         (
-            "observe: the slowest impact is the fastest",
-            "slowest[0] = min(slowest[0], abs(s))",
-            "slowest[0] = max(slowest[0], abs(s))",
-            _PLAIN_ORBIT + "test_the_slowest_of_all_impacts",
-        ),
-        (
             "observe: the force of an impact grows as its depth",
             "K * depth * np.sqrt(depth)",
             "K * depth",
@@ -88,6 +82,12 @@ MUTANTS = (
             "state[4], state[5] = math.sqrt(-state[2] - far.gap), TOUCH_FAR",
             "state[4], state[5] = 0.0, FLYING",
             _PLAIN_ORBIT + "test_a_state_beyond_a_wall_is_inside_a_contact",
+        ),
+        (
+            "orbit: the slowest impact is the fastest",
+            "slowest[0] = min(slowest[0], abs(s))",
+            "slowest[0] = max(slowest[0], abs(s))",
+            _PLAIN_ORBIT + "test_the_slowest_of_all_impacts",
         ),
         (
             "orbit: a short impact goes on where a section cut it, as if it had not begun",

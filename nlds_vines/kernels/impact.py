@@ -84,7 +84,7 @@ DOUBTED = (
 )
 ROUND_OFF = 2.0e-15  # relative, of a velocity at the nodes
 BY_TIME = 0.2  # least share of a change that integrals over the whole interval are said to keep
-SETTLED = 0.1  # share of the tolerance that the sweeps may leave
+SETTLED = 0.03  # share of the tolerance that the sweeps may leave
 
 
 class Arc(NamedTuple):

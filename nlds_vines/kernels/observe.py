@@ -81,13 +81,6 @@ def note_energy(ps, damper, energy, x1, v1, r, s):
 
 
 @jit
-def note_speed(slowest, s):
-    """Lower the smallest approach speed to that of a touch."""
-    if slowest is not None:
-        slowest[0] = min(slowest[0], abs(s))
-
-
-@jit
 def note_touch(ps, damper, impacts, wall, time, x1, v1, r, s):
     """Begin the row of an impact; its release stays NaN until `note_release`."""
     # hot: once per impact

@@ -38,7 +38,6 @@ from .observe import (
     note_energy,
     note_release,
     note_section,
-    note_speed,
     note_touch,
 )
 
@@ -288,6 +287,13 @@ def at_touch(ps, damper, by_period, impacts, p, mode, time, x1, v1, r, s):
 
 
 @jit
+def keep_slowest(slowest, s):
+    """Lower the smallest approach speed to that of a touch."""
+    if slowest is not None:
+        slowest[0] = min(slowest[0], abs(s))
+
+
+@jit
 def after_contact(ps, damper, impacts, event, stiffness, depth, time, x1, v1, r, s):
     """Note the depth [m] of a contact, and, at its release, that it has ended."""
     # hot: once per impact
@@ -346,7 +352,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     mode, q, touches = event, 0.0, touches + 1
                     time = began + (j + x) * grid.h
                     at_touch(ps, damper, by_period, impacts, p, mode, time, x1, v1, r, s)
-                    note_speed(slowest, s)
+                    keep_slowest(slowest, s)
                     if touches > MOST_TOUCHES:
                         return STEP_BUDGET
                 # Follow the contact, to its release or to the section.

@@ -39,6 +39,9 @@ CHOICES = {
 To its release, and to its deepest point on the half arc.  What impacts of all kinds were found to
 err by at most (tests/kernels/test_impact_error.py)."""
 
+FEW, COARSE = 8, 1e-8
+"""Nodes whose errors add up over many impacts, as they have a sign; for coarse tolerances alone."""
+
 INSIDE = {12: 1e-6, 16: 5e-9, 20: 3e-11, 24: 5e-13}
 """Numbers of nodes, and errors of a state inside an impact, in units of its depth and speed.
 
@@ -200,7 +203,8 @@ def make_arc(tolerance: float = TOLERANCE, nodes: int | None = None) -> impact.A
     `nodes`, 2 to 60, for all impacts, whose errors are what they are.
     """
     if nodes is None:
-        choices, levels, settled = CHOICES, len(CHOICES), impact.SETTLED * tolerance
+        choices = {n: e for n, e in CHOICES.items() if n > FEW or tolerance >= COARSE}
+        levels, settled = len(choices), impact.SETTLED * tolerance
         fine = min((n for n, error in INSIDE.items() if error <= tolerance), default=max(INSIDE))
     elif 2 <= nodes <= impact.ROW - 4:
         fine = max(nodes, 20)

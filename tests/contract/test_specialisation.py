@@ -46,7 +46,12 @@ UNLESS = {
         "observe.note_release",
         "impact.depth_of",
     },
-    "energy": {"observe.note_energy", "observe.note_step", "peaks.note_peaks", "peaks.suspects"},
+    "energy": {
+        "observe.note_energy",
+        "observe.note_step",
+        "peaks.note_peaks",
+        "inside.note_inside",
+    },
     "clearance": {"exact.note_misses"},
     "tangent": {"flight.propagate"},
 }

@@ -24,8 +24,7 @@ from nlds_vines.kernels.codes import (
 )
 from nlds_vines.kernels.exact import fly
 from nlds_vines.kernels.flight import cells_of, grid_of
-from nlds_vines.kernels.observe import note_speed
-from nlds_vines.kernels.orbit import HUGE, SIZE, bounded, set_mode
+from nlds_vines.kernels.orbit import HUGE, SIZE, bounded, keep_slowest, set_mode
 from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.scenes import SCENES
@@ -167,7 +166,7 @@ def test_the_slowest_of_all_impacts():
     for speeds in ([3.0, -1.0, 2.0], [1.0, 2.0, -3.0], list(np.linspace(2.0, 1.0, 200))):
         slowest = np.full(1, np.inf)
         for s in speeds:
-            note_speed(slowest, s)
+            keep_slowest(slowest, s)
         assert slowest[0] == 1.0
 
 

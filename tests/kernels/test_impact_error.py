@@ -147,7 +147,7 @@ def test_a_wrong_estimate_is_caught():
     """With errors that are said to be none, eight nodes are tried first, and found wanting."""
     impacts, tolerance = drawn(600), 1e-10
     true = seen_by_twin(impacts)
-    arc = make_arc(tolerance)
+    arc = make_arc(1e-6)._replace(tolerance=tolerance, settled=0.03 * tolerance)
     for level in range(arc.levels):
         row = impact.LEVELS + impact.LEVEL * level
         arc.table[row + impact.ERROR] = arc.table[row + impact.HALF_ERROR] = 0.0

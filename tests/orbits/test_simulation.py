@@ -246,7 +246,7 @@ def test_wrong_arguments(changes, words):
     ("method", "name", "steps"), [("exact", "contact_steps", 20.0), ("rk4", "period_steps", 64.0)]
 )
 def test_resolution_is_the_old_name_of_two(method, name, steps):
-    system = load_system("ssul-set6")
+    system = load_system("ssul-set6", K=1e5)  # whose contacts are stepped
     new = simulate(system, 4, record=BOTH, method=method, **{name: steps})
     with pytest.warns(DeprecationWarning, match=f"resolution is deprecated.*{name}") as warned:
         old = simulate(system, 4, record=BOTH, method=method, resolution=steps)

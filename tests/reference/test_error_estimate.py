@@ -26,8 +26,8 @@ SSBL = "ssbl-omega6.05"
 SSUL = ("ssul-set6", "ssul-set6-omega7.45", STEEL)
 CASES = [
     *((name, "exact", Settings(10.0**-k)) for name in SSUL[:1] for k in (3, 5, 6, 7, 8)),
-    *((SSUL[1], "exact", Settings(10.0**-k)) for k in (3, 5, 6, 7)),
-    *((SSBL, "exact", Settings(10.0**-k)) for k in (3, 5, 6, 7, 8, 9)),
+    *((SSUL[1], "exact", Settings(10.0**-k)) for k in (5, 6, 7)),
+    *((SSBL, "exact", Settings(10.0**-k)) for k in (3, 5, 6, 7, 8)),
     *((name, "exact", given(nodes)) for name in SSUL[:2] for nodes in (4, 6, 8, 10)),
     *((STEEL, "exact", given(nodes)) for nodes in (2, 3, 4, 6)),
     *((SSBL, "exact", given(nodes)) for nodes in (6, 8, 10, 12)),

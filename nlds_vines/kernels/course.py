@@ -73,7 +73,7 @@ def longer(course, more):
 def follow(flow, course, more, state):
     """Follow an orbit for `more` periods; fill the next rows of its record; return a status."""
     rows = course.record[course.length : course.length + more]
-    return run_on(flow.prepared.arc, flow, rows, more, state)
+    return run_on(flow, rows, more, state)
 
 
 @jit
@@ -86,7 +86,7 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
     flow.clearance[0] = 0.0  # no near miss is looked for
     for p in range(len(logs)):
         before = growth[0]
-        status = advance(flow.prepared.arc, flow, rows[p : p + 1], tangent, state)
+        status = advance(flow, rows[p : p + 1], tangent, state)
         if status != OK:
             return status
         orthonormalise(tangent, flow.size, growth)

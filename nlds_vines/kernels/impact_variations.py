@@ -301,49 +301,56 @@ def integrate_motion(ps, nodes, late, x0, v0, first):
     return changed
 
 
-@jit(inlined=True)
-def term(nodes, i):
-    """Return term i of what the nodes miss (`impact.missed`)."""
-    return four_at(nodes.w, nodes.at + (MATRIX + nodes.n) * nodes.m + 4 * i)
-
-
 @jit
 def missed_by_numbers(nodes, approach):
     """Return the derivatives of `impact.missed` by A, D, R, Z and Q."""
+    w, k = nodes.w, nodes.at + (MATRIX + nodes.n) * nodes.m
     a, d, r = approach.force, approach.drag, approach.drift
     z, q = approach.spring, approach.curvature
     a2, d2, r2, ad = a * a, d * d, r * r, a * d
     # by A
-    by_a = (term(nodes, 1) + (2.0 * a) * term(nodes, 4)) + (d * term(nodes, 5) + r * term(nodes, 8))
-    by_a = by_a + ((3.0 * a2) * term(nodes, 11) + (2.0 * ad) * term(nodes, 12))
-    by_a = by_a + (d2 * term(nodes, 13) + z * term(nodes, 14))
-    by_a = by_a + ((2.0 * a * r) * term(nodes, 18) + (d * r) * term(nodes, 19))
-    by_a = by_a + (q * term(nodes, 20) + (4.0 * a2 * a) * term(nodes, 24))
-    by_a = by_a + ((3.0 * a2 * d) * term(nodes, 25) + (2.0 * a * d2) * term(nodes, 26))
-    by_a = by_a + ((2.0 * a * z) * term(nodes, 27) + (d2 * d) * term(nodes, 28))
-    by_a = by_a + ((d * z) * term(nodes, 29) + r2 * term(nodes, 30))
-    # by D
-    by_d = (term(nodes, 2) + a * term(nodes, 5)) + ((2.0 * d) * term(nodes, 6) + r * term(nodes, 9))
-    by_d = by_d + (a2 * term(nodes, 12) + (2.0 * ad) * term(nodes, 13))
-    by_d = by_d + ((3.0 * d2) * term(nodes, 15) + z * term(nodes, 16))
-    by_d = by_d + ((a * r) * term(nodes, 19) + (2.0 * d * r) * term(nodes, 21))
-    by_d = by_d + (q * term(nodes, 22) + (a2 * a) * term(nodes, 25))
-    by_d = by_d + ((2.0 * a2 * d) * term(nodes, 26) + (3.0 * a * d2) * term(nodes, 28))
-    by_d = by_d + ((a * z) * term(nodes, 29) + (4.0 * d2 * d) * term(nodes, 31))
-    by_d = by_d + ((2.0 * d * z) * term(nodes, 32) + r2 * term(nodes, 33))
-    # by R
-    by_r = (term(nodes, 3) + a * term(nodes, 8)) + (
-        d * term(nodes, 9) + (2.0 * r) * term(nodes, 17)
+    by_a = (four_at(w, k + 4 * 1) + (2.0 * a) * four_at(w, k + 4 * 4)) + (
+        d * four_at(w, k + 4 * 5) + r * four_at(w, k + 4 * 8)
     )
-    by_r = by_r + (a2 * term(nodes, 18) + ad * term(nodes, 19))
-    by_r = by_r + (d2 * term(nodes, 21) + z * term(nodes, 23))
-    by_r = by_r + ((2.0 * a * r) * term(nodes, 30) + (2.0 * d * r) * term(nodes, 33))
-    by_r = by_r + q * term(nodes, 34)
+    by_a = by_a + ((3.0 * a2) * four_at(w, k + 4 * 11) + (2.0 * ad) * four_at(w, k + 4 * 12))
+    by_a = by_a + (d2 * four_at(w, k + 4 * 13) + z * four_at(w, k + 4 * 14))
+    by_a = by_a + ((2.0 * a * r) * four_at(w, k + 4 * 18) + (d * r) * four_at(w, k + 4 * 19))
+    by_a = by_a + (q * four_at(w, k + 4 * 20) + (4.0 * a2 * a) * four_at(w, k + 4 * 24))
+    by_a = by_a + (
+        (3.0 * a2 * d) * four_at(w, k + 4 * 25) + (2.0 * a * d2) * four_at(w, k + 4 * 26)
+    )
+    by_a = by_a + ((2.0 * a * z) * four_at(w, k + 4 * 27) + (d2 * d) * four_at(w, k + 4 * 28))
+    by_a = by_a + ((d * z) * four_at(w, k + 4 * 29) + r2 * four_at(w, k + 4 * 30))
+    # by D
+    by_d = (four_at(w, k + 4 * 2) + a * four_at(w, k + 4 * 5)) + (
+        (2.0 * d) * four_at(w, k + 4 * 6) + r * four_at(w, k + 4 * 9)
+    )
+    by_d = by_d + (a2 * four_at(w, k + 4 * 12) + (2.0 * ad) * four_at(w, k + 4 * 13))
+    by_d = by_d + ((3.0 * d2) * four_at(w, k + 4 * 15) + z * four_at(w, k + 4 * 16))
+    by_d = by_d + ((a * r) * four_at(w, k + 4 * 19) + (2.0 * d * r) * four_at(w, k + 4 * 21))
+    by_d = by_d + (q * four_at(w, k + 4 * 22) + (a2 * a) * four_at(w, k + 4 * 25))
+    by_d = by_d + (
+        (2.0 * a2 * d) * four_at(w, k + 4 * 26) + (3.0 * a * d2) * four_at(w, k + 4 * 28)
+    )
+    by_d = by_d + ((a * z) * four_at(w, k + 4 * 29) + (4.0 * d2 * d) * four_at(w, k + 4 * 31))
+    by_d = by_d + ((2.0 * d * z) * four_at(w, k + 4 * 32) + r2 * four_at(w, k + 4 * 33))
+    # by R
+    by_r = (four_at(w, k + 4 * 3) + a * four_at(w, k + 4 * 8)) + (
+        d * four_at(w, k + 4 * 9) + (2.0 * r) * four_at(w, k + 4 * 17)
+    )
+    by_r = by_r + (a2 * four_at(w, k + 4 * 18) + ad * four_at(w, k + 4 * 19))
+    by_r = by_r + (d2 * four_at(w, k + 4 * 21) + z * four_at(w, k + 4 * 23))
+    by_r = by_r + ((2.0 * a * r) * four_at(w, k + 4 * 30) + (2.0 * d * r) * four_at(w, k + 4 * 33))
+    by_r = by_r + q * four_at(w, k + 4 * 34)
     # by Z and Q
-    by_z = (term(nodes, 7) + a * term(nodes, 14)) + (d * term(nodes, 16) + r * term(nodes, 23))
-    by_z = by_z + (a2 * term(nodes, 27) + ad * term(nodes, 29))
-    by_z = by_z + (d2 * term(nodes, 32) + (2.0 * z) * term(nodes, 35))
-    by_q = (term(nodes, 10) + a * term(nodes, 20)) + (d * term(nodes, 22) + r * term(nodes, 34))
+    by_z = (four_at(w, k + 4 * 7) + a * four_at(w, k + 4 * 14)) + (
+        d * four_at(w, k + 4 * 16) + r * four_at(w, k + 4 * 23)
+    )
+    by_z = by_z + (a2 * four_at(w, k + 4 * 27) + ad * four_at(w, k + 4 * 29))
+    by_z = by_z + (d2 * four_at(w, k + 4 * 32) + (2.0 * z) * four_at(w, k + 4 * 35))
+    by_q = (four_at(w, k + 4 * 10) + a * four_at(w, k + 4 * 20)) + (
+        d * four_at(w, k + 4 * 22) + r * four_at(w, k + 4 * 34)
+    )
     return by_a, by_d, by_r, by_z, by_q
 
 
@@ -359,8 +366,13 @@ def missed_varied(nodes, approach, numbers, faster):
     b = b + (number_of(by_z, 0) * spring + number_of(by_q, 0) * curvature)
     t = number_of(by_a, 1) * force + number_of(by_d, 1) * drag + number_of(by_r, 1) * drift
     t = t + (number_of(by_z, 1) * spring + number_of(by_q, 1) * curvature)
-    missed = term(nodes, 0) + (approach.force * term(nodes, 1) + approach.drag * term(nodes, 2))
-    missed = missed + (approach.drift * term(nodes, 3) + approach.spring * term(nodes, 7))
+    w, k = nodes.w, nodes.at + (MATRIX + nodes.n) * nodes.m
+    missed = four_at(w, k) + (
+        approach.force * four_at(w, k + 4 * 1) + approach.drag * four_at(w, k + 4 * 2)
+    )
+    missed = missed + (
+        approach.drift * four_at(w, k + 4 * 3) + approach.spring * four_at(w, k + 4 * 7)
+    )
     b = approach.b * (b + (0.2 * number_of(missed, 0)) * faster)
     late = approach.tick * number_of(missed, 1)
     return b, approach.tick * t - (0.2 * late) * faster, late

@@ -51,6 +51,7 @@ from .scene import Damper, Structure, finite
 PLACE, BARYCENTRIC, U_THERE, S_THERE = range(4)  # constants of a half, behind all others
 WEIGHED = INSIDE  # scratch: the weights at a place; values of five quantities there
 FIRST, SECOND, THIRD, FOURTH, FIFTH = (INSIDE + ROW * (1 + i) for i in range(5))
+TOUCH, RELEASE = 0, 1  # the ends; int() keeps each from its own compilation
 # the last half of each end whose energies were looked for: s, v1, x1, cos, sin, and what E1 and E2
 # rise above their values there, NaN if unknown
 LAST = INSIDE + ROW * 6
@@ -234,7 +235,7 @@ def constant(half, which, total):
     return value(half, half.places + which * half.k, total)
 
 
-@jit
+@jit(dissolved=True)
 def state_inside(ps, damper, wall, arc, phase, ahead, time):
     """Return (q, s, x1, v1) a `time` [s] after the touch of an impact that is solved.
 
@@ -356,7 +357,7 @@ def peaks_in_doubt(ps, damper, wall, energy, before, after, ahead):
 def is_known(ps, damper, wall, arc, energy, end, rate, phase, state, bodies):
     """Tell whether a half is all but the last one of its end, and note its energies from there.
 
-    end: 0 for touch, 1 for release; bodies: those in doubt. What an energy rises above its value at
+    end: TOUCH or RELEASE; bodies: those in doubt. What an energy rises above its value at
     the end changes by no more than the state there, relative: of a settled orbit nothing is solved.
     """
     # hot: once per impact
@@ -381,7 +382,7 @@ def is_known(ps, damper, wall, arc, energy, end, rate, phase, state, bodies):
 def note_half(ps, damper, wall, arc, energy, end, rate, phase, state, bodies, span):
     """Raise the energies of some bodies (bits) to their maxima in a span of a half.
 
-    state: (s, x1, v1) at its end: 0 for touch, 1 for release. span: from when to when [s].
+    state: (s, x1, v1) at its end, TOUCH or RELEASE. span: from when to when [s].
     """
     # hot: once per impact
     whole = span[0] <= 0.0 and span[1] == math.inf
@@ -402,7 +403,7 @@ def note_half(ps, damper, wall, arc, energy, end, rate, phase, state, bodies, sp
                 w[k + 5 + body] = top[body] - w[FIRST + 2 * ROW * body]
 
 
-@jit
+@jit(dissolved=True)
 def note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting):
     """Raise the largest energies to their maxima in the next `lasting` [s] of a solved impact.
 
@@ -417,9 +418,23 @@ def note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting):
         until = math.inf
     if doubt & 3:
         span = since, until
-        note_half(ps, damper, wall, arc, energy, 0, rate, phase, ahead.touch, doubt & 3, span)
+        note_half(
+            ps, damper, wall, arc, energy, int(TOUCH), rate, phase, ahead.touch, doubt & 3, span
+        )
     if doubt & 12:
         phase, (s, x1, v1) = (cosine, -sine), ahead.release
         back, pushing = backward(ps, damper)
         span = ahead.took - until, ahead.took - since if since > 0.0 else math.inf
-        note_half(back, pushing, wall, arc, energy, 1, rate, phase, (-s, x1, -v1), doubt >> 2, span)
+        note_half(
+            back,
+            pushing,
+            wall,
+            arc,
+            energy,
+            int(RELEASE),
+            rate,
+            phase,
+            (-s, x1, -v1),
+            doubt >> 2,
+            span,
+        )

@@ -148,7 +148,7 @@ def nothing_to_note(
     return None
 
 
-@jit
+@jit(dissolved=True)
 def up_to_section(ps, damper, wall, arc, energy, c, d, left, k):
     """Return as `contact` how the impact that is ahead is at a section, `left` [s] from now."""
     # hot: once per section inside an impact

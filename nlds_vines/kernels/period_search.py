@@ -19,7 +19,7 @@ from .course import last_of, oldest_of, section_at
 from .eigenvalues import spectral_radius
 from .recurrence import TOLERANCE, repeats
 from .settling import MARGIN, attracted, settling_period
-from .shooting import is_minimal, matrix_of, polish, span_of
+from .shooting import is_minimal, less_identity, matrix_of, polish, span_of
 from .variations import distance, solve
 
 LONGEST = 1024  # periods n that are looked for
@@ -88,8 +88,8 @@ def spacing(flow, course, n):
 
 @jit
 def is_saddle(matrix, size):
-    """Tell whether an odd number of multipliers are real and greater than one."""
-    return solve(np.eye(size) - matrix, np.zeros(size), size) < 0  # the sign of det(I - M)
+    """Tell whether an odd number of multipliers are real and greater than one; M is lost."""
+    return solve(less_identity(matrix), np.zeros(size), size) < 0  # the sign of det(I - M)
 
 
 @jit(dissolved=True)

@@ -76,7 +76,7 @@ def attracted(flow, tangent, y, x, n, span):
     state, now = new_state(), x.copy()
     place_state(flow, x, state)
     for _ in range(0, CONVINCING, n):
-        if run_on(flow.prepared.arc, flow, no_section(flow), n, state) != OK:
+        if run_on(flow, no_section(flow), n, state) != OK:
             return False
         if not returns_as_predicted(flow, tangent, y, now, state, span):
             return False
@@ -98,7 +98,7 @@ def settled_before(flow, course, tangent, y, n, span, m):
     for p in range(n, m + 1, n):
         for i in range(4):
             now[i] = state[i]
-        if run_on(flow.prepared.arc, flow, no_section(flow), n, state) != OK:
+        if run_on(flow, no_section(flow), n, state) != OK:
             return m
         if not returns_as_predicted(flow, tangent, y, now, state, span):
             settled = p

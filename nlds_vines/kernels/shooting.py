@@ -41,7 +41,7 @@ def trace_cycle(flow, y, points, counts, tangent, state):
     flow.clearance[0], flow.slowest[0] = np.inf, np.inf
     nothing = no_section(flow)
     for p in range(len(points)):
-        status = advance(flow.prepared.arc, flow, nothing, tangent, state)
+        status = advance(flow, nothing, tangent, state)
         if status != OK:
             return status, np.nan, np.nan
         for i in range(4):
@@ -71,9 +71,19 @@ def span_of(flow, points):
 
 
 @jit
+def less_identity(matrix):
+    """Turn a matrix M into I - M, in place, and return it."""
+    # (written out: an expression of arrays takes the compiler as long as the whole of `polish`)
+    for i in range(len(matrix)):
+        for j in range(len(matrix)):
+            matrix[i, j] = (1.0 if i == j else 0.0) - matrix[i, j]
+    return matrix
+
+
+@jit
 def correction(flow, matrix, y, image):
-    """Return Newton's correction (I - M)^-1 (image - y), and whether there is one."""
-    right, system = np.zeros(4), np.eye(flow.size) - matrix
+    """Return Newton's correction (I - M)^-1 (image - y), and whether there is one; M is lost."""
+    right, system = np.zeros(4), less_identity(matrix)
     for i in range(flow.size):
         right[i] = image[i] - y[i]
     return right, solve(system, right, flow.size) != 0

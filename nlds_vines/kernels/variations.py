@@ -71,43 +71,44 @@ def flow_of(prepared, exact_grid):
 
 
 @chosen
-def advance(arc, flow, section, tangent, state):
+def orbit_of(arc):
+    """Return the time loop of a scene: itself, not what it returns, which would cost a level."""
+    if arc is None:
+        return lambda arc: linear_orbit
+    return lambda arc: orbit
+
+
+@chosen
+def noted_of(arc, flow, section):
+    """Return the `OrbitBuffers` for a period with variations."""
+    if arc is None:
+        return lambda arc, flow, section: OrbitBuffers(None, section, None, None, None, None, None)
+    return lambda arc, flow, section: OrbitBuffers(
+        None, section, flow.by_period, None, None, flow.clearance, flow.slowest
+    )
+
+
+@jit(dissolved=True)
+def advance(flow, section, tangent, state):
     """Advance `state` (SIZE,) and four variations `tangent` (16,) by one period; return a status.
 
     The orbit is that of `run_on`, to the last bit. section: a row for its section, or none.
     flow.by_period, flow.clearance and flow.slowest then tell of its impacts and near misses.
     """
-
-    def linear(arc, flow, section, tangent, state):
-        noted, span = OrbitBuffers(None, section, None, None, None, None, None), Span(0, 1, 1)
-        return linear_orbit(flow.prepared, noted, span, state, tangent, flow.exact_grid)
-
-    def walled(arc, flow, section, tangent, state):
-        flow.by_period[0, 0] = flow.by_period[0, 1] = 0
-        noted = OrbitBuffers(
-            None, section, flow.by_period, None, None, flow.clearance, flow.slowest
-        )
-        return orbit(flow.prepared, noted, Span(0, 1, 1), state, tangent, flow.exact_grid)
-
-    return linear if arc is None else walled
+    flow.by_period[0, 0] = flow.by_period[0, 1] = 0
+    noted, run = noted_of(flow.prepared.arc, flow, section), orbit_of(flow.prepared.arc)
+    return run(flow.prepared, noted, Span(0, 1, 1), state, tangent, flow.exact_grid)
 
 
-@chosen
-def run_on(arc, flow, section, periods, state):
+@jit(dissolved=True)
+def run_on(flow, section, periods, state):
     """Advance `state` (SIZE,) alone by so many periods, as a run does; return a status.
 
     section: rows for the sections, as far as there is room.
     """
-
-    def linear(arc, flow, section, periods, state):
-        noted, span = OrbitBuffers(None, section, None, None, None, None, None), Span(0, periods, 1)
-        return linear_orbit(flow.prepared, noted, span, state, None, None)
-
-    def walled(arc, flow, section, periods, state):
-        noted, span = OrbitBuffers(None, section, None, None, None, None, None), Span(0, periods, 1)
-        return orbit(flow.prepared, noted, span, state, None, None)
-
-    return linear if arc is None else walled
+    noted = OrbitBuffers(None, section, None, None, None, None, None)
+    run = orbit_of(flow.prepared.arc)
+    return run(flow.prepared, noted, Span(0, periods, 1), state, None, None)
 
 
 @jit

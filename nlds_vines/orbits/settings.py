@@ -40,7 +40,7 @@ LEAST_TOLERANCE, MOST_TOLERANCE = 1e-13, 1e-3
 MOST_NODES = 60
 """Most collocation nodes: the tables of a short impact have room for so many."""
 
-STEPS, MORE_STEPS, LEAST_STEPS = 1.38, 0.5, 4.4
+STEPS, MORE_STEPS, LEAST_STEPS = 1.5, 0.5, 4.4
 """Runge-Kutta steps, of order eight, of a contact that `exact` steps: 1.38 tolerance^(-1/8) + 0.5.
 
 Measured with free impacts, whose doubt (`kernels.contact`) then is just within the tolerance. Fewer

@@ -43,7 +43,7 @@ def flow_on(system, method="exact", settings=None):
 
 def advance(flow, tangent, state):
     """Advance a state and its variations by a period; return the status."""
-    return variations.advance(flow.prepared.arc, flow, variations.no_section(flow), tangent, state)
+    return variations.advance(flow, variations.no_section(flow), tangent, state)
 
 
 def followed(flow, y, periods):
@@ -154,12 +154,12 @@ def test_variations_change_nothing_of_an_orbit(case):
     flow, periods = flow_on(*RIDES[case]), 60
     alone, ridden = variations.new_state(), variations.new_state()
     sections, seen = np.zeros((periods, 4)), np.zeros((periods, 4))
-    assert variations.run_on(flow.prepared.arc, flow, sections, periods, alone) == OK
+    assert variations.run_on(flow, sections, periods, alone) == OK
     tangent, growth = np.zeros(16), np.zeros(4)
     variations.set_identity(tangent)
     for p in range(periods):
         rows = seen[p : p + 1]
-        assert variations.advance(flow.prepared.arc, flow, rows, tangent, ridden) == OK
+        assert variations.advance(flow, rows, tangent, ridden) == OK
         variations.orthonormalise(tangent, flow.size, growth)
     np.testing.assert_array_equal(ridden, alone)
     np.testing.assert_array_equal(seen, sections)

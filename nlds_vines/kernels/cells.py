@@ -12,7 +12,7 @@ from .fixed_step import fixed_grid_of
 from .flight import cells_of, grid_of
 from .impact import Arc
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
-from .orbit import bounded, linear_orbit, orbit, set_mode
+from .orbit import bounded, orbit_of, set_mode
 from .runge_kutta import SCRATCH
 from .scene import allowed, damper_of, far_wall_of, finite, near_wall_of, structure_of
 from .variations import flow_of
@@ -47,15 +47,19 @@ def multiple_of(stops, n):
 
 
 @chosen
-def grid_for(rk4, ps, damper, n, period_steps, stops):
-    """Return the grid of the method, a multiple of `stops`: n exact cells, or fixed steps."""
+def grid_maker(rk4):
+    """Return what prepares the grid of the method."""
     if rk4 is None:
-        return lambda rk4, ps, damper, n, period_steps, stops: grid_of(
-            ps, damper, multiple_of(stops, n)
-        )
-    return lambda rk4, ps, damper, n, period_steps, stops: fixed_grid_of(
-        ps, damper, multiple_of(stops, int(period_steps))
-    )
+        return lambda rk4: grid_of
+    return lambda rk4: fixed_grid_of
+
+
+@chosen
+def cells_for(rk4, n, period_steps, stops):
+    """Return the cells of the method's grid, a multiple of `stops`: n exact ones, or its steps."""
+    if rk4 is None:
+        return lambda rk4, n, period_steps, stops: multiple_of(stops, n)
+    return lambda rk4, n, period_steps, stops: multiple_of(stops, int(period_steps))
 
 
 @jit(dissolved=True)
@@ -64,6 +68,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
 
     ps, damper: its `Structure` and its `Damper` or None; n: the exact cells that a period needs.
     """
+    make_grid = grid_maker(parts.rk4)
     return Prepared(
         parts.rk4,
         ps,
@@ -71,7 +76,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
         near_wall_of(parts.near, cell),
         far_wall_of(parts.far, cell),
         own_arc(parts.arc),
-        grid_for(parts.rk4, ps, damper, n, parts.period_steps, stops),
+        make_grid(ps, damper, cells_for(parts.rk4, n, parts.period_steps, stops)),
         Steps(parts.contact_steps, parts.contact_tolerance),
         scratch_for(parts.arc),
     )
@@ -100,46 +105,16 @@ def run_cell(parts, cell, state, span, buffers):
     prepared = prepared_cell(parts, cell, ps, damper, n, span.stops)
     if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
         return TOO_STIFF
-    status = cell_orbit(parts.arc, prepared, cell.limit, state, span, buffers)
+    status = cell_orbit(prepared, cell.limit, state, span, buffers)
     if status == OK and (overflowed(buffers.energy) or overflowed(buffers.peak)):
         return DIVERGED
     return status
 
 
-@chosen
-def cell_orbit(arc, prepared, limit, state, span, buffers):
-    """Run a scene with walls or one without: neither knows of the other."""
-    return linear_cell if arc is None else walled_cell
-
-
-@jit
-def linear_cell(arc, prepared, limit, state, span, buffers):
-    """Run a scene without walls (arguments as `run_cell`)."""
-    ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
-    start_energy(ps, damper, peak, state)
-    # the transient: first what is not noted, then what is noted of its section
-    noted = count_of(buffers.early)
-    before = OrbitBuffers(None, no_rows(buffers.early), None, None, peak, None, None)
-    unseen = Span(0, span.first - noted, 1)
-    status = linear_orbit(prepared, before, unseen, state, None, None)
-    if status == OK:
-        before = OrbitBuffers(None, buffers.early, None, None, peak, None, None)
-        seen = Span(span.first - noted, noted, 1)
-        status = linear_orbit(prepared, before, seen, state, None, None)
-    # the periods after it
-    if status == OK:
-        start_energy(ps, damper, buffers.energy, state)
-        energy = first_of(buffers.energy, peak)
-        wanted = OrbitBuffers(None, buffers.section, None, None, energy, None, None)
-        status = linear_orbit(prepared, wanted, span, state, None, None)
-        raise_peak(buffers.energy, peak)
-    return status
-
-
-@jit
-def walled_cell(arc, prepared, limit, state, span, buffers):
-    """Run a scene with walls (arguments as `run_cell`)."""
-    ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
+@jit(dissolved=True)
+def cell_orbit(prepared, limit, state, span, buffers):
+    """Run a cell that is prepared (arguments as `run_cell`)."""
+    ps, damper, peak, run = prepared.ps, prepared.damper, buffers.peak, orbit_of(prepared.arc)
     limit_log = limit_log_of(buffers.violation, limit)
     set_mode(prepared.near, prepared.far, state)
     begin_limit_log(limit_log, state)
@@ -148,11 +123,11 @@ def walled_cell(arc, prepared, limit, state, span, buffers):
     noted = count_of(buffers.early)
     before = OrbitBuffers(limit_log, no_rows(buffers.early), None, None, peak, None, None)
     unseen = Span(0, span.first - noted, 1)
-    status = orbit(prepared, before, unseen, state, None, None)
+    status = run(prepared, before, unseen, state, None, None)
     if status == OK:
         before = OrbitBuffers(limit_log, buffers.early, None, None, peak, None, None)
         seen = Span(span.first - noted, noted, 1)
-        status = orbit(prepared, before, seen, state, None, None)
+        status = run(prepared, before, seen, state, None, None)
     # the periods after it
     if status == OK:
         start_energy(ps, damper, buffers.energy, state)
@@ -160,7 +135,7 @@ def walled_cell(arc, prepared, limit, state, span, buffers):
             limit_log, buffers.section, buffers.by_period, buffers.impacts,
             first_of(buffers.energy, peak), buffers.clearance, None,
         )  # fmt: skip
-        status = orbit(prepared, wanted, span, state, None, None)
+        status = run(prepared, wanted, span, state, None, None)
         raise_peak(buffers.energy, peak)
         report_violation(buffers.violation, limit_log)
     return status

@@ -219,7 +219,7 @@ def eigenvalues(matrix):
     return found
 
 
-@jit
+@jit(dissolved=True)
 def spectral_radius(matrix):
     """Return the largest modulus of the eigenvalues of a matrix; inf where it is not finite."""
     found = eigenvalues(matrix)

@@ -19,7 +19,7 @@ from .compiling import chosen, jit
 from .elementary import log
 from .flight import Grid
 from .fours import four_at, put_four, sum_of
-from .orbit import SIZE, linear_orbit, orbit, set_mode
+from .orbit import SIZE, orbit_of, set_mode
 from .scene import scale_of
 
 
@@ -68,14 +68,6 @@ def flow_of(prepared, exact_grid):
         prepared, exact_grid, size_of(damper), rest_of(damper), trace_of(ps, damper),
         np.zeros((1, 2), np.int64), np.full(1, np.inf), np.full(1, np.inf),
     )  # fmt: skip
-
-
-@chosen
-def orbit_of(arc):
-    """Return the time loop of a scene: itself, not what it returns, which would cost a level."""
-    if arc is None:
-        return lambda arc: linear_orbit
-    return lambda arc: orbit
 
 
 @chosen

@@ -196,6 +196,11 @@ def _table(choices: tuple[tuple[int, tuple[float, float]], ...]) -> np.ndarray:
     return np.concatenate([head, *blocks])
 
 
+def choices_for(tolerance: float) -> dict[int, tuple[float, float]]:
+    """Return the `CHOICES` from which impacts of a tolerance take their nodes."""
+    return {n: e for n, e in CHOICES.items() if n > FEW or tolerance >= COARSE}
+
+
 def make_arc(tolerance: float = TOLERANCE, nodes: int | None = None) -> impact.Arc:
     """Return the `Arc` with scratch rows of its own: one for each thread that uses it.
 
@@ -203,7 +208,7 @@ def make_arc(tolerance: float = TOLERANCE, nodes: int | None = None) -> impact.A
     `nodes`, 2 to 60, for all impacts, whose errors are what they are.
     """
     if nodes is None:
-        choices = {n: e for n, e in CHOICES.items() if n > FEW or tolerance >= COARSE}
+        choices = choices_for(tolerance)
         levels, settled = len(choices), impact.SETTLED * tolerance
         fine = min((n for n, error in INSIDE.items() if error <= tolerance), default=max(INSIDE))
     elif 2 <= nodes <= impact.ROW - 4:

@@ -19,7 +19,7 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import impact, lanes
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Outputs
-from nlds_vines.orbits.hertz_arc import CHOICES
+from nlds_vines.orbits.hertz_arc import choices_for
 from nlds_vines.orbits.settings import REFINED_NODES, Settings
 
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}
@@ -50,7 +50,7 @@ UNLESS = {
         "observe.note_energy",
         "observe.note_step",
         "peaks.note_peaks",
-        "inside.note_inside",
+        "inside.note_half",
     },
     "clearance": {"exact.note_misses"},
     "tangent": {"flight.propagate"},
@@ -271,7 +271,7 @@ def test_an_error_that_was_not_asked_for_costs_nothing(monkeypatch):
     )
     usual = Settings().contact_tolerance
     assert tolerances[0] == tolerances[1] == usual > tolerances[2] == tolerances[3]
-    assert nodes[0] == nodes[1] == min(CHOICES) < nodes[2] == nodes[3] == REFINED_NODES
+    assert nodes[0] == nodes[1] == min(choices_for(usual)) < nodes[2] == nodes[3] == REFINED_NODES
     assert steps[0] == steps[1] == Settings().steps < steps[2] == steps[3]
 
 

@@ -202,7 +202,7 @@ def test_how_many_steps_there_are_is_known_beforehand():
     for tolerance in (1e-3, 1e-5, 1e-7, 1e-9, 1e-11):
         needed = held_to(tolerance)
         assert one.follow(needed) == one.follow(needed._replace(tolerance=2 * needed.tolerance))
-    assert held_to(1e-9).per_impact == pytest.approx(22.4, abs=0.1)
+    assert held_to(1e-9).per_impact == pytest.approx(25.1, abs=0.1)
     assert Settings(contact_steps=18.7).stepped_to == np.inf
 
 

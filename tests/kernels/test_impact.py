@@ -16,7 +16,7 @@ from nlds_vines.kernels.impact import (
     short_impact,
 )
 from nlds_vines.kernels.scene import accelerations
-from nlds_vines.orbits.hertz_arc import CHOICES, make_arc
+from nlds_vines.orbits.hertz_arc import CHOICES, choices_for, make_arc
 
 SET6 = references()["ssul-set6"].numbers
 APPROACH = Approach(speed=1.3, x1=0.011, v1=0.2, phase=1.0)
@@ -164,14 +164,15 @@ def test_the_nodes_are_the_fewest_that_the_tolerance_allows():
     for column, error in enumerate((impact.ERROR, impact.HALF_ERROR)):
         seen = set()
         for tolerance in (1e-3, *TOLERANCES, 1e-13):
-            arc = make_arc(tolerance)
+            arc, choices = make_arc(tolerance), choices_for(tolerance)
             for size in np.geomspace(1e-7, impact.LARGEST, 60):
                 level = level_for(arc, int(error), size)
-                bounds = [errors[column] * size**1.5 for errors in CHOICES.values()]
-                enough = [k for k, bound in enumerate(bounds) if bound <= tolerance]
-                assert level == (enough[0] if enough else len(CHOICES) - 1)
-                seen.add(level)
-        assert seen == set(range(4) if column == 0 else range(3))  # more only after a doubt
+                bounds = {n: errors[column] * size**1.5 for n, errors in choices.items()}
+                enough = [n for n, bound in bounds.items() if bound <= tolerance]
+                nodes = nodes_of(arc, level, impact.WHOLE).n
+                assert nodes == (enough[0] if enough else max(choices))
+                seen.add(nodes)
+        assert seen == set(list(CHOICES)[: 4 if column == 0 else 3])  # more only after a doubt
 
 
 def test_given_nodes_are_taken_whatever_the_error():

@@ -49,8 +49,11 @@ def test_the_settling_period_is_where_the_section_begins_to_obey(passing):
         before, after = orbit.section[: found.settling - 1], orbit.section[found.settling :]
         assert np.abs(after[90:] - after[-1]).max() < 1e-6
         assert np.abs(before[-40:] - after[-1]).max() > 1e-3
-        impacts = orbit.impacts["touch"] / found.system.period
-        assert found.settling - 60 < impacts.max() <= found.settling + 1
+        # what strikes later is too soft to bend a return
+        touched, speed = orbit.impacts["touch"] / found.system.period, orbit.impacts["speed"]
+        hard = touched[speed > 0.25 * np.median(speed)]
+        assert found.settling - 60 < hard.max() <= found.settling + 1
+        assert touched.max() <= found.settling + 4
 
 
 @pytest.mark.parametrize("effort", ["quick", "standard"])
@@ -115,11 +118,20 @@ def test_a_torus_beside_the_published_3t_3(periods):
 
 
 def test_a_flight_without_impact_is_not_yet_a_periodic_orbit():
-    """At section 360 this orbit flies for a period; T,0 predicts that from anywhere."""
-    system = load_system("ssul-set6", omega=7.626316419240329, P=877.9905190504332)
-    cut, whole = classify(system, transient=300, periods=60), classify(system, transient=3000)
-    assert cut.label == whole.label == "transient chaos to T,0"
-    assert cut.settling == whole.settling > 360
+    """Some orbits fly all of period 360; T,0 predicts the next section from anywhere."""
+    flying = []
+    for omega in np.linspace(7.61, 7.64, 61):
+        system = load_system("ssul-set6", omega=omega, P=878.0)
+        orbit = simulate(system, periods=420)
+        touched = orbit.impacts["touch"] / system.period
+        if not np.any((touched > 360) & (touched < 361)) and touched.max() > 361:
+            flying.append(system)
+    assert len(flying) >= 5
+    for system in flying[:5]:
+        cut = classify(system, transient=300, periods=60, effort="thorough")
+        whole = classify(system, transient=6000, effort="thorough")
+        assert cut.label == whole.label == "transient chaos to T,0"
+        assert cut.settling == whole.settling > 360
 
 
 @pytest.mark.parametrize("method", ["exact", "rk4"])

@@ -139,11 +139,12 @@ def test_half_the_free_impact_ends_at_the_deepest_point(n):
         assert np.abs(missed).max() <= 64 * ROUND_OFF
 
 
-def test_every_choice_of_a_tolerance_is_the_arc_of_so_many_nodes():
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+def test_every_choice_of_a_tolerance_is_the_arc_of_so_many_nodes(tolerance):
     """Notices: a level that begins at another's place, errors of other nodes."""
-    made = arc.make_arc(1e-9)
-    assert made.levels == len(arc.CHOICES)
-    for level, (n, errors) in enumerate(arc.CHOICES.items()):
+    made, choices = arc.make_arc(tolerance), arc.choices_for(tolerance)
+    assert made.levels == len(choices) == len(arc.CHOICES) - (tolerance < arc.COARSE)
+    for level, (n, errors) in enumerate(choices.items()):
         row = impact.LEVELS + impact.LEVEL * level
         assert tuple(made.table[[row + impact.ERROR, row + impact.HALF_ERROR]]) == errors
         for part in (impact.WHOLE, impact.HALF):

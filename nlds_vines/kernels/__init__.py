@@ -24,9 +24,11 @@ In reading order:
     impact           a short impact, solved at once
     impact_variations   variations through it, on its collocation
     inside           its state between touch and release, and its largest energies
+    inside_variations   variations there
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section
     growth           growth rates with their uncertainty; convergence of averages
+    linear           small systems of linear equations
     eigenvalues      those of a small matrix
     variations       the map from section to section with its derivative
     shooting         periodic orbits by Newton's method

@@ -63,9 +63,11 @@ from .scene import accelerations
 #   E_T ... V_B  7 ROW      factors at the nodes: of time in e; of e and of b in the derivatives
 #   B_N, T_N     10 ROW     derivatives of b / b0 and of time / tick by the five small numbers
 #   NODE         24 ROW     node by node, four variations each: b, e and derivatives of b, t, w, v
+#   TO_PLACE     ROW        weights of integrals from touch to a place (`inside_variations`)
 E_T, B_E, B_B, T_E, T_B, V_E, V_B = (VARIED + ROW * i for i in range(7))
 B_N, T_N = VARIED + 7 * ROW, VARIED + 12 * ROW
 NODE, EACH = VARIED + 17 * ROW, 24
+TO_PLACE = VARIED + 41 * ROW
 AMPLITUDE, PUSH, OF_B, OF_T, OF_W, OF_V = (NODE + 4 * i for i in range(6))
 TINIEST = 1.0e-300  # size of a variation, so that nothing is divided by zero
 
@@ -409,12 +411,13 @@ def settle_variations(ps, nodes, approach, start, lasting, took, enough, size):
 
 
 @jit
-def at_release(nodes, start, took):
+def at_release(nodes, start, took, weight):
     """Return the differences (b, t, x, v) at the end of the arc, t without t0.
 
-    x already holds what goes with the time `took` [s] that the nodes miss, v that it lasts.
+    Or at a place inside: where an integral from touch has the weights that begin at `weight`. x
+    already holds what goes with the time `took` [s] that the nodes miss, v that it lasts.
     """
-    w, weight = nodes.w, nodes.at + WEIGHT * nodes.m
+    w = nodes.w
     _, b, x, v = start
     t = four(0.0)
     slopes_of_b(nodes)
@@ -447,6 +450,38 @@ def put_columns(tangent, x1, v1, r, s):
 
 
 @jit
+def solve_variations(ps, damper, wall, nodes, approach, rate, cosine, took, enough, tangent):
+    """Solve for b and e of four variations `tangent` (16,) at the nodes of an arc or its half.
+
+    cosine: of the forcing's phase at the touch; took [s]: its duration; the rest as for `vary` and
+    `settle_variations`. Returns (start, pushes, numbers, faster): the differences (t0, b, x, v) at
+    the touch, what changes of the pushes and of the small numbers, and of the speed, relative.
+    """
+    # hot: once per impact
+    linearise(ps, damper, wall, nodes, approach)
+    # The differences where the wall is met, t0 later; the common motion's are without s.
+    s, share = approach.s, damper.share
+    x1, v1 = approach.x, approach.v + share * s
+    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, cosine, 0.0)
+    x, v, r, speed = columns_of(tangent)
+    late = (-1.0 / s) * r
+    size = larger_of(larger_of(four(TINIEST), rate * r), v)
+    x, speed = x + v1 * late, speed + ds * late
+    v = v + dv * late - share * speed
+    size = larger_of(larger_of(larger_of(size, speed), v), rate * x)
+    # Their guess and the sweeps.
+    faster = (1.0 / s) * speed
+    pushes = pushes_varied(ps, damper, approach, late, x, v)
+    numbers = numbers_varied(approach, pushes, faster)
+    series_by_numbers(nodes, approach, nodes.at + GB * nodes.m, int(B_N))
+    series_by_numbers(nodes, approach, nodes.at + (GT + 1) * nodes.m, int(T_N))
+    guess(ps, damper, nodes, approach, pushes, numbers, faster)
+    start = late, (0.2 * approach.b) * faster, x, v
+    settle_variations(ps, nodes, approach, start, rate * took, took, enough / SETTLED, size)
+    return start, pushes[0], numbers, faster
+
+
+@jit
 def vary(ps, damper, wall, arc, rate, phase, before, after, tangent):
     """Carry four variations `tangent` (16,) from touch to release of an impact just solved.
 
@@ -457,33 +492,16 @@ def vary(ps, damper, wall, arc, rate, phase, before, after, tangent):
     s, x1, v1 = before
     approach = approach_of(ps, damper, wall, s, x1, v1, phase[0], phase[1])
     n, m, at, w = nodes_of(arc, int(arc.table[USED]), int(WHOLE))
-    nodes = Nodes(n, m, at, bare(w))
-    linearise(ps, damper, wall, nodes, approach)
-    # The differences where the wall is met, t0 later; the common motion's are without s.
-    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, phase[0], 0.0)
-    x, v, r, speed = columns_of(tangent)
-    late = (-1.0 / s) * r
-    size = larger_of(larger_of(four(TINIEST), rate * r), v)
-    x, speed = x + v1 * late, speed + ds * late
-    v = v + dv * late - damper.share * speed
-    size = larger_of(larger_of(larger_of(size, speed), v), rate * x)
-    # Their guess and the sweeps.
-    faster = (1.0 / s) * speed
-    pushes = pushes_varied(ps, damper, approach, late, x, v)
-    numbers = numbers_varied(approach, pushes, faster)
-    series_by_numbers(nodes, approach, nodes.at + GB * nodes.m, int(B_N))
-    series_by_numbers(nodes, approach, nodes.at + (GT + 1) * nodes.m, int(T_N))
-    guess(ps, damper, nodes, approach, pushes, numbers, faster)
-    start, took = (late, (0.2 * approach.b) * faster, x, v), after[3]
-    settle_variations(
-        ps, nodes, approach, start, rate * took, took, arc.settled / SETTLED, size
-    )  # fmt: skip
+    nodes, took = Nodes(n, m, at, bare(w)), after[3]
+    start, push, numbers, faster = solve_variations(
+        ps, damper, wall, nodes, approach, rate, phase[0], took, arc.settled, tangent
+    )
     # At the release, with what the nodes miss.
-    b, t, x, v = at_release(nodes, start, took)
+    b, t, x, v = at_release(nodes, start, took, at + WEIGHT * m)
     more, longer, missed = missed_varied(nodes, approach, numbers, faster)
     b, t = b + more, t + longer
     x = x + approach.v * longer
-    v = v + (approach.acceleration * longer + ((1.0 - damper.share) * missed) * pushes[0])
+    v = v + (approach.acceleration * longer + ((1.0 - damper.share) * missed) * push)
     # At one time: t0 + t before the wall is left. (b^5 is that of the last node, all but exactly.)
     s, x1, v1, _ = after
     last = w[B + n - 1]
@@ -493,6 +511,6 @@ def vary(ps, damper, wall, arc, rate, phase, before, after, tangent):
     speed = (5.0 * s / last) * b
     c, _ = rotated(phase[0], phase[1], ps.omega * took)
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
-    back = late + t
+    back = start[0] + t
     v = v + damper.share * speed
     put_columns(tangent, x - v1 * back, v - dv * back, (-s) * back, speed - ds * back)

@@ -31,6 +31,7 @@ from .flight import coarse_map, phase_at, propagate, step
 from .impact import short_impact
 from .impact_variations import vary
 from .inside import Ahead, keep_ahead, note_inside, read_ahead, state_inside
+from .inside_variations import vary_cut
 from .limit import begin_contact, may_pass
 from .observe import (
     ORIGIN,
@@ -171,11 +172,11 @@ def follow_short_impact(
     """Try to follow a contact as a short impact, to its release or for the time `left` [s].
 
     Returns whether it is one, and the result as of `contact`. An impact is solved once, as a whole,
-    and kept as `Ahead` in `k`, whence it goes on behind a section. Variations go through it with
-    the orbit, unless a section cuts it.
+    and kept as `Ahead` in `k`, whence it goes on behind a section. Variations go with the orbit.
     """
     # hot: once per impact
-    if k[rk.AHEAD] == 0.0:
+    begins = k[rk.AHEAD] == 0.0
+    if begins:
         q, s, x1, v1 = now
         solved, out, a1, b1, took, depth = short_impact(
             ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1
@@ -192,7 +193,14 @@ def follow_short_impact(
         min(left, remains), now, k,
     )  # fmt: skip
     if remains > left:
-        return True, up_to_section(ps, damper, wall, arc, energy, c, d, left, k)
+        result = up_to_section(ps, damper, wall, arc, energy, c, d, left, k)
+        if tangent is not None:
+            vary_cut(
+                ps, damper, wall, arc, rate, rotated(c, d, ps.omega * left), tangent, k, begins
+            )
+        return True, result
+    if tangent is not None and not begins:
+        vary_cut(ps, damper, wall, arc, rate, (c, d), tangent, k, begins)
     ahead = read_ahead(k, int(rk.AHEAD))
     k[rk.AHEAD] = 0.0
     s, x1, v1 = ahead.release
@@ -238,27 +246,20 @@ def follow_contact(
 
     `phase`: (cos, sin) of the forcing's; the rest as for `contact`. For a wall that pushes towards
     -x2 (`sign` -1) the motion is mirrored on the way in and out. Returns (event, q, s, x1, v1,
-    elapsed, depth) as `contact`. Variations are stepped where a section cuts a short impact, too;
-    what is stepped for them alone changes nothing of the orbit.
+    elapsed, depth) as `contact`.
     """
     # hot: once per impact, in the loop of `orbit`, where `Prepared` as one argument costs 3 %
     q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
     c, d = sign * phase[0], sign * phase[1]
-    cut = k[rk.AHEAD] > 0.0
     solved, result = short_impact_if_exact(
         rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
         left, (q, s, x1, v1), k,
     )  # fmt: skip
-    stepped, lasting = not solved, left
-    if tangent is not None and solved:
-        stepped, lasting = cut or result[0] == STOPPED, result[5]
-    if stepped:
-        found = contact(
+    if not solved:
+        result = contact(
             rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate, c, d,
-            q, s, x1, v1, lasting, k,
+            q, s, x1, v1, left, k,
         )  # fmt: skip
-        if not solved:
-            result = found
     event, q, s, x1, v1, took, depth = result
     return event, q, sign * s, sign * x1, sign * v1, took, depth
 

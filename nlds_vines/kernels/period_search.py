@@ -17,10 +17,11 @@ from .codes import PERIODIC
 from .compiling import jit
 from .course import last_of, oldest_of, section_at
 from .eigenvalues import spectral_radius
+from .linear import solve
 from .recurrence import TOLERANCE, repeats
 from .settling import MARGIN, attracted, settling_period
 from .shooting import is_minimal, less_identity, matrix_of, polish, span_of
-from .variations import distance, solve
+from .variations import distance
 
 LONGEST = 1024  # periods n that are looked for
 FEWEST_REPEATED = 16  # sections that must have repeated: fewer may do so by chance
@@ -89,7 +90,7 @@ def spacing(flow, course, n):
 @jit
 def is_saddle(matrix, size):
     """Tell whether an odd number of multipliers are real and greater than one; M is lost."""
-    return solve(less_identity(matrix), np.zeros(size), size) < 0  # the sign of det(I - M)
+    return solve(less_identity(matrix), np.zeros((size, 0))) < 0  # the sign of det(I - M)
 
 
 @jit(dissolved=True)

@@ -11,8 +11,9 @@ from __future__ import annotations
 from .compiling import chosen, jit
 from .contact_field import slope
 
-# The scratch array k of a contact: 16 rows of 24 numbers, each row a state or its slope, and AHEAD,
-# what is ahead of an orbit inside an impact that is solved (`inside.Ahead`).
+# The scratch array k of a contact: 16 rows of 24 numbers, each row a state or its slope; AHEAD,
+# what is ahead of an orbit inside an impact that is solved (`inside.Ahead`); and SECOND, what
+# becomes of variations there (`inside_variations.vary_cut`).
 #
 #   row      0: Y        1: NEW      2: STAGE        3: SAVE          4 ... 15: K1 ... K12
 #            before      after       within a step   one to keep      slopes of the stages
@@ -28,7 +29,8 @@ ROW = 24  # distance of the rows
 Y, NEW, STAGE, SAVE = 0, ROW, 2 * ROW, 3 * ROW
 K1, K2, K3, K4, K5, K6, K7, K8, K9, K10, K11, K12 = (ROW * (4 + i) for i in range(12))
 AHEAD = ROW * 16
-SCRATCH = AHEAD + 9
+SECOND = AHEAD + 9
+SCRATCH = SECOND + 20
 
 A2_1 = 0.05260015195876773
 A3_1 = 0.0197250569845379

@@ -10,6 +10,7 @@ import numpy as np
 
 from .codes import OK
 from .compiling import jit
+from .linear import solve
 from .variations import (
     advance,
     distance,
@@ -18,7 +19,6 @@ from .variations import (
     norm,
     place_state,
     set_identity,
-    solve,
 )
 
 MOST_ITERATIONS = 12  # steps of Newton's method: it converges in five, or not at all
@@ -83,10 +83,11 @@ def less_identity(matrix):
 @jit
 def correction(flow, matrix, y, image):
     """Return Newton's correction (I - M)^-1 (image - y), and whether there is one; M is lost."""
-    right, system = np.zeros(4), less_identity(matrix)
+    right, system = np.zeros((4, 1)), less_identity(matrix)
     for i in range(flow.size):
-        right[i] = image[i] - y[i]
-    return right, solve(system, right, flow.size) != 0
+        right[i, 0] = image[i] - y[i]
+    found = solve(system, right) != 0
+    return right[:, 0], found
 
 
 @jit(dissolved=True)

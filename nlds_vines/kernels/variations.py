@@ -160,37 +160,6 @@ def orthonormalise(tangent, size, growth):
 
 
 @jit
-def solve(matrix, right, size):
-    """Solve matrix x = right in place by elimination with pivots.
-
-    Returns the sign of the determinant, 0 where the matrix is singular.
-    """
-    sign = 1
-    for i in range(size):
-        pivot = i
-        for j in range(i + 1, size):
-            if abs(matrix[j, i]) > abs(matrix[pivot, i]):
-                pivot = j
-        if not abs(matrix[pivot, i]) > 0.0:
-            return 0
-        if (pivot != i) != (matrix[pivot, i] < 0.0):
-            sign = -sign
-        for c in range(size):
-            matrix[i, c], matrix[pivot, c] = matrix[pivot, c], matrix[i, c]
-        right[i], right[pivot] = right[pivot], right[i]
-        for j in range(i + 1, size):
-            f = matrix[j, i] / matrix[i, i]
-            for c in range(i, size):
-                matrix[j, c] -= f * matrix[i, c]
-            right[j] -= f * right[i]
-    for i in range(size - 1, -1, -1):
-        for c in range(i + 1, size):
-            right[i] -= matrix[i, c] * right[c]
-        right[i] /= matrix[i, i]
-    return sign
-
-
-@jit
 def new_state():
     """Return an empty state for `place_state`."""
     return np.zeros(SIZE)

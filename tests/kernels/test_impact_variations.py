@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from support import REPO, Approach, contact_parts, references
 
-from nlds_vines.kernels.codes import RELEASED
+from nlds_vines.kernels.codes import RELEASED, STOPPED
 from nlds_vines.kernels.contact import Steps, contact
 from nlds_vines.kernels.flight import rate_of
 from nlds_vines.kernels.impact import short_impact
 from nlds_vines.kernels.impact_variations import vary
-from nlds_vines.kernels.runge_kutta import SCRATCH
+from nlds_vines.kernels.inside import Ahead, keep_ahead
+from nlds_vines.kernels.inside_variations import cut_in_two, vary_cut
+from nlds_vines.kernels.runge_kutta import AHEAD, SCRATCH
 from nlds_vines.orbits.hertz_arc import make_arc
 
 SET6 = references()["ssul-set6"].numbers
@@ -54,15 +56,26 @@ class Impact(NamedTuple):
         )  # fmt: skip
         return found
 
-    def stepped(self, steps):
-        """Return the unit variations at the release, by Runge-Kutta steps, and its duration."""
+    def stepped(self, steps, time=1.0e3):
+        """Return the unit variations at the release, by Runge-Kutta steps, and its duration.
+
+        Or after a time [s], if that comes before.
+        """
         a, found = self.approach, UNIT.copy()
         event, _, _, _, _, took, _ = contact(
             None, *self.parts, 1.0, None, None, None, found, Steps(steps, np.inf), self.rate,
-            *self.phase, 0.0, a.speed, a.x1, a.v1, 1.0e3, np.zeros(SCRATCH),
+            *self.phase, 0.0, a.speed, a.x1, a.v1, time, np.zeros(SCRATCH),
         )  # fmt: skip
-        assert event == RELEASED
+        assert event == (RELEASED if time == 1.0e3 else STOPPED)
         return found, took
+
+    def cut(self, arc, share):
+        """Return the matrices of variations up to a share of the impact, and from there on."""
+        solved, s, x1, v1, took, _ = self.solve(arc)
+        assert solved
+        a = self.approach
+        ahead = Ahead(took, share * took, 0.0, (a.speed, a.x1, a.v1), (s, x1, v1))
+        return ahead, cut_in_two(*self.parts, arc, self.rate, self.phase, ahead)
 
     def matrix(self, tangent):
         """Return the matrix of variations with displacements in units of velocity by `rate`."""
@@ -101,6 +114,45 @@ def test_variations_err_by_the_tolerance(tolerance):
     errors = [impact.error(arc) for impact in random_impacts(80, arc)]
     assert max(errors) <= 5 * tolerance
     assert np.median(errors) <= 0.2 * tolerance
+
+
+SHARES = (1e-3, 0.1, 0.4, 0.499, 0.501, 0.7, 0.9, 0.999)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_a_section_may_cut_an_impact_anywhere(tolerance):
+    """Notices: a half taken for the other, time that runs on backward, the wall's own force."""
+    arc, errors = make_arc(tolerance), []
+    for impact, share in zip(random_impacts(80, arc, seed=8), 10 * SHARES, strict=True):
+        ahead, (first, second) = impact.cut(arc, share)
+        exact = impact.matrix(impact.stepped(100.0, ahead.elapsed)[0])
+        errors.append(np.abs(impact.matrix(first) - exact).max() / np.abs(exact).max())
+        whole = impact.matrix(impact.carried(arc))
+        both = impact.matrix(first @ second)
+        assert np.abs(both - whole).max() <= 1e-12 * np.abs(whole).max()
+    assert max(errors) <= tolerance
+    assert np.median(errors) <= 0.1 * tolerance
+
+
+@pytest.mark.parametrize("share", [0.2, 0.8])
+def test_variations_go_on_behind_a_section(share):
+    """With what was kept, or, where nothing was, the same again."""
+    arc, impact, tangent = make_arc(), one(), np.random.default_rng(4).normal(size=16)
+    ahead, (first, _) = impact.cut(arc, share)
+    angle = impact.approach.phase + impact.parts[0].omega * ahead.elapsed
+    kept, scratch = np.zeros(SCRATCH), np.zeros(SCRATCH)
+    arguments = *impact.parts, arc, impact.rate, (np.cos(angle), np.sin(angle))
+    keep_ahead(kept, AHEAD, ahead)
+    keep_ahead(scratch, AHEAD, ahead)
+    found = tangent.copy()
+    vary_cut(*arguments, found, kept, True)
+    np.testing.assert_allclose(found.reshape(4, 4), tangent.reshape(4, 4) @ first, rtol=1e-9)
+    again = found.copy()
+    vary_cut(*arguments, found, kept, False)
+    vary_cut(*arguments, again, scratch, False)
+    np.testing.assert_array_equal(found, again)
+    expected = tangent.reshape(4, 4) @ impact.carried(arc).reshape(4, 4)
+    np.testing.assert_allclose(found.reshape(4, 4), expected, rtol=1e-9)
 
 
 def test_the_determinant_is_known_beforehand():

@@ -12,7 +12,7 @@ from support import linear_flow, references, system_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels import shooting, variations
+from nlds_vines.kernels import linear, shooting, variations
 from nlds_vines.kernels.cells import prepared_cell
 from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.eigenvalues import spectral_radius
@@ -276,14 +276,14 @@ def test_multipliers_and_exponents_of_every_labelled_orbit():
 def test_elimination(size):
     rng = np.random.default_rng(size)
     for _ in range(20):
-        matrix, right = rng.normal(size=(size, size)), rng.normal(size=4)
+        matrix, right = rng.normal(size=(size, size)), rng.normal(size=(4, 3))
         matrix[0, 0] = 0.0  # so that it must exchange rows
         expected = np.linalg.solve(matrix, right[:size])
-        sign = variations.solve(matrix.copy(), right, size)
+        sign = linear.solve(matrix.copy(), right)
         assert sign == np.sign(np.linalg.det(matrix))
         np.testing.assert_allclose(right[:size], expected, rtol=1e-9)
-    assert not variations.solve(np.zeros((size, size)), np.ones(4), size)
-    assert not variations.solve(np.full((size, size), np.nan), np.ones(4), size)
+    assert not linear.solve(np.zeros((size, size)), np.ones((4, 1)))
+    assert not linear.solve(np.full((size, size), np.nan), np.ones((4, 1)))
 
 
 def test_a_wrong_monodromy_is_seen():

@@ -1,0 +1,153 @@
+"""Variations through an impact that a section cuts in two.
+
+The orbit is solved from touch to release, and its variations with it (`impact_variations`). Where a
+section lies in between, they are wanted there, too: on the half of the impact in which it lies,
+which begins at the touch, or backward in time at the release (`inside`), the same linear equations
+hold, and the integrals of their solution end at the section instead of the half's end.
+
+Variations are linear: the impact is a matrix R, a row for each unit variation, and the section cuts
+it into R = F S. One of F and 1 / S is solved for, the other follows.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import runge_kutta as rk
+from .compiling import jit
+from .contact_field import rotated
+from .fours import four, four_at, put_four
+from .impact import MATRIX, WEIGHT, short_impact
+from .impact_variations import TO_PLACE, at_release, put_columns, solve_variations, vary
+from .inside import SECOND, WEIGHED, backward, half_impact, read_ahead, state_at, value
+from .linear import solve
+from .scene import accelerations
+
+
+@jit
+def integrate_to_place(half):
+    """Fill the weights of integrals up to the place whose weights `inside.weigh` has left.
+
+    Returns the sum of those. An integral there is the interpolation of those to nodes and end.
+    """
+    w, n, m = half.nodes.w, half.nodes.n, half.nodes.m
+    matrix, weight = half.nodes.at + MATRIX * m, half.nodes.at + WEIGHT * m
+    total = w[WEIGHED]
+    for i in range(n + 1):
+        total += w[WEIGHED + 1 + i]
+    for j in range(n):
+        found = w[WEIGHED + 1 + n] * w[weight + j]
+        for i in range(n):
+            found += w[WEIGHED + 1 + i] * w[matrix + j * m + i]
+        w[TO_PLACE + j] = found / total
+    return total
+
+
+@jit
+def vary_to(ps, damper, wall, arc, rate, phase, state, time, tangent):
+    """Carry four variations (16,) from the beginning of a half to a `time` [s] after it.
+
+    phase: (cos, sin) of the forcing's and state (s, x1, v1) there.
+    """
+    half = half_impact(ps, damper, wall, arc, phase, state)
+    q, s, x1, v1 = state_at(wall, half, time)
+    total = integrate_to_place(half)
+    ratio = 1.0 / value(half, int(SECOND), total)
+    # The differences at the place, as in `vary` at the release.
+    start, _, _, _ = solve_variations(
+        ps, damper, wall, half.nodes, half.approach, rate, phase[0], half.time,
+        arc.settled, tangent,
+    )  # fmt: skip
+    b, t, x, v = at_release(half.nodes, start, time, int(TO_PLACE))
+    b = ratio * b
+    z, speed = (4.0 * (q * q)) * b, (5.0 * s) * b
+    # At one time.
+    c, _ = rotated(phase[0], phase[1], ps.omega * time)
+    force = wall.K * (q * q * q)
+    dv, ds = accelerations(ps, damper, x1, v1, wall.gap + q * q, s, c, force)
+    back = start[0] + t
+    x, v = x + damper.share * z, v + damper.share * speed
+    put_columns(tangent, x - v1 * back, v - dv * back, z - s * back, speed - ds * back)
+
+
+@jit
+def turn(tangent):
+    """Change the signs of v1 and s of four variations: of time."""
+    for i in range(1, 16, 2):
+        tangent[i] = -tangent[i]
+
+
+@jit
+def unit_variations():
+    """Return the unit variations (4, 4), row by row."""
+    found = np.zeros((4, 4))
+    for i in range(4):
+        found[i, i] = 1.0
+    return found
+
+
+@jit
+def product(rows, matrix):
+    """Return the product of two matrices (4, 4)."""
+    found = np.zeros((4, 4))
+    for i in range(4):
+        sums = four(0.0)
+        for j in range(4):
+            sums = sums + rows[i, j] * four_at(matrix[j], 0)
+        put_four(found[i], 0, sums)
+    return found
+
+
+@jit
+def cut_in_two(ps, damper, wall, arc, rate, phase, ahead):
+    """Return the matrices (4, 4) F and S of an impact that a section cuts, `ahead.elapsed` > 0.
+
+    phase: (cos, sin) at the touch.
+    """
+    s, x1, v1 = ahead.touch
+    out, a1, b1 = ahead.release
+    whole, part = unit_variations(), unit_variations()
+    short_impact(ps, damper, wall, arc, None, rate, phase[0], phase[1], 0.0, s, x1, v1)
+    after = out, a1, b1, ahead.took
+    vary(ps, damper, wall, arc, rate, phase, ahead.touch, after, whole.reshape(16))
+    if ahead.elapsed + ahead.elapsed <= ahead.took:
+        vary_to(ps, damper, wall, arc, rate, phase, ahead.touch, ahead.elapsed, part.reshape(16))
+        first = part.copy()
+        solve(part, whole)
+        return first, whole
+    c, d = rotated(phase[0], phase[1], ps.omega * ahead.took)
+    back, pushing = backward(ps, damper)
+    turn(part.reshape(16))
+    vary_to(
+        back, pushing, wall, arc, rate, (c, -d), (-out, a1, -b1), ahead.took - ahead.elapsed,
+        part.reshape(16),
+    )  # fmt: skip
+    turn(part.reshape(16))
+    first, second = product(whole, part), unit_variations()
+    solve(part, second)
+    return first, second
+
+
+@jit
+def vary_cut(ps, damper, wall, arc, rate, phase, tangent, k, to_section):
+    """Carry four variations (16,) from touch to the section in an impact, or from there on.
+
+    phase: (cos, sin) of the forcing's at the section; k: scratch, with the impact that is `Ahead`.
+    What follows the section is kept there until it is asked for.
+    """
+    # hot: once per section inside an impact
+    ahead, kept = read_ahead(k, int(rk.AHEAD)), rk.SECOND
+    known = k[kept + 16] == ahead.took and k[kept + 17] == ahead.elapsed
+    known = known and k[kept + 18] == ahead.touch[0] and k[kept + 19] == ahead.touch[2]
+    second = k[kept : kept + 16].reshape(4, 4)
+    matrix = second
+    if to_section or not known:
+        touch = rotated(phase[0], phase[1], -ps.omega * ahead.elapsed)
+        first, after = cut_in_two(ps, damper, wall, arc, rate, touch, ahead)
+        second[:] = after
+        k[kept + 16], k[kept + 17] = ahead.took, ahead.elapsed
+        k[kept + 18], k[kept + 19] = ahead.touch[0], ahead.touch[2]
+        if to_section:
+            matrix = first
+    rows = tangent.reshape(4, 4)
+    rows[:] = product(rows, matrix)

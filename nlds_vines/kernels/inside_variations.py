@@ -14,10 +14,11 @@ from __future__ import annotations
 import numpy as np
 
 from . import runge_kutta as rk
+from .bare_rows import bare
 from .compiling import jit
 from .contact_field import rotated
 from .fours import four, four_at, put_four
-from .impact import MATRIX, WEIGHT, short_impact
+from .impact import MATRIX, WEIGHT, Nodes, short_impact
 from .impact_variations import TO_PLACE, at_release, put_columns, solve_variations, vary
 from .inside import SECOND, WEIGHED, backward, half_impact, read_ahead, state_at, value
 from .linear import solve
@@ -54,11 +55,11 @@ def vary_to(ps, damper, wall, arc, rate, phase, state, time, tangent):
     total = integrate_to_place(half)
     ratio = 1.0 / value(half, int(SECOND), total)
     # The differences at the place, as in `vary` at the release.
+    nodes = Nodes(half.nodes.n, half.nodes.m, half.nodes.at, bare(half.nodes.w))
     start, _, _, _ = solve_variations(
-        ps, damper, wall, half.nodes, half.approach, rate, phase[0], half.time,
-        arc.settled, tangent,
-    )  # fmt: skip
-    b, t, x, v = at_release(half.nodes, start, time, int(TO_PLACE))
+        ps, damper, wall, nodes, half.approach, rate, phase[0], half.time, arc.settled, tangent
+    )
+    b, t, x, v = at_release(nodes, start, time, int(TO_PLACE))
     b = ratio * b
     z, speed = (4.0 * (q * q)) * b, (5.0 * s) * b
     # At one time.
@@ -79,28 +80,43 @@ def turn(tangent):
 
 @jit
 def unit_variations():
-    """Return the unit variations (4, 4), row by row."""
-    found = np.zeros((4, 4))
-    for i in range(4):
-        found[i, i] = 1.0
+    """Return the unit variations (16,)."""
+    found = np.zeros(16)
+    for i in range(0, 16, 5):
+        found[i] = 1.0
     return found
 
 
 @jit
-def product(rows, matrix):
-    """Return the product of two matrices (4, 4)."""
-    found = np.zeros((4, 4))
-    for i in range(4):
+def product(first, second):
+    """Return what becomes of variations `first` (16,), where the unit ones become `second`."""
+    found = np.empty(16)
+    for i in range(0, 16, 4):
         sums = four(0.0)
         for j in range(4):
-            sums = sums + rows[i, j] * four_at(matrix[j], 0)
-        put_four(found[i], 0, sums)
+            sums = sums + first[i + j] * four_at(second, 4 * j)
+        put_four(found, i, sums)
     return found
 
 
 @jit
+def divided(whole, first):
+    """Return the `second` (16,) with which the `product` of `first` and it is `whole`."""
+    matrix, right = np.empty((4, 4)), np.empty((4, 4))
+    for i in range(4):
+        for j in range(4):
+            matrix[i, j], right[i, j] = first[4 * i + j], whole[4 * i + j]
+    solve(matrix, right)
+    found = np.empty(16)
+    for i in range(4):
+        for j in range(4):
+            found[4 * i + j] = right[i, j]
+    return found
+
+
+@jit(dissolved=True)
 def cut_in_two(ps, damper, wall, arc, rate, phase, ahead):
-    """Return the matrices (4, 4) F and S of an impact that a section cuts, `ahead.elapsed` > 0.
+    """Return F and S (16,) of an impact that a section cuts, `ahead.elapsed` > 0.
 
     phase: (cos, sin) at the touch.
     """
@@ -109,26 +125,23 @@ def cut_in_two(ps, damper, wall, arc, rate, phase, ahead):
     whole, part = unit_variations(), unit_variations()
     short_impact(ps, damper, wall, arc, None, rate, phase[0], phase[1], 0.0, s, x1, v1)
     after = out, a1, b1, ahead.took
-    vary(ps, damper, wall, arc, rate, phase, ahead.touch, after, whole.reshape(16))
-    if ahead.elapsed + ahead.elapsed <= ahead.took:
-        vary_to(ps, damper, wall, arc, rate, phase, ahead.touch, ahead.elapsed, part.reshape(16))
-        first = part.copy()
-        solve(part, whole)
-        return first, whole
-    c, d = rotated(phase[0], phase[1], ps.omega * ahead.took)
-    back, pushing = backward(ps, damper)
-    turn(part.reshape(16))
-    vary_to(
-        back, pushing, wall, arc, rate, (c, -d), (-out, a1, -b1), ahead.took - ahead.elapsed,
-        part.reshape(16),
-    )  # fmt: skip
-    turn(part.reshape(16))
-    first, second = product(whole, part), unit_variations()
-    solve(part, second)
-    return first, second
+    vary(ps, damper, wall, arc, rate, phase, ahead.touch, after, whole)
+    # The half in which the section lies: as it is, or backward in time.
+    early = ahead.elapsed + ahead.elapsed <= ahead.took
+    state, time = ahead.touch, ahead.elapsed
+    if not early:
+        c, d = rotated(phase[0], phase[1], ps.omega * ahead.took)
+        ps, damper = backward(ps, damper)
+        phase, state, time = (c, -d), (-out, a1, -b1), ahead.took - ahead.elapsed
+        turn(part)
+    vary_to(ps, damper, wall, arc, rate, phase, state, time, part)
+    if early:
+        return part, divided(whole, part)
+    turn(part)
+    return product(whole, part), divided(unit_variations(), part)
 
 
-@jit
+@jit(dissolved=True)
 def vary_cut(ps, damper, wall, arc, rate, phase, tangent, k, to_section):
     """Carry four variations (16,) from touch to the section in an impact, or from there on.
 
@@ -139,15 +152,17 @@ def vary_cut(ps, damper, wall, arc, rate, phase, tangent, k, to_section):
     ahead, kept = read_ahead(k, int(rk.AHEAD)), rk.SECOND
     known = k[kept + 16] == ahead.took and k[kept + 17] == ahead.elapsed
     known = known and k[kept + 18] == ahead.touch[0] and k[kept + 19] == ahead.touch[2]
-    second = k[kept : kept + 16].reshape(4, 4)
-    matrix = second
+    map_on = np.empty(16)
+    for i in range(16):
+        map_on[i] = k[kept + i]
     if to_section or not known:
         touch = rotated(phase[0], phase[1], -ps.omega * ahead.elapsed)
-        first, after = cut_in_two(ps, damper, wall, arc, rate, touch, ahead)
-        second[:] = after
+        first, second = cut_in_two(ps, damper, wall, arc, rate, touch, ahead)
+        for i in range(16):
+            k[kept + i] = second[i]
+            map_on[i] = first[i] if to_section else second[i]
         k[kept + 16], k[kept + 17] = ahead.took, ahead.elapsed
         k[kept + 18], k[kept + 19] = ahead.touch[0], ahead.touch[2]
-        if to_section:
-            matrix = first
-    rows = tangent.reshape(4, 4)
-    rows[:] = product(rows, matrix)
+    found = product(tangent, map_on)
+    for i in range(16):
+        tangent[i] = found[i]

@@ -192,15 +192,15 @@ def follow_short_impact(
         rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d,
         min(left, remains), now, k,
     )  # fmt: skip
-    if remains > left:
+    stops = remains > left
+    result = STOPPED, 0.0, 0.0, 0.0, 0.0, left, 0.0
+    if stops:
         result = up_to_section(ps, damper, wall, arc, energy, c, d, left, k)
-        if tangent is not None:
-            vary_cut(
-                ps, damper, wall, arc, rate, rotated(c, d, ps.omega * left), tangent, k, begins
-            )
+    if tangent is not None and (stops or not begins):
+        phase = rotated(c, d, ps.omega * left) if stops else (c, d)
+        vary_cut(ps, damper, wall, arc, rate, phase, tangent, k, begins)
+    if stops:
         return True, result
-    if tangent is not None and not begins:
-        vary_cut(ps, damper, wall, arc, rate, (c, d), tangent, k, begins)
     ahead = read_ahead(k, int(rk.AHEAD))
     k[rk.AHEAD] = 0.0
     s, x1, v1 = ahead.release

@@ -128,7 +128,7 @@ def test_a_section_may_cut_an_impact_anywhere(tolerance):
         exact = impact.matrix(impact.stepped(100.0, ahead.elapsed)[0])
         errors.append(np.abs(impact.matrix(first) - exact).max() / np.abs(exact).max())
         whole = impact.matrix(impact.carried(arc))
-        both = impact.matrix(first @ second)
+        both = impact.matrix((first.reshape(4, 4) @ second.reshape(4, 4)).ravel())
         assert np.abs(both - whole).max() <= 1e-12 * np.abs(whole).max()
     assert max(errors) <= tolerance
     assert np.median(errors) <= 0.1 * tolerance
@@ -146,7 +146,9 @@ def test_variations_go_on_behind_a_section(share):
     keep_ahead(scratch, AHEAD, ahead)
     found = tangent.copy()
     vary_cut(*arguments, found, kept, True)
-    np.testing.assert_allclose(found.reshape(4, 4), tangent.reshape(4, 4) @ first, rtol=1e-9)
+    np.testing.assert_allclose(
+        found.reshape(4, 4), tangent.reshape(4, 4) @ first.reshape(4, 4), rtol=1e-9
+    )
     again = found.copy()
     vary_cut(*arguments, found, kept, False)
     vary_cut(*arguments, again, scratch, False)

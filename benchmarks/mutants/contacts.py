@@ -72,6 +72,33 @@ MUTANTS = (
         ),
     ),
     *of(
+        "nlds_vines/kernels/inside_variations.py",
+        (
+            "inside variations: the wall does not push at the place",
+            "force = wall.K * (q * q * q)",
+            "force = 0.0 * q",
+            _T_THROUGH + "test_a_section_may_cut_an_impact_anywhere[1e-09]",
+        ),
+        (
+            "inside variations: the second half is not turned in time",
+            "    turn(part)\n    return product",
+            "    return product",
+            _T_THROUGH + "test_a_section_may_cut_an_impact_anywhere[1e-09]",
+        ),
+        (
+            "inside variations: the integral to the end counts for nothing",
+            "found = w[WEIGHED + 1 + n] * w[weight + j]",
+            "found = 0.0",
+            _T_THROUGH + "test_a_section_may_cut_an_impact_anywhere[1e-09]",
+        ),
+        (
+            "inside variations: what was kept of another impact is taken",
+            "if to_section or not known:",
+            "if to_section:",
+            _T_THROUGH + "test_variations_go_on_behind_a_section[0.2]",
+        ),
+    ),
+    *of(
         "nlds_vines/kernels/impact.py",
         (
             "impact: the common motion feels no force",

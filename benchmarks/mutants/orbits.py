@@ -97,8 +97,8 @@ MUTANTS = (
         ),
         (
             "orbit: a section inside a short impact ends it",
-            "    if remains > left:\n",
-            "    if remains > left + 1.0:\n",
+            "    stops = remains > left\n",
+            "    stops = remains > left + 1.0\n",
             _PLAIN_INSIDE + "test_samples_inside_impacts_are_states_of_the_orbit[64]",
         ),
         (
@@ -159,16 +159,10 @@ MUTANTS = (
             _T_ENERGIES + "test_a_start_may_be_the_peak",
         ),
         (
-            "cells: the peak of a linear scene forgets the sampled periods",
-            "        status = linear_orbit(prepared, wanted, span, state, None, None)\n        raise_peak(buffers.energy, peak)",
-            "        status = linear_orbit(prepared, wanted, span, state, None, None)",
+            "cells: the peak forgets the sampled periods",
+            "        raise_peak(buffers.energy, peak)\n",
+            "",
             _PLAIN_METHODS + "test_both_methods_note_the_same[tmd]",
-        ),
-        (
-            "cells: the peak of a walled scene forgets the sampled periods",
-            "        status = orbit(prepared, wanted, span, state, None, None)\n        raise_peak(buffers.energy, peak)",
-            "        status = orbit(prepared, wanted, span, state, None, None)",
-            _PLAIN_METHODS + "test_both_methods_note_the_same[ssul]",
         ),
         (
             "cells: a start beyond the limit is not counted",
@@ -265,17 +259,26 @@ MUTANTS = (
             _T_VARIATIONS + "test_lengths_along_triangular_matrices",
         ),
         (
-            "variations: elimination without pivots",
+            "variations: impacts of the period before are counted again",
+            "    flow.by_period[0, 0] = flow.by_period[0, 1] = 0\n",
+            "",
+            _T_VARIATIONS
+            + "test_monodromy_is_the_derivative_of_the_flow[an impact a period-exact]",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/linear.py",
+        (
+            "linear: elimination without pivots",
             "if abs(matrix[j, i]) > abs(matrix[pivot, i]):",
             "if matrix[pivot, i] == 0.0:",
             _PLAIN_ORBIT + "test_elimination_exchanges_rows_for_a_small_pivot",
         ),
         (
-            "variations: impacts of the period before are counted again",
-            "        flow.by_period[0, 0] = flow.by_period[0, 1] = 0\n",
-            "",
-            _T_VARIATIONS
-            + "test_monodromy_is_the_derivative_of_the_flow[an impact a period-exact]",
+            "linear: the first right side alone is solved for",
+            "        for c in range(right.shape[1]):\n            for j in range(i + 1, size):",
+            "        for c in range(1):\n            for j in range(i + 1, size):",
+            _T_VARIATIONS + "test_elimination[4]",
         ),
     ),
     *of(

@@ -50,6 +50,7 @@ def vary_to(ps, damper, wall, arc, rate, phase, state, time, tangent):
 
     phase: (cos, sin) of the forcing's and state (s, x1, v1) there.
     """
+    # hot: once per section inside an impact
     half = half_impact(ps, damper, wall, arc, phase, state)
     q, s, x1, v1 = state_at(wall, half, time)
     total = integrate_to_place(half)

@@ -156,7 +156,6 @@ class Kernels:
             span = Span(transient, periods, 1)
             outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
             if outputs.evidence is not None:
-                evidence.compile_multipliers(len(components(self._wanted.scene)))
                 self._compilation.await_verdict()
                 self._judge(outputs, chains, transient, periods)
         return outputs
@@ -176,6 +175,8 @@ class Kernels:
         if kernel == "orbit":
             run(self._parts, chains, starts, Span(1, 1, 1), outputs.buffers)
         elif kernel == "verdict":
+            # first what no orbit needs: a process that compiles orbits leaves what both need
+            evidence.compile_multipliers(len(components(self._wanted.scene)))
             self._judge(outputs, chains, 1, 1)
         else:
             self.after_a_period(chains[:, 0], starts)

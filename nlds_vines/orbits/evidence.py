@@ -42,7 +42,7 @@ def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]
 
 
 def compile_multipliers(size: int) -> None:
-    """Have `multipliers_of` states of a size compiled, while another process is awaited anyway."""
+    """Have `multipliers_of` states of a size compiled."""
     multipliers_of(np.empty((0, COLUMNS)), size)
 
 

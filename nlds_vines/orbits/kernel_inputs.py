@@ -7,6 +7,10 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.kernels.arguments import Parts
+from nlds_vines.kernels.cells import prepared_cell
+from nlds_vines.kernels.flight import cells_of, grid_of
+from nlds_vines.kernels.scene import damper_of, structure_of
+from nlds_vines.kernels.variations import Flow, flow_of
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits.hertz_arc import make_arc
@@ -35,3 +39,11 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
 def cell_of(system: System) -> Any:
     """Return the kernels' record of one system."""
     return np.atleast_1d(system.cells()).view(np.recarray)[0]
+
+
+def flow_on(system: System, method: str = "exact", settings: Settings | None = None) -> Flow:
+    """Return the `Flow` of one system: its map from section to section, with the derivative."""
+    parts, cell = parts_of(method, system.scene, settings), cell_of(system)
+    ps, damper = structure_of(cell), damper_of(parts.damper, cell)
+    n = cells_of(ps, damper)
+    return flow_of(prepared_cell(parts, cell, ps, damper, n, 1), grid_of(ps, damper, n))

@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from test_variations import flow_on
 
 import nlds_vines as nv
 from nlds_vines.bifurcation.compute import Computer
@@ -17,6 +16,7 @@ from nlds_vines.kernels.recurrence import impacts_of
 from nlds_vines.kernels.settling import attracted
 from nlds_vines.kernels.shooting import is_minimal, polish, span_of
 from nlds_vines.model.linear_response import steady_state
+from nlds_vines.orbits.kernel_inputs import flow_on
 
 
 def closed(name, omega, n, start=None):

@@ -13,14 +13,10 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import linear, shooting, variations
-from nlds_vines.kernels.cells import prepared_cell
 from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.eigenvalues import spectral_radius
-from nlds_vines.kernels.flight import cells_of, grid_of
-from nlds_vines.kernels.scene import damper_of, structure_of
-from nlds_vines.kernels.variations import flow_of
 from nlds_vines.model.catalogue import load_system
-from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
+from nlds_vines.orbits.kernel_inputs import flow_on
 from nlds_vines.orbits.labels import FLAGS
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.simulation import simulate
@@ -31,14 +27,6 @@ FINE = {"exact": Settings(contact_steps=60.0), "rk4": Settings.rk4(8192.0)}
 SCALES = np.array([0.05, 0.3, 0.05, 0.3])  # of x1, v1, r, s [m, m/s]: what is small is small beside
 
 both_methods = pytest.mark.parametrize("method", ["exact", "rk4"])
-
-
-def flow_on(system, method="exact", settings=None):
-    """Return the kernels' flow of a system."""
-    parts, cell = parts_of(method, system.scene, settings), cell_of(system)
-    ps, damper = structure_of(cell), damper_of(parts.damper, cell)
-    n = cells_of(ps, damper)
-    return flow_of(prepared_cell(parts, cell, ps, damper, n, 1), grid_of(ps, damper, n))
 
 
 def advance(flow, tangent, state):

@@ -17,8 +17,8 @@ MUTANTS = (
         "nlds_vines/kernels/shooting.py",
         (
             "shooting: every number of periods is minimal",
-            "        if n % d == 0 and distance(flow, points[d - 1], y) <= SAME_POINT * span:\n            return False",
-            "        if n % d == 0 and distance(flow, points[d - 1], y) < 0.0:\n            return False",
+            "        if n % d == 0 and distance(space, points[d - 1], y) <= SAME_POINT * span:\n            return False",
+            "        if n % d == 0 and distance(space, points[d - 1], y) < 0.0:\n            return False",
             _PLAIN_VERDICT
             + "test_only_the_least_number_of_periods_is_minimal[ssul-set6-6.28-1-counts0]",
         ),
@@ -93,8 +93,8 @@ MUTANTS = (
         ),
         (
             "settling: every orbit attracts",
-            "        if not returns_as_predicted(flow, tangent, y, now, state, span):\n            return False",
-            "        if not returns_as_predicted(flow, tangent, y, now, state, span):\n            return True",
+            "        if not returns_as_predicted(flow.space, tangent, y, now, state, span):\n            return False",
+            "        if not returns_as_predicted(flow.space, tangent, y, now, state, span):\n            return True",
             _PLAIN_VERDICT + "test_an_orbit_that_goes_elsewhere_is_not_attracted",
         ),
         (

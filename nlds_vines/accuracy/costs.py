@@ -132,13 +132,15 @@ def _varying(system: System) -> Callable[[int], object]:
 
     flow, tangent, start = flow_on(system), np.zeros(16), np.resize(_settled(system), 4)
     start[2:] = start[:2] - start[2:]  # the spring's shortening and its rate; none without a damper
-    start[2] += flow.rest
+    start[2] += flow.space.rest
 
     def run(periods: int) -> None:
         state, logs = variations.new_state(), np.zeros(periods)
         variations.place_state(flow, start, state)
         variations.set_identity(tangent)
-        course.follow_growth(flow, variations.no_section(flow), state, tangent, logs, np.zeros(4))
+        course.follow_growth(
+            flow, variations.no_section(flow.space), state, tangent, logs, np.zeros(4)
+        )
 
     return run
 

@@ -40,7 +40,7 @@ def oldest_of(course):
 
 
 @jit
-def section_at(flow, course, m, y):
+def section_at(space, course, m, y):
     """Let y (4,) be section m, which is kept."""
     y[:] = 0.0
     if m == 0:
@@ -49,8 +49,8 @@ def section_at(flow, course, m, y):
         return
     record, row = course.record, m - course.first - 1
     y[0], y[1] = record[row, 0], record[row, 1]
-    if flow.size == 4:
-        y[2], y[3] = y[0] - record[row, 2] + flow.rest, y[1] - record[row, 3]
+    if space.size == 4:
+        y[2], y[3] = y[0] - record[row, 2] + space.rest, y[1] - record[row, 3]
 
 
 @jit
@@ -89,6 +89,6 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
         status = advance(flow, rows[p : p + 1], tangent, state)
         if status != OK:
             return status
-        orthonormalise(tangent, flow.size, growth)
+        orthonormalise(tangent, flow.space.size, growth)
         logs[p] = growth[0] - before
     return OK

@@ -43,7 +43,7 @@ def recent_period(record, length):
 
 
 @jit
-def near_returns(flow, course, chaotic):
+def near_returns(space, course, chaotic):
     """Return by n how far the last section lies from that n periods before, if that is near.
 
     inf where some return of fewer periods is as near, and for n = 0. In chaos, many a return is
@@ -51,16 +51,16 @@ def near_returns(flow, course, chaotic):
     """
     m = last_of(course)
     last, other, earlier, nearest_yet = np.zeros(4), np.zeros(4), np.zeros(4), math.inf
-    section_at(flow, course, m, last)
+    section_at(space, course, m, last)
     found = np.full(min(LONGEST, (m - oldest_of(course)) // 2) + 1, math.inf)
     for n in range(1, len(found)):
-        section_at(flow, course, m - n, other)
-        far = distance(flow, last, other)
+        section_at(space, course, m - n, other)
+        far = distance(space, last, other)
         if not far < nearest_yet:
             continue
         nearest_yet = far
-        section_at(flow, course, m - 2 * n, earlier)
-        if not chaotic or far <= distance(flow, other, earlier) <= STEADY * far:
+        section_at(space, course, m - 2 * n, earlier)
+        if not chaotic or far <= distance(space, other, earlier) <= STEADY * far:
             found[n] = far
     return found
 
@@ -76,14 +76,14 @@ def best_of(returns):
 
 
 @jit
-def spacing(flow, course, n):
+def spacing(space, course, n):
     """Return how far the last section lies from the nearest of the n - 1 before it."""
     m = last_of(course)
     last, other, nearest_yet = np.zeros(4), np.zeros(4), math.inf
-    section_at(flow, course, m, last)
+    section_at(space, course, m, last)
     for p in range(m - n + 1, m):
-        section_at(flow, course, p, other)
-        nearest_yet = min(nearest_yet, distance(flow, last, other))
+        section_at(space, course, p, other)
+        nearest_yet = min(nearest_yet, distance(space, last, other))
     return nearest_yet
 
 
@@ -103,18 +103,18 @@ def try_period(flow, course, n, apart, evidence):
     that are fewer periods away.
     """
     x = np.zeros(4)
-    section_at(flow, course, last_of(course) // n * n, x)
+    section_at(flow.space, course, last_of(course) // n * n, x)
     y = x.copy()
     points, counts, tangent = np.empty((n, 4)), np.zeros(2, np.int64), np.zeros(16)
     residual, clearance, slowest = polish(flow, y, points, counts, tangent, apart)
-    if not residual < np.inf or not is_minimal(flow, y, points):
+    if not residual < np.inf or not is_minimal(flow.space, y, points):
         return NOTHING
-    matrix, span = matrix_of(tangent, flow.size), span_of(flow, points)
+    matrix, span = matrix_of(tangent, flow.space.size), span_of(flow.space, points)
     radius = spectral_radius(matrix)
     stable = radius < 1.0 - MARGIN
     if not stable or not attracted(flow, tangent, y, x, n, span):
-        beside = distance(flow, x, y) <= apart
-        return NEIGHBOUR if beside and (stable or is_saddle(matrix, flow.size)) else NOTHING
+        beside = distance(flow.space, x, y) <= apart
+        return NEIGHBOUR if beside and (stable or is_saddle(matrix, flow.space.size)) else NOTHING
     evidence[ev.KIND], evidence[ev.PERIOD] = PERIODIC, n
     evidence[ev.NEAR], evidence[ev.FAR] = counts[0], counts[1]
     evidence[ev.RESIDUAL], evidence[ev.RADIUS] = residual, radius
@@ -141,7 +141,7 @@ def find_period(flow, course, most, periods, chaotic, evidence):
     while True:
         if not known:
             if tried == 0:  # most orbits are known by then
-                returns = near_returns(flow, course, chaotic)
+                returns = near_returns(flow.space, course, chaotic)
                 returns[n] = math.inf
             n = best_of(returns)
             if n == 0:
@@ -149,7 +149,7 @@ def find_period(flow, course, most, periods, chaotic, evidence):
             tried, spent = tried + 1, spent + n
             if tried > most or spent > periods:
                 return NEIGHBOUR
-        apart = math.inf if known else spacing(flow, course, n)
+        apart = math.inf if known else spacing(flow.space, course, n)
         known = False
         found = try_period(flow, course, n, apart, evidence)
         if found == FOUND:

@@ -30,40 +30,40 @@ LONGEST_LOOK = 2400  # periods of a transient whose exponent is measured: the fi
 
 
 @jit
-def image_of(flow, tangent, x, y):
+def image_of(space, tangent, x, y):
     """Return M (x - y), M the matrix of the variations."""
     image = np.zeros(4)
-    for c in range(flow.size):
-        for i in range(flow.size):
+    for c in range(space.size):
+        for i in range(space.size):
             image[i] += tangent[4 * c + i] * (x[c] - y[c])
     return image
 
 
 @jit
-def resolvable(flow, span):
+def resolvable(space, span):
     """Return the least deviation, a `norm`, that shows on a section of an orbit of size `span`.
 
     Sections hold positions: of a motion that is tiny beside the damper's rest offset they keep few
     digits.
     """
-    ps, damper = flow.prepared.ps, flow.prepared.damper
-    return TINY * span + scale_of(ps, damper, 0.0, 0.0, BLUR * flow.rest, 0.0)
+    ps, damper = space.ps, space.damper
+    return TINY * span + scale_of(ps, damper, 0.0, 0.0, BLUR * space.rest, 0.0)
 
 
 @jit
-def returns_as_predicted(flow, tangent, y, now, then, span):
+def returns_as_predicted(space, tangent, y, now, then, span):
     """Tell whether the state `now` returns to `then` after the orbit's n periods as predicted.
 
     True where the deviation from the orbit's point y is mapped by its monodromy matrix, or is too
     small to tell.
     """
-    far, tiny = distance(flow, now, y), resolvable(flow, span)
-    if far <= tiny and distance(flow, then, y) <= tiny:
+    far, tiny = distance(space, now, y), resolvable(space, span)
+    if far <= tiny and distance(space, then, y) <= tiny:
         return True
-    image = image_of(flow, tangent, now, y)
+    image = image_of(space, tangent, now, y)
     for i in range(4):
         image[i] += y[i]
-    return far <= FAR * span and distance(flow, image, then) <= PREDICTION_ERROR * far
+    return far <= FAR * span and distance(space, image, then) <= PREDICTION_ERROR * far
 
 
 @jit(dissolved=True)
@@ -76,13 +76,13 @@ def attracted(flow, tangent, y, x, n, span):
     state, now = new_state(), x.copy()
     place_state(flow, x, state)
     for _ in range(0, CONVINCING, n):
-        if run_on(flow, no_section(flow), n, state) != OK:
+        if run_on(flow, no_section(flow.space), n, state) != OK:
             return False
-        if not returns_as_predicted(flow, tangent, y, now, state, span):
+        if not returns_as_predicted(flow.space, tangent, y, now, state, span):
             return False
         for i in range(4):
             now[i] = state[i]
-        if distance(flow, now, y) <= resolvable(flow, span):
+        if distance(flow.space, now, y) <= resolvable(flow.space, span):
             return True
     return True
 
@@ -98,9 +98,9 @@ def settled_before(flow, course, tangent, y, n, span, m):
     for p in range(n, m + 1, n):
         for i in range(4):
             now[i] = state[i]
-        if run_on(flow, no_section(flow), n, state) != OK:
+        if run_on(flow, no_section(flow.space), n, state) != OK:
             return m
-        if not returns_as_predicted(flow, tangent, y, now, state, span):
+        if not returns_as_predicted(flow.space, tangent, y, now, state, span):
             settled = p
     return settled
 
@@ -113,10 +113,10 @@ def settling_period(flow, course, tangent, y, n, span):
     """
     now, then = np.zeros(4), np.zeros(4)
     m = last_of(course) // n * n
-    section_at(flow, course, m, then)
+    section_at(flow.space, course, m, then)
     while m - n >= oldest_of(course):
-        section_at(flow, course, m - n, now)
-        if not returns_as_predicted(flow, tangent, y, now, then, span):
+        section_at(flow.space, course, m - n, now)
+        if not returns_as_predicted(flow.space, tangent, y, now, then, span):
             return m
         for i in range(4):
             then[i] = now[i]
@@ -143,7 +143,7 @@ def note_chaotic_transient(flow, course, evidence, period):
     place_state(flow, course.origin, state)
     set_identity(tangent)
     logs = np.zeros(min(periods, LONGEST_LOOK))
-    if follow_growth(flow, no_section(flow), state, tangent, logs, growth) != OK:
+    if follow_growth(flow, no_section(flow.space), state, tangent, logs, growth) != OK:
         return
     mean, width = growth_of(logs)
     evidence[ev.PASSING], evidence[ev.PASSING_WIDTH] = mean / period, width / period

@@ -39,7 +39,7 @@ def trace_cycle(flow, y, points, counts, tangent, state):
     set_identity(tangent)
     counts[:] = 0
     flow.clearance[0], flow.slowest[0] = np.inf, np.inf
-    nothing = no_section(flow)
+    nothing = no_section(flow.space)
     for p in range(len(points)):
         status = advance(flow, nothing, tangent, state)
         if status != OK:
@@ -62,11 +62,11 @@ def matrix_of(tangent, size):
 
 
 @jit
-def span_of(flow, points):
+def span_of(space, points):
     """Return the largest energy norm of the section points: what is small is small beside it."""
     span = 0.0
     for p in range(len(points)):
-        span = max(span, norm(flow, points[p]))
+        span = max(span, norm(space, points[p]))
     return span
 
 
@@ -81,10 +81,10 @@ def less_identity(matrix):
 
 
 @jit
-def correction(flow, matrix, y, image):
+def correction(space, matrix, y, image):
     """Return Newton's correction (I - M)^-1 (image - y), and whether there is one; M is lost."""
     right, system = np.zeros((4, 1)), less_identity(matrix)
-    for i in range(flow.size):
+    for i in range(space.size):
         right[i, 0] = image[i] - y[i]
     found = solve(system, right) != 0
     return right[:, 0], found
@@ -103,28 +103,28 @@ def polish(flow, y, points, counts, tangent, longest=np.inf):
         status, clearance, slowest = trace_cycle(flow, y, points, counts, tangent, state)
         if status != OK:
             break
-        span = span_of(flow, points)
-        residual = distance(flow, state, y)
+        span = span_of(flow.space, points)
+        residual = distance(flow.space, state, y)
         if span > 0.0:
             residual /= span
         if residual <= ROUND_OFF or (residual <= CLOSED and residual > 0.25 * before):
             return residual, clearance, slowest
         if not residual < 2.0 * before:
             break
-        step, found = correction(flow, matrix_of(tangent, flow.size), y, state)
-        if not found or not norm(flow, step) <= min(LONGEST_CORRECTION * span, longest):
+        step, found = correction(flow.space, matrix_of(tangent, flow.space.size), y, state)
+        if not found or not norm(flow.space, step) <= min(LONGEST_CORRECTION * span, longest):
             break
-        for i in range(flow.size):
+        for i in range(flow.space.size):
             y[i] += step[i]
         before = residual
     return np.inf, np.inf, np.inf
 
 
 @jit
-def is_minimal(flow, y, points):
+def is_minimal(space, y, points):
     """Tell whether no smaller number of periods closes the orbit through y."""
-    n, span = len(points), span_of(flow, points)
+    n, span = len(points), span_of(space, points)
     for d in range(1, n // 2 + 1):
-        if n % d == 0 and distance(flow, points[d - 1], y) <= SAME_POINT * span:
+        if n % d == 0 and distance(space, points[d - 1], y) <= SAME_POINT * span:
             return False
     return True

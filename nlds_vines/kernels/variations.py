@@ -10,7 +10,7 @@ the orbit does.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,16 @@ from .elementary import log
 from .flight import Grid
 from .fours import four_at, put_four, sum_of
 from .orbit import SIZE, orbit_of, set_mode
-from .scene import scale_of
+from .scene import Structure, scale_of
+
+
+class Space(NamedTuple):
+    """The states of one cell and what measures them; handed on where no more of a flow is used."""
+
+    ps: Structure
+    damper: Any  # `Damper` or None
+    size: int  # numbers of a state: 4, or 2 without a damper
+    rest: float  # x2 - x1 of the unstretched spring [m]
 
 
 class Flow(NamedTuple):
@@ -28,8 +37,7 @@ class Flow(NamedTuple):
 
     prepared: Prepared
     exact_grid: Grid  # of exact flight, which propagates variations whatever the method
-    size: int  # numbers of a state: 4, or 2 without a damper
-    rest: float  # x2 - x1 of the unstretched spring [m]
+    space: Space
     trace: float  # tr A [1/s]: the sum of all Lyapunov exponents
     by_period: np.ndarray  # (1, 2) impacts of the last period by wall
     clearance: np.ndarray  # (1,) smallest near miss so far [m]
@@ -65,7 +73,8 @@ def flow_of(prepared, exact_grid):
     """Return the `Flow` of one cell."""
     ps, damper = prepared.ps, prepared.damper
     return Flow(
-        prepared, exact_grid, size_of(damper), rest_of(damper), trace_of(ps, damper),
+        prepared, exact_grid, Space(ps, damper, size_of(damper), rest_of(damper)),
+        trace_of(ps, damper),
         np.zeros((1, 2), np.int64), np.full(1, np.inf), np.full(1, np.inf),
     )  # fmt: skip
 
@@ -104,9 +113,9 @@ def run_on(flow, section, periods, state):
 
 
 @jit
-def no_section(flow):
+def no_section(space):
     """Return rows for no section."""
-    return np.empty((0, flow.size))
+    return np.empty((0, space.size))
 
 
 @jit
@@ -127,17 +136,15 @@ def set_identity(tangent):
 
 
 @jit
-def norm(flow, x):
+def norm(space, x):
     """Return the energy norm of a state or a difference of states: sqrt(2 E) of it."""
-    return scale_of(flow.prepared.ps, flow.prepared.damper, x[0], x[1], x[2], x[3])
+    return scale_of(space.ps, space.damper, x[0], x[1], x[2], x[3])
 
 
 @jit
-def distance(flow, x, y):
+def distance(space, x, y):
     """Return the energy norm of x - y."""
-    return scale_of(
-        flow.prepared.ps, flow.prepared.damper, x[0] - y[0], x[1] - y[1], x[2] - y[2], x[3] - y[3]
-    )
+    return scale_of(space.ps, space.damper, x[0] - y[0], x[1] - y[1], x[2] - y[2], x[3] - y[3])
 
 
 @jit

@@ -59,9 +59,9 @@ def note_cycle(flow, evidence, period):
     for _ in range(ALIGNING + 1):
         growth[:] = 0.0
         logs = np.zeros(n)
-        if follow_growth(flow, no_section(flow), state, tangent, logs, growth) != OK:
+        if follow_growth(flow, no_section(flow.space), state, tangent, logs, growth) != OK:
             return
-    for i in range(flow.size):
+    for i in range(flow.space.size):
         evidence[ev.EXPONENTS + i] = growth[i] / (n * period)
     # the first is known better; what it was off, the second was, as areas align faster than lengths
     off = evidence[ev.EXPONENTS] - evidence[ev.LARGEST]
@@ -70,10 +70,10 @@ def note_cycle(flow, evidence, period):
 
 
 @jit
-def note_digits(flow, record, length, count, evidence):
+def note_digits(space, record, length, count, evidence):
     """Write to how many digits averages of the last `count` sections agree, the worst of them."""
     digits = 15.0
-    for c in range(0, flow.size, 2):
+    for c in range(0, space.size, 2):
         digits = min(digits, digits_of(record[length - count : length, c].copy()))
     evidence[ev.DIGITS] = digits
 
@@ -85,9 +85,9 @@ def seems_chaotic(evidence):
 
 
 @jit
-def seems_quasiperiodic(flow, evidence):
+def seems_quasiperiodic(trace, evidence):
     """Tell whether exponent and averages are those of a torus."""
-    zero = abs(evidence[ev.LARGEST]) <= max(evidence[ev.WIDTH], MARGIN * abs(flow.trace))
+    zero = abs(evidence[ev.LARGEST]) <= max(evidence[ev.WIDTH], MARGIN * abs(trace))
     return zero and evidence[ev.DIGITS] >= SMOOTH
 
 
@@ -119,7 +119,7 @@ def judge(flow, ends, record, first, stages, evidence):
             return OK
         # a torus has no periodic orbit beside it
         unknown = evidence[ev.KIND] == UNDETERMINED
-        if unknown and long and found == NOTHING and seems_quasiperiodic(flow, evidence):
+        if unknown and long and found == NOTHING and seems_quasiperiodic(flow.trace, evidence):
             evidence[ev.KIND] = QUASIPERIODIC
         if stage == len(stages):
             return OK
@@ -132,8 +132,8 @@ def judge(flow, ends, record, first, stages, evidence):
             logs, rows = np.zeros(more), course.record[course.length :]
             status = follow_growth(flow, rows, now, tangent, logs, growth)
             if status == OK:
-                note_exponents(evidence, growth, logs, period, flow.size)
-                note_digits(flow, course.record, course.length + more, followed, evidence)
+                note_exponents(evidence, growth, logs, period, flow.space.size)
+                note_digits(flow.space, course.record, course.length + more, followed, evidence)
                 if seems_chaotic(evidence):
                     evidence[ev.KIND] = CHAOTIC
         else:

@@ -44,7 +44,7 @@ def test_only_the_least_number_of_periods_is_minimal(name, omega, n, counts):
     for times in (1, 2):
         flow, y, points, found, _, (residual, _, slowest) = closed(name, omega, times * n)
         assert residual < 1e-12
-        assert is_minimal(flow, y, points) == (times == 1)
+        assert is_minimal(flow.space, y, points) == (times == 1)
         assert tuple(found) == tuple(times * k for k in counts)
         assert 0.0 < slowest < np.inf
 
@@ -55,7 +55,7 @@ def test_a_nearly_closed_orbit_is_minimal():
     for far, minimal in ((1e-12, False), (1e-5, True)):
         moved = points.copy()
         moved[0] += far * points[0]
-        assert is_minimal(flow, y, moved) == minimal
+        assert is_minimal(flow.space, y, moved) == minimal
 
 
 def test_newtons_method_goes_on_until_rounding_stops_it():
@@ -74,7 +74,7 @@ def test_an_orbit_that_is_drawn_in_slowly_is_attracted():
     y[:2] = steady_state(system)
     points, counts, tangent = np.empty((1, 4)), np.zeros(2, np.int64), np.zeros(16)
     polish(flow, y, points, counts, tangent)
-    span = span_of(flow, points)
+    span = span_of(flow.space, points)
     assert attracted(flow, tangent, y, y * 1.2, 1, span)
 
 
@@ -102,10 +102,12 @@ def test_an_orbit_that_goes_elsewhere_is_not_attracted():
     flow, struck, points, _, tangent, _ = closed("ssul-set6", 7.85, 2)
     _, silent, free, _, free_tangent, _ = closed("ssul-set6", 7.85, 2, start=still)
     assert nv.simulate(system, 20, transient=100, start=still).impacts.size == 0
-    assert attracted(flow, tangent, struck, struck + 1e-4 * struck, 2, span_of(flow, points))
-    assert attracted(flow, free_tangent, silent, silent + 1e-4 * silent, 2, span_of(flow, free))
-    assert not attracted(flow, tangent, struck, silent, 2, span_of(flow, points))
-    assert not attracted(flow, free_tangent, silent, struck, 2, span_of(flow, free))
+    assert attracted(flow, tangent, struck, struck + 1e-4 * struck, 2, span_of(flow.space, points))
+    assert attracted(
+        flow, free_tangent, silent, silent + 1e-4 * silent, 2, span_of(flow.space, free)
+    )
+    assert not attracted(flow, tangent, struck, silent, 2, span_of(flow.space, points))
+    assert not attracted(flow, free_tangent, silent, struck, 2, span_of(flow.space, free))
 
 
 @pytest.mark.parametrize(

@@ -132,7 +132,9 @@ def test_the_estimate_is_never_below_a_third_of_the_error(count, n):
     true = seen_by_twin(impacts)
     size = np.array([size_of(impacts, i) for i in range(count)]) ** 1.5
     found = np.array([solved(impacts, i, make_arc(nodes=n)) for i in range(count)])
-    errors = errors_of(found[:, 1:].T, true, impacts)
+    settled = found[:, 0] > 0  # few do not in twelve sweeps: they are stepped
+    assert settled.mean() > 0.998
+    errors, size = errors_of(found[:, 1:].T, true, impacts)[:, settled], size[settled]
     release, depth = errors[[0, 3]].max(axis=0), errors[4]
     whole, half = CHOICES[n]
     print(n, (release / size)[release > ROUND_OFF].max(initial=0), (depth / size).max())

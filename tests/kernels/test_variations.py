@@ -31,7 +31,7 @@ both_methods = pytest.mark.parametrize("method", ["exact", "rk4"])
 
 def advance(flow, tangent, state):
     """Advance a state and its variations by a period; return the status."""
-    return variations.advance(flow, variations.no_section(flow), tangent, state)
+    return variations.advance(flow, variations.no_section(flow.space), tangent, state)
 
 
 def followed(flow, y, periods):
@@ -148,7 +148,7 @@ def test_variations_change_nothing_of_an_orbit(case):
     for p in range(periods):
         rows = seen[p : p + 1]
         assert variations.advance(flow, rows, tangent, ridden) == OK
-        variations.orthonormalise(tangent, flow.size, growth)
+        variations.orthonormalise(tangent, flow.space.size, growth)
     np.testing.assert_array_equal(ridden, alone)
     np.testing.assert_array_equal(seen, sections)
 
@@ -175,7 +175,9 @@ def test_multipliers_of_the_structure_alone():
     p = system.parameters
     flow = np.array([[0, 1], [-p["k1"] / p["m1"], -p["c1"] / p["m1"]]])
     kernel = flow_on(system)
-    matrix = shooting.matrix_of(followed(kernel, np.zeros(4), 1)[1].T.ravel().copy(), kernel.size)
+    matrix = shooting.matrix_of(
+        followed(kernel, np.zeros(4), 1)[1].T.ravel().copy(), kernel.space.size
+    )
     np.testing.assert_allclose(matrix, expm(flow * system.period), rtol=0, atol=1e-13)
 
 
@@ -224,7 +226,7 @@ def test_exponents_add_up_along_any_orbit(kind, changes):
     variations.set_identity(tangent)
     for _ in range(periods):
         assert advance(flow, tangent, state) == OK
-        variations.orthonormalise(tangent, flow.size, growth)
+        variations.orthonormalise(tangent, flow.space.size, growth)
     exponents = growth / (periods * system.period)
     assert exponents.sum() == pytest.approx(divergence(system), abs=1e-8)
     assert exponents[0] > exponents[-1]

@@ -17,6 +17,7 @@ from nlds_vines.kernels.impact import approach_of, short_impact
 from nlds_vines.orbits.hertz_arc import CHOICES, make_arc
 
 TOLERANCES = (1e-6, 1e-9, 1e-12)
+OF_TWIN = 1e-13  # relative, of a duration: six of 10,000 by the twin, whatever n, are off so far
 ROUND_OFF = 2e-14  # relative, of a depth and of a time that are sums of some twenty terms
 
 
@@ -138,7 +139,7 @@ def test_the_estimate_is_never_below_a_third_of_the_error(count, n):
     release, depth = errors[[0, 3]].max(axis=0), errors[4]
     whole, half = CHOICES[n]
     print(n, (release / size)[release > ROUND_OFF].max(initial=0), (depth / size).max())
-    assert (release <= 3 * whole * size + ROUND_OFF).all()
+    assert (release <= 3 * whole * size + OF_TWIN).all()
     assert (depth <= 3 * half * size + ROUND_OFF).all()
     # and not far above it: half of the choices would otherwise never be made
     if n <= 16:

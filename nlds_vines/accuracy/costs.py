@@ -55,8 +55,8 @@ def parts(system: System) -> Iterator[Part]:
 def report(system: System) -> Iterator[str]:
     """Yield the lines of a Markdown table: CPU time per forcing period, and its ratio to bare."""
     yield f"{system.title or system.name}, omega = {system.parameters['omega']:g} rad/s, and other"
-    yield "scenes: CPU time of one thread per forcing period, once the orbit has settled, median of"
-    yield f"{REPEATS} runs."
+    yield "scenes: CPU time of one thread per forcing period, once the orbit has settled (with a"
+    yield f"limit to keep, from rest), median of {REPEATS} runs."
     yield ""
     head = ("orbit", "impacts per period", "CPU per period", "ratio")
     yield from table(head, _rows(system), right=(1, 2, 3))
@@ -114,15 +114,21 @@ def _recording(system: System, *record: str) -> Callable[[int], object]:
     """Return a function that follows a settled orbit and records what is asked for, or nothing."""
     from nlds_vines.orbits.simulation import simulate
 
-    start = _settled(system).tolist()
+    start = _settled(system)
     return lambda periods: simulate(system, periods, start=start, record=record)
 
 
-def _settled(system: System) -> np.ndarray:
-    """Return the state (x1, v1, x2, v2), or (x1, v1), of an orbit from rest after the transient."""
+def _settled(system: System) -> list[float] | None:
+    """Return the state (x1, v1, x2, v2), or (x1, v1), of an orbit from rest after the transient.
+
+    None, which is rest, where the scene has a limit: the state may be beyond it, and then no start.
+    """
     from nlds_vines.orbits.simulation import simulate
 
-    return simulate(system, TRANSIENT, record=()).state
+    if system.scene.limit is not None:
+        return None
+    state: list[float] = simulate(system, TRANSIENT, record=()).state.tolist()
+    return state
 
 
 def _varying(system: System) -> Callable[[int], object]:
@@ -130,9 +136,13 @@ def _varying(system: System) -> Callable[[int], object]:
     from nlds_vines.kernels import course, variations
     from nlds_vines.orbits.kernel_inputs import flow_on
 
-    flow, tangent, start = flow_on(system), np.zeros(16), np.resize(_settled(system), 4)
-    start[2:] = start[:2] - start[2:]  # the spring's shortening and its rate; none without a damper
-    start[2] += flow.space.rest
+    flow, tangent, start = flow_on(system), np.zeros(16), np.zeros(4)
+    settled = _settled(system)
+    if settled is not None:
+        start[: len(settled)] = settled
+    if len(settled or ()) == 4:  # the spring's shortening and its rate
+        start[2:] = start[:2] - start[2:]
+        start[2] += flow.space.rest
 
     def run(periods: int) -> None:
         state, logs = variations.new_state(), np.zeros(periods)

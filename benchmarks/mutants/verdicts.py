@@ -117,13 +117,16 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/period_search.py",
+        "nlds_vines/kernels/eigenvalues.py",
         (
-            "period search: a saddle is told by another sign",
-            "return solve(less_identity(matrix), np.zeros((size, 0))) < 0",
-            "return solve(less_identity(matrix), np.zeros((size, 0))) > 0",
+            "eigenvalues: a saddle is told by multipliers below one",
+            "found[i, RE] > 1.0",
+            "found[i, RE] < 1.0",
             _PLAIN_VERDICT + "test_a_saddle_has_one_multiplier_beyond_one",
         ),
+    ),
+    *of(
+        "nlds_vines/kernels/period_search.py",
         (
             "period search: the counts of an orbit's walls are exchanged",
             "evidence[ev.NEAR], evidence[ev.FAR] = counts[0], counts[1]",

@@ -219,13 +219,22 @@ def eigenvalues(matrix):
     return found
 
 
-@jit(dissolved=True)
-def spectral_radius(matrix):
-    """Return the largest modulus of the eigenvalues of a matrix; inf where it is not finite."""
-    found = eigenvalues(matrix)
+@jit
+def spectral_radius(found):
+    """Return the largest modulus of `eigenvalues`; inf where their matrix is not finite."""
     if math.isnan(found[0, RE]):
         return math.inf
     return hypotenuse(found[0, RE], found[0, IM])
+
+
+@jit
+def is_saddle(found):
+    """Tell whether an odd number of `eigenvalues` are real and greater than one."""
+    count = 0
+    for i in range(len(found)):
+        if found[i, IM] == 0.0 and found[i, RE] > 1.0:
+            count += 1
+    return count % 2 == 1
 
 
 @jit

@@ -70,7 +70,10 @@ def digits_of(values):
     n = len(values)
     if n < 4:
         return 0.0
-    extent = values.max() - values.min()
+    low = high = values[0]
+    for i in range(1, n):
+        low, high = min(low, values[i]), max(high, values[i])
+    extent = high - low
     if not extent > 0.0:
         return 15.0
     off = weighted_mean(values, 0, n // 2) - weighted_mean(values, n // 2, n)

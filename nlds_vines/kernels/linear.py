@@ -9,18 +9,16 @@ from .compiling import jit
 def solve(matrix, right):
     """Solve matrix (n, n) x = right (n or more, m) in place by elimination with pivots.
 
-    Returns the sign of the determinant, 0 where the matrix is singular; the matrix is lost.
+    Returns whether the matrix is regular; it is lost.
     """
-    size, sign = len(matrix), 1
+    size = len(matrix)
     for i in range(size):
         pivot = i
         for j in range(i + 1, size):
             if abs(matrix[j, i]) > abs(matrix[pivot, i]):
                 pivot = j
         if not abs(matrix[pivot, i]) > 0.0:
-            return 0
-        if (pivot != i) != (matrix[pivot, i] < 0.0):
-            sign = -sign
+            return False
         for c in range(size):
             matrix[i, c], matrix[pivot, c] = matrix[pivot, c], matrix[i, c]
         for c in range(right.shape[1]):
@@ -36,4 +34,4 @@ def solve(matrix, right):
             for j in range(i + 1, size):
                 right[i, c] -= matrix[i, j] * right[j, c]
             right[i, c] /= matrix[i, i]
-    return sign
+    return True

@@ -16,11 +16,10 @@ from . import evidence_rows as ev
 from .codes import PERIODIC
 from .compiling import jit
 from .course import last_of, oldest_of, section_at
-from .eigenvalues import spectral_radius
-from .linear import solve
+from .eigenvalues import eigenvalues, is_saddle, spectral_radius
 from .recurrence import TOLERANCE, repeats
 from .settling import MARGIN, attracted, settling_period
-from .shooting import is_minimal, less_identity, matrix_of, polish, span_of
+from .shooting import is_minimal, matrix_of, polish, span_of
 from .variations import distance
 
 LONGEST = 1024  # periods n that are looked for
@@ -87,12 +86,6 @@ def spacing(space, course, n):
     return nearest_yet
 
 
-@jit
-def is_saddle(matrix, size):
-    """Tell whether an odd number of multipliers are real and greater than one; M is lost."""
-    return solve(less_identity(matrix), np.zeros((size, 0))) < 0  # the sign of det(I - M)
-
-
 @jit(dissolved=True)
 def try_period(flow, course, n, apart, evidence):
     """Try to find a stable orbit of minimal period n that the orbit is drawn to.
@@ -109,12 +102,13 @@ def try_period(flow, course, n, apart, evidence):
     residual, clearance, slowest = polish(flow, y, points, counts, tangent, apart)
     if not residual < np.inf or not is_minimal(flow.space, y, points):
         return NOTHING
-    matrix, span = matrix_of(tangent, flow.space.size), span_of(flow.space, points)
-    radius = spectral_radius(matrix)
+    span = span_of(flow.space, points)
+    multipliers = eigenvalues(matrix_of(tangent, flow.space.size))
+    radius = spectral_radius(multipliers)
     stable = radius < 1.0 - MARGIN
     if not stable or not attracted(flow, tangent, y, x, n, span):
         beside = distance(flow.space, x, y) <= apart
-        return NEIGHBOUR if beside and (stable or is_saddle(matrix, flow.space.size)) else NOTHING
+        return NEIGHBOUR if beside and (stable or is_saddle(multipliers)) else NOTHING
     evidence[ev.KIND], evidence[ev.PERIOD] = PERIODIC, n
     evidence[ev.NEAR], evidence[ev.FAR] = counts[0], counts[1]
     evidence[ev.RESIDUAL], evidence[ev.RADIUS] = residual, radius

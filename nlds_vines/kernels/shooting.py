@@ -86,7 +86,7 @@ def correction(space, matrix, y, image):
     right, system = np.zeros((4, 1)), less_identity(matrix)
     for i in range(space.size):
         right[i, 0] = image[i] - y[i]
-    found = solve(system, right) != 0
+    found = solve(system, right)
     return right[:, 0], found
 
 

@@ -14,7 +14,7 @@ from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import linear, shooting, variations
 from nlds_vines.kernels.codes import OK
-from nlds_vines.kernels.eigenvalues import spectral_radius
+from nlds_vines.kernels.eigenvalues import eigenvalues, spectral_radius
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.kernel_inputs import flow_on
 from nlds_vines.orbits.labels import FLAGS
@@ -167,7 +167,9 @@ def test_multipliers_of_a_linear_scene(changes, method):
     np.testing.assert_allclose(matrix, expected, rtol=0, atol=1e-12)
     multipliers = np.exp(np.linalg.eigvals(flow) * system.period)
     largest = np.abs(multipliers).max()
-    assert spectral_radius(matrix) == pytest.approx(largest, rel=1e-7 if changes else 1e-12)
+    assert spectral_radius(eigenvalues(matrix)) == pytest.approx(
+        largest, rel=1e-7 if changes else 1e-12
+    )
 
 
 def test_multipliers_of_the_structure_alone():
@@ -269,8 +271,7 @@ def test_elimination(size):
         matrix, right = rng.normal(size=(size, size)), rng.normal(size=(4, 3))
         matrix[0, 0] = 0.0  # so that it must exchange rows
         expected = np.linalg.solve(matrix, right[:size])
-        sign = linear.solve(matrix.copy(), right)
-        assert sign == np.sign(np.linalg.det(matrix))
+        assert linear.solve(matrix.copy(), right)
         np.testing.assert_allclose(right[:size], expected, rtol=1e-9)
     assert not linear.solve(np.zeros((size, size)), np.ones((4, 1)))
     assert not linear.solve(np.full((size, size), np.nan), np.ones((4, 1)))

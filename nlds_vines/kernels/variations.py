@@ -44,6 +44,9 @@ class Flow(NamedTuple):
     slowest: np.ndarray  # (1,) smallest approach speed of an impact so far [m/s]
 
 
+MUCH = 4.0  # square of a length over that of what is left of it
+
+
 @jit
 def trace_of(ps, damper):
     """Return tr A [1/s], the constant divergence of the flow: contacts do not add to it."""
@@ -149,17 +152,21 @@ def distance(space, x, y):
 
 @jit
 def orthonormalise(tangent, size, growth):
-    """Make the first `size` variations orthonormal (Gram and Schmidt, twice); add to `growth`.
+    """Make the first `size` variations orthonormal (Gram and Schmidt); add to `growth`.
 
     growth (4,) takes the logarithms of the lengths: their sums are the exponents times the time.
+    A variation that loses much of its length is projected again, as what is left is round-off.
     """
     for i in range(size):
-        x, stretched = four_at(tangent, 4 * i), 1.0
-        for _ in range(2):
+        x, stretched, before = four_at(tangent, 4 * i), 1.0, math.inf
+        while before > MUCH:
+            square = sum_of(x * x)
             for j in range(i):
                 y = four_at(tangent, 4 * j)
                 x = x - sum_of(x * y) * y
-            length = math.sqrt(sum_of(x * x))
+            left = sum_of(x * x)
+            before = square / left
+            length = math.sqrt(left)
             stretched *= length
             x = x / length
         put_four(tangent, 4 * i, x)

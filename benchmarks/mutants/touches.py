@@ -50,9 +50,15 @@ MUTANTS = (
             _T_FLIGHT + "test_a_touch_that_the_forcing_brings_about_after_some_cells",
         ),
         (
+            "exact: a wall that is missed on the way to the other is not noted",
+            "and (event != SECTION or may_hold_a_miss(near, far, clearance, r, y[2], slack))",
+            "and event == SECTION and may_hold_a_miss(near, far, clearance, r, y[2], slack)",
+            "tests/kernels/test_exact.py::test_a_wall_is_missed_on_the_way_to_the_other[exact]",
+        ),
+        (
             "exact: near misses of the far wall are those of the near one",
-            "nearest_miss(grid.table, 0.0, -1.0, end, best, bend, jerk)",
-            "nearest_miss(grid.table, 0.0, 1.0, end, best, bend, jerk)",
+            "nearest_miss(grid.table, 0.0, -1.0, end, best, bend, jerk, touches)",
+            "nearest_miss(grid.table, 0.0, 1.0, end, best, bend, jerk, touches)",
             _EITHER_WALL,
         ),
         (
@@ -141,7 +147,7 @@ MUTANTS = (
         ),
         (
             "touch: the summit of an excursion is not looked for",
-            "        top = nearest_miss(w, x, 1.0, end if stays else fall, best, bend, jerk)\n",
+            "        top = nearest_miss(w, x, 1.0, end if stays else fall, best, bend, jerk, False)\n",
             "        top = best\n",
             _T_TOUCH + "test_passages_are_counted_with_the_first_and_the_deepest",
         ),

@@ -116,17 +116,20 @@ def may_hold_a_miss(near, far, clearance, r0, r1, slack):
 
 
 @jit
-def note_misses(near, far, clearance, grid, end, bounds):
-    """Lower the smallest near miss to those in [0, end] of the expanded cell, which is clear."""
+def note_misses(near, far, clearance, grid, end, bounds, touches):
+    """Lower the smallest near miss to those in [0, end] of the expanded cell.
+
+    It is clear, or `touches` a wall at its end: the other may have been missed, or the same before.
+    """
     bend, jerk = tightened(grid.table, bounds.bend, bounds.jerk)
     if near is not None:
         best = near.gap - clearance[0]
-        top = nearest_miss(grid.table, 0.0, 1.0, end, best, bend, jerk)
+        top = nearest_miss(grid.table, 0.0, 1.0, end, best, bend, jerk, touches)
         if top > best:
             clearance[0] = near.gap - top
     if far is not None:
         best = far.gap - clearance[0]
-        top = nearest_miss(grid.table, 0.0, -1.0, end, best, bend, jerk)
+        top = nearest_miss(grid.table, 0.0, -1.0, end, best, bend, jerk, touches)
         if top > best:
             clearance[0] = far.gap - top
 
@@ -211,11 +214,11 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
                 note_limit(grid.table, limit_log, j + x, grid.h, place, bounds.bend, bounds.jerk)
             if (
                 clearance is not None
-                and event == SECTION
-                and may_hold_a_miss(near, far, clearance, r, y[2], slack)
+                and clearance[0] > 0.0
+                and (event != SECTION or may_hold_a_miss(near, far, clearance, r, y[2], slack))
             ):
                 filled = fill(grid, phase, now, filled)
-                note_misses(near, far, clearance, grid, end, bounds)
+                note_misses(near, far, clearance, grid, place, bounds, event != SECTION)
             # Go on from the touch or the end of the cell.
             x1, v1, r, s = y
             if event == SECTION:

@@ -228,7 +228,8 @@ def fly_fixed(
             note_turns(ps, damper, energy, grid, j, x, length, y, z)
         if limit_log is not None:
             note_limit_fixed(ps, damper, limit_log, grid, j, x, length, y, z)
-        if clearance is not None and event == SECTION:
+        # (a step that ends at a wall may have turned back before the other)
+        if clearance is not None and (event == SECTION or (event == TOUCH_NEAR) == (y[3] < 0.0)):
             note_miss(ps, damper, near, far, clearance, grid, j, x, length, y, z)
         y = z
         if event != SECTION:

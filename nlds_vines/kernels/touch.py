@@ -226,7 +226,7 @@ def note_limit(w, limit_log, begin, h, end, bend, jerk):
         fall = first_touch(w, x, end, -1.0, -level, bend, jerk)
         stays = not 0.0 <= fall <= end
         best = level + limit_log[EXCESS]
-        top = nearest_miss(w, x, 1.0, end if stays else fall, best, bend, jerk)
+        top = nearest_miss(w, x, 1.0, end if stays else fall, best, bend, jerk, False)
         if stays:
             top = max(top, derivatives_at(w, end, 1.0)[0])
         if top > best:
@@ -237,15 +237,17 @@ def note_limit(w, limit_log, begin, h, end, bend, jerk):
 
 
 @jit
-def nearest_miss(w, x, sign, end, best, bend, jerk):
+def nearest_miss(w, x, sign, end, best, bend, jerk, touches):
     """Return the larger of `best` and the local maxima of sign r over [x, end].
 
     An approach that has not turned round by then is not a miss; one whose slope at `end` is nothing
-    but round-off has, as the next cell may begin with a fall. `bend` and `jerk` bound the second
-    and third derivative by the place.
+    but round-off has, as the next cell may begin with a fall, unless it ends there, as it
+    `touches`. `bend` and `jerk` bound the second and third derivative by the place.
     """
     bend, jerk = bend + TINIEST, jerk + TINIEST
     level = ROUND_OFF * (abs(w[COEF]) + abs(w[COEF + 4]) + abs(w[R]) + abs(w[R + 4]))
+    if touches:
+        level = 0.0
     for _ in range(MOST_STEPS):
         f, slope, curve = derivatives_at(w, x, sign)
         if f >= best and slope > 0.0:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.polynomial import Chebyshev, Polynomial
+from support import system_of
 
 from nlds_vines.kernels.codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from nlds_vines.kernels.exact import Bounds, may_hold_a_miss, note_misses, touch_in
@@ -18,6 +19,7 @@ from nlds_vines.kernels.touch import (
     outlook,
     touch_of,
 )
+from nlds_vines.orbits.simulation import simulate
 
 NEAR, FAR = Wall(0.4, 1e7, 1e5, 300.0), Wall(0.3, 1e7, 1e5, 300.0)
 X = Polynomial([0.0, 1.0])
@@ -155,7 +157,7 @@ def test_steps_towards_a_touch_stay_in_the_piece():
 def noted(p, near, far, clearance=np.inf):
     grid, bounds = cell_of(p)
     found = np.array([clearance])
-    note_misses(near, far, found, grid, 1.0, bounds)
+    note_misses(near, far, found, grid, 1.0, bounds, False)
     return found[0]
 
 
@@ -205,7 +207,8 @@ def test_the_closest_of_many_misses(degree, sign):
         turns = turns[np.abs(turns.imag) < 1e-12].real
         tops = [p(x) for x in turns if 0 < x < 1 and p.deriv(2)(x) < 0]
         grid, bounds = cell_of(sign * p)
-        best = nearest_miss(grid.table, 0.0, sign, 1.0, -np.inf, bounds.bend, bounds.jerk)
+        bend, jerk = bounds.bend, bounds.jerk
+        best = nearest_miss(grid.table, 0.0, sign, 1.0, -np.inf, bend, jerk, False)
         assert best == pytest.approx(max(tops), rel=1e-7)
 
 
@@ -230,3 +233,20 @@ def test_no_root_is_proven_only_where_there_is_none():
     assert proves_no_root(1e-9, 1.0 + 1e-6, bend)
     assert not proves_no_root(0.2, -0.2, bend)
     assert not proves_no_root(0.0, 2.0, bend)
+
+
+@pytest.mark.parametrize("method", ["exact", "rk4"])
+def test_a_wall_is_missed_on_the_way_to_the_other(method):
+    """In one cell the damper leaves a wall, turns before the other and is back."""
+    numbers = {
+        "m1": 11996.447665643467, "m2": 80.05394989386546, "k1": 5216905.250616235,
+        "k2": 325.00987620872576, "c1": 284.92241503039844, "c2": 0.20011757306559308,
+        "P": 32199.262614876625, "omega": 24.851225440642498, "K": 119310.22819402875,
+        "C": -0.0013474864143378591, "D": 0.0031806510063548442, "L": 0.038997190807040095,
+        "V": 0.015122426559822278,
+    }  # fmt: skip
+    start = [-0.00731849, 0.06152789, 0.00308797, 0.12920101]
+    orbit = simulate(
+        system_of("ssbl", numbers), 8, start=start, record=["clearance"], method=method
+    )
+    assert orbit.clearance == pytest.approx(0.0011299, rel=1e-4)

@@ -103,7 +103,7 @@ def test_start_on_the_wall_at_rest():
 
 def highest(p, best=-np.inf, end=1.0, sign=1.0):
     cell, bend, jerk = prepared(sign * p)
-    return nearest_miss(cell, 0.0, sign, end, best, bend, jerk)
+    return nearest_miss(cell, 0.0, sign, end, best, bend, jerk, False)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

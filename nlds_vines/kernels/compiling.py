@@ -207,7 +207,7 @@ class _Watch(event.Listener):
         kernel = event.data["dispatcher"]
         for tell in tuple(self.told):
             tell(kernel)
-        ours = kernel.py_func.__module__.startswith("nlds_vines.")
+        ours = str(kernel.py_func.__module__).startswith("nlds_vines.")  # None of made functions
         if self._outermost is None and ours and gc.isenabled():
             if kernel.stats.cache_path is not None:
                 _remove_stale_files(Path(kernel.stats.cache_path))

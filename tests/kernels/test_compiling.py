@@ -77,6 +77,25 @@ def test_nested_compilations_are_one_pause(monkeypatch):
     assert gc.isenabled()
 
 
+def test_functions_of_others_are_compiled_as_ever():
+    """Also those that are made at run time and belong to no module, as some solvers have them."""
+    made = kernel("def f(x):\n    return x + 1")
+    made.py_func.__module__ = None
+    seen = []
+    with told_of_compilations(lambda _: seen.append(gc.isenabled())):
+        assert made(1) == 2
+    assert seen == [True]
+    assert gc.isenabled()
+
+
+def test_frames_have_room_while_something_is_compiled():
+    """Notices: a frame as small as any other, at whose end memory is mapped and unmapped."""
+    room = compiling._with_room.__code__.co_stacksize * 8
+    assert room > 2**20  # bytes: its chunk is of 2 MB, of which the rest is left
+    assert 2**21 - room > 2**19
+    assert compiling._with_room(lambda x: x + 1, 1) == 2
+
+
 def test_an_error_of_the_compiler_lets_the_collector_work_again():
     with pytest.raises(numba.TypingError):
         kernel("def f(x):\n    return x + 'a'")(1)

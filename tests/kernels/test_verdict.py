@@ -32,7 +32,7 @@ def decided(values, largest, width):
     uncompiled(verdict.note_digits)(scene, record, len(record), len(record), evidence)
     if uncompiled(verdict.seems_chaotic)(evidence):
         return codes.CHAOTIC
-    if uncompiled(verdict.seems_quasiperiodic)(scene, evidence):
+    if uncompiled(verdict.seems_quasiperiodic)(scene.trace, evidence):
         return codes.QUASIPERIODIC
     return codes.UNDETERMINED
 

@@ -14,6 +14,22 @@ _T_EIGENVALUES = "tests/kernels/test_eigenvalues.py::"
 
 MUTANTS = (
     *of(
+        "nlds_vines/kernels/course.py",
+        (
+            "course: variations are projected as seldom where volumes shrink fast",
+            "STRETCH = 6.0",
+            "STRETCH = 60.0",
+            _T_VARIATIONS
+            + "test_growth_is_the_same_however_often_variations_are_projected[ssul-set6-changes2-1]",
+        ),
+        (
+            "course: batches are as short as the means that they are made of",
+            "SEVERAL = 8",
+            "SEVERAL = 0.5",
+            _T_VERDICT + "test_the_regimes_of_set_6[7.45-3T,2]",
+        ),
+    ),
+    *of(
         "nlds_vines/kernels/shooting.py",
         (
             "shooting: every number of periods is minimal",

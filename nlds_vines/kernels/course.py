@@ -13,7 +13,11 @@ import numpy as np
 
 from .codes import OK
 from .compiling import jit
-from .variations import advance, orthonormalise, run_on
+from .growth import BATCHES
+from .variations import TOGETHER, advance, orthonormalise, run_on
+
+STRETCH = 6.0  # logarithm of what a volume may shrink by before variations are projected
+SEVERAL = 8  # times that variations are projected in a batch, at least
 
 
 class Course(NamedTuple):
@@ -77,18 +81,31 @@ def follow(flow, course, more, state):
 
 
 @jit
+def periods_together(flow, periods):
+    """Return after how many of so many periods variations are made orthonormal again.
+
+    In between they turn towards the fastest; no volume may shrink by more than exp(-STRETCH). And
+    the batches whose means tell the uncertainty of a growth are to be long against it.
+    """
+    shrinks = abs(flow.trace) * flow.exact_grid.h * flow.exact_grid.n
+    most = min(STRETCH / max(shrinks, STRETCH / TOGETHER), periods / (BATCHES * SEVERAL))
+    return max(1, int(most))
+
+
+@jit
 def follow_growth(flow, rows, state, tangent, logs, growth):
     """Follow an orbit and its variations for len(logs) periods; return a status.
 
     rows take its sections, as far as there is room. logs take the logarithm by which the first
-    variation grows in each period, growth (4,) that of all.
+    variation grows in a period (the mean of a few), growth (4,) that of all.
     """
     flow.clearance[0] = 0.0  # no near miss is looked for
-    for p in range(len(logs)):
-        before = growth[0]
-        status = advance(flow, rows[p : p + 1], tangent, state)
+    together = periods_together(flow, len(logs))
+    for p in range(0, len(logs), together):
+        before, n = growth[0], min(together, len(logs) - p)
+        status = advance(flow, rows[p : p + n], n, tangent, state)
         if status != OK:
             return status
         orthonormalise(tangent, flow.space.size, growth)
-        logs[p] = growth[0] - before
+        logs[p : p + n] = (growth[0] - before) / n
     return OK

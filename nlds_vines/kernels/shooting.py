@@ -41,7 +41,7 @@ def trace_cycle(flow, y, points, counts, tangent, state):
     flow.clearance[0], flow.slowest[0] = np.inf, np.inf
     nothing = no_section(flow.space)
     for p in range(len(points)):
-        status = advance(flow, nothing, tangent, state)
+        status = advance(flow, nothing, 1, tangent, state)
         if status != OK:
             return status, np.nan, np.nan
         for i in range(4):

@@ -39,11 +39,12 @@ class Flow(NamedTuple):
     exact_grid: Grid  # of exact flight, which propagates variations whatever the method
     space: Space
     trace: float  # tr A [1/s]: the sum of all Lyapunov exponents
-    by_period: np.ndarray  # (1, 2) impacts of the last period by wall
+    by_period: np.ndarray  # (TOGETHER, 2) impacts of the last periods by wall
     clearance: np.ndarray  # (1,) smallest near miss so far [m]
     slowest: np.ndarray  # (1,) smallest approach speed of an impact so far [m/s]
 
 
+TOGETHER = 4  # periods that are advanced at once, at most
 MUCH = 4.0  # square of a length over that of what is left of it
 
 
@@ -78,13 +79,13 @@ def flow_of(prepared, exact_grid):
     return Flow(
         prepared, exact_grid, Space(ps, damper, size_of(damper), rest_of(damper)),
         trace_of(ps, damper),
-        np.zeros((1, 2), np.int64), np.full(1, np.inf), np.full(1, np.inf),
+        np.zeros((TOGETHER, 2), np.int64), np.full(1, np.inf), np.full(1, np.inf),
     )  # fmt: skip
 
 
 @chosen
 def noted_of(arc, flow, section):
-    """Return the `OrbitBuffers` for a period with variations."""
+    """Return the `OrbitBuffers` for periods with variations."""
     if arc is None:
         return lambda arc, flow, section: OrbitBuffers(None, section, None, None, None, None, None)
     return lambda arc, flow, section: OrbitBuffers(
@@ -93,15 +94,16 @@ def noted_of(arc, flow, section):
 
 
 @jit(dissolved=True)
-def advance(flow, section, tangent, state):
-    """Advance `state` (SIZE,) and four variations `tangent` (16,) by one period; return a status.
+def advance(flow, section, periods, tangent, state):
+    """Advance `state` (SIZE,) and four variations `tangent` (16,) by up to TOGETHER periods.
 
-    The orbit is that of `run_on`, to the last bit. section: a row for its section, or none.
-    flow.by_period, flow.clearance and flow.slowest then tell of its impacts and near misses.
+    The orbit is that of `run_on`, to the last bit. section: rows for its sections, as far as there
+    is room. flow.by_period, flow.clearance and flow.slowest then tell of its impacts and near
+    misses. Returns a status.
     """
-    flow.by_period[0, 0] = flow.by_period[0, 1] = 0
+    flow.by_period[:periods] = 0
     noted, run = noted_of(flow.prepared.arc, flow, section), orbit_of(flow.prepared.arc)
-    return run(flow.prepared, noted, Span(0, 1, 1), state, tangent, flow.exact_grid)
+    return run(flow.prepared, noted, Span(0, periods, 1), state, tangent, flow.exact_grid)
 
 
 @jit(dissolved=True)

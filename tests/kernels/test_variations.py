@@ -12,9 +12,10 @@ from support import linear_flow, references, system_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels import linear, shooting, variations
+from nlds_vines.kernels import course, linear, shooting, variations
 from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.eigenvalues import eigenvalues, spectral_radius
+from nlds_vines.kernels.growth import mean_and_width
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.kernel_inputs import flow_on
 from nlds_vines.orbits.labels import FLAGS
@@ -31,7 +32,7 @@ both_methods = pytest.mark.parametrize("method", ["exact", "rk4"])
 
 def advance(flow, tangent, state):
     """Advance a state and its variations by a period; return the status."""
-    return variations.advance(flow, variations.no_section(flow.space), tangent, state)
+    return variations.advance(flow, variations.no_section(flow.space), 1, tangent, state)
 
 
 def followed(flow, y, periods):
@@ -147,7 +148,7 @@ def test_variations_change_nothing_of_an_orbit(case):
     variations.set_identity(tangent)
     for p in range(periods):
         rows = seen[p : p + 1]
-        assert variations.advance(flow, rows, tangent, ridden) == OK
+        assert variations.advance(flow, rows, 1, tangent, ridden) == OK
         variations.orthonormalise(tangent, flow.space.size, growth)
     np.testing.assert_array_equal(ridden, alone)
     np.testing.assert_array_equal(seen, sections)
@@ -232,6 +233,40 @@ def test_exponents_add_up_along_any_orbit(kind, changes):
     exponents = growth / (periods * system.period)
     assert exponents.sum() == pytest.approx(divergence(system), abs=1e-8)
     assert exponents[0] > exponents[-1]
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "together"),
+    [
+        ("ssul-set6", {"omega": 7.4}, 4),
+        ("ssul-set6", {"omega": 7.4, "c2": 150.0}, 2),
+        ("ssul-set6", {"omega": 7.4, "c2": 300.0}, 1),
+    ],
+)
+def test_growth_is_the_same_however_often_variations_are_projected(name, changes, together):
+    """Along chaos too: the orbit is the same, and no batch of the logarithms notices."""
+    flow, periods = flow_on(load_system(name, **changes)), 1030  # not a multiple of 4
+    state, tangent = variations.new_state(), np.zeros(16)
+    logs, growth, seen = np.zeros(periods), np.zeros(4), np.zeros((periods, 4))
+    variations.place_state(flow, np.zeros(4), state)
+    variations.set_identity(tangent)
+    assert course.follow_growth(flow, seen, state, tangent, logs, growth) == OK
+    assert len(np.unique(logs[:together])) == 1
+    assert len(np.unique(logs[: together + 1])) == 2
+    each, known, sections = np.zeros(periods), np.zeros(4), np.zeros((periods, 4))
+    variations.place_state(flow, np.zeros(4), state)
+    variations.set_identity(tangent)
+    for p in range(periods):
+        before = known[0]
+        assert variations.advance(flow, sections[p : p + 1], 1, tangent, state) == OK
+        variations.orthonormalise(tangent, 4, known)
+        each[p] = known[0] - before
+    np.testing.assert_array_equal(seen, sections)
+    np.testing.assert_allclose(growth, known, rtol=0, atol=1e-7 * periods)
+    assert logs.sum() == pytest.approx(known[0], abs=1e-9 * periods)
+    (mean, width), (other, breadth) = mean_and_width(logs), mean_and_width(each)
+    assert abs(mean - other) < 0.1 * breadth
+    assert width == pytest.approx(breadth, rel=0.2, abs=0.01)
 
 
 def labelled():

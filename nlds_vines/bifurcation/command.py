@@ -149,14 +149,19 @@ class Job:
         refuse_without_room(self.scan, self.archive)
 
     def run(self) -> Report:
-        """Compute the scan, draw the picture, and return the report of the run."""
+        """Compute the scan, draw the picture, and return the report of the run.
+
+        Performance: what draws is imported first, as the process that compiles the verdict takes
+        longer than this one: nobody waits for it.
+        """
         from nlds_vines.bifurcation.run import run
 
-        report = run(self.scan, self.archive, self.how)
-        if self.plot is not None:
-            from nlds_vines.bifurcation.picture.drawing import save
+        if self.plot is None:
+            return run(self.scan, self.archive, self.how)
+        from nlds_vines.bifurcation.picture.drawing import save
 
-            save(self.archive, self.plot, self.show)
+        report = run(self.scan, self.archive, self.how)
+        save(self.archive, self.plot, self.show)
         return report
 
 

@@ -92,7 +92,7 @@ def periods_together(flow, periods):
     return max(1, int(most))
 
 
-@jit
+@jit(dissolved=True)
 def follow_growth(flow, rows, state, tangent, logs, growth):
     """Follow an orbit and its variations for len(logs) periods; return a status.
 

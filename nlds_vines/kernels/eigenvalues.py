@@ -237,7 +237,7 @@ def is_saddle(found):
     return count % 2 == 1
 
 
-@jit
+@jit(entry=True)
 def fill_multipliers(matrices, found):
     """Fill `found` (m, n, 3) with the eigenvalues of `matrices` (m, n, n): RE, IM and ln |mu|."""
     for i in range(len(matrices)):

@@ -153,6 +153,9 @@ class Kernels:
         """Run chains of cells (chains, links) from `starts` (chains, 4), with their verdicts."""
         outputs = Outputs.of(self._wanted, (len(chains), chains.shape[1]), transient, periods)
         with self._compilation.followed():
+            if outputs.evidence is not None:
+                # another process begins with that, and is the last to end
+                evidence.compile_multipliers(len(components(self._wanted.scene)))
             span = Span(transient, periods, 1)
             outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
             if outputs.evidence is not None:
@@ -175,9 +178,8 @@ class Kernels:
         if kernel == "orbit":
             run(self._parts, chains, starts, Span(1, 1, 1), outputs.buffers)
         elif kernel == "verdict":
-            # first what no orbit needs: a process that compiles orbits leaves what both need
-            evidence.compile_multipliers(len(components(self._wanted.scene)))
             self._judge(outputs, chains, 1, 1)
+            evidence.compile_multipliers(len(components(self._wanted.scene)))
         else:
             self.after_a_period(chains[:, 0], starts)
 

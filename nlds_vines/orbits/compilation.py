@@ -12,9 +12,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from nlds_vines.kernels import lanes
+from nlds_vines.kernels import eigenvalues, lanes
 from nlds_vines.kernels.compiling import told_of_compilations
 from nlds_vines.orbits import elsewhere
+
+FIRST = lanes.run_lanes, lanes.judge_lanes, eigenvalues.fill_multipliers
+"""What is called from Python: where one of them must be compiled, more must be."""
 
 SECONDS = {"orbit": 12, "verdict": 18, "error": 8}
 """Time [s] that compiling each kernel takes, of an SSul NES; for a message."""
@@ -56,7 +59,7 @@ class Compilation:
 
     def _begins(self, kernel: Any) -> None:
         """Note that a kernel is about to be compiled, as the cache does not have it."""
-        if kernel not in (lanes.run_lanes, lanes.judge_lanes):
+        if kernel not in FIRST:
             return
         elsewhere.refuse_without_memory()
         judges = kernel is lanes.judge_lanes

@@ -92,10 +92,13 @@ def add_system_options(
     group.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help=settings)
 
 
-def settings_of(options: argparse.Namespace) -> dict[str, float]:
-    """Return the parameters that --set gives, by name [SI units]."""
+def settings_of(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the parameters that --set gives, by name [SI units], and the law of the contacts."""
     pairs = assignments("--set", options.set, "NAME=VALUE")
-    return {name: from_text(float, f"--set {name}", text) for name, text in pairs.items()}
+    return {
+        name: text if name == "law" else from_text(float, f"--set {name}", text)
+        for name, text in pairs.items()
+    }
 
 
 def system_changes(options: argparse.Namespace) -> dict[str, Any]:

@@ -15,9 +15,9 @@ class Parts(NamedTuple):
 
     rk4: Any  # True for fixed Runge-Kutta steps, None for exact flight
     damper: Any  # True where the scene has a damper, otherwise None
-    near: Any  # True where the scene has a near wall, otherwise None
-    far: Any  # True where the scene has a far wall, otherwise None
-    arc: Any  # `impact.Arc` where the scene has a wall, otherwise None
+    near: Any  # a wall of its law (numbers do not matter) where the scene has a near one, or None
+    far: Any  # the same of the far wall
+    arc: Any  # `impact.Arc` where a wall obeys Hertz' law, otherwise None
     contact_steps: float  # Runge-Kutta steps of a free impact that is stepped
     contact_tolerance: float  # relative error of a contact that is stepped; infinite: not checked
     period_steps: float  # Runge-Kutta steps of a forcing period; `rk4` alone uses it
@@ -29,12 +29,13 @@ class Prepared(NamedTuple):
     rk4: Any  # as in `Parts`
     ps: Any  # `scene.Structure`
     damper: Any  # `scene.Damper` or None
-    near: Any  # `scene.Wall` or None
-    far: Any  # `scene.Wall` or None
+    near: Any  # `scene.Wall`, `scene.RigidWall` or None
+    far: Any  # the same
     arc: Any  # `impact.Arc` with scratch of its own, or None
     grid: Any  # `flight.Grid`, or `fixed_step.FixedGrid` of `rk4`
     contact_steps: Any  # `contact.Steps`
     scratch: Any  # (`runge_kutta.SCRATCH`,) or None without a wall
+    stuck: Any  # `restitution.Stuck` where a wall is rigid, otherwise None
 
 
 class Span(NamedTuple):

@@ -6,15 +6,16 @@ import numpy as np
 
 from .arguments import OrbitBuffers, Prepared, Span
 from .codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
-from .compiling import chosen, jit
+from .compiling import chosen, is_a, jit
 from .contact import Steps
 from .fixed_step import fixed_grid_of
 from .flight import cells_of, grid_of
 from .impact import Arc
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
 from .orbit import bounded, orbit_of, set_mode
+from .restitution import stuck_of
 from .runge_kutta import SCRATCH
-from .scene import allowed, damper_of, far_wall_of, finite, near_wall_of, structure_of
+from .scene import RigidWall, allowed, damper_of, finite, structure_of, wall_like
 from .variations import flow_of
 from .verdict import judge
 
@@ -33,11 +34,19 @@ def own_arc(arc):
 
 
 @chosen
-def scratch_for(arc):
+def scratch_for(near, far):
     """Return the scratch of a contact that is stepped, or None without a wall."""
-    if arc is None:
-        return lambda arc: None
-    return lambda arc: np.zeros(SCRATCH)
+    if near is None and far is None:
+        return lambda near, far: None
+    return lambda near, far: np.zeros(SCRATCH)
+
+
+@chosen
+def stuck_if_rigid(near, far, ps, damper, n):
+    """Return the `Stuck` motion, on n cells a period, of a scene with a rigid wall, or None."""
+    if is_a(near, RigidWall) or is_a(far, RigidWall):
+        return lambda near, far, ps, damper, n: stuck_of(ps, damper, n)
+    return lambda near, far, ps, damper, n: None
 
 
 @jit
@@ -73,12 +82,13 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
         parts.rk4,
         ps,
         damper,
-        near_wall_of(parts.near, cell),
-        far_wall_of(parts.far, cell),
+        wall_like(parts.near, cell.near, cell),
+        wall_like(parts.far, cell.far, cell),
         own_arc(parts.arc),
         make_grid(ps, damper, cells_for(parts.rk4, n, parts.period_steps, stops)),
         Steps(parts.contact_steps, parts.contact_tolerance),
-        scratch_for(parts.arc),
+        scratch_for(parts.near, parts.far),
+        stuck_if_rigid(parts.near, parts.far, ps, damper, n),
     )
 
 
@@ -114,7 +124,8 @@ def run_cell(parts, cell, state, span, buffers):
 @jit(dissolved=True)
 def cell_orbit(prepared, limit, state, span, buffers):
     """Run a cell that is prepared (arguments as `run_cell`)."""
-    ps, damper, peak, run = prepared.ps, prepared.damper, buffers.peak, orbit_of(prepared.arc)
+    ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
+    run = orbit_of(prepared.near, prepared.far)
     limit_log = limit_log_of(buffers.violation, limit)
     set_mode(prepared.near, prepared.far, state)
     begin_limit_log(limit_log, state)

@@ -160,9 +160,10 @@ def chosen(builder: Callable[..., Callable[..., Any]]) -> Any:
     """Make a function whose body is chosen, when compiled, by which of its arguments are None.
 
     `builder` takes the arguments and returns the function to run on them; it may ask of each
-    argument only whether it is None. Compiled, it is asked once for each set of types, and what it
-    does not return is not even typed. (A plain `if part is None` is pruned by Numba only where
-    the part *is* None; where it is present both branches must agree in type.)
+    argument only whether it is None, and of a tuple, of what sort it is (`is_a`). Compiled, it is
+    asked once for each set of types, and what it does not return is not even typed. (A plain
+    `if part is None` is pruned by Numba only where the part *is* None; where it is present both
+    branches must agree in type.)
     """
 
     @wraps(builder)
@@ -177,6 +178,11 @@ def chosen(builder: Callable[..., Callable[..., Any]]) -> Any:
     options: Any = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
     extending.overload(run, jit_options=options, strict=False)(choose)
     return run
+
+
+def is_a(part: object, sort: type) -> bool:
+    """Tell, in a builder of `chosen`, whether an argument is a tuple of this sort."""
+    return isinstance(part, sort) or getattr(part, "instance_class", None) is sort
 
 
 def _remove_stale_files(folder: Path) -> None:

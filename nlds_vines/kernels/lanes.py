@@ -46,11 +46,11 @@ def section_rows(section, cycle, damper, periods, chain, link):
 
 
 @chosen
-def period_rows(counts, cycle, arc, periods):
+def period_rows(counts, cycle, near, far, periods):
     """Return scratch for the impacts of each period and wall, or None where they are not needed."""
-    if arc is None or (counts is None and cycle is None):
-        return lambda counts, cycle, arc, periods: None
-    return lambda counts, cycle, arc, periods: np.zeros((periods, 2), np.int64)
+    if (near is None and far is None) or (counts is None and cycle is None):
+        return lambda counts, cycle, near, far, periods: None
+    return lambda counts, cycle, near, far, periods: np.zeros((periods, 2), np.int64)
 
 
 @chosen
@@ -62,13 +62,13 @@ def lane_of(values, chain, link):
 
 
 @jit(dissolved=True)
-def buffers_of(arc, damper, buffers, periods, chain, link):
+def buffers_of(parts, buffers, periods, chain, link):
     """Return the `CellBuffers` of one lane: its rows of the `LaneBuffers`, and scratch."""
     section, cycle = buffers.section, buffers.cycle
     return CellBuffers(
         early_rows(section, periods, chain, link),
-        section_rows(section, cycle, damper, periods, chain, link),
-        period_rows(buffers.counts, cycle, arc, periods),
+        section_rows(section, cycle, parts.damper, periods, chain, link),
+        period_rows(buffers.counts, cycle, parts.near, parts.far, periods),
         None,
         lane_of(buffers.energy, chain, link),
         lane_of(buffers.peak, chain, link),
@@ -117,7 +117,7 @@ def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
             if link > 0 and status[chain, link - 1] == OK:
                 # the displacement is carried over, wherever the new rest may be
                 state[2] += cell.rest - cells[chain, link - 1].rest
-            own = buffers_of(parts.arc, parts.damper, buffers, span.periods, chain, link)
+            own = buffers_of(parts, buffers, span.periods, chain, link)
             note_end(buffers.ends, chain, link, int(BEGIN), state)
             code = run_cell(parts, cell, state, span, own)
             note_end(buffers.ends, chain, link, int(END), state)

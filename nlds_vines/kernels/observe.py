@@ -102,6 +102,14 @@ def note_depth(impacts, K, depth):
 
 
 @jit
+def note_blow(impacts):
+    """Note that the force of the impact under way had no bound."""
+    i = impacts.filled[0] - 1
+    if 0 <= i < len(impacts.data):
+        impacts.data[i, FORCE] = np.inf
+
+
+@jit
 def note_release(ps, damper, impacts, time, x1, v1, r, s):
     """Complete the row of the impact under way."""
     i = impacts.filled[0] - 1

@@ -22,7 +22,7 @@ from .codes import (
     TOUCH_FAR,
     TOUCH_NEAR,
 )
-from .compiling import chosen, jit
+from .compiling import chosen, is_a, jit
 from .contact import contact
 from .contact_field import rotated
 from .exact import fly
@@ -35,12 +35,15 @@ from .inside_variations import vary_cut
 from .limit import begin_contact, may_pass
 from .observe import (
     ORIGIN,
+    note_blow,
     note_depth,
     note_energy,
     note_release,
     note_section,
     note_touch,
 )
+from .restitution import rebound
+from .scene import RigidWall
 
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
 MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
@@ -53,14 +56,26 @@ def set_mode(near, far, state):
     """Set q and the mode of a state (x1, v1, r, s) at phase zero: in flight, or inside a contact.
 
     A start on the wall that moves or is pressed into it is a touch of the first instant, which the
-    first flight finds; a start beyond the wall is a contact already under way.
+    first flight finds; a start beyond the wall is a contact already under way. Into a rigid wall
+    nothing comes: a start beyond it is one on it.
     """
     state[4], state[5] = 0.0, FLYING
     state[AHEAD] = 0.0
     if near is not None and state[2] > near.gap:
-        state[4], state[5] = math.sqrt(state[2] - near.gap), TOUCH_NEAR
+        state[5] = TOUCH_NEAR
+        state[4], state[2] = into(near, state[2])
     if far is not None and -state[2] > far.gap:
-        state[4], state[5] = math.sqrt(-state[2] - far.gap), TOUCH_FAR
+        state[5] = TOUCH_FAR
+        state[4], r = into(far, -state[2])
+        state[2] = -r
+
+
+@chosen
+def into(wall, r):
+    """Return (q, r) of a state at r > gap: q = sqrt(z), but at a rigid wall it is on the wall."""
+    if is_a(wall, RigidWall):
+        return lambda wall, r: (0.0, wall.gap)
+    return lambda wall, r: (math.sqrt(r - wall.gap), r)
 
 
 @chosen
@@ -240,13 +255,13 @@ def wall_of(near, far, mode):
 @jit(dissolved=True)
 def follow_contact(
     rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
-    phase, left, now, k,
+    phase, left, now, k, stuck, place,
 ):  # fmt: skip
     """Follow a contact from `now` = (q, s, x1, v1) to its release or for the time `left` [s].
 
-    `phase`: (cos, sin) of the forcing's; the rest as for `contact`. For a wall that pushes towards
-    -x2 (`sign` -1) the motion is mirrored on the way in and out. Returns (event, q, s, x1, v1,
-    elapsed, depth) as `contact`.
+    `phase`: (cos, sin) of the forcing's; place: share of the period that is over; the rest as for
+    `contact`. For a wall that pushes towards -x2 (`sign` -1) the motion is mirrored on the way in
+    and out. Returns (event, q, s, x1, v1, elapsed, depth) as `contact`.
     """
     # hot: once per impact, in the loop of `orbit`, where `Prepared` as one argument costs 3 %
     q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
@@ -262,6 +277,16 @@ def follow_contact(
         )  # fmt: skip
     event, q, s, x1, v1, took, depth = result
     return event, q, sign * s, sign * x1, sign * v1, took, depth
+
+
+@chosen
+def follow_by_law(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
+    phase, left, now, k, stuck, place,
+):  # fmt: skip
+    """Follow a contact by the law of its wall."""
+    # hot: as `follow_contact`
+    return rebound if is_a(wall, RigidWall) else follow_contact
 
 
 @jit
@@ -294,12 +319,20 @@ def keep_slowest(slowest, s):
         slowest[0] = min(slowest[0], abs(s))
 
 
+@chosen
+def note_force(impacts, wall, depth):
+    """Note the depth [m] and the force of a contact; that of a rigid wall has no bound."""
+    if is_a(wall, RigidWall):
+        return lambda impacts, wall, depth: note_blow(impacts)
+    return lambda impacts, wall, depth: note_depth(impacts, wall.K, depth)
+
+
 @jit
-def after_contact(ps, damper, impacts, event, stiffness, depth, time, x1, v1, r, s):
+def after_contact(ps, damper, impacts, event, wall, depth, time, x1, v1, r, s):
     """Note the depth [m] of a contact, and, at its release, that it has ended."""
     # hot: once per impact
     if impacts is not None:
-        note_depth(impacts, stiffness, depth)
+        note_force(impacts, wall, depth)
         if event == RELEASED:
             note_release(ps, damper, impacts, time, x1, v1, r, s)
 
@@ -322,7 +355,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     # Named once: a field with arrays costs reference counts each time that it is read.
     rk4, ps, damper, grid = prepared.rk4, prepared.ps, prepared.damper, prepared.grid
     near, far, arc = prepared.near, prepared.far, prepared.arc
-    steps, k = prepared.contact_steps, prepared.scratch
+    steps, k, stuck = prepared.contact_steps, prepared.scratch, prepared.stuck
     limit_log, energy, clearance = buffers.limit_log, buffers.energy, buffers.clearance
     slowest = buffers.slowest
     impacts, by_period, section = buffers.impacts, buffers.by_period, buffers.section
@@ -361,14 +394,15 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 wall = wall_of(near, far, mode)
                 left = (stop - j - x) * grid.h
                 begin_contact(limit_log, sign, wall, began + (j + x) * grid.h)
-                event, q, s, x1, v1, took, depth = follow_contact(
+                event, q, s, x1, v1, took, depth = follow_by_law(
                     rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent,
                     steps, grid.rate, phase_on(rk4, grid, j, x), left, (q, s, x1, v1), k,
+                    stuck, (j + x) / grid.n,
                 )  # fmt: skip
                 r = sign * (wall.gap + q * q)
                 place = j + x + took / grid.h
                 time = began + place * grid.h
-                after_contact(ps, damper, impacts, event, wall.K, depth, time, x1, v1, r, s)
+                after_contact(ps, damper, impacts, event, wall, depth, time, x1, v1, r, s)
                 if not bounded(x1, v1, r, s):
                     return DIVERGED
                 if event == EXHAUSTED:
@@ -377,8 +411,10 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     j, x = stop, 0.0
                     break
                 # Fly on from the release.
-                mode, j = FLYING, min(int(place), stop - 1)
-                x = place - j
+                mode = FLYING
+                if took > 0.0:
+                    j = min(int(place), stop - 1)
+                    x = place - j
             # Note the section.
             at_section(damper, section, p * span.stops + i, x1, v1, r, s)
         if not bounded(x1, v1, r, s):
@@ -440,8 +476,8 @@ def linear_orbit(prepared, buffers, span, state, tangent, exact_grid):
 
 
 @chosen
-def orbit_of(arc):
+def orbit_of(near, far):
     """Return the time loop of a scene with walls, or of one without: neither knows of the other."""
-    if arc is None:
-        return lambda arc: linear_orbit
-    return lambda arc: orbit
+    if near is None and far is None:
+        return lambda near, far: linear_orbit
+    return lambda near, far: orbit

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from .compiling import chosen, jit
+from .compiling import chosen, is_a, jit
 
 
 class Structure(NamedTuple):
@@ -46,6 +46,13 @@ class Wall(NamedTuple):
     speed: float  # sqrt(4 kappa / 5): approach speed = speed * (greatest depth)^(5/4)
 
 
+class RigidWall(NamedTuple):
+    """Obstacle of a rigid body: the approach speed s turns into -e s (`restitution`)."""
+
+    gap: float  # [m]
+    e: float  # coefficient of restitution, 0 to 1
+
+
 @jit
 def finite(x):
     """Tell whether a number is neither infinite nor NaN."""
@@ -53,7 +60,7 @@ def finite(x):
 
 
 @jit
-def allowed(rk4, has_damper, has_near, has_far, cell):
+def allowed(rk4, has_damper, near, far, cell):
     """Tell whether the parameters of one cell are finite and in range, those of its parts alone.
 
     `model` has checked them; numbers that came another way must not pass for a result. By rk4 the
@@ -65,13 +72,21 @@ def allowed(rk4, has_damper, has_near, has_far, cell):
     if has_damper is not None:
         fine = fine and 0.0 < cell.m2 < math.inf and finite(cell.rest)
         fine = fine and 0.0 <= cell.k2 < math.inf and 0.0 <= cell.c2 < math.inf
-    if has_near is not None:
-        fine = fine and 0.0 < cell.K < math.inf and finite(cell.near)
-    if has_far is not None:
-        fine = fine and 0.0 < cell.K < math.inf and finite(cell.far)
-        if has_near is not None:
+    if near is not None:
+        fine = fine and law_allowed(near, cell) and finite(cell.near)
+    if far is not None:
+        fine = fine and law_allowed(far, cell) and finite(cell.far)
+        if near is not None:
             fine = fine and cell.near + cell.far >= 0.0
     return fine
+
+
+@chosen
+def law_allowed(sort, cell):
+    """Tell whether the constants of a wall's law are in range; sort: a wall of that law."""
+    if is_a(sort, RigidWall):
+        return lambda sort, cell: 0.0 <= cell.e <= 1.0
+    return lambda sort, cell: 0.0 < cell.K < math.inf
 
 
 @jit
@@ -105,19 +120,13 @@ def wall_at(gap, cell):
 
 
 @chosen
-def near_wall_of(present, cell):
-    """Return the wall that pushes the damper towards +x2 (touched at r = gap), or None."""
-    if present is None:
-        return lambda present, cell: None
-    return lambda present, cell: wall_at(cell.near, cell)
-
-
-@chosen
-def far_wall_of(present, cell):
-    """Return the wall that pushes the damper towards -x2 (touched at -r = gap), or None."""
-    if present is None:
-        return lambda present, cell: None
-    return lambda present, cell: wall_at(cell.far, cell)
+def wall_like(sort, gap, cell):
+    """Return the wall at a limit `gap`, of the same law as the wall `sort`; None where it is."""
+    if sort is None:
+        return lambda sort, gap, cell: None
+    if is_a(sort, RigidWall):
+        return lambda sort, gap, cell: RigidWall(gap, cell.e)
+    return lambda sort, gap, cell: wall_at(gap, cell)
 
 
 @jit

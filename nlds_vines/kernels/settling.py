@@ -137,7 +137,7 @@ def growth_of(logs):
 def note_chaotic_transient(flow, course, evidence, period):
     """Note whether the orbit was chaotic for long before it settled on a periodic orbit."""
     periods = int(evidence[ev.SETTLING])
-    if flow.prepared.arc is None or periods < LONG_TRANSIENT:
+    if flow.prepared.scratch is None or periods < LONG_TRANSIENT:
         return
     state, tangent, growth = new_state(), np.zeros(16), np.zeros(4)
     place_state(flow, course.origin, state)

@@ -84,11 +84,13 @@ def flow_of(prepared, exact_grid):
 
 
 @chosen
-def noted_of(arc, flow, section):
-    """Return the `OrbitBuffers` for periods with variations."""
-    if arc is None:
-        return lambda arc, flow, section: OrbitBuffers(None, section, None, None, None, None, None)
-    return lambda arc, flow, section: OrbitBuffers(
+def noted_of(scratch, flow, section):
+    """Return the `OrbitBuffers` for periods with variations; scratch: None without a wall."""
+    if scratch is None:
+        return lambda scratch, flow, section: OrbitBuffers(
+            None, section, None, None, None, None, None
+        )
+    return lambda scratch, flow, section: OrbitBuffers(
         None, section, flow.by_period, None, None, flow.clearance, flow.slowest
     )
 
@@ -102,7 +104,8 @@ def advance(flow, section, periods, tangent, state):
     misses. Returns a status.
     """
     flow.by_period[:periods] = 0
-    noted, run = noted_of(flow.prepared.arc, flow, section), orbit_of(flow.prepared.arc)
+    noted = noted_of(flow.prepared.scratch, flow, section)
+    run = orbit_of(flow.prepared.near, flow.prepared.far)
     return run(flow.prepared, noted, Span(0, periods, 1), state, tangent, flow.exact_grid)
 
 
@@ -113,7 +116,7 @@ def run_on(flow, section, periods, state):
     section: rows for the sections, as far as there is room.
     """
     noted = OrbitBuffers(None, section, None, None, None, None, None)
-    run = orbit_of(flow.prepared.arc)
+    run = orbit_of(flow.prepared.near, flow.prepared.far)
     return run(flow.prepared, noted, Span(0, periods, 1), state, None, None)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from nlds_vines.errors import RequestError, at, choice, shown, table, unknown
+from nlds_vines.model.laws import HERTZ, LAWS
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
@@ -18,7 +19,7 @@ from nlds_vines.toml import parse_toml, read_toml
 FILE_KEYS = ("title", "system", "set", "vary", "start", "sampling", "record")
 """The keys of a scan file; of these `load_system` reads `system` and `set`."""
 
-_SYSTEM_KEYS = ("kind", "name", "title", "parameters", "sources", "assumptions")
+_SYSTEM_KEYS = ("kind", "name", "title", "parameters", "sources", "assumptions", "law", "contact")
 
 
 @cache
@@ -29,13 +30,14 @@ def catalogue() -> Mapping[str, System]:
     return {name: _entry(name, entry, document["groups"]) for name, entry in entries}
 
 
-def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float) -> System:
+def load_system(name_or_path: str | os.PathLike[str], /, **overrides: Any) -> System:
     """Return a system of the catalogue, or one from a TOML file.
 
     Arguments:
         name_or_path: a catalogue name, or the path of a TOML file with a `[system]` table of `kind`
             and parameters.  Of a scan file the entries `system` and `[set]` are read.
-        overrides: parameters with values of their own, in SI units.
+        overrides: parameters with values of their own, in SI units; also a `law` of the contacts,
+            with its constants.
 
     Raises `RequestError` for an unknown name, a faulty file, and overrides as `System.with_`.
     """
@@ -92,21 +94,34 @@ def _from_table(entry: Mapping[str, Any], name: str) -> System:
     if "kind" not in entry:
         raise RequestError(f"kind is missing; allowed: {', '.join(SCENES)}")
     kind = choice("kind", entry["kind"], SCENES)
+    contact = dict(table("contact", entry.get("contact", {})))
+    if "law" in entry and "law" in contact:
+        raise RequestError("law stands in [system] and in [system.contact]")
+    law = choice("law", contact.pop("law", entry.get("law", HERTZ.name)), LAWS)
     # a parameter of another kind is refused by `System`, whose message names that parameter
     foreign = {key: value for key, value in entry.items() if key not in PARAMETERS}
-    table("system", foreign, (*_SYSTEM_KEYS, *SCENES[kind].allowed))
+    table("system", foreign, (*_SYSTEM_KEYS, *SCENES[kind].under(law).allowed))
+    with at("[contact]"):
+        table("contact", contact, ("law", *LAWS[law].allowed))
     beside = {key: value for key, value in entry.items() if key in PARAMETERS}
-    inside = table("parameters", entry.get("parameters", {}))
-    twice = sorted(beside.keys() & inside.keys())
-    if twice:
-        raise RequestError(f"{twice[0]} stands in [system] and in [system.parameters]")
+    parameters: dict[str, Any] = {}
+    for place, given in (
+        ("[system]", beside),
+        ("[system.parameters]", table("parameters", entry.get("parameters", {}))),
+        ("[system.contact]", contact),
+    ):
+        twice = sorted(parameters.keys() & given.keys())
+        if twice:
+            raise RequestError(f"{twice[0]} stands in {place}, and before it")
+        parameters |= given
     return System(
         kind=kind,
-        parameters={**beside, **inside},
+        parameters=parameters,
         name=entry.get("name", name),
         title=entry.get("title", ""),
         sources=entry.get("sources", {}),
         assumptions=entry.get("assumptions", {}),
+        law=law,
     )
 
 
@@ -126,4 +141,5 @@ def _entry(name: str, entry: Mapping[str, Any], groups: Mapping[str, Any]) -> Sy
         title=entry["title"],
         sources=texts["source"],
         assumptions=texts["assumption"],
+        law=entry.get("law", HERTZ.name),
     )

@@ -23,7 +23,7 @@ FORCING = ("P", "omega")
 """The parameters of the harmonic force on the structure, P cos(omega t)."""
 
 CONTACT = ("E1", "E2", "nu1", "nu2", "A", "B", "q1")
-"""The contact constants of equation (4); `K` may be given in place of all seven."""
+"""The constants of a Hertz contact, equation (4); `K` may be given in place of all seven."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +97,7 @@ _ALL = (
     Parameter("B", "B", "1/m", "second constant of the gap between the surfaces", low=0),
     Parameter("q1", "q₁", "1", "Hertz coefficient that belongs to A / B", low=0, above=True),
     Parameter("K", "K", "N/m^1.5", "contact stiffness", low=0, above=True),
+    Parameter("e", "e", "1", "coefficient of restitution", low=0, high=1),
 )
 
 PARAMETERS: Mapping[str, Parameter] = {parameter.name: parameter for parameter in _ALL}

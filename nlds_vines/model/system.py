@@ -14,19 +14,20 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.errors import RequestError, choice, number, string, table, unknown
+from nlds_vines.model.laws import HERTZ, LAWS
 from nlds_vines.model.parameters import CONTACT, PARAMETERS
 from nlds_vines.model.scenes import SCENES, Scene
 
-_COPIED = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega")
+_COPIED = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega", "e")
 _DERIVED = ("K", "near", "far", "rest", "limit")
 
 CELL = np.dtype([(name, np.float64) for name in _COPIED + _DERIVED])
 """The record of one cell of a scan, as the kernels read it, in SI units.
 
-Its fields are the parameters of equation (5); the contact stiffness K [N/m^1.5]; `near`, the
-spring's shortening, and `far`, its lengthening [m], at which the walls are touched; the rest offset
-`rest` [m]; `limit`, the shortening [m] that must not be reached.  A field that the scene does not
-have is 0, and no kernel reads it."""
+Its fields are the parameters of equation (5); the coefficient of restitution e; the contact
+stiffness K [N/m^1.5]; `near`, the spring's shortening, and `far`, its lengthening [m], at which the
+walls are touched; the rest offset `rest` [m]; `limit`, the shortening [m] that must not be reached.
+A field that the scene does not have is 0, and no kernel reads it."""
 
 
 def hertz_stiffness(p: Mapping[str, Any]) -> Any:
@@ -59,10 +60,11 @@ class System:
         title: one line that describes it.
         sources: by parameter, where its value comes from.
         assumptions: by parameter, what had to be assumed for its value.
+        law: of all contacts, one of `LAWS`.
 
-    Raises `RequestError` for an unknown kind, for a parameter that is missing or that the kind does
-    not have, for a value that is no finite number or out of its range, and for a text that an
-    archive cannot hold.
+    Raises `RequestError` for an unknown kind or law, for a parameter that is missing or that the
+    kind does not have, for a value that is no finite number or out of its range, and for a text
+    that an archive cannot hold.
     """
 
     kind: str
@@ -71,10 +73,12 @@ class System:
     title: str = ""
     sources: Mapping[str, str] = field(default_factory=dict)
     assumptions: Mapping[str, str] = field(default_factory=dict)
+    law: str = HERTZ.name
 
     def __post_init__(self) -> None:
         """Check everything and freeze the mappings."""
         choice("kind", self.kind, SCENES)
+        _check_law(self.kind, self.law)
         for key in ("name", "title"):
             string(key, getattr(self, key))
         for key in ("sources", "assumptions"):
@@ -99,21 +103,30 @@ class System:
         """Return the `[system]` table of a request file that describes exactly this system."""
         values = {item.name: getattr(self, item.name) for item in fields(self)}
         plain = {key: dict(v) if isinstance(v, Mapping) else v for key, v in values.items()}
+        if not self.has_law:
+            del plain["law"]
         return {key: value for key, value in plain.items() if value}
 
     @property
     def scene(self) -> Scene:
-        """The scene of this kind: its parts and its walls."""
-        return SCENES[self.kind]
+        """The scene of this kind: its parts, its walls and the law of its contacts."""
+        return SCENES[self.kind].under(self.law)
+
+    @property
+    def has_law(self) -> bool:
+        """Whether its contacts obey another law than the paper's."""
+        return self.law != HERTZ.name
 
     @property
     def K(self) -> float:
         """Contact stiffness [N/m^1.5], given or from equation (4).
 
-        Raises `RequestError` for a kind without contact.
+        Raises `RequestError` for a kind without contact, and for a law without K.
         """
         if not self.scene.walls:
             raise RequestError(f"kind {self.kind!r} has no contact and so no stiffness K")
+        if "K" not in self.scene.allowed:
+            raise RequestError(f"law {self.law!r} has no stiffness K")
         return float(self.cells()["K"])
 
     @property
@@ -126,15 +139,20 @@ class System:
         """Forcing period T = 2 pi / omega [s]."""
         return 2 * pi / self.parameters["omega"]
 
-    def with_(self, /, **overrides: float) -> System:
+    def with_(self, /, law: str | None = None, **overrides: float) -> System:
         """Return this system with some parameters replaced, by name, in SI units.
 
         `K` replaces the seven contact constants; all seven together replace a given `K`.  The
-        source of a changed value becomes "set by the user", and its assumption is dropped.
+        source of a changed value becomes "set by the user", and its assumption is dropped.  Another
+        `law` of the contacts takes constants of its own in place of all those of the present one.
 
         Raises `RequestError` as `System` does, and for `K` beside a constant that it replaces.
         """
-        merged = _merge(self.scene, self.parameters, overrides)
+        law, known = self.law if law is None else law, dict(self.parameters)
+        _check_law(self.kind, law)
+        if law != self.law:
+            known = {name: known[name] for name in self.scene.own}
+        merged = _merge(SCENES[self.kind].under(law), known, overrides)
         changed = {name for name in merged if merged[name] != self.parameters.get(name)}
         kept = merged.keys() - changed
         sources = {name: text for name, text in self.sources.items() if name in kept}
@@ -143,20 +161,22 @@ class System:
             parameters=merged,
             sources=sources | dict.fromkeys(sorted(changed), "set by the user"),
             assumptions={name: text for name, text in self.assumptions.items() if name in kept},
+            law=law,
         )
 
     @property
     def attributes(self) -> dict[str, str | float]:
         """The attributes by which an archive describes the system.
 
-        Every parameter under its own name in SI units, `K` [N/m^1.5] of every kind with contact,
-        every assumption as `assumption_<parameter>`.
+        Every parameter under its own name in SI units, `K` [N/m^1.5] of every Hertz contact, the
+        law of any other, every assumption as `assumption_<parameter>`.
         """
         return {
             "system": self.name,
             "kind": self.kind,
+            **({"law": self.law} if self.has_law else {}),
             **{name: float(value) for name, value in self.parameters.items()},
-            **({"K": self.K} if self.scene.walls else {}),
+            **({"K": self.K} if "K" in self.scene.allowed else {}),
             **{f"assumption_{name}": text for name, text in self.assumptions.items()},
         }
 
@@ -181,6 +201,18 @@ class System:
         return cells
 
 
+def _check_law(kind: str, law: str) -> None:
+    """Raise `RequestError` for an unknown law, and for one that a kind has no contact for."""
+    choice("law", law, LAWS)
+    if law != HERTZ.name and not SCENES[kind].walls:
+        raise RequestError(f"law = {law!r}: kind {kind!r} has no contact")
+
+
+def _named(scene: Scene) -> str:
+    """Return what messages call a scene: its kind, and its law unless that is the paper's."""
+    return f"kind {scene.kind!r}" + (f" under law {scene.law.name!r}" * (scene.law != HERTZ))
+
+
 def refuse_contradiction(names: Collection[str]) -> None:
     """Raise `RequestError` where `names` hold both `K` and a constant that it replaces."""
     beside = [name for name in CONTACT if name in names]
@@ -196,7 +228,7 @@ def _refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
     if name not in PARAMETERS:
         raise unknown("parameter", name, scene.allowed)
     raise RequestError(
-        f"kind {scene.kind!r} has no parameter {name!r} ({PARAMETERS[name].meaning}); "
+        f"{_named(scene)} has no parameter {name!r} ({PARAMETERS[name].meaning}); "
         f"allowed: {', '.join(scene.allowed)}"
     )
 
@@ -223,7 +255,7 @@ def _merge(scene: Scene, known: Mapping[str, Any], given: Mapping[str, Any]) -> 
             f"give also {missing}, or K instead"
         )
     if missing:
-        raise RequestError(f"parameters of kind {scene.kind!r} are missing: {missing}")
+        raise RequestError(f"parameters of {_named(scene)} are missing: {missing}")
     return {name: merged[name] for name in names}
 
 
@@ -235,7 +267,7 @@ def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
     """
     found: dict[str, Any] = {}
     with np.errstate(over="ignore"):
-        if scene.walls:
+        if "K" in scene.allowed:
             found["K"] = values["K"] if "K" in values else _checked_stiffness(values)
         parts = {"near": scene.gap_near, "far": scene.gap_far, "rest": scene.rest}
         for name, part in {**parts, "limit": scene.limit}.items():

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from nlds_vines.model.parameters import CONTACT
+from nlds_vines.model.laws import HERTZ, LAWS, Law
 
 Values = Mapping[str, Any]
 """Parameters by name, in SI units; each a float, or an array where it varies."""
@@ -37,6 +37,7 @@ class Scene:
             violation and is no impact.
         obstacle: returns the positions u [m] of the lines that a picture shows, by name.
         struck: what the near and the far wall belong to, by wall.
+        law: the law of all contacts.
     """
 
     kind: str
@@ -48,6 +49,7 @@ class Scene:
     limit: Callable[[Values], Any] | None = None
     obstacle: Callable[[Values], Mapping[str, Any]] = lambda p: {}
     struck: Mapping[str, str] = field(default_factory=lambda: _OBSTACLE)
+    law: Law = HERTZ
 
     def __post_init__(self) -> None:
         """Raise ValueError for a name of a wall that is too long, and for a limit without a wall.
@@ -75,10 +77,15 @@ class Scene:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """The names of the needed parameters; `K` may replace the contact constants."""
-        return self.own + (CONTACT if self.walls else ())
+        """The names of the needed parameters; `K` may replace the constants of a Hertz contact."""
+        return self.own + (self.law.constants if self.walls else ())
 
     @property
     def allowed(self) -> tuple[str, ...]:
-        """The names of all parameters that may be given, `K` included where there is contact."""
-        return self.parameters + (("K",) if self.walls else ())
+        """The names of all parameters that may be given, also `K` in place of others."""
+        return self.own + (self.law.allowed if self.walls else ())
+
+    def under(self, law: str) -> Scene:
+        """Return the scene whose contacts obey a law of `LAWS`; itself without contact."""
+        same = law == self.law.name or not self.walls
+        return self if same else replace(self, law=LAWS[law])

@@ -1,0 +1,228 @@
+"""Contact of rigid bodies: an impact at once, by Newton's law, and sticking.
+
+The approach speed s turns into -e s, whatever the forces. The damper takes the impulse
+mu (1 + e) s, the structure its opposite, so that momentum is exact: v1 - share s, the motion common
+to both, goes on as if nothing had happened.
+
+While the other forces press the damper to the wall, rebounds shrink by e each time, and infinitely
+many of them end in finite time. Such a series is completed as soon as its speed is a small part
+BRIEF of what the pressing acceleration a gives in 1 / rate. From then on the damper stays: s = 0.
+As the common motion feels no impact, only the structure's own spring and dashpot notice that the
+damper has been up to s^2 / 2a away, for a time 2 s / (a (1 - e)): less than BRIEF^3 of the motion,
+over 1 - e.
+
+Sticking, damper and structure are one mass. Their motion is exact like a flight, on a grid of its
+own, and ends where the wall would have to pull. That place is certified as a touch is: a, too, is a
+polynomial in each cell.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from .codes import EXHAUSTED, RELEASED, STOPPED
+from .compiling import jit
+from .exact import phase_of
+from .flight import (
+    COEF,
+    DRIVE,
+    FACTOR,
+    ORDER,
+    Grid,
+    at,
+    bare_grid,
+    cell_polynomial,
+    grid_of,
+    propagate,
+)
+from .impact_variations import columns_of, put_columns
+from .observe import note_energy
+from .peaks import note_roots
+from .scene import Structure, accelerations
+from .touch import LOST, R, first_touch, tightened
+
+BRIEF = 1.0e-5  # speed of a rebound that is followed by rest, in units of a / rate
+STEADY = 0.1  # change of a, and phase of the fastest motion, in what a completed series would last
+PULL = 1.0e-12  # with which a wall holds the damper before it lets go, in units of the forces
+
+
+class Stuck(NamedTuple):
+    """Structure and damper as one mass, and its flight."""
+
+    ps: Structure
+    grid: Grid
+
+
+@jit
+def stuck_of(ps, damper, n):
+    """Return the `Stuck` motion of a cell, on n cells a period."""
+    other = 1.0 - damper.share
+    one = Structure(
+        ps.m1 + damper.m2, ps.k1, ps.stiffness * other, ps.damping * other, ps.force * other,
+        ps.omega,
+    )  # fmt: skip
+    return Stuck(one, grid_of(one, None, n))
+
+
+# ---- the impact ----------------------------------------------------------------------------------
+
+
+@jit
+def pressing(ps, damper, wall, x1, v1, c):
+    """Return ds/dt [m/s^2] of a damper at rest on the wall that the wall does not hold."""
+    return accelerations(ps, damper, x1, v1, wall.gap, 0.0, c, 0.0)[1]
+
+
+@jit
+def stays(ps, damper, wall, rate, s, x1, v1, c, d):
+    """Tell whether rebounds from a speed s < 0 end in rest all but at once.
+
+    v1: of the structure once they have; c, d: cos and sin of the phase.
+    """
+    # hot: once per impact
+    a = pressing(ps, damper, wall, x1, v1, c)
+    if not a > 0.0 or rate * -s > BRIEF * a:
+        return False
+    if s == 0.0:
+        return True
+    if wall.e == 1.0:
+        return False
+    lasting = -2.0 * s / (a * (1.0 - wall.e))
+    dv = (1.0 - damper.share) * (ps.force * c - ps.stiffness * x1 - ps.damping * v1)
+    change = ps.force * ps.omega * d + ps.stiffness * v1 + ps.damping * dv
+    return abs(change) * lasting <= STEADY * a and rate * lasting <= STEADY
+
+
+@jit
+def vary_at_impact(ps, damper, wall, before, after, c, tangent):
+    """Carry four variations `tangent` (16,) through an impact (a saltation matrix).
+
+    before, after: (s, x1, v1); after it s is 0 where the damper stays. The wall is met later by
+    t0 = -r / s: a variation is carried there by the motion before, and back by that after.
+    """
+    s, x1, v1 = before
+    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
+    x, v, r, u = columns_of(tangent)
+    late = (-1.0 / s) * r
+    x, v, u = x + v1 * late, v + dv * late, u + ds * late
+    s, x1, v1 = after
+    if s == 0.0:
+        v = v - damper.share * u
+        dv = (1.0 - damper.share) * (ps.force * c - ps.stiffness * x1 - ps.damping * v1)
+        put_columns(tangent, x - v1 * late, v - dv * late, 0.0 * late, 0.0 * late)
+        return
+    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
+    v, u = v - (damper.share * (1.0 + wall.e)) * u, (-wall.e) * u
+    put_columns(tangent, x - v1 * late, v - dv * late, (-s) * late, u - ds * late)
+
+
+@jit
+def rebound(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
+    phase, left, now, k, stuck, place,
+):  # fmt: skip
+    """Follow an impact at once, and sticking to its release or for the time `left` [s].
+
+    Arguments and result as those of `orbit.follow_contact`.
+    """
+    # hot: once per impact
+    s, x1, v1 = sign * now[1], sign * now[2], sign * now[3]
+    c, d = sign * phase[0], sign * phase[1]
+    if s > 0.0:
+        before, u = (s, x1, v1), v1 - damper.share * s
+        s = -wall.e * s
+        v1 = u + damper.share * s
+        if stays(ps, damper, wall, rate, s, x1, u, c, d):
+            s, v1 = 0.0, u
+        if tangent is not None:
+            vary_at_impact(ps, damper, wall, before, (s, x1, v1), c, tangent)
+    if s < 0.0 or not pressing(ps, damper, wall, x1, v1, c) > 0.0:
+        return RELEASED, 0.0, sign * s, sign * x1, sign * v1, 0.0, 0.0
+    event, x1, v1, took = stick(ps, damper, wall, sign, energy, stuck, place, left, x1, v1)
+    if tangent is not None:
+        propagate(stuck.grid, tangent, took)
+    return event, 0.0, 0.0, sign * x1, sign * v1, took, 0.0
+
+
+# ---- sticking ------------------------------------------------------------------------------------
+
+
+@jit
+def expand_pull(ps, w, sign, phase):
+    """Fill the rows of r in COEF with minus the structure's own acceleration, mirrored by `sign`.
+
+    Where it rises to that of the damper's spring alone, the wall would have to pull. The rows of x1
+    and v1 are there. Returns the sum of the sizes of its terms at the start.
+    """
+    for i in range(ORDER + 1):
+        row, drive = COEF + 4 * i, w[DRIVE + i] * phase[i % 2]
+        own = ps.force * drive - ps.stiffness * w[row] - ps.damping * w[row + 1]
+        w[row + 2], w[row + 3] = -sign * own, 0.0
+    return abs(ps.force) + abs(ps.stiffness * w[COEF]) + abs(ps.damping * w[COEF + 1])
+
+
+@jit
+def note_stuck_peaks(ps, damper, r, energy, grid, end):
+    """Raise the largest energies to those in [0, end] of the expanded cell of a stuck motion.
+
+    E1 and E2 turn where v1 is zero, or the force that moves each body beside its spring:
+    m1 dv1/dt + k1 x1 and m2 dv1/dt + k2 (x1 - r).
+    """
+    w = grid.table
+    for i in range(ORDER + 1):
+        w[R + 4 * i], w[R + 4 * i + 1] = 0.0, 0.0
+    w[R] = r
+    for mass, spring, offset in ((0.0, 0.0, 0.0), (ps.m1, ps.k1, 0.0), (damper.m2, damper.k2, r)):
+        bend = 0.0
+        for i in range(ORDER + 1):
+            f = spring * w[COEF + 4 * i]
+            if spring == 0.0 and mass == 0.0:
+                f = w[COEF + 4 * i + 1]
+            elif i < ORDER:
+                f += mass * (i + 1.0) / grid.h * w[COEF + 4 * i + 5]
+            if i == 0:
+                f -= spring * offset
+            w[FACTOR + i] = f
+            bend += i * (i - 1.0) * abs(f)
+        note_roots(ps, damper, energy, grid, bend, end)
+    for x in (0.0, end):
+        y = at(w, x)
+        note_energy(ps, damper, energy, y[0], y[1], r, 0.0)
+
+
+@jit
+def stick(ps, damper, wall, sign, energy, stuck, place, left, x1, v1):
+    """Follow a damper that rests on a wall until it would have to be pulled, or for `left` [s].
+
+    x1, v1: mirrored by `sign`, as for the result (event, x1, v1, time [s]). place: share of the
+    period that is over.
+    """
+    # hot: once per sticking
+    grid = bare_grid(stuck.grid)
+    w, x1, v1, took = grid.table, sign * x1, sign * v1, 0.0
+    until = place + left / (grid.h * grid.n)
+    j = min(int(place * grid.n), grid.n - 1)
+    x = place * grid.n - j
+    spring = damper.k2 * wall.gap * damper.inv_mu
+    while True:
+        # the cell, to its end or to that of the time
+        phase = phase_of(grid, j, x)
+        end = min(1.0, until * grid.n - j) - x
+        cell_polynomial(grid, x1, v1, 0.0, 0.0, phase[0], phase[1])
+        size = expand_pull(ps, w, sign, phase)
+        bend, jerk = tightened(w, math.inf, math.inf)
+        where = first_touch(w, 0.0, end, 1.0, PULL * (size + abs(spring)) - spring, bend, jerk)
+        if where == LOST:
+            return EXHAUSTED, sign * x1, sign * v1, took
+        piece = min(where, end)
+        if energy is not None:
+            note_stuck_peaks(ps, damper, sign * wall.gap, energy, grid, piece)
+        y = at(w, piece)
+        x1, v1 = y[0], y[1]
+        took += piece * grid.h
+        if where <= end:
+            return RELEASED, sign * x1, sign * v1, took
+        j, x = j + 1, 0.0
+        if j >= until * grid.n:
+            return STOPPED, sign * x1, sign * v1, left

@@ -88,7 +88,8 @@ def kernel_cell(**numbers: float) -> Any:
 def contact_parts(**numbers: float) -> tuple[Any, Any, Any]:
     """Return (structure, damper, near wall) as kernels see them, for a contact on its own."""
     cell = kernel_cell(**numbers)
-    return structure_of(cell), damper_in(cell), wall_at(cell.near, cell)
+    damper = damper_in(cell)
+    return structure_of(cell), damper, wall_at(cell.near, damper.inv_mu, cell)
 
 
 @dataclass(frozen=True)

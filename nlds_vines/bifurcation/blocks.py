@@ -13,7 +13,7 @@ from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
 from nlds_vines.model.system import CELL
-from nlds_vines.orbits.wants import RETRACED, components, noted
+from nlds_vines.orbits.wants import RETRACED, noted
 from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def lane_bytes(scan: Scan) -> int:
     error there are two such orbits, and the periods that are retraced.
     """
     rows = noted(scan.want, scan.transient, scan.periods)
-    orbit = 8 * rows * len(components(scan.system.scene)) + _LANE_BYTES
+    orbit = 8 * rows * len(scan.system.scene.components) + _LANE_BYTES
     if "error" not in scan.want:
         return orbit
     return 2 * orbit + min(scan.periods, RETRACED) * _PERIOD_BYTES

@@ -17,7 +17,7 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import NOT_COMPUTED, STATUS
-from nlds_vines.orbits.wants import RETRACED, WANTS, components
+from nlds_vines.orbits.wants import RETRACED, WANTS
 
 
 def struck(scene: Scene) -> tuple[str, ...]:
@@ -39,9 +39,9 @@ def scales_of(
         *varied,
         Scale("start", np.array(start.names, dtype=np.str_), "1", "start of the orbit"),
         Scale("cycle", cycles, "1", "sampled forcing period, counted after the transient"),
-        Scale("component", np.array(components(scene)), "1", "component of the state"),
+        Scale("component", np.array(scene.components), "1", "component of the state"),
         *([Scale("wall", np.array(walls), "1", "what is struck")] if walls else []),
-        *(_state_scales(len(components(scene))) if "evidence" in want else ()),
+        *(_state_scales(len(scene.components)) if "evidence" in want else ()),
     )
 
 
@@ -86,7 +86,7 @@ def _lengths(
     axes: Sequence[Axis], scene: Scene, start: Start, periods: int, want: Collection[str]
 ) -> dict[str, int]:
     """Return the length of every dimension, without its values: there may be too many of them."""
-    size = len(components(scene))
+    size = len(scene.components)
     found = {axis.name: axis.values.size for axis in axes}
     found |= {"start": start.orbits, "cycle": periods, "component": size}
     if struck(scene):

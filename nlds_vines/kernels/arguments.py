@@ -14,7 +14,8 @@ class Parts(NamedTuple):
     """The method, the parts of a scene, and how finely contacts and periods are divided."""
 
     rk4: Any  # True for fixed Runge-Kutta steps, None for exact flight
-    damper: Any  # True where the scene has a damper, otherwise None
+    damper: Any  # True where the scene has a damper, a `Ground` where walls limit the structure,
+    #              otherwise None
     near: Any  # a wall of its law (numbers do not matter) where the scene has a near one, or None
     far: Any  # the same of the far wall
     arc: Any  # `impact.Arc` where a wall obeys Hertz' law, otherwise None
@@ -28,7 +29,7 @@ class Prepared(NamedTuple):
 
     rk4: Any  # as in `Parts`
     ps: Any  # `scene.Structure`
-    damper: Any  # `scene.Damper` or None
+    damper: Any  # `scene.Damper`, `scene.Ground` or None
     near: Any  # `scene.Wall`, `scene.RigidWall` or None
     far: Any  # the same
     arc: Any  # `impact.Arc` with scratch of its own, or None

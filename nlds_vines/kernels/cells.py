@@ -12,10 +12,10 @@ from .fixed_step import fixed_grid_of
 from .flight import cells_of, grid_of
 from .impact import Arc
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
-from .orbit import bounded, orbit_of, set_mode
+from .orbit import bounded, on_ground, orbit_of, set_mode
 from .restitution import stuck_of
 from .runge_kutta import SCRATCH
-from .scene import RigidWall, allowed, damper_of, finite, structure_of, wall_like
+from .scene import RigidWall, allowed, damper_of, finite, joined, structure_of, wall_like
 from .variations import flow_of
 from .verdict import judge
 
@@ -82,8 +82,8 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
         parts.rk4,
         ps,
         damper,
-        wall_like(parts.near, cell.near, cell),
-        wall_like(parts.far, cell.far, cell),
+        wall_like(parts.near, cell.near, damper, cell),
+        wall_like(parts.far, cell.far, damper, cell),
         own_arc(parts.arc),
         make_grid(ps, damper, cells_for(parts.rk4, n, parts.period_steps, stops)),
         Steps(parts.contact_steps, parts.contact_tolerance),
@@ -102,7 +102,7 @@ def run_cell(parts, cell, state, span, buffers):
     parts: `Parts`; cell: the numbers of `model.system.CELL`; span: `Span`, the periods before it
     being the transient; buffers: `CellBuffers`.
     """
-    if not allowed(parts.rk4, parts.damper, parts.near, parts.far, cell):
+    if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, cell):
         return BAD_PARAMETERS
     if no_limit_to_keep(buffers.violation, cell.limit):
         return BAD_PARAMETERS
@@ -127,6 +127,7 @@ def cell_orbit(prepared, limit, state, span, buffers):
     ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
     run = orbit_of(prepared.near, prepared.far)
     limit_log = limit_log_of(buffers.violation, limit)
+    on_ground(damper, state)
     set_mode(prepared.near, prepared.far, state)
     begin_limit_log(limit_log, state)
     start_energy(ps, damper, peak, state)

@@ -18,7 +18,7 @@ from .elementary import cos_sin_of_turn
 from .flight import rate_of
 from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_energy, note_violation, opposite, powers_at
 from .roots import guarded, narrowed, secant
-from .scene import accelerations
+from .scene import accelerations, joined
 
 
 class FixedGrid(NamedTuple):
@@ -41,7 +41,7 @@ def fixed_grid_of(ps, damper, n):
         middle[j] = cos_sin_of_turn((j + 0.5) / n)[0]
     cosine[n] = 1.0
     h = 2.0 * math.pi / ps.omega / n
-    return FixedGrid(n, h, 1.0 / n, rate_of(ps, damper), cosine, middle)
+    return FixedGrid(n, h, 1.0 / n, rate_of(ps, joined(damper)), cosine, middle)
 
 
 @jit

@@ -20,7 +20,7 @@ from .bare_rows import bare
 from .compiling import jit
 from .elementary import TURN, cos_sin_of_turn
 from .fours import four, four_at, number_of, put_four
-from .scene import accelerations
+from .scene import accelerations, joined
 
 ORDER = 14  # of the Taylor polynomials
 TERMS = 4 * (ORDER + 1)  # coefficients of the four state components
@@ -104,7 +104,8 @@ def bend_of(ps, damper):
     squares = ps.stiffness / ps.m1
     squares += on_v1 * on_v1 / ps.m1
     squares += damper.k2 * damper.inv_mu * damper.inv_mu
-    squares += on_v2 * on_v2 / damper.m2
+    if on_v2 > 0.0:  # there may be no m2
+        squares += on_v2 * on_v2 / damper.m2
     return math.sqrt(squares)
 
 
@@ -144,7 +145,7 @@ def damper_rates(ps, damper):
 def cells_of(ps, damper):
     """Return the number of cells in a period: enough for the Taylor polynomials, or -1."""
     period = 2.0 * math.pi / ps.omega
-    need = period * rate_of(ps, damper) / REACH
+    need = period * rate_of(ps, joined(damper)) / REACH
     if not need <= MOST_CELLS:  # infinite or NaN too, which no integer could tell
         return -1
     return max(FEWEST_CELLS, math.ceil(need))
@@ -234,10 +235,11 @@ def grid_of(ps, damper, n):
         w[at_cell + 4], w[at_cell + 5] = cosine, sine
         for c in range(4):
             w[at_cell + c] = response[16 + c] * cosine + response[20 + c] * sine
-    w[OF_E2] = dampers_share(ps, damper)
-    w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, damper)
+    own = joined(damper)
+    w[OF_E2] = dampers_share(ps, own)
+    w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, own)
     push = ps.force * math.sqrt(ps.m1)
-    return Grid(n, h, 1.0 / n, rate_of(ps, damper), push, bend_of(ps, damper), w)
+    return Grid(n, h, 1.0 / n, rate_of(ps, own), push, bend_of(ps, damper), w)
 
 
 @jit

@@ -199,7 +199,8 @@ def guess(ps, damper, nodes, approach, pushes, numbers, faster):
     push, first, second, third, fourth = pushes
     second, third, fourth = 0.5 * second, (1.0 / 6.0) * third, (1.0 / 24.0) * fourth
     # the derivatives of the push along the impact
-    climbs, bends = approach.jerk / other, approach.snap / other
+    per = 2.5 * approach.s / (tick * tick)
+    climbs, bends = per * approach.drift, 2.0 * per / tick * approach.curvature
     twists = ps.force * ps.omega * ps.omega * ps.omega * approach.d
     twists = 0.5 * (twists - (ps.stiffness * approach.jerk + ps.damping * approach.snap))
     # the shares

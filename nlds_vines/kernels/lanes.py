@@ -16,9 +16,10 @@ import numpy as np
 from .arguments import CellBuffers
 from .cells import judge_cell, run_cell
 from .codes import OK
-from .compiling import chosen, jit
+from .compiling import chosen, is_a, jit
 from .orbit import SIZE
 from .recurrence import TOLERANCE, impacts_of, period_of
+from .scene import Ground
 
 BEGIN, END = 0, 1  # of an orbit, in `LaneBuffers.ends`; int() keeps each from its own compilation
 
@@ -40,7 +41,7 @@ def section_rows(section, cycle, damper, periods, chain, link):
         ]
     if cycle is None:
         return lambda section, cycle, damper, periods, chain, link: None
-    if damper is None:
+    if damper is None or is_a(damper, Ground):
         return lambda section, cycle, damper, periods, chain, link: np.empty((periods, 2))
     return lambda section, cycle, damper, periods, chain, link: np.empty((periods, 4))
 

@@ -43,7 +43,7 @@ from .observe import (
     note_touch,
 )
 from .restitution import rebound
-from .scene import RigidWall
+from .scene import Ground, RigidWall, joined
 
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
 MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
@@ -68,6 +68,25 @@ def set_mode(near, far, state):
         state[5] = TOUCH_FAR
         state[4], r = into(far, -state[2])
         state[2] = -r
+
+
+@chosen
+def on_ground(damper, state):
+    """Let r and s of a state be x1 and v1 where walls limit the structure itself."""
+
+    def the_same(damper, state):
+        state[2], state[3] = state[0], state[1]
+
+    return the_same if is_a(damper, Ground) else lambda damper, state: None
+
+
+@chosen
+def structure_at(damper, x1, v1, r, s):
+    """Return (x1, v1), which are r and s where walls limit the structure itself."""
+    # of two that are integrated side by side, round-off must not make two
+    if is_a(damper, Ground):
+        return lambda damper, x1, v1, r, s: (r, s)
+    return lambda damper, x1, v1, r, s: (x1, v1)
 
 
 @chosen
@@ -400,6 +419,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     stuck, (j + x) / grid.n,
                 )  # fmt: skip
                 r = sign * (wall.gap + q * q)
+                x1, v1 = structure_at(damper, x1, v1, r, s)
                 place = j + x + took / grid.h
                 time = began + place * grid.h
                 after_contact(ps, damper, impacts, event, wall, depth, time, x1, v1, r, s)
@@ -416,7 +436,8 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     j = min(int(place), stop - 1)
                     x = place - j
             # Note the section.
-            at_section(damper, section, p * span.stops + i, x1, v1, r, s)
+            x1, v1 = structure_at(damper, x1, v1, r, s)
+            at_section(joined(damper), section, p * span.stops + i, x1, v1, r, s)
         if not bounded(x1, v1, r, s):
             return DIVERGED
     state[0], state[1], state[2], state[3], state[4], state[5] = x1, v1, r, s, q, mode

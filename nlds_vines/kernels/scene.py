@@ -37,6 +37,22 @@ class Damper(NamedTuple):
     rest: float  # x2 - x1 of the unstretched spring [m]
 
 
+class Ground(NamedTuple):
+    """What a wall stands on that limits the structure itself: it never moves.
+
+    A damper without end and without a joint, so the fields are those of `Damper`. Then v2 = 0,
+    r = x1 and s = v1: the structure's own motion, which the walls limit.
+    """
+
+    m2: float
+    k2: float
+    c2: float
+    inv_m1: float
+    inv_mu: float
+    share: float
+    rest: float
+
+
 class Wall(NamedTuple):
     """Obstacle with Hertz contact: depth z = r - gap (or -r - gap), force K z^(3/2)."""
 
@@ -104,29 +120,46 @@ def damper_in(cell):
     return Damper(cell.m2, cell.k2, cell.c2, inv_m1, inv_mu, inv_m1 / inv_mu, cell.rest)
 
 
+@jit
+def ground_under(cell):
+    """Return the `Ground` under the structure of one cell."""
+    inv_m1 = 1.0 / cell.m1
+    return Ground(0.0, 0.0, 0.0, inv_m1, inv_m1, 1.0, 0.0)
+
+
 @chosen
-def damper_of(present, cell):
-    """Return the `Damper` of one cell, or None where the scene has none."""
-    if present is None:
-        return lambda present, cell: None
-    return lambda present, cell: damper_in(cell)
+def damper_of(sort, cell):
+    """Return the `Damper` of one cell; its `Ground` where the sort is one; None where it is."""
+    if sort is None:
+        return lambda sort, cell: None
+    if is_a(sort, Ground):
+        return lambda sort, cell: ground_under(cell)
+    return lambda sort, cell: damper_in(cell)
+
+
+@chosen
+def joined(damper):
+    """Return the damper, or None where nothing is joined to the structure."""
+    if damper is None or is_a(damper, Ground):
+        return lambda damper: None
+    return lambda damper: damper
 
 
 @jit
-def wall_at(gap, cell):
-    """Return the `Wall` at a limit `gap` of the spring's shortening."""
-    kappa = cell.K * (1.0 / cell.m1 + 1.0 / cell.m2)
+def wall_at(gap, inv_mu, cell):
+    """Return the `Wall` at a limit `gap` of the spring's shortening; inv_mu: of the bodies."""
+    kappa = cell.K * inv_mu
     return Wall(gap, cell.K, kappa, math.sqrt(0.8 * kappa))
 
 
 @chosen
-def wall_like(sort, gap, cell):
+def wall_like(sort, gap, damper, cell):
     """Return the wall at a limit `gap`, of the same law as the wall `sort`; None where it is."""
     if sort is None:
-        return lambda sort, gap, cell: None
+        return lambda sort, gap, damper, cell: None
     if is_a(sort, RigidWall):
-        return lambda sort, gap, cell: RigidWall(gap, cell.e)
-    return lambda sort, gap, cell: wall_at(gap, cell)
+        return lambda sort, gap, damper, cell: RigidWall(gap, cell.e)
+    return lambda sort, gap, damper, cell: wall_at(gap, damper.inv_mu, cell)
 
 
 @jit

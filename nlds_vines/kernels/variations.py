@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .arguments import OrbitBuffers, Prepared, Span
-from .compiling import chosen, jit
+from .compiling import chosen, is_a, jit
 from .elementary import log
 from .flight import Grid
 from .fours import four_at, put_four, sum_of
-from .orbit import SIZE, orbit_of, set_mode
-from .scene import Structure, scale_of
+from .orbit import SIZE, on_ground, orbit_of, set_mode
+from .scene import Ground, Structure, joined, scale_of
 
 
 class Space(NamedTuple):
@@ -75,7 +75,7 @@ def rest_of(damper):
 @jit(dissolved=True)
 def flow_of(prepared, exact_grid):
     """Return the `Flow` of one cell."""
-    ps, damper = prepared.ps, prepared.damper
+    ps, damper = prepared.ps, joined(prepared.damper)
     return Flow(
         prepared, exact_grid, Space(ps, damper, size_of(damper), rest_of(damper)),
         trace_of(ps, damper),
@@ -106,7 +106,37 @@ def advance(flow, section, periods, tangent, state):
     flow.by_period[:periods] = 0
     noted = noted_of(flow.prepared.scratch, flow, section)
     run = orbit_of(flow.prepared.near, flow.prepared.far)
-    return run(flow.prepared, noted, Span(0, periods, 1), state, tangent, flow.exact_grid)
+    walls_see(flow.prepared.damper, tangent)
+    status = run(flow.prepared, noted, Span(0, periods, 1), state, tangent, flow.exact_grid)
+    structure_sees(flow.prepared.damper, tangent)
+    return status
+
+
+@chosen
+def walls_see(damper, tangent):
+    """Let r and s of variations be those of the structure, where walls limit it."""
+
+    def copied(damper, tangent):
+        for i in range(0, 16, 4):
+            tangent[i + 2], tangent[i + 3] = tangent[i], tangent[i + 1]
+
+    return copied if is_a(damper, Ground) else nothing_seen
+
+
+@chosen
+def structure_sees(damper, tangent):
+    """Let the structure's variations be r and s, where walls limit it, and these be nothing."""
+
+    def copied(damper, tangent):
+        for i in range(0, 16, 4):
+            tangent[i], tangent[i + 1] = tangent[i + 2], tangent[i + 3]
+            tangent[i + 2] = tangent[i + 3] = 0.0
+
+    return copied if is_a(damper, Ground) else nothing_seen
+
+
+def nothing_seen(damper, tangent):
+    """Leave variations as they are."""
 
 
 @jit(dissolved=True)
@@ -132,6 +162,7 @@ def place_state(flow, y, state):
     state[:] = 0.0
     for i in range(4):
         state[i] = y[i]
+    on_ground(flow.prepared.damper, state)
     set_mode(flow.prepared.near, flow.prepared.far, state)
 
 

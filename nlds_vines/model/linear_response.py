@@ -31,14 +31,17 @@ class Response:
     @property
     def E1max(self) -> np.ndarray:
         """Largest energy of the structure over a period [J], equation (6), by frequency."""
-        p = self.system.parameters
-        return _largest(p["m1"], p["k1"], self.omega, np.abs(self.X1))
+        m1, k1, _ = self.system.structure
+        return _largest(m1, k1, self.omega, np.abs(self.X1))
 
     @property
     def shortening(self) -> np.ndarray:
-        """Amplitude of the shortening of the damper's spring [m]; zero without a damper."""
+        """Amplitude of the shortening of the damper's spring [m].
+
+        Without a damper zero, or that of the structure where walls limit it.
+        """
         if self.X2 is None:
-            return np.zeros(self.omega.shape)
+            return np.abs(self.X1) * self.system.scene.grounded
         with np.errstate(invalid="ignore"):  # two infinite amplitudes have no difference
             return np.abs(self.X2 - self.X1)
 
@@ -47,7 +50,7 @@ class Response:
         """Whether the damper reaches no wall, by frequency: the motion without impacts exists."""
         scene, p = self.system.scene, self.system.parameters
         gaps = [gap(p) for gap in (scene.gap_near, scene.gap_far) if gap is not None]
-        if self.X2 is None or not gaps:
+        if not gaps:
             return np.ones(self.omega.shape, dtype=bool)
         return self.shortening <= min(gaps)
 
@@ -63,7 +66,8 @@ def response(system: System, omega: np.ndarray) -> Response:
     there is no steady state.
     """
     p, omega = system.parameters, np.asarray(omega, dtype=float)
-    structure = p["k1"] - p["m1"] * omega**2 + 1j * omega * p["c1"]
+    m1, k1, c1 = system.structure
+    structure = k1 - m1 * omega**2 + 1j * omega * c1
     if not system.scene.damper:
         return Response(system, omega, _amplitude(p["P"], structure), None)
     joint = p["k2"] + 1j * omega * p["c2"]
@@ -83,11 +87,12 @@ def flow_matrix(system: System) -> np.ndarray:
     Source: equation (5) without contact.
     """
     p = {"m2": 1.0, "k2": 0.0, "c2": 0.0, **system.parameters}
+    m1, k1, c1 = system.structure
     flow = np.zeros((6, 6))
     flow[0, 1] = flow[2, 3] = 1.0
-    flow[1, :4] = -(p["k1"] + p["k2"]), -(p["c1"] + p["c2"]), p["k2"], p["c2"]
+    flow[1, :4] = -(k1 + p["k2"]), -(c1 + p["c2"]), p["k2"], p["c2"]
     flow[1, 4] = p["P"]
-    flow[1] /= p["m1"]
+    flow[1] /= m1
     flow[3, :4] = np.array([p["k2"], p["c2"], -p["k2"], -p["c2"]]) / p["m2"]
     flow[4, 5], flow[5, 4] = -p["omega"], p["omega"]
     return flow

@@ -19,6 +19,9 @@ STRUCTURE = ("m1", "k1", "c1")
 DAMPER = ("m2", "k2", "c2")
 """The parameters of the damper and its joint with the structure: mass, stiffness, damping."""
 
+OSCILLATOR = ("m", "k", "c")
+"""The parameters of a single mass: mass, stiffness, damping."""
+
 FORCING = ("P", "omega")
 """The parameters of the harmonic force on the structure, P cos(omega t)."""
 
@@ -80,6 +83,9 @@ _ALL = (
     Parameter("m1", "m₁", "kg", "mass of the primary structure", low=0, above=True),
     Parameter("k1", "k₁", "N/m", "stiffness of the primary structure", low=0),
     Parameter("c1", "c₁", "N s/m", "damping of the primary structure", low=0),
+    Parameter("m", "m", "kg", "mass of the oscillator", low=0, above=True),
+    Parameter("k", "k", "N/m", "stiffness of the oscillator's spring", low=0),
+    Parameter("c", "c", "N s/m", "damping of the oscillator", low=0),
     Parameter("m2", "m₂", "kg", "mass of the damper", low=0, above=True),
     Parameter("k2", "k₂", "N/m", "stiffness of the damper's spring", low=0),
     Parameter("c2", "c₂", "N s/m", "damping between damper and structure", low=0),

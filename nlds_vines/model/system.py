@@ -15,10 +15,13 @@ import numpy as np
 
 from nlds_vines.errors import RequestError, choice, number, string, table, unknown
 from nlds_vines.model.laws import HERTZ, LAWS
-from nlds_vines.model.parameters import CONTACT, PARAMETERS
+from nlds_vines.model.parameters import CONTACT, OSCILLATOR, PARAMETERS, STRUCTURE
 from nlds_vines.model.scenes import SCENES, Scene
 
 _COPIED = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega", "e")
+_ALSO = {"m": "m1", "k": "k1", "c": "c1"}
+"""The fields of parameters that have a name of their own where there is no damper."""
+
 _DERIVED = ("K", "near", "far", "rest", "limit")
 
 CELL = np.dtype([(name, np.float64) for name in _COPIED + _DERIVED])
@@ -130,6 +133,13 @@ class System:
         return float(self.cells()["K"])
 
     @property
+    def structure(self) -> tuple[float, float, float]:
+        """Mass [kg], stiffness [N/m] and damping [N s/m] of the structure, or the oscillator."""
+        names = STRUCTURE if "m1" in self.parameters else OSCILLATOR
+        m1, k1, c1 = (self.parameters[name] for name in names)
+        return m1, k1, c1
+
+    @property
     def rest(self) -> float | None:
         """Offset x2 - x1 [m] at which the damper's spring rests; None without a damper."""
         return None if self.scene.rest is None else float(self.scene.rest(self.parameters))
@@ -139,7 +149,7 @@ class System:
         """Forcing period T = 2 pi / omega [s]."""
         return 2 * pi / self.parameters["omega"]
 
-    def with_(self, /, law: str | None = None, **overrides: float) -> System:
+    def with_(self, /, **overrides: Any) -> System:
         """Return this system with some parameters replaced, by name, in SI units.
 
         `K` replaces the seven contact constants; all seven together replace a given `K`.  The
@@ -148,7 +158,7 @@ class System:
 
         Raises `RequestError` as `System` does, and for `K` beside a constant that it replaces.
         """
-        law, known = self.law if law is None else law, dict(self.parameters)
+        law, known = overrides.pop("law", self.law), dict(self.parameters)
         _check_law(self.kind, law)
         if law != self.law:
             known = {name: known[name] for name in self.scene.own}
@@ -194,8 +204,8 @@ class System:
         for name, value in varied.items():  # the others were checked when the system was made
             PARAMETERS[name].check(value)
         cells = np.zeros(np.broadcast_shapes(*(array.shape for array in varied.values())), CELL)
-        for name in set(_COPIED) & values.keys():
-            cells[name] = values[name]
+        for name in values.keys() & {*_COPIED, *_ALSO}:
+            cells[_ALSO.get(name, name)] = values[name]
         for name, value in _derived(self.scene, values).items():
             cells[name] = value
         return cells

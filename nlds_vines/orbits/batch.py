@@ -23,7 +23,7 @@ from nlds_vines.orbits.compilation import Compilation, Tell
 from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import EFFORTS, TOLERANCE, Settings
-from nlds_vines.orbits.wants import JUDGED, NOTED, components, noted
+from nlds_vines.orbits.wants import JUDGED, NOTED, noted
 from nlds_vines.runs.pool import in_pieces
 
 PIECE_PERIODS = 1000
@@ -77,7 +77,7 @@ class Outputs:
             return np.full((*shape, *tail), value, dtype) if wanted else None
 
         return cls(
-            section=rows(kept > 0, kept, len(components(scene))),
+            section=rows(kept > 0, kept, len(scene.components)),
             counts=rows(("impacts" in want or judged) and walls, 2, dtype=np.int64),
             cycle=rows("impacts" in want and not judged, 3, dtype=np.int64),
             energy=rows("energy" in want, 2),
@@ -155,7 +155,7 @@ class Kernels:
         with self._compilation.followed():
             if outputs.evidence is not None:
                 # another process begins with that, and is the last to end
-                evidence.compile_multipliers(len(components(self._wanted.scene)))
+                evidence.compile_multipliers(len(self._wanted.scene.components))
             span = Span(transient, periods, 1)
             outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
             if outputs.evidence is not None:
@@ -179,7 +179,7 @@ class Kernels:
             run(self._parts, chains, starts, Span(1, 1, 1), outputs.buffers)
         elif kernel == "verdict":
             self._judge(outputs, chains, 1, 1)
-            evidence.compile_multipliers(len(components(self._wanted.scene)))
+            evidence.compile_multipliers(len(self._wanted.scene.components))
         else:
             self.after_a_period(chains[:, 0], starts)
 
@@ -189,7 +189,7 @@ class Kernels:
         Arguments: the `cells` (lanes,) of the starts (x1, v1, r, s), which lie at phase zero.
         """
         chains = cells[:, np.newaxis]
-        section = np.zeros((*chains.shape, 1, len(components(self._wanted.scene))))
+        section = np.zeros((*chains.shape, 1, len(self._wanted.scene.components)))
         status = run(self._parts, chains, starts, Span(0, 1, 1), LaneBuffers(section=section))
         section[status != OK] = np.nan
         return section[:, 0, 0]

@@ -9,13 +9,16 @@ import numpy as np
 from nlds_vines.kernels.arguments import Parts
 from nlds_vines.kernels.cells import prepared_cell
 from nlds_vines.kernels.flight import cells_of, grid_of
-from nlds_vines.kernels.scene import RigidWall, Wall, damper_of, structure_of
+from nlds_vines.kernels.scene import Ground, RigidWall, Wall, damper_of, structure_of
 from nlds_vines.kernels.variations import Flow, flow_of
 from nlds_vines.model.laws import HERTZ
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits.hertz_arc import make_arc
 from nlds_vines.orbits.settings import Settings
+
+GROUND = Ground(*[0.0] * len(Ground._fields))
+"""What walls stand on that limit the structure itself: of its numbers, kernels look at none."""
 
 WALLS = {"hertz": Wall(0.0, 0.0, 0.0, 0.0), "restitution": RigidWall(0.0, 0.0)}
 """A wall by the name of its law: of its numbers, kernels look at none."""
@@ -31,7 +34,7 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
     wall, hertz = WALLS[scene.law.name], scene.law == HERTZ and scene.walls
     return Parts(
         rk4=None if method == "exact" else True,
-        damper=True if scene.damper else None,
+        damper=True if scene.damper else GROUND if scene.grounded else None,
         near=wall if "near" in scene.walls else None,
         far=wall if "far" in scene.walls else None,
         arc=make_arc(settings.contact_tolerance, settings.nodes) if hertz else None,

@@ -39,7 +39,9 @@ def contact_forces(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
     scene, p = system.scene, system.parameters
     if not scene.walls:
         return {}
-    shortening = system.rest - relative_displacement(system, states)
+    shortening = (
+        states[:, 0] if system.rest is None else system.rest - relative_displacement(system, states)
+    )
     found = {}
     if scene.gap_near is not None:
         approach = np.maximum(shortening - scene.gap_near(p), 0.0)
@@ -62,8 +64,8 @@ def harmonic_force(system: System, time: np.ndarray) -> np.ndarray:
 
 def energy_of_structure(system: System, states: np.ndarray) -> np.ndarray:
     """Return E1 = (m1 v1^2 + k1 x1^2) / 2 [J], equation (6)."""
-    p = system.parameters
-    return 0.5 * (p["m1"] * states[:, 1] ** 2 + p["k1"] * states[:, 0] ** 2)
+    m1, k1, _ = system.structure
+    return 0.5 * (m1 * states[:, 1] ** 2 + k1 * states[:, 0] ** 2)
 
 
 def energy_of_damper(system: System, states: np.ndarray) -> np.ndarray:
@@ -81,6 +83,8 @@ def _component(column: int) -> Callable[[System, np.ndarray], np.ndarray]:
 
 
 SIGNALS: Mapping[str, Signal] = {
+    "x": Signal("m", "displacement of the oscillator", _component(0)),
+    "v": Signal("m/s", "velocity of the oscillator", _component(1)),
     "x1": Signal("m", "displacement of the structure", _component(0)),
     "v1": Signal("m/s", "velocity of the structure", _component(1)),
     "x2": Signal("m", "displacement of the damper", _component(2)),
@@ -92,12 +96,15 @@ SIGNALS: Mapping[str, Signal] = {
 }
 """All signals by name."""
 
-_OF_DAMPER = ("x2", "v2", "u", "force", "E2")
+_STATES = ("x", "v", "x1", "v1", "x2", "v2")
+_OF_DAMPER = ("u", "E2")
 
 
 def signals_of(scene: Scene) -> tuple[str, ...]:
     """Return the names of the signals that a scene has: no x2 without a damper, for example."""
-    without = (() if scene.damper else _OF_DAMPER) + (() if scene.walls else ("force",))
+    without = (() if scene.damper else _OF_DAMPER) + tuple(set(_STATES) - {*scene.components})
+    if not scene.walls or scene.law.instant:
+        without += ("force",)
     return tuple(name for name in SIGNALS if name not in without)
 
 

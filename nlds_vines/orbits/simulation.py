@@ -21,7 +21,7 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.settings import METHODS, checked_steps, chosen_settings
 from nlds_vines.orbits.status_words import STATUS
-from nlds_vines.orbits.wants import COMPONENTS, refuse_impossible
+from nlds_vines.orbits.wants import refuse_impossible
 
 IMPACT = np.dtype(
     [
@@ -40,6 +40,9 @@ IMPACT = np.dtype(
 
 RECORDS = ("section", "impacts", "energy", "peak", "clearance", "trajectory")
 """What `simulate` can record."""
+
+ROUND_OFF = 1e-12
+"""Relative depth inside a rigid body at which a start is taken to be on it."""
 
 SAMPLES = 512
 """States of a trajectory in each forcing period, by default."""
@@ -174,7 +177,7 @@ class _Buffers:
         return cls(
             record=record,
             stops=stops,
-            states=np.empty((periods * stops, _width(system))) if noted else None,
+            states=np.empty((periods * stops, len(scene.components))) if noted else None,
             impacts=_room(16 + 4 * periods) if "impacts" in record else None,
             energy=np.zeros(2) if "energy" in record else None,
             peak=np.zeros(2) if "peak" in record else None,
@@ -260,14 +263,17 @@ def start_state(system: System, rest: float, start: Sequence[float] | None) -> n
     state = np.zeros(SIZE)
     if start is None:
         return state
-    width = _width(system)
+    names = system.scene.components
     values = np.asarray(start, dtype=float)
-    if values.shape != (width,) or not np.isfinite(values).all():
-        names = ", ".join(COMPONENTS[:width])
-        raise RequestError(f"start = {start!r}; allowed: {width} finite numbers {names}")
+    if values.shape != (len(names),) or not np.isfinite(values).all():
+        text = f"{len(names)} finite numbers {', '.join(names)}"
+        raise RequestError(f"start = {start!r}; allowed: {text}")
     state[:2] = values[:2]
     if system.scene.damper:
         state[2], state[3] = values[0] - (values[2] - rest), values[1] - values[3]
+    elif system.scene.grounded:
+        state[2], state[3] = values
+    _refuse_inside(system, state[2])
     limit = system.scene.limit
     if limit is not None and state[2] >= limit(system.parameters):
         raise RequestError(
@@ -278,9 +284,15 @@ def start_state(system: System, rest: float, start: Sequence[float] | None) -> n
     return state
 
 
-def _width(system: System) -> int:
-    """Return how many numbers make a state in the user's coordinates."""
-    return 4 if system.scene.damper else 2
+def _refuse_inside(system: System, r: float) -> None:
+    """Raise `RequestError` for a start inside a rigid body, where nothing can be."""
+    scene, p = system.scene, system.parameters
+    for struck, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
+        if gap is not None and scene.law.instant and sign * r - gap(p) > ROUND_OFF * abs(r):
+            raise RequestError(
+                f"start: {sign * r - gap(p):.3g} m inside the {scene.struck[struck]}, which is "
+                f"rigid under law {scene.law.name!r}"
+            )
 
 
 def _user_state(system: System, rest: float, state: np.ndarray) -> np.ndarray:

@@ -106,6 +106,10 @@ def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndar
     if "far" in scene.walls:
         r = np.maximum(r, -cells["far"][..., np.newaxis])
     x1, v1 = STRUCTURE_SPREAD * length * a, STRUCTURE_SPREAD * speed * b
+    if scene.grounded:  # the walls limit x1
+        for name, sign in (("near", 1.0), ("far", -1.0)):
+            if name in scene.walls:
+                x1 = sign * np.minimum(sign * x1, cells[name][..., np.newaxis])
     return np.stack([x1, v1, r, DAMPER_SPREAD * speed * d], axis=-1)
 
 

@@ -32,9 +32,6 @@ RETRACED = 64
 
 In a row, so that an orbit of up to so many periods shows all of its impacts."""
 
-COMPONENTS = ("x1", "v1", "x2", "v2")
-"""The state in the order in which kernels and archives hold it [m, m/s, m, m/s]."""
-
 _AT_WALLS = ("impacts", "clearance")
 _ALL_EXACT = "method 'exact' discretises nothing of it, method 'rk4' does"
 
@@ -86,8 +83,3 @@ def noted(want: Collection[str], transient: int, periods: int) -> int:
     sampled = periods if judged or "section" in want or "error" in want else 0
     before = NOTED if judged else int("error" in want)
     return sampled + min(transient, before)
-
-
-def components(scene: Scene) -> tuple[str, ...]:
-    """Return the names of the state's components: without a damper only x1 and v1."""
-    return COMPONENTS if scene.damper else COMPONENTS[:2]

@@ -92,6 +92,7 @@ _STARTS = (
 )
 
 _QUANTITIES = {
+    "x": ("oscillator", "x"),
     "x1": ("structure", "x_1"),
     "x2": ("damper", "x_2"),
     "reduction": ("reduction by the damper", ""),

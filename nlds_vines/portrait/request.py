@@ -14,7 +14,6 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import METHODS, checked_tolerance, chosen_settings
 from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.spectrum import TAPERS
-from nlds_vines.orbits.wants import COMPONENTS
 from nlds_vines.plotting.bands import LARGEST
 from nlds_vines.toml import toml_text
 
@@ -134,7 +133,8 @@ class PortraitRequest:
         self._check_panels()
         object.__setattr__(self, "panels", self._possible(self.panels))
         whole("comb", self.comb, 0, min(c.window.end - c.window.begin for c in self.columns))
-        usual = "x2" if all(scene.damper for scene in self._scenes) else "x1"
+        last = {scene.components[-2] for scene in self._scenes}
+        usual = last.pop() if len(last) == 1 else "x1"
         object.__setattr__(self, "signal", self.signal or usual)
         for scene in self._scenes:
             checked_signal(self.signal, scene)
@@ -170,9 +170,8 @@ class PortraitRequest:
 
     def _check_start(self) -> None:
         for scene in self._scenes:
-            width = 4 if scene.damper else 2
-            if self.start is not None and len(self.start) != width:
-                names = ", ".join(COMPONENTS[:width])
+            if self.start is not None and len(self.start) != len(scene.components):
+                names = ", ".join(scene.components)
                 raise RequestError(f"start = {shown(self.start)}; allowed: rest, or {names}")
 
     def _check_places(self) -> None:

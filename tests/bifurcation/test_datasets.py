@@ -9,7 +9,7 @@ from support import unfilled
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.orbits.labels import FLAGS
 from nlds_vines.orbits.status_words import NOT_COMPUTED, STATUS
-from nlds_vines.orbits.wants import WANTS, components
+from nlds_vines.orbits.wants import WANTS
 
 
 def scan(system="ssul-set6", want=WANTS, start=None, vary=None):
@@ -87,8 +87,8 @@ def test_scales_agree_with_sizes_and_name_the_starts():
 
 
 def test_components_follow_the_scene():
-    assert components(scan("none", ["section"]).system.scene) == ("x1", "v1")
-    assert components(scan().system.scene) == ("x1", "v1", "x2", "v2")
+    assert scan("none", ["section"]).system.scene.components == ("x1", "v1")
+    assert scan().system.scene.components == ("x1", "v1", "x2", "v2")
 
 
 def test_types_units_and_fills_are_those_of_the_contract():

@@ -96,7 +96,8 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
     cell = cell_of(system)
     ps, damper = structure_of(cell), damper_in(cell)
     grid = grid_of(ps, damper, cells_of(ps, damper))
-    near, far = wall_at(cell.near, cell), wall_at(cell.far, cell)
+    inv_mu = damper_in(cell).inv_mu
+    near, far = wall_at(cell.near, inv_mu, cell), wall_at(cell.far, inv_mu, cell)
     y, place = np.array([0.01, -0.2, 0.03, 0.4]), grid.h * (2 + x)
     event, j, left, *found = fly(None, ps, damper, near, far, None, None, None, grid, 5, 2, x, *y)
     assert (event, j, left) == (SECTION, 5, 0.0)
@@ -122,7 +123,7 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
 def test_a_state_beyond_a_wall_is_inside_a_contact(r, q, mode):
     cell, state = kernel_cell(m1=1.0, m2=1.0, K=1.0), np.zeros(SIZE)
     state[2], state[4], state[5] = r, 9.0, 9.0
-    set_mode(wall_at(0.1, cell), wall_at(0.2, cell), state)
+    set_mode(wall_at(0.1, 1.0, cell), wall_at(0.2, 1.0, cell), state)
     assert state[4] == pytest.approx(q, abs=1e-12)
     assert state[5] == mode
 

@@ -221,7 +221,7 @@ def flights(seed):
     grid = grid_of(ps, damper, cells_of(ps, damper))
     y = rng.normal(size=4) / np.sqrt([ps.k1, ps.m1, damper.k2, damper.m2])
     y = (y[0], y[1], -abs(y[2]), y[1] - y[3])
-    wall = wall_at(0.3 * abs(y[2]), cell)
+    wall = wall_at(0.3 * abs(y[2]), damper_in(cell).inv_mu, cell)
     energy, truth = np.zeros(2), np.zeros(2)
     j, x, cells = 0, 0.0, 0
     while cells < 25:

@@ -156,7 +156,8 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
     grid = grid_of(ps, damper, 11)
     top = 2.028757838110434  # tan x = -x
     highest = ps.force / (2 * omega**2) * top * math.sin(top)
-    wall = wall_at(highest * (1 + clearance), kernel_cell(**{**FORCED, "K": 1e7}))
+    cell = kernel_cell(**{**FORCED, "K": 1e7})
+    wall = wall_at(highest * (1 + clearance), damper_in(cell).inv_mu, cell)
     found = fly(None, ps, damper, wall, None, None, None, None, grid, 5, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert found[0] == event
     if event == TOUCH_NEAR:

@@ -30,6 +30,7 @@ TOO_SENSITIVE = "errors grow too much in a period"
 STIFFEST = 400.0  # rates times the period: the twin takes about so many steps of a period
 TOLERANCES = (1e-6, 1e-9, 1e-12)
 ROUND_OFF = 1e-12  # of states whose parts cancel, of flights of thousands of cells
+NOTHING = 1e-24  # energy of a body at rest, of which only round-off moves, beside the other's
 BOUNDS = {  # in units of the tolerance
     "state": 1.0,  # error per period / growth
     "touch": 1.0,  # times of touch and release, as places at the approach speed; / growth
@@ -207,10 +208,11 @@ def errors_of(case, orbit, seen, scale):
     found = {"state": (states.max(1) / seen.growth / crowd).max()}
     known = seen.contacts[np.isfinite(seen.contacts[:, 5]), 5]
     worst = max(seen.growth.max(), known.max(initial=1.0)) * crowd.max()
-    E = seen.energies
-    found["energy"] = abs(orbit.E1max / E[0] - 1) / worst
+    E, least = seen.energies, NOTHING * seen.energies.max()
+    found["energy"] = abs(orbit.E1max - E[0]) / max(E[0], least) / worst
     if case.kind != "none":
-        found["energy"] = max(found["energy"], abs(orbit.E2max / E[1] - 1) / worst)
+        off = abs(orbit.E2max - E[1]) / max(E[1], least) / worst
+        found["energy"] = max(found["energy"], off)
     if case.kind in ("none", "tmd"):
         return found
     if worst > CHAOTIC * crowd.max():

@@ -161,7 +161,8 @@ def touches(numbers, start, periods, certified=True):
     The bounds of d2r/dt2 rest on `grid.bend` and the forcing alone; the flight itself is tabulated.
     """
     cell = kernel_cell(**numbers)
-    ps, damper, wall = structure_of(cell), damper_in(cell), wall_at(numbers["C"], cell)
+    ps, damper = structure_of(cell), damper_in(cell)
+    wall = wall_at(numbers["C"], damper.inv_mu, cell)
     grid = grid_of(ps, damper, cells_of(ps, damper))
     if not certified:
         ps, grid = ps._replace(force=0.0), grid._replace(bend=0.0)

@@ -87,7 +87,7 @@ def _rows(view: ArchiveView) -> list[str]:
     """Return what the panels show, from the top: displacements of a section, or plain numbers."""
     below = [EXPONENT] if EXPONENT in view else []
     if "section" in view:
-        return [name for name in ("x2", "x1") if name in view["component"]] + below
+        return [name for name in ("x2", "x1", "x") if name in view["component"]] + below
     if rows := [name for name in CURVES if name in view] + below:
         return rows
     raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")

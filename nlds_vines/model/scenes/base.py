@@ -38,6 +38,8 @@ class Scene:
         obstacle: returns the positions u [m] of the lines that a picture shows, by name.
         struck: what the near and the far wall belong to, by wall.
         law: the law of all contacts.
+        components: the names of a state's numbers, in the order of kernels and archives: two, or
+            four with a damper [m, m/s, m, m/s].
     """
 
     kind: str
@@ -50,6 +52,7 @@ class Scene:
     obstacle: Callable[[Values], Mapping[str, Any]] = lambda p: {}
     struck: Mapping[str, str] = field(default_factory=lambda: _OBSTACLE)
     law: Law = HERTZ
+    components: tuple[str, ...] = ("x1", "v1", "x2", "v2")
 
     def __post_init__(self) -> None:
         """Raise ValueError for a name of a wall that is too long, and for a limit without a wall.
@@ -68,6 +71,11 @@ class Scene:
     def damper(self) -> bool:
         """Whether a damper is joined to the structure."""
         return self.rest is not None
+
+    @property
+    def grounded(self) -> bool:
+        """Whether the walls stand on the ground, and limit the structure itself."""
+        return not self.damper and bool(self.walls)
 
     @property
     def walls(self) -> tuple[str, ...]:

@@ -7,4 +7,5 @@ SCENE = Scene(
     kind="none",
     meaning="primary structure alone, without a damper",
     own=STRUCTURE + FORCING,
+    components=("x1", "v1"),
 )

@@ -1,0 +1,25 @@
+"""Impact oscillator: one mass on a spring and a dashpot under harmonic force, and a stop at x = C.
+
+m x'' + c x' + k x = P cos(omega t) for x < C.  The textbook example of an impacting system; the
+stop stands on the ground.  Its energy is E1.
+"""
+
+from typing import Any
+
+from nlds_vines.model.parameters import FORCING, OSCILLATOR
+from nlds_vines.model.scenes.base import Scene, Values
+
+
+def gap_near(p: Values) -> Any:
+    """Return the displacement at touch, C [m]."""
+    return p["C"]
+
+
+SCENE = Scene(
+    kind="oscillator",
+    meaning="impact oscillator: one mass with a stop",
+    own=(*OSCILLATOR, "C", *FORCING),
+    gap_near=gap_near,
+    struck={"near": "stop", "far": "stop"},
+    components=("x", "v"),
+)

@@ -14,7 +14,7 @@ import numpy as np
 from .codes import OK
 from .compiling import jit
 from .growth import BATCHES
-from .variations import TOGETHER, advance, orthonormalise, run_on
+from .variations import TOGETHER, advance, lost_of, orthonormalise, run_on
 
 STRETCH = 6.0  # logarithm of what a volume may shrink by before variations are projected
 SEVERAL = 8  # times that variations are projected in a batch, at least
@@ -106,6 +106,6 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
         status = advance(flow, rows[p : p + n], n, tangent, state)
         if status != OK:
             return status
-        orthonormalise(tangent, flow.space.size, growth)
+        orthonormalise(tangent, flow.space.size, growth, lost_of(flow.prepared.stuck))
         logs[p : p + n] = (growth[0] - before) / n
     return OK

@@ -118,6 +118,19 @@ def vary_at_impact(ps, damper, wall, before, after, c, tangent):
 
 
 @jit
+def keep_common_motion(ps, damper, tangent):
+    """Let variations be those of a damper that stays on the wall.
+
+    One that is a little off falls back to it, while the motion common to both goes on; of the way
+    back the structure's dashpot takes notice.
+    """
+    x, v, r, u = columns_of(tangent)
+    way = ps.damping * (1.0 - damper.share) * damper.share
+    v = (v - damper.share * u) + way * r
+    put_columns(tangent, x - damper.share * r, v, 0.0 * r, 0.0 * u)
+
+
+@jit
 def rebound(
     rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
     phase, left, now, k, stuck, place,
@@ -141,6 +154,7 @@ def rebound(
         return RELEASED, 0.0, sign * s, sign * x1, sign * v1, 0.0, 0.0
     event, x1, v1, took = stick(ps, damper, wall, sign, energy, stuck, place, left, x1, v1)
     if tangent is not None:
+        keep_common_motion(ps, damper, tangent)
         propagate(stuck.grid, tangent, took)
     return event, 0.0, 0.0, sign * x1, sign * v1, took, 0.0
 

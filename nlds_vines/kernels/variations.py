@@ -18,9 +18,9 @@ from .arguments import OrbitBuffers, Prepared, Span
 from .compiling import chosen, is_a, jit
 from .elementary import log
 from .flight import Grid
-from .fours import four_at, put_four, sum_of
+from .fours import four, four_at, put_four, sum_of
 from .orbit import SIZE, on_ground, orbit_of, set_mode
-from .scene import Ground, Structure, joined, scale_of
+from .scene import Ground, RigidWall, Structure, joined, scale_of
 
 
 class Space(NamedTuple):
@@ -45,6 +45,7 @@ class Flow(NamedTuple):
 
 
 TOGETHER = 4  # periods that are advanced at once, at most
+LOST = 1.0e-13  # of a length is round-off: what is left of a variation in no direction of its own
 MUCH = 4.0  # square of a length over that of what is left of it
 
 
@@ -187,11 +188,12 @@ def distance(space, x, y):
 
 
 @jit
-def orthonormalise(tangent, size, growth):
+def orthonormalise(tangent, size, growth, lost=0.0):
     """Make the first `size` variations orthonormal (Gram and Schmidt); add to `growth`.
 
     growth (4,) takes the logarithms of the lengths: their sums are the exponents times the time.
     A variation that loses much of its length is projected again, as what is left is round-off.
+    One of which no more than `lost` is left, relative, is none any more: zero, its growth -inf.
     """
     for i in range(size):
         x, stretched, before = four_at(tangent, 4 * i), 1.0, math.inf
@@ -201,12 +203,37 @@ def orthonormalise(tangent, size, growth):
                 y = four_at(tangent, 4 * j)
                 x = x - sum_of(x * y) * y
             left = sum_of(x * x)
+            if left <= lost * lost * square:
+                x, stretched = four(0.0), 0.0
+                break
             before = square / left
             length = math.sqrt(left)
             stretched *= length
             x = x / length
         put_four(tangent, 4 * i, x)
         growth[i] += log(stretched)
+
+
+@chosen
+def lost_of(stuck):
+    """Return what of a length is round-off where a damper may stick, which ends variations."""
+    if stuck is None:
+        return lambda stuck: 0.0
+    return lambda stuck: LOST
+
+
+@chosen
+def impacts_shrink(wall, count):
+    """Return the logarithm by which impacts shrink volumes, as each scales s and time by -e."""
+    if is_a(wall, RigidWall):
+        return lambda wall, count: shrunk(wall.e, count)
+    return lambda wall, count: 0.0
+
+
+@jit
+def shrunk(e, count):
+    """Return 2 count ln e, also for e = 0."""
+    return 2.0 * count * log(e) if count > 0.0 else 0.0
 
 
 @jit

@@ -23,7 +23,7 @@ from .elementary import log
 from .growth import digits_of
 from .period_search import FEW, FOUND, MANY, NOTHING, SHORT, find_period
 from .settling import MARGIN, growth_of, note_chaotic_transient
-from .variations import new_state, no_section, place_state, set_identity
+from .variations import impacts_shrink, new_state, no_section, place_state, set_identity
 
 SMOOTH = 7.0  # digits to which averages agree only on a torus
 RESOLVED = -18.0  # logarithm of the least product of multipliers that a matrix holds to 8 digits
@@ -51,7 +51,10 @@ def note_cycle(flow, evidence, period):
     evidence[ev.LARGEST], evidence[ev.WIDTH] = largest / (n * period), 0.0
     evidence[ev.DIGITS] = np.nan
     evidence[ev.EXPONENTS : ev.EXPONENTS + 4] = np.nan
-    if flow.trace * n * period > RESOLVED:
+    volume = flow.trace * n * period
+    volume += impacts_shrink(flow.prepared.near, evidence[ev.NEAR])
+    volume += impacts_shrink(flow.prepared.far, evidence[ev.FAR])
+    if volume > RESOLVED:
         return
     state, tangent, growth = new_state(), np.zeros(16), np.zeros(4)
     place_state(flow, evidence[ev.POINT : ev.POINT + 4], state)

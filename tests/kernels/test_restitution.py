@@ -1,0 +1,383 @@
+"""Rigid bodies: closed forms of the impact oscillator, saltation, chatter and sticking.
+
+The closed forms are those of `data/reference/rigid.json`. Chatter is followed by a twin that takes
+every rebound, down to speeds of 1e-9, from the oscillator's solution in closed form.
+"""
+
+import json
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from support import REPO
+
+from nlds_vines import RequestError, classify, load_system, simulate
+from nlds_vines.kernels import shooting, variations
+from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.eigenvalues import eigenvalues
+from nlds_vines.model.linear_response import flow_matrix
+from nlds_vines.model.system import System
+from nlds_vines.orbits.kernel_inputs import flow_on
+
+RIGID = json.loads((REPO / "data" / "reference" / "rigid.json").read_text())
+CASES = RIGID["cases"]
+ORBITS = [(case, orbit) for case in CASES for orbit in case["orbits"]]
+FLIPS = [(case, flip) for case in CASES for flip in case["flips"]]
+FOLDS = [case for case in CASES if case["fold_A"]]
+
+
+def named(pair):
+    case = pair[0] if isinstance(pair, tuple) else pair
+    return f"{case['omega']}-{case['e']}"
+
+
+def oscillator(case, P):
+    numbers = {"m": 1.0, "k": RIGID["k"], "c": RIGID["c"], "C": RIGID["d"]}
+    numbers |= {"omega": case["omega"], "e": case["e"], "P": P}
+    return System("oscillator", numbers, law="restitution")
+
+
+class Orbit(NamedTuple):
+    """A periodic orbit that Newton's method has closed."""
+
+    y: np.ndarray
+    residual: float
+    slowest: float
+    impacts: int
+    multipliers: np.ndarray
+
+
+def closed(system, y, n):
+    """Return the nT orbit near a section point y (x, v)."""
+    flow, at, points = flow_on(system), np.zeros(4), np.empty((n, 4))
+    at[:2] = y[:2]
+    counts, tangent = np.zeros(2, np.int64), np.zeros(16)
+    residual, _, slowest = shooting.polish(flow, at, points, counts, tangent)
+    found = eigenvalues(shooting.matrix_of(tangent, 2))
+    return Orbit(at, residual, slowest, counts[0], found[:, 0] + 1j * found[:, 1])
+
+
+def section_of(system, known):
+    """Return the section point (x, v) of an orbit from speed and phase of its impact."""
+    p = system.parameters
+    behind = np.array([p["C"], -p["e"] * known["speed"], 0, 0, 0, 0])
+    behind[4:] = math.cos(known["phase"]), math.sin(known["phase"])
+    # to the last section before the next impact
+    return (expm(flow_matrix(system) * ((2 * np.pi - known["phase"]) / p["omega"])) @ behind)[:2]
+
+
+def in_order(values):
+    return sorted(np.asarray(values, complex), key=lambda z: (round(abs(z), 9), z.imag))
+
+
+# ---- closed forms --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("pair", ORBITS, ids=named)
+def test_orbits_in_closed_form(pair):
+    case, known = pair
+    system = oscillator(case, known["A"])
+    found = closed(system, section_of(system, known), case["n"])
+    assert found.residual < 1e-13
+    assert found.impacts == 1
+    assert found.slowest == pytest.approx(known["speed"], rel=1e-11)
+    expected = in_order([complex(*pair) for pair in known["multipliers"]])
+    np.testing.assert_allclose(in_order(found.multipliers), expected, rtol=0, atol=1e-10)
+    volume = np.exp(-system.parameters["c"] * case["n"] * system.period) * case["e"] ** 2
+    assert found.multipliers.prod().real == pytest.approx(volume, rel=1e-11)
+
+
+@pytest.mark.parametrize("pair", FLIPS, ids=named)
+def test_a_multiplier_passes_minus_one_at_each_period_doubling(pair):
+    case, known = pair
+    start = section_of(oscillator(case, known["A"]), known)
+    at, after, before = (
+        closed(oscillator(case, known["A"] * (1 + step)), start, case["n"])
+        for step in (0.0, 1e-4, -1e-4)
+    )
+    assert at.slowest == pytest.approx(known["speed"], rel=1e-9)
+    assert in_order(at.multipliers)[-1] == pytest.approx(-1.0, abs=1e-8)
+    sizes = sorted(abs(o.multipliers).max() for o in (before, after))
+    assert sizes[0] < 1.0 - 1e-6
+    assert sizes[1] > 1.0 + 1e-6
+
+
+@pytest.mark.parametrize("case", FOLDS, ids=named)
+def test_two_orbits_meet_at_each_fold(case):
+    """Both sides: two orbits, one of them stable and one a saddle, and then none."""
+    known = min(case["orbits"], key=lambda orbit: orbit["A"])
+    pair = [orbit for orbit in case["orbits"] if orbit["A"] == known["A"]]
+    down = np.geomspace(known["A"], case["fold_A"] * (1 + 1e-6), 60)
+    ends = []
+    for orbit in pair:
+        y = section_of(oscillator(case, orbit["A"]), orbit)
+        for P in down:
+            found = closed(oscillator(case, P), y, case["n"])
+            assert found.residual < 1e-9
+            y = found.y
+        ends.append(found)
+    sizes = sorted(float(in_order(end.multipliers)[-1].real) for end in ends)
+    assert sizes[0] < 1.0 < sizes[1]
+    assert sizes[1] - sizes[0] < 0.05
+    assert np.abs(ends[0].y - ends[1].y).max() < 0.05
+    beyond = closed(oscillator(case, case["fold_A"] * (1 - 1e-4)), y, case["n"])
+    assert not (beyond.residual < 1e-9 and beyond.impacts == 1)
+
+
+@pytest.mark.parametrize("case", CASES, ids=named)
+def test_the_motion_without_impact_grazes_where_it_must(case):
+    for share, touches in ((1 - 1e-9, False), (1 + 1e-9, True)):
+        system = oscillator(case, case["grazing_A"] * share)
+        p = system.parameters
+        X = p["P"] / (p["k"] - p["m"] * p["omega"] ** 2 + 1j * p["omega"] * p["c"])
+        start = [X.real, (1j * p["omega"] * X).real]
+        assert bool(len(simulate(system, 1, start=start).impacts)) == touches
+
+
+def test_labels_on_both_sides_of_a_period_doubling():
+    case, known = next(pair for pair in FLIPS if pair[0]["omega"] == 0.9 and pair[0]["e"] == 0.8)
+    assert classify(oscillator(case, known["A"] * 0.99)).label == "2T,2"
+    assert classify(oscillator(case, known["A"] * 1.01)).label == "T,1"
+
+
+# ---- momentum, energy, saltation -----------------------------------------------------------------
+
+RIGID_CASES = {
+    # system, periods from rest, periods followed, impacts by wall meanwhile
+    "an impact a period": (load_system("ssul-set6", law="restitution", e=0.7), 20, 2),
+    "elastic": (load_system("ssul-set6", law="restitution", e=1.0), 20, 2),
+    "two walls": (load_system("ssbl", law="restitution", e=0.6), 20, 1),
+    "it rests on the wall": (
+        load_system("ssul-set6", law="restitution", e=0.3, C=-0.2, P=100.0), 20, 1
+    ),
+    "it rests for a while": (
+        load_system("ssul-set6", law="restitution", e=0.4, C=-0.02, P=500.0), 20, 1
+    ),
+}  # fmt: skip
+
+
+def kernel_state(system, periods):
+    x1, v1, x2, v2 = simulate(system, periods).state
+    return np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
+
+
+def followed(flow, y, periods):
+    state, tangent = variations.new_state(), np.zeros(16)
+    variations.place_state(flow, y, state)
+    variations.set_identity(tangent)
+    nothing = variations.no_section(flow.space)
+    for _ in range(periods):
+        assert variations.advance(flow, nothing, 1, tangent, state) == OK
+    return state[:4].copy(), tangent.reshape(4, 4).T.copy()
+
+
+@pytest.mark.parametrize("method", ["exact", "rk4"])
+@pytest.mark.parametrize("case", RIGID_CASES)
+def test_monodromy_is_the_derivative_of_the_flow(case, method):
+    system, before, periods = RIGID_CASES[case]
+    flow, y = flow_on(system, method), kernel_state(system, before)
+    matrix = followed(flow, y, periods)[1]
+    found, step = np.empty((4, 4)), 1e-8 if "rests on" in case else 1e-6
+    for i in range(4):
+        e = step * np.eye(4)[i]
+        inside = y[2] + e[2] > flow.prepared.near.gap  # nothing is beyond the wall
+        ahead, behind = (followed(flow, y + sign * e, periods)[0] for sign in (1 - inside, -1))
+        found[:, i] = (ahead - behind) / (step * (2 - inside))
+    if method == "rk4":  # its flights err by more than those of the variations
+        np.testing.assert_allclose(matrix, found, rtol=0, atol=1e-3 * np.abs(matrix).max())
+    else:
+        # falling back to the wall takes a time like the root of the way
+        near = 2e-4 if "rests on" in case else 2e-5
+        np.testing.assert_allclose(matrix, found, rtol=0, atol=near * np.abs(matrix).max())
+
+
+@pytest.mark.parametrize("name", ["ssul-set6", "ssbl"])
+@pytest.mark.parametrize("e", [1.0, 0.6, 0.0])
+def test_an_impact_keeps_momentum_and_takes_its_share_of_energy(name, e):
+    """E gains -mu (1 - e^2) s^2 / 2, however often the walls are struck."""
+    system = load_system(name, law="restitution", e=e)
+    p, rows = system.parameters, simulate(system, 50).impacts
+    rows = rows[np.isfinite(rows["release"]) & (rows["release"] == rows["touch"])]
+    assert len(rows) > 20
+    reduced = p["m1"] * p["m2"] / (p["m1"] + p["m2"])
+    lost = reduced * (1 - e**2) * rows["speed"] ** 2 / 2
+    # E2 has the damper's absolute displacement, which an impact does not change
+    np.testing.assert_allclose(rows["gain1"] + rows["gain2"], -lost, rtol=0, atol=1e-12 * 200)
+    assert (rows["force"] == np.inf).all()
+    assert (rows["depth"] == 0.0).all()
+
+
+def test_without_damping_and_force_elastic_impacts_keep_energy():
+    system = load_system(
+        "ssul-set6", law="restitution", e=1.0, c1=0.0, c2=0.0, P=0.0, omega=6.28
+    )  # fmt: skip
+    start = [0.1, 0.3, 0.2, -1.0]
+    orbit = simulate(system, 20_000, start=start)
+    x1, v1, x2, v2 = np.vstack([start, orbit.section]).T
+    p = system.parameters
+    stretch = x2 - x1 - system.rest
+    energy = p["m1"] * v1**2 + p["k1"] * x1**2 + p["m2"] * v2**2 + p["k2"] * stretch**2
+    assert len(orbit.impacts) > 10_000
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
+
+
+# ---- chatter and sticking ------------------------------------------------------------------------
+
+
+class Twin:
+    """An oscillator with a rigid stop at C, rebound by rebound."""
+
+    def __init__(self, system):
+        p = system.parameters
+        self.p, (m, k, c) = p, system.structure
+        self.half, self.w = c / m / 2, math.sqrt(k / m - (c / m / 2) ** 2)
+        self.X = p["P"] / (k - m * p["omega"] ** 2 + 1j * p["omega"] * c)
+        self.m, self.k, self.c = m, k, c
+
+    def pressing(self, t, v=0.0):
+        force = self.p["P"] * math.cos(self.p["omega"] * t)
+        return (force - self.k * self.p["C"] - self.c * v) / self.m
+
+    def motion(self, t0, x0, v0):
+        """Return a function of times that gives (x, v)."""
+        omega = self.p["omega"]
+
+        def steady(t):
+            turn = self.X * np.exp(1j * omega * t)
+            return turn.real, (1j * omega * turn).real
+
+        xs, vs = steady(t0)
+        a = x0 - xs
+        b = (v0 - vs + self.half * a) / self.w
+
+        def at(t):
+            s = np.asarray(t) - t0
+            cosine, sine = np.cos(self.w * s), np.sin(self.w * s)
+            fall = np.exp(-self.half * s)
+            own = fall * (a * cosine + b * sine)
+            speed = fall * self.w * (b * cosine - a * sine) - self.half * own
+            xs, vs = steady(np.asarray(t))
+            return own + xs, speed + vs
+
+        return at
+
+    def follow(self, start, end):
+        """Return the state at `end`, the impacts down to speeds of 1e-9, and how often it stuck."""
+        t, (x, v), C, stuck, impacts = 0.0, start, self.p["C"], 0, 0
+        while True:
+            at = self.motion(t, x, v)
+            hit = self.next_hit(at, t, v if x == C else None, end)
+            if hit is None:
+                return at(end), impacts, stuck
+            impacts, t, x, v = impacts + 1, hit, C, -self.p["e"] * float(at(hit)[1])
+            if abs(v) < 1e-9 and self.pressing(t) > 0:
+                stuck += 1
+                t, v = self.release(t, end), 0.0
+                if t is None:
+                    return (C, 0.0), impacts, stuck
+
+    def next_hit(self, at, t, away, end):
+        C, far = self.p["C"], 1e-3
+        if away is not None and abs(away) < 1e-3 and self.pressing(t) > 0:
+            # a low rebound takes about 2 |v| / a
+            brief = 2 * abs(away) / self.pressing(t)
+            if brief < far:
+                low, high = 0.5 * brief, 2.0 * brief
+                if at(t + high)[0] > C:
+                    return self.bisect(at, t + low, min(t + high, end)) if t + low < end else None
+        first = t + 1e-7 if away is not None else t
+        times = np.linspace(first, end, max(2, int((end - first) / 2e-3)))
+        above = np.flatnonzero(at(times)[0] > C)
+        if not len(above):
+            return None
+        return self.bisect(at, times[max(above[0] - 1, 0)], times[above[0]])
+
+    def bisect(self, at, low, high):
+        for _ in range(80):
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if at(middle)[0] > self.p["C"] else (middle, high)
+        return high
+
+    def release(self, t, end):
+        """Return when the stop would have to pull: P cos(omega t) = k C, or None before `end`."""
+        omega = self.p["omega"]
+        angle = math.acos(min(1.0, self.k * self.p["C"] / self.p["P"]))
+        turns = math.ceil((omega * t - angle) / (2 * math.pi))
+        found = (angle + 2 * math.pi * turns) / omega
+        return found if found < end else None
+
+
+@pytest.mark.parametrize("starts", [40, pytest.param(1000, marks=pytest.mark.long)])
+def test_orbits_that_chatter_to_rest_are_those_of_a_twin(starts):
+    rng = np.random.default_rng(14)
+    stuck = 0
+    while stuck < starts:
+        case = {"omega": rng.uniform(0.2, 0.6), "e": rng.uniform(0.05, 0.8)}
+        system = oscillator(case, rng.uniform(1.5, 4.0))
+        start = rng.uniform(-1, 0.95), rng.uniform(-1, 1)
+        # a state that is not at rest on the stop: somewhere in the second period
+        orbit = simulate(system, 2, start=start, record=["trajectory", "impacts"], samples=16)
+        twin = Twin(system)
+        free = np.flatnonzero(orbit.trajectory[16:, 0] < RIGID["d"] - 1e-3)
+        row = 16 + free[-1]
+        state, _, rests = twin.follow(start, orbit.time[row])
+        if not rests:
+            continue
+        stuck += 1
+        np.testing.assert_allclose(orbit.trajectory[row], state, rtol=0, atol=2e-8)
+
+
+def test_sticking_ends_where_the_stop_would_pull():
+    system = oscillator({"omega": 0.5, "e": 0.0}, 4.0)
+    rows = simulate(system, 3).impacts
+    rests = rows[rows["release"] > rows["touch"]]
+    p = system.parameters
+    expected = math.acos(p["k"] * p["C"] / p["P"])
+    np.testing.assert_allclose(np.cos(p["omega"] * rests["release"]), np.cos(expected), rtol=1e-10)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
+def test_a_damper_pressed_to_the_wall_comes_to_rest_there(e):
+    system = load_system("ssul-set6", law="restitution", e=e, C=-0.2, P=100.0)
+    orbit = simulate(system, 30, record=["section", "impacts", "energy"])
+    x1, v1, x2, v2 = orbit.section.T
+    np.testing.assert_allclose(x2 - x1, system.rest + 0.2, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(v2, v1, rtol=0, atol=1e-15)
+    assert len(orbit.impacts) == 0  # it begins there
+    # damper and structure are one mass
+    p = system.parameters
+    flow = np.array([[0.0, 1.0], [-p["k1"], -p["c1"]]])
+    flow[1] /= p["m1"] + p["m2"]
+    whole = np.zeros((4, 4))
+    whole[:2, :2], whole[2, 3], whole[3, 2] = flow, -p["omega"], p["omega"]
+    whole[1, 2] = p["P"] / (p["m1"] + p["m2"])
+    after = expm(whole * system.period) @ [x1[-2], v1[-2], 1.0, 0.0]
+    np.testing.assert_allclose([x1[-1], v1[-1]], after[:2], rtol=0, atol=1e-14)
+    steady = simulate(system, 1, start=orbit.state, record=["energy"])
+    assert steady.E1max == pytest.approx(
+        np.max(simulate(system, 1, start=orbit.state, record=["trajectory"], samples=4096)
+               .trajectory[:, :2] ** 2 @ [p["k1"] / 2, p["m1"] / 2]), rel=1e-5
+    )  # fmt: skip
+
+
+def test_growth_ends_where_variations_do():
+    flow = flow_on(load_system("ssul-set6", law="restitution", e=0.3, C=-0.2, P=100.0))
+    tangent, growth = np.zeros(16), np.zeros(4)
+    variations.set_identity(tangent)
+    tangent[2:4] = 0.0
+    tangent[4:8] = 2 * tangent[:4]
+    variations.orthonormalise(tangent, 4, growth, variations.lost_of(flow.prepared.stuck))
+    assert growth[0] == 0.0
+    assert growth[1] == -np.inf
+    assert not tangent[4:8].any()
+
+
+# ---- what is refused -----------------------------------------------------------------------------
+
+
+def test_nothing_begins_inside_a_rigid_body():
+    system = load_system("ssul-set6", law="restitution", e=0.5)
+    with pytest.raises(RequestError, match=r"0\.05 m inside the obstacle, which is rigid"):
+        simulate(system, 1, start=[0.0, 0.0, 0.05, 0.0])

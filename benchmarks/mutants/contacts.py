@@ -12,15 +12,67 @@ _PLAIN_INSIDE = "tests/kernels/plain_inside.py::"
 _T_ORDER = "tests/reference/test_order.py::"
 _T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
+_T_RESTITUTION = "tests/kernels/test_restitution.py::"
 
 MUTANTS = (
+    *of(
+        "nlds_vines/kernels/restitution.py",
+        (
+            "restitution: impacts take no energy",
+            "s = -wall.e * s\n",
+            "s = -s\n",
+            _T_RESTITUTION
+            + "test_an_impact_keeps_momentum_and_takes_its_share_of_energy[0.6-ssul-set6]",
+        ),
+        (
+            "restitution: the structure feels no impact",
+            "v1 = u + damper.share * s\n",
+            "v1 = sign * now[3]\n",
+            _T_RESTITUTION
+            + "test_an_impact_keeps_momentum_and_takes_its_share_of_energy[1.0-ssbl]",
+        ),
+        (
+            "restitution: rebounds end ten thousand times too early",
+            "BRIEF = 1.0e-5",
+            "BRIEF = 1.0e-1",
+            _T_RESTITUTION
+            + "test_a_damper_that_chatters_to_rest_leaves_the_common_motion_alone[-0.02-500.0]",
+        ),
+        (
+            "restitution: a wall pulls before it lets go",
+            "PULL = 1.0e-12",
+            "PULL = 1.0e-3",
+            _T_RESTITUTION + "test_sticking_ends_where_the_stop_would_pull",
+        ),
+        (
+            "restitution: variations meet the wall when the orbit does",
+            "late = (-1.0 / s) * r\n",
+            "late = 0.0 * r\n",
+            _T_RESTITUTION
+            + "test_monodromy_is_the_derivative_of_the_flow[an impact a period-exact]",
+        ),
+        (
+            "restitution: the dashpot takes no notice of the way back to the wall",
+            "way = ps.damping * (1.0 - damper.share) * damper.share",
+            "way = 0.0",
+            _T_RESTITUTION
+            + "test_monodromy_is_the_derivative_of_the_flow[it rests on the wall-exact]",
+        ),
+        (
+            "restitution: energies of a damper that stays are not looked at",
+            "    if energy is not None:\n            note_stuck",
+            "    if energy is not None and False:\n            note_stuck",
+            _T_RESTITUTION + "test_a_damper_pressed_to_the_wall_comes_to_rest_there[0.5]",
+        ),
+    ),
     *of(
         "nlds_vines/kernels/contact_field.py",
         (
             "contact field: variations see no stiffness of the contact",
             "stiffness = 1.5 * wall.K * q",
             "stiffness = 1.0 * wall.K * q",
-            _T_VARIATIONS + "test_monodromy_is_the_derivative_of_the_flow[two walls-exact]",
+            _T_VARIATIONS
+            + "test_monodromy_is_the_derivative_of_the_flow[an impact a period-exact]",
         ),
         (
             "contact field: the phase stands still in a step",

@@ -110,8 +110,8 @@ MUTANTS = (
         ),
         (
             "flight: a period has a quarter of the cells it needs",
-            "need = period * rate_of(ps, damper) / REACH",
-            "need = 0.25 * period * rate_of(ps, damper) / REACH",
+            "need = period * rate_of(ps, joined(damper)) / REACH",
+            "need = 0.25 * period * rate_of(ps, joined(damper)) / REACH",
             _PLAIN_BOUNDS + "test_a_cell_is_short_beside_the_rate",
         ),
         (

@@ -25,6 +25,7 @@ In reading order:
     impact_variations   variations through it, on its collocation
     inside           its state between touch and release, and its largest energies
     inside_variations   variations there
+    restitution      a contact of rigid bodies: impacts at once, sticking
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section
     growth           growth rates with their uncertainty; convergence of averages

@@ -136,6 +136,7 @@ def structure_sees(damper, tangent):
     return copied if is_a(damper, Ground) else nothing_seen
 
 
+@jit
 def nothing_seen(damper, tangent):
     """Leave variations as they are."""
 

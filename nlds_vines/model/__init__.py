@@ -1,10 +1,11 @@
-"""The system: a structure under a harmonic force, and a damper joined to it.
+"""The system: a structure under a harmonic force and a damper joined to it, or an oscillator.
 
 In reading order:
 
     parameters        every parameter: symbol, unit, range
+    laws              the contact laws
     axis              a parameter and the values it takes
-    scenes/           the kinds of dampers, a file each
+    scenes/           the kinds of systems, a file each
     system            a kind with its parameters, checked
     catalogue         the named systems
     linear_response   the motion without contact, in closed form

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from support import REPO
 
@@ -360,6 +361,65 @@ def test_a_damper_pressed_to_the_wall_comes_to_rest_there(e):
         np.max(simulate(system, 1, start=orbit.state, record=["trajectory"], samples=4096)
                .trajectory[:, :2] ** 2 @ [p["k1"] / 2, p["m1"] / 2]), rel=1e-5
     )  # fmt: skip
+
+
+def pressed_twin(system, end):
+    """Return (x1, v1) of a damper at the time `end` [s], rebound by rebound, and how often it sat.
+
+    It begins at rest on the wall.
+    """
+    p = system.parameters
+    gap, m1, m2 = p["C"], p["m1"], p["m2"]
+    mu = m1 * m2 / (m1 + m2)
+
+    def alone(t, x1, v1):
+        return (p["P"] * np.cos(p["omega"] * t) - p["k1"] * x1 - p["c1"] * v1) / m1
+
+    def free(t, y):
+        pull = p["k2"] * y[2] + p["c2"] * y[3]
+        return y[1], alone(t, *y[:2]) - pull / m1, y[3], alone(t, *y[:2]) - pull / mu
+
+    def one(t, y):
+        return y[1], m1 / (m1 + m2) * alone(t, *y)
+
+    def touch(t, y):
+        return y[2] - gap
+
+    def pulls(t, y):
+        return alone(t, *y) - p["k2"] * gap / mu
+
+    touch.terminal, touch.direction, pulls.terminal, pulls.direction = True, 1, True, -1
+    t, y, rests, fine = 0.0, np.array([0.0, 0.0, gap, 0.0]), 0, {"rtol": 1e-12, "atol": 1e-15}
+    while t < end:
+        whole = [y[0], y[1] - mu / m1 * y[3]]
+        if y[2] == gap and abs(y[3]) < 1e-8 and pulls(t, whole) > 0:
+            rests += 1
+            found = solve_ivp(one, (t, end), whole, "DOP853", events=pulls, **fine)
+            t, y = found.t[-1], np.array([*found.y[:, -1], gap, 0.0])
+            if not found.status:
+                break
+            # a moment later the wall is left behind
+            found = solve_ivp(free, (t, t + 1e-3), y, "DOP853", **fine)
+            t, y = found.t[-1], found.y[:, -1]
+        found = solve_ivp(free, (t, end), y, "DOP853", events=touch, max_step=0.02, **fine)
+        t, y = found.t[-1], found.y[:, -1]
+        if found.status:
+            s = y[3]
+            y = np.array([y[0], y[1] - mu / m1 * (1 + p["e"]) * s, gap, -p["e"] * s])
+            if (a := pulls(t, y[:2])) > 0 and p["e"] * s > 1e-8:
+                # half of the rebound, before a touch is looked for
+                away = min(1e-3, p["e"] * s / a)
+                found = solve_ivp(free, (t, t + away), y, "DOP853", **fine)
+                t, y = found.t[-1], found.y[:, -1]
+    return y[:2], rests
+
+
+@pytest.mark.parametrize(("C", "P"), [(-0.02, 500.0), (-0.05, 800.0)])
+def test_a_damper_that_chatters_to_rest_leaves_the_common_motion_alone(C, P):
+    system = load_system("ssul-set6", law="restitution", e=0.3, C=C, P=P)
+    expected, rests = pressed_twin(system, 6 * system.period)
+    assert rests > 1
+    np.testing.assert_allclose(simulate(system, 6).section[-1, :2], expected, rtol=0, atol=1e-10)
 
 
 def test_growth_ends_where_variations_do():

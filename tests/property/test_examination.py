@@ -30,7 +30,7 @@ TOO_SENSITIVE = "errors grow too much in a period"
 STIFFEST = 400.0  # rates times the period: the twin takes about so many steps of a period
 TOLERANCES = (1e-6, 1e-9, 1e-12)
 ROUND_OFF = 1e-12  # of states whose parts cancel, of flights of thousands of cells
-NOTHING = 1e-24  # energy of a body at rest, of which only round-off moves, beside the other's
+NOTHING = 1e-16  # energy of a body at rest, of which only round-off moves, beside the other's
 BOUNDS = {  # in units of the tolerance
     "state": 1.0,  # error per period / growth
     "touch": 1.0,  # times of touch and release, as places at the approach speed; / growth

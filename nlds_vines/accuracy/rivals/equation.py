@@ -12,16 +12,19 @@ import numpy as np
 from nlds_vines.kernels.compiling import jit
 from nlds_vines.model.system import System
 
+CONSTANTS = (
+    "m1", "k1", "c1", "m2", "k2", "c2", "P", "omega", "K", "near", "far", "rest", "limit",
+)  # fmt: skip
 ON_WALL = 1e-14  # depth [m] up to which a start counts as lying on a wall
 
 
 def constants(system: System) -> np.ndarray:
-    """Return m1 k1 c1 m2 k2 c2 P omega K near far rest limit as an array of 13 numbers.
+    """Return the `CONSTANTS` as an array.
 
     Absent walls are at infinity. Without a damper there is a unit mass that nothing is joined to.
     """
     cell = np.atleast_1d(system.cells())[0]
-    values = np.array([float(cell[name]) for name in cell.dtype.names])
+    values = np.array([float(cell[name]) for name in CONSTANTS])
     if not system.scene.damper:
         values[3] = 1.0
     if "near" not in system.scene.walls:

@@ -9,7 +9,7 @@ import pytest
 
 from nlds_vines import packaged_files
 from nlds_vines.errors import RequestError
-from nlds_vines.model.catalogue import catalogue, load_system
+from nlds_vines.model.catalogue import catalogue, load_system, system_from
 from nlds_vines.model.parameters import CONTACT, PARAMETERS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System, hertz_stiffness
@@ -43,7 +43,7 @@ def test_ssul_sets_are_those_of_the_tables(name):
 
 
 def test_catalogue_has_the_names_of_the_interface():
-    assert list(catalogue()) == ["none", "tmd", *TABLE_1, "ssbl"]
+    assert list(catalogue()) == ["none", "tmd", *TABLE_1, "ssbl", "impact-oscillator"]
 
 
 def test_tmd_is_that_of_table_2():
@@ -338,3 +338,51 @@ def test_system_of_a_scan_file_comes_with_what_is_set(tmp_path):
     text = 'system = "ssul-set6"\n[set]\nP = 600\n[vary]\nomega = { values = [5.0] }\n'
     system = load_system(write(tmp_path / "scan.toml", text))
     assert system.parameters == load_system("ssul-set6", P=600).parameters
+
+
+# ---- contact laws --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "message"),
+    [
+        ("ssul-set6", {"law": "restitution"}, "under law 'restitution' are missing: e"),
+        ("ssul-set6", {"law": "restitution", "e": 1.2}, "e = 1.2 is not allowed: e .* from 0 to 1"),
+        ("ssul-set6", {"law": "restitution", "e": -0.1}, "e = -0.1 is not allowed"),
+        ("ssul-set6", {"law": "restitution", "e": 0.5, "K": 1e7}, "has no parameter 'K'"),
+        ("ssul-set6", {"law": "elastic"}, "unknown law 'elastic'; allowed: hertz, restitution"),
+        ("ssul-set6", {"e": 0.5}, "kind 'ssul' has no parameter 'e'"),
+        ("tmd", {"law": "restitution", "e": 0.5}, "kind 'tmd' has no contact"),
+        ("impact-oscillator", {"m2": 1.0}, "kind 'oscillator' .* has no parameter 'm2'"),
+        ("impact-oscillator", {"law": "hertz"}, "parameters of kind 'oscillator' are missing: E1"),
+    ],
+)  # fmt: skip
+def test_a_law_has_constants_of_its_own(name, given, message):
+    with pytest.raises(RequestError, match=message):
+        load_system(name, **given)
+
+
+def test_a_law_replaces_the_constants_of_another():
+    rigid = load_system("ssul-set6", law="restitution", e=0.7)
+    assert not rigid.parameters.keys() & {*CONTACT, "K"}
+    assert rigid.sources["e"] == "set by the user"
+    assert rigid.sources["C"] == load_system("ssul-set6").sources["C"]
+    elastic = rigid.with_(law="hertz", K=2e7)
+    assert (elastic.K, elastic.law) == (2e7, "hertz")
+    assert "e" not in elastic.parameters
+    with pytest.raises(RequestError, match="law 'restitution' has no stiffness K"):
+        _ = rigid.K
+
+
+def test_a_system_of_a_law_is_what_its_table_says():
+    for system in (load_system("ssul-set6"), load_system("ssul-set6", law="restitution", e=0.7)):
+        again = system_from(system.to_table())
+        assert again == system
+        assert ("law" in system.to_table()) == (system.law != "hertz")
+    contact = {"law": "restitution", "e": 0.7}
+    plain = {"kind": "oscillator", "m": 1, "k": 1, "c": 0.1, "C": 1, "P": 1, "omega": 1}
+    assert system_from({**plain, "contact": contact}) == system_from({**plain, **contact})
+    with pytest.raises(RequestError, match="e stands in"):
+        system_from({**plain, "contact": contact, "e": 0.5})
+    with pytest.raises(RequestError, match=r"law stands in \[system\] and in \[system.contact\]"):
+        system_from({**plain, "contact": contact, "law": "hertz"})

@@ -34,10 +34,10 @@ def contact_forces(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
 
     F = K z^1.5 where the approach z > 0, otherwise 0 (equations (2) and (3)).  A force in +x2 is
     positive: that of a wall on the structure's side, as in SSul; that of a far wall is negative.
-    The structure feels the opposite.  Empty for a scene without walls.
+    The structure feels the opposite.  Empty for a scene without contact forces.
     """
     scene, p = system.scene, system.parameters
-    if not scene.walls:
+    if not scene.forces:
         return {}
     shortening = (
         states[:, 0] if system.rest is None else system.rest - relative_displacement(system, states)
@@ -103,7 +103,7 @@ _OF_DAMPER = ("u", "E2")
 def signals_of(scene: Scene) -> tuple[str, ...]:
     """Return the names of the signals that a scene has: no x2 without a damper, for example."""
     without = (() if scene.damper else _OF_DAMPER) + tuple(set(_STATES) - {*scene.components})
-    if not scene.walls or scene.law.instant:
+    if not scene.forces:
         without += ("force",)
     return tuple(name for name in SIGNALS if name not in without)
 

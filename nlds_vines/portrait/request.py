@@ -36,7 +36,7 @@ USUAL = ("displacement", "relative", "force", "energy", "phase1", "phase2", "spe
 """The panels of a page unless others are asked for."""
 
 _OF_DAMPER = ("relative", "energy2", "phase2")
-_AT_WALLS = ("force",)
+_OF_FORCES = ("force",)
 
 SYSTEM, TRANSIENT, PERIODS, SAMPLES, SHOW = "ssul-set6", 600, 240, 1024, 12
 """What is drawn unless something else is asked for.  1024 samples of a period are some 20 of a
@@ -232,8 +232,8 @@ def span(run: Sequence[Column]) -> Window:
 
 def panels_of(scenes: Sequence[Scene]) -> tuple[str, ...]:
     """Return the panels that at least one of the scenes can fill."""
-    damper, walls = any(s.damper for s in scenes), any(s.walls for s in scenes)
-    without = (() if damper else _OF_DAMPER) + (() if walls else _AT_WALLS)
+    damper, forces = any(s.damper for s in scenes), any(s.forces for s in scenes)
+    without = (() if damper else _OF_DAMPER) + (() if forces else _OF_FORCES)
     return tuple(name for name in PANELS if name not in without)
 
 

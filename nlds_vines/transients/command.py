@@ -160,8 +160,10 @@ def _scan(
 def _title(system: System) -> str:
     """Return the name of a system with what tells one ensemble from another."""
     values = {name: system.parameters[name] for name in ("omega", "P")}
-    if system.scene.walls:
+    if "K" in system.scene.allowed:
         values["K"] = system.K
+    elif system.scene.walls:
+        values |= {name: system.parameters[name] for name in system.scene.law.constants}
     numbers = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
     return f"{system.title or system.name}, {numbers}"
 

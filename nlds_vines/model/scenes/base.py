@@ -78,6 +78,11 @@ class Scene:
         return not self.damper and bool(self.walls)
 
     @property
+    def forces(self) -> bool:
+        """Whether there are contact forces: walls, and a law under which impacts take time."""
+        return bool(self.walls) and not self.law.instant
+
+    @property
     def walls(self) -> tuple[str, ...]:
         """The walls that exist, of "near" and "far"; empty for a scene without contact."""
         gaps = {"near": self.gap_near, "far": self.gap_far}

@@ -240,8 +240,10 @@ def scans(draw) -> Scan:
     own = sorted(set(system.scene.own))
     names = draw(st.lists(st.sampled_from(own), min_size=1, max_size=2, unique=True))
     overrides = draw(st.dictionaries(st.sampled_from(own), NUMBERS, max_size=4))
-    if system.scene.walls and draw(st.booleans()):
+    if "K" in system.scene.allowed and draw(st.booleans()):
         overrides["K"] = draw(NUMBERS)
+    if "e" in system.scene.allowed and draw(st.booleans()):
+        overrides["e"] = draw(st.floats(0.0, 1.0))
     possible = possible_want(WANTS, system.scene)
     values = st.lists(NUMBERS, min_size=1, max_size=5, unique=True)
     start = draw(

@@ -18,7 +18,7 @@ import numpy as np
 REAL = np.longdouble
 ORDER = 26  # of the Taylor series
 LAST = REAL(1e-21)  # share of the last term of a series
-SAMPLES = 8  # pieces of a step in which a turn or a peak is looked for
+SAMPLES = 16  # pieces of a step in which a turn or a peak is looked for
 FLAT = 1e-11  # error of the place of a turn or a peak in a step: its height errs by the square
 KICK = REAL(1e-8)  # time [1/omega] by which a contact that begins without speed is begun later
 MOST_STEPS = 100_000  # of an orbit
@@ -420,7 +420,8 @@ class Lanes:
             e, d = levels[body], powers[body]
             top = e.max(0)
             may = (d[:-1] > 0) & (d[1:] < 0)
-            may &= e[:-1] + d[:-1] / SAMPLES > np.minimum(*self.tops[[body, body + 2]][:, at])
+            rise = (d[:-1] - d[1:]) / SAMPLES  # twice what a power that falls on a line gives
+            may &= e[:-1] + rise > np.minimum(*self.tops[[body, body + 2]][:, at])
             k, i = np.nonzero(may)
             if k.size:
                 lane, here, rate = Model(*(c[i] for c in p)), y[:, :, i], rates[:, :, i]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
-from nlds_vines.model.system import CELL
+from nlds_vines.model.system import cell_type
 from nlds_vines.orbits.wants import RETRACED, noted
 from nlds_vines.runs.shard import Shard
 
@@ -30,7 +30,7 @@ BLOCK_BYTES = 1 << 27
 """Bytes of one block while it is computed (128 MB): small beside the memory of any machine."""
 
 _LANE_BYTES = 1024  # bytes of one orbit without its section: counts, energies, evidence, status
-_PERIOD_BYTES = CELL.itemsize + 6 * 32  # of a period that is retraced: its cell and six states
+_STATES_BYTES = 6 * 32  # of a period that is retraced, beside its cell: six states
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,8 @@ def lane_bytes(scan: Scan) -> int:
     orbit = 8 * rows * len(scan.system.scene.components) + _LANE_BYTES
     if "error" not in scan.want:
         return orbit
-    return 2 * orbit + min(scan.periods, RETRACED) * _PERIOD_BYTES
+    retraced = cell_type(scan.system.scene).itemsize + _STATES_BYTES
+    return 2 * orbit + min(scan.periods, RETRACED) * retraced
 
 
 def block_bytes(scan: Scan) -> int:

@@ -84,6 +84,7 @@ class Scan:
         """Check everything."""
         string("title", self.title)
         object.__setattr__(self, "axes", tuple(self.axes))
+        object.__setattr__(self, "system", self.system.with_axes(axis.name for axis in self.axes))
         object.__setattr__(self, "want", checked_want(self.want))
         for name, check in SAMPLING.items():
             value = getattr(self, name)

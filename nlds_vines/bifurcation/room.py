@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.blocks import block_bytes, work_bytes
 from nlds_vines.errors import RequestError
-from nlds_vines.model.system import CELL
+from nlds_vines.model.system import cell_type
 from nlds_vines.runs.machine import free_disk, free_memory
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def _memory(scan: Scan) -> int:
 
     A block counts while it is computed, which for a verdict is more than what is stored of it.
     """
-    grid = prod(scan.shape) * CELL.itemsize
+    grid = prod(scan.shape) * cell_type(scan.system.scene).itemsize
     blocks = _BLOCKS * work_bytes(scan) + block_bytes(scan)
     return blocks + _CELL_COPIES * grid + _PROGRAM
 

@@ -93,10 +93,10 @@ def add_system_options(
 
 
 def settings_of(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the parameters that --set gives, by name [SI units], and the law of the contacts."""
+    """Return the parameters that --set gives, by name [SI units], and the laws of contacts."""
     pairs = assignments("--set", options.set, "NAME=VALUE")
     return {
-        name: text if name == "law" else from_text(float, f"--set {name}", text)
+        name: text if name in ("law", "law_2") else from_text(float, f"--set {name}", text)
         for name, text in pairs.items()
     }
 

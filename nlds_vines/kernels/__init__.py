@@ -8,6 +8,7 @@ In reading order:
     codes            statuses, events and kinds of verdicts: each number once
     arguments        the tuples that outer kernels take: Parts, Span, buffers
     scene            structure, damper and walls as kernels see them; equation (5)
+    force_law        the force of a contact that is stepped, by its law
     bare_rows        arrays as inner kernels read them, whose references are not counted
     roots            the root finder
     cubics           what values and slopes at two ends prove of the motion between them
@@ -25,7 +26,10 @@ In reading order:
     impact_variations   variations through it, on its collocation
     inside           its state between touch and release, and its largest energies
     inside_variations   variations there
+    elastic_contact  a contact of elastic bodies: a short impact where it is one, or stepped
+    linear_contact   a contact with a spring and a dashpot: exact, like a flight
     restitution      a contact of rigid bodies: impacts at once, sticking
+    by_law           what differs by the laws of the walls, for the time loop
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section
     growth           growth rates with their uncertainty; convergence of averages
@@ -57,7 +61,7 @@ Letters:
     ps, damper, wall      the numbers of the structure, of the damper, of one wall (`scene`)
     x1, v1                displacement [m] and velocity [m/s] of the structure
     r, s                  shortening of the damper's spring, x1 - x2 + rest [m], and its rate [m/s]
-    z, q                  depth of a contact [m], r - gap or -r - gap, and sqrt(z)
+    z, q                  depth of a contact [m], r - gap or -r - gap, and sqrt(z) (`force_law`)
     c, d                  cos and sin of the forcing's phase
     j, x                  number of a cell (or fixed step) in the period, place in it from 0 to 1
     w                     the table of a grid (`flight`) or of an arc (`impact`)
@@ -73,6 +77,6 @@ Letters:
 
 A function marked `hot` runs once per period, impact, step or cell and has more than 8 arguments:
 a tuple with arrays would cost reference counts in every call (3 % of an orbit, measured at
-`orbit.follow_contact`), and only of an argument does the compiler know that it is None. A tuple of
-plain numbers, such as a state, costs nothing (`fixed_step`).
+`elastic_contact.follow_contact`), and only of an argument does the compiler know that it is None.
+A tuple of plain numbers, such as a state, costs nothing (`fixed_step`).
 """

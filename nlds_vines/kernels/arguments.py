@@ -18,6 +18,8 @@ class Parts(NamedTuple):
     #              otherwise None
     near: Any  # a wall of its law (numbers do not matter) where the scene has a near one, or None
     far: Any  # the same of the far wall
+    apart: Any  # True where the near wall's contact has constants of its own, otherwise None
+    load: Any  # True where the structure is under a constant load, otherwise None
     arc: Any  # `impact.Arc` where a wall obeys Hertz' law, otherwise None
     contact_steps: float  # Runge-Kutta steps of a free impact that is stepped
     contact_tolerance: float  # relative error of a contact that is stepped; infinite: not checked
@@ -30,13 +32,15 @@ class Prepared(NamedTuple):
     rk4: Any  # as in `Parts`
     ps: Any  # `scene.Structure`
     damper: Any  # `scene.Damper`, `scene.Ground` or None
-    near: Any  # `scene.Wall`, `scene.RigidWall` or None
+    near: Any  # `scene.Wall`, `PowerWall`, `LinearWall`, `RigidWall` or None
     far: Any  # the same
     arc: Any  # `impact.Arc` with scratch of its own, or None
     grid: Any  # `flight.Grid`, or `fixed_step.FixedGrid` of `rk4`
     contact_steps: Any  # `contact.Steps`
     scratch: Any  # (`runge_kutta.SCRATCH`,) or None without a wall
-    stuck: Any  # `restitution.Stuck` where a wall is rigid, otherwise None
+    held_near: Any  # the motion on the near wall: `restitution.Stuck` of a rigid one,
+    #                 `linear_contact.Pressed` of a linear one, otherwise None
+    held_far: Any  # the same of the far wall
 
 
 class Span(NamedTuple):

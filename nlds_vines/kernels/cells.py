@@ -11,11 +11,22 @@ from .contact import Steps
 from .fixed_step import fixed_grid_of
 from .flight import cells_of, grid_of
 from .impact import Arc
+from .linear_contact import Pressed, pressed_of, presses_too_stiff
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
 from .orbit import bounded, on_ground, orbit_of, set_mode
 from .restitution import stuck_of
 from .runge_kutta import SCRATCH
-from .scene import RigidWall, allowed, damper_of, finite, joined, structure_of, wall_like
+from .scene import (
+    LinearWall,
+    RigidWall,
+    allowed,
+    damper_of,
+    finite,
+    joined,
+    near_constants,
+    structure_under,
+    wall_like,
+)
 from .variations import flow_of
 from .verdict import judge
 
@@ -42,11 +53,21 @@ def scratch_for(near, far):
 
 
 @chosen
-def stuck_if_rigid(near, far, ps, damper, n):
-    """Return the `Stuck` motion, on n cells a period, of a scene with a rigid wall, or None."""
-    if is_a(near, RigidWall) or is_a(far, RigidWall):
-        return lambda near, far, ps, damper, n: stuck_of(ps, damper, n)
-    return lambda near, far, ps, damper, n: None
+def held_at(wall, ps, damper, n):
+    """Return the motion on a wall: `Stuck`, on n cells a period, `Pressed`, or None."""
+    if is_a(wall, RigidWall):
+        return lambda wall, ps, damper, n: stuck_of(ps, damper, n)
+    if is_a(wall, LinearWall):
+        return lambda wall, ps, damper, n: pressed_of(ps, damper, wall)
+    return lambda wall, ps, damper, n: None
+
+
+@chosen
+def held_too_stiff(held):
+    """Tell whether the motion on a wall is too fast to be followed."""
+    if is_a(held, Pressed):
+        return lambda held: presses_too_stiff(held)
+    return lambda held: False
 
 
 @jit
@@ -78,17 +99,20 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
     ps, damper: its `Structure` and its `Damper` or None; n: the exact cells that a period needs.
     """
     make_grid = grid_maker(parts.rk4)
+    near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
+    far = wall_like(parts.far, cell.far, damper, cell)
     return Prepared(
         parts.rk4,
         ps,
         damper,
-        wall_like(parts.near, cell.near, damper, cell),
-        wall_like(parts.far, cell.far, damper, cell),
+        near,
+        far,
         own_arc(parts.arc),
         make_grid(ps, damper, cells_for(parts.rk4, n, parts.period_steps, stops)),
         Steps(parts.contact_steps, parts.contact_tolerance),
         scratch_for(parts.near, parts.far),
-        stuck_if_rigid(parts.near, parts.far, ps, damper, n),
+        held_at(near, ps, damper, n),
+        held_at(far, ps, damper, n),
     )
 
 
@@ -102,17 +126,19 @@ def run_cell(parts, cell, state, span, buffers):
     parts: `Parts`; cell: the numbers of `model.system.CELL`; span: `Span`, the periods before it
     being the transient; buffers: `CellBuffers`.
     """
-    if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, cell):
+    if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):
         return BAD_PARAMETERS
     if no_limit_to_keep(buffers.violation, cell.limit):
         return BAD_PARAMETERS
     if not bounded(state[0], state[1], state[2], state[3]):
         return DIVERGED
-    ps, damper = structure_of(cell), damper_of(parts.damper, cell)
+    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
     if n < 0:
         return TOO_STIFF
     prepared = prepared_cell(parts, cell, ps, damper, n, span.stops)
+    if held_too_stiff(prepared.held_near) or held_too_stiff(prepared.held_far):
+        return TOO_STIFF
     if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
         return TOO_STIFF
     status = cell_orbit(prepared, cell.limit, state, span, buffers)
@@ -247,7 +273,7 @@ def report_violation(violation, limit_log):
 @jit(dissolved=True)
 def judge_cell(parts, cell, ends, section, first, stages, evidence):
     """Say what the orbit of one cell is (parts and cell as `run_cell`, the rest as `judge`)."""
-    ps, damper = structure_of(cell), damper_of(parts.damper, cell)
+    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
     flow = flow_of(prepared_cell(parts, cell, ps, damper, n, 1), grid_of(ps, damper, n))
     return judge(flow, ends, section, first, stages, evidence)

@@ -20,8 +20,15 @@ TOUCH_NEAR = 1  # at a touch of the near wall
 TOUCH_FAR = 2  # at a touch of the far wall
 ASTRAY = 3  # a touch could not be told from a miss
 
-# What an orbit is doing: flying, or in the contact that began with TOUCH_NEAR or TOUCH_FAR
+# What an orbit is doing: flying, or in the contact that began with TOUCH_NEAR or TOUCH_FAR, or
+# leaving the place of such a contact after its force has vanished (`linear_contact.leave`)
 FLYING = 0
+LEAVING_NEAR = 4
+LEAVING_FAR = 5
+
+# How that ended, unless at the section
+RETURNED = 6  # the wall pushes again
+CLEARED = 7  # no wall is in the way any more
 
 # How a contact ended
 RELEASED = 0  # the damper left the wall

@@ -185,6 +185,14 @@ def is_a(part: object, sort: type) -> bool:
     return isinstance(part, sort) or getattr(part, "instance_class", None) is sort
 
 
+def same_sort(part: object, other: object) -> bool:
+    """Tell, in a builder of `chosen`, whether two tuples are of one type, as one variable needs."""
+    if isinstance(part, tuple) and isinstance(other, tuple):
+        absent = [[number is None for number in numbers] for numbers in (part, other)]
+        return type(part) is type(other) and absent[0] == absent[1]
+    return part == other
+
+
 def _remove_stale_files(folder: Path) -> None:
     """Remove what other sources have left in a folder of the cache, and note whose it is now.
 

@@ -26,15 +26,27 @@ from typing import NamedTuple
 from . import runge_kutta as rk
 from .codes import EXHAUSTED, RELEASED, STOPPED
 from .compiling import chosen, jit
-from .contact_field import VIRIAL, WORK, cos_sin, rotated
-from .elementary import exp, fifth_root, hypotenuse, log
+from .contact_field import DRAIN, VIRIAL, WORK, cos_sin, rotated
+from .force_law import (
+    damping_of,
+    depth_of,
+    faint,
+    force_of,
+    gained,
+    lasting_of,
+    pressed,
+    reach_of,
+    root_of,
+    turn_of,
+    way_of_step,
+    weight_of,
+    whole_of,
+)
 from .limit import note_limit_step
-from .observe import note_step
-from .roots import guarded
+from .observe import note_force, note_step
+from .roots import guarded, narrowed, secant
 from .scene import accelerations
 
-WHOLE = 5.607  # theta from touch to release of a free impact, times sqrt(kappa) q_m^(3/2)
-LASTING = 2.943  # time from touch to release of a free impact, times speed / depth
 MOST_STEPS = 1_000_000  # steps of one contact between two sections: beyond it, EXHAUSTED
 MOST_ATTEMPTS = 60  # of a step that leaves the contact; numbers beyond all bounds need more
 MOST_REPEATS = 20  # of a step that is doubted: what is doubted of a smaller one is round-off
@@ -63,17 +75,18 @@ def start_at_rest(tangent, ps, damper, wall, rate, c, k):
     of a is felt at round-off, that is exact. c: cos of the phase.
     """
     q, s, x1, v1 = k[rk.Y], k[rk.Y + 1], k[rk.Y + 2], k[rk.Y + 3]
-    dv, external = accelerations(ps, damper, x1, v1, wall.gap + q * q, s, c, 0.0)
+    z = depth_of(wall, q)
+    dv, external = accelerations(ps, damper, x1, v1, wall.gap + z, s, c, 0.0)
     if external <= 0.0 or s < 0.0:
         return 0.0
-    depth = exp(2.0 / 3.0 * log(FAINT * external / wall.kappa))  # to the power of two thirds
+    depth = faint(wall, FAINT * external / wall.kappa)
     soon = SOON / rate
     depth = min(depth, 0.5 * external * soon * soon)
-    if q * q + 0.5 * s * s / external >= depth:
+    if z + 0.5 * s * s / external >= depth:
         return 0.0
     speed = math.sqrt(2.0 * external * depth)
     t = (speed - s) / external
-    k[rk.Y], k[rk.Y + 1] = math.sqrt(depth), speed
+    k[rk.Y], k[rk.Y + 1] = root_of(wall, depth), speed
     k[rk.Y + 2], k[rk.Y + 3] = x1 + t * (v1 + 0.5 * t * dv), v1 + t * dv
     if tangent is not None:
         for i in range(rk.WIDTH + rk.Y, rk.WIDTH + rk.Y + rk.TANGENT, 4):
@@ -97,22 +110,22 @@ def step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, left, k):
         else:
             high = size
         q = k[rk.NEW]
-        guess = size + miss / q if q > 0.0 else low
+        guess = size + miss / weight_of(wall, q) if q > 0.0 else low
         size = guarded(guess, low, high)
     return size
 
 
 @jit
 def motion_at(ps, damper, wall, c, d, k, row):
-    """Return (z, q, ds/dt) of a row within a step whose phase has cos c and sin d at row Y."""
-    q = k[row]
-    z = q * q
+    """Return (z, dt/dtheta, ds/dt) of a row within a step whose phase is (c, d) at row Y."""
+    q, s = k[row], k[row + 1]
+    z = depth_of(wall, q)
     cosine, sine = cos_sin(ps.omega * k[row + 4])
     _, ds = accelerations(
-        ps, damper, k[row + 2], k[row + 3], wall.gap + z, k[row + 1], c * cosine - d * sine,
-        wall.K * z * q,
+        ps, damper, k[row + 2], k[row + 3], wall.gap + z, s, c * cosine - d * sine,
+        force_of(wall, q, z, s),
     )  # fmt: skip
-    return z, q, ds
+    return z, weight_of(wall, q), ds
 
 
 @jit
@@ -140,13 +153,13 @@ def deepest(rk4, ps, damper, wall, c, d, h, k):
     lost.
     """
     s0, s1 = k[rk.Y + 1], k[rk.NEW + 1]
-    _, q0, ds0 = motion_at(ps, damper, wall, c, d, k, int(rk.Y))
-    _, q1, ds1 = motion_at(ps, damper, wall, c, d, k, int(rk.NEW))
-    x = turn_of_cubic(s0, s1, h * q0 * ds0, h * q1 * ds1)
+    _, w0, ds0 = motion_at(ps, damper, wall, c, d, k, int(rk.Y))
+    _, w1, ds1 = motion_at(ps, damper, wall, c, d, k, int(rk.NEW))
+    x = turn_of_cubic(s0, s1, h * w0 * ds0, h * w1 * ds1)
     low, high, found = 0.0, 1.0, 0.0
     for _ in range(MOST_TURNS):
         rk.step(rk4, None, ps, damper, wall, c, d, False, x * h, k)
-        z, q, ds = motion_at(ps, damper, wall, c, d, k, int(rk.NEW))
+        z, weight, ds = motion_at(ps, damper, wall, c, d, k, int(rk.NEW))
         s = k[rk.NEW + 1]
         more = -0.5 * s * s / ds if ds < 0.0 else 0.0
         found = z + more
@@ -156,24 +169,24 @@ def deepest(rk4, ps, damper, wall, c, d, h, k):
             low = x
         else:
             high = x
-        x = guarded(x - s / (h * q * ds) if ds < 0.0 else low, low, high)
+        x = guarded(x - s / (h * weight * ds) if ds < 0.0 else low, low, high)
     return found
 
 
 @jit
 def external_acceleration(ps, damper, wall, c, k):
     """Return d2r/dt2 [m/s^2] of row Y without the Hertz force, at phase cosine c."""
-    q = k[rk.Y]
-    r = wall.gap + q * q
+    r = wall.gap + depth_of(wall, k[rk.Y])
     _, ds = accelerations(ps, damper, k[rk.Y + 2], k[rk.Y + 3], r, k[rk.Y + 1], c, 0.0)
     return ds
 
 
 @jit
-def near_release(external, h, k):
+def near_release(wall, external, h, k):
     """Tell whether the release is near and certain enough for a step in q that lands on z = 0."""
     q, s = k[rk.Y], k[rk.Y + 1]
-    return s < 0.0 and -2.0 * q >= 1.2 * h * s and s * s > 4.0 * external * q * q
+    soon = s < 0.0 and -2.0 * q >= 1.2 * way_of_step(wall, h, s)
+    return soon and s * s > 4.0 * external * depth_of(wall, q)
 
 
 @jit
@@ -184,7 +197,7 @@ def advance(rk4, tangent, ps, damper, wall, c, d, external, left, h, k):
     that comes first (`stopped`). external: `external_acceleration` of row Y.
     """
     # hot: once per step
-    if near_release(external, h, k):
+    if near_release(wall, external, h, k):
         q = k[rk.Y]
         rk.step(rk4, tangent, ps, damper, wall, c, d, True, -q, k)
         if k[rk.NEW + 4] <= left:
@@ -202,12 +215,12 @@ def missed_balance(rk4, wall, reach, deep, h, k):
     reach: q^2.5 where the free contact turns, deep: its depth [m]; those of row NEW may be larger.
     """
     q, s, p, u = k[rk.Y], k[rk.Y + 1], k[rk.NEW], k[rk.NEW + 1]
-    z, y = q * q, p * p
-    energy = 0.5 * (u - s) * (u + s) + 0.4 * wall.kappa * (y * y * p - z * z * q)
+    z, y = depth_of(wall, q), depth_of(wall, p)
+    energy = 0.5 * (u - s) * (u + s) + gained(wall, y, p, z, q)
     energy -= h * rk.mean_slope(k, int(WORK))
     virial = y * u - z * s - h * rk.mean_slope(k, int(VIRIAL))
     fast = max(wall.speed * reach, abs(u))
-    return (abs(energy) / fast + abs(virial) / (LASTING * max(deep, y))) / fast
+    return (abs(energy) / fast + abs(virial) / (lasting_of(wall) * max(deep, y))) / fast
 
 
 @jit
@@ -229,6 +242,73 @@ def shrunk_by(doubt, share):
     return max(0.3, 0.9 * math.sqrt(math.sqrt(math.sqrt(share / doubt))))
 
 
+@chosen
+def keep_drained(damping, rk4, h, k):
+    """Keep by how much a step h of a damped contact has shrunk volumes."""
+
+    def kept(damping, rk4, h, k):
+        k[rk.SHRUNK] -= h * rk.mean_of(rk4, k, int(DRAIN))
+
+    return nothing_drained if damping is None else kept
+
+
+@jit
+def nothing_drained(damping, rk4, h, k):
+    """Keep nothing."""
+
+
+@chosen
+def note_push(damping, rk4, ps, damper, wall, impacts, c, d, h, k):
+    """Raise the greatest force to that of a step h, where it is not that at the greatest depth."""
+    # hot: once per step
+    return no_push if damping is None else note_greatest_push
+
+
+@jit
+def no_push(damping, rk4, ps, damper, wall, impacts, c, d, h, k):
+    """Note nothing."""
+    # hot: once per step
+    return None
+
+
+@jit
+def push_at(ps, damper, wall, c, d, k, row):
+    """Return (F, dF/dtheta) of a row within a step: of K z^n (1 + a s), but for what multiplies."""
+    q, s = k[row], k[row + 1]
+    z, _, ds = motion_at(ps, damper, wall, c, d, k, row)
+    factor = 1.0 + wall.damping * s
+    rise = wall.exponent * s * factor + z * wall.damping * ds if factor > 0.0 else 0.0
+    return force_of(wall, q, z, s), rise
+
+
+@jit
+def note_greatest_push(damping, rk4, ps, damper, wall, impacts, c, d, h, k):
+    """Raise the greatest force to its maximum in the step h from row Y to row NEW, which is kept.
+
+    It is where the sign of n s (1 + a s) + z a ds/dt changes from + to -.
+    """
+    # hot: once per step
+    low, high = 0.0, 1.0
+    push, f0 = push_at(ps, damper, wall, c, d, k, int(rk.Y))
+    note_force(impacts, push)
+    push, f1 = push_at(ps, damper, wall, c, d, k, int(rk.NEW))
+    note_force(impacts, push)
+    if not (f0 > 0.0 and f1 < 0.0):
+        return
+    for i in range(rk.WIDTH):
+        k[rk.SAVE + i] = k[rk.NEW + i]
+    for _ in range(MOST_TURNS):
+        x = secant(low, high, f0, f1)
+        rk.step(rk4, None, ps, damper, wall, c, d, False, x * h, k)
+        push, f = push_at(ps, damper, wall, c, d, k, int(rk.NEW))
+        note_force(impacts, push)
+        if f == 0.0 or min(x - low, high - x) < NEAR_TURN:
+            break
+        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
+    for i in range(rk.WIDTH):
+        k[rk.NEW + i] = k[rk.SAVE + i]
+
+
 @jit
 def noted(
     sign, limit_log, energy, impacts, rk4, ps, damper, wall, c, d, landing, h, k, elapsed, depth
@@ -243,6 +323,8 @@ def noted(
         note_limit_step(rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k, elapsed)
     if energy is not None:
         note_step(rk4, ps, damper, wall, energy, c, d, landing, h, k)
+    if impacts is not None:
+        note_push(damping_of(wall), rk4, ps, damper, wall, impacts, c, d, h, k)
     if impacts is not None and k[rk.Y + 1] > 0.0 and k[rk.NEW + 1] <= 0.0:
         for i in range(rk.WIDTH):
             k[rk.SAVE + i] = k[rk.NEW + i]
@@ -283,14 +365,14 @@ def contact(
         # acceleration, and the rates of all other motion over the way that q can go.
         external = external_acceleration(ps, damper, wall, c, k)
         q, s = k[rk.Y], k[rk.Y + 1]
-        reach = hypotenuse(q * q * math.sqrt(q), s / wall.speed)  # q^2.5 where the contact turns
+        reach = reach_of(wall, q, depth_of(wall, q), s)  # of Hertz' law, q^2.5 where it turns
         if not 0.95 * seen < reach < 1.05 * seen:  # powers are dear: a new one if it has changed
-            fifth = fifth_root(reach)
-            seen, cube, root = reach, reach * fifth, fifth * fifth  # reach^1.2, reach^0.4
-        span = min(root, 2.0 * max(q, math.sqrt(abs(s) / rate)))  # of q: others may stop it first
-        swing = max(ps.omega, part * rate) * span
-        rate_squared = wall.kappa * cube + abs(external) + swing * swing
-        per_theta = math.sqrt(rate_squared) / WHOLE  # free impacts
+            cube, root = turn_of(wall, reach)
+            seen = reach
+        span = min(root, 2.0 * max(q, root_of(wall, abs(s) / rate)))  # of q: others may stop it
+        swing = max(ps.omega, part * rate) * weight_of(wall, span)
+        rate_squared = wall.kappa * cube + pressed(wall, external) + swing * swing
+        per_theta = math.sqrt(rate_squared) / whole_of(wall)  # free impacts
         late = 1.0 + way / LONG
         h = 1.0 / (per_theta * steps.per_impact * finer * math.sqrt(math.sqrt(math.sqrt(late))))
         # Step to the release, to the end of the time or by h, until it ends inside the contact and
@@ -303,12 +385,12 @@ def contact(
             inside = landing or k[rk.NEW] > 0.0
             if inside:
                 share = max(saved + steps.tolerance * (h * per_theta) / late, ROUND_OFF)
-                doubt = doubt_of(rk4, wall, seen, root * root, taken, k)
+                doubt = doubt_of(rk4, wall, seen, depth_of(wall, root), taken, k)
                 if not doubt > share or attempt > MOST_REPEATS:
                     break
                 less = shrunk_by(doubt, share)
                 if landing:  # by a step in theta that does not land
-                    h = min(h, -q / (0.6 * s))
+                    h = min(h, -q / (0.6 * way_of_step(wall, 1.0, s)))
                 h *= less
                 finer = min(finer / less, MOST_FINER)
             else:
@@ -324,6 +406,7 @@ def contact(
         )  # fmt: skip
         elapsed += k[rk.NEW + 4]
         if tangent is not None:
+            keep_drained(damping_of(wall), rk4, taken, k)
             for i in range(rk.TANGENT):
                 tangent[i] = k[rk.Y + rk.WIDTH + i] = k[rk.NEW + rk.WIDTH + i]
         # End here, or go on from row NEW.
@@ -331,7 +414,7 @@ def contact(
             return RELEASED, 0.0, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth
         if stopped:
             q = k[rk.NEW]
-            depth = max(depth, q * q)
+            depth = max(depth, depth_of(wall, q))
             return STOPPED, q, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth
         c, d = rotated(c, d, ps.omega * k[rk.NEW + 4])
         for i in range(rk.WIDTH):

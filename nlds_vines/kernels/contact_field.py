@@ -16,17 +16,30 @@ sides are known: with a = ds/dt without the Hertz force,
 
     d(s^2 / 2 + 2/5 kappa q^5)/dtheta = q s a        d(q^2 s)/dtheta = q (s^2 + q^2 ds/dt)
 
-The left sides are functions of the state, the right ones are integrated along with it.
+The left sides are functions of the state, the right ones are integrated along with it. (Other
+laws: `force_law`.)
 
 For a wall that pushes towards -x2 the mirrored state and forcing are handed in: eq. (5) is odd.
 """
 
 from __future__ import annotations
 
-from .compiling import jit
-from .scene import accelerations
+from .compiling import chosen, jit
+from .force_law import (
+    damping_of,
+    depth_of,
+    drag_of,
+    elastic,
+    force_of,
+    pushed_by,
+    rate_of_q,
+    stiffness_of,
+    weight_of,
+)
+from .scene import accelerations, unloaded
 
 WORK, VIRIAL = 21, 22  # places in a row of slopes: the right sides, by theta or by q
+DRAIN = 23  # place in a row of slopes: the rate by which damping shrinks volumes
 
 
 @jit(inlined=True)
@@ -49,39 +62,49 @@ def rotated(c, d, angle):
     return c * cosine - d * sine, d * cosine + c * sine
 
 
+@chosen
+def drain_of(damping, wall, inv_mu, q, z, s):
+    """Return the rate [1/s] by which a contact shrinks volumes; 0 without damping."""
+    if damping is None:
+        return lambda damping, wall, inv_mu, q, z, s: 0.0
+    return lambda damping, wall, inv_mu, q, z, s: inv_mu * drag_of(wall, damping, q, z, s)
+
+
 @jit
 def slope(tangent, ps, damper, wall, c, d, landing, k, y, out):
     """Write the derivative of the row k[y:] = (q, s, x1, v1, tau) into the row k[out:].
 
     c, d are cos and sin of the phase at tau = 0. Derivatives are by theta, or, when `landing`, by
     q, which must then be moving. With `tangent`, four variations (x1, v1, r, s) at fixed time
-    follow in the row: they obey the equation linearised, with the contact's stiffness
-    3/2 K sqrt(z) = 3/2 K q, as polynomial as the rest. The places WORK and VIRIAL of the row are
-    filled too.
+    follow in the row: they obey the equation linearised, with the contact's stiffness, of Hertz'
+    law 3/2 K sqrt(z) = 3/2 K q, as polynomial as the rest. The places WORK and VIRIAL of the row
+    are filled too, and DRAIN beside variations.
     """
     # hot: once per stage
     q, s, x1, v1 = k[y], k[y + 1], k[y + 2], k[y + 3]
     cosine, sine = cos_sin(ps.omega * k[y + 4])
-    z = q * q
-    force = wall.K * z * q
+    z = depth_of(wall, q)
+    force = force_of(wall, q, z, s)
     drive = c * cosine - d * sine
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive, force)
-    rate, weight = 0.5 * s, q
+    rate, weight = rate_of_q(wall, s), weight_of(wall, q)
     if landing:
-        weight = q / rate
+        weight = weight / rate
         rate = 1.0
     k[out] = rate
     k[out + 1] = weight * ds
     k[out + 2] = weight * v1
     k[out + 3] = weight * dv
     k[out + 4] = weight
-    k[out + WORK] = weight * s * (ds + wall.kappa * z * q)
+    k[out + WORK] = weight * s * (ds + elastic(wall, wall.kappa, q, z))
     k[out + VIRIAL] = weight * (s * s + z * ds)
     if tangent is not None:
-        stiffness = 1.5 * wall.K * q
+        stiffness = stiffness_of(wall, q, s)
+        k[out + DRAIN] = weight * drain_of(damping_of(wall), wall, damper.inv_mu, q, z, s)
         for i in range(5, 21, 4):
             a, b, r, u = k[y + i], k[y + i + 1], k[y + i + 2], k[y + i + 3]
-            db, du = accelerations(ps, damper, a, b, r, u, 0.0, stiffness * r)
+            push = pushed_by(wall, stiffness, q, z, s, r, u)
+            db, du = accelerations(unloaded(ps), damper, a, b, r, u, 0.0, push)
             k[out + i] = weight * b
             k[out + i + 1] = weight * db
             k[out + i + 2] = weight * u

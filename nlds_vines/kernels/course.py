@@ -106,6 +106,8 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
         status = advance(flow, rows[p : p + n], n, tangent, state)
         if status != OK:
             return status
-        orthonormalise(tangent, flow.space.size, growth, lost_of(flow.prepared.stuck))
+        orthonormalise(
+            tangent, flow.space.size, growth, lost_of(flow.prepared.near, flow.prepared.far)
+        )
         logs[p : p + n] = (growth[0] - before) / n
     return OK

@@ -9,7 +9,7 @@ from .compiling import jit
 from .flight import CELLS, at, bare_grid, cell_polynomial, phase_at, step
 from .observe import LEVEL
 from .peaks import may_set_a_record, note_peaks, record_breakers, work_at
-from .scene import scale_of
+from .scene import greatest_push, scale_of
 from .touch import (
     CLEAR,
     LOST,
@@ -49,7 +49,7 @@ def bounds_of(ps, grid, scale):
     fourth = grid.rate * (third + grid.rate * push)
     h2 = grid.h * grid.h
     return Bounds(
-        (grid.bend * scale + ps.force) * h2,
+        (grid.bend * scale + greatest_push(ps.load, ps.force)) * h2,
         (grid.bend * first + ps.omega * ps.force) * h2 * grid.h,
         (grid.bend * second + ps.omega * ps.omega * ps.force) * h2 * h2,
         (scale * fourth + 4.0 * first * third + 3.0 * second * second) * h2 * h2,

@@ -12,15 +12,15 @@ structure driven at resonance are flights like any other.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .bare_rows import bare
-from .compiling import jit
+from .compiling import chosen, jit
 from .elementary import TURN, cos_sin_of_turn
 from .fours import four, four_at, number_of, put_four
-from .scene import accelerations, joined
+from .scene import accelerations, greatest_push, joined, under, unloaded
 
 ORDER = 14  # of the Taylor polynomials
 TERMS = 4 * (ORDER + 1)  # coefficients of the four state components
@@ -44,6 +44,7 @@ MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status
 #                           of the forcing's phase over a cell
 #   CELLS     6 (n + 1)     for each cell j, and for the start of the next period:
 #                           w[CELLS + 6 j ...] = forced response over it (4), cos, sin at its start
+#   grid.load  TERMS        the state's that a constant load alone would move, where there is one
 STEP = 0
 OF_E2 = 16
 FACTOR = 24
@@ -63,13 +64,14 @@ class Grid(NamedTuple):
     push: float  # P / sqrt(m1): bound on the growth of the energy scale S
     bend: float  # |d2r/dt2| <= bend * S + P / m1
     table: np.ndarray  # (CELLS + 6 n + 6,), the table above; in inner kernels a bare row
+    load: Any  # place in the table of what a constant load does; None where there is none
 
 
 @jit
 def bare_grid(grid):
     """Return the grid with its table as a bare row."""
     w = bare(grid.table)
-    return Grid(grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w)
+    return Grid(grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load)
 
 
 @jit
@@ -161,7 +163,9 @@ def expand(ps, damper, h, inputs, out, first):
     x1, v1, r, s, cosine, sine = inputs[0], inputs[1], inputs[2], inputs[3], inputs[4], inputs[5]
     out[first], out[first + 1], out[first + 2], out[first + 3] = x1, v1, r, s
     for k in range(ORDER):
-        dv, ds = accelerations(ps, damper, x1, v1, r, s, cosine, 0.0)
+        dv, ds = accelerations(unloaded(ps), damper, x1, v1, r, s, cosine, 0.0)
+        if k == 0:
+            dv, ds = under(ps.load, dv), under(ps.load, ds)
         g = h / (k + 1.0)
         x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
         cosine, sine = -ps.omega * sine * g, ps.omega * cosine * g
@@ -183,7 +187,15 @@ def cell_polynomial(grid, x1, v1, r, s, cosine, sine):
             four_at(w, i + 2 * TERMS) * r + four_at(w, i + 3 * TERMS) * s
         )
         forced = four_at(w, i + 4 * TERMS) * cosine + four_at(w, i + 5 * TERMS) * sine
-        put_four(w, COEF + k, free + forced)
+        put_four(w, COEF + k, moved_on(grid.load, w, k, free + forced))
+
+
+@chosen
+def moved_on(load, w, k, c):
+    """Return four coefficients c, from place k on, with what a constant load adds to them."""
+    if load is None:
+        return lambda load, w, k, c: c
+    return lambda load, w, k, c: c + four_at(w, load + k)
 
 
 @jit
@@ -210,12 +222,18 @@ def at(w, x):
 @jit
 def grid_of(ps, damper, n):
     """Prepare one period of flight in `n` cells (see `cells_of`)."""
-    h = 2.0 * math.pi / ps.omega / n
-    w = np.zeros(CELLS + 6 * n + 6)
+    return grid_with(ps, damper, 2.0 * math.pi / ps.omega / n, n, n)
+
+
+@jit
+def grid_with(ps, damper, h, n, tabulated):
+    """Prepare flight by cells of h [s], n in a period, so many of them `tabulated` by phase."""
+    load = place_of_load(ps.load, CELLS + 6 * tabulated + 6)
+    w = np.zeros(CELLS + 6 * tabulated + 6 + room_for_load(load))
     unit = np.zeros(6)
     for i in range(6):
         unit[i] = 1.0
-        expand(ps, damper, h, unit, w, TAYLOR + i * TERMS)
+        expand(unloaded(ps), damper, h, unit, w, TAYLOR + i * TERMS)
         unit[i] = 0.0
     power = 1.0  # of the angle, by the factorial, with the sign in cos(a x + b)
     for k in range(ORDER + 1):
@@ -228,18 +246,56 @@ def grid_of(ps, damper, n):
                 response[4 * i + c] += w[TAYLOR + i * TERMS + 4 * k + c]
     for i in range(16):
         w[STEP + i] = response[i]
-    w[CELLS + 6 * n + 4] = 1.0  # cos at the start of the next period
-    for j in range(n):
+    w[CELLS + 6 * tabulated + 4] = 1.0  # cos at the start of the next period
+    for j in range(tabulated):
         at_cell = CELLS + 6 * j
         cosine, sine = cos_sin_of_turn(j / n)
         w[at_cell + 4], w[at_cell + 5] = cosine, sine
         for c in range(4):
             w[at_cell + c] = response[16 + c] * cosine + response[20 + c] * sine
+    fill_load(load, ps, damper, h, tabulated, w)
     own = joined(damper)
     w[OF_E2] = dampers_share(ps, own)
     w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, own)
-    push = ps.force * math.sqrt(ps.m1)
-    return Grid(n, h, 1.0 / n, rate_of(ps, own), push, bend_of(ps, damper), w)
+    push = greatest_push(ps.load, ps.force) * math.sqrt(ps.m1)
+    return Grid(n, h, 1.0 / n, rate_of(ps, own), push, bend_of(ps, damper), w, load)
+
+
+@chosen
+def place_of_load(load, place):
+    """Return the place in the table of what a load does, None without one."""
+    if load is None:
+        return lambda load, place: None
+    return lambda load, place: place
+
+
+@chosen
+def room_for_load(load):
+    """Return how many numbers of the table tell what a load does."""
+    if load is None:
+        return lambda load: 0
+    return lambda load: TERMS
+
+
+@chosen
+def fill_load(load, ps, damper, h, n, w):
+    """Fill in what a constant load does, where there is one: of its own, and over each cell."""
+
+    def filled(load, ps, damper, h, n, w):
+        expand(ps, damper, h, np.zeros(6), w, load)
+        for c in range(4):
+            response = 0.0
+            for k in range(ORDER, -1, -1):
+                response += w[load + 4 * k + c]
+            for j in range(n):
+                w[CELLS + 6 * j + c] += response
+
+    return nothing_filled if load is None else filled
+
+
+@jit
+def nothing_filled(load, ps, damper, h, n, w):
+    """Fill nothing in."""
 
 
 @jit

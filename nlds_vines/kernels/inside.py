@@ -116,7 +116,7 @@ def keep_ahead(numbers, at, ahead):
 def backward(ps, damper):
     """Return the structure and the damper backward in time: their dashpots push."""
     return (
-        Structure(ps.m1, ps.k1, ps.stiffness, -ps.damping, ps.force, ps.omega),
+        Structure(ps.m1, ps.k1, ps.stiffness, -ps.damping, ps.force, ps.omega, ps.load),
         Damper(
             damper.m2, damper.k2, -damper.c2, damper.inv_m1, damper.inv_mu, damper.share,
             damper.rest,

@@ -17,6 +17,7 @@ import math
 from . import runge_kutta as rk
 from .compiling import jit
 from .flight import bend_of
+from .force_law import at_depth, damped, depth_of, twice_stored
 from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, alike, note_violation
 from .roots import narrowed, secant
 from .scene import scale_of
@@ -29,11 +30,11 @@ PRECISE = 1.0e-14  # error of the place of a passage in a step
 
 
 @jit
-def begin_contact(limit_log, sign, wall, time):
+def begin_contact(limit_log, sign, gap, time):
     """Let the log count from the `time` [s] of a contact; at the far wall r is at most -gap."""
     if limit_log is not None:
         limit_log[ORIGIN] = time
-        if sign < 0.0 and -wall.gap <= limit_log[LEVEL]:
+        if sign < 0.0 and -gap <= limit_log[LEVEL]:
             limit_log[BEYOND] = 0.0
 
 
@@ -55,12 +56,13 @@ def may_pass(ps, damper, wall, sign, limit_log, duration, touch):
 def bend_in_contact(ps, damper, wall, k, duration):
     """Return a bound of |d2r/dt2| [m/s^2] over the `duration` [s] of a step from row Y."""
     q = k[rk.Y]
-    z = q * q
+    z = depth_of(wall, q)
     scale = scale_of(ps, damper, k[rk.Y + 2], k[rk.Y + 3], wall.gap + z, k[rk.Y + 1])
-    scale = math.sqrt(scale * scale + 0.8 * wall.K * z * z * q)
+    scale = math.sqrt(scale * scale + twice_stored(wall, z, q))
     scale += abs(ps.force) * math.sqrt(ps.m1) * duration
-    deepest = z + scale * math.sqrt(damper.inv_mu) * duration
-    pushed = wall.kappa * deepest * math.sqrt(deepest)
+    fast = scale * math.sqrt(damper.inv_mu)
+    deepest = z + fast * duration
+    pushed = at_depth(wall, wall.kappa, deepest) * damped(wall, fast)
     return bend_of(ps, damper) * scale + abs(ps.force) + pushed
 
 
@@ -73,7 +75,7 @@ def row_at(rk4, ps, damper, wall, sign, c, d, landing, h, k, x):
         rk.step(rk4, None, ps, damper, wall, c, d, landing, x * h, k)
         row = int(rk.NEW)
     q = k[row]
-    return sign * (wall.gap + q * q), sign * k[row + 1], k[row + 4]
+    return sign * (wall.gap + depth_of(wall, q)), sign * k[row + 1], k[row + 4]
 
 
 @jit
@@ -136,7 +138,7 @@ def note_limit_step(rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k,
     bend = bend_in_contact(ps, damper, wall, k, k[rk.SAVE + 4])
     q = k[rk.Y]
     x, width = 0.0, 1.0
-    before = sign * (wall.gap + q * q), sign * k[rk.Y + 1], 0.0
+    before = sign * (wall.gap + depth_of(wall, q)), sign * k[rk.Y + 1], 0.0
     after = row_at(rk4, ps, damper, wall, sign, c, d, landing, h, k, 1.0)
     for _ in range(MOST_PIECES):
         r, s, t = before

@@ -16,7 +16,9 @@ import numpy as np
 from . import runge_kutta as rk
 from .compiling import jit
 from .contact_field import cos_sin
+from .force_law import depth_of, force_of
 from .roots import narrowed, secant
+from .scene import under
 
 
 class Impacts(NamedTuple):
@@ -94,19 +96,19 @@ def note_touch(ps, damper, impacts, wall, time, x1, v1, r, s):
 
 
 @jit
-def note_depth(impacts, K, depth):
-    """Raise the greatest depth and force of the impact under way."""
+def note_depth(impacts, depth):
+    """Raise the greatest depth of the impact under way."""
     i = impacts.filled[0] - 1
-    if 0 <= i < len(impacts.data) and depth > impacts.data[i, DEPTH]:
-        impacts.data[i, DEPTH], impacts.data[i, FORCE] = depth, K * depth * np.sqrt(depth)
+    if 0 <= i < len(impacts.data):
+        impacts.data[i, DEPTH] = max(impacts.data[i, DEPTH], depth)
 
 
 @jit
-def note_blow(impacts):
-    """Note that the force of the impact under way had no bound."""
+def note_force(impacts, force):
+    """Raise the greatest force of the impact under way."""
     i = impacts.filled[0] - 1
     if 0 <= i < len(impacts.data):
-        impacts.data[i, FORCE] = np.inf
+        impacts.data[i, FORCE] = max(impacts.data[i, FORCE], force)
 
 
 @jit
@@ -140,7 +142,7 @@ def note_section(damper, section, row, x1, v1, r, s):
 @jit
 def powers_of(ps, damper, x1, v1, r, s, drive, force):
     """Return `powers_at` of a structure with a damper, of one state or of four."""
-    n1 = ps.m1 * (ps.force * drive - ps.damping * v1)
+    n1 = ps.m1 * under(ps.load, ps.force * drive - ps.damping * v1)
     pull = damper.c2 * s + force
     return v1, n1 - damper.k2 * r - pull, v1 - s, damper.k2 * x1 + pull
 
@@ -152,25 +154,25 @@ def powers_at(ps, damper, x1, v1, r, s, drive, force):
     n1 and n2 are the forces on the two bodies beside those of the springs in their energies.
     """
     if damper is None:
-        return v1, ps.m1 * (ps.force * drive - ps.damping * v1), 0.0, 0.0
+        return v1, ps.m1 * under(ps.load, ps.force * drive - ps.damping * v1), 0.0, 0.0
     return powers_of(ps, damper, x1, v1, r, s, drive, force)
 
 
 @jit
 def powers(ps, damper, wall, c, d, k, row):
     """Return `powers_at` of a row (q, s, x1, v1, tau) of a contact."""
-    q = k[row]
+    q, s = k[row], k[row + 1]
     cosine, sine = cos_sin(ps.omega * k[row + 4])
-    z, drive = q * q, c * cosine - d * sine
-    force = wall.K * z * q
-    return powers_at(ps, damper, k[row + 2], k[row + 3], wall.gap + z, k[row + 1], drive, force)
+    z, drive = depth_of(wall, q), c * cosine - d * sine
+    force = force_of(wall, q, z, s)
+    return powers_at(ps, damper, k[row + 2], k[row + 3], wall.gap + z, s, drive, force)
 
 
 @jit
 def note_row(ps, damper, wall, energy, k, row):
     """Raise the largest energies to those of a row (q, s, x1, v1) of a contact."""
-    q = k[row]
-    note_energy(ps, damper, energy, k[row + 2], k[row + 3], wall.gap + q * q, k[row + 1])
+    z = depth_of(wall, k[row])
+    note_energy(ps, damper, energy, k[row + 2], k[row + 3], wall.gap + z, k[row + 1])
 
 
 @jit
@@ -202,8 +204,8 @@ def note_step(rk4, ps, damper, wall, energy, c, d, landing, h, k):
     note_row(ps, damper, wall, energy, k, rk.NEW)
     before = powers(ps, damper, wall, c, d, k, rk.Y)
     after = powers(ps, damper, wall, c, d, k, rk.NEW)
-    q = k[rk.Y]
-    start = energies(ps, damper, k[rk.Y + 2], k[rk.Y + 3], wall.gap + q * q, k[rk.Y + 1])
+    z = depth_of(wall, k[rk.Y])
+    start = energies(ps, damper, k[rk.Y + 2], k[rk.Y + 3], wall.gap + z, k[rk.Y + 1])
     for i in range(rk.WIDTH):
         k[rk.SAVE + i] = k[rk.NEW + i]
     time = k[rk.NEW + 4]

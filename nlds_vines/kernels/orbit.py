@@ -6,14 +6,30 @@ the section is as sharp after a million periods as after one.
 
 from __future__ import annotations
 
-import math
-
 from . import runge_kutta as rk
+from .by_law import (
+    after_release,
+    depth_at,
+    depth_of_touch,
+    follow_at,
+    force_in,
+    gap_of,
+    into,
+    leave_wall,
+    leaves,
+    pushes,
+    rests,
+    sign_of,
+    structure_at,
+)
 from .codes import (
     ASTRAY,
+    CLEARED,
     DIVERGED,
     EXHAUSTED,
     FLYING,
+    LEAVING_FAR,
+    LEAVING_NEAR,
     OK,
     RELEASED,
     SECTION,
@@ -23,27 +39,19 @@ from .codes import (
     TOUCH_NEAR,
 )
 from .compiling import chosen, is_a, jit
-from .contact import contact
-from .contact_field import rotated
 from .exact import fly
 from .fixed_step import fly_fixed, phase_in_step
 from .flight import coarse_map, phase_at, propagate, step
-from .impact import short_impact
-from .impact_variations import vary
-from .inside import Ahead, keep_ahead, note_inside, read_ahead, state_inside
-from .inside_variations import vary_cut
-from .limit import begin_contact, may_pass
+from .limit import begin_contact
 from .observe import (
     ORIGIN,
-    note_blow,
     note_depth,
-    note_energy,
+    note_force,
     note_release,
     note_section,
     note_touch,
 )
-from .restitution import rebound
-from .scene import Ground, RigidWall, joined
+from .scene import Ground, joined
 
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
 MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
@@ -57,17 +65,18 @@ def set_mode(near, far, state):
 
     A start on the wall that moves or is pressed into it is a touch of the first instant, which the
     first flight finds; a start beyond the wall is a contact already under way. Into a rigid wall
-    nothing comes: a start beyond it is one on it.
+    nothing comes: a start beyond it is one on it, and one at rest on it a contact under way.
     """
     state[4], state[5] = 0.0, FLYING
     state[AHEAD] = 0.0
-    if near is not None and state[2] > near.gap:
-        state[5] = TOUCH_NEAR
+    scale = abs(state[0]) + abs(state[2])
+    if near is not None and (state[2] > near.gap or rests(near, state[2], state[3], scale)):
         state[4], state[2] = into(near, state[2])
-    if far is not None and -state[2] > far.gap:
-        state[5] = TOUCH_FAR
+        state[5] = TOUCH_NEAR if pushes(near, state[4], state[3]) else LEAVING_NEAR
+    if far is not None and (-state[2] > far.gap or rests(far, -state[2], state[3], scale)):
         state[4], r = into(far, -state[2])
         state[2] = -r
+        state[5] = TOUCH_FAR if pushes(far, state[4], -state[3]) else LEAVING_FAR
 
 
 @chosen
@@ -78,23 +87,6 @@ def on_ground(damper, state):
         state[2], state[3] = state[0], state[1]
 
     return the_same if is_a(damper, Ground) else lambda damper, state: None
-
-
-@chosen
-def structure_at(damper, x1, v1, r, s):
-    """Return (x1, v1), which are r and s where walls limit the structure itself."""
-    # of two that are integrated side by side, round-off must not make two
-    if is_a(damper, Ground):
-        return lambda damper, x1, v1, r, s: (r, s)
-    return lambda damper, x1, v1, r, s: (x1, v1)
-
-
-@chosen
-def into(wall, r):
-    """Return (q, r) of a state at r > gap: q = sqrt(z), but at a rigid wall it is on the wall."""
-    if is_a(wall, RigidWall):
-        return lambda wall, r: (0.0, wall.gap)
-    return lambda wall, r: (math.sqrt(r - wall.gap), r)
 
 
 @chosen
@@ -112,200 +104,6 @@ def phase_on(rk4, grid, j, x):
     if rk4 is None:
         return lambda rk4, grid, j, x: phase_at(grid, j, x)
     return lambda rk4, grid, j, x: phase_in_step(grid, j, x)
-
-
-@chosen
-def note_by_steps(
-    rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
-):
-    """Step a contact that is solved, for what is noted of it; without an energy or a limit, not."""
-
-    # hot: once per impact
-    def step(
-        rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
-    ):
-        # hot: once per impact
-        contact(
-            rk4, ps, damper, wall, sign, limit_log, energy, None, None, steps, rate, c, d,
-            q, s, x1, v1, left, k,
-        )  # fmt: skip
-
-    def nothing(
-        rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
-    ):
-        # hot: as `step`
-        return None
-
-    return nothing if energy is None and limit_log is None else step
-
-
-@jit
-def note_part(
-    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, lasting, now, k
-):
-    """Note the energies, and passages of a limit, of `lasting` [s] of the impact that is ahead.
-
-    now: (q, s, x1, v1) at its beginning; c, d: of the phase there. Passages are noted by steps,
-    where there may be one: nothing that is noted changes the orbit.
-    """
-    # hot: once per impact
-    q, s, x1, v1 = now
-    ahead = read_ahead(k, int(rk.AHEAD))
-    if energy is not None:
-        phase = rotated(c, d, -ps.omega * ahead.elapsed)
-        note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting)
-    if limit_log is not None and may_pass(
-        ps, damper, wall, sign, limit_log, ahead.took, ahead.touch
-    ):
-        note_by_steps(
-            rk4, ps, damper, wall, sign, limit_log, None, steps, rate, c, d, lasting,
-            q, s, x1, v1, k,
-        )  # fmt: skip
-
-
-@chosen
-def note_part_if_wanted(
-    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, lasting, now, k
-):
-    """Note what is wanted of an impact (`note_part`), if anything is."""
-    # hot: once per impact
-    if energy is None and limit_log is None:
-        return nothing_to_note
-    return note_part
-
-
-@jit
-def nothing_to_note(
-    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, lasting, now, k
-):
-    """Note nothing of an impact."""
-    # hot: as `note_part`
-    return None
-
-
-@jit(dissolved=True)
-def up_to_section(ps, damper, wall, arc, energy, c, d, left, k):
-    """Return as `contact` how the impact that is ahead is at a section, `left` [s] from now."""
-    # hot: once per section inside an impact
-    ahead = read_ahead(k, int(rk.AHEAD))
-    phase = rotated(c, d, -ps.omega * ahead.elapsed)
-    elapsed = ahead.elapsed + left
-    k[rk.AHEAD + 1] = elapsed
-    q, s, x1, v1 = state_inside(ps, damper, wall, arc, phase, ahead, elapsed)
-    if energy is not None:
-        note_energy(ps, damper, energy, x1, v1, wall.gap + q * q, s)
-    depth = q * q if s > 0.0 else ahead.depth
-    return STOPPED, q, s, x1, v1, left, depth
-
-
-@jit
-def follow_short_impact(
-    rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
-    left, now, k,
-):  # fmt: skip
-    """Try to follow a contact as a short impact, to its release or for the time `left` [s].
-
-    Returns whether it is one, and the result as of `contact`. An impact is solved once, as a whole,
-    and kept as `Ahead` in `k`, whence it goes on behind a section. Variations go with the orbit.
-    """
-    # hot: once per impact
-    begins = k[rk.AHEAD] == 0.0
-    if begins:
-        q, s, x1, v1 = now
-        solved, out, a1, b1, took, depth = short_impact(
-            ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1
-        )
-        if not solved:
-            return False, (RELEASED, 0.0, s, x1, v1, 0.0, 0.0)
-        if tangent is not None and took <= left:
-            vary(ps, damper, wall, arc, rate, (c, d), (s, x1, v1), (out, a1, b1, took), tangent)
-        ahead = Ahead(took, 0.0, depth, (s, x1, v1), (out, a1, b1))
-        keep_ahead(k, int(rk.AHEAD), ahead)
-    remains = k[rk.AHEAD] - k[rk.AHEAD + 1]
-    note_part_if_wanted(
-        rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d,
-        min(left, remains), now, k,
-    )  # fmt: skip
-    stops = remains > left
-    result = STOPPED, 0.0, 0.0, 0.0, 0.0, left, 0.0
-    if stops:
-        result = up_to_section(ps, damper, wall, arc, energy, c, d, left, k)
-    if tangent is not None and (stops or not begins):
-        phase = rotated(c, d, ps.omega * left) if stops else (c, d)
-        vary_cut(ps, damper, wall, arc, rate, phase, tangent, k, begins)
-    if stops:
-        return True, result
-    ahead = read_ahead(k, int(rk.AHEAD))
-    k[rk.AHEAD] = 0.0
-    s, x1, v1 = ahead.release
-    return True, (RELEASED, 0.0, s, x1, v1, remains, ahead.depth)
-
-
-@jit
-def no_short_impact(
-    rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
-    left, now, k,
-):  # fmt: skip
-    """Return as `follow_short_impact` that it is none."""
-    # hot: once per impact
-    return False, (RELEASED, 0.0, now[1], now[2], now[3], 0.0, 0.0)
-
-
-@chosen
-def short_impact_if_exact(
-    rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
-    left, now, k,
-):  # fmt: skip
-    """Follow a short impact; by rk4 every contact is stepped."""
-    # hot: once per impact
-    return follow_short_impact if rk4 is None else no_short_impact
-
-
-@chosen
-def wall_of(near, far, mode):
-    """Return the wall that is being touched."""
-    if far is None:
-        return lambda near, far, mode: near
-    if near is None:
-        return lambda near, far, mode: far
-    return lambda near, far, mode: near if mode == TOUCH_NEAR else far
-
-
-@jit(dissolved=True)
-def follow_contact(
-    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
-    phase, left, now, k, stuck, place,
-):  # fmt: skip
-    """Follow a contact from `now` = (q, s, x1, v1) to its release or for the time `left` [s].
-
-    `phase`: (cos, sin) of the forcing's; place: share of the period that is over; the rest as for
-    `contact`. For a wall that pushes towards -x2 (`sign` -1) the motion is mirrored on the way in
-    and out. Returns (event, q, s, x1, v1, elapsed, depth) as `contact`.
-    """
-    # hot: once per impact, in the loop of `orbit`, where `Prepared` as one argument costs 3 %
-    q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
-    c, d = sign * phase[0], sign * phase[1]
-    solved, result = short_impact_if_exact(
-        rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
-        left, (q, s, x1, v1), k,
-    )  # fmt: skip
-    if not solved:
-        result = contact(
-            rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate, c, d,
-            q, s, x1, v1, left, k,
-        )  # fmt: skip
-    event, q, s, x1, v1, took, depth = result
-    return event, q, sign * s, sign * x1, sign * v1, took, depth
-
-
-@chosen
-def follow_by_law(
-    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
-    phase, left, now, k, stuck, place,
-):  # fmt: skip
-    """Follow a contact by the law of its wall."""
-    # hot: as `follow_contact`
-    return rebound if is_a(wall, RigidWall) else follow_contact
 
 
 @jit
@@ -338,20 +136,13 @@ def keep_slowest(slowest, s):
         slowest[0] = min(slowest[0], abs(s))
 
 
-@chosen
-def note_force(impacts, wall, depth):
-    """Note the depth [m] and the force of a contact; that of a rigid wall has no bound."""
-    if is_a(wall, RigidWall):
-        return lambda impacts, wall, depth: note_blow(impacts)
-    return lambda impacts, wall, depth: note_depth(impacts, wall.K, depth)
-
-
 @jit
-def after_contact(ps, damper, impacts, event, wall, depth, time, x1, v1, r, s):
-    """Note the depth [m] of a contact, and, at its release, that it has ended."""
+def after_contact(ps, damper, impacts, event, depth, force, time, x1, v1, r, s):
+    """Note the depth [m] and force of a contact, and, at its release, that it has ended."""
     # hot: once per impact
     if impacts is not None:
-        note_force(impacts, wall, depth)
+        note_depth(impacts, depth)
+        note_force(impacts, force)
         if event == RELEASED:
             note_release(ps, damper, impacts, time, x1, v1, r, s)
 
@@ -374,7 +165,8 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     # Named once: a field with arrays costs reference counts each time that it is read.
     rk4, ps, damper, grid = prepared.rk4, prepared.ps, prepared.damper, prepared.grid
     near, far, arc = prepared.near, prepared.far, prepared.arc
-    steps, k, stuck = prepared.contact_steps, prepared.scratch, prepared.stuck
+    steps, k = prepared.contact_steps, prepared.scratch
+    held_near, held_far = prepared.held_near, prepared.held_far
     limit_log, energy, clearance = buffers.limit_log, buffers.energy, buffers.clearance
     slowest = buffers.slowest
     impacts, by_period, section = buffers.impacts, buffers.by_period, buffers.section
@@ -387,14 +179,20 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
         for i in range(span.stops):
             stop = grid.n * (i + 1) // span.stops
             while True:
-                if mode == FLYING:
+                if mode == FLYING or leaves(near, far, mode):
                     # Fly to the next event.
                     place = j + x
                     begin_flight(limit_log, began)
-                    event, j, x, x1, v1, r, s = fly_on(
-                        rk4, ps, damper, near, far, limit_log, energy, clearance,
-                        grid, stop, j, x, x1, v1, r, s,
+                    event, j, x, q, x1, v1, r, s = leave_wall(
+                        ps, damper, near, far, limit_log, energy, held_near, held_far, mode,
+                        grid, stop, j, x, (q, x1, v1, r, s),
                     )  # fmt: skip
+                    if event == CLEARED:
+                        mode = FLYING
+                        event, j, x, x1, v1, r, s = fly_on(
+                            rk4, ps, damper, near, far, limit_log, energy, clearance,
+                            grid, stop, j, x, x1, v1, r, s,
+                        )  # fmt: skip
                     if tangent is not None:
                         propagate(exact_grid, tangent, (j + x - place) * grid.h)
                     if event == SECTION:
@@ -402,27 +200,28 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     if event == ASTRAY:
                         return STEP_BUDGET
                     # Note the touch.
-                    mode, q, touches = event, 0.0, touches + 1
+                    q = depth_of_touch(near, far, mode, q)
+                    mode, touches = event, touches + 1
                     time = began + (j + x) * grid.h
                     at_touch(ps, damper, by_period, impacts, p, mode, time, x1, v1, r, s)
                     keep_slowest(slowest, s)
                     if touches > MOST_TOUCHES:
                         return STEP_BUDGET
                 # Follow the contact, to its release or to the section.
-                sign = 1.0 if mode == TOUCH_NEAR else -1.0
-                wall = wall_of(near, far, mode)
+                sign, gap = sign_of(mode), gap_of(near, far, mode)
                 left = (stop - j - x) * grid.h
-                begin_contact(limit_log, sign, wall, began + (j + x) * grid.h)
-                event, q, s, x1, v1, took, depth = follow_by_law(
-                    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent,
+                begin_contact(limit_log, sign, gap, began + (j + x) * grid.h)
+                event, q, s, x1, v1, took, depth = follow_at(
+                    rk4, ps, damper, near, far, mode, arc, limit_log, energy, impacts, tangent,
                     steps, grid.rate, phase_on(rk4, grid, j, x), left, (q, s, x1, v1), k,
-                    stuck, (j + x) / grid.n,
+                    held_near, held_far, (j + x) / grid.n,
                 )  # fmt: skip
-                r = sign * (wall.gap + q * q)
+                r = sign * (gap + depth_at(near, far, mode, q))
                 x1, v1 = structure_at(damper, x1, v1, r, s)
                 place = j + x + took / grid.h
                 time = began + place * grid.h
-                after_contact(ps, damper, impacts, event, wall, depth, time, x1, v1, r, s)
+                force = force_in(near, far, mode, depth)
+                after_contact(ps, damper, impacts, event, depth, force, time, x1, v1, r, s)
                 if not bounded(x1, v1, r, s):
                     return DIVERGED
                 if event == EXHAUSTED:
@@ -431,7 +230,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     j, x = stop, 0.0
                     break
                 # Fly on from the release.
-                mode = FLYING
+                mode = after_release(near, far, mode, q)
                 if took > 0.0:
                     j = min(int(place), stop - 1)
                     x = place - j

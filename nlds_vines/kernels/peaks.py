@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from .compiling import jit
+from .compiling import chosen, jit
 from .cubics import highest, only_rises
 from .flight import COEF, DRIVE, FACTOR, OF_E2, ORDER, at
 from .observe import PRECISE, alike, energies, note_energy, powers_at
@@ -137,7 +137,24 @@ def factor_polynomial(ps, damper, grid, phase, which):
         f = (a * w[i] + b * w[i + 1]) + (c * w[i + 2] + d * w[i + 3]) + e * drive
         w[FACTOR + k] = f
         bend += k * (k - 1.0) * abs(f)
+    if which == 1:
+        add_load(ps.load, ps, w)
     return bend
+
+
+@chosen
+def add_load(load, ps, w):
+    """Add a constant load to the force beside the structure's spring in FACTOR."""
+
+    def added(load, ps, w):
+        w[FACTOR] += ps.m1 * load
+
+    return no_load if load is None else added
+
+
+@jit
+def no_load(load, ps, w):
+    """Add nothing."""
 
 
 @jit

@@ -21,8 +21,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from . import runge_kutta as rk
 from .codes import EXHAUSTED, RELEASED, STOPPED
-from .compiling import jit
+from .compiling import chosen, jit
+from .elementary import log
 from .exact import phase_of
 from .flight import (
     COEF,
@@ -39,7 +41,7 @@ from .flight import (
 from .impact_variations import columns_of, put_columns
 from .observe import note_energy
 from .peaks import note_roots
-from .scene import Structure, accelerations
+from .scene import Structure, accelerations, greatest_push, mirrored_load, under
 from .touch import LOST, R, first_touch, tightened
 
 BRIEF = 1.0e-5  # speed of a rebound that is followed by rest, in units of a / rate
@@ -54,13 +56,21 @@ class Stuck(NamedTuple):
     grid: Grid
 
 
+@chosen
+def share_of_load(load, share):
+    """Return a share of a constant load, None of none."""
+    if load is None:
+        return lambda load, share: None
+    return lambda load, share: load * share
+
+
 @jit
 def stuck_of(ps, damper, n):
     """Return the `Stuck` motion of a cell, on n cells a period."""
     other = 1.0 - damper.share
     one = Structure(
         ps.m1 + damper.m2, ps.k1, ps.stiffness * other, ps.damping * other, ps.force * other,
-        ps.omega,
+        ps.omega, share_of_load(ps.load, other),
     )  # fmt: skip
     return Stuck(one, grid_of(one, None, n))
 
@@ -89,7 +99,8 @@ def stays(ps, damper, wall, rate, s, x1, v1, c, d):
     if wall.e == 1.0:
         return False
     lasting = -2.0 * s / (a * (1.0 - wall.e))
-    dv = (1.0 - damper.share) * (ps.force * c - ps.stiffness * x1 - ps.damping * v1)
+    own = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
+    dv = (1.0 - damper.share) * own
     change = ps.force * ps.omega * d + ps.stiffness * v1 + ps.damping * dv
     return abs(change) * lasting <= STEADY * a and rate * lasting <= STEADY
 
@@ -109,7 +120,8 @@ def vary_at_impact(ps, damper, wall, before, after, c, tangent):
     s, x1, v1 = after
     if s == 0.0:
         v = v - damper.share * u
-        dv = (1.0 - damper.share) * (ps.force * c - ps.stiffness * x1 - ps.damping * v1)
+        own = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
+        dv = (1.0 - damper.share) * own
         put_columns(tangent, x - v1 * late, v - dv * late, 0.0 * late, 0.0 * late)
         return
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
@@ -133,29 +145,31 @@ def keep_common_motion(ps, damper, tangent):
 @jit
 def rebound(
     rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
-    phase, left, now, k, stuck, place,
+    phase, left, now, k, held, place,
 ):  # fmt: skip
     """Follow an impact at once, and sticking to its release or for the time `left` [s].
 
-    Arguments and result as those of `orbit.follow_contact`.
+    Arguments and result as those of `elastic_contact.follow_contact`.
     """
     # hot: once per impact
     s, x1, v1 = sign * now[1], sign * now[2], sign * now[3]
     c, d = sign * phase[0], sign * phase[1]
+    seen = mirrored_load(ps.load, ps, sign)
     if s > 0.0:
         before, u = (s, x1, v1), v1 - damper.share * s
         s = -wall.e * s
         v1 = u + damper.share * s
-        if stays(ps, damper, wall, rate, s, x1, u, c, d):
+        if stays(seen, damper, wall, rate, s, x1, u, c, d):
             s, v1 = 0.0, u
         if tangent is not None:
-            vary_at_impact(ps, damper, wall, before, (s, x1, v1), c, tangent)
-    if s < 0.0 or not pressing(ps, damper, wall, x1, v1, c) > 0.0:
+            k[rk.SHRUNK] += -math.inf if s == 0.0 else 2.0 * log(wall.e)
+            vary_at_impact(seen, damper, wall, before, (s, x1, v1), c, tangent)
+    if s < 0.0 or not pressing(seen, damper, wall, x1, v1, c) > 0.0:
         return RELEASED, 0.0, sign * s, sign * x1, sign * v1, 0.0, 0.0
-    event, x1, v1, took = stick(ps, damper, wall, sign, energy, stuck, place, left, x1, v1)
+    event, x1, v1, took = stick(ps, damper, wall, sign, energy, held, place, left, x1, v1)
     if tangent is not None:
         keep_common_motion(ps, damper, tangent)
-        propagate(stuck.grid, tangent, took)
+        propagate(held.grid, tangent, took)
     return event, 0.0, 0.0, sign * x1, sign * v1, took, 0.0
 
 
@@ -172,8 +186,14 @@ def expand_pull(ps, w, sign, phase):
     for i in range(ORDER + 1):
         row, drive = COEF + 4 * i, w[DRIVE + i] * phase[i % 2]
         own = ps.force * drive - ps.stiffness * w[row] - ps.damping * w[row + 1]
+        if i == 0:
+            own = under(ps.load, own)
         w[row + 2], w[row + 3] = -sign * own, 0.0
-    return abs(ps.force) + abs(ps.stiffness * w[COEF]) + abs(ps.damping * w[COEF + 1])
+    return (
+        greatest_push(ps.load, abs(ps.force))
+        + abs(ps.stiffness * w[COEF])
+        + abs(ps.damping * w[COEF + 1])
+    )
 
 
 @jit

@@ -12,15 +12,17 @@ from .compiling import chosen, jit
 from .contact_field import slope
 
 # The scratch array k of a contact: 16 rows of 24 numbers, each row a state or its slope; AHEAD,
-# what is ahead of an orbit inside an impact that is solved (`inside.Ahead`); and SECOND, what
-# becomes of variations there (`inside_variations.vary_cut`).
+# what is ahead of an orbit inside an impact that is solved (`inside.Ahead`); SECOND, what becomes
+# of variations there (`inside_variations.vary_cut`); and SHRUNK, the logarithm by which contacts
+# have shrunk volumes of variations.
 #
 #   row      0: Y        1: NEW      2: STAGE        3: SAVE          4 ... 15: K1 ... K12
 #            before      after       within a step   one to keep      slopes of the stages
 #
 #   in a row   0  1  2   3   4    5      6      7     8      9 ...        20   21 ... 23
-#              q  s  x1  v1  tau  (x1    v1     r     s)     (...) (...) (...)  work, virial, unused
+#              q  s  x1  v1  tau  (x1    v1     r     s)     (...) (...) (...)  balances
 #                                  four variations, where they are wanted         (of slopes alone)
+#   (the last three: WORK, VIRIAL, DRAIN of `contact_field`)
 #
 # A name is the place of a row's first number, so that k[NEW + 1] is s after a step.
 WIDTH = 5  # numbers of a state: q, s, x1, v1, tau
@@ -30,7 +32,8 @@ Y, NEW, STAGE, SAVE = 0, ROW, 2 * ROW, 3 * ROW
 K1, K2, K3, K4, K5, K6, K7, K8, K9, K10, K11, K12 = (ROW * (4 + i) for i in range(12))
 AHEAD = ROW * 16
 SECOND = AHEAD + 9
-SCRATCH = SECOND + 20
+SHRUNK = SECOND + 20
+SCRATCH = SHRUNK + 1
 
 A2_1 = 0.05260015195876773
 A3_1 = 0.0197250569845379
@@ -214,6 +217,20 @@ def mean_slope(k, i):
     """Return the mean of the slopes at place i of their rows over the step of order eight."""
     first = B1 * k[K1 + i] + B6 * k[K6 + i] + B7 * k[K7 + i] + B8 * k[K8 + i]
     return first + (B9 * k[K9 + i] + B10 * k[K10 + i] + B11 * k[K11 + i] + B12 * k[K12 + i])
+
+
+@jit
+def mean_slope_of_fourth(k, i):
+    """Return the mean of the slopes at place i of their rows over the step of order four."""
+    return (k[K1 + i] + 2.0 * (k[K2 + i] + k[K3 + i]) + k[K4 + i]) / 6.0
+
+
+@chosen
+def mean_of(rk4, k, i):
+    """Return the mean of the slopes at place i by the order of the method."""
+    if rk4 is None:
+        return lambda rk4, k, i: mean_slope(k, i)
+    return lambda rk4, k, i: mean_slope_of_fourth(k, i)
 
 
 @jit

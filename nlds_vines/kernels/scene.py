@@ -9,9 +9,12 @@ contact's depth z = r - gap carries no cancellation between the two displacement
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from .compiling import chosen, is_a, jit
+
+MOST_ROOT = 6  # p of z = q^p (`force_law`): the larger, the more steps there are near the touch
+SMOOTH = 10.0  # p (n + 1) where p n is no integer: derivatives that a step of order eight needs
 
 
 class Structure(NamedTuple):
@@ -23,6 +26,7 @@ class Structure(NamedTuple):
     damping: float  # c1 / m1 [1/s]
     force: float  # P / m1 [m/s^2]
     omega: float  # [rad/s]
+    load: Any  # constant force per mass [m/s^2] towards a near wall, None where there is none
 
 
 class Damper(NamedTuple):
@@ -62,6 +66,31 @@ class Wall(NamedTuple):
     speed: float  # sqrt(4 kappa / 5): approach speed = speed * (greatest depth)^(5/4)
 
 
+class PowerWall(NamedTuple):
+    """Obstacle with force K z^n, with or without damping: see `force_law`."""
+
+    gap: float  # [m]
+    K: float  # [N/m^n]
+    kappa: float  # K / mu [m^(1 - n) s^-2]
+    speed: float  # sqrt(2 kappa / (n + 1)): approach speed = speed * (greatest depth)^((n + 1)/2)
+    exponent: float  # n
+    root: int  # p of z = q^p
+    high: int  # p n is `high` + `fraction`
+    fraction: float
+    whole: float  # theta, and in its units time, of a free contact
+    lasting: float
+    damping: Any  # a [s/m] of the factor 1 + a dz/dt, or None
+
+
+class LinearWall(NamedTuple):
+    """Obstacle on a spring and a dashpot: force kc z + cc dz/dt (`linear_contact`)."""
+
+    gap: float  # [m]
+    kc: float  # [N/m]
+    cc: float  # [N s/m]
+    pulls: Any  # True where it may pull until the depth is zero, otherwise None
+
+
 class RigidWall(NamedTuple):
     """Obstacle of a rigid body: the approach speed s turns into -e s (`restitution`)."""
 
@@ -75,8 +104,30 @@ def finite(x):
     return abs(x) < math.inf
 
 
+class Constants(NamedTuple):
+    """The constants of contacts, where those of the near wall are its own."""
+
+    K: float
+    exponent: float
+    hunt_crossley: float
+    kc: float
+    cc: float
+    e: float
+
+
+@chosen
+def near_constants(apart, cell):
+    """Return what holds the constants of the near wall's contact; apart: None where it is all's."""
+    if apart is None:
+        return lambda apart, cell: cell
+    return lambda apart, cell: Constants(
+        cell.near_K, cell.near_exponent, cell.near_hunt_crossley, cell.near_kc, cell.near_cc,
+        cell.near_e,
+    )  # fmt: skip
+
+
 @jit
-def allowed(rk4, has_damper, near, far, cell):
+def allowed(rk4, has_damper, near, far, apart, cell):
     """Tell whether the parameters of one cell are finite and in range, those of its parts alone.
 
     `model` has checked them; numbers that came another way must not pass for a result. By rk4 the
@@ -89,7 +140,7 @@ def allowed(rk4, has_damper, near, far, cell):
         fine = fine and 0.0 < cell.m2 < math.inf and finite(cell.rest)
         fine = fine and 0.0 <= cell.k2 < math.inf and 0.0 <= cell.c2 < math.inf
     if near is not None:
-        fine = fine and law_allowed(near, cell) and finite(cell.near)
+        fine = fine and law_allowed(near, near_constants(apart, cell)) and finite(cell.near)
     if far is not None:
         fine = fine and law_allowed(far, cell) and finite(cell.far)
         if near is not None:
@@ -102,6 +153,14 @@ def law_allowed(sort, cell):
     """Tell whether the constants of a wall's law are in range; sort: a wall of that law."""
     if is_a(sort, RigidWall):
         return lambda sort, cell: 0.0 <= cell.e <= 1.0
+    if is_a(sort, LinearWall):
+        return lambda sort, cell: 0.0 < cell.kc < math.inf and 0.0 <= cell.cc < math.inf
+    if is_a(sort, PowerWall):
+        return lambda sort, cell: (
+            0.0 < cell.K < math.inf
+            and 1.0 <= cell.exponent <= 3.0
+            and 0.0 <= cell.hunt_crossley < math.inf
+        )
     return lambda sort, cell: 0.0 < cell.K < math.inf
 
 
@@ -109,7 +168,29 @@ def law_allowed(sort, cell):
 def structure_of(cell):
     """Return the `Structure` of one cell of parameters."""
     m1 = cell.m1
-    return Structure(m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega)
+    return Structure(m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega, None)
+
+
+@chosen
+def structure_under(load, cell):
+    """Return the `Structure` of one cell, with its constant load unless `load` is None."""
+    if load is None:
+        return lambda load, cell: structure_of(cell)
+    return lambda load, cell: with_load(structure_of(cell), cell.load)
+
+
+@jit
+def with_load(ps, load):
+    """Return the structure under a constant load [m/s^2]."""
+    return Structure(ps.m1, ps.k1, ps.stiffness, ps.damping, ps.force, ps.omega, load)
+
+
+@chosen
+def mirrored_load(load, ps, sign):
+    """Return the structure as a wall sees it that pushes towards `sign` x2."""
+    if load is None:
+        return lambda load, ps, sign: ps
+    return lambda load, ps, sign: with_load(ps, sign * load)
 
 
 @jit
@@ -152,6 +233,35 @@ def wall_at(gap, inv_mu, cell):
     return Wall(gap, cell.K, kappa, math.sqrt(0.8 * kappa))
 
 
+@jit
+def root_for(n):
+    """Return the number p of z = q^p for a force z^n."""
+    for p in range(1, MOST_ROOT + 1):
+        if abs(p * n - math.floor(p * n + 0.5)) < 1.0e-12:
+            return p
+    return math.ceil(SMOOTH / (n + 1.0))
+
+
+@jit
+def free_integral(N):
+    """Return I(N) = sqrt(pi) Gamma(1 + 1/N) / Gamma(1/2 + 1/N) to half a per cent, N >= 2."""
+    return 1.0 + 1.3863 / (N + 0.44)
+
+
+@jit
+def power_wall_at(gap, K, n, damping, inv_mu):
+    """Return the `PowerWall` at a limit `gap` [m]; inv_mu: of the bodies; damping: or None."""
+    p = root_for(n)
+    kappa, high = K * inv_mu, math.floor(p * n + 1.0e-12)
+    fraction = p * n - high
+    if fraction < 1.0e-11:
+        fraction = 0.0
+    speed = math.sqrt(2.0 * kappa / (n + 1.0))
+    whole = 2.0 * p * free_integral(p * (n + 1.0)) / math.sqrt(2.0 / (n + 1.0))
+    lasting = 2.0 * free_integral(n + 1.0)
+    return PowerWall(gap, K, kappa, speed, n, p, int(high), fraction, whole, lasting, damping)
+
+
 @chosen
 def wall_like(sort, gap, damper, cell):
     """Return the wall at a limit `gap`, of the same law as the wall `sort`; None where it is."""
@@ -159,7 +269,43 @@ def wall_like(sort, gap, damper, cell):
         return lambda sort, gap, damper, cell: None
     if is_a(sort, RigidWall):
         return lambda sort, gap, damper, cell: RigidWall(gap, cell.e)
+    if is_a(sort, LinearWall):
+        return lambda sort, gap, damper, cell: LinearWall(gap, cell.kc, cell.cc, sort.pulls)
+    if is_a(sort, PowerWall):
+        return lambda sort, gap, damper, cell: power_wall_at(
+            gap, cell.K, cell.exponent, damping_if(sort.damping, cell), damper.inv_mu
+        )
     return lambda sort, gap, damper, cell: wall_at(gap, damper.inv_mu, cell)
+
+
+@chosen
+def damping_if(damping, cell):
+    """Return the constant of Hunt and Crossley's damping of a cell, None where there is none."""
+    if damping is None:
+        return lambda damping, cell: None
+    return lambda damping, cell: cell.hunt_crossley
+
+
+@chosen
+def under(load, alone):
+    """Return an acceleration with that of a constant load, where there is one."""
+    if load is None:
+        return lambda load, alone: alone
+    return lambda load, alone: alone + load
+
+
+@jit
+def unloaded(ps):
+    """Return the structure without a constant load, as variations feel it."""
+    return with_load(ps, None)
+
+
+@chosen
+def greatest_push(load, force):
+    """Return the largest acceleration that force and load give."""
+    if load is None:
+        return lambda load, force: force
+    return lambda load, force: force + abs(load)
 
 
 @jit
@@ -168,7 +314,7 @@ def accelerations(ps, damper, x1, v1, r, s, drive, contact):
 
     `drive` is cos(omega t); `contact` the force [N] of a wall on the damper towards +x2.
     """
-    alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1
+    alone = under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v1)
     if damper is None:
         return alone, 0.0
     pull = damper.k2 * r + damper.c2 * s + contact

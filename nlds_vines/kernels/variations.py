@@ -15,12 +15,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .arguments import OrbitBuffers, Prepared, Span
+from .codes import OK
 from .compiling import chosen, is_a, jit
 from .elementary import log
 from .flight import Grid
 from .fours import four, four_at, put_four, sum_of
 from .orbit import SIZE, on_ground, orbit_of, set_mode
-from .scene import Ground, RigidWall, Structure, joined, scale_of
+from .runge_kutta import SHRUNK
+from .scene import Ground, LinearWall, RigidWall, Structure, joined, scale_of
 
 
 class Space(NamedTuple):
@@ -216,25 +218,38 @@ def orthonormalise(tangent, size, growth, lost=0.0):
 
 
 @chosen
-def lost_of(stuck):
+def lost_of(near, far):
     """Return what of a length is round-off where a damper may stick, which ends variations."""
-    if stuck is None:
-        return lambda stuck: 0.0
-    return lambda stuck: LOST
+    if is_a(near, RigidWall) or is_a(far, RigidWall):
+        return lambda near, far: LOST
+    return lambda near, far: 0.0
 
 
 @chosen
-def impacts_shrink(wall, count):
-    """Return the logarithm by which impacts shrink volumes, as each scales s and time by -e."""
-    if is_a(wall, RigidWall):
-        return lambda wall, count: shrunk(wall.e, count)
-    return lambda wall, count: 0.0
+def shrunk_in_contacts(near, far, damping, other, flow, y, n):
+    """Return the logarithm by which contacts shrink volumes in n periods from the section y.
+
+    An impact of rigid bodies does so by e^2, as it scales both s and time by -e; damping by what it
+    adds to the trace, as long as a contact lasts. damping, other: `damping_of` the two walls.
+    """
+    instant = is_a(near, RigidWall) or is_a(far, RigidWall)
+    linear = is_a(near, LinearWall) or is_a(far, LinearWall)
+    if instant or linear or damping is not None or other is not None:
+        return shrunk_on_the_way
+    return lambda near, far, damping, other, flow, y, n: 0.0
 
 
-@jit
-def shrunk(e, count):
-    """Return 2 count ln e, also for e = 0."""
-    return 2.0 * count * log(e) if count > 0.0 else 0.0
+@jit(dissolved=True)
+def shrunk_on_the_way(near, far, damping, other, flow, y, n):
+    """Return the same by following the orbit."""
+    state, tangent, k = new_state(), np.zeros(16), flow.prepared.scratch
+    place_state(flow, y, state)
+    k[SHRUNK] = 0.0
+    for p in range(0, n, TOGETHER):
+        set_identity(tangent)
+        if advance(flow, no_section(flow.space), min(TOGETHER, n - p), tangent, state) != OK:
+            break
+    return k[SHRUNK]
 
 
 @jit

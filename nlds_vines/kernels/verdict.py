@@ -20,10 +20,17 @@ from .codes import CHAOTIC, OK, QUASIPERIODIC, UNDETERMINED
 from .compiling import jit
 from .course import Course, follow, follow_growth, longer, with_room
 from .elementary import log
+from .force_law import damping_of
 from .growth import digits_of
 from .period_search import FEW, FOUND, MANY, NOTHING, SHORT, find_period
 from .settling import MARGIN, growth_of, note_chaotic_transient
-from .variations import impacts_shrink, new_state, no_section, place_state, set_identity
+from .variations import (
+    new_state,
+    no_section,
+    place_state,
+    set_identity,
+    shrunk_in_contacts,
+)
 
 SMOOTH = 7.0  # digits to which averages agree only on a torus
 RESOLVED = -18.0  # logarithm of the least product of multipliers that a matrix holds to 8 digits
@@ -52,8 +59,10 @@ def note_cycle(flow, evidence, period):
     evidence[ev.DIGITS] = np.nan
     evidence[ev.EXPONENTS : ev.EXPONENTS + 4] = np.nan
     volume = flow.trace * n * period
-    volume += impacts_shrink(flow.prepared.near, evidence[ev.NEAR])
-    volume += impacts_shrink(flow.prepared.far, evidence[ev.FAR])
+    near, far = flow.prepared.near, flow.prepared.far
+    volume += shrunk_in_contacts(
+        near, far, damping_of(near), damping_of(far), flow, evidence[ev.POINT : ev.POINT + 4], n
+    )
     if volume > RESOLVED:
         return
     state, tangent, growth = new_state(), np.zeros(16), np.zeros(4)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from nlds_vines.errors import RequestError, at, choice, shown, table, unknown
-from nlds_vines.model.laws import HERTZ, LAWS
+from nlds_vines.model.laws import HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
@@ -19,7 +19,10 @@ from nlds_vines.toml import parse_toml, read_toml
 FILE_KEYS = ("title", "system", "set", "vary", "start", "sampling", "record")
 """The keys of a scan file; of these `load_system` reads `system` and `set`."""
 
-_SYSTEM_KEYS = ("kind", "name", "title", "parameters", "sources", "assumptions", "law", "contact")
+_SYSTEM_KEYS = (
+    "kind", "name", "title", "parameters", "sources", "assumptions", "law", "law_2", "contact",
+    "contact_2",
+)  # fmt: skip
 
 
 @cache
@@ -94,21 +97,18 @@ def _from_table(entry: Mapping[str, Any], name: str) -> System:
     if "kind" not in entry:
         raise RequestError(f"kind is missing; allowed: {', '.join(SCENES)}")
     kind = choice("kind", entry["kind"], SCENES)
-    contact = dict(table("contact", entry.get("contact", {})))
-    if "law" in entry and "law" in contact:
-        raise RequestError("law stands in [system] and in [system.contact]")
-    law = choice("law", contact.pop("law", entry.get("law", HERTZ.name)), LAWS)
+    contact, law = _contact(entry, "contact", "law", HERTZ.name)
+    second, law_2 = _contact(entry, "contact_2", "law_2", "")
     # a parameter of another kind is refused by `System`, whose message names that parameter
     foreign = {key: value for key, value in entry.items() if key not in PARAMETERS}
-    table("system", foreign, (*_SYSTEM_KEYS, *SCENES[kind].under(law).allowed))
-    with at("[contact]"):
-        table("contact", contact, ("law", *LAWS[law].allowed))
+    table("system", foreign, (*_SYSTEM_KEYS, *SCENES[kind].under(law, law_2).allowed))
     beside = {key: value for key, value in entry.items() if key in PARAMETERS}
     parameters: dict[str, Any] = {}
     for place, given in (
         ("[system]", beside),
         ("[system.parameters]", table("parameters", entry.get("parameters", {}))),
         ("[system.contact]", contact),
+        ("[system.contact_2]", {name + SECOND: value for name, value in second.items()}),
     ):
         twice = sorted(parameters.keys() & given.keys())
         if twice:
@@ -122,7 +122,29 @@ def _from_table(entry: Mapping[str, Any], name: str) -> System:
         sources=entry.get("sources", {}),
         assumptions=entry.get("assumptions", {}),
         law=law,
+        law_2=law_2,
     )
+
+
+def _contact(
+    entry: Mapping[str, Any], place: str, key: str, law: str
+) -> tuple[dict[str, Any], str]:
+    """Return the constants in the table at a `place` of a system, and its law.
+
+    The law may stand there or beside the kind, under a `key`; `law` is that where it is nowhere.
+    """
+    constants = dict(table(place, entry.get(place, {})))
+    if key in entry and "law" in constants:
+        raise RequestError(f"{key} stands in [system], and law in [system.{place}]")
+    found = constants.pop("law", entry.get(key, law))
+    if not found:
+        if constants:
+            raise RequestError(f"[system.{place}] has no law; allowed: {', '.join(LAWS)}")
+        return {}, ""
+    choice(key, found, LAWS)
+    with at(f"[{place}]"):
+        table(place, constants, ("law", *LAWS[found].allowed))
+    return constants, found
 
 
 def _entry(name: str, entry: Mapping[str, Any], groups: Mapping[str, Any]) -> System:

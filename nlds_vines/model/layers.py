@@ -158,7 +158,7 @@ class Layers:
 
 def request_hash(document: Document) -> str:
     """Return the SHA-256 of what determines the numbers of a request: no titles, no sources."""
-    keys = ("kind", "parameters", "law")  # the last one where it is not the paper's
+    keys = ("kind", "parameters", "law", "law_2")  # the laws where they are not the paper's
     system = {key: value for key, value in document["system"].items() if key in keys}
     text = toml_text({**document, "title": "", "system": system})
     return hashlib.sha256(text.encode()).hexdigest()

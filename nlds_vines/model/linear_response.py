@@ -69,11 +69,11 @@ def response(system: System, omega: np.ndarray) -> Response:
     m1, k1, c1 = system.structure
     structure = k1 - m1 * omega**2 + 1j * omega * c1
     if not system.scene.damper:
-        return Response(system, omega, _amplitude(p["P"], structure), None)
+        return Response(system, omega, _amplitude(system.force, structure), None)
     joint = p["k2"] + 1j * omega * p["c2"]
     damper = joint - p["m2"] * omega**2
     whole = (structure + joint) * damper - joint**2
-    X1, X2 = (_amplitude(p["P"] * force, whole) for force in (damper, joint))
+    X1, X2 = (_amplitude(system.force * force, whole) for force in (damper, joint))
     return Response(system, omega, X1, X2)
 
 
@@ -91,7 +91,7 @@ def flow_matrix(system: System) -> np.ndarray:
     flow = np.zeros((6, 6))
     flow[0, 1] = flow[2, 3] = 1.0
     flow[1, :4] = -(k1 + p["k2"]), -(c1 + p["c2"]), p["k2"], p["c2"]
-    flow[1, 4] = p["P"]
+    flow[1, 4] = system.force
     flow[1] /= m1
     flow[3, :4] = np.array([p["k2"], p["c2"], -p["k2"], -p["c2"]]) / p["m2"]
     flow[4, 5], flow[5, 4] = -p["omega"], p["omega"]

@@ -6,7 +6,7 @@ The names are those of the paper's equations (1)-(6).  All values are in SI unit
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
@@ -90,10 +90,13 @@ _ALL = (
     Parameter("k2", "k₂", "N/m", "stiffness of the damper's spring", low=0),
     Parameter("c2", "c₂", "N s/m", "damping between damper and structure", low=0),
     Parameter("C", "C", "m", "clearance at rest; negative: preloaded"),
+    Parameter("C_2", "C₂", "m", "clearance at rest of the second stop"),
     Parameter("V", "V", "m", "distance of the obstacle from the structure"),
     Parameter("D", "D", "m", "distance between damper and structure at rest", low=0),
     Parameter("L", "L", "m", "how far the damper may pass the structure", low=0),
     Parameter("P", "P", "N", "amplitude of the force", low=0),
+    Parameter("Y", "Y", "m", "amplitude of the ground's motion", low=0),
+    Parameter("g", "g", "m/s^2", "acceleration of gravity", low=0, above=True),
     Parameter("omega", "ω", "rad/s", "angular frequency of the force", low=0, above=True),
     Parameter("E1", "E₁", "Pa", "Young's modulus of the obstacle", low=0, above=True),
     Parameter("E2", "E₂", "Pa", "Young's modulus of the damper's surface", low=0, above=True),
@@ -103,8 +106,29 @@ _ALL = (
     Parameter("B", "B", "1/m", "second constant of the gap between the surfaces", low=0),
     Parameter("q1", "q₁", "1", "Hertz coefficient that belongs to A / B", low=0, above=True),
     Parameter("K", "K", "N/m^1.5", "contact stiffness", low=0, above=True),
+    Parameter("exponent", "n", "1", "exponent of the contact force", low=1, high=3),
+    Parameter("hunt_crossley", "a", "s/m", "damping of the contact, Hunt and Crossley's", low=0),
+    Parameter("kc", "k_c", "N/m", "stiffness of the contact", low=0, above=True),
+    Parameter("cc", "c_c", "N s/m", "damping of the contact", low=0),
     Parameter("e", "e", "1", "coefficient of restitution", low=0, high=1),
 )
 
-PARAMETERS: Mapping[str, Parameter] = {parameter.name: parameter for parameter in _ALL}
+_OF_CONTACTS = ("K", "exponent", "hunt_crossley", "kc", "cc", "e")
+
+
+def _of_second(parameter: Parameter) -> Parameter:
+    """Return the parameter of a second wall whose contact is its own."""
+    return replace(
+        parameter,
+        name=f"{parameter.name}_2",
+        symbol=f"{parameter.symbol}₂",
+        meaning=f"{parameter.meaning}, at the second wall",
+    )
+
+
+_NAMED = {parameter.name: parameter for parameter in _ALL}
+
+PARAMETERS: Mapping[str, Parameter] = _NAMED | {
+    f"{name}_2": _of_second(_NAMED[name]) for name in _OF_CONTACTS
+}
 """All parameters of all kinds of dampers, by name."""

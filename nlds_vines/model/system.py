@@ -14,23 +14,45 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.errors import RequestError, choice, number, string, table, unknown
-from nlds_vines.model.laws import HERTZ, LAWS
+from nlds_vines.model.laws import DAMPING, HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import CONTACT, OSCILLATOR, PARAMETERS, STRUCTURE
 from nlds_vines.model.scenes import SCENES, Scene
 
-_COPIED = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega", "e")
+_COPIED = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega")
 _ALSO = {"m": "m1", "k": "k1", "c": "c1"}
 """The fields of parameters that have a name of their own where there is no damper."""
 
 _DERIVED = ("K", "near", "far", "rest", "limit")
 
 CELL = np.dtype([(name, np.float64) for name in _COPIED + _DERIVED])
-"""The record of one cell of a scan, as the kernels read it, in SI units.
+"""The record of one cell of a scan under Hertz' law, as the kernels read it, in SI units.
 
-Its fields are the parameters of equation (5); the coefficient of restitution e; the contact
-stiffness K [N/m^1.5]; `near`, the spring's shortening, and `far`, its lengthening [m], at which the
-walls are touched; the rest offset `rest` [m]; `limit`, the shortening [m] that must not be reached.
-A field that the scene does not have is 0, and no kernel reads it."""
+Its fields are the parameters of equation (5); the contact stiffness K [N/m^1.5]; `near`, the
+spring's shortening, and `far`, its lengthening [m], at which the walls are touched; the rest offset
+`rest` [m]; `limit`, the shortening [m] that must not be reached. A field that the scene does not
+have is 0, and no kernel reads it."""
+
+_OF_LAWS = ("exponent", DAMPING, "kc", "cc", "e")
+_OF_NEAR = tuple(f"near_{name}" for name in ("K", *_OF_LAWS))
+
+
+def cell_type(scene: Scene) -> np.dtype:
+    """Return the type of the records of a scene's cells: that of `CELL`, and what else it has.
+
+    More are the constants of other laws, under their names; those of the near wall, as `near_...`,
+    where the two differ; and `load` [m/s^2], a constant force on the structure per its mass.
+    """
+    names: tuple[str, ...] = ()
+    if scene.walls and (scene.laws != (HERTZ,) or scene.optional):
+        names = _OF_LAWS
+    if scene.law_2 is not None:
+        names = _OF_NEAR + names
+    if scene.load is not None:
+        names = ("load", *names)
+    if not names:
+        return CELL
+    # first, since Numba would take a record that begins like another for a kind of that one
+    return np.dtype([(name, np.float64) for name in (*names, *(CELL.names or ()))])
 
 
 def hertz_stiffness(p: Mapping[str, Any]) -> Any:
@@ -64,6 +86,7 @@ class System:
         sources: by parameter, where its value comes from.
         assumptions: by parameter, what had to be assumed for its value.
         law: of all contacts, one of `LAWS`.
+        law_2: of the second wall, if its contact is its own; its constants end in _2.
 
     Raises `RequestError` for an unknown kind or law, for a parameter that is missing or that the
     kind does not have, for a value that is no finite number or out of its range, and for a text
@@ -77,11 +100,12 @@ class System:
     sources: Mapping[str, str] = field(default_factory=dict)
     assumptions: Mapping[str, str] = field(default_factory=dict)
     law: str = HERTZ.name
+    law_2: str = ""
 
     def __post_init__(self) -> None:
         """Check everything and freeze the mappings."""
         choice("kind", self.kind, SCENES)
-        _check_law(self.kind, self.law)
+        check_law(self.kind, self.law, self.law_2)
         for key in ("name", "title"):
             string(key, getattr(self, key))
         for key in ("sources", "assumptions"):
@@ -106,19 +130,14 @@ class System:
         """Return the `[system]` table of a request file that describes exactly this system."""
         values = {item.name: getattr(self, item.name) for item in fields(self)}
         plain = {key: dict(v) if isinstance(v, Mapping) else v for key, v in values.items()}
-        if not self.has_law:
+        if self.law == HERTZ.name:
             del plain["law"]
         return {key: value for key, value in plain.items() if value}
 
     @property
     def scene(self) -> Scene:
         """The scene of this kind: its parts, its walls and the law of its contacts."""
-        return SCENES[self.kind].under(self.law)
-
-    @property
-    def has_law(self) -> bool:
-        """Whether its contacts obey another law than the paper's."""
-        return self.law != HERTZ.name
+        return SCENES[self.kind].under(self.law, self.law_2, self.parameters)
 
     @property
     def K(self) -> float:
@@ -130,14 +149,27 @@ class System:
             raise RequestError(f"kind {self.kind!r} has no contact and so no stiffness K")
         if "K" not in self.scene.allowed:
             raise RequestError(f"law {self.law!r} has no stiffness K")
-        return float(self.cells()["K"])
+        ahead = self.law_2 and self.scene.second == "far"
+        return float(self.cells()["near_K" if ahead else "K"])
 
     @property
     def structure(self) -> tuple[float, float, float]:
         """Mass [kg], stiffness [N/m] and damping [N s/m] of the structure, or the oscillator."""
         names = STRUCTURE if "m1" in self.parameters else OSCILLATOR
-        m1, k1, c1 = (self.parameters[name] for name in names)
+        m1, k1, c1 = (self.parameters.get(name, 0.0) for name in names)
         return m1, k1, c1
+
+    def contact(self, wall: str) -> dict[str, float]:
+        """Return the constants of the contact at a wall, "near" or "far", by their plain names."""
+        cell, near = self.cells(), "near_" if self.law_2 and wall == "near" else ""
+        names = self.scene.law_at(wall).needed + self.scene.law_at(wall).optional
+        known = {name: near + name for name in names if near + name in (cell.dtype.names or ())}
+        return {name: float(cell[field]) for name, field in known.items()}
+
+    @property
+    def force(self) -> float:
+        """Amplitude of the harmonic force [N], which the ground's motion may be the reason for."""
+        return float(self.cells()["P"])
 
     @property
     def rest(self) -> float | None:
@@ -158,11 +190,20 @@ class System:
 
         Raises `RequestError` as `System` does, and for `K` beside a constant that it replaces.
         """
-        law, known = overrides.pop("law", self.law), dict(self.parameters)
-        _check_law(self.kind, law)
-        if law != self.law:
-            known = {name: known[name] for name in self.scene.own}
-        merged = _merge(SCENES[self.kind].under(law), known, overrides)
+        law, law_2 = overrides.pop("law", self.law), overrides.pop("law_2", self.law_2)
+        check_law(self.kind, law, law_2)
+        known = {name: self.parameters[name] for name in self.scene.own_of(self.parameters)}
+        for mine, new, second in ((self.law, law, False), (self.law_2, law_2, True)):
+            if mine == new:
+                known |= {
+                    name: value
+                    for name, value in self.parameters.items()
+                    if name not in known and name.endswith(SECOND) == second
+                }
+        merged = _merge(SCENES[self.kind].under(law, law_2), known, overrides)
+        for name in SCENES[self.kind].under(law, law_2, merged).optional:
+            if merged[name] == 0 and DAMPING in name:  # damping that damps nothing
+                del merged[name]
         changed = {name for name in merged if merged[name] != self.parameters.get(name)}
         kept = merged.keys() - changed
         sources = {name: text for name, text in self.sources.items() if name in kept}
@@ -172,7 +213,19 @@ class System:
             sources=sources | dict.fromkeys(sorted(changed), "set by the user"),
             assumptions={name: text for name, text in self.assumptions.items() if name in kept},
             law=law,
+            law_2=law_2,
         )
+
+    def with_axes(self, names: Iterable[str]) -> System:
+        """Return the system that has all optional parameters of these names, 0 where it had none.
+
+        What varies is a part of a scene, although one of its values may be none.
+        """
+        lacking = [n for n in names if n in self.scene.allowed and n.startswith(DAMPING)]
+        lacking = [name for name in lacking if name not in self.parameters]
+        if not lacking:
+            return self
+        return replace(self, parameters={**self.parameters, **dict.fromkeys(lacking, 0.0)})
 
     @property
     def attributes(self) -> dict[str, str | float]:
@@ -184,7 +237,8 @@ class System:
         return {
             "system": self.name,
             "kind": self.kind,
-            **({"law": self.law} if self.has_law else {}),
+            **({"law": self.law} if self.law != HERTZ.name else {}),
+            **({"law_2": self.law_2} if self.law_2 else {}),
             **{name: float(value) for name, value in self.parameters.items()},
             **({"K": self.K} if "K" in self.scene.allowed else {}),
             **{f"assumption_{name}": text for name, text in self.assumptions.items()},
@@ -203,24 +257,52 @@ class System:
         values = _merge(self.scene, self.parameters, varied)
         for name, value in varied.items():  # the others were checked when the system was made
             PARAMETERS[name].check(value)
-        cells = np.zeros(np.broadcast_shapes(*(array.shape for array in varied.values())), CELL)
+        shape = np.broadcast_shapes(*(array.shape for array in varied.values()))
+        cells = np.zeros(shape, cell_type(self.scene))
         for name in values.keys() & {*_COPIED, *_ALSO}:
             cells[_ALSO.get(name, name)] = values[name]
-        for name, value in _derived(self.scene, values).items():
+        if "Y" in values:  # seen from the ground that moves
+            cells["P"] = values["m"] * values["Y"] * values["omega"] * values["omega"]
+        for name, value in (_derived(self.scene, values) | _contact(self.scene, values)).items():
             cells[name] = value
         return cells
 
 
-def _check_law(kind: str, law: str) -> None:
+def _contact(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the constants of contacts as a cell has them: of the near wall, if it differs, too."""
+    found: dict[str, Any] = {}
+    for wall in scene.walls:
+        ending, start = scene.ending(wall), "near_" if scene.law_2 and wall == "near" else ""
+        for name in ("K", *_OF_LAWS):
+            if name + ending in values:
+                found[start + name] = values[name + ending]
+        if scene.law_at(wall) == HERTZ and DAMPING + ending in scene.optional:
+            found[start + "exponent"] = 1.5
+        if "K" + ending not in values and scene.law_at(wall) == HERTZ:
+            found[start + "K"] = _checked_stiffness(values)
+    return found
+
+
+def check_law(kind: str, law: str, law_2: str) -> None:
     """Raise `RequestError` for an unknown law, and for one that a kind has no contact for."""
     choice("law", law, LAWS)
-    if law != HERTZ.name and not SCENES[kind].walls:
+    scene = SCENES[kind]
+    if law != HERTZ.name and not scene.walls:
         raise RequestError(f"law = {law!r}: kind {kind!r} has no contact")
+    if law_2:
+        choice("law_2", law_2, LAWS)
+        if not scene.second:
+            two = [name for name, other in SCENES.items() if other.second]
+            raise RequestError(
+                f"law_2 = {law_2!r}: kind {kind!r} has no second wall; of two walls: "
+                f"{', '.join(two)}"
+            )
 
 
 def _named(scene: Scene) -> str:
-    """Return what messages call a scene: its kind, and its law unless that is the paper's."""
-    return f"kind {scene.kind!r}" + (f" under law {scene.law.name!r}" * (scene.law != HERTZ))
+    """Return what messages call a scene: its kind, and its laws unless they are the paper's."""
+    text = f"kind {scene.kind!r}" + (f" under law {scene.law.name!r}" * (scene.law != HERTZ))
+    return text + (f" and law_2 {scene.law_2.name!r}" if scene.law_2 else "")
 
 
 def refuse_contradiction(names: Collection[str]) -> None:
@@ -257,7 +339,12 @@ def _merge(scene: Scene, known: Mapping[str, Any], given: Mapping[str, Any]) -> 
         merged = {name: value for name, value in merged.items() if name not in CONTACT}
     elif constants:
         merged.pop("K", None)
-    names = scene.own + (("K",) if "K" in merged else scene.parameters[len(scene.own) :])
+    if scene.base:
+        if "P" in given and scene.base in given:
+            raise RequestError(f"P beside {scene.base}: give the force or the ground's motion")
+        replaced = scene.base if "P" in given else "P" if scene.base in given else ""
+        merged.pop(replaced, None)
+    names = scene.own_of(merged) + scene.contact(merged)
     missing = ", ".join(name for name in names if name not in merged)
     if missing and "K" in known:
         raise RequestError(
@@ -277,10 +364,8 @@ def _derived(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
     """
     found: dict[str, Any] = {}
     with np.errstate(over="ignore"):
-        if "K" in scene.allowed:
-            found["K"] = values["K"] if "K" in values else _checked_stiffness(values)
         parts = {"near": scene.gap_near, "far": scene.gap_far, "rest": scene.rest}
-        for name, part in {**parts, "limit": scene.limit}.items():
+        for name, part in {**parts, "limit": scene.limit, "load": scene.load}.items():
             if part is not None:
                 found[name] = part(values)
     for name, value in found.items():

@@ -1,6 +1,6 @@
 """Compile kernels of scans before they are needed, into the cache on the disk.
 
-    python -m nlds_vines.orbits.ahead writes|reads KERNEL,KERNEL,... KIND METHOD WANT,WANT,...
+    python -m nlds_vines.orbits.ahead writes|reads KERNEL,KERNEL,... SCENE METHOD WANT,WANT,...
 
 A program for `elsewhere`.  It prints a line for each kernel: its name, then the seconds that
 compiling took, or `known` where the cache has it, or `failed` and why.  It ends when its standard
@@ -22,17 +22,17 @@ KNOWN, FAILED = "known", "failed"
 """The words in place of the seconds."""
 
 
-def compile_kernel(kernel: str, kind: str, method: str, want: Sequence[str]) -> float | None:
-    """Compile a kernel for a kind of scene, a method and a record; return the seconds it took.
+def compile_kernel(kernel: str, scene: str, method: str, want: Sequence[str]) -> float | None:
+    """Compile a kernel for a scene (its key), a method and a record; return the seconds it took.
 
     None where the cache has it.
     """
     from nlds_vines.kernels import lanes
-    from nlds_vines.model.scenes import SCENES
+    from nlds_vines.model.scenes import scene_of
     from nlds_vines.orbits.batch import Kernels, Wanted
     from nlds_vines.orbits.settings import Settings
 
-    wanted = Wanted(SCENES[kind], tuple(want), method, "quick", Settings.of(method))
+    wanted = Wanted(scene_of(scene), tuple(want), method, "quick", Settings.of(method))
     compiled: list[object] = []
     began = time.perf_counter()
     with compiling.told_of_compilations(compiled.append):
@@ -44,13 +44,13 @@ def compile_kernel(kernel: str, kind: str, method: str, want: Sequence[str]) -> 
 def main(arguments: Sequence[str]) -> int:
     """Compile what the arguments name; return the exit status."""
     threading.Thread(target=_end_with_input, daemon=True).start()
-    mode, kernels, kind, method, want = arguments
+    mode, kernels, scene, method, want = arguments
     if mode == "reads":  # another process waits
         compiling.only_read_inner_kernels()
         gc.disable()  # it would search for a second as soon as the compiler is done
     for kernel in kernels.split(","):
         try:
-            took = compile_kernel(kernel, kind, method, want.split(","))
+            took = compile_kernel(kernel, scene, method, want.split(","))
         except (Exception, SystemExit) as error:
             text = " ".join(str(error).split()) or type(error).__name__
             print(kernel, FAILED, text, flush=True)

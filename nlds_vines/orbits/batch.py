@@ -17,7 +17,7 @@ from nlds_vines.kernels.arguments import Finished, LaneBuffers, Parts, Span
 from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.scenes import Scene
-from nlds_vines.model.system import CELL
+from nlds_vines.model.system import cell_type
 from nlds_vines.orbits import evidence
 from nlds_vines.orbits.compilation import Compilation, Tell
 from nlds_vines.orbits.elsewhere import Needed
@@ -144,7 +144,7 @@ class Kernels:
         """
         self._wanted = wanted
         self._compilation = Compilation(
-            Needed(wanted.scene.kind, wanted.method, tuple(wanted.want)), tell, helped
+            Needed(wanted.scene.key, wanted.method, tuple(wanted.want)), tell, helped
         )
         self._parts = parts_of(wanted.method, wanted.scene, wanted.settings)
         self._stages = np.array(EFFORTS[wanted.effort], dtype=np.int64)
@@ -173,7 +173,8 @@ class Kernels:
 
     def compile(self, kernel: str) -> None:
         """Have one of `compilation.kernels_of` compiled, unless the cache has it: for no orbit."""
-        chains, starts = np.zeros((0, 1), CELL), np.zeros((0, 4))
+        chains = np.zeros((0, 1), cell_type(self._wanted.scene))
+        starts = np.zeros((0, 4))
         outputs = Outputs.of(self._wanted, chains.shape, 1, 1)
         if kernel == "orbit":
             run(self._parts, chains, starts, Span(1, 1, 1), outputs.buffers)

@@ -72,8 +72,8 @@ class Compilation:
         if self._tell is not None:
             seconds = sum(SECONDS[name] for name in left)
             seconds -= 0 if self._other is None else SECONDS["orbit"]
-            kind, names = self._needed.kind, ", ".join(left)
-            self._tell(f"compiling the kernels of {kind}: {names} (once; about {seconds} s)")
+            scene, names = self._needed.scene, ", ".join(left)
+            self._tell(f"compiling the kernels of {scene}: {names} (once; about {seconds} s)")
 
     def _leave(self) -> None:
         """End the other process, if there is one."""

@@ -25,9 +25,9 @@ Process = subprocess.Popen[str]
 
 
 class Needed(NamedTuple):
-    """What kernels are compiled for: a kind of scene, a method, and a record."""
+    """What kernels are compiled for: a scene, by its `key`, a method, and a record."""
 
-    kind: str
+    scene: str
     method: str
     want: tuple[str, ...]
 
@@ -47,8 +47,8 @@ def begin(kernels: Iterable[str], needed: Needed, *, writes: bool) -> Process | 
     The process writes a line for each kernel to its standard output.  It ends when its standard
     input does, so also when this process is killed.
     """
-    kind, method, want = needed
-    words = ["writes" if writes else "reads", ",".join(kernels), kind, method, ",".join(want)]
+    scene, method, want = needed
+    words = ["writes" if writes else "reads", ",".join(kernels), scene, method, ",".join(want)]
     try:
         return subprocess.Popen(
             [sys.executable, "-P", "-W", "ignore", "-m", "nlds_vines.orbits.ahead", *words],

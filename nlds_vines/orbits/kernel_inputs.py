@@ -9,9 +9,16 @@ import numpy as np
 from nlds_vines.kernels.arguments import Parts
 from nlds_vines.kernels.cells import prepared_cell
 from nlds_vines.kernels.flight import cells_of, grid_of
-from nlds_vines.kernels.scene import Ground, RigidWall, Wall, damper_of, structure_of
+from nlds_vines.kernels.scene import (
+    Ground,
+    LinearWall,
+    PowerWall,
+    RigidWall,
+    Wall,
+    damper_of,
+    structure_under,
+)
 from nlds_vines.kernels.variations import Flow, flow_of
-from nlds_vines.model.laws import HERTZ
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 from nlds_vines.orbits.hertz_arc import make_arc
@@ -20,8 +27,26 @@ from nlds_vines.orbits.settings import Settings
 GROUND = Ground(*[0.0] * len(Ground._fields))
 """What walls stand on that limit the structure itself: of its numbers, kernels look at none."""
 
-WALLS = {"hertz": Wall(0.0, 0.0, 0.0, 0.0), "restitution": RigidWall(0.0, 0.0)}
+_POWER = PowerWall(0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 0.0, 0.0, 0.0, None)
+
+WALLS: dict[str, Any] = {
+    "hertz": Wall(0.0, 0.0, 0.0, 0.0),
+    "power": _POWER,
+    "linear": LinearWall(0.0, 0.0, 0.0, None),
+    "kelvin-voigt": LinearWall(0.0, 0.0, 0.0, True),
+    "restitution": RigidWall(0.0, 0.0),
+}
 """A wall by the name of its law: of its numbers, kernels look at none."""
+
+DAMPED = _POWER._replace(damping=0.0)
+"""A wall whose law, a power of the depth, has Hunt and Crossley's damping."""
+
+
+def wall_of(scene: Scene, name: str) -> Any:
+    """Return a wall of the law at the near or far wall of a scene, None where it has none."""
+    if name not in scene.walls:
+        return None
+    return DAMPED if scene.is_damped(name) else WALLS[scene.law_at(name).name]
 
 
 def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Parts:
@@ -31,12 +56,15 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
     those of a scan by the method.
     """
     settings = Settings.of(method) if settings is None else settings
-    wall, hertz = WALLS[scene.law.name], scene.law == HERTZ and scene.walls
+    near, far = wall_of(scene, "near"), wall_of(scene, "far")
+    hertz = isinstance(near, Wall) or isinstance(far, Wall)
     return Parts(
         rk4=None if method == "exact" else True,
         damper=True if scene.damper else GROUND if scene.grounded else None,
-        near=wall if "near" in scene.walls else None,
-        far=wall if "far" in scene.walls else None,
+        near=near,
+        far=far,
+        apart=None if scene.law_2 is None else True,
+        load=None if scene.load is None else True,
         arc=make_arc(settings.contact_tolerance, settings.nodes) if hertz else None,
         contact_steps=float(settings.steps),
         contact_tolerance=float(settings.stepped_to),
@@ -52,6 +80,6 @@ def cell_of(system: System) -> Any:
 def flow_on(system: System, method: str = "exact", settings: Settings | None = None) -> Flow:
     """Return the `Flow` of one system: its map from section to section, with the derivative."""
     parts, cell = parts_of(method, system.scene, settings), cell_of(system)
-    ps, damper = structure_of(cell), damper_of(parts.damper, cell)
+    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
     return flow_of(prepared_cell(parts, cell, ps, damper, n, 1), grid_of(ps, damper, n))

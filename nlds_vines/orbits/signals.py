@@ -32,23 +32,25 @@ def relative_displacement(system: System, states: np.ndarray) -> np.ndarray:
 def contact_forces(system: System, states: np.ndarray) -> dict[str, np.ndarray]:
     """Return the contact force on the damper [N] at each wall, by what is struck.
 
-    F = K z^1.5 where the approach z > 0, otherwise 0 (equations (2) and (3)).  A force in +x2 is
-    positive: that of a wall on the structure's side, as in SSul; that of a far wall is negative.
-    The structure feels the opposite.  Empty for a scene without contact forces.
+    That of its law where the approach z > 0, otherwise 0: F = K z^1.5 of Hertz' (equations (2) and
+    (3)).  A force in +x2 is positive: that of a wall on the structure's side, as in SSul; that of a
+    far wall is negative.  The structure feels the opposite.  Empty for a scene without contact
+    forces.
     """
     scene, p = system.scene, system.parameters
     if not scene.forces:
         return {}
-    shortening = (
-        states[:, 0] if system.rest is None else system.rest - relative_displacement(system, states)
-    )
+    shortening, rate = states[:, 0], states[:, 1]
+    if system.rest is not None:
+        shortening = system.rest - relative_displacement(system, states)
+        rate = states[:, 1] - states[:, 3]
     found = {}
-    if scene.gap_near is not None:
-        approach = np.maximum(shortening - scene.gap_near(p), 0.0)
-        found[scene.struck["near"]] = system.K * approach * np.sqrt(approach)
-    if scene.gap_far is not None:
-        approach = np.maximum(-shortening - scene.gap_far(p), 0.0)
-        found[scene.struck["far"]] = -system.K * approach * np.sqrt(approach)
+    for wall, gap, sign in (("near", scene.gap_near, 1.0), ("far", scene.gap_far, -1.0)):
+        law = scene.law_at(wall)
+        if gap is not None and law.force is not None:
+            approach = np.maximum(sign * shortening - gap(p), 0.0)
+            force = law.force(system.contact(wall), approach, sign * rate)
+            found[scene.struck[wall]] = sign * np.where(approach > 0.0, force, 0.0)
     return found
 
 
@@ -59,7 +61,7 @@ def contact_force(system: System, states: np.ndarray) -> np.ndarray:
 
 def harmonic_force(system: System, time: np.ndarray) -> np.ndarray:
     """Return the force P cos(omega t) on the structure [N] at times t [s]."""
-    return system.parameters["P"] * np.cos(system.parameters["omega"] * time)
+    return system.force * np.cos(system.parameters["omega"] * time)
 
 
 def energy_of_structure(system: System, states: np.ndarray) -> np.ndarray:

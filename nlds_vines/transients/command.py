@@ -29,6 +29,8 @@ from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, at, number
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.laws import HERTZ
+from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import EFFORTS, METHODS
 from nlds_vines.orbits.starts import Start
@@ -159,11 +161,11 @@ def _scan(
 
 def _title(system: System) -> str:
     """Return the name of a system with what tells one ensemble from another."""
-    values = {name: system.parameters[name] for name in ("omega", "P")}
-    if "K" in system.scene.allowed:
+    p = system.parameters
+    values = {name: p[name] for name in ("omega", "P", "Y") if name in p}
+    if system.scene.law == HERTZ and system.scene.walls:
         values["K"] = system.K
-    elif system.scene.walls:
-        values |= {name: system.parameters[name] for name in system.scene.law.constants}
+    values |= {name: p[name] for name in system.scene.contact(p) if name not in CONTACT}
     numbers = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
     return f"{system.title or system.name}, {numbers}"
 

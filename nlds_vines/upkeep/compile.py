@@ -15,7 +15,9 @@ from nlds_vines.cli.option_values import comma_separated
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, choice
+from nlds_vines.model.laws import HERTZ, LAWS
 from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.system import check_law
 from nlds_vines.orbits import elsewhere
 from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.settings import METHODS
@@ -33,20 +35,26 @@ compiled; 130 interrupted
 """
 
 
-def needed_for(kinds: Sequence[str], record: Sequence[str] | None, method: str) -> list[Needed]:
-    """Return what kernels are needed for: the `kinds`, none for all, and a `record`.
+def needed_for(
+    kinds: Sequence[str], record: Sequence[str] | None, method: str, law: str = HERTZ.name
+) -> list[Needed]:
+    """Return what kernels are needed for: the `kinds`, none for all, a `record`, and a `law`.
 
-    By default the record is that of the default scan.  Raises `RequestError` for a kind, a record
-    or a method that there is not, or not together.
+    By default the record is that of the default scan.  Raises `RequestError` for a kind, a record,
+    a method or a law that there is not, or not together.
     """
+    choice("--law", law, LAWS)
     choice("--method", method, METHODS)
-    chosen = [choice("KIND", kind, SCENES) for kind in dict.fromkeys(kinds or SCENES)]
+    asked = [choice("KIND", kind, SCENES) for kind in dict.fromkeys(kinds or SCENES)]
+    for kind in kinds:
+        check_law(kind, law, "")
+    chosen = [SCENES[kind].under(law) for kind in asked if SCENES[kind].walls or law == HERTZ.name]
     want = load_scan(None).want if record is None else checked_want(record)
     if kinds and record is not None:
-        for kind in chosen:
-            refuse_impossible(want, SCENES[kind], method)
-    found = ((kind, possible_want(want, SCENES[kind], method)) for kind in chosen)
-    return [Needed(kind, method, possible) for kind, possible in found if possible]
+        for scene in chosen:
+            refuse_impossible(want, scene, method)
+    found = ((scene.key, possible_want(want, scene, method)) for scene in chosen)
+    return [Needed(key, method, possible) for key, possible in found if possible]
 
 
 def compile_kernels(needed: Needed) -> Iterator[str]:
@@ -62,10 +70,10 @@ def compile_kernels(needed: Needed) -> Iterator[str]:
         at_work = [_begun(stack, others, needed, writes=True)]
         if "verdict" in kernels:
             if not elsewhere.may_help():
-                yield from _lines(needed.kind, at_work.pop())
+                yield from _lines(needed.scene, at_work.pop())
             at_work.append(_begun(stack, ["verdict"], needed, writes=not at_work))
         for process in at_work:
-            yield from _lines(needed.kind, process)
+            yield from _lines(needed.scene, process)
 
 
 def _begun(
@@ -96,7 +104,7 @@ def _lines(kind: str, process: elsewhere.Process) -> Iterator[str]:
 def _carry_out(options: argparse.Namespace) -> int:
     """Compile what the options name; return the exit status."""
     check_environment()
-    asked = needed_for(options.kind, comma_separated(options.record), options.method)
+    asked = needed_for(options.kind, comma_separated(options.record), options.method, options.law)
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         raise RequestError("NUMBA_DISABLE_JIT is set in the environment: nothing is compiled")
     for needed in asked:
@@ -110,6 +118,12 @@ def _declare(parser: Parser) -> None:
     parser.add_argument("kind", nargs="*", metavar="KIND", help=f"of {known}; by default all")
     parser.add_argument(
         "--record", metavar="A,B,C", help=f"of {', '.join(WANTS)}; by default as the default scan"
+    )
+    parser.add_argument(
+        "--law",
+        metavar="LAW",
+        default=HERTZ.name,
+        help=f"of all contacts: {', '.join(LAWS)} ({HERTZ.name})",
     )
     parser.add_argument(
         "--method", metavar="METHOD", default="exact", help=f"{' or '.join(METHODS)} (exact)"

@@ -60,8 +60,8 @@ def fakes(monkeypatch):
     calls, says = [], {}
 
     def begin(kernels, needed, *, writes):
-        calls.append((needed.kind, tuple(kernels), needed.method, needed.want, writes))
-        lines = "\n".join(says.get((needed.kind, name), f"{name} 1.26") for name in kernels)
+        calls.append((needed.scene, tuple(kernels), needed.method, needed.want, writes))
+        lines = "\n".join(says.get((needed.scene, name), f"{name} 1.26") for name in kernels)
         status = int("failed" in lines or "nothing" in lines)
         text = "" if "nothing" in lines else lines
         return subprocess.Popen(

@@ -108,7 +108,7 @@ def grid_with(p):
     """Return a grid whose expanded cell holds the polynomial p as r."""
     cell = cell_of(p)
     cell[COEF + 3 : COEF + 3 + 4 * (len(p.coef) - 1) : 4] = p.deriv().coef / 0.1
-    return Grid(8, 0.1, 0.125, 1.0, 1.0, 1.0, cell)
+    return Grid(8, 0.1, 0.125, 1.0, 1.0, 1.0, cell, None)
 
 
 def end_of(p):
@@ -346,4 +346,4 @@ def test_more_cells_than_memory_are_refused():
 )
 def test_numbers_that_are_allowed(changes, rk4, fine):
     cell = kernel_cell(**{**FORCED, "near": 0.1, "far": 0.1, **changes})
-    assert bool(allowed(rk4, True, True, True, cell)) is fine
+    assert bool(allowed(rk4, True, True, True, None, cell)) is fine

@@ -428,7 +428,8 @@ def test_growth_ends_where_variations_do():
     variations.set_identity(tangent)
     tangent[2:4] = 0.0
     tangent[4:8] = 2 * tangent[:4]
-    variations.orthonormalise(tangent, 4, growth, variations.lost_of(flow.prepared.stuck))
+    lost = variations.lost_of(flow.prepared.near, flow.prepared.far)
+    variations.orthonormalise(tangent, 4, growth, lost)
     assert growth[0] == 0.0
     assert growth[1] == -np.inf
     assert not tangent[4:8].any()

@@ -350,7 +350,7 @@ def test_system_of_a_scan_file_comes_with_what_is_set(tmp_path):
         ("ssul-set6", {"law": "restitution", "e": 1.2}, "e = 1.2 is not allowed: e .* from 0 to 1"),
         ("ssul-set6", {"law": "restitution", "e": -0.1}, "e = -0.1 is not allowed"),
         ("ssul-set6", {"law": "restitution", "e": 0.5, "K": 1e7}, "has no parameter 'K'"),
-        ("ssul-set6", {"law": "elastic"}, "unknown law 'elastic'; allowed: hertz, restitution"),
+        ("ssul-set6", {"law": "elastic"}, "unknown law 'elastic'; allowed: hertz, power, linear"),
         ("ssul-set6", {"e": 0.5}, "kind 'ssul' has no parameter 'e'"),
         ("tmd", {"law": "restitution", "e": 0.5}, "kind 'tmd' has no contact"),
         ("impact-oscillator", {"m2": 1.0}, "kind 'oscillator' .* has no parameter 'm2'"),

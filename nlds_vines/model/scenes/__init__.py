@@ -9,19 +9,38 @@ In reading order:
     ssbl      single-sided bilateral NES: obstacle and structure
     ssvi_b    one obstacle; the damper must not reach the structure
     ssvi_c    one obstacle; the damper may pass the structure by a given length
-    oscillator   one mass with a stop, and no damper
+    oscillator     one mass with a stop, and no damper
+    oscillator_2   the same with a stop on either side
+    ball           a ball on a vibrating table
 
 NES: nonlinear energy sink.
 """
 
 from collections.abc import Mapping
 
-from nlds_vines.model.scenes import none, oscillator, ssbl, ssul, ssvi_b, ssvi_c, tmd
+from nlds_vines.model.scenes import (
+    ball,
+    none,
+    oscillator,
+    oscillator_2,
+    ssbl,
+    ssul,
+    ssvi_b,
+    ssvi_c,
+    tmd,
+)
 from nlds_vines.model.scenes.base import Scene
 
-_MODULES = (none, tmd, ssul, ssbl, ssvi_b, ssvi_c, oscillator)
+_MODULES = (none, tmd, ssul, ssbl, ssvi_b, ssvi_c, oscillator, oscillator_2, ball)
 
 SCENES: Mapping[str, Scene] = {module.SCENE.kind: module.SCENE for module in _MODULES}
 """All scenes by kind."""
 
-__all__ = ["SCENES", "Scene"]
+
+def scene_of(key: str) -> Scene:
+    """Return the scene of a `Scene.key`."""
+    kind, law, law_2, *optional = [*key.split("/"), "", ""][: max(3, key.count("/") + 1)]
+    return SCENES[kind].under(law, law_2, optional) if law else SCENES[kind]
+
+
+__all__ = ["SCENES", "Scene", "scene_of"]

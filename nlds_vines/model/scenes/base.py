@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from nlds_vines.model.laws import HERTZ, LAWS, Law
+from nlds_vines.model.laws import DAMPING, HERTZ, LAWS, SECOND, Law, of_second
 
 Values = Mapping[str, Any]
 """Parameters by name, in SI units; each a float, or an array where it varies."""
@@ -37,7 +37,13 @@ class Scene:
             violation and is no impact.
         obstacle: returns the positions u [m] of the lines that a picture shows, by name.
         struck: what the near and the far wall belong to, by wall.
+        load: the constant force [N] on the structure towards the near wall; None for none.
+        base: the name of the amplitude [m] of the ground's motion, which may be given in place of
+            P where positions count from the ground; "" where they do not.
+        second: the wall, "near" or "far", whose contact may have a law of its own; "" for none.
         law: the law of all contacts.
+        law_2: the law of the second wall, if it is another, or has other constants.
+        optional: the optional parameters of the laws that there are.
         components: the names of a state's numbers, in the order of kernels and archives: two, or
             four with a damper [m, m/s, m, m/s].
     """
@@ -51,7 +57,12 @@ class Scene:
     limit: Callable[[Values], Any] | None = None
     obstacle: Callable[[Values], Mapping[str, Any]] = lambda p: {}
     struck: Mapping[str, str] = field(default_factory=lambda: _OBSTACLE)
+    load: Callable[[Values], Any] | None = None
+    base: str = ""
+    second: str = ""
     law: Law = HERTZ
+    law_2: Law | None = None
+    optional: tuple[str, ...] = ()
     components: tuple[str, ...] = ("x1", "v1", "x2", "v2")
 
     def __post_init__(self) -> None:
@@ -79,8 +90,8 @@ class Scene:
 
     @property
     def forces(self) -> bool:
-        """Whether there are contact forces: walls, and a law under which impacts take time."""
-        return bool(self.walls) and not self.law.instant
+        """Whether there are contact forces: walls, and laws under which impacts take time."""
+        return bool(self.walls) and not any(law.instant for law in self.laws)
 
     @property
     def walls(self) -> tuple[str, ...]:
@@ -89,16 +100,74 @@ class Scene:
         return tuple(name for name, gap in gaps.items() if gap is not None)
 
     @property
+    def laws(self) -> tuple[Law, ...]:
+        """The laws of its contacts: one, or that of the second wall, too."""
+        return (self.law,) if self.law_2 is None else (self.law, self.law_2)
+
+    def law_at(self, wall: str) -> Law:
+        """Return the law of a wall, "near" or "far"."""
+        return self.law_2 if self.law_2 is not None and wall == self.second else self.law
+
+    def ending(self, wall: str) -> str:
+        """Return the ending of the names of a wall's constants: "", or that of the second."""
+        return SECOND if self.law_2 is not None and wall == self.second else ""
+
+    def is_damped(self, wall: str) -> bool:
+        """Whether the law of a wall has Hunt and Crossley's damping."""
+        return DAMPING + self.ending(wall) in self.optional
+
+    def contact(self, given: Collection[str]) -> tuple[str, ...]:
+        """Return the names of the contact's parameters that say all, in place of those `given`."""
+        if not self.walls:
+            return ()
+        law, second = self.law, self.law_2
+        names = law.needed if law.instead in given else law.constants
+        names += tuple(name for name in law.optional if name in given)
+        if second is not None:
+            names += of_second(second.needed)
+            names += tuple(name for name in of_second(second.optional) if name in given)
+        return names
+
+    def own_of(self, given: Collection[str]) -> tuple[str, ...]:
+        """Return the names of the parameters beside the contact's: the base's in place of P."""
+        if self.base and self.base in given:
+            return tuple(self.base if name == "P" else name for name in self.own)
+        return self.own
+
+    @property
     def parameters(self) -> tuple[str, ...]:
         """The names of the needed parameters; `K` may replace the constants of a Hertz contact."""
-        return self.own + (self.law.constants if self.walls else ())
+        return self.own + self.contact(())
 
     @property
     def allowed(self) -> tuple[str, ...]:
         """The names of all parameters that may be given, also `K` in place of others."""
-        return self.own + (self.law.allowed if self.walls else ())
+        own = self.own + ((self.base,) if self.base else ())
+        if not self.walls:
+            return own
+        second = self.law_2
+        return (
+            own
+            + self.law.allowed
+            + (() if second is None else of_second(second.needed + second.optional))
+        )
 
-    def under(self, law: str) -> Scene:
-        """Return the scene whose contacts obey a law of `LAWS`; itself without contact."""
-        same = law == self.law.name or not self.walls
-        return self if same else replace(self, law=LAWS[law])
+    @property
+    def key(self) -> str:
+        """What kernels are compiled for, in a word: the kind, and what its contacts differ by."""
+        words = [self.kind]
+        if self.law != HERTZ or self.law_2 is not None or self.optional:
+            words += [self.law.name, self.law_2.name if self.law_2 else ""]
+            words += [name for name in self.optional if name.startswith(DAMPING)]
+        return "/".join(words).rstrip("/")
+
+    def under(self, law: str, law_2: str = "", given: Collection[str] = ()) -> Scene:
+        """Return the scene whose contacts obey a law of `LAWS`; itself without contact.
+
+        law_2: that of the second wall, if it has one of its own; given: the parameters there are.
+        """
+        if not self.walls:
+            return self
+        found = replace(self, law=LAWS[law], law_2=LAWS[law_2] if law_2 else None)
+        known = [*found.law.optional, *of_second(found.law_2.optional if found.law_2 else ())]
+        return replace(found, optional=tuple(name for name in known if name in given))

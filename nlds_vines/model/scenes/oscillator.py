@@ -1,7 +1,8 @@
-"""Impact oscillator: one mass on a spring and a dashpot under harmonic force, and a stop at x = C.
+"""Impact oscillator: one mass on a spring and a dashpot, and a stop at x = C.
 
-m x'' + c x' + k x = P cos(omega t) for x < C.  The textbook example of an impacting system; the
-stop stands on the ground.  Its energy is E1.
+m x'' + c x' + k x = P cos(omega t) for x < C.  The textbook example of an impacting system.  Where
+spring, dashpot and stop stand on a base that moves by Y cos(omega t), x counts from the base, and
+P = m Y omega^2.  Its energy is E1.
 """
 
 from typing import Any
@@ -21,5 +22,6 @@ SCENE = Scene(
     own=(*OSCILLATOR, "C", *FORCING),
     gap_near=gap_near,
     struck={"near": "stop", "far": "stop"},
+    base="Y",
     components=("x", "v"),
 )

@@ -40,4 +40,5 @@ SCENE = Scene(
     gap_far=to_obstacle,
     obstacle=obstacle,
     struck={"near": "structure", "far": "obstacle"},
+    second="near",
 )

@@ -1,0 +1,199 @@
+"""A contact of elastic bodies: a short impact where it is one, otherwise stepped.
+
+What is noted of a short impact, and where a section cuts it, is read off its solution (`inside`).
+"""
+
+from __future__ import annotations
+
+from . import runge_kutta as rk
+from .codes import (
+    RELEASED,
+    STOPPED,
+)
+from .compiling import chosen, jit
+from .contact import contact
+from .contact_field import rotated
+from .impact import short_impact
+from .impact_variations import vary
+from .inside import Ahead, keep_ahead, note_inside, read_ahead, state_inside
+from .inside_variations import vary_cut
+from .limit import may_pass
+from .observe import (
+    note_energy,
+)
+from .scene import mirrored_load
+
+
+@chosen
+def note_by_steps(
+    rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
+):
+    """Step a contact that is solved, for what is noted of it; without an energy or a limit, not."""
+
+    # hot: once per impact
+    def step(
+        rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
+    ):
+        # hot: once per impact
+        contact(
+            rk4, ps, damper, wall, sign, limit_log, energy, None, None, steps, rate, c, d,
+            q, s, x1, v1, left, k,
+        )  # fmt: skip
+
+    def nothing(
+        rk4, ps, damper, wall, sign, limit_log, energy, steps, rate, c, d, left, q, s, x1, v1, k
+    ):
+        # hot: as `step`
+        return None
+
+    return nothing if energy is None and limit_log is None else step
+
+
+@jit
+def note_part(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, lasting, now, k
+):
+    """Note the energies, and passages of a limit, of `lasting` [s] of the impact that is ahead.
+
+    now: (q, s, x1, v1) at its beginning; c, d: of the phase there. Passages are noted by steps,
+    where there may be one: nothing that is noted changes the orbit.
+    """
+    # hot: once per impact
+    q, s, x1, v1 = now
+    ahead = read_ahead(k, int(rk.AHEAD))
+    if energy is not None:
+        phase = rotated(c, d, -ps.omega * ahead.elapsed)
+        note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting)
+    if limit_log is not None and may_pass(
+        ps, damper, wall, sign, limit_log, ahead.took, ahead.touch
+    ):
+        note_by_steps(
+            rk4, ps, damper, wall, sign, limit_log, None, steps, rate, c, d, lasting,
+            q, s, x1, v1, k,
+        )  # fmt: skip
+
+
+@chosen
+def note_part_if_wanted(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, lasting, now, k
+):
+    """Note what is wanted of an impact (`note_part`), if anything is."""
+    # hot: once per impact
+    if energy is None and limit_log is None:
+        return nothing_to_note
+    return note_part
+
+
+@jit
+def nothing_to_note(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d, lasting, now, k
+):
+    """Note nothing of an impact."""
+    # hot: as `note_part`
+    return None
+
+
+@jit(dissolved=True)
+def up_to_section(ps, damper, wall, arc, energy, c, d, left, k):
+    """Return as `contact` how the impact that is ahead is at a section, `left` [s] from now."""
+    # hot: once per section inside an impact
+    ahead = read_ahead(k, int(rk.AHEAD))
+    phase = rotated(c, d, -ps.omega * ahead.elapsed)
+    elapsed = ahead.elapsed + left
+    k[rk.AHEAD + 1] = elapsed
+    q, s, x1, v1 = state_inside(ps, damper, wall, arc, phase, ahead, elapsed)
+    if energy is not None:
+        note_energy(ps, damper, energy, x1, v1, wall.gap + q * q, s)
+    depth = q * q if s > 0.0 else ahead.depth
+    return STOPPED, q, s, x1, v1, left, depth
+
+
+@jit
+def follow_short_impact(
+    rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
+    left, now, k,
+):  # fmt: skip
+    """Try to follow a contact as a short impact, to its release or for the time `left` [s].
+
+    Returns whether it is one, and the result as of `contact`. An impact is solved once, as a whole,
+    and kept as `Ahead` in `k`, whence it goes on behind a section. Variations go with the orbit.
+    """
+    # hot: once per impact
+    begins = k[rk.AHEAD] == 0.0
+    if begins:
+        q, s, x1, v1 = now
+        solved, out, a1, b1, took, depth = short_impact(
+            ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1
+        )
+        if not solved:
+            return False, (RELEASED, 0.0, s, x1, v1, 0.0, 0.0)
+        if tangent is not None and took <= left:
+            vary(ps, damper, wall, arc, rate, (c, d), (s, x1, v1), (out, a1, b1, took), tangent)
+        ahead = Ahead(took, 0.0, depth, (s, x1, v1), (out, a1, b1))
+        keep_ahead(k, int(rk.AHEAD), ahead)
+    remains = k[rk.AHEAD] - k[rk.AHEAD + 1]
+    note_part_if_wanted(
+        rk4, ps, damper, wall, sign, arc, limit_log, energy, steps, rate, c, d,
+        min(left, remains), now, k,
+    )  # fmt: skip
+    stops = remains > left
+    result = STOPPED, 0.0, 0.0, 0.0, 0.0, left, 0.0
+    if stops:
+        result = up_to_section(ps, damper, wall, arc, energy, c, d, left, k)
+    if tangent is not None and (stops or not begins):
+        phase = rotated(c, d, ps.omega * left) if stops else (c, d)
+        vary_cut(ps, damper, wall, arc, rate, phase, tangent, k, begins)
+    if stops:
+        return True, result
+    ahead = read_ahead(k, int(rk.AHEAD))
+    k[rk.AHEAD] = 0.0
+    s, x1, v1 = ahead.release
+    return True, (RELEASED, 0.0, s, x1, v1, remains, ahead.depth)
+
+
+@jit
+def no_short_impact(
+    rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
+    left, now, k,
+):  # fmt: skip
+    """Return as `follow_short_impact` that it is none."""
+    # hot: once per impact
+    return False, (RELEASED, 0.0, now[1], now[2], now[3], 0.0, 0.0)
+
+
+@chosen
+def short_impact_if_exact(
+    rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
+    left, now, k,
+):  # fmt: skip
+    """Follow a short impact; by rk4, or by another law than Hertz', every contact is stepped."""
+    # hot: once per impact
+    return no_short_impact if rk4 is not None or arc is None else follow_short_impact
+
+
+@jit(dissolved=True)
+def follow_contact(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
+    phase, left, now, k, held, place,
+):  # fmt: skip
+    """Follow a contact from `now` = (q, s, x1, v1) to its release or for the time `left` [s].
+
+    `phase`: (cos, sin) of the forcing's; place: share of the period that is over; the rest as for
+    `contact`. For a wall that pushes towards -x2 (`sign` -1) the motion is mirrored on the way in
+    and out. Returns (event, q, s, x1, v1, elapsed, depth) as `contact`.
+    """
+    # hot: once per impact, in the loop of `orbit`, where `Prepared` as one argument costs 3 %
+    q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
+    c, d = sign * phase[0], sign * phase[1]
+    ps = mirrored_load(ps.load, ps, sign)
+    solved, result = short_impact_if_exact(
+        rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
+        left, (q, s, x1, v1), k,
+    )  # fmt: skip
+    if not solved:
+        result = contact(
+            rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate, c, d,
+            q, s, x1, v1, left, k,
+        )  # fmt: skip
+    event, q, s, x1, v1, took, depth = result
+    return event, q, sign * s, sign * x1, sign * v1, took, depth

@@ -1,0 +1,328 @@
+"""Contact with a spring and a dashpot, F = kc z + cc dz/dt: linear, so it is exact like a flight.
+
+While the wall is pressed, the damper hangs on two springs: with k2 + kc and c2 + cc in place of k2
+and c2, and r counted from where the two are in balance, eq. (5) is that of a flight. It is followed
+on a grid of its own, cell by cell, until the force has fallen to zero; that place is certified as a
+touch is. Then the damper is still at a depth z = -cc s / kc, from which it leaves without a force:
+a flight too, to z = 0, unless it turns and presses again. Where the joint may pull (the law
+`kelvin-voigt`) it lasts until z = 0.
+
+At touch, and where the joint pulls at release, the force jumps by cc s. A variation that is late by
+r / s is then moved on by cc r, whatever the speed (a saltation matrix; its determinant is 1).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import runge_kutta as rk
+from .codes import CLEARED, EXHAUSTED, RELEASED, RETURNED, STOPPED
+from .compiling import chosen, is_a, jit
+from .elementary import cos_sin_of_turn
+from .flight import (
+    COEF,
+    DRIVE,
+    FACTOR,
+    ORDER,
+    REACH,
+    TERMS,
+    Grid,
+    at,
+    bare_grid,
+    cell_polynomial,
+    grid_with,
+    propagate,
+    rate_of,
+)
+from .impact_variations import columns_of, put_columns
+from .observe import note_depth, note_energy, note_force
+from .peaks import factor_at, note_peaks, note_roots, root
+from .scene import Damper, Ground, Structure, joined, under
+from .touch import LOST, R, first_touch, note_limit, tightened
+
+MOST_CELLS = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
+FEWEST = 8.0  # cells of a period, at least
+
+
+class Pressed(NamedTuple):
+    """The motion on a wall that is pressed, and beside it."""
+
+    ps: Structure
+    damper: Any  # `scene.Damper`, or `scene.Ground`, where the structure is pressed itself
+    shift: float  # r of the balance of both springs [m], of a near wall
+    grid: Grid
+    loose: Grid  # of the motion without the wall
+    watched: np.ndarray  # rows of what is watched, where a grid's table has those of r
+
+
+# ---- made ready ----------------------------------------------------------------------------------
+
+
+@jit
+def joint_of(damper, wall):
+    """Return the damper on two springs and dashpots."""
+    return Damper(
+        damper.m2, damper.k2 + wall.kc, damper.c2 + wall.cc, damper.inv_m1, damper.inv_mu,
+        damper.share, damper.rest,
+    )  # fmt: skip
+
+
+@chosen
+def pressed_bodies(ps, damper, wall):
+    """Return (structure, damper, share of the gap at which the springs are in balance)."""
+    if is_a(damper, Ground):
+        return lambda ps, damper, wall: (
+            Structure(
+                ps.m1, ps.k1 + wall.kc, ps.stiffness + wall.kc / ps.m1,
+                ps.damping + wall.cc / ps.m1, ps.force, ps.omega, ps.load,
+            ),
+            damper,
+            wall.kc / (ps.k1 + wall.kc),
+        )  # fmt: skip
+    return lambda ps, damper, wall: (
+        ps, joint_of(damper, wall), wall.kc / (damper.k2 + wall.kc)
+    )  # fmt: skip
+
+
+@jit
+def local_grid(ps, damper):
+    """Return a grid of which only the motion over a cell is known, not the phases of a period."""
+    h = min(REACH / rate_of(ps, joined(damper)), 2.0 * math.pi / ps.omega / FEWEST)
+    return grid_with(ps, damper, h, 1, 0)
+
+
+@jit
+def pressed_of(ps, damper, wall):
+    """Return the `Pressed` of a cell at a wall."""
+    one, joint, share = pressed_bodies(ps, damper, wall)
+    return Pressed(
+        one, joint, share * wall.gap, local_grid(one, joint), local_grid(ps, damper),
+        np.zeros(COEF + TERMS),
+    )  # fmt: skip
+
+
+@jit
+def presses_too_stiff(held):
+    """Tell whether a period on the wall had more cells than can be followed."""
+    period = 2.0 * math.pi / held.ps.omega
+    return not period <= MOST_CELLS * held.grid.h
+
+
+# ---- what is watched -----------------------------------------------------------------------------
+
+
+@chosen
+def watch_release(pulls, wall, sign, balance, w, watched):
+    """Fill the watched rows with what rises to zero at the release: minus the force, or -z."""
+    return watch_depth if pulls is not None else watch_force
+
+
+@jit
+def watch_force(pulls, wall, sign, balance, w, watched):
+    """Fill the watched rows with -F."""
+    for k in range(ORDER + 1):
+        i = COEF + 4 * k + 2
+        watched[i] = -sign * (wall.kc * w[i] + wall.cc * w[i + 1])
+    watched[R] += wall.kc * balance
+
+
+@jit
+def watch_depth(pulls, wall, sign, balance, w, watched):
+    """Fill the watched rows with -z."""
+    for k in range(ORDER + 1):
+        watched[COEF + 4 * k + 2] = -sign * w[COEF + 4 * k + 2]
+    watched[R] += balance
+
+
+@jit
+def first_zero(watched, end):
+    """Return the first place up to `end` where what is watched rises to zero, NOWHERE or LOST."""
+    bend, jerk = tightened(watched, math.inf, math.inf)
+    return first_touch(watched, 0.0, end, 1.0, 0.0, bend, jerk)
+
+
+# ---- what is noted -------------------------------------------------------------------------------
+
+
+@jit
+def note_pressed_peaks(ps, damper, wall, sign, balance, energy, grid, phase, end):
+    """Raise the largest energies to their maxima in [0, end] of a cell whose rows hold r."""
+    # hot: once per cell of a contact
+    w = grid.table
+    for which in range(4):
+        bend = 0.0
+        for k in range(ORDER + 1):
+            i = COEF + 4 * k
+            x1, v1, r, s = w[i], w[i + 1], w[i + 2], w[i + 3]
+            push = wall.kc * r + wall.cc * s
+            f = v1
+            if k == 0:
+                push = sign * (wall.kc * (sign * r - wall.gap)) + wall.cc * s
+            if which == 1:
+                f = ps.m1 * (ps.force * (w[DRIVE + k] * phase[k % 2]) - ps.damping * v1)
+                if k == 0:
+                    f = ps.m1 * under(ps.load, f / ps.m1)
+                f -= damper.k2 * r + damper.c2 * s + push
+            if which == 2:
+                f = v1 - s
+            if which == 3:
+                f = damper.k2 * x1 + damper.c2 * s + push
+            w[FACTOR + k] = f
+            bend += k * (k - 1.0) * abs(f)
+        note_roots(ps, damper, energy, grid, bend, end)
+    for x in (0.0, end):
+        y = at(w, x)
+        note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
+
+
+@jit
+def note_greatest(wall, sign, balance, impacts, w, end):
+    """Raise depth and force of the impact under way to their maxima in [0, end] of a cell."""
+    for of_force in (False, True):
+        for k in range(ORDER + 1):
+            i, j = COEF + 4 * k + 2, COEF + 4 * min(k + 1, ORDER) + 2
+            w[FACTOR + k] = sign * w[i + 1]
+            if of_force:
+                rise = 0.0 if k == ORDER else k + 1.0
+                w[FACTOR + k] = sign * rise * (wall.kc * w[j] + wall.cc * w[j + 1])
+        f0, f1 = w[FACTOR], factor_at(w, end)
+        top = end
+        if f0 > 0.0 and f1 < 0.0:
+            top = root(w, 0.0, end, f0, f1)
+        for x in (0.0, top, end):
+            y = at(w, x)
+            z = sign * y[2] - balance
+            if of_force:
+                note_force(impacts, wall.kc * z + wall.cc * (sign * y[3]))
+            else:
+                note_depth(impacts, z)
+
+
+@jit
+def jump(wall, damper, tangent, way):
+    """Move variations on where the force jumps by cc s: `way` 1 at touch, -1 at release."""
+    x, v, r, u = columns_of(tangent)
+    late = (way * wall.cc) * r
+    put_columns(tangent, x, v - damper.inv_m1 * late, r, u - damper.inv_mu * late)
+
+
+# ---- the contact ---------------------------------------------------------------------------------
+
+
+@jit
+def press(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
+    phase, left, now, k, held, place,
+):  # fmt: skip
+    """Follow a contact from `now` = (z, s, x1, v1) to its release or for the time `left` [s].
+
+    Arguments and result as those of `elastic_contact.follow_contact`, with z in place of q.
+    """
+    # hot: once per impact
+    period = 2.0 * math.pi / ps.omega
+    # r is counted from the balance of the springs, where the depth is -`balance`
+    balance, shift = wall.gap - held.shift, sign * held.shift
+    z, s, x1, v1 = now
+    depth, took, event = z, 0.0, STOPPED
+    r = sign * (z + balance)
+    if tangent is not None and z == 0.0:
+        jump(wall, damper, tangent, 1.0)
+    x1 -= carried(damper, shift)
+    grid = bare_grid(held.grid)
+    w, watched = grid.table, held.watched
+    while event == STOPPED:
+        end = min(1.0, (left - took) / grid.h)
+        phase = cos_sin_of_turn(place + took / period)
+        cell_polynomial(grid, x1, v1, r, s, phase[0], phase[1])
+        watch_release(wall.pulls, wall, sign, balance, w, watched)
+        where = first_zero(watched, end)
+        if where == LOST:
+            event = EXHAUSTED
+            break
+        piece = end
+        if where <= end:
+            piece, event = where, RELEASED
+        y = at(w, piece)
+        if impacts is not None:
+            note_greatest(wall, sign, balance, impacts, w, piece)
+        w[R] += shift  # the rows hold r itself
+        w[COEF] += carried(damper, shift)
+        if energy is not None:
+            note_pressed_peaks(ps, damper, wall, sign, balance, energy, grid, phase, piece)
+        if limit_log is not None:
+            note_limit(w, limit_log, took / grid.h, grid.h, piece, math.inf, math.inf)
+        x1, v1, r, s = y
+        took = min(took + piece * grid.h, left)
+        if event == STOPPED and (end < 1.0 or took >= left):
+            took = left
+            break
+    if event == RELEASED and took >= left:
+        event, took = STOPPED, left
+    z = max(sign * r - balance, 0.0)
+    if tangent is not None:
+        propagate(held.grid, tangent, took)
+        k[rk.SHRUNK] -= wall.cc * damper.inv_mu * took
+    if event == RELEASED and (wall.pulls is not None or wall.cc == 0.0):
+        z = 0.0
+        if tangent is not None and wall.pulls is not None:
+            jump(wall, damper, tangent, -1.0)
+    return event, z, s, x1 + carried(damper, shift), v1, took, max(depth, z)
+
+
+@chosen
+def carried(damper, shift):
+    """Return by how much x1 is counted from elsewhere: as r, where walls limit the structure."""
+    if is_a(damper, Ground):
+        return lambda damper, shift: shift
+    return lambda damper, shift: 0.0
+
+
+# ---- leaving without a force ---------------------------------------------------------------------
+
+
+@jit
+def leave(ps, damper, wall, sign, limit_log, energy, loose, watched, place, left, now):
+    """Fly from a depth z > 0 at which the wall does not push, to z = 0 or for the time `left` [s].
+
+    now: (z, s, x1, v1). Returns (event, z, s, x1, v1, time [s]): CLEARED at z = 0, RETURNED where
+    the wall pushes again before, STOPPED or EXHAUSTED.
+    """
+    # hot: once per impact with a dashpot
+    period, took = 2.0 * math.pi / ps.omega, 0.0
+    z, s, x1, v1 = now
+    r = sign * (z + wall.gap)
+    grid = bare_grid(loose)
+    w = grid.table
+    while True:
+        end = min(1.0, (left - took) / grid.h)
+        phase = cos_sin_of_turn(place + took / period)
+        cell_polynomial(grid, x1, v1, r, s, phase[0], phase[1])
+        watch_depth(None, wall, sign, wall.gap, w, watched)
+        event, where = CLEARED, first_zero(watched, end)
+        watch_force(None, wall, -sign, 0.0, w, watched)
+        watched[R] -= wall.kc * wall.gap
+        again = first_zero(watched, end)
+        if where == LOST or again == LOST:
+            return EXHAUSTED, z, s, x1, v1, took
+        if again < where:
+            event, where = RETURNED, again
+        piece = min(where, end)
+        if energy is not None:
+            note_peaks(ps, damper, energy, grid, phase, piece, 3)
+            for x in (0.0, piece):
+                y = at(w, x)
+                note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
+        if limit_log is not None:
+            note_limit(w, limit_log, took / grid.h, grid.h, piece, math.inf, math.inf)
+        x1, v1, r, s = at(w, piece)
+        took = min(took + piece * grid.h, left)
+        if where <= end and took < left:
+            break
+        if end < 1.0 or took >= left:
+            event, took = STOPPED, left
+            break
+    z = 0.0 if event == CLEARED else max(sign * r - wall.gap, 0.0)
+    return event, z, s, x1, v1, took

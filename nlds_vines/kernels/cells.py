@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from .arguments import OrbitBuffers, Prepared, Span
@@ -9,7 +11,7 @@ from .codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
 from .compiling import chosen, is_a, jit
 from .contact import Steps
 from .fixed_step import fixed_grid_of
-from .flight import cells_of, grid_of
+from .flight import REACH, SHORT, cells_of, grid_of
 from .impact import Arc
 from .linear_contact import Pressed, pressed_of, presses_too_stiff
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
@@ -85,11 +87,18 @@ def grid_maker(rk4):
 
 
 @chosen
-def cells_for(rk4, n, period_steps, stops):
-    """Return the cells of the method's grid, a multiple of `stops`: n exact ones, or its steps."""
-    if rk4 is None:
-        return lambda rk4, n, period_steps, stops: multiple_of(stops, n)
-    return lambda rk4, n, period_steps, stops: multiple_of(stops, int(period_steps))
+def cells_for(rk4, near, far, n, period_steps, stops):
+    """Return the cells of the method's grid, a multiple of `stops`: n exact ones, or its steps.
+
+    Where contacts are linear, too, cells are so short that not even their truncation adds up.
+    """
+    if rk4 is not None:
+        return lambda rk4, near, far, n, period_steps, stops: multiple_of(stops, int(period_steps))
+    if is_a(near, LinearWall) or is_a(far, LinearWall):
+        return lambda rk4, near, far, n, period_steps, stops: multiple_of(
+            stops, math.ceil(REACH / SHORT * n)
+        )
+    return lambda rk4, near, far, n, period_steps, stops: multiple_of(stops, n)
 
 
 @jit(dissolved=True)
@@ -108,7 +117,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
         near,
         far,
         own_arc(parts.arc),
-        make_grid(ps, damper, cells_for(parts.rk4, n, parts.period_steps, stops)),
+        make_grid(ps, damper, cells_for(parts.rk4, near, far, n, parts.period_steps, stops)),
         Steps(parts.contact_steps, parts.contact_tolerance),
         scratch_for(parts.near, parts.far),
         held_at(near, ps, damper, n),

@@ -27,7 +27,7 @@ from .flight import (
     DRIVE,
     FACTOR,
     ORDER,
-    REACH,
+    SHORT,
     TERMS,
     Grid,
     at,
@@ -90,7 +90,7 @@ def pressed_bodies(ps, damper, wall):
 @jit
 def local_grid(ps, damper):
     """Return a grid of which only the motion over a cell is known, not the phases of a period."""
-    h = min(REACH / rate_of(ps, joined(damper)), 2.0 * math.pi / ps.omega / FEWEST)
+    h = min(SHORT / rate_of(ps, joined(damper)), 2.0 * math.pi / ps.omega / FEWEST)
     return grid_with(ps, damper, h, 1, 0)
 
 

@@ -384,5 +384,7 @@ def test_a_system_of_a_law_is_what_its_table_says():
     assert system_from({**plain, "contact": contact}) == system_from({**plain, **contact})
     with pytest.raises(RequestError, match="e stands in"):
         system_from({**plain, "contact": contact, "e": 0.5})
-    with pytest.raises(RequestError, match=r"law stands in \[system\] and in \[system.contact\]"):
+    with pytest.raises(
+        RequestError, match=r"law stands in \[system\], and law in \[system.contact\]"
+    ):
         system_from({**plain, "contact": contact, "law": "hertz"})

@@ -143,7 +143,7 @@ def test_the_verdict_is_awaited_but_not_for_ever(begun, monkeypatch):
 
 
 def test_a_process_that_fails_says_why_and_ends():
-    process = elsewhere.begin(["orbit"], USUAL._replace(kind="no such kind"), writes=False)
+    process = elsewhere.begin(["orbit"], USUAL._replace(scene="no such kind"), writes=False)
     assert process.stdout.readline() == "orbit failed 'no such kind'\n"
     assert process.wait(20) == 1
     elsewhere.end(process)

@@ -4,6 +4,7 @@
     extremes   the catalogue of extremes, each promise measured afresh: docs/extremes.md
     speed      run times as ratios to a yardstick, compared with ratios.json
     safety     what it costs that no result is lost
+    contact_laws   the same damper under each contact law: docs/contact-laws.md
     house      counts of the package: floors, circles, long functions, lines by folder
     rivals/    solvers of others that `accuracy` measures where they are installed
 

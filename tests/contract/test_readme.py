@@ -218,6 +218,8 @@ def systems():
     ssbl = catalogue()["ssbl"]
     yield type(ssbl)("ssvi-b", ssbl.parameters)
     yield type(ssbl)("ssvi-c", {**ssbl.parameters, "L": 0.1})
+    stops = {**catalogue()["hard-oscillator"].parameters, "C_2": 1.0}
+    yield type(ssbl)("oscillator-2", stops, law="restitution")
 
 
 def test_all_of_python_is_told():

@@ -1,0 +1,190 @@
+"""The same damper under each contact law: the page docs/contact-laws.md, measured.
+
+    python -m benchmarks.contact_laws            print the page
+    python -m benchmarks.contact_laws -o FILE    write it
+
+What counts as cost is CPU time of a settled orbit over that under Hertz' law, the two timed in
+turn, the median of several rounds.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from benchmarks.speed import spent
+from nlds_vines.cli.markdown import table
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.system import System
+from nlds_vines.orbits.classification import classify
+from nlds_vines.orbits.simulation import simulate
+
+HERTZ = load_system("ssul-set6")
+SOFT = 1e6  # N/m: an impact at 1 m/s under the linear law is then about as long as Hertz' here
+SETTLED, TIMED, ROUNDS = 400, 20_000, 7
+CHANGES: Mapping[str, Mapping[str, Any]] = {
+    "hertz": {},
+    "hertz, hunt_crossley = 0.2 s/m": {"hunt_crossley": 0.2},
+    "power, n = 1.5, the same K": {"law": "power", "K": HERTZ.K, "exponent": 1.5},
+    "power, n = 1.2, K = 6e6": {"law": "power", "K": 6e6, "exponent": 1.2},
+    "power, n = 2, K = 5e8": {"law": "power", "K": 5e8, "exponent": 2.0},
+    "linear, kc = 1e6": {"law": "linear", "kc": SOFT},
+    "linear, kc = 1e6, cc = 1000": {"law": "linear", "kc": SOFT, "cc": 1000.0},
+    "kelvin-voigt, kc = 1e6, cc = 1000": {"law": "kelvin-voigt", "kc": SOFT, "cc": 1000.0},
+    "restitution, e = 1": {"law": "restitution", "e": 1.0},
+    "restitution, e = 0.7": {"law": "restitution", "e": 0.7},
+    "restitution, e = 0": {"law": "restitution", "e": 0.0},
+}
+STIFFER = (1e7, 1e9, 1e11, 1e13, 1e15)
+EXPONENTS = (1.5, 1.2, 1.1, 1.01, 1.001, 1.0)
+
+
+@dataclass(frozen=True)
+class Behaviour:
+    """What a damper does under a law, once it has settled."""
+
+    label: str
+    E1max: float
+    E2max: float
+    gain: float  # of E2 in an impact [J]
+    lost: float  # by contacts, of both energies together, in a period [J]
+    lasting: float  # of the longest contact [s]
+    force: float  # the greatest of a contact [N]
+
+
+def behaviour(system: System) -> Behaviour:
+    """Return how the orbit from rest behaves in the end."""
+    regime = classify(system)
+    run = simulate(
+        system, regime.period or 60, start=tuple(simulate(system, SETTLED).state),
+        record=("section", "impacts", "energy"),
+    )  # fmt: skip
+    whole = run.impacts[~np.isnan(run.impacts["release"])]
+    assert run.E1max is not None
+    assert run.E2max is not None
+    return Behaviour(
+        regime.label, run.E1max, run.E2max, float(np.mean(whole["gain2"])),
+        float(-np.sum(whole["gain1"] + whole["gain2"]) / (regime.period or 60)),
+        float(np.max(whole["release"] - whole["touch"])), float(np.max(whole["force"])),
+    )  # fmt: skip
+
+
+def timed(system: System) -> Callable[[], object]:
+    """Return what follows a settled orbit."""
+    start = tuple(simulate(system, SETTLED).state)
+    return lambda: simulate(system, TIMED, start=start, record=("section",))
+
+
+def cost(system: System, other: System) -> float:
+    """Return the CPU time of a period of one system over that of another."""
+    mine, theirs = timed(system), timed(other)
+    return median(spent(mine) / spent(theirs) for _ in range(ROUNDS))
+
+
+def apart(system: System, other: System) -> float:
+    """Return how far the settled sections of two systems are apart, relative to their size."""
+    one, two = (simulate(s, SETTLED, tolerance=1e-12).state for s in (system, other))
+    return float(np.max(np.abs(one - two)) / np.max(np.abs(two)))
+
+
+def page() -> Iterator[str]:
+    """Yield the lines of the page."""
+    yield from INTRODUCTION.splitlines()
+    rows = []
+    for name, change in CHANGES.items():
+        system = HERTZ.with_(**change)
+        b = behaviour(system)
+        force = "no bound" if np.isinf(b.force) else f"{b.force:.0f} N"
+        rows.append(
+            (
+                name,
+                b.label,
+                f"{b.E1max:.1f} J",
+                f"{b.E2max:.1f} J",
+                f"{b.gain:.2f} J",
+                f"{b.lost:.2f} J",
+                f"{1e3 * b.lasting:.1f} ms",
+                force,
+                f"{cost(system, HERTZ):.2f}",
+            )  # fmt: skip
+        )
+    heads = (
+        "law", "regime", "E1max", "E2max", "gain of E2 in an impact", "lost in contacts, a period",
+        "contact lasts", "greatest force", "cost",
+    )  # fmt: skip
+    yield from table(heads, rows, right=range(2, len(heads)))
+    yield from LIMITS.splitlines()
+    rigid = HERTZ.with_(law="restitution", e=1.0)
+    far = [apart(HERTZ.with_(K=K), rigid) for K in STIFFER]
+    order = np.polyfit(np.log(STIFFER[2:]), np.log(far[2:]), 1)[0]
+    stiff = zip(STIFFER, far, strict=True)
+    yield from table(("K", "distance"), [(f"{K:.0e}", f"{d:.1e}") for K, d in stiff], right=(0, 1))
+    yield ""
+    yield f"The last three fall by K^{order:.3f}: a contact lasts K^-0.4 as long."
+    yield from POWERS.splitlines()
+    spring = HERTZ.with_(law="linear", kc=SOFT)
+    powers = [
+        (f"{n:g}", f"{apart(HERTZ.with_(law='power', K=SOFT, exponent=n), spring):.1e}")
+        for n in EXPONENTS
+    ]
+    yield from table(("n", "distance"), powers, right=(0, 1))
+
+
+INTRODUCTION = """\
+# Which contact law?
+
+This page is made by a command, in a clone:
+`python -m benchmarks.contact_laws -o docs/contact-laws.md`.
+
+A law says what a wall does to the damper that meets it.
+[Your own damper](own-damper.md#contact-laws) lists them with their constants. Choose
+
+- `hertz` where the bodies are elastic and their materials known: the law of the paper. A damped
+  contact has a constant more, `hunt_crossley`.
+- `restitution` where a coefficient was measured, and where nobody asks for forces or for how long
+  a contact lasts. It is the cheapest, and what most papers on VI NES use.
+- `linear` for soft stops, rubber, or a spring that was built: kc and cc can be measured.
+  `kelvin-voigt` is the same with a joint that may pull until the depth is zero; in nature only
+  glue does.
+- `power` where a force was measured over the depth.
+
+SSul NES Set 6 at 6.28 rad/s, from rest, once it has settled, under each of them. Gains and losses
+are those from touch to release, with what springs and dashpots do meanwhile. Costs are CPU times
+of an orbit, that under `hertz` being 1. Where the force is a power of the depth other than
+Hertz', or damped, contacts are stepped, and cost as much as soft contacts by `hertz` do.
+
+"""
+
+LIMITS = """
+With e = 1 energy is kept as by `hertz`, and only the time of a contact is missing. The stiffer the
+contact, the closer are the two. The distance is that of the settled sections, the largest
+difference of their four numbers relative to the largest of them.
+
+"""
+
+POWERS = """
+The power law goes over into `linear` with kc = K = 1e6 as n goes to 1:
+
+"""
+
+
+def main() -> None:
+    """Measure, and print or write the page."""
+    parser = argparse.ArgumentParser(description="The same damper under each contact law.")
+    parser.add_argument("-o", metavar="FILE", type=Path, help="write the page to a file")
+    options = parser.parse_args()
+    text = "\n".join(page()) + "\n"
+    if options.o is None:
+        print(text)
+    else:
+        options.o.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

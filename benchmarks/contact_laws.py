@@ -65,9 +65,10 @@ def behaviour(system: System) -> Behaviour:
         system, regime.period or 60, start=tuple(simulate(system, SETTLED).state),
         record=("section", "impacts", "energy"),
     )  # fmt: skip
-    whole = run.impacts[~np.isnan(run.impacts["release"])]
+    assert run.impacts is not None
     assert run.E1max is not None
     assert run.E2max is not None
+    whole = run.impacts[~np.isnan(run.impacts["release"])]
     return Behaviour(
         regime.label, run.E1max, run.E2max, float(np.mean(whole["gain2"])),
         float(-np.sum(whole["gain1"] + whole["gain2"]) / (regime.period or 60)),
@@ -112,7 +113,7 @@ def page() -> Iterator[str]:
                 f"{1e3 * b.lasting:.1f} ms",
                 force,
                 f"{cost(system, HERTZ):.2f}",
-            )  # fmt: skip
+            )
         )
     heads = (
         "law", "regime", "E1max", "E2max", "gain of E2 in an impact", "lost in contacts, a period",

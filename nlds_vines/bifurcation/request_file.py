@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from typing import Any
 
 from nlds_vines.bifurcation.request import SAMPLING, Scan, refuse_too_many
@@ -55,7 +56,11 @@ def load_scan(
     """
     if isinstance(source, Scan) and not changes:
         return source
-    return _scan(Layers.of(_opened(source), changes, changes_from))
+    below = _opened(source)
+    if source is None and (changes or {}).get("system"):
+        # what the default scan sets is meant for its own system
+        below = replace(below, document={k: v for k, v in below.document.items() if k != "set"})
+    return _scan(Layers.of(below, changes, changes_from))
 
 
 def _opened(source: object) -> Layer:

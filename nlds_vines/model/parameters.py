@@ -108,8 +108,8 @@ _ALL = (
     Parameter("K", "K", "N/m^1.5", "contact stiffness", low=0, above=True),
     Parameter("exponent", "n", "1", "exponent of the contact force", low=1, high=3),
     Parameter("hunt_crossley", "a", "s/m", "damping of the contact, Hunt and Crossley's", low=0),
-    Parameter("kc", "k_c", "N/m", "stiffness of the contact", low=0, above=True),
-    Parameter("cc", "c_c", "N s/m", "damping of the contact", low=0),
+    Parameter("kc", "kc", "N/m", "stiffness of the contact", low=0, above=True),
+    Parameter("cc", "cc", "N s/m", "damping of the contact", low=0),
     Parameter("e", "e", "1", "coefficient of restitution", low=0, high=1),
 )
 

@@ -35,6 +35,9 @@ BOUNDARIES: Mapping[str, dict[str, Any]] = {
     "obstacle": {"color": OBSTACLE, "linewidth": 0.9},
     "structure": {"color": STRUCTURE, "linewidth": 0.9},
     "limit": {"color": OBSTACLE, "linewidth": 0.8, "linestyle": (0, (4, 2))},
+    "stop": {"color": OBSTACLE, "linewidth": 0.9},
+    "second stop": {"color": HUES["blue"], "linewidth": 0.9},
+    "table": {"color": OBSTACLE, "linewidth": 0.9},
 }
 """Lines for what the damper strikes and for the limit that it must not reach, by name."""
 
@@ -151,7 +154,10 @@ def _over_time(place: Place, label: str, curves: Iterable[tuple[Any, Any, dict[s
 def _bodies(place: Place, request: PortraitRequest, column: int, symbol: str, label: str) -> None:
     """Draw one component of structure and damper over time."""
     across, _, states = _shown(place.view, request)
-    curves = [(across, states[:, column], {"color": STRUCTURE, "label": f"${symbol}_1$"})]
+    label_1 = (
+        f"${symbol}_1$" if "x1" in place.view.column.system.scene.components else f"${symbol}$"
+    )
+    curves = [(across, states[:, column], {"color": STRUCTURE, "label": label_1})]
     if place.view.column.system.scene.damper:
         curves.append((across, states[:, column + 2], {"color": DAMPER, "label": f"${symbol}_2$"}))
     _over_time(place, label, curves)
@@ -167,7 +173,9 @@ def _displacement(place: Place, request: PortraitRequest) -> None:
     _bodies(place, request, 0, "x", "displacement [m]")
     across, _, states = _shown(place.view, request)
     for name, u in _boundaries(place.view).items():
-        if name != "structure":  # which is drawn as a body
+        if place.view.column.system.scene.grounded:
+            place.axes.axhline(u, label=name, **BOUNDARIES[name])
+        elif name != "structure":  # which is drawn as a body
             place.axes.plot(across, states[:, 0] + u, label=name, **BOUNDARIES[name])
 
 
@@ -256,7 +264,7 @@ def _label_plane(axes: Axes, symbol: str) -> None:
 
 def _phase(place: Place, request: PortraitRequest) -> None:
     states, axes = _cycle_states(place.view), place.axes
-    _curve(axes, states[:, 0], states[:, 1], STRUCTURE, "structure")
+    _curve(axes, states[:, 0], states[:, 1], STRUCTURE, _body_of(place))
     if place.view.column.system.scene.damper:
         _curve(axes, states[:, 2], states[:, 3], DAMPER, "damper")
     _draw_boundaries(place, states)
@@ -266,11 +274,20 @@ def _phase(place: Place, request: PortraitRequest) -> None:
     axes.set_ylabel("velocity [m/s]")
 
 
+def _body_of(place: Place) -> str:
+    """Return the word for the body that is forced: where there is no damper, what it is."""
+    scene = place.view.column.system.scene
+    return scene.body if scene.grounded else "structure"
+
+
 def _phase1(place: Place, request: PortraitRequest) -> None:
     states = _cycle_states(place.view)
-    _curve(place.axes, states[:, 0], states[:, 1], STRUCTURE, "structure")
+    scene = place.view.column.system.scene
+    _curve(place.axes, states[:, 0], states[:, 1], STRUCTURE, _body_of(place))
+    if scene.grounded:
+        _draw_boundaries(place, states)
     _points(place, 0)
-    _label_plane(place.axes, "x_1")
+    _label_plane(place.axes, "x_1" if "x1" in scene.components else "x")
 
 
 def _phase2(place: Place, request: PortraitRequest) -> None:
@@ -282,7 +299,14 @@ def _phase2(place: Place, request: PortraitRequest) -> None:
 
 
 def _draw_boundaries(place: Place, states: np.ndarray) -> None:
-    """Draw the motion of what the damper strikes, x1 + u, in the damper's phase plane."""
+    """Draw the motion of what the damper strikes, x1 + u, in the damper's phase plane.
+
+    Of walls that stand on the ground, their places.
+    """
+    if place.view.column.system.scene.grounded:
+        for name, u in _boundaries(place.view).items():
+            place.axes.axvline(u, label=name, **BOUNDARIES[name])
+        return
     if not 0 < place.view.period <= LONGEST_PLAIN:
         return
     for name, u in _boundaries(place.view).items():

@@ -40,7 +40,8 @@ def draw_spectrum(place: Place, request: PortraitRequest) -> None:
     omega = place.view.column.system.parameters["omega"]
     place.axes.set_xlabel(rf"frequency [multiples of $\omega$ = {omega:g} rad/s]")
     name, unit = found.quantity, SIGNALS[found.quantity].unit
-    symbol = {"force": "F", "u": "x_2-x_1"}.get(name, f"{name[0]}_{name[1:]}")
+    plain = name if len(name) == 1 else f"{name[0]}_{name[1:]}"
+    symbol = {"force": "F", "u": "x_2-x_1"}.get(name, plain)
     place.axes.set_ylabel(f"$|{symbol}|$ [dB re 1 {unit}]")
     if place.view.share is not None:
         look: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 7.5}

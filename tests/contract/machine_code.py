@@ -27,6 +27,14 @@ CASES = {
     "ssul rk4": ("ssul-set6", "rk4", "section"),
     "ssbl": ("ssbl", "exact", "section"),
     "ssvi-b": ("ssvi-b", "exact", "impacts"),
+    "restitution": ("restitution", "exact", "section"),
+    "linear": ("linear", "exact", "section"),
+    "power": ("power", "exact", "section"),
+}
+LAWS = {
+    "restitution": {"law": "restitution", "e": 0.7},
+    "linear": {"law": "linear", "kc": 1e6},
+    "power": {"law": "power", "K": 1e7, "exponent": 1.2},
 }
 KERNEL = re.compile(r"_ZN10nlds_vines7kernels(\w+)")
 
@@ -68,7 +76,9 @@ def contracts(text):
 
 
 def system_named(name):
-    """Return a system of the catalogue; `ssvi-b` with the numbers of the SSbl damper."""
+    """Return a system of the catalogue, or Set 6 by a law; `ssvi-b` has the numbers of the SSbl."""
+    if name in LAWS:
+        return load_system("ssul-set6", **LAWS[name])
     return System(name, load_system("ssbl").parameters) if name == "ssvi-b" else load_system(name)
 
 

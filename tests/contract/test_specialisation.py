@@ -137,6 +137,21 @@ def test_the_loop_is_compiled_for_the_walls_there_are(code, case, walls, limit):
     assert code[case]["walks"] == [len(walls)]  # towards each wall once
 
 
+LAWS = {
+    "ssul": {"contact", "impact", "runge_kutta"},
+    "power": {"contact", "runge_kutta"},
+    "linear": {"linear_contact"},
+    "restitution": {"restitution"},
+}
+"""Modules that contacts need, by the law of a case."""
+
+
+@pytest.mark.parametrize("case", LAWS)
+def test_only_the_law_that_a_scene_has_is_in_its_code(code, case):
+    assert modules(code[case]) & set().union(*LAWS.values()) == LAWS[case]
+    assert ("force_law.power" in code[case]["kernels"]) == (case == "power")
+
+
 def test_the_structure_alone_is_compiled_without_a_damper(code):
     assert all("damper" in absent for absent in code["none"]["absent"])
     assert not any("damper" in absent for absent in code["tmd"]["absent"])

@@ -22,12 +22,19 @@ def load(p: Values) -> Any:
     return -p["g"]
 
 
+def table(p: Values) -> dict[str, Any]:
+    """Return where the table is drawn: x = 0 [m]."""
+    return {"table": 0.0 * p["m"]}
+
+
 SCENE = Scene(
     kind="ball",
     meaning="a ball on a vibrating table",
     own=("m", "g", "Y", "omega"),
     gap_far=gap_far,
     struck={"near": "table", "far": "table"},
+    obstacle=table,
     load=load,
+    body="ball",
     components=("x", "v"),
 )

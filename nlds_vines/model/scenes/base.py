@@ -35,9 +35,11 @@ class Scene:
         gap_far: -r at which the wall is touched that pushes the damper in -x2.
         limit: r that must not be reached although no wall is there; reaching it is reported as a
             violation and is no impact.
-        obstacle: returns the positions u [m] of the lines that a picture shows, by name.
+        obstacle: returns the positions u [m] of the lines that a picture shows, by name; of walls
+            on the ground, those of x.
         struck: what the near and the far wall belong to, by wall.
         load: the constant force [N] on the structure towards the near wall; None for none.
+        body: the word for the body that is forced.
         base: the name of the amplitude [m] of the ground's motion, which may be given in place of
             P where positions count from the ground; "" where they do not.
         second: the wall, "near" or "far", whose contact may have a law of its own; "" for none.
@@ -59,6 +61,7 @@ class Scene:
     struck: Mapping[str, str] = field(default_factory=lambda: _OBSTACLE)
     load: Callable[[Values], Any] | None = None
     base: str = ""
+    body: str = "structure"
     second: str = ""
     law: Law = HERTZ
     law_2: Law | None = None

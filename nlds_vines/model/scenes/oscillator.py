@@ -16,12 +16,19 @@ def gap_near(p: Values) -> Any:
     return p["C"]
 
 
+def stop(p: Values) -> dict[str, Any]:
+    """Return where the stop is drawn: x = C [m]."""
+    return {"stop": p["C"]}
+
+
 SCENE = Scene(
     kind="oscillator",
     meaning="impact oscillator: one mass with a stop",
     own=(*OSCILLATOR, "C", *FORCING),
     gap_near=gap_near,
     struck={"near": "stop", "far": "stop"},
+    obstacle=stop,
+    body="oscillator",
     base="Y",
     components=("x", "v"),
 )

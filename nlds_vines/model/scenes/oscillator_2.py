@@ -15,6 +15,11 @@ def gap_far(p: Values) -> Any:
     return p["C_2"]
 
 
+def stops(p: Values) -> dict[str, Any]:
+    """Return where the stops are drawn: x = C and x = -C_2 [m]."""
+    return {"stop": p["C"], "second stop": -p["C_2"]}
+
+
 SCENE = Scene(
     kind="oscillator-2",
     meaning="impact oscillator with a stop on either side",
@@ -22,6 +27,8 @@ SCENE = Scene(
     gap_near=gap_near,
     gap_far=gap_far,
     struck={"near": "stop", "far": "second stop"},
+    obstacle=stops,
+    body="oscillator",
     base="Y",
     second="far",
     components=("x", "v"),

@@ -13,6 +13,8 @@ _T_ORDER = "tests/reference/test_order.py::"
 _T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 _T_RESTITUTION = "tests/kernels/test_restitution.py::"
+_T_LAWS = "tests/kernels/test_contact_laws.py::"
+_PLAIN_METHODS = "tests/property/plain_methods.py::"
 
 MUTANTS = (
     *of(
@@ -66,14 +68,80 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/contact_field.py",
+        "nlds_vines/kernels/force_law.py",
         (
-            "contact field: variations see no stiffness of the contact",
-            "stiffness = 1.5 * wall.K * q",
-            "stiffness = 1.0 * wall.K * q",
+            "force law: variations see no stiffness of the contact",
+            "1.5 * wall.K * q",
+            "1.0 * wall.K * q",
             _T_VARIATIONS
             + "test_monodromy_is_the_derivative_of_the_flow[an impact a period-exact]",
         ),
+        (
+            "force law: the force of an impact grows as its depth",
+            "stiffness * depth * math.sqrt(depth)",
+            "stiffness * depth",
+            _PLAIN_METHODS + "test_both_methods_note_the_same[ssul]",
+        ),
+        (
+            "force law: damping attracts",
+            "max(0.0, 1.0 + damping * s)",
+            "1.0 + damping * s",
+            _T_LAWS + "test_a_damped_contact_never_attracts",
+        ),
+        (
+            "force law: variations feel no damping",
+            "return damping * elastic(wall, wall.K, q, z) if 1.0 + damping * s > 0.0 else 0.0",
+            "return 0.0",
+            _T_LAWS + "test_variations_are_the_derivative_of_the_flow[hunt-crossley]",
+        ),
+        (
+            "force law: the power of the stiffness is that of the force",
+            "steep = power(q, wall.high - wall.root, wall.fraction)",
+            "steep = power(q, wall.high, wall.fraction)",
+            _T_LAWS + "test_variations_are_the_derivative_of_the_flow[n = 1.2]",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/linear_contact.py",
+        (
+            "linear contact: a variation is not moved on where the force jumps",
+            "late = (way * wall.cc) * r",
+            "late = 0.0 * r",
+            _T_LAWS + "test_variations_are_the_derivative_of_the_flow[damped]",
+        ),
+        (
+            "linear contact: the dashpot is forgotten where the force is to vanish",
+            "watched[i] = -sign * (wall.kc * w[i] + wall.cc * w[i + 1])",
+            "watched[i] = -sign * (wall.kc * w[i])",
+            _T_LAWS + "test_a_linear_stop_in_closed_form[1.5]",
+        ),
+        (
+            "linear contact: the damper leaves as if it were out at once",
+            "event, where = RETURNED, again",
+            "event, where = CLEARED, again",
+            _T_LAWS + "test_a_wall_pushes_again_before_the_damper_is_out",
+        ),
+        (
+            "linear contact: volumes shrink as in flight",
+            "k[rk.SHRUNK] -= wall.cc * damper.inv_mu * took",
+            "k[rk.SHRUNK] -= 0.0 * took",
+            _T_LAWS + "test_what_contacts_take_of_volumes_is_known[damped]",
+        ),
+        (
+            "linear contact: the balance of the springs is that of the wall's alone",
+            "wall.kc / (damper.k2 + wall.kc)",
+            "1.0",
+            _T_LAWS + "test_as_another_solver_finds_it[linear]",
+        ),
+        (
+            "linear contact: the greatest force is that at the greatest depth",
+            "note_force(impacts, wall.kc * z + wall.cc * (sign * y[3]))",
+            "note_force(impacts, wall.kc * z)",
+            _T_LAWS + "test_as_another_solver_finds_it[damped]",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/contact_field.py",
         (
             "contact field: the phase stands still in a step",
             "drive = c * cosine - d * sine",
@@ -91,8 +159,8 @@ MUTANTS = (
         ),
         (
             "runge_kutta: the classical step weighs its middle once",
-            "(k[K1 + i] + 2.0 * (k[K2 + i] + k[K3 + i]) + k[K4 + i])",
-            "(k[K1 + i] + 2.0 * (k[K2 + i] + k[K2 + i]) + k[K4 + i])",
+            "h / 6.0 * (k[K1 + i] + 2.0 * (k[K2 + i] + k[K3 + i]) + k[K4 + i])",
+            "h / 6.0 * (k[K1 + i] + 2.0 * (k[K2 + i] + k[K2 + i]) + k[K4 + i])",
             _T_ORDER + "test_the_contact_of_rk4_has_order_four",
         ),
     ),
@@ -193,8 +261,8 @@ MUTANTS = (
         ),
         (
             "inside: the structure's dashpot takes backward in time",
-            "Structure(ps.m1, ps.k1, ps.stiffness, -ps.damping, ps.force, ps.omega)",
-            "Structure(ps.m1, ps.k1, ps.stiffness, ps.damping, ps.force, ps.omega)",
+            "ps.stiffness, -ps.damping, ps.force, ps.omega",
+            "ps.stiffness, ps.damping, ps.force, ps.omega",
             _PLAIN_INSIDE + "test_backward_in_time_an_impact_is_an_impact",
         ),
         (

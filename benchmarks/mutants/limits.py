@@ -41,7 +41,7 @@ MUTANTS = (
         ),
         (
             "limit: a contact goes no deeper than where it is",
-            "    deepest = z + scale * math.sqrt(damper.inv_mu) * duration",
+            "    deepest = z + fast * duration",
             "    deepest = z",
             _T_CONTACT_LIMIT,
         ),
@@ -65,7 +65,7 @@ MUTANTS = (
         ),
         (
             "limit: the energy of a contact is left out",
-            "    scale = math.sqrt(scale * scale + 0.8 * wall.K * z * z * q)\n",
+            "    scale = math.sqrt(scale * scale + twice_stored(wall, z, q))\n",
             "",
             _T_CONTACT_LIMIT,
         ),

@@ -97,7 +97,7 @@ def test_a_step_lands_only_on_a_release_that_is_certain(external, s, near):
     """Notices: the other forces ignored, the direction, the distance."""
     k = np.zeros(rk.SCRATCH)
     k[rk.Y], k[rk.Y + 1] = 1.0, s
-    assert near_release(external, 1.0, k) == near
+    assert near_release(wall, external, 1.0, k) == near
 
 
 def test_a_damper_that_is_pressed_back_before_it_is_out_stays_in_contact():

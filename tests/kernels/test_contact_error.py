@@ -15,8 +15,6 @@ from support import contact_parts, fitted_order, references
 from nlds_vines.kernels import runge_kutta as rk
 from nlds_vines.kernels.codes import RELEASED, STOPPED
 from nlds_vines.kernels.contact import (
-    LASTING,
-    WHOLE,
     Steps,
     advance,
     contact,
@@ -27,6 +25,7 @@ from nlds_vines.kernels.contact import (
 )
 from nlds_vines.kernels.contact_field import rotated
 from nlds_vines.kernels.flight import rate_of
+from nlds_vines.kernels.force_law import LASTING, WHOLE
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.orbits.settings import Settings
 

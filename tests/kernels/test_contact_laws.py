@@ -299,28 +299,47 @@ def test_variations_are_the_derivative_of_the_flow(name):
 
 
 @pytest.mark.parametrize("name", ["damped", "hunt-crossley"])
-def test_volumes_shrink_as_the_law_says(name):
-    """The product of the multipliers: that of the flight, and what contacts take, by their work.
+def test_what_contacts_take_of_volumes_is_known(name):
+    """The determinant of a period: that of the flight, and what contacts take.
 
     A dashpot takes cc / mu as long as it is pressed.
     """
-    law = LAWS[name]
-    system = load_system("ssul-set6", **law.given)
-    regime, p = classify(system), system.parameters
+    system = load_system("ssul-set6", **LAWS[name].given)
+    p, run = system.parameters, simulate(system, 400, record=("section", "impacts"))
     mu = 1.0 / (1.0 / p["m1"] + 1.0 / p["m2"])
-    rate = -system.period * (p["c1"] / p["m1"] + p["c2"] / mu)
+    free = -system.period * (p["c1"] / p["m1"] + p["c2"] / mu)
+    x1, v1, x2, v2 = run.state
+    flow = flow_on(system, settings=Settings.of("exact", tolerance=1e-12))
+    y = np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
+    near = flow.prepared.near
+    damping = None if name == "damped" else near.damping
+    taken = variations.shrunk_in_contacts(near, None, damping, None, flow, y, 1)
     if name == "damped":
-        run = simulate(system, 400, record=("section", "impacts"))
-        last = run.impacts[-3]
-        rate -= 2000.0 / mu * (last["release"] - last["touch"])
-    else:  # the shrinking of volumes in the verdict's own account
-        x1, v1, x2, v2 = simulate(system, 400).state
-        flow = flow_on(system, settings=Settings.of("exact", tolerance=1e-12))
-        y = np.array([x1, v1, x1 - x2 + system.rest, v1 - v2])
-        rate += variations.shrunk_in_contacts(flow.prepared.near, None, 0.0, None, flow, y, 1)
-        assert rate < -system.period * (p["c1"] / p["m1"] + p["c2"] / mu) - 0.1
+        last = run.impacts[-2]
+        assert taken == pytest.approx(-2000.0 / mu * (last["release"] - last["touch"]), rel=1e-9)
+    _, matrix = period_map(flow, y)
+    assert math.log(np.linalg.det(matrix)) == pytest.approx(free + taken, rel=1e-8)
+    regime = classify(system)
     assert regime.label == "T,1"
-    assert math.log(regime.multipliers.prod().real) == pytest.approx(rate, rel=1e-7)
+    assert math.log(regime.multipliers.prod().real) == pytest.approx(free + taken, rel=1e-6)
+
+
+def test_a_damped_contact_never_attracts():
+    """A damper that is torn off the wall by its spring feels no force as it leaves."""
+    law = {"K": 1e6, "hunt_crossley": 5.0}
+    system = load_system("ssul-set6", C=0.05, **law)
+    # begun inside the contact, leaving faster than 1 / a
+    depth, speed = 0.004, 1.0
+    start = (0.0, 0.0, system.rest - 0.05 - depth, speed)
+    _, gap = rates(system, power(1.5, 1e6, 5.0))
+    orbit = simulate(system, 1, start=start, record=("section", "trajectory"), samples=20000)
+    x1, v1, x2, v2 = orbit.trajectory[:300].T
+    inside = x1 - x2 + system.rest > gap
+    p = system.parameters
+    push = np.gradient(v2, system.period / 20000) * p["m2"]  # what moves the damper
+    joint = p["k2"] * (x1 - x2 + system.rest) + p["c2"] * (v1 - v2)
+    assert inside[:5].all()
+    np.testing.assert_allclose((push - joint)[2:][inside[2:]], 0.0, atol=0.05)
 
 
 # ---- two walls, two stops, a base that moves -----------------------------------------------------

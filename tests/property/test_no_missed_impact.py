@@ -17,6 +17,9 @@ from nlds_vines.kernels.exact import SECTION, fly
 from nlds_vines.kernels.flight import cells_of, grid_of
 from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
 from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.system import System
+from nlds_vines.orbits.simulation import simulate
 
 SETS = [dict(catalogue()[f"ssul-set{i}"].parameters) for i in range(1, 7)]
 RANDOM, GRAZING, FIXED = 8500, 1500, 1000  # orbits; the last for the fixed steps
@@ -136,6 +139,72 @@ def test_exact_grazing(grazing_cases):
 def test_fixed_steps(random_cases, grazing_cases):
     cases = random_cases[: FIXED - 200] + grazing_cases[:200]
     assert_nothing_missed(verdicts(cases, method="rk4", period_steps=4096.0), FIXED)
+
+
+# ---- other contact laws --------------------------------------------------------------------------
+
+LAWS = {
+    "restitution": lambda numbers: {"law": "restitution", "e": 0.7},
+    "linear": lambda numbers: {"law": "linear", "kc": 0.3 * numbers["K"], "cc": 100.0},
+    "kelvin-voigt": lambda numbers: {"law": "kelvin-voigt", "kc": 0.3 * numbers["K"], "cc": 100.0},
+    "power": lambda numbers: {"law": "power", "K": numbers["K"], "exponent": 1.2},
+    "hunt-crossley": lambda numbers: {"hunt_crossley": 0.2},
+}
+OWN = SCENES["ssul"].own  # parameters beside the contact's
+BY_LAW = 400  # random orbits, and a fourth as many grazing ones
+BOUNCED = 3  # periods that each is followed
+
+
+def first_touches(law, cases):
+    """Yield (found, touch of the twin or inf, its depth, nearest miss) of periods begun in flight.
+
+    What comes before the first touch of a period knows no law: the twin is sent from the section at
+    its beginning. `found` is the time of the touch within the period, or inf.
+    """
+    begun, found, periods = [], [], []
+    for numbers, start, *_ in cases:
+        own = {name: numbers[name] for name in OWN}
+        changes = LAWS[law](numbers)
+        if "law" not in changes:
+            own["K"] = numbers["K"]
+        constants = {name: value for name, value in changes.items() if name != "law"}
+        system = System("ssul", {**own, **constants}, law=changes.get("law", "hertz"))
+        y = np.array(start)
+        if law == "restitution" and y[0] - y[2] + system.rest > numbers["C"]:
+            continue  # a start inside a rigid body is refused
+        orbit = simulate(system, BOUNCED, start=y, record=("section", "impacts"))
+        for n, state in enumerate([y, *orbit.section[:-1]]):
+            rows, T = orbit.impacts, system.period
+            under_way = (rows["touch"] <= n * T) & ~(rows["release"] <= n * T)
+            if under_way.any() or state[0] - state[2] + system.rest >= numbers["C"]:
+                continue
+            later = rows["touch"][(rows["touch"] > n * T) & (rows["touch"] <= (n + 1) * T)]
+            begun.append((numbers, state, 1))
+            found.append(later.min(initial=np.inf) - n * T)
+            periods.append(T)
+    for touch, T, course in zip(found, periods, seen_by_twin(begun), strict=True):
+        theirs = course.touches
+        true, deep = (theirs[0, 1], theirs[0, 4]) if len(theirs) else (np.inf, 0.0)
+        close = np.abs(course.misses[:, 1] - touch) < 0.05 * T
+        yield touch / T, true / T, deep, -course.misses[close, 2].max(initial=-np.inf)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_by_every_law(law, random_cases, grazing_cases):
+    outcomes = Counter()
+    cases = random_cases[:BY_LAW] + grazing_cases[: BY_LAW // 4]
+    for found, true, deep, clearance in first_touches(law, cases):
+        outcome = "same" if np.isfinite(true) else "none"
+        if found != true and not abs(found - true) <= NEAR:
+            resolved = deep if true < found else clearance
+            word = "missed" if true < found else "invented"
+            outcome = word if resolved > FIRST else "ambiguous"
+        outcomes[outcome] += 1
+    assert outcomes["missed"] == 0
+    assert outcomes["invented"] == 0
+    assert outcomes["ambiguous"] <= FEW * outcomes.total()
+    assert outcomes["same"] > BY_LAW
+    assert outcomes["none"] > BY_LAW // 10
 
 
 # ---- the checks can fail -------------------------------------------------------------------------

@@ -19,6 +19,7 @@ from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.kernels.runge_kutta import NEW, SCRATCH, Y
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.orbits.hertz_arc import make_arc
+from nlds_vines.orbits.kernel_inputs import WALLS
 from nlds_vines.orbits.simulation import simulate
 
 SSBL = {**catalogue()["ssbl"].parameters, "K": 32504566.49525256}
@@ -84,7 +85,7 @@ def near_orbit(level, method, stops, K=1e6, start=0.0):
     numbers = {**SSBL, "K": K}
     cell = kernel_cell(**{**numbers, "near": 0.02, "rest": 0.1, "limit": level})
     rk4 = None if method == "exact" else True
-    parts = Parts(rk4, True, True, None, make_arc(), 28.0, np.inf, 4096.0)
+    parts = Parts(rk4, True, WALLS["hertz"], None, None, None, make_arc(), 28.0, np.inf, 4096.0)
     state, section, violation = np.zeros(SIZE), np.zeros((PERIODS * stops, 4)), np.zeros(3)
     state[3] = start
     buffers = CellBuffers(section=section, violation=violation)

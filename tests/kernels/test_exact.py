@@ -35,7 +35,7 @@ def cell_of(p):
     table[COEF + 3 : COEF + 3 + 4 * len(speeds) : 4] = speeds
     places = np.linspace(0.0, 1.0, 2001)
     bounds = (1.001 * max(np.abs(p.deriv(n)(places)).max(), 1e-9) for n in (2, 3, 4))
-    return Grid(8, H, 0.125, 1.0, 1.0, 1.0, table), Bounds(*bounds, 0.0, 0.0)
+    return Grid(8, H, 0.125, 1.0, 1.0, 1.0, table, None), Bounds(*bounds, 0.0, 0.0)
 
 
 def state(p, x):

@@ -188,15 +188,24 @@ def cell_polynomial(grid, x1, v1, r, s, cosine, sine):
             four_at(w, i + 2 * TERMS) * r + four_at(w, i + 3 * TERMS) * s
         )
         forced = four_at(w, i + 4 * TERMS) * cosine + four_at(w, i + 5 * TERMS) * sine
-        put_four(w, COEF + k, moved_on(grid.load, w, k, free + forced))
+        put_four(w, COEF + k, free + forced)
+    move_on(grid.load, w)
 
 
 @chosen
-def moved_on(load, w, k, c):
-    """Return four coefficients c, from place k on, with what a constant load adds to them."""
-    if load is None:
-        return lambda load, w, k, c: c
-    return lambda load, w, k, c: c + four_at(w, load + k)
+def move_on(load, w):
+    """Add to the polynomial in COEF what a constant load does, where there is one."""
+
+    def moved(load, w):
+        for k in range(TERMS):
+            w[COEF + k] += w[load + k]
+
+    return not_moved if load is None else moved
+
+
+@jit
+def not_moved(load, w):
+    """Add nothing."""
 
 
 @jit

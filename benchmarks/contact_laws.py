@@ -157,8 +157,8 @@ A law says what a wall does to the damper that meets it.
 
 SSul NES Set 6 at 6.28 rad/s, from rest, once it has settled, under each of them. Gains and losses
 are those from touch to release, with what springs and dashpots do meanwhile. Costs are CPU times
-of an orbit, that under `hertz` being 1. Where the force is a power of the depth other than
-Hertz', or damped, contacts are stepped, and cost as much as soft contacts by `hertz` do.
+of an orbit, that under `hertz` being 1. Where the force is by `power`, or damped, contacts are
+stepped, which costs most.
 
 """
 

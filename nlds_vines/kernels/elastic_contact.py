@@ -18,9 +18,7 @@ from .impact_variations import vary
 from .inside import Ahead, keep_ahead, note_inside, read_ahead, state_inside
 from .inside_variations import vary_cut
 from .limit import may_pass
-from .observe import (
-    note_energy,
-)
+from .observe import note_energy
 from .scene import mirrored_load
 
 

@@ -1,0 +1,199 @@
+"""Pseudo-arclength: along a branch of nT orbits step by step, through folds and grazing alike.
+
+The unknowns are the state at phase zero and the free parameter, scaled.  A step goes along the
+tangent, and Newton's method brings it back to the branch in the plane across the tangent.  Nothing
+is extrapolated from earlier points: where an impact appears or vanishes the tangent has a kink, and
+steps shorten until they resolve it.
+
+Source: Allgower and Georg, Introduction to Numerical Continuation Methods, chapters 2 and 6.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
+
+MOST_ITERATIONS = 8
+"""Steps of Newton's method: from so near, it converges in two or three."""
+
+CLOSED, GOOD_ENOUGH = 1.0e-13, 1.0e-9
+"""Relative defect of an orbit that closes; and of one that no further step brings nearer."""
+
+SHORT, FAR = 1.0e-12, 1.0e-8
+"""A step of Newton's method that is round-off, and one that is long enough to tell of contraction:
+where multipliers are large, so is the defect of the nearest state that there is."""
+
+FIRST_STEP, LEAST_STEP, LONGEST_STEP = 1.0e-2, 1.0e-9, 2.0e-2
+"""Steps, relative to the orbit and to the interval of the parameter together."""
+
+CONTRACTION, ANGLE = 1.0e-2, 0.1
+"""What Newton's second step may be of its first, and the angle of two tangents, that are wished."""
+
+SHARPEST = 3.0
+"""How many times ANGLE two tangents may differ before a step is done again, and shorter."""
+
+NEARER = 0.5
+"""Part of the way to a grazing of rigid bodies, where the map is not differentiable, of a step."""
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A point of a branch: its orbit, and the direction of the branch there.
+
+    Attributes:
+        cycle: the orbit.
+        tangent: (size + 1,) of length one by the weights.
+        weights: (size + 1,) by which lengths are measured, `SectionMap.weights`.
+        border: determinant of the closing equations and the tangent.
+    """
+
+    cycle: Cycle
+    tangent: np.ndarray
+    weights: np.ndarray
+    border: float
+
+    @property
+    def value(self) -> float:
+        """The free parameter."""
+        return float(self.cycle.values[0])
+
+    @cached_property
+    def tests(self) -> dict[str, float]:
+        """The test functions of special points by kind: each changes its sign at one.
+
+        LP: the tangent's part along the parameter.  BP: the determinant of the closing equations
+        with the tangent.  PD: det(M + I).  NS: the product of mu_i mu_j - 1 over all pairs, the
+        determinant of M's bialternate product less one.
+        """
+        mu = self.cycle.multipliers.tolist()
+        pairs = [mu[i] * mu[j] - 1.0 for i in range(len(mu)) for j in range(i)]
+        return {
+            "LP": float(self.tangent[-1]),
+            "BP": self.border,
+            "PD": _product([m + 1.0 for m in mu]),
+            "NS": _product(pairs),
+        }
+
+
+def _product(factors: list[complex]) -> float:
+    product = 1.0 + 0.0j
+    for factor in factors:
+        product *= factor
+    return product.real
+
+
+def length(weights: np.ndarray, step: np.ndarray) -> float:
+    """Return the weighted length of a step (size + 1,)."""
+    scaled = weights * step
+    return math.sqrt(float((scaled * scaled).sum()))
+
+
+def close(
+    section_map: SectionMap, place: np.ndarray, n: int, row: np.ndarray, weights: np.ndarray
+) -> tuple[Cycle | None, float]:
+    """Return the nT orbit near a place, in the plane through it across `row` (size + 1,).
+
+    Newton's method.  Returns None where it does not converge, and by how much its second step was
+    shorter than the first, 0 where there was no second.
+    """
+    anchor, before, first, ratio = place, math.inf, 0.0, 0.0
+    for iteration in range(MOST_ITERATIONS):
+        cycle = section_map.at(place, n)
+        if cycle is None:
+            break
+        if cycle.defect <= CLOSED or (cycle.defect <= GOOD_ENOUGH and cycle.defect > 0.25 * before):
+            return cycle, ratio
+        off = float((row * (place - anchor)).sum())
+        right = np.append(-cycle.gap, -off)
+        step, _ = bordered(closing(cycle), cycle.slopes, row[np.newaxis], right)
+        if step is None or not np.isfinite(step).all():
+            break
+        far = length(weights, step)
+        if far <= SHORT:
+            return cycle, ratio
+        if iteration == 0:
+            first = far
+        elif iteration == 1 and first > FAR:
+            ratio = far / first
+        if far > 2.0 * first:
+            break
+        place, before = place + step, cycle.defect
+    return None, math.inf
+
+
+def point_of(
+    section_map: SectionMap, cycle: Cycle, toward: np.ndarray, lengths: np.ndarray
+) -> Point | None:
+    """Return the point of a branch at an orbit, its tangent turned `toward` a direction.
+
+    Arguments: `lengths` (1,) of the parameter's interval.  None where there is no single tangent.
+    """
+    weights = section_map.weights(cycle, lengths)
+    row, right = weights * weights * toward, np.zeros(len(weights))
+    right[-1] = 1.0
+    tangent, product = bordered(closing(cycle), cycle.slopes, row[np.newaxis], right)
+    if tangent is None or not np.isfinite(tangent).all():
+        return None
+    size = length(weights, tangent)
+    return Point(cycle, tangent / size, weights, product / length(weights, toward))
+
+
+def along(section_map: SectionMap, point: Point, step: float) -> tuple[Point | None, float]:
+    """Return the point of the branch a step ahead (behind, where it is negative) of a point.
+
+    Returns also the contraction of Newton's method; None where that does not converge.
+    """
+    place = point.cycle.place + step * point.tangent
+    row = point.weights * point.weights * point.tangent
+    cycle, contraction = close(section_map, place, point.cycle.n, row, point.weights)
+    if cycle is None:
+        return None, contraction
+    return point_of(section_map, cycle, point.tangent, 1.0 / point.weights[-1:]), contraction
+
+
+def angle_of(a: Point, b: Point) -> float:
+    """Return the angle between the tangents of two points."""
+    weights = a.weights * a.weights
+    cosine = float((weights * a.tangent * b.tangent).sum()) / length(a.weights, b.tangent)
+    return math.acos(max(-1.0, min(1.0, cosine)))
+
+
+@dataclass
+class Stepper:
+    """Steps along one branch in one direction, each as long as contraction and angle allow."""
+
+    section_map: SectionMap
+    point: Point
+    step: float = FIRST_STEP
+    longest: float = LONGEST_STEP
+
+    def advance(self, most: float = math.inf) -> Point | None:
+        """Return the next point, at most so far away; None where no step, however short, converges.
+
+        `self.taken` is then the step that was taken.
+        """
+        step = min(self.step, most)
+        while True:
+            found, contraction = along(self.section_map, self.point, step)
+            shortest = step <= 2.0 * LEAST_STEP
+            if found is not None:
+                worst = max(
+                    math.sqrt(contraction / CONTRACTION),
+                    angle_of(self.point, found) / ANGLE,
+                )
+                if worst <= SHARPEST or shortest:
+                    self._accept(found, step, worst)
+                    return found
+            if shortest:
+                return None
+            step = max(LEAST_STEP, step * (0.5 if found is None else 1.0 / min(worst, 8.0)))
+
+    def _accept(self, found: Point, step: float, worst: float) -> None:
+        self.taken, self.point = step, found
+        self.step = min(self.longest, step * min(2.0, max(0.5, 1.0 / max(worst, 1.0e-3))))
+        self.step = max(self.step, LEAST_STEP)

@@ -1,0 +1,306 @@
+"""One branch from a point on, in one direction: its points, its special points, why it ends."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from nlds_vines.continuation.arclength import (
+    LEAST_STEP,
+    LONGEST_STEP,
+    NEARER,
+    Point,
+    Stepper,
+    along,
+    close,
+    length,
+    point_of,
+)
+from nlds_vines.continuation.section_map import Cycle, SectionMap
+from nlds_vines.continuation.special_points import (
+    Special,
+    label_of_cycle,
+    specials_between,
+    step_between,
+    unexplained,
+)
+
+MOST_POINTS = 5_000
+"""Points of one branch in one direction."""
+
+UNSEEN = 1.0e-6
+"""Step below which multipliers that cross the circle together are not looked at more closely."""
+
+END_OF_WAY, MOST_KNOTS = 1.0e-11, 7
+"""Error of the orbit that grazes, by polynomials through so many points; where a branch ends."""
+
+SAME_ORBIT = 1.0e-7
+"""Distance, relative to the orbit, of two states that are one."""
+
+ENDS = {
+    "bound": "the end of the interval",
+    "closed": "a closed loop: it is back at its first orbit",
+    "known": "it goes on as a branch that is known",
+    "shorter": "it has become the orbit of half the period that it doubles",
+    "grazing": "an impact of rigid bodies grazes: no smooth branch goes on",
+    "limit": "the limit of the scene is passed",
+    "lost": "Newton's method does not converge, or the orbit has too many impacts",
+    "long": "it has more points than one branch may have",
+}
+"""Why a branch ends, by a word."""
+
+Known = Callable[[Point], bool]
+
+
+@dataclass
+class Arm:
+    """One direction of a branch: its points, the special points, and why it ends (of `ENDS`)."""
+
+    points: list[Point] = field(default_factory=list)
+    specials: list[Special] = field(default_factory=list)
+    end: str = ""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """The interval of the free parameter."""
+
+    low: float
+    high: float
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """The unit in which the parameter counts (1,)."""
+        return np.array([self.high - self.low])
+
+    def contains(self, value: float) -> bool:
+        """Tell whether a value lies in it."""
+        return self.low <= value <= self.high
+
+
+def at_value(section_map: SectionMap, place: np.ndarray, n: int, value: float) -> Cycle | None:
+    """Return the nT orbit near a place whose parameter has a value; None where there is none."""
+    row = np.zeros(len(place))
+    row[-1] = 1.0
+    start = place.copy()
+    start[-1] = value
+    weights = np.ones(len(place))
+    return close(section_map, start, n, row, weights)[0]
+
+
+def first_point(section_map: SectionMap, cycle: Cycle, bounds: Bounds, sign: float) -> Point | None:
+    """Return the first point of a branch whose parameter rises (sign 1) or falls (-1) from it on.
+
+    At a fold, where the parameter does neither, the branch goes along any of its tangents.
+    """
+    size = section_map.size
+    for i in range(size, -1, -1):  # the parameter first
+        toward = np.zeros(size + 1)
+        toward[i] = sign
+        found = point_of(section_map, cycle, toward, bounds.lengths)
+        if found is not None:
+            return found
+    return None
+
+
+def follow(
+    section_map: SectionMap,
+    start: Point,
+    bounds: Bounds,
+    *,
+    known: Known | None = None,
+    longest: float = LONGEST_STEP,
+) -> Arm:
+    """Follow a branch from a point on, along its tangent, until it ends.
+
+    Arguments: the `bounds` of the parameter; `known` tells whether a point lies on a branch that is
+    known; the `longest` step.
+    """
+    arm = Arm([start])
+    stepper = Stepper(section_map, start, longest=longest)
+    while not arm.end:
+        a = stepper.point
+        b = stepper.advance(_way_to_grazing(section_map, arm))
+        if b is None:
+            arm.end = "lost"
+            break
+        if unexplained(a, b) and stepper.taken > UNSEEN:
+            stepper.point, stepper.step = a, 0.25 * stepper.taken
+            continue
+        _go_on(section_map, arm, b, bounds, known)
+        stepper.point = arm.points[-1]
+    return arm
+
+
+def _go_on(
+    section_map: SectionMap, arm: Arm, b: Point, bounds: Bounds, known: Known | None
+) -> None:
+    """Add a point and the special points before it; note whether the branch ends there."""
+    a = arm.points[-1]
+    if not bounds.contains(b.value):
+        value = bounds.low if b.value < bounds.low else bounds.high
+        cycle = at_value(section_map, _between(a, b, value), b.cycle.n, value)
+        end = None if cycle is None else point_of(section_map, cycle, a.tangent, bounds.lengths)
+        arm.end = "bound"
+        if end is None:
+            return
+        b = end
+    elif len(arm.points) >= MOST_POINTS:
+        arm.end = "long"
+    elif _is_back(arm, b):
+        arm.end = "closed"
+    elif _passes_shorter(section_map, arm, b):
+        arm.end = "shorter"
+    elif known is not None and known(b):
+        arm.end = "known"
+    if arm.end != "shorter":
+        arm.specials.extend(specials_between(section_map, a, b))
+    arm.points.append(b)
+    if not arm.end:
+        _end_at_grazing(section_map, arm)
+    if not arm.end and _is_beyond(section_map, b):
+        _end_at_limit(section_map, arm)
+
+
+def _between(a: Point, b: Point, value: float) -> np.ndarray:
+    """Return the place between two points, in a straight line, where the parameter has a value."""
+    share = (value - a.value) / (b.value - a.value)
+    return a.cycle.place + share * (b.cycle.place - a.cycle.place)
+
+
+# ---- why a branch ends ---------------------------------------------------------------------------
+
+
+def _is_back(arm: Arm, b: Point) -> bool:
+    """Tell whether a branch has come back to its first orbit, at whatever phase of it."""
+    if len(arm.points) < 4:
+        return False
+    a, first = arm.points[-1], arm.points[0]
+    step = step_between(a, b)
+    size = first.cycle.state.size
+    for point in first.cycle.points:
+        place = np.append(point[:size], first.value)
+        way = a.weights * a.weights * a.tangent * (place - a.cycle.place)
+        if 0.0 < float(way.sum()) <= step:
+            aside = place - a.cycle.place - float(way.sum()) * a.tangent
+            if length(a.weights, aside) < 0.1 * step:
+                return True
+    return False
+
+
+def _half(cycle: Cycle) -> np.ndarray:
+    """Return how an orbit of even n differs, at phase zero, from itself half its period later."""
+    return cycle.points[cycle.n // 2 - 1, : cycle.state.size] - cycle.state
+
+
+def _passes_shorter(section_map: SectionMap, arm: Arm, b: Point) -> bool:
+    """Tell whether an orbit of even n becomes one of n / 2 on the way to b."""
+    a = arm.points[-1]
+    if b.cycle.n % 2 or len(arm.points) < 2:
+        return False
+    weights = a.weights[:-1] * a.weights[:-1]
+    turned = float((weights * _half(a.cycle) * _half(b.cycle)).sum()) < 0.0
+    near = length(b.weights[:-1], _half(b.cycle)) < 4.0 * step_between(a, b)
+    return turned and near
+
+
+def _is_rigid(section_map: SectionMap) -> bool:
+    return bool(section_map.scene.walls) and any(law.instant for law in section_map.scene.laws)
+
+
+def _ways(a: Point, b: Point) -> list[float]:
+    """Return how far from b the nearest miss and the softest impact vanish, if they go on so."""
+    step, found = step_between(a, b), []
+    for name in ("clearance", "slowest"):
+        before, now = getattr(a.cycle, name), getattr(b.cycle, name)
+        if math.isfinite(before) and math.isfinite(now) and before > now and step > 0.0:
+            found.append(step * now / (before - now))
+    return found
+
+
+def _way_to_grazing(section_map: SectionMap, arm: Arm) -> float:
+    """Return the longest step where rigid bodies may graze: part of the way until they do."""
+    if not _is_rigid(section_map) or len(arm.points) < 2:
+        return math.inf
+    ways = _ways(*arm.points[-2:])
+    return max(NEARER * min(ways, default=math.inf), LEAST_STEP * 1.0e-3)
+
+
+def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
+    """End a branch where rigid bodies are about to graze, and note where they do.
+
+    A softest impact of speed v, or a nearest miss, is what the last points are smooth functions of;
+    the derivatives of the map are not, they grow as 1 / v.  So the orbit that grazes is what a
+    polynomial in v through these points is at v = 0.
+    """
+    if not _is_rigid(section_map) or len(arm.points) <= MOST_KNOTS:
+        return
+    for name in ("slowest", "clearance"):
+        knots = [(getattr(p.cycle, name), p.cycle.place) for p in arm.points[-MOST_KNOTS:]]
+        if not _falls([v for v, _ in knots], arm.points[-MOST_KNOTS:]):
+            continue
+        place, before = limit_of(knots), limit_of(knots[1:])
+        point = arm.points[-1]
+        if length(point.weights, place - before) > END_OF_WAY:
+            continue
+        cycle = replace(point.cycle, state=place[:-1], values=place[-1:])
+        error, width = length(point.weights, place - before), abs(float((place - before)[-1]))
+        wall, label = _wall(section_map, point.cycle.counts), label_of_cycle(point.cycle)
+        end = replace(point, cycle=cycle)
+        arm.specials.append(Special("GR", end, label, "", error, width, wall))
+        arm.end = "grazing"
+        return
+
+
+def _falls(speeds: list[float], points: list[Point]) -> bool:
+    """Tell whether speeds, or misses, fall to zero along points with the same impacts."""
+    if not all(p.cycle.counts == points[0].cycle.counts for p in points):
+        return False
+    return all(0.0 < 1.1 * b < a < math.inf for a, b in itertools.pairwise(speeds))
+
+
+def limit_of(knots: list[tuple[float, np.ndarray]]) -> np.ndarray:
+    """Return the value at 0 of the polynomial through knots (v, values), by Neville's scheme."""
+    rows = [values for _, values in knots]
+    for order in range(1, len(knots)):
+        for i in range(len(knots) - order):
+            low, high = knots[i][0], knots[i + order][0]
+            rows[i] = (low * rows[i + 1] - high * rows[i]) / (low - high)
+    return rows[0]
+
+
+def _wall(section_map: SectionMap, counts: tuple[int, int]) -> str:
+    """Return the wall of a grazing if there is only one that it can be."""
+    walls = section_map.scene.walls
+    return walls[0] if len(walls) == 1 else ""
+
+
+def _is_beyond(section_map: SectionMap, point: Point) -> bool:
+    """Tell whether an orbit passes the limit of its scene."""
+    if section_map.scene.limit is None:
+        return False
+    place = point.cycle.place[np.newaxis]
+    return bool(section_map.measure(place, np.array([point.cycle.n])).beyond[0] > 0.0)
+
+
+def _end_at_limit(section_map: SectionMap, arm: Arm) -> None:
+    """End a branch at the orbit that touches the limit, which is looked for by halving."""
+    a, b = arm.points[-2:]
+    low, high, at = 0.0, step_between(a, b), b
+    while high - low > END_OF_WAY:
+        middle = 0.5 * (low + high)
+        point, _ = along(section_map, a, middle)
+        if point is None:
+            break
+        if _is_beyond(section_map, point):
+            high, at = middle, point
+        else:
+            low = middle
+    label = label_of_cycle(at.cycle)
+    width = (high - low) * abs(float(at.tangent[-1]))
+    arm.specials.append(Special("LIM", at, label, label, high - low, width))
+    arm.points[-1], arm.end = at, "limit"

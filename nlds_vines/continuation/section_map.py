@@ -1,0 +1,235 @@
+"""The n-fold section map of a system whose parameters are free: what continuation solves.
+
+An nT orbit is a fixed point of it.  `SectionMap.at` returns the map with its derivatives, and
+`bordered` solves the linear systems that Newton's method and tangents need, by arithmetic that is
+the same on every processor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from nlds_vines.kernels import cycles
+from nlds_vines.kernels.codes import OK
+from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.system import System
+from nlds_vines.orbits.kernel_inputs import parts_of
+from nlds_vines.orbits.settings import Settings
+
+NEARBY = 1.0e-7
+"""Distance, relative to a parameter, of the values whose images tell its derivative: the square of
+it is what that errs by, and round-off over it."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Cycle:
+    """The image of a state after n periods, and its derivatives; an nT orbit where it closes.
+
+    Attributes:
+        state: (size,) at phase zero, x1, v1, r, s [m, m/s], or x, v.
+        values: (m,) of the free parameters.
+        points: (n, 4) its sections; the last one is the image.
+        counts: (2,) impacts at the near and the far wall.
+        matrix: (size, size) the monodromy matrix; slopes: (m, size) derivatives of the image by
+            the parameters; multipliers: (size,) complex, the largest modulus first.
+        defect: energy norm of what does not close, relative to the orbit's, `span`.
+        clearance: nearest miss [m]; slowest: the softest impact [m/s]; inf where there is none.
+        volume: ln |det M| as the equation of motion has it.
+    """
+
+    state: np.ndarray
+    values: np.ndarray
+    points: np.ndarray
+    counts: tuple[int, int]
+    matrix: np.ndarray
+    slopes: np.ndarray
+    multipliers: np.ndarray
+    defect: float
+    span: float
+    clearance: float
+    slowest: float
+    volume: float
+
+    @property
+    def n(self) -> int:
+        """The number of forcing periods."""
+        return len(self.points)
+
+    @property
+    def place(self) -> np.ndarray:
+        """State and parameters in one (size + m,)."""
+        return np.concatenate([self.state, self.values])
+
+    @property
+    def gap(self) -> np.ndarray:
+        """What does not close, image - state (size,)."""
+        return self.points[-1, : self.state.size] - self.state
+
+    @property
+    def unstable(self) -> int:
+        """The number of multipliers outside the unit circle."""
+        return sum(abs(mu) > 1.0 for mu in self.multipliers.tolist())
+
+
+class SectionMap:
+    """The section map of a system with free parameters."""
+
+    def __init__(
+        self, system: System, names: tuple[str, ...], settings: Settings | None = None
+    ) -> None:
+        """Prepare the map.
+
+        Arguments: the `names` of the free parameters; `settings` of method exact.
+        """
+        self.system, self.names = system.with_axes(names), names
+        self.scene = self.system.scene
+        self.size = len(self.scene.components)
+        self._parts = parts_of("exact", self.scene, settings)
+        self._units = [1.0e-3 * abs(self.system.parameters.get(name, 1.0)) for name in names]
+
+    @cached_property
+    def _direct(self) -> tuple[tuple[str, ...], ...] | None:
+        """The fields of a cell's record that a free parameter is, for each; None where it is more.
+
+        Records are made by `System.cells`; where a parameter only stands in them, it is put there.
+        """
+        found = []
+        for name in self.names:
+            value = self.system.parameters.get(name)
+            if value is None:
+                return None
+            other = value * (1.0 + 2.0**-10) if value else PARAMETERS[name].low + 2.0**-10
+            if not PARAMETERS[name].accepts(np.asarray(other)):
+                return None
+            before, after = self.system.cells(), self.system.cells({name: np.asarray(other)})
+            changed = [field for field in before.dtype.names or () if before[field] != after[field]]
+            if any(after[field] != other or before[field] != value for field in changed):
+                return None
+            found.append(tuple(changed))
+        return tuple(found)
+
+    def cells(self, points: np.ndarray) -> np.recarray:
+        """Return the kernels' records for points (count, m) of the free parameters."""
+        if self._direct is None:
+            grid = {name: points[:, i] for i, name in enumerate(self.names)}
+            return self.system.cells(grid).view(np.recarray)
+        found = np.repeat(np.atleast_1d(self.system.cells()), len(points))
+        for i, fields in enumerate(self._direct):
+            for field in fields:
+                found[field] = points[:, i]
+        return found.view(np.recarray)
+
+    def _around(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return values (m, 3) below, above and at the given ones, and all points (1 + 3 m, m)."""
+        count = len(values)
+        sides, points = np.empty((count, 3)), np.repeat(values[np.newaxis], 1 + 3 * count, axis=0)
+        for i, name in enumerate(self.names):
+            step = NEARBY * max(abs(values[i]), self._units[i])
+            low, high = values[i] - step, values[i] + step
+            allowed = PARAMETERS[name]
+            low = low if low > allowed.low else values[i]
+            high = high if high < allowed.high else values[i]
+            sides[i] = low, high, values[i]
+            points[1 + 3 * i : 4 + 3 * i, i] = sides[i]
+        return sides, points
+
+    def at(self, place: np.ndarray, n: int) -> Cycle | None:
+        """Return the map of n periods at a place (size + m,); None where no orbit is there.
+
+        None where the state is lost or a parameter has a value that is not allowed.
+        """
+        size, values = self.size, place[self.size :]
+        for i, name in enumerate(self.names):
+            allowed, value = PARAMETERS[name], values[i]
+            if not (allowed.low < value or (allowed.low == value and not allowed.above)):
+                return None
+            if not value <= allowed.high:
+                return None
+        sides, around = self._around(values)
+        y, points, counts = np.zeros(4), np.empty((n, 4)), np.zeros(3, np.int64)
+        y[:size] = place[:size]
+        matrix, slopes = np.empty((size, size)), np.empty((len(values), 4))
+        pairs, found = np.empty((size, 2)), np.empty(cycles.FOUND)
+        cells = self.cells(around)
+        numbers = cells.view(np.float64).reshape(len(cells), -1)
+        status = cycles.trace(
+            self._parts, cells, numbers, sides, y, points, counts, matrix, slopes, pairs, found
+        )
+        if status != OK:
+            return None
+        defect, span, clearance, slowest, volume = found.tolist()
+        return Cycle(
+            state=y[:size].copy(), values=values.copy(), points=points,
+            counts=(int(counts[0]), int(counts[1])), matrix=matrix, slopes=slopes[:, :size],
+            multipliers=pairs[:, 0] + 1j * pairs[:, 1], defect=defect, span=span,
+            clearance=clearance, slowest=slowest, volume=volume,
+        )  # fmt: skip
+
+    def weights(self, cycle: Cycle, lengths: np.ndarray) -> np.ndarray:
+        """Return the weights (size + m,) that make states and parameters comparable.
+
+        A state counts by the energy norm relative to the orbit's, number by number; a parameter
+        relative to `lengths` (m,).
+        """
+        cell = self.cells(cycle.values[np.newaxis])[0]
+        found = np.empty(self.size + len(lengths))
+        for i in range(self.size):
+            unit = np.zeros(4)
+            unit[i] = 1.0
+            found[i] = cycles.length_of(self._parts, cell, unit) / cycle.span
+        if self.size == 4:  # a spring without stiffness has no energy
+            found[2] = max(found[2], found[3] * float(cell.omega))
+        found[: self.size] = np.where(found[: self.size] > 0.0, found[: self.size], 1.0)
+        found[self.size :] = 1.0 / lengths
+        return found
+
+    def measure(self, places: np.ndarray, periods: np.ndarray) -> Measured:
+        """Return what is measured on orbits from `places` (count, size + m) of so many periods."""
+        count = len(places)
+        starts, energy, strokes = np.zeros((count, 4)), np.zeros((count, 2)), np.zeros((count, 2))
+        starts[:, : self.size] = places[:, : self.size]
+        violation = None if self.scene.limit is None else np.zeros((count, 3))
+        cells = self.cells(places[:, self.size :])
+        cycles.measure_cycles(
+            0, count, self._parts, cells, starts, periods, energy, strokes, violation
+        )
+        depth = np.zeros(count) if violation is None else violation[:, 1]
+        return Measured(energy[:, 0], energy[:, 1], strokes[:, 0], strokes[:, 1], depth)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What is measured on orbits (count,): largest E1 and E2 [J], speed of approach [m/s] and
+    contact force [N], and how deep a limit is passed [m]."""
+
+    E1max: np.ndarray
+    E2max: np.ndarray
+    fastest: np.ndarray
+    force: np.ndarray
+    beyond: np.ndarray
+
+
+def bordered(
+    matrix: np.ndarray, columns: np.ndarray, rows: np.ndarray, right: np.ndarray
+) -> tuple[np.ndarray | None, float]:
+    """Solve ((matrix, columns), (rows)) x = right.
+
+    Arguments: matrix (n, n), columns (m, n), rows (m, n + m), right (n + m,).
+
+    Returns x (n + m,), None where the system is singular, and its determinant.
+    """
+    found = right[:, np.newaxis].copy()
+    lost = np.empty((len(right), len(right)))
+    product = cycles.solve_bordered(matrix, columns, rows, found, lost)
+    return (found[:, 0] if product != 0.0 else None), product
+
+
+def closing(cycle: Cycle) -> np.ndarray:
+    """Return M - I (size, size)."""
+    found = cycle.matrix.copy()
+    for i in range(len(found)):
+        found[i, i] -= 1.0
+    return found

@@ -1,0 +1,220 @@
+"""Special points of a branch: where a test function changes its sign, or an impact appears.
+
+    LP  fold              PD  period doubling         NS  torus (Neimark and Sacker)
+    BP  branch point      GR  grazing: an impact appears or vanishes
+    LIM the limit of a scene is touched
+
+Each is bracketed between two points of the branch and narrowed down; every trial is brought onto
+the branch by Newton's method, and its test function computed from its own matrix.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from nlds_vines.continuation.arclength import Point, along
+from nlds_vines.continuation.section_map import Cycle, SectionMap
+from nlds_vines.orbits.labels import name_of
+
+KINDS = ("LP", "PD", "NS", "BP", "GR", "LIM")
+
+NARROW = 1.0e-12
+"""Length of the last bracket, relative to the orbit and the interval of the parameter."""
+
+MOST_TRIALS = 80
+"""Trials for one point; eight or nine are usual, forty where the function jumps."""
+
+Test = Callable[[Point], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Special:
+    """One special point.
+
+    Attributes:
+        kind: of `KINDS`.
+        point: of the branch.
+        before, after: the labels along the branch.
+        residual: the test function there, over its size at the ends of the first bracket.
+        bracket: width of the last bracket, in units of the parameter.
+        wall: of GR, that of the impact which appears or vanishes: "near", "far", otherwise "".
+    """
+
+    kind: str
+    point: Point
+    before: str
+    after: str
+    residual: float
+    bracket: float
+    wall: str = ""
+
+    @property
+    def value(self) -> float:
+        """The parameter."""
+        return self.point.value
+
+
+def label_of_cycle(cycle: Cycle) -> str:
+    """Return the label nT,k of an orbit."""
+    return name_of(cycle.n, sum(cycle.counts))
+
+
+def specials_between(section_map: SectionMap, a: Point, b: Point) -> list[Special]:
+    """Return the special points between two neighbouring points of a branch, in their order."""
+    places: list[tuple[float, Special]] = []
+    for kind in _changed(a, b):
+        found = _located(section_map, kind, a, b)
+        if found is not None:
+            places.append(found)
+    places.extend(_grazings(section_map, a, b))
+    places.sort(key=lambda entry: entry[0])
+    return [special for _, special in places]
+
+
+def _changed(a: Point, b: Point) -> Iterator[str]:
+    """Yield the kinds whose test functions differ in sign; of BP and LP together, BP alone."""
+    branches = a.tests["BP"] * b.tests["BP"] < 0.0
+    for kind in ("LP", "BP", "PD", "NS"):
+        if a.tests[kind] * b.tests[kind] < 0.0 and not (kind == "LP" and branches):
+            yield kind
+
+
+def unexplained(a: Point, b: Point) -> bool:
+    """Tell whether multipliers have crossed the unit circle unseen, as two do at one time."""
+    crossings = abs(b.cycle.unstable - a.cycle.unstable)
+    kinds = set(_changed(a, b))
+    explained = 2 * ("NS" in kinds) + len(kinds - {"NS"})
+    return crossings > explained
+
+
+def _located(
+    section_map: SectionMap, kind: str, a: Point, b: Point
+) -> tuple[float, Special] | None:
+    """Return the special point of a kind between two points, and how far from the first it is."""
+    size = max(abs(a.tests[kind]), abs(b.tests[kind]))
+    found = narrowed_down(section_map, a, b, lambda point: point.tests[kind] / size)
+    if found is None:
+        return None
+    place, point, residual, bracket = found
+    if kind == "NS" and not _has_pair_on_circle(point):
+        return None  # a neutral saddle
+    if kind == "BP" and not abs(point.cycle.multipliers - 1.0).min() < 0.1:
+        return None
+    label = label_of_cycle(a.cycle), label_of_cycle(b.cycle)
+    if kind != "LP":
+        label = (label_of_cycle(point.cycle),) * 2
+    return place, Special(kind, point, *label, residual, bracket)
+
+
+def _has_pair_on_circle(point: Point) -> bool:
+    """Tell whether the pair of multipliers whose product is nearest to one is complex."""
+    mu = point.cycle.multipliers.tolist()
+    pairs = [(abs(mu[i] * mu[j] - 1.0), i) for i in range(len(mu)) for j in range(i)]
+    return mu[min(pairs)[1]].imag != 0.0
+
+
+def _grazings(section_map: SectionMap, a: Point, b: Point) -> Iterator[tuple[float, Special]]:
+    """Yield the grazings between two points, each with how far from `a` it is."""
+    before, start = a, 0.0
+    for _ in range(MOST_TRIALS):
+        if before.cycle.counts == b.cycle.counts:
+            return
+        found = narrowed_down(section_map, a, b, _grazing(before, b), start)
+        if found is None:
+            return
+        start, point, residual, bracket = found
+        # the first symbol behind it
+        beyond = _behind(section_map, a, b, start, before.cycle.counts)
+        wall = wall_of_change(before.cycle.counts, beyond.cycle.counts)
+        labels = label_of_cycle(before.cycle), label_of_cycle(beyond.cycle)
+        yield start, Special("GR", point, *labels, residual, bracket, wall)
+        before = beyond
+
+
+def _behind(
+    section_map: SectionMap, a: Point, b: Point, start: float, counts: tuple[int, int]
+) -> Point:
+    """Return the nearest point found behind a grazing whose impacts differ from `counts`."""
+    ahead, gap = step_between(a, b), 2.0 * NARROW
+    while start + gap < ahead:
+        point, _ = along(section_map, a, start + gap)
+        if point is not None and point.cycle.counts != counts:
+            return point
+        gap *= 4.0
+    return b
+
+
+def wall_of_change(before: tuple[int, int], after: tuple[int, int]) -> str:
+    """Return the wall of the impact that differs."""
+    if before[0] != after[0] and before[1] != after[1]:
+        return "both"
+    return "near" if before[0] != after[0] else "far"
+
+
+def _grazing(before: Point, b: Point) -> Test:
+    """Return the test function of grazing: positive with the impacts of `before`, else negative.
+
+    On one side it is the smallest miss; on the other the depth that the softest impact would have
+    on a free course, but for a factor, the square of its speed.
+    """
+    counts = before.cycle.counts
+    gains = sum(b.cycle.counts) >= sum(counts)
+
+    def size(cycle: Cycle, misses: bool) -> float:
+        value = cycle.clearance if misses else cycle.slowest * cycle.slowest
+        return value if 0.0 < value < float("inf") else 1.0
+
+    unit = size(before.cycle, gains), size(b.cycle, not gains)
+
+    def test(point: Point) -> float:
+        if point.cycle.counts == counts:
+            return size(point.cycle, gains) / unit[0]
+        return -size(point.cycle, not gains) / unit[1]
+
+    return test
+
+
+def step_between(a: Point, b: Point) -> float:
+    """Return how far b lies from a, along the tangent of a."""
+    weights = a.weights * a.weights
+    return float((weights * a.tangent * (b.cycle.place - a.cycle.place)).sum())
+
+
+def narrowed_down(
+    section_map: SectionMap, a: Point, b: Point, test: Test, start: float = 0.0
+) -> tuple[float, Point, float, float] | None:
+    """Return where a test function changes its sign between two points of a branch.
+
+    Brackets are narrowed by false position (Illinois), and halved where that is slow.
+
+    Returns how far from `a`, the point, the test function there, and the width of the bracket as
+    the parameter has it; None where a trial does not come onto the branch.
+    """
+    low, high = start, step_between(a, b)
+    f_low, f_high = test(a) if start == 0.0 else 1.0, test(b)
+    ends, best = [a.value, b.value], (b, f_high, high)
+    if abs(f_low) < abs(f_high) and start == 0.0:
+        best = a, f_low, low
+    width, halve, side = high - low, False, 0
+    for _ in range(MOST_TRIALS):
+        if high - low <= NARROW or f_low == 0.0 or f_high == 0.0:
+            break
+        share = 0.5 if halve else f_low / (f_low - f_high)
+        trial = low + min(max(share, 1.0e-3), 1.0 - 1.0e-3) * (high - low)
+        point, _ = along(section_map, a, trial)
+        if point is None:
+            return None
+        f = test(point)
+        if abs(f) <= abs(best[1]) or best[0] in (a, b):
+            best = point, f, trial
+        if (f > 0.0) == (f_low > 0.0):
+            low, f_low, ends[0] = trial, f, point.value
+            f_high, side = (0.5 * f_high if side < 0 else f_high), -1
+        else:
+            high, f_high, ends[1] = trial, f, point.value
+            f_low, side = (0.5 * f_low if side > 0 else f_low), 1
+        halve = high - low > 0.5 * width
+        width = high - low
+    point, residual, place = best
+    return place, point, abs(residual), abs(ends[1] - ends[0])

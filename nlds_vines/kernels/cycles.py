@@ -1,0 +1,289 @@
+"""An nT orbit as a point of a branch: what does not close, its derivatives, what happens on it.
+
+The derivative with respect to the state is the monodromy matrix, from the variations. That with
+respect to a parameter is a difference of the section map, exact in flight like the map itself, at
+values so near that what it errs by is of the order of their square; where an impact appears or
+vanishes in between, it is taken on the side of the orbit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .arguments import CellBuffers, Span
+from .cells import prepared_cell, run_cell
+from .codes import BAD_PARAMETERS, OK, TOO_STIFF
+from .compiling import chosen, jit
+from .eigenvalues import eigenvalues
+from .flight import cells_of, grid_of
+from .linear import solve
+from .observe import COLUMNS, FORCE, SPEED, Impacts
+from .orbit import SIZE, orbit_of
+from .runge_kutta import SHRUNK
+from .scene import allowed, damper_of, joined, structure_under
+from .shooting import matrix_of, span_of, trace_cycle
+from .variations import (
+    distance,
+    flow_of,
+    new_state,
+    no_section,
+    norm,
+    noted_of,
+    place_state,
+)
+
+# Columns of what is found of a cycle beside its arrays:
+#   0 DEFECT     energy norm of image - y over SPAN   3 SLOWEST  slowest impact [m/s], inf: none
+#   1 SPAN       largest energy norm of its sections  4 VOLUME   ln det M, as it has to be
+#   2 CLEARANCE  nearest miss [m], inf: none
+DEFECT, SPAN, CLEARANCE, SLOWEST, VOLUME = range(5)
+FOUND = 5
+STRAIGHT = 1.0e-3  # by which differences on both sides may differ: that of both errs by its square
+NEARER, MOST_NEARER = 1.0 / 32.0, 6  # steps by which the sides of a parameter come nearer
+NEAREST = 1.0e-13  # distance of the sides, relative to the parameter, that is left
+ROOM = 4096  # impacts of a cycle whose speeds and forces are looked at
+
+
+@jit(dissolved=True)
+def cell_flow(parts, cell):
+    """Return the `Flow` of a cell, and a status."""
+    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
+    n, status = cells_of(ps, damper), OK
+    if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):
+        status = BAD_PARAMETERS
+    elif n < 0:
+        status = TOO_STIFF
+    n = max(n, 1)
+    return flow_of(prepared_cell(parts, cell, ps, damper, n, 1), grid_of(ps, damper, n)), status
+
+
+@chosen
+def shrunk_so_far(scratch):
+    """Return by what contacts have shrunk volumes, as a logarithm."""
+    if scratch is None:
+        return lambda scratch: 0.0
+    return lambda scratch: scratch[SHRUNK]
+
+
+@chosen
+def forget_shrinking(scratch):
+    """Let nothing have been shrunk so far."""
+
+    def forget(scratch):
+        scratch[SHRUNK] = 0.0
+
+    return (lambda scratch: None) if scratch is None else forget
+
+
+@jit(dissolved=True)
+def image_of(flow, y, n, counts, state):
+    """Let `state` be the image of y after n periods, counts (2,) its impacts; return a status."""
+    place_state(flow, y, state)
+    counts[:] = 0
+    noted = noted_of(flow.prepared.scratch, flow, no_section(flow.space))
+    run = orbit_of(flow.prepared.near, flow.prepared.far)
+    for _ in range(n):
+        flow.by_period[0, 0] = flow.by_period[0, 1] = 0
+        status = run(flow.prepared, noted, Span(0, 1, 1), state, None, None)
+        if status != OK:
+            return status
+        counts[0] += flow.by_period[0, 0]
+        counts[1] += flow.by_period[0, 1]
+    return OK
+
+
+@jit
+def alike(counts, others):
+    """Tell whether two orbits have as many impacts at each wall."""
+    return counts[0] == others[0] and counts[1] == others[1]
+
+
+@jit(dissolved=True)
+def sides_of(parts, cells, y, counts, state, ends):
+    """Follow the orbits from y in the cells (2,) on both sides of a parameter's value.
+
+    Fills rows 0 and 1 of ends (3, 4) with their images; returns whether each of them has one, and
+    whether all have the impacts of the orbit in between, counts (3,).
+    """
+    n, found = counts[2], np.zeros(2, np.int64)
+    known, near = np.zeros(2, np.bool_), np.zeros(2, np.bool_)
+    for side in range(2):
+        flow, status = cell_flow(parts, cells[side])
+        if status == OK:
+            status = image_of(flow, y, n, found, state)
+        known[side], near[side] = status == OK, alike(found, counts)
+        for i in range(4):
+            ends[side, i] = state[i]
+    if near[0] != near[1]:
+        known[0], known[1] = known[0] and near[0], known[1] and near[1]
+    return known[0], known[1]
+
+
+@jit
+def bend_of(ends, low, high):
+    """Return by how much the differences on both sides differ, relative to that of both."""
+    bend = most = 0.0
+    for i in range(4):
+        below, above = (ends[2, i] - ends[0, i]) / low, (ends[1, i] - ends[2, i]) / high
+        bend, most = max(bend, abs(above - below)), max(most, abs(above), abs(below))
+    return bend / most if most > 0.0 else 0.0
+
+
+@jit(dissolved=True)
+def slope_of(parts, cells, numbers, values, y, counts, image, state, slope):
+    """Fill slope (4,) with the derivative of the image of y with respect to one parameter.
+
+    cells (2,), numbers (3, ...): those below and above the parameter's own value, the same as
+    numbers, and those of that value; values: in this order; counts (3,) of the orbit, image: at the
+    parameter's own value. The two come nearer, down to NEAREST, where the map bends between them.
+    """
+    # hot: part of `trace`
+    ends, low, high = np.empty((3, 4)), values[2] - values[0], values[1] - values[2]
+    for i in range(4):
+        ends[2, i] = image[i]
+    for _ in range(MOST_NEARER):
+        below, above = sides_of(parts, cells, y, counts, state, ends)
+        both = below and above and low > 0.0 and high > 0.0
+        if both and bend_of(ends, low, high) <= STRAIGHT:
+            break
+        if low + high <= NEAREST * (abs(values[2]) + low + high):
+            break
+        for side in range(2):
+            for i in range(numbers.shape[1]):
+                numbers[side, i] = numbers[2, i] + NEARER * (numbers[side, i] - numbers[2, i])
+        low, high = NEARER * low, NEARER * high
+    for i in range(4):
+        if both:
+            slope[i] = (ends[1, i] - ends[0, i]) / (low + high)
+        elif above and high > 0.0:
+            slope[i] = (ends[1, i] - ends[2, i]) / high
+        else:
+            slope[i] = (ends[2, i] - ends[0, i]) / low
+
+
+@jit(entry=True)
+def trace(parts, cells, numbers, values, y, points, counts, matrix, slopes, multipliers, found):
+    """Follow an orbit from y (4,) for n = len(points) periods, with all its derivatives.
+
+    cells (1 + 3 m,): that of the parameters themselves, then for each of m free parameters those a
+    little below and above and again that of themselves, whose `numbers` (1 + 3 m, ...) are moved;
+    values (m, 3): below, above, itself. Fills points (n, 4) with the sections, counts (3,) with the impacts by wall and n, matrix (size, size) with the monodromy
+    matrix, slopes (m, 4) with the derivatives of the image, multipliers (size, 2), and found
+    (FOUND,). Returns a status.
+    """
+    # hot: Python calls it for each iteration of Newton's method
+    flow, status = cell_flow(parts, cells[0])
+    if status != OK:
+        return status
+    state, tangent, size = new_state(), np.zeros(16), len(matrix)
+    forget_shrinking(flow.prepared.scratch)
+    status, clearance, slowest = trace_cycle(flow, y, points, counts, tangent, state)
+    if status != OK:
+        return status
+    n = len(points)
+    counts[2] = n
+    span = span_of(flow.space, points)
+    found[DEFECT], found[SPAN] = distance(flow.space, state, y), span
+    if span > 0.0:
+        found[DEFECT] /= span
+    found[CLEARANCE], found[SLOWEST] = clearance, slowest
+    volume = shrunk_so_far(flow.prepared.scratch)
+    found[VOLUME] = volume + flow.trace * n * flow.exact_grid.h * flow.exact_grid.n
+    monodromy = matrix_of(tangent, size)
+    for i in range(size):
+        for j in range(size):
+            matrix[i, j] = monodromy[i, j]
+    values_of = eigenvalues(monodromy)
+    for i in range(size):
+        multipliers[i, 0], multipliers[i, 1] = values_of[i, 0], values_of[i, 1]
+    image = points[n - 1].copy()
+    for m in range(len(values)):
+        first = 1 + 3 * m
+        slope_of(
+            parts, cells[first : first + 2], numbers[first : first + 3], values[m],
+            y, counts, image, state, slopes[m],
+        )  # fmt: skip
+    return OK
+
+
+@jit(entry=True)
+def length_of(parts, cell, y):
+    """Return the energy norm of a state, or of a difference of states."""
+    flow, _ = cell_flow(parts, cell)
+    return norm(flow.space, y)
+
+
+@jit(entry=True)
+def solve_bordered(matrix, columns, rows, right, lost):
+    """Solve ((matrix, columns), (rows)) x = right in place; return the determinant, 0: singular.
+
+    matrix (n, n), columns (m, n), each a column, rows (m, n + m), right (n + m, k); lost
+    (n + m, n + m) takes the system.
+    """
+    n, m = len(matrix), len(columns)
+    for i in range(n):
+        for j in range(n):
+            lost[i, j] = matrix[i, j]
+        for j in range(m):
+            lost[i, n + j] = columns[j, i]
+    for i in range(m):
+        for j in range(n + m):
+            lost[n + i, j] = rows[i, j]
+    product = determinant(lost.copy())
+    if product == 0.0 or not solve(lost, right):
+        return 0.0
+    return product
+
+
+@jit
+def determinant(a):
+    """Return the determinant of a matrix, which is lost."""
+    product = 1.0
+    for i in range(len(a)):
+        pivot = i
+        for j in range(i + 1, len(a)):
+            if abs(a[j, i]) > abs(a[pivot, i]):
+                pivot = j
+        if not abs(a[pivot, i]) > 0.0:
+            return 0.0
+        if pivot != i:
+            product = -product
+            for c in range(len(a)):
+                a[i, c], a[pivot, c] = a[pivot, c], a[i, c]
+        product *= a[i, i]
+        for j in range(i + 1, len(a)):
+            f = a[j, i] / a[i, i]
+            for c in range(i, len(a)):
+                a[j, c] -= f * a[i, c]
+    return product
+
+
+@chosen
+def broken_limit(violation, lane):
+    """Return where a lane's violations of its limit go, or None where there is no limit."""
+    if violation is None:
+        return lambda violation, lane: None
+    return lambda violation, lane: violation[lane]
+
+
+@jit(entry=True)
+def measure_cycles(begin, end, parts, cells, starts, periods, energy, strokes, violation):
+    """Measure orbits `begin` to `end` - 1 over so many `periods` (orbits,) each.
+
+    cells (orbits,) and starts (orbits, 4) at phase zero. Fills energy (orbits, 2) with the largest
+    E1 and E2 [J], strokes (orbits, 2) with the largest approach speed [m/s] and contact force [N],
+    and violation (orbits, 3), if it is not None, as `cells.report_violation`.
+    """
+    # hot: one array for each quantity
+    for lane in range(begin, end):
+        state, rows = np.zeros(SIZE), np.zeros((ROOM, COLUMNS))
+        for i in range(4):
+            state[i] = starts[lane, i]
+        impacts = Impacts(rows, np.zeros(1, np.int64))
+        buffers = CellBuffers(
+            None, None, None, impacts, energy[lane], None, None, broken_limit(violation, lane)
+        )
+        run_cell(parts, cells[lane], state, Span(0, periods[lane], 1), buffers)
+        for i in range(min(impacts.filled[0], ROOM)):
+            strokes[lane, 0] = max(strokes[lane, 0], rows[i, SPEED])
+            strokes[lane, 1] = max(strokes[lane, 1], rows[i, FORCE])

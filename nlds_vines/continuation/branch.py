@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from nlds_vines.continuation.arclength import (
+    FIRST_STEP,
     LEAST_STEP,
     LONGEST_STEP,
     NEARER,
@@ -113,15 +114,16 @@ def follow(
     bounds: Bounds,
     *,
     known: Known | None = None,
+    first: float = FIRST_STEP,
     longest: float = LONGEST_STEP,
 ) -> Arm:
     """Follow a branch from a point on, along its tangent, until it ends.
 
     Arguments: the `bounds` of the parameter; `known` tells whether a point lies on a branch that is
-    known; the `longest` step.
+    known; the `first` and the `longest` step.
     """
     arm = Arm([start])
-    stepper = Stepper(section_map, start, longest=longest)
+    stepper = Stepper(section_map, start, first, longest)
     while not arm.end:
         a = stepper.point
         b = stepper.advance(_way_to_grazing(section_map, arm))
@@ -192,7 +194,7 @@ def _is_back(arm: Arm, b: Point) -> bool:
     return False
 
 
-def _half(cycle: Cycle) -> np.ndarray:
+def half_of(cycle: Cycle) -> np.ndarray:
     """Return how an orbit of even n differs, at phase zero, from itself half its period later."""
     return cycle.points[cycle.n // 2 - 1, : cycle.state.size] - cycle.state
 
@@ -203,9 +205,9 @@ def _passes_shorter(section_map: SectionMap, arm: Arm, b: Point) -> bool:
     if b.cycle.n % 2 or len(arm.points) < 2:
         return False
     weights = a.weights[:-1] * a.weights[:-1]
-    turned = float((weights * _half(a.cycle) * _half(b.cycle)).sum()) < 0.0
-    near = length(b.weights[:-1], _half(b.cycle)) < 4.0 * step_between(a, b)
-    return turned and near
+    far = length(b.weights[:-1], half_of(b.cycle))
+    turned = float((weights * half_of(a.cycle) * half_of(b.cycle)).sum()) < 0.0
+    return far < SAME_ORBIT or (turned and far < 4.0 * step_between(a, b))
 
 
 def _is_rigid(section_map: SectionMap) -> bool:
@@ -252,6 +254,7 @@ def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
         wall, label = _wall(section_map, point.cycle.counts), label_of_cycle(point.cycle)
         end = replace(point, cycle=cycle)
         arm.specials.append(Special("GR", end, label, "", error, width, wall))
+        arm.points.append(end)
         arm.end = "grazing"
         return
 

@@ -91,6 +91,11 @@ class SectionMap:
         self._units = [1.0e-3 * abs(self.system.parameters.get(name, 1.0)) for name in names]
 
     @cached_property
+    def _template(self) -> np.ndarray:
+        """The kernels' record (1,) of the system itself."""
+        return np.atleast_1d(self.system.cells())
+
+    @cached_property
     def _direct(self) -> tuple[tuple[str, ...], ...] | None:
         """The fields of a cell's record that a free parameter is, for each; None where it is more.
 
@@ -116,7 +121,7 @@ class SectionMap:
         if self._direct is None:
             grid = {name: points[:, i] for i, name in enumerate(self.names)}
             return self.system.cells(grid).view(np.recarray)
-        found = np.repeat(np.atleast_1d(self.system.cells()), len(points))
+        found = np.repeat(self._template, len(points))
         for i, fields in enumerate(self._direct):
             for field in fields:
                 found[field] = points[:, i]
@@ -176,10 +181,8 @@ class SectionMap:
         """
         cell = self.cells(cycle.values[np.newaxis])[0]
         found = np.empty(self.size + len(lengths))
-        for i in range(self.size):
-            unit = np.zeros(4)
-            unit[i] = 1.0
-            found[i] = cycles.length_of(self._parts, cell, unit) / cycle.span
+        cycles.fill_norms(self._parts, cell, found[: self.size])
+        found[: self.size] /= cycle.span if cycle.span > 0.0 else 1.0
         if self.size == 4:  # a spring without stiffness has no energy
             found[2] = max(found[2], found[3] * float(cell.omega))
         found[: self.size] = np.where(found[: self.size] > 0.0, found[: self.size], 1.0)

@@ -1,0 +1,211 @@
+"""All branches that start orbits lead to: their own, and those that leave at special points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nlds_vines.continuation.arclength import FIRST_STEP, LONGEST_STEP, Point, point_of
+from nlds_vines.continuation.branch import (
+    SAME_ORBIT,
+    Arm,
+    Bounds,
+    at_value,
+    first_point,
+    follow,
+)
+from nlds_vines.continuation.section_map import Cycle, SectionMap
+from nlds_vines.continuation.switching import doubled, other_branch
+from nlds_vines.continuation.track import Track
+
+EVERY = 16
+"""Every so many points, a branch is compared with those that are known."""
+
+NEAR = 0.05
+"""How near, relative to the orbit, a known branch is compared at all."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seed:
+    """A start orbit: its place (size + 1,), state and parameter, and its number of periods."""
+
+    place: np.ndarray
+    n: int
+
+
+@dataclass(frozen=True)
+class Search:
+    """What is followed: `doublings` of the period one after another, and the `longest` step."""
+
+    doublings: int = 0
+    longest: float = LONGEST_STEP
+
+
+class Explorer:
+    """Follows branches one after another; each is known to those that come later."""
+
+    def __init__(
+        self,
+        section_map: SectionMap,
+        bounds: Bounds,
+        search: Search,
+        recall: Callable[[], Track | None],
+        note: Callable[[Track], None],
+    ) -> None:
+        """Take the map, the interval, and where tracks are kept.
+
+        Arguments: `recall` returns the next track that an earlier run has found, None for none;
+        `note` takes every new one.
+        """
+        self._map, self._bounds, self._search = section_map, bounds, search
+        self._recall, self._note = recall, note
+        self.tracks: list[Track] = []
+
+    def run(self, seeds: Sequence[Seed]) -> list[Track]:
+        """Follow the branches of all seeds, then those that leave them; return all tracks."""
+        for seed in seeds:
+            cycle = at_value(self._map, seed.place, seed.n, float(seed.place[-1]))
+            if cycle is None or self.lies_on(cycle) is not None:
+                continue
+            self._keep(lambda cycle=cycle: self._both_ways(cycle))
+        longest = max((track.n for track in self.tracks), default=1) * 2**self._search.doublings
+        done = 0
+        while done < len(self.tracks):
+            for at in range(len(self.tracks[done].specials)):
+                self._switch(done, at, longest)
+            done += 1
+        return self.tracks
+
+    def _keep(self, make: Callable[[], Track | None]) -> None:
+        """Add the next track: the one that is recalled, or else the one made."""
+        track = self._recall()
+        if track is None:
+            track = make()
+            if track is None:
+                return
+            self._note(track)
+        self.tracks.append(track)
+        self._serve(track)
+
+    def _both_ways(self, cycle: Cycle) -> Track | None:
+        arms = []
+        for sign in (1.0, -1.0):
+            start = first_point(self._map, cycle, self._bounds, sign)
+            if start is None:
+                return None
+            arms.append(self._follow(start))
+            if arms[0].end == "closed":
+                return Track(arms[0].points, arms[0].specials, ("closed", "closed"))
+        return Track.joined(arms[1], arms[0])
+
+    def _follow(self, start: Point, first: float = FIRST_STEP) -> Arm:
+        """Follow one direction from a point on, the first step so long."""
+        count = 0
+
+        def known(point: Point) -> bool:
+            nonlocal count
+            count += 1
+            return count % EVERY == 0 and self.lies_on(point.cycle) is not None
+
+        return follow(
+            self._map, start, self._bounds, known=known, first=first, longest=self._search.longest
+        )
+
+    # ---- from a special point on ----
+
+    def _switch(self, parent: int, at: int, longest: int) -> None:
+        """Follow the branch that leaves another at a special point, if one is to be followed."""
+        track = self.tracks[parent]
+        special = track.specials[at]
+        if special.kind == "PD" and 2 * track.n <= longest and at not in track.served:
+            track.served.add(at)
+            self._keep(lambda: self._from_doubling(parent, at))
+        elif special.kind == "BP" and at not in track.served:
+            track.served.add(at)
+            self._keep(lambda: self._from_branch_point(parent, at))
+
+    def _from_doubling(self, parent: int, at: int) -> Track | None:
+        origin = self.tracks[parent].specials[at].point
+        found = doubled(self._map, origin)
+        if found is None or self.lies_on(found[0].cycle) is not None:
+            return None
+        start, far = found
+        arm = self._follow(start, far)
+        first = self._map.at(origin.cycle.place, start.cycle.n)
+        if first is not None:  # the branch begins with the orbit that doubles
+            begin = point_of(self._map, first, start.tangent, self._bounds.lengths)
+            arm.points.insert(0, begin or Point(first, start.tangent, start.weights, 0.0))
+        return Track(arm.points, arm.specials, ("shorter", arm.end), "PD", parent, at)
+
+    def _from_branch_point(self, parent: int, at: int) -> Track | None:
+        found = other_branch(self._map, self.tracks[parent].specials[at].point)
+        if found is None or self.lies_on(found[0].cycle) is not None:
+            return None
+        arms, (start, far) = [], found
+        for turned in (1.0, -1.0):
+            point = Point(start.cycle, turned * start.tangent, start.weights, turned * start.border)
+            arms.append(self._follow(point, far))
+        track = Track.joined(arms[1], arms[0])
+        track.origin, track.parent, track.at = "BP", parent, at
+        return track
+
+    def _serve(self, track: Track) -> None:
+        """Mark the period doublings from which a track comes, and in which it ends."""
+        if track.origin != "PD":
+            return
+        parent = self.tracks[track.parent]
+        parent.served.add(track.at)
+        if track.ends[1] == "shorter":
+            last = track.points[-1]
+            near = [
+                (abs(special.value - last.value), i)
+                for i, special in enumerate(parent.specials)
+                if special.kind == "PD"
+            ]
+            if near and min(near)[0] < abs(track.points[-2].value - last.value) + SAME_ORBIT:
+                parent.served.add(min(near)[1])
+
+    # ---- what is known ----
+
+    def lies_on(self, cycle: Cycle) -> int | None:
+        """Return the number of the track that an orbit belongs to; None if it is new.
+
+        Newton's method takes the known branch to the orbit's parameter: the two are one if they
+        agree to round-off, at whatever phase.
+        """
+        for number, track in enumerate(self.tracks):
+            if track.n == cycle.n and any(self._is_one(cycle, p) for p in crossings(track, cycle)):
+                return number
+        return None
+
+    def _is_one(self, cycle: Cycle, place: np.ndarray) -> bool:
+        value = float(cycle.values[0])
+        found = at_value(self._map, place, cycle.n, value)
+        return found is not None and is_same(self._map, cycle, found)
+
+
+def crossings(track: Track, cycle: Cycle) -> Iterator[np.ndarray]:
+    """Yield the places, between neighbouring points of a track, with an orbit's parameter.
+
+    Only those near the orbit, at whatever phase of it.
+    """
+    values, value = track.values, float(cycle.values[0])
+    found = (values[:-1] - value) * (values[1:] - value) <= 0.0
+    size = cycle.state.size
+    for i in np.flatnonzero(found):
+        a, b = track.points[i], track.points[i + 1]
+        step = b.value - a.value
+        share = (value - a.value) / step if step else 0.0
+        place = a.cycle.place + share * (b.cycle.place - a.cycle.place)
+        off = np.abs(cycle.points[:, :size] - place[:-1]) * a.weights[:-1]
+        if off.max(axis=1).min() < NEAR:
+            yield place
+
+
+def is_same(section_map: SectionMap, cycle: Cycle, other: Cycle) -> bool:
+    """Tell whether two orbits of one parameter are one, at whatever phase."""
+    weights = section_map.weights(other, np.ones(len(other.values)))[: other.state.size]
+    off = np.abs(cycle.points[:, : other.state.size] - other.state) * weights
+    return bool(off.max(axis=1).min() < SAME_ORBIT)

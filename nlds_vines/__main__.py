@@ -15,6 +15,10 @@ COMMANDS = {
     "transients": ("nlds_vines.transients.command", "how long chaos lasts, where starts end"),
     "tuning": ("nlds_vines.tuning.command", "search for the best damper"),
     "portrait": ("nlds_vines.portrait.command", "one orbit in full"),
+    "continuation": (
+        "nlds_vines.continuation.command",
+        "branches of periodic orbits, and what changes them",
+    ),
     "reproduce": (
         "nlds_vines.reproduce.command",
         "the paper: figures and claims",

@@ -29,6 +29,7 @@ from nlds_vines.continuation.special_points import (
     step_between,
     unexplained,
 )
+from nlds_vines.orbits.labels import name_of
 
 MOST_POINTS = 5_000
 """Points of one branch in one direction."""
@@ -251,9 +252,10 @@ def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
             continue
         cycle = replace(point.cycle, state=place[:-1], values=place[-1:])
         error, width = length(point.weights, place - before), abs(float((place - before)[-1]))
-        wall, label = _wall(section_map, point.cycle.counts), label_of_cycle(point.cycle)
+        wall, label = _wall(section_map), label_of_cycle(point.cycle)
+        beyond = name_of(cycle.n, sum(cycle.counts) + (-1 if name == "slowest" else 1))
         end = replace(point, cycle=cycle)
-        arm.specials.append(Special("GR", end, label, "", error, width, wall))
+        arm.specials.append(Special("GR", end, label, beyond, error, width, wall))
         arm.points.append(end)
         arm.end = "grazing"
         return
@@ -276,7 +278,7 @@ def limit_of(knots: list[tuple[float, np.ndarray]]) -> np.ndarray:
     return rows[0]
 
 
-def _wall(section_map: SectionMap, counts: tuple[int, int]) -> str:
+def _wall(section_map: SectionMap) -> str:
     """Return the wall of a grazing if there is only one that it can be."""
     walls = section_map.scene.walls
     return walls[0] if len(walls) == 1 else ""

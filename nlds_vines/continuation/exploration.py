@@ -51,16 +51,17 @@ class Explorer:
         section_map: SectionMap,
         bounds: Bounds,
         search: Search,
-        recall: Callable[[], Track | None],
-        note: Callable[[Track], None],
+        recall: Callable[[], Track | None] = lambda: None,
+        note: Callable[[Track], None] = lambda track: None,
+        check: Callable[[], None] = lambda: None,
     ) -> None:
         """Take the map, the interval, and where tracks are kept.
 
         Arguments: `recall` returns the next track that an earlier run has found, None for none;
-        `note` takes every new one.
+        `note` takes every new one; `check` is called at every point, and may raise.
         """
         self._map, self._bounds, self._search = section_map, bounds, search
-        self._recall, self._note = recall, note
+        self._recall, self._note, self._check = recall, note, check
         self.tracks: list[Track] = []
 
     def run(self, seeds: Sequence[Seed]) -> list[Track]:
@@ -106,6 +107,7 @@ class Explorer:
 
         def known(point: Point) -> bool:
             nonlocal count
+            self._check()
             count += 1
             return count % EVERY == 0 and self.lies_on(point.cycle) is not None
 

@@ -14,9 +14,9 @@ from nlds_vines.errors import RequestError
 NAME = "manifest.json"
 """The manifest's name in the folder of parts."""
 
-SCAN, TUNING, SURVEY = "scan", "tuning", "survey"
+SCAN, TUNING, SURVEY, CONTINUATION = "scan", "tuning", "survey", "continuation"
 """The kinds of requests: a scan, in blocks; the search of a tuning, design by design; a survey of
-measurements, task by task."""
+measurements, task by task; a continuation, branch by branch."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,20 @@
+"""Branches of periodic orbits along a parameter, stable or not: where and why regimes change.
+
+In reading order:
+
+    request          `Continuation`: what to follow, checked
+    request_file     a continuation file (TOML) read into a `Continuation`
+    section_map      the n-fold section map with its derivatives; linear systems
+    arclength        a step along a branch, and Newton's method across it
+    special_points   test functions, and where they change their sign
+    branch           one branch in one direction, and why it ends
+    switching        onto the branches that leave it
+    track            a whole branch, and its arrays
+    exploration      all branches that start orbits lead to
+    start_orbits     from rest, from random starts, from a scan's archive
+    branch_table     the datasets of the archive
+    result           `Continued`: branches and special points
+    run              from request to archive
+    picture          the diagram of branches
+    command          `python -m nlds_vines.continuation` and `nv.continue_orbit`
+"""

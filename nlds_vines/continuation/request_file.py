@@ -1,0 +1,129 @@
+"""A continuation file (TOML), or what stands for one, read and checked."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from nlds_vines.continuation.request import SEARCH, Begin, Continuation, Interval, Orbit
+from nlds_vines.errors import RequestError, at, number, shown, table, whole
+from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
+from nlds_vines.model.system import System
+
+FORM = Form(
+    kind="continuation",
+    tables={
+        "set": None,
+        "along": None,
+        "plane": None,
+        "start": dict.fromkeys(
+            ("policy", "label", "count", "seed", "states", "values", "periods"), unchecked
+        ),
+        "search": SEARCH,
+    },
+)
+"""What may stand in a continuation file."""
+
+DEFAULT_SYSTEM = "ssul-set6"
+"""The system that is followed unless another one is named."""
+
+DEFAULT_ALONG = {"omega": {"start": 5.0, "stop": 9.0}}
+"""The parameter that is free unless another one is named."""
+
+
+def load_continuation(
+    source: str | os.PathLike[str] | Document | System | Continuation | None = None,
+    changes: Document | None = None,
+    changes_from: str = "changes",
+) -> Continuation:
+    """Return the continuation that a file means, checked throughout.
+
+    Arguments:
+        source: path of a TOML file (its name ends in `.toml`), a name of the catalogue, the
+            document as nested tables, a `System`, a `Continuation`, or None for SSul Set 6.
+        changes: a document of the same form that overrides it entry by entry; `changes_from` names
+            it in the message of an error.
+
+    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    """
+    if isinstance(source, Continuation) and not changes:
+        return source
+    layers = Layers.of(_opened(source), changes, changes_from)
+    system = layers.system(DEFAULT_SYSTEM)
+    for layer in layers:
+        with at(layer.place("set")):
+            system = system.with_(**layer.table("set"))
+    along = _interval(layers, "along") or _interval_of("along", DEFAULT_ALONG)
+    title = layers.title(outdated_by=("system", "set", "along", "plane"))
+    with at(layers.place("start")):
+        begin = _begin(layers.table("start"))
+    with at(layers.holder("along").where):
+        return Continuation(
+            title=_made_up_title(system, along) if title is None else title,
+            system=system,
+            along=along,
+            begin=begin,
+            plane=_interval(layers, "plane"),
+            **layers.values("search"),
+        )
+
+
+def _opened(source: object) -> Layer:
+    if source is None:
+        return FORM.open(DEFAULT_SYSTEM)
+    return FORM.open(source.document() if isinstance(source, Continuation) else source)
+
+
+def _interval(layers: Layers, key: str) -> Interval | None:
+    """Return the interval that the uppermost table of a key means; None where there is none."""
+    holder = layers.holder(key)
+    entries = holder.table(key)
+    if not entries:
+        return None
+    with at(holder.place(key)):
+        return _interval_of(key, entries)
+
+
+def _interval_of(key: str, entries: Document) -> Interval:
+    if len(entries) != 1:
+        raise RequestError(f"{', '.join(entries)} given; allowed: one parameter")
+    ((name, entry),) = entries.items()
+    found = table(name, entry, ("start", "stop"))
+    if found.keys() != {"start", "stop"}:
+        raise RequestError(f"{name} = {shown(dict(found))} must hold start and stop")
+    return Interval(name, found["start"], found["stop"])
+
+
+def _begin(entries: Document) -> Begin:
+    """Return where branches begin, as a table `[start]` says."""
+    plain = {key: entries[key] for key in ("policy", "label", "count", "seed") if key in entries}
+    lists = {key: entries.get(key, ()) for key in ("states", "values", "periods")}
+    for key, values in lists.items():
+        if not isinstance(values, list | tuple):
+            raise RequestError(f"{key} = {shown(values)} must be a list")
+    if len({len(values) for values in lists.values()}) != 1:
+        raise RequestError("states, values and periods must be as many")
+    orbits = tuple(
+        Orbit(_state(state), number("value", value), whole("period", period, 1, 10**6))
+        for state, value, period in zip(*lists.values(), strict=True)
+    )
+    return Begin(orbits=orbits, **_with_policy(plain, orbits))
+
+
+def _with_policy(plain: dict[str, Any], orbits: tuple[Orbit, ...]) -> dict[str, Any]:
+    """Return the entries with the policy that a label, or orbits, alone mean."""
+    if "policy" not in plain and orbits:
+        return {**plain, "policy": "orbits"}
+    if "policy" not in plain and plain.get("label"):
+        return {**plain, "policy": "label"}
+    return plain
+
+
+def _state(state: object) -> tuple[float, ...]:
+    if not isinstance(state, list | tuple):
+        raise RequestError(f"state = {shown(state)} must be a list of numbers")
+    return tuple(number("state", value) for value in state)
+
+
+def _made_up_title(system: System, along: Interval) -> str:
+    return f"{system.title or system.name}: branches along {along.name}"

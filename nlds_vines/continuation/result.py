@@ -1,0 +1,274 @@
+"""The results of a continuation: branches, special points, and what they say of one value."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from nlds_vines.archives.archive import read
+from nlds_vines.continuation.branch import ENDS, at_value
+from nlds_vines.continuation.branch_table import KIND_FLAGS, ORIGINS, Tables, datasets_of
+from nlds_vines.continuation.exploration import is_same
+from nlds_vines.continuation.request import Continuation
+from nlds_vines.continuation.request_file import load_continuation
+from nlds_vines.continuation.section_map import SectionMap
+from nlds_vines.continuation.special_points import label_of_cycle
+from nlds_vines.continuation.start_orbits import place_of, states_of
+from nlds_vines.errors import RequestError, number
+from nlds_vines.orbits.settings import Settings
+from nlds_vines.toml import parse_toml
+
+_KINDS = {code: kind for kind, code in KIND_FLAGS.items()}
+_ORIGINS = {code: word for word, code in ORIGINS.items()}
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One branch of nT orbits; arrays have an entry for each of its points, in order.
+
+    Attributes:
+        parameter: the free parameter [SI].
+        states: (points, components) at phase zero, in the user's coordinates [m, m/s].
+        sections: (points, n, components) those one, two ... periods later; the last is `states`.
+        period: n of nT.
+        labels: "T,1", "3T,3" ... at each point.
+        impacts: (points, 2) per nT, at the near and the far wall.
+        stable: whether all multipliers lie inside the unit circle.
+        multipliers: (points, components) complex, the largest modulus first.
+        E1max, E2max: largest energies [J]; E2max is NaN without a damper.
+        residual: what does not close, relative; determinant_error: by how much the product of the
+            multipliers is not what the damping makes it, relative: an error bar of the matrix.
+        clearance: nearest miss [m]; softest_impact, fastest_impact: [m/s]; largest_force: [N].
+        ends: in words, why it ends at its beginning and at its end.
+        origin: "start", "PD" or "BP"; parent: number of the branch that it leaves, or -1.
+    """
+
+    parameter: np.ndarray
+    states: np.ndarray
+    sections: np.ndarray
+    period: int
+    labels: np.ndarray
+    impacts: np.ndarray
+    stable: np.ndarray
+    multipliers: np.ndarray
+    E1max: np.ndarray
+    E2max: np.ndarray
+    residual: np.ndarray
+    determinant_error: np.ndarray
+    clearance: np.ndarray
+    softest_impact: np.ndarray
+    fastest_impact: np.ndarray
+    largest_force: np.ndarray
+    ends: tuple[str, str]
+    origin: str
+    parent: int
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.parameter)
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """The orbit of a branch at one value of the parameter.
+
+    Attributes: number of the `branch`; its `label`; the `state` at phase zero in the user's
+    coordinates; complex `multipliers`; `unstable`: how many lie outside the unit circle.
+    """
+
+    branch: int
+    label: str
+    state: np.ndarray
+    multipliers: np.ndarray
+    unstable: int
+
+    @property
+    def stable(self) -> bool:
+        """Whether all multipliers lie inside."""
+        return self.unstable == 0
+
+
+@dataclass(frozen=True, eq=False)
+class Continued:
+    """The branches of a continuation, and their special points."""
+
+    request: Continuation
+    tables: Tables
+
+    @cached_property
+    def branches(self) -> tuple[Branch, ...]:
+        """All branches, those of the start orbits first."""
+        t, name = self.tables, self.request.along.name
+        found = []
+        for i in range(len(t["status"])):
+            rows = t["branch_of_point"] == i
+            pairs = t["multipliers"][rows]
+            nothing = np.full(int(rows.sum()), np.nan)
+            found.append(
+                Branch(
+                    parameter=t[name][rows],
+                    states=t["state"][rows],
+                    sections=self._sections(rows),
+                    period=int(t["period"][rows][0]),
+                    labels=t["label"][rows],
+                    impacts=np.stack([t["impacts_near"][rows], t["impacts_far"][rows]], axis=1),
+                    stable=t["stable"][rows].astype(bool),
+                    multipliers=pairs[..., 0] + 1j * pairs[..., 1],
+                    E1max=t["E1max"][rows],
+                    E2max=t["E2max"][rows] if "E2max" in t else nothing,
+                    residual=t["residual"][rows],
+                    determinant_error=t["determinant_error"][rows],
+                    clearance=t["clearance"][rows],
+                    softest_impact=t["softest_impact"][rows],
+                    fastest_impact=t["fastest_impact"][rows],
+                    largest_force=t["largest_force"][rows],
+                    ends=self._ends(i),
+                    origin=_ORIGINS[int(t["origin"][i])],
+                    parent=int(t["parent"][i]),
+                )
+            )
+        return tuple(found)
+
+    def _sections(self, rows: np.ndarray) -> np.ndarray:
+        """Return the sections (points, n, components) of the points of a branch."""
+        periods = self.tables["period"]
+        found = self.tables["section"][np.repeat(rows, periods)]
+        return found.reshape(int(rows.sum()), -1, found.shape[-1])
+
+    def _ends(self, i: int) -> tuple[str, str]:
+        words = list(ENDS)
+        first, last = (words[int(self.tables[name][i])] for name in ("first_end", "last_end"))
+        return first, last
+
+    @cached_property
+    def special(self) -> np.recarray:
+        """The special points, a row each, branch after branch.
+
+        kind: LP, PD, NS, BP, GR or LIM; value: of the parameter; before, after: the labels along
+        the branch; residual: the test function, relative; bracket: width of the last bracket, in
+        units of the parameter; defect: what does not close, relative; wall: of an impact that
+        grazes; branch: its number; period: n; state: at phase zero, in the user's coordinates.
+        """
+        t = self.tables
+        size = t["special_state"].shape[1]
+        kinds = [
+            ("kind", "U3"), ("value", float), ("before", "U16"), ("after", "U16"),
+            ("residual", float), ("bracket", float), ("defect", float), ("wall", "U4"),
+            ("branch", int), ("period", int), ("state", float, (size,)),
+        ]  # fmt: skip
+        rows = np.zeros(len(t["kind"]), kinds)
+        rows["kind"] = [_KINDS[int(code)] for code in t["kind"]]
+        rows["value"] = t[f"special_{self.request.along.name}"]
+        rows["before"], rows["after"] = t["before"].astype(str), t["after"].astype(str)
+        rows["wall"] = t["wall"].astype(str)
+        for name in ("residual", "defect", "branch", "period", "state"):
+            rows[name] = t[f"special_{name}"]
+        rows["bracket"] = t["bracket"]
+        return rows.view(np.recarray)
+
+    def orbits_at(self, value: float) -> list[Crossing]:
+        """Return the orbits of all branches at a value of the parameter, each closed by Newton.
+
+        Raises `RequestError` for a value outside the interval.
+        """
+        along = self.request.along
+        value = number(along.name, value)
+        if not along.low <= value <= along.high:
+            raise RequestError(f"{along.name} = {value!r}; allowed: {along.low!r} to {along.high!r}")
+        section_map = map_of(self.request)
+        found: list[Crossing] = []
+        for i, branch in enumerate(self.branches):
+            cycles = []
+            for place in self._places_at(branch, value):
+                cycle = at_value(section_map, place, branch.period, value)
+                if cycle is None or any(is_same(section_map, cycle, other) for other in cycles):
+                    continue
+                cycles.append(cycle)
+                state = states_of(self.request.system, along.name, cycle.place[np.newaxis])[0]
+                label, mu = label_of_cycle(cycle), cycle.multipliers
+                found.append(Crossing(i, label, state, mu, cycle.unstable))
+        return found
+
+    def _places_at(self, branch: Branch, value: float) -> Iterator[np.ndarray]:
+        """Yield places near which a branch has an orbit at a value."""
+        values, name, system = branch.parameter, self.request.along.name, self.request.system
+        for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
+            step = values[i + 1] - values[i]
+            share = (value - values[i]) / step if step else 0.0
+            state = branch.states[i] + share * (branch.states[i + 1] - branch.states[i])
+            yield place_of(system, name, value, tuple(state.tolist()))
+
+    def edges_at(self, value: float) -> list[Crossing]:
+        """Return the orbits with one unstable multiplier: candidates of edge states.
+
+        The stable manifold of such an orbit may divide the basins of two attractors.
+        """
+        return [orbit for orbit in self.orbits_at(value) if orbit.unstable == 1]
+
+    def lines(self) -> Iterator[str]:
+        """Yield the report, a line at a time."""
+        yield self.request.title
+        points = len(self.tables["period"])
+        yield f"{len(self.branches)} branches, {points} points, {len(self.special)} special points"
+        for i, branch in enumerate(self.branches):
+            yield from self._branch_lines(i, branch)
+
+    def _branch_lines(self, i: int, branch: Branch) -> Iterator[str]:
+        name = self.request.along.name
+        labels = ", ".join(dict.fromkeys(branch.labels.tolist()))
+        origin = "" if branch.parent < 0 else f" from {branch.origin} of branch {branch.parent}"
+        yield (
+            f"branch {i}{origin}: {labels}; {name} {branch.parameter.min():.6g} to "
+            f"{branch.parameter.max():.6g}; {int(branch.stable.sum())} of {len(branch)} points "
+            f"stable; ends: {branch.ends[0]}, {branch.ends[1]}"
+        )
+        for row in self.special[self.special.branch == i]:
+            change = f"{row.before} -> {row.after}" if row.before != row.after else row.before
+            wall = f" ({row.wall} wall)" if row.wall else ""
+            yield f"  {row.kind:<3} {name} = {row.value:.12g}  {change}{wall}"
+
+    def __repr__(self) -> str:
+        """Return a summary of one line."""
+        names = ", ".join(f"{n} {k}" for k, n in _counted(self.special.kind.tolist()))
+        return f"<Continued: {len(self.branches)} branches; {names or 'no special point'}>"
+
+
+def _counted(words: list[str]) -> list[tuple[str, int]]:
+    return [(word, words.count(word)) for word in dict.fromkeys(words)]
+
+
+def map_of(request: Continuation) -> SectionMap:
+    """Return the section map of a continuation."""
+    return SectionMap(
+        request.system, (request.along.name,), Settings(float(request.tolerance))
+    )
+
+
+def continued(path: str | os.PathLike[str]) -> Continued:
+    """Return the results of a continuation, from its archive.
+
+    Raises `RequestError` for any other file.
+    """
+    with read(path) as view:
+        if view.content != "continuation":
+            raise RequestError(f"{Path(path)} holds a {view.content}, not a continuation")
+        request = load_continuation(parse_toml(view.text("scan"), str(path)))
+        names = [entry.name for entry in datasets_of(request) if entry.name in view]
+        tables = {name: view[name] for name in names}
+    return Continued(request, with_empty(request, tables))
+
+
+def with_empty(request: Continuation, tables: Tables) -> Tables:
+    """Return tables with those, empty, that an archive leaves out: without special points."""
+    size = len(request.system.scene.components)
+    shapes = {"component": size, "multiplier": size, "part": 2}
+    for entry in datasets_of(request):
+        if entry.name not in tables and entry.dims[0] == "special":
+            kind = object if entry.dtype == "str" else entry.dtype
+            tables[entry.name] = np.empty((0, *(shapes[dim] for dim in entry.dims[1:])), kind)
+    return tables

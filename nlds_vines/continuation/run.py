@@ -1,0 +1,164 @@
+"""A continuation from request to archive, branch by branch: each is kept when it is complete."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import ClassVar
+
+from nlds_vines.archives import archive, durable
+from nlds_vines.archives.dataset import Table
+from nlds_vines.archives.provenance import attributes
+from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.continuation.branch import Bounds
+from nlds_vines.continuation.branch_table import Tables, datasets_of, scales_of, tables_of
+from nlds_vines.continuation.exploration import Explorer, Search
+from nlds_vines.continuation.request import Continuation
+from nlds_vines.continuation.result import map_of
+from nlds_vines.continuation.start_orbits import seeds_of
+from nlds_vines.continuation.track import Track, packed, unpacked
+from nlds_vines.errors import printable
+from nlds_vines.runs import interrupts
+from nlds_vines.runs.folder import RunFolder
+from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.runs.manifest import CONTINUATION
+from nlds_vines.runs.partfile import PATTERN, UNSOUND, fetch, identity, path_of, store
+from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.threads import use_threads
+
+
+@dataclass
+class TrackFolder(RunFolder):
+    """The tracks of a continuation under way, in the order in which they are found."""
+
+    content: ClassVar[str] = CONTINUATION
+
+    request: Continuation
+    _there: int = 0
+    _read: int = 0
+    _stored: float = field(default_factory=time.monotonic)
+
+    def begin(self) -> int:
+        """Count the tracks of an earlier run, up to the first that does not verify; return it."""
+        paths = sorted(self.folder.glob(PATTERN))
+        for path in paths:
+            try:
+                if path != path_of(self.folder, self._there):
+                    raise ValueError("the one before it is missing")
+                fetch(path, self._identity(self._there)).by_us()
+            except UNSOUND as error:
+                self.discarded.append(f"{path.name} and what follows is computed again: {error}")
+                break
+            self._there += 1
+        for path in paths[self._there :]:
+            path.unlink()
+        return self._there
+
+    def recall(self) -> Track | None:
+        """Return the next track of an earlier run; None where there is none."""
+        if self._read == self._there:
+            return None
+        self._read += 1
+        path = path_of(self.folder, self._read - 1)
+        return unpacked(fetch(path, self._identity(self._read - 1)).arrays)
+
+    def keep(self, track: Track) -> None:
+        """Store a new track."""
+        now = time.monotonic()
+        with durable.in_one_line(f"write a part in {self.folder}"):
+            path, ident = path_of(self.folder, self._there), self._identity(self._there)
+            store(path, ident, packed(track), seconds=now - self._stored, threads=1)
+        self._there, self._read, self._stored = self._there + 1, self._read + 1, now
+
+    def _identity(self, index: int) -> list[object]:
+        return identity(self.request.hash, index)
+
+
+def compute(
+    request: Continuation,
+    *,
+    recall: Callable[[], Track | None] = lambda: None,
+    keep: Callable[[Track], None] = lambda track: None,
+    check: Callable[[], None] = lambda: None,
+    tell: Callable[[str], object] | None = None,
+) -> Tables:
+    """Follow all branches of a continuation and return what is kept of them.
+
+    Arguments: `recall` and `keep`, see `Explorer`; `check` is called between two points, and may
+    raise; `tell` takes a line of text where something is compiled.
+    """
+    along, section_map = request.along, map_of(request)
+    search = Search(request.doublings, request.step)
+    explorer = Explorer(section_map, Bounds(along.low, along.high), search, recall, keep, check)
+    tracks = explorer.run(seeds_of(request, tell))
+    return tables_of(request, section_map, tracks)
+
+
+def run(request: Continuation, output: Path, how: RunOptions | None = None) -> None:
+    """Do a continuation into the archive `output`.
+
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every branch kept for --resume, and
+    `RequestError` where there is no periodic orbit to begin with.
+    """
+    how = RunOptions() if how is None else how
+    threads = use_threads(how.threads)
+    began = time.monotonic()
+    opened = TrackFolder.open(output, request, resume=how.resume, overwrite=how.overwrite)
+    with opened as folder, interrupts.stop_on_signals() as stop:
+        if folder.complete:
+            return
+        known = folder.begin()
+        for line in folder.discarded:
+            print(printable(line), file=sys.stderr)
+        try:
+            with Progress(10**6, "branch", quiet=how.quiet, at_most=True) as progress:
+                tables = _followed(request, folder, progress, stop)
+            spent = {"threads": threads, "seconds": round(time.monotonic() - began, 3)}
+            _store(request, tables, folder, {**spent, "replayed": known})
+        except (interrupts.Stopped, KeyboardInterrupt):
+            raise Interrupted(
+                f"interrupted: the branches that are complete are kept in {folder.folder}; "
+                "the same command with --resume (in place of --overwrite) goes on from there",
+                stop.status,
+            ) from None
+
+
+def _followed(
+    request: Continuation, folder: TrackFolder, progress: Progress, stop: interrupts.Stop
+) -> Tables:
+    count = 0
+
+    def keep(track: Track) -> None:
+        nonlocal count
+        folder.keep(track)
+        count += 1
+        progress.note(1, f"{len(track.points)} points of {track.n}T in the last one")
+
+    return compute(
+        request, recall=folder.recall, keep=keep, check=stop.check, tell=progress.say
+    )
+
+
+def _store(
+    request: Continuation, tables: Tables, folder: TrackFolder, spent: dict[str, float | int]
+) -> None:
+    """Write the archive, put it in its place and remove the parts."""
+    attrs = attributes(
+        request, {**request.about, "content": folder.content, **folder.begun_by(), **spent}
+    )
+    for item in request.free:  # what is free has no value of its own
+        attrs.pop(item.name, None)
+    contents = [
+        (entry, tables[entry.name])
+        for entry in datasets_of(request)
+        if tables.get(entry.name) is not None and tables[entry.name].size
+    ]
+    scales = scales_of(request, tables)
+    table = Table.of(
+        (entry for entry, _ in contents), {scale.name: scale.values.size for scale in scales}
+    )
+    pieces = archive.whole(contents)
+    folder.deliver(lambda path: archive.write(path, table, scales, pieces, lambda: attrs))

@@ -31,7 +31,7 @@ from nlds_vines.continuation.special_points import (
 )
 from nlds_vines.orbits.labels import name_of
 
-MOST_POINTS = 5_000
+MOST_POINTS = 3_000
 """Points of one branch in one direction."""
 
 UNSEEN = 1.0e-6
@@ -51,6 +51,7 @@ ENDS = {
     "grazing": "an impact of rigid bodies grazes: no smooth branch goes on",
     "limit": "the limit of the scene is passed",
     "lost": "Newton's method does not converge, or the orbit has too many impacts",
+    "unstable": "it was to be followed no further where it is unstable",
     "long": "it has more points than one branch may have",
 }
 """Why a branch ends, by a word."""
@@ -117,11 +118,13 @@ def follow(
     known: Known | None = None,
     first: float = FIRST_STEP,
     longest: float = LONGEST_STEP,
+    unstable: int = MOST_POINTS,
 ) -> Arm:
     """Follow a branch from a point on, along its tangent, until it ends.
 
     Arguments: the `bounds` of the parameter; `known` tells whether a point lies on a branch that is
-    known; the `first` and the `longest` step.
+    known; the `first` and the `longest` step; `unstable` points that are followed one after another
+    after a stable one.
     """
     arm = Arm([start])
     stepper = Stepper(section_map, start, first, longest)
@@ -136,6 +139,8 @@ def follow(
             continue
         _go_on(section_map, arm, b, bounds, known)
         stepper.point = arm.points[-1]
+        if not arm.end and all(p.cycle.unstable for p in arm.points[-unstable - 1 :]):
+            arm.end = "unstable" if len(arm.points) > unstable else ""
     return arm
 
 
@@ -161,7 +166,8 @@ def _go_on(
     elif known is not None and known(b):
         arm.end = "known"
     if arm.end != "shorter":
-        arm.specials.extend(specials_between(section_map, a, b))
+        for special in specials_between(section_map, a, b):
+            arm.specials.append(replace(special, index=len(arm.points) - 1))
     arm.points.append(b)
     if not arm.end:
         _end_at_grazing(section_map, arm)
@@ -255,7 +261,8 @@ def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
         wall, label = _wall(section_map), label_of_cycle(point.cycle)
         beyond = name_of(cycle.n, sum(cycle.counts) + (-1 if name == "slowest" else 1))
         end = replace(point, cycle=cycle)
-        arm.specials.append(Special("GR", end, label, beyond, error, width, wall))
+        index = len(arm.points) - 1
+        arm.specials.append(Special("GR", end, label, beyond, error, width, wall, index))
         arm.points.append(end)
         arm.end = "grazing"
         return
@@ -307,5 +314,6 @@ def _end_at_limit(section_map: SectionMap, arm: Arm) -> None:
             low = middle
     label = label_of_cycle(at.cycle)
     width = (high - low) * abs(float(at.tangent[-1]))
-    arm.specials.append(Special("LIM", at, label, label, high - low, width))
+    index = len(arm.points) - 2
+    arm.specials.append(Special("LIM", at, label, label, high - low, width, index=index))
     arm.points[-1], arm.end = at, "limit"

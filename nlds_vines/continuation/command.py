@@ -63,6 +63,7 @@ def continue_orbit(
     starts: int = STARTS,
     seed: int = 0,
     step: float = 0.02,
+    unstable: int = 3000,
     tolerance: float | str = "fine",
 ) -> Continued:
     """Follow the branches of periodic orbits along a parameter and return them.
@@ -78,6 +79,7 @@ def continue_orbit(
         doublings: how many period doublings, one after another, are followed to their branches.
         starts, seed: how many random starts, drawn by which seed.
         step: the longest step, relative to the orbit and the interval together.
+        unstable: the most points, one after another, that are followed where orbits are unstable.
         tolerance: of the contacts: a number, draft, standard or fine.
 
     Raises `RequestError` for anything else, and where the start is no periodic orbit.
@@ -92,7 +94,9 @@ def continue_orbit(
     changes: dict[str, Any] = {
         "along": {along: {"start": first, "stop": last}},
         "start": _start_table(known, along, start, (first, last), {"count": starts, "seed": seed}),
-        "search": {"doublings": doublings, "step": step, "tolerance": tolerance},
+        "search": {
+            "doublings": doublings, "step": step, "unstable": unstable, "tolerance": tolerance,
+        },  # fmt: skip
     }
     request = load_continuation(known, changes, "continue_orbit")
     from nlds_vines.continuation.result import Continued
@@ -227,6 +231,7 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
         {
             "doublings": options.doublings,
             "step": options.step,
+            "unstable": options.unstable,
             "tolerance": number_or_word("--tolerance", options.tolerance),
         }
     )
@@ -309,6 +314,7 @@ def _declare(parser: Parser) -> None:
     add("--seed", type=int, metavar="N", help="that they are drawn by [0]")
     add("--doublings", type=int, metavar="N", help="period doublings followed on and on [0]")
     add("--step", type=float, metavar="LENGTH", help="the longest, relative [0.02]")
+    add("--unstable", type=int, metavar="N", help="points that are unstable, one after another [3000]")
     add_tolerance(group)
     add_local_options(parser)
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from nlds_vines.continuation.arclength import FIRST_STEP, LONGEST_STEP, Point, point_of
 from nlds_vines.continuation.branch import (
+    MOST_POINTS,
     SAME_ORBIT,
     Arm,
     Bounds,
@@ -22,6 +23,9 @@ from nlds_vines.continuation.track import Track
 
 EVERY = 16
 """Every so many points, a branch is compared with those that are known."""
+
+ASIDE = 1.0e-4
+"""How far beside a grazing of rigid bodies, relative to the parameter, the other orbit is tried."""
 
 NEAR = 0.05
 """How near, relative to the orbit, a known branch is compared at all."""
@@ -37,10 +41,12 @@ class Seed:
 
 @dataclass(frozen=True)
 class Search:
-    """What is followed: `doublings` of the period one after another, and the `longest` step."""
+    """What is followed: `doublings` of the period one after another; the `longest` step; `unstable`
+    points, one after another, behind a stable one."""
 
     doublings: int = 0
     longest: float = LONGEST_STEP
+    unstable: int = MOST_POINTS
 
 
 class Explorer:
@@ -111,9 +117,11 @@ class Explorer:
             count += 1
             return count % EVERY == 0 and self.lies_on(point.cycle) is not None
 
+        search = self._search
         return follow(
-            self._map, start, self._bounds, known=known, first=first, longest=self._search.longest
-        )
+            self._map, start, self._bounds, known=known, first=first,
+            longest=search.longest, unstable=search.unstable,
+        )  # fmt: skip
 
     # ---- from a special point on ----
 
@@ -127,6 +135,22 @@ class Explorer:
         elif special.kind == "BP" and at not in track.served:
             track.served.add(at)
             self._keep(lambda: self._from_branch_point(parent, at))
+        elif special.kind == "GR" and "grazing" in track.ends and at not in track.served:
+            track.served.add(at)
+            self._keep(lambda: self._from_grazing(parent, at))
+
+    def _from_grazing(self, parent: int, at: int) -> Track | None:
+        """Follow the orbit without the impact that grazes, of rigid bodies, if it is another."""
+        special = self.tracks[parent].specials[at]
+        place, n = special.point.cycle.place, special.point.cycle.n
+        for side in (1.0 - ASIDE, 1.0 + ASIDE):
+            value = float(place[-1]) * side
+            cycle = at_value(self._map, place, n, value)
+            if cycle is None or not self._bounds.contains(value):
+                continue
+            if cycle.counts != special.point.cycle.counts and self.lies_on(cycle) is None:
+                return self._both_ways(cycle)
+        return None
 
     def _from_doubling(self, parent: int, at: int) -> Track | None:
         origin = self.tracks[parent].specials[at].point
@@ -139,6 +163,7 @@ class Explorer:
         if first is not None:  # the branch begins with the orbit that doubles
             begin = point_of(self._map, first, start.tangent, self._bounds.lengths)
             arm.points.insert(0, begin or Point(first, start.tangent, start.weights, 0.0))
+            arm.specials = [replace(s, index=s.index + 1) for s in arm.specials]
         return Track(arm.points, arm.specials, ("shorter", arm.end), "PD", parent, at)
 
     def _from_branch_point(self, parent: int, at: int) -> Track | None:

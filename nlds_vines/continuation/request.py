@@ -36,6 +36,7 @@ CURVES = ("LP", "PD", "NS", "GR")
 SEARCH: Mapping[str, Callable[[object], Any]] = {
     "doublings": lambda value: whole("doublings", value, 0, 10),
     "step": lambda value: _step(value),
+    "unstable": lambda value: whole("unstable", value, 1, 10**5),
     "tolerance": checked_tolerance,
 }
 """The checks of the table [search] of a continuation file, by key."""
@@ -124,6 +125,7 @@ class Continuation:
         begin: where branches begin.
         doublings: how many period doublings, one after another, are followed to their branches.
         step: the longest step, relative to the orbit and the interval together.
+        unstable: the most points, one after another, that are followed where orbits are unstable.
         tolerance: of method exact: a number or one of `TOLERANCES`.
         plane: a second free parameter, for curves of special points; None for none.
 
@@ -136,6 +138,7 @@ class Continuation:
     begin: Begin = field(default_factory=Begin)
     doublings: int = 0
     step: float = 0.02
+    unstable: int = 3000
     tolerance: float | str = TOLERANCES["fine"]
     plane: Interval | None = None
 

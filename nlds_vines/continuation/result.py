@@ -152,21 +152,21 @@ class Continued:
         kind: LP, PD, NS, BP, GR or LIM; value: of the parameter; before, after: the labels along
         the branch; residual: the test function, relative; bracket: width of the last bracket, in
         units of the parameter; defect: what does not close, relative; wall: of an impact that
-        grazes; branch: its number; period: n; state: at phase zero, in the user's coordinates.
+        grazes; branch: its number; index: of the branch's point before it; period: n; state: at phase zero, in the user's coordinates.
         """
         t = self.tables
         size = t["special_state"].shape[1]
         kinds = [
             ("kind", "U3"), ("value", float), ("before", "U16"), ("after", "U16"),
             ("residual", float), ("bracket", float), ("defect", float), ("wall", "U4"),
-            ("branch", int), ("period", int), ("state", float, (size,)),
+            ("branch", int), ("index", int), ("period", int), ("state", float, (size,)),
         ]  # fmt: skip
         rows = np.zeros(len(t["kind"]), kinds)
         rows["kind"] = [_KINDS[int(code)] for code in t["kind"]]
         rows["value"] = t[f"special_{self.request.along.name}"]
         rows["before"], rows["after"] = t["before"].astype(str), t["after"].astype(str)
         rows["wall"] = t["wall"].astype(str)
-        for name in ("residual", "defect", "branch", "period", "state"):
+        for name in ("residual", "defect", "branch", "index", "period", "state"):
             rows[name] = t[f"special_{name}"]
         rows["bracket"] = t["bracket"]
         return rows.view(np.recarray)

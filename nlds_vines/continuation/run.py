@@ -91,7 +91,7 @@ def compute(
     raise; `tell` takes a line of text where something is compiled.
     """
     along, section_map = request.along, map_of(request)
-    search = Search(request.doublings, request.step)
+    search = Search(request.doublings, request.step, request.unstable)
     explorer = Explorer(section_map, Bounds(along.low, along.high), search, recall, keep, check)
     tracks = explorer.run(seeds_of(request, tell))
     return tables_of(request, section_map, tracks)
@@ -114,7 +114,7 @@ def run(request: Continuation, output: Path, how: RunOptions | None = None) -> N
         for line in folder.discarded:
             print(printable(line), file=sys.stderr)
         try:
-            with Progress(10**6, "branch", quiet=how.quiet, at_most=True) as progress:
+            with Progress(None, "curve", quiet=how.quiet) as progress:
                 tables = _followed(request, folder, progress, stop)
             spent = {"threads": threads, "seconds": round(time.monotonic() - began, 3)}
             _store(request, tables, folder, {**spent, "replayed": known})

@@ -39,6 +39,7 @@ class Special:
         residual: the test function there, over its size at the ends of the first bracket.
         bracket: width of the last bracket, in units of the parameter.
         wall: of GR, that of the impact which appears or vanishes: "near", "far", otherwise "".
+        index: of the point of the branch that comes before it.
     """
 
     kind: str
@@ -48,6 +49,7 @@ class Special:
     residual: float
     bracket: float
     wall: str = ""
+    index: int = 0
 
     @property
     def value(self) -> float:

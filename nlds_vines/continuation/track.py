@@ -6,7 +6,7 @@ What is found of a track is kept in arrays, from which it is made again to the l
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -45,7 +45,11 @@ class Track:
     def joined(cls, down: Arm, up: Arm, **origin: Any) -> Track:
         """Return the track of two directions from the same first point."""
         points = [*map(_turned, reversed(down.points[1:])), *up.points]
-        specials = [*map(_turned_special, reversed(down.specials)), *up.specials]
+        before = len(down.points) - 1
+        specials = [
+            *(_turned_special(s, before - 1 - s.index) for s in reversed(down.specials)),
+            *(replace(s, index=before + s.index) for s in up.specials),
+        ]
         return cls(points, specials, (down.end, up.end), **origin)
 
     @property
@@ -69,11 +73,10 @@ def _turned(point: Point) -> Point:
     return Point(point.cycle, -point.tangent, point.weights, -point.border)
 
 
-def _turned_special(special: Special) -> Special:
-    return Special(
-        special.kind, _turned(special.point), special.after, special.before,
-        special.residual, special.bracket, special.wall,
-    )  # fmt: skip
+def _turned_special(special: Special, index: int) -> Special:
+    return replace(
+        special, point=_turned(special.point), before=special.after, after=special.before, index=index
+    )
 
 
 # ---- a track in arrays ---------------------------------------------------------------------------
@@ -84,12 +87,12 @@ def packed(track: Track) -> dict[str, np.ndarray]:
     ends = [list(ENDS).index(end) for end in track.ends]
     origin = [("start", "PD", "BP").index(track.origin), track.parent, track.at]
     texts = [[s.before, s.after, s.wall] for s in track.specials]
-    numbers = [[s.residual, s.bracket, KINDS.index(s.kind)] for s in track.specials]
+    numbers = [[s.residual, s.bracket, KINDS.index(s.kind), s.index] for s in track.specials]
     return {
         "ends": np.array(ends),
         "origin": np.array(origin),
         "texts": np.array(texts, dtype="U16").reshape(-1, 3),
-        "numbers": np.array(numbers, dtype=float).reshape(-1, 3),
+        "numbers": np.array(numbers, dtype=float).reshape(-1, 4),
         **_packed_points("point", track.points),
         **_packed_points("special", [s.point for s in track.specials]),
     }
@@ -114,8 +117,8 @@ def unpacked(arrays: Mapping[str, np.ndarray]) -> Track:
     ends, words = arrays["ends"].tolist(), list(ENDS)
     origin, parent, at = arrays["origin"].tolist()
     specials = [
-        Special(KINDS[int(kind)], point, before, after, residual, bracket, wall)
-        for point, (residual, bracket, kind), (before, after, wall) in zip(
+        Special(KINDS[int(kind)], point, before, after, residual, bracket, wall, int(index))
+        for point, (residual, bracket, kind, index), (before, after, wall) in zip(
             _unpacked_points("special", arrays),
             arrays["numbers"].tolist(),
             arrays["texts"].tolist(),

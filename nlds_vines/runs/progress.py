@@ -17,11 +17,11 @@ class Progress:
     """Shows a bar on a terminal, a line every few seconds elsewhere, nothing when quiet."""
 
     def __init__(
-        self, total: int, unit: str, *, done: int = 0, quiet: bool = False, at_most: bool = False
+        self, total: int | None, unit: str, *, done: int = 0, quiet: bool = False, at_most: bool = False
     ) -> None:
         """Begin to count.
 
-        Arguments: `total` pieces of work, of which some are `done` before; `unit` is the singular
+        Arguments: `total` pieces of work, None where it is not known, of which some are `done` before; `unit` is the singular
         of what is counted, an orbit or a design; `at_most` where the work may end earlier, so that
         no time to go is known.
         """
@@ -70,6 +70,8 @@ class Progress:
 
     def _pace(self, rate: float) -> str:
         """Return in words how much is done, how much a second, and how long the rest will take."""
+        if self._total is None:
+            return f"{self._done} {self._unit}s"
         if self._at_most:
             return f"{self._done} of at most {self._total} {self._unit}s"
         left = duration((self._total - self._done) / rate)

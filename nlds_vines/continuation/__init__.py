@@ -13,8 +13,13 @@ In reading order:
     exploration      all branches that start orbits lead to
     start_orbits     from rest, from random starts, from a scan's archive
     branch_table     the datasets of the archive
-    result           `Continued`: branches and special points
+    special_curves   curves of special points in the plane of two parameters
+    curve_table      the datasets of curves
+    result           `Continued`: branches, special points, curves
+    borders          why a scan's regimes change
     run              from request to archive
+    marks            the mark of each kind of special point
+    plane_picture    curves in their plane
     picture          the diagram of branches
     command          `python -m nlds_vines.continuation` and `nv.continue_orbit`
 """

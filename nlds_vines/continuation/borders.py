@@ -7,7 +7,6 @@ its number of impacts changes), or it lives on and is stable: then the start has
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -41,6 +40,11 @@ class Walk:
     alive: bool
     label: str
 
+    @property
+    def known(self) -> bool:
+        """Whether it is known: the branch was followed so far."""
+        return self.alive or any(kind in ENDING for kind, _ in self.events)
+
 
 @dataclass(frozen=True)
 class Border:
@@ -65,7 +69,7 @@ class Border:
     def explained(self) -> bool:
         """Whether one side at least is periodic, and what happens to each such side is known."""
         sides = zip(self.periodic, (self.left, self.right), strict=True)
-        known = all(walk is not None for periodic, walk in sides if periodic)
+        known = all(walk is not None and walk.known for periodic, walk in sides if periodic)
         return known and any(self.periodic)
 
     @property
@@ -78,6 +82,8 @@ class Border:
     @property
     def words(self) -> str:
         """What makes it, in words."""
+        if not any(self.periodic):
+            return "no periodic orbit on either side"
         if not self.explained:
             return "not explained"
         if self.left is not None and self.left.alive and self.left.label == final(self.after):
@@ -99,7 +105,9 @@ def borders_of(found: Continued, scan: ArchiveView) -> list[Border]:
     section_map = map_of(found.request)
     orbits = {orbit.value: orbit for orbit in orbits_in(scan, name, {})}
     borders = []
-    for i in np.flatnonzero(labels[1:] != labels[:-1]):
+    along = found.request.along
+    inside = (values[:-1] >= along.low) & (values[1:] <= along.high)
+    for i in np.flatnonzero(inside & (labels[1:] != labels[:-1])):
         sides = []
         for here, there in ((i, i + 1), (i + 1, i)):
             orbit = orbits.get(float(values[here]))
@@ -182,6 +190,8 @@ def _walked(found: Continued, number: int, segment: int, value: float, until: fl
                 label = str(branch.labels[segment if ahead > 0 else segment + 1])
             return Walk(tuple(events), True, label)
         segment += ahead
+    if branch.ends[ahead > 0] == "shorter":
+        events.append(("PD", float(values[-1 if ahead > 0 else 0])))
     return Walk(tuple(events), False, label)
 
 
@@ -198,7 +208,11 @@ def report(found: Continued, scan: ArchiveView, borders: list[Border]) -> Iterat
     """Yield a page that explains every border of a scan, line by line, as Markdown."""
     name = found.request.along.name
     explained = sum(border.explained for border in borders)
-    yield f"{len(borders)} borders between regimes, {explained} of them explained."
+    neither = sum(not any(border.periodic) for border in borders)
+    yield (
+        f"{len(borders)} borders between regimes: {explained} explained, {neither} without a "
+        f"periodic orbit on either side, {len(borders) - explained - neither} not explained."
+    )
     yield ""
     rows = [
         [
@@ -208,8 +222,3 @@ def report(found: Continued, scan: ArchiveView, borders: list[Border]) -> Iterat
         for border in borders
     ]  # fmt: skip
     yield from table([name, "to", "before", "after", "events", "what happens"], rows)
-
-
-def pairs_of(values: np.ndarray) -> Iterator[tuple[float, float]]:
-    """Yield neighbouring values."""
-    yield from itertools.pairwise(values.tolist())

@@ -46,6 +46,8 @@ examples:
   nlds-vines continuation --system impact-oscillator --set omega=1.5 --along P=0.1:2
   nlds-vines continuation --from figure8.h5 --along omega=5:8 --over figure8.h5 --plot all.png
       every periodic orbit that a scan has found, and their branches laid over its diagram
+  nlds-vines continuation --plane P=400:1200 -o plane.h5 --plot plane.png
+      where doublings and grazing lie in the plane of frequency and force
   nlds-vines continuation --from figure8.h5@omega=6.28 --along omega=5:8
 exit status: 0 done; 1 a branch is not complete; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
@@ -59,6 +61,7 @@ def continue_orbit(
     between: tuple[float, float],
     start: Regime | Sequence[float] | str | None = None,
     *,
+    plane: tuple[str, float, float] | None = None,
     doublings: int = 0,
     starts: int = STARTS,
     seed: int = 0,
@@ -76,6 +79,8 @@ def continue_orbit(
         start: None for the orbit from rest; a `Regime` that is periodic, at its own value of the
             parameter; a state (x1, v1, x2, v2) or (x, v) [m, m/s], whose orbit is judged; a label
             such as "3T,3", looked for among random starts; "random" for all their orbits.
+        plane: a second parameter, its smallest and its largest value, around the system's own: then
+            curves of special points in the plane of both are followed, too.
         doublings: how many period doublings, one after another, are followed to their branches.
         starts, seed: how many random starts, drawn by which seed.
         step: the longest step, relative to the orbit and the interval together.
@@ -98,6 +103,9 @@ def continue_orbit(
             "doublings": doublings, "step": step, "unstable": unstable, "tolerance": tolerance,
         },  # fmt: skip
     }
+    if plane is not None:
+        name, low, high = plane
+        changes["plane"] = {name: {"start": low, "stop": high}}
     request = load_continuation(known, changes, "continue_orbit")
     from nlds_vines.continuation.result import Continued
     from nlds_vines.continuation.run import compute
@@ -154,8 +162,6 @@ class _Job:
         check_output(self.archive, self.source, self.plot, self.over)
         if self.plot is not None:
             check_plot(self.plot)
-        elif self.over is not None:
-            raise RequestError(f"--over {shown(str(self.over))} belongs to a picture: give --plot")
         if self.over is not None and not self.over.is_file():
             raise RequestError(f"--over {shown(str(self.over))}: there is no such file")
 
@@ -173,6 +179,16 @@ class _Job:
             save(self.archive, self.plot, self.over)
         return found
 
+    def border_lines(self, found: Continued) -> list[str]:
+        """Return what makes the borders of the scan that the branches lie over, a line each."""
+        if self.over is None or self.request.plane is not None:
+            return []
+        from nlds_vines.archives.archive import read
+        from nlds_vines.continuation.borders import borders_of, report
+
+        with read(self.over) as scan:
+            return list(report(found, scan, borders_of(found, scan)))
+
 
 def _carry_out(options: argparse.Namespace) -> int:
     job = _job(options)
@@ -181,7 +197,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         return DONE
     found = job.run()
     if not job.how.quiet:
-        say(*found.lines(), *filter(None, (job.archive, job.plot)))
+        say(*found.lines(), *job.border_lines(found), *filter(None, (job.archive, job.plot)))
     incomplete = int(found.tables["status"].sum())
     if incomplete:
         complain(_NAME, f"{incomplete} branches are not complete: their ends say why")
@@ -225,8 +241,10 @@ def _job(options: argparse.Namespace) -> _Job:
 def _changes(options: argparse.Namespace) -> dict[str, Any]:
     """Return what the options change in a continuation file, as a document of the same form."""
     found = system_changes(options)
-    if options.along is not None:
-        found["along"] = _interval("--along", options.along)
+    for key in ("along", "plane"):
+        text = getattr(options, key)
+        if text is not None:
+            found[key] = _interval(f"--{key}", text)
     found["search"] = given(
         {
             "doublings": options.doublings,
@@ -300,11 +318,12 @@ def _declare(parser: Parser) -> None:
     add("continuation", nargs="?", metavar="CONTINUATION.toml", help="by default SSul Set 6")
     add("-o", "--output", metavar="FILE.h5", help="archive [branches.h5]")
     add("--plot", metavar="FILE", help="the branches: .png, .pdf or .svg")
-    add("--over", metavar="SCAN.h5", help="draw them over the diagram of a scan")
+    add("--over", metavar="SCAN.h5", help="a scan: draw them over it, explain its borders")
     group = parser.add_argument_group("what to follow")
     add_system_options(group)
     add = group.add_argument
     add("--along", metavar="NAME=START:STOP", help="the free parameter [omega=5:9]")
+    add("--plane", metavar="NAME=START:STOP", help="a second one: curves of special points")
     add(
         "--from", dest="begin", metavar="WHAT",
         help="rest, random, a label, or a scan's archive FILE.h5[@NAME=VALUE,...] [rest]",

@@ -19,7 +19,7 @@ from nlds_vines.continuation.branch import (
 )
 from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.continuation.switching import doubled, other_branch
-from nlds_vines.continuation.track import Track
+from nlds_vines.continuation.track import Arrays, Track, packed, unpacked
 
 EVERY = 16
 """Every so many points, a branch is compared with those that are known."""
@@ -57,14 +57,14 @@ class Explorer:
         section_map: SectionMap,
         bounds: Bounds,
         search: Search,
-        recall: Callable[[], Track | None] = lambda: None,
-        note: Callable[[Track], None] = lambda track: None,
+        recall: Callable[[], Arrays | None] = lambda: None,
+        note: Callable[[Arrays], None] = lambda arrays: None,
         check: Callable[[], None] = lambda: None,
     ) -> None:
         """Take the map, the interval, and where tracks are kept.
 
-        Arguments: `recall` returns the next track that an earlier run has found, None for none;
-        `note` takes every new one; `check` is called at every point, and may raise.
+        Arguments: `recall` returns what `note` was given next in an earlier run, None where there
+        is no more; `note` takes every new track in arrays; `check` is called at every point, and may raise.
         """
         self._map, self._bounds, self._search = section_map, bounds, search
         self._recall, self._note, self._check = recall, note, check
@@ -86,15 +86,14 @@ class Explorer:
         return self.tracks
 
     def _keep(self, make: Callable[[], Track | None]) -> None:
-        """Add the next track: the one that is recalled, or else the one made."""
-        track = self._recall()
-        if track is None:
-            track = make()
-            if track is None:
-                return
-            self._note(track)
-        self.tracks.append(track)
-        self._serve(track)
+        """Add the next track, if there is one: that which is recalled, or else that made."""
+        arrays = self._recall()
+        track = make() if arrays is None else unpacked(arrays)
+        if arrays is None:
+            self._note(packed(track))
+        if track is not None:
+            self.tracks.append(track)
+            self._serve(track)
 
     def _both_ways(self, cycle: Cycle) -> Track | None:
         arms = []

@@ -17,6 +17,9 @@ from matplotlib.lines import Line2D
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.bifurcation.picture.regime_strip import draw_strip
+from nlds_vines.continuation.borders import borders_of
+from nlds_vines.continuation.marks import MARKS, WORDS
+from nlds_vines.continuation.plane_picture import plane_diagram
 from nlds_vines.continuation.result import Branch, Continued, continued
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import bands, drawable
@@ -26,6 +29,7 @@ from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import (
     CM,
     DOT,
+    GREY,
     HUES,
     LEFT,
     NAVY,
@@ -36,30 +40,13 @@ from nlds_vines.plotting.style import (
     quantity_label,
 )
 
-MARKS: dict[str, dict[str, Any]] = {
-    "LP": {"marker": "o", "color": HUES["green"]},
-    "PD": {"marker": "^", "color": HUES["vermillion"]},
-    "NS": {"marker": "s", "color": HUES["blue"]},
-    "BP": {"marker": "X", "color": HUES["black"]},
-    "GR": {"marker": "D", "color": HUES["orange"]},
-    "LIM": {"marker": "v", "color": HUES["pink"]},
-}
-"""The mark of each kind of special point."""
-
-_WORDS = {
-    "LP": "fold",
-    "PD": "period doubling",
-    "NS": "torus",
-    "BP": "branch point",
-    "GR": "grazing",
-    "LIM": "limit touched",
-}
 _STABLE: dict[str, Any] = {"color": NAVY, "linewidth": 1.1}
 _UNSTABLE: dict[str, Any] = {"color": "#6b6b6b", "linewidth": 0.6, "dashes": (4, 2)}
 _PANEL, _FOOT, _HEAD = 5.6 * CM, 1.15 * CM, 1.5 * CM  # heights in inches
 _NAMES, _STRIP = 2.2 * CM, 0.42 * CM  # of a strip of regimes, and of the names above it
 _LEGEND = 0.55 * CM  # inches from the upper edge to the legend
 _MARK, _DOT = 4.0, 0.7  # points
+_TICK = 0.06  # height of a border's tick, of the panel's
 
 
 def save(
@@ -75,10 +62,11 @@ def save(
 
     def drawn(_: ArchiveView) -> Figure:
         found = continued(archive_path)
+        draw = branch_diagram if found.request.plane is None else plane_diagram
         if over is None:
-            return branch_diagram(found)
+            return draw(found)
         with read(over) as scan:
-            return branch_diagram(found, scan)
+            return draw(found, scan)
 
     return save_drawn(archive_path, plot_path, drawn)
 
@@ -113,6 +101,7 @@ def branch_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
     panels[0].set_xlim(found.request.along.low, found.request.along.high)
     if scan is not None and named:
         _draw_strip(figure, panels[0], scan)
+        _mark_borders(panels[1], found, scan)
     _add_legend(figure, kinds, scan is not None)
     write_letters(panels)
     write_title(figure, found.request.title)
@@ -174,6 +163,22 @@ def _draw_strip(figure: Figure, panel: Axes, scan: ArchiveView) -> None:
     panel.set_xlim(panel.get_xlim())
 
 
+def _mark_borders(panel: Axes, found: Continued, scan: ArchiveView) -> None:
+    """Mark along the foot of a panel what makes the borders of a scan's regimes: a tick for each.
+
+    It has the colour of the special point that ends or begins a regime there, and is grey where
+    both orbits live on and the start has only changed basins.
+    """
+    low, high = panel.get_ylim()
+    for border in borders_of(found, scan):
+        kinds = [kind for kind, _ in border.events]
+        at = [value for _, value in border.events] or [0.5 * (border.low + border.high)]
+        colours_here = [MARKS[kind]["color"] for kind in kinds] or [GREY]
+        for value, colour in zip(at, colours_here, strict=True):
+            panel.vlines(value, low, low + _TICK * (high - low), color=colour, linewidth=0.8)
+    panel.set_ylim(low, high)
+
+
 def _add_legend(figure: Figure, kinds: list[str], over: bool) -> None:
     """Add the legend below the title: curves, marks of these kinds, the dots of a scan."""
     handles = [
@@ -181,7 +186,7 @@ def _add_legend(figure: Figure, kinds: list[str], over: bool) -> None:
         Line2D([], [], label="unstable", **_UNSTABLE),
     ]
     mark: dict[str, Any] = {"linestyle": "none", "markersize": _MARK, "markeredgewidth": 0}
-    handles += [Line2D([], [], label=f"{k} {_WORDS[k]}", **mark, **MARKS[k]) for k in kinds]
+    handles += [Line2D([], [], label=f"{k} {WORDS[k]}", **mark, **MARKS[k]) for k in kinds]
     if over:
         dot = {"marker": "o", "markersize": 2.5, "color": HUES["sky"], "linestyle": "none"}
         handles.append(Line2D([], [], label="scan", **dot))

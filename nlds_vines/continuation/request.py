@@ -30,9 +30,6 @@ STARTS = 100
 MOST_ORBITS = 10_000
 """Start orbits that may be given."""
 
-CURVES = ("LP", "PD", "NS", "GR")
-"""The special points that two parameters have curves of."""
-
 SEARCH: Mapping[str, Callable[[object], Any]] = {
     "doublings": lambda value: whole("doublings", value, 0, 10),
     "step": lambda value: _step(value),
@@ -159,6 +156,13 @@ class Continuation:
                 self.system.with_(**{item.name: value})
         if self.plane is not None and self.plane.name == self.along.name:
             raise RequestError(f"{self.plane.name} is free already: the second must be another")
+        if self.plane is not None:
+            own = self.system.parameters.get(self.plane.name)
+            if own is None or not self.plane.low <= own <= self.plane.high:
+                raise RequestError(
+                    f"{self.plane.name} from {self.plane.low!r} to {self.plane.high!r} must hold "
+                    f"the system's own value, {own!r}: curves begin there"
+                )
         size = len(self.system.scene.components)
         for orbit in self.begin.orbits:
             if len(orbit.state) != size:

@@ -11,12 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from nlds_vines.archives.archive import read
+from nlds_vines.archives.dataset import Dataset
 from nlds_vines.continuation.branch import ENDS, at_value
 from nlds_vines.continuation.branch_table import KIND_FLAGS, ORIGINS, Tables, datasets_of
+from nlds_vines.continuation.curve_table import curve_datasets
 from nlds_vines.continuation.exploration import is_same
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.continuation.section_map import SectionMap
+from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
 from nlds_vines.continuation.special_points import label_of_cycle
 from nlds_vines.continuation.start_orbits import place_of, states_of
 from nlds_vines.errors import RequestError, number
@@ -91,6 +94,28 @@ class Crossing:
     def stable(self) -> bool:
         """Whether all multipliers lie inside."""
         return self.unstable == 0
+
+
+@dataclass(frozen=True)
+class SpecialCurve:
+    """A curve of special points in the plane of two parameters.
+
+    Attributes:
+        kind: LP, PD, NS or GR; period: n of nT.
+        values: (points, 2) both parameters; states: (points, components) at phase zero.
+        multipliers: (points, components), complex.
+        ends: in a word each, why it ends (`special_curves.ENDS`).
+        meetings: (name, first parameter, second) where another kind is met: R1 to R4, the strong
+            resonances; CP, a cusp; LP-PD, a fold-flip; GR-LP, GR-PD, GR-NS.
+    """
+
+    kind: str
+    period: int
+    values: np.ndarray
+    states: np.ndarray
+    multipliers: np.ndarray
+    ends: tuple[str, str]
+    meetings: tuple[tuple[str, float, float], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,6 +196,33 @@ class Continued:
         rows["bracket"] = t["bracket"]
         return rows.view(np.recarray)
 
+    @cached_property
+    def curves(self) -> tuple[SpecialCurve, ...]:
+        """The curves of special points in the plane of two parameters; none without a second."""
+        if self.request.plane is None:
+            return ()
+        t, names = self.tables, (self.request.along.name, self.request.plane.name)
+        words, found = list(CURVE_ENDS), []
+        for i in range(len(t["curve_kind"])):
+            rows, met = t["curve_of_point"] == i, t["curve_of_meeting"] == i
+            pairs = t["curve_multipliers"][rows]
+            at = [t["meeting"][met], *(t[f"meeting_{name}"][met] for name in names)]
+            found.append(
+                SpecialCurve(
+                    kind=_KINDS[int(t["curve_kind"][i])],
+                    period=int(t["curve_period"][i]),
+                    values=np.stack([t[f"curve_{name}"][rows] for name in names], axis=-1),
+                    states=t["curve_state"][rows],
+                    multipliers=pairs[..., 0] + 1j * pairs[..., 1],
+                    ends=(
+                        words[int(t["curve_first_end"][i])],
+                        words[int(t["curve_last_end"][i])],
+                    ),
+                    meetings=tuple((str(n), float(a), float(b)) for n, a, b in zip(*at, strict=True)),
+                )
+            )
+        return tuple(found)
+
     def orbits_at(self, value: float) -> list[Crossing]:
         """Return the orbits of all branches at a value of the parameter, each closed by Newton.
 
@@ -217,6 +269,19 @@ class Continued:
         yield f"{len(self.branches)} branches, {points} points, {len(self.special)} special points"
         for i, branch in enumerate(self.branches):
             yield from self._branch_lines(i, branch)
+        for curve in self.curves:
+            yield from self._curve_lines(curve)
+
+    def _curve_lines(self, curve: SpecialCurve) -> Iterator[str]:
+        names = [item.name for item in self.request.free]
+        ranges = [
+            f"{name} {column.min():.6g} to {column.max():.6g}"
+            for name, column in zip(names, curve.values.T, strict=True)
+        ]
+        ends = ", ".join(curve.ends)
+        yield f"curve of {curve.kind}, {curve.period}T: {', '.join(ranges)}; ends: {ends}"
+        for name, first, second in curve.meetings:
+            yield f"  {name:<6} {names[0]} = {first:.10g}, {names[1]} = {second:.10g}"
 
     def _branch_lines(self, i: int, branch: Branch) -> Iterator[str]:
         name = self.request.along.name
@@ -258,17 +323,26 @@ def continued(path: str | os.PathLike[str]) -> Continued:
         if view.content != "continuation":
             raise RequestError(f"{Path(path)} holds a {view.content}, not a continuation")
         request = load_continuation(parse_toml(view.text("scan"), str(path)))
-        names = [entry.name for entry in datasets_of(request) if entry.name in view]
+        names = [entry.name for entry in _datasets(request) if entry.name in view]
         tables = {name: view[name] for name in names}
     return Continued(request, with_empty(request, tables))
+
+
+def _datasets(request: Continuation) -> list[Dataset]:
+    """Return the datasets that an archive of a continuation may hold."""
+    curves = () if request.plane is None else curve_datasets(request)
+    return [*datasets_of(request), *curves]
+
+
+_MAY_BE_EMPTY = ("special", "curve_point", "curve", "meeting_point")
 
 
 def with_empty(request: Continuation, tables: Tables) -> Tables:
     """Return tables with those, empty, that an archive leaves out: without special points."""
     size = len(request.system.scene.components)
     shapes = {"component": size, "multiplier": size, "part": 2}
-    for entry in datasets_of(request):
-        if entry.name not in tables and entry.dims[0] == "special":
+    for entry in _datasets(request):
+        if entry.name not in tables and entry.dims[0] in _MAY_BE_EMPTY:
             kind = object if entry.dtype == "str" else entry.dtype
             tables[entry.name] = np.empty((0, *(shapes[dim] for dim in entry.dims[1:])), kind)
     return tables

@@ -15,11 +15,12 @@ from nlds_vines.archives.provenance import attributes
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.continuation.branch import Bounds
 from nlds_vines.continuation.branch_table import Tables, datasets_of, scales_of, tables_of
+from nlds_vines.continuation.curve_table import curve_datasets, curve_scales, curves_through
 from nlds_vines.continuation.exploration import Explorer, Search
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.result import map_of
 from nlds_vines.continuation.start_orbits import seeds_of
-from nlds_vines.continuation.track import Track, packed, unpacked
+from nlds_vines.continuation.track import Arrays
 from nlds_vines.errors import printable
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.folder import RunFolder
@@ -57,20 +58,20 @@ class TrackFolder(RunFolder):
             path.unlink()
         return self._there
 
-    def recall(self) -> Track | None:
-        """Return the next track of an earlier run; None where there is none."""
+    def recall(self) -> Arrays | None:
+        """Return the next arrays of an earlier run; None where there are no more."""
         if self._read == self._there:
             return None
         self._read += 1
         path = path_of(self.folder, self._read - 1)
-        return unpacked(fetch(path, self._identity(self._read - 1)).arrays)
+        return fetch(path, self._identity(self._read - 1)).arrays
 
-    def keep(self, track: Track) -> None:
-        """Store a new track."""
+    def keep(self, arrays: Arrays) -> None:
+        """Store the arrays of a new track or curve."""
         now = time.monotonic()
         with durable.in_one_line(f"write a part in {self.folder}"):
             path, ident = path_of(self.folder, self._there), self._identity(self._there)
-            store(path, ident, packed(track), seconds=now - self._stored, threads=1)
+            store(path, ident, arrays, seconds=now - self._stored, threads=1)
         self._there, self._read, self._stored = self._there + 1, self._read + 1, now
 
     def _identity(self, index: int) -> list[object]:
@@ -80,12 +81,12 @@ class TrackFolder(RunFolder):
 def compute(
     request: Continuation,
     *,
-    recall: Callable[[], Track | None] = lambda: None,
-    keep: Callable[[Track], None] = lambda track: None,
+    recall: Callable[[], Arrays | None] = lambda: None,
+    keep: Callable[[Arrays], None] = lambda arrays: None,
     check: Callable[[], None] = lambda: None,
     tell: Callable[[str], object] | None = None,
 ) -> Tables:
-    """Follow all branches of a continuation and return what is kept of them.
+    """Follow all branches and curves of a continuation and return what is kept of them.
 
     Arguments: `recall` and `keep`, see `Explorer`; `check` is called between two points, and may
     raise; `tell` takes a line of text where something is compiled.
@@ -94,7 +95,11 @@ def compute(
     search = Search(request.doublings, request.step, request.unstable)
     explorer = Explorer(section_map, Bounds(along.low, along.high), search, recall, keep, check)
     tracks = explorer.run(seeds_of(request, tell))
-    return tables_of(request, section_map, tracks)
+    tables = tables_of(request, section_map, tracks)
+    if request.plane is None:
+        return tables
+    specials = [special for track in tracks for special in track.specials]
+    return tables | curves_through(request, specials, recall, keep, check)
 
 
 def run(request: Continuation, output: Path, how: RunOptions | None = None) -> None:
@@ -131,11 +136,11 @@ def _followed(
 ) -> Tables:
     count = 0
 
-    def keep(track: Track) -> None:
+    def keep(arrays: Arrays) -> None:
         nonlocal count
-        folder.keep(track)
+        folder.keep(arrays)
         count += 1
-        progress.note(1, f"{len(track.points)} points of {track.n}T in the last one")
+        progress.note(1, f"{max(map(len, arrays.values()))} points in the last one")
 
     return compute(
         request, recall=folder.recall, keep=keep, check=stop.check, tell=progress.say
@@ -151,12 +156,14 @@ def _store(
     )
     for item in request.free:  # what is free has no value of its own
         attrs.pop(item.name, None)
+    entries, scales = datasets_of(request), scales_of(request, tables)
+    if request.plane is not None:
+        entries, scales = [*entries, *curve_datasets(request)], [*scales, *curve_scales(tables)]
     contents = [
         (entry, tables[entry.name])
-        for entry in datasets_of(request)
+        for entry in entries
         if tables.get(entry.name) is not None and tables[entry.name].size
     ]
-    scales = scales_of(request, tables)
     table = Table.of(
         (entry for entry, _ in contents), {scale.name: scale.values.size for scale in scales}
     )

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 from nlds_vines.continuation.arclength import Point, along
 from nlds_vines.continuation.section_map import Cycle, SectionMap
@@ -26,6 +27,17 @@ MOST_TRIALS = 80
 """Trials for one point; eight or nine are usual, forty where the function jumps."""
 
 Test = Callable[[Point], float]
+
+
+class Located(Protocol):
+    """A point with a free parameter."""
+
+    @property
+    def value(self) -> float:
+        """The parameter."""
+
+
+P = TypeVar("P", bound=Located)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +67,13 @@ class Special:
     def value(self) -> float:
         """The parameter."""
         return self.point.value
+
+
+def is_torus(cycle: Cycle) -> bool:
+    """Tell whether the pair of multipliers whose product is nearest to one is complex."""
+    mu = cycle.multipliers.tolist()
+    pairs = [(abs(mu[i] * mu[j] - 1.0), i) for i in range(len(mu)) for j in range(i)]
+    return mu[min(pairs)[1]].imag != 0.0
 
 
 def label_of_cycle(cycle: Cycle) -> str:
@@ -95,11 +114,16 @@ def _located(
 ) -> tuple[float, Special] | None:
     """Return the special point of a kind between two points, and how far from the first it is."""
     size = max(abs(a.tests[kind]), abs(b.tests[kind]))
-    found = narrowed_down(section_map, a, b, lambda point: point.tests[kind] / size)
+    found = narrowed_down(
+        lambda step: along(section_map, a, step)[0],
+        (a, b),
+        (0.0, step_between(a, b)),
+        lambda point: point.tests[kind] / size,
+    )
     if found is None:
         return None
     place, point, residual, bracket = found
-    if kind == "NS" and not _has_pair_on_circle(point):
+    if kind == "NS" and not is_torus(point.cycle):
         return None  # a neutral saddle
     if kind == "BP" and not abs(point.cycle.multipliers - 1.0).min() < 0.1:
         return None
@@ -109,42 +133,40 @@ def _located(
     return place, Special(kind, point, *label, residual, bracket)
 
 
-def _has_pair_on_circle(point: Point) -> bool:
-    """Tell whether the pair of multipliers whose product is nearest to one is complex."""
-    mu = point.cycle.multipliers.tolist()
-    pairs = [(abs(mu[i] * mu[j] - 1.0), i) for i in range(len(mu)) for j in range(i)]
-    return mu[min(pairs)[1]].imag != 0.0
-
-
 def _grazings(section_map: SectionMap, a: Point, b: Point) -> Iterator[tuple[float, Special]]:
     """Yield the grazings between two points, each with how far from `a` it is."""
     before, start = a, 0.0
     for _ in range(MOST_TRIALS):
         if before.cycle.counts == b.cycle.counts:
             return
-        found = narrowed_down(section_map, a, b, _grazing(before, b), start)
+        found = narrowed_down(
+            lambda step: along(section_map, a, step)[0],
+            (before, b),
+            (start, step_between(a, b)),
+            _grazing(before, b),
+        )
         if found is None:
             return
-        start, point, residual, bracket = found
+        at, point, residual, bracket = found
         # the first symbol behind it
-        beyond = _behind(section_map, a, b, start, before.cycle.counts)
+        beyond, start = _behind(section_map, a, b, at, before.cycle.counts)
         wall = wall_of_change(before.cycle.counts, beyond.cycle.counts)
         labels = label_of_cycle(before.cycle), label_of_cycle(beyond.cycle)
-        yield start, Special("GR", point, *labels, residual, bracket, wall)
+        yield at, Special("GR", point, *labels, residual, bracket, wall)
         before = beyond
 
 
 def _behind(
     section_map: SectionMap, a: Point, b: Point, start: float, counts: tuple[int, int]
-) -> Point:
-    """Return the nearest point found behind a grazing whose impacts differ from `counts`."""
+) -> tuple[Point, float]:
+    """Return the nearest point found behind a grazing with others than `counts`, and where."""
     ahead, gap = step_between(a, b), 2.0 * NARROW
     while start + gap < ahead:
         point, _ = along(section_map, a, start + gap)
         if point is not None and point.cycle.counts != counts:
-            return point
+            return point, start + gap
         gap *= 4.0
-    return b
+    return b, ahead
 
 
 def wall_of_change(before: tuple[int, int], after: tuple[int, int]) -> str:
@@ -184,39 +206,44 @@ def step_between(a: Point, b: Point) -> float:
 
 
 def narrowed_down(
-    section_map: SectionMap, a: Point, b: Point, test: Test, start: float = 0.0
-) -> tuple[float, Point, float, float] | None:
-    """Return where a test function changes its sign between two points of a branch.
+    onto: Callable[[float], P | None],
+    ends: tuple[P, P],
+    between: tuple[float, float],
+    test: Callable[[P], float],
+) -> tuple[float, P, float, float] | None:
+    """Return where a test function changes its sign between two points of a branch or a curve.
 
     Brackets are narrowed by false position (Illinois), and halved where that is slow.
 
-    Returns how far from `a`, the point, the test function there, and the width of the bracket as
-    the parameter has it; None where a trial does not come onto the branch.
+    Arguments: `onto` returns the point at a distance along it, None where there is none; `ends`,
+    the two points; `between` which distances they lie; the `test` function.
+
+    Returns the distance, the point, the test function there, and the width of the bracket as the
+    parameter has it; None where a trial does not come onto the branch.
     """
-    low, high = start, step_between(a, b)
-    f_low, f_high = test(a) if start == 0.0 else 1.0, test(b)
-    ends, best = [a.value, b.value], (b, f_high, high)
-    if abs(f_low) < abs(f_high) and start == 0.0:
-        best = a, f_low, low
-    width, halve, side = high - low, False, 0
+    (a, b), (low, high) = ends, between
+    f_low, f_high = test(a), test(b)
+    values = [a.value, b.value]
+    best = (b, f_high, high) if abs(f_high) < abs(f_low) else (a, f_low, low)
+    tried, halve, side, width = False, False, 0, high - low
     for _ in range(MOST_TRIALS):
         if high - low <= NARROW or f_low == 0.0 or f_high == 0.0:
             break
         share = 0.5 if halve else f_low / (f_low - f_high)
         trial = low + min(max(share, 1.0e-3), 1.0 - 1.0e-3) * (high - low)
-        point, _ = along(section_map, a, trial)
+        point = onto(trial)
         if point is None:
             return None
         f = test(point)
-        if abs(f) <= abs(best[1]) or best[0] in (a, b):
-            best = point, f, trial
+        if not tried or abs(f) <= abs(best[1]):
+            best, tried = (point, f, trial), True
         if (f > 0.0) == (f_low > 0.0):
-            low, f_low, ends[0] = trial, f, point.value
+            low, f_low, values[0] = trial, f, point.value
             f_high, side = (0.5 * f_high if side < 0 else f_high), -1
         else:
-            high, f_high, ends[1] = trial, f, point.value
+            high, f_high, values[1] = trial, f, point.value
             f_low, side = (0.5 * f_low if side > 0 else f_low), 1
         halve = high - low > 0.5 * width
         width = high - low
     point, residual, place = best
-    return place, point, abs(residual), abs(ends[1] - ends[0])
+    return place, point, abs(residual), abs(values[1] - values[0])

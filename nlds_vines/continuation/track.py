@@ -82,8 +82,13 @@ def _turned_special(special: Special, index: int) -> Special:
 # ---- a track in arrays ---------------------------------------------------------------------------
 
 
-def packed(track: Track) -> dict[str, np.ndarray]:
-    """Return a track as arrays by name."""
+Arrays = Mapping[str, np.ndarray]
+
+
+def packed(track: Track | None) -> Arrays:
+    """Return a track as arrays by name; those of None say that there is none."""
+    if track is None:
+        return {"ends": np.empty(0, dtype=np.int64)}
     ends = [list(ENDS).index(end) for end in track.ends]
     origin = [("start", "PD", "BP").index(track.origin), track.parent, track.at]
     texts = [[s.before, s.after, s.wall] for s in track.specials]
@@ -112,8 +117,10 @@ def _packed_points(name: str, points: list[Point]) -> dict[str, np.ndarray]:
     }
 
 
-def unpacked(arrays: Mapping[str, np.ndarray]) -> Track:
+def unpacked(arrays: Arrays) -> Track | None:
     """Return the track that arrays hold."""
+    if not arrays["ends"].size:
+        return None
     ends, words = arrays["ends"].tolist(), list(ENDS)
     origin, parent, at = arrays["origin"].tolist()
     specials = [
@@ -131,7 +138,7 @@ def unpacked(arrays: Mapping[str, np.ndarray]) -> Track:
     )  # fmt: skip
 
 
-def _unpacked_points(name: str, arrays: Mapping[str, np.ndarray]) -> list[Point]:
+def _unpacked_points(name: str, arrays: Arrays) -> list[Point]:
     if f"{name}_border" not in arrays:
         return []
     found = []

@@ -108,7 +108,7 @@ def borders_of(found: Continued, scan: ArchiveView) -> list[Border]:
     along = found.request.along
     inside = (values[:-1] >= along.low) & (values[1:] <= along.high)
     for i in np.flatnonzero(inside & (labels[1:] != labels[:-1])):
-        sides = []
+        sides: list[tuple[bool, Walk | None]] = []
         for here, there in ((i, i + 1), (i + 1, i)):
             orbit = orbits.get(float(values[here]))
             if orbit is None:
@@ -120,9 +120,14 @@ def borders_of(found: Continued, scan: ArchiveView) -> list[Border]:
         (first, left), (second, right) = sides
         borders.append(
             Border(
-                float(values[i]), float(values[i + 1]), str(labels[i]), str(labels[i + 1]),
-                left, right, (first, second),
-            )  # fmt: skip
+                float(values[i]),
+                float(values[i + 1]),
+                str(labels[i]),
+                str(labels[i + 1]),
+                left,
+                right,
+                (first, second),
+            )
         )
     return borders
 

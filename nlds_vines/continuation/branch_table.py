@@ -63,7 +63,9 @@ def _points(request: Continuation, section_map: SectionMap, tracks: Sequence[Tra
         "stable": np.array([c.unstable == 0 for c in cycles], dtype=np.int8),
         "multipliers": _pairs([c.multipliers for c in cycles], size),
         "residual": np.array([c.defect for c in cycles]),
-        "determinant_error": np.array([_determinant_error(c.multipliers, c.volume) for c in cycles]),
+        "determinant_error": np.array(
+            [_determinant_error(c.multipliers, c.volume) for c in cycles]
+        ),
         "E1max": measured.E1max,
         "clearance": np.array([c.clearance for c in cycles]),
         "softest_impact": np.array([c.slowest for c in cycles]),
@@ -162,10 +164,14 @@ def datasets_of(request: Continuation) -> list[Dataset]:
         Dataset("impacts_near", point, "int32", "1", "impacts per nT at the near wall", 0),
         Dataset("impacts_far", point, "int32", "1", "impacts per nT at the far wall", 0),
         Dataset("label", point, "str", "1", "n and k of nT,k", ""),
-        Dataset("stable", point, "int8", "1", "whether all multipliers lie inside", 0, STABLE_FLAGS),
+        Dataset(
+            "stable", point, "int8", "1", "whether all multipliers lie inside", 0, STABLE_FLAGS
+        ),
         Dataset("multipliers", (*point, *pair), "float64", "1", "Floquet multipliers", nan),
         Dataset("residual", point, "float64", "1", "what does not close, relative", nan),
-        Dataset("determinant_error", point, "float64", "1", "product of multipliers, relative", nan),
+        Dataset(
+            "determinant_error", point, "float64", "1", "product of multipliers, relative", nan
+        ),
         Dataset("E1max", point, "float64", "J", "largest energy of the structure", nan),
         Dataset("E2max", point, "float64", "J", "largest energy of the damper", nan),
         Dataset("clearance", point, "float64", "m", "nearest miss", np.inf),

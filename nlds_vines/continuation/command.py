@@ -100,8 +100,11 @@ def continue_orbit(
         "along": {along: {"start": first, "stop": last}},
         "start": _start_table(known, along, start, (first, last), {"count": starts, "seed": seed}),
         "search": {
-            "doublings": doublings, "step": step, "unstable": unstable, "tolerance": tolerance,
-        },  # fmt: skip
+            "doublings": doublings,
+            "step": step,
+            "unstable": unstable,
+            "tolerance": tolerance,
+        },
     }
     if plane is not None:
         name, low, high = plane
@@ -133,18 +136,21 @@ def _start_table(
         return {"policy": "random", **draws} if start == "random" else {"label": start, **draws}
     from nlds_vines.orbits.classification import Regime, classify
 
-    found = start
-    if not isinstance(found, Regime):
+    if isinstance(start, Regime):
+        found = start
+    else:
         low, high = between
-        value = min(max(system.parameters.get(along, low), low), high)
-        found = classify(system.with_(**{along: value}), start=start)
+        nearest = min(max(system.parameters.get(along, low), low), high)
+        found = classify(system.with_(**{along: nearest}), start=start)
     if found.point is None:
         raise RequestError(f"the start is {found.label}: only a periodic orbit can be followed")
-    value = found.system.parameters.get(along)
-    if value is None:
+    if along not in found.system.parameters:
         raise RequestError(f"the start's system has no {along}")
-    state = [float(x) for x in found.point]
-    return {"states": [state], "values": [float(value)], "periods": [found.period]}
+    return {
+        "states": [found.point.tolist()],
+        "values": [found.system.parameters[along]],
+        "periods": [found.period],
+    }
 
 
 @dataclass(frozen=True)
@@ -299,7 +305,9 @@ def _from_archive(
         orbits = orbits_in(view, name, values)
         if "system" not in found and options.continuation is None:
             others = {axis: values.get(axis, view[axis][0]) for axis in view.axes if axis != name}
-            others = {axis: float(view[axis][abs(view[axis] - v).argmin()]) for axis, v in others.items()}
+            others = {
+                axis: float(view[axis][abs(view[axis] - v).argmin()]) for axis, v in others.items()
+            }
             found["system"] = system_in(path, view.text("scan")).with_(**others)
         low, high = (float(along[name][end]) for end in ("start", "stop"))
     inside = [orbit for orbit in orbits if low <= orbit.value <= high]
@@ -333,7 +341,12 @@ def _declare(parser: Parser) -> None:
     add("--seed", type=int, metavar="N", help="that they are drawn by [0]")
     add("--doublings", type=int, metavar="N", help="period doublings followed on and on [0]")
     add("--step", type=float, metavar="LENGTH", help="the longest, relative [0.02]")
-    add("--unstable", type=int, metavar="N", help="points that are unstable, one after another [3000]")
+    add(
+        "--unstable",
+        type=int,
+        metavar="N",
+        help="points that are unstable, one after another [3000]",
+    )
     add_tolerance(group)
     add_local_options(parser)
 

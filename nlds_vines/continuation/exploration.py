@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -64,7 +65,8 @@ class Explorer:
         """Take the map, the interval, and where tracks are kept.
 
         Arguments: `recall` returns what `note` was given next in an earlier run, None where there
-        is no more; `note` takes every new track in arrays; `check` is called at every point, and may raise.
+        is no more; `note` takes every new track in arrays; `check` is called at every point, and
+        may raise.
         """
         self._map, self._bounds, self._search = section_map, bounds, search
         self._recall, self._note, self._check = recall, note, check
@@ -76,7 +78,7 @@ class Explorer:
             cycle = at_value(self._map, seed.place, seed.n, float(seed.place[-1]))
             if cycle is None or self.lies_on(cycle) is not None:
                 continue
-            self._keep(lambda cycle=cycle: self._both_ways(cycle))
+            self._keep(partial(self._both_ways, cycle))
         longest = max((track.n for track in self.tracks), default=1) * 2**self._search.doublings
         done = 0
         while done < len(self.tracks):

@@ -93,14 +93,14 @@ def branch_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
     for panel in panels:
         panel.tick_params(top=True)
     if scan is not None:
-        _draw_scan(panels, scan, component)
+        _draw_scan(panels, found, scan, component)
     kinds = _draw_branches(panels, found, component)
     panels[0].set_ylabel(quantity_label(component, "m"))
     panels[1].set_ylabel(quantity_label("E1max", "J"))
     panels[1].set_xlabel(axis_label(name))
     panels[0].set_xlim(found.request.along.low, found.request.along.high)
     if scan is not None and named:
-        _draw_strip(figure, panels[0], scan)
+        _draw_strip(figure, panels[0], found, scan)
         _mark_borders(panels[1], found, scan)
     _add_legend(figure, kinds, scan is not None)
     write_letters(panels)
@@ -114,16 +114,36 @@ def _component(found: Continued) -> str:
     return next(name for name in ("x2", "x", "x1") if name in names)
 
 
-def _draw_scan(panels: list[Axes], scan: ArchiveView, component: str) -> None:
+def _inside(found: Continued, scan: ArchiveView) -> np.ndarray:
+    """Tell which cells of a scan lie in the interval; raise `RequestError` where none does."""
+    along = found.request.along
+    values = scan[along.name]
+    inside = (values >= along.low) & (values <= along.high)
+    if not inside.any():
+        raise RequestError(
+            f"{scan.path}: no cell lies within {along.name} from {along.low!r} to {along.high!r}"
+        )
+    return np.asarray(inside)
+
+
+def _draw_scan(panels: list[Axes], found: Continued, scan: ArchiveView, component: str) -> None:
     """Draw the orbits of a scan as dots."""
-    values = scan[scan.axes[0]]
-    dot = {"color": HUES["sky"], "markersize": _DOT, "rasterized": True, "zorder": 1, **DOT}
+    name = found.request.along.name
+    inside = _inside(found, scan)
+    values = scan[name][inside]
+    dot: dict[str, Any] = {
+        "color": HUES["sky"],
+        "markersize": _DOT,
+        "rasterized": True,
+        "zorder": 1,
+        **DOT,
+    }
     if "section" in scan:
         index = list(scan["component"]).index(component)
-        found = scan.take("section", component=index).reshape(len(values), -1)
-        panels[0].plot(np.repeat(values, found.shape[1]), drawable(found).ravel(), **dot)
+        states = scan.take("section", component=index)[inside].reshape(len(values), -1)
+        panels[0].plot(np.repeat(values, states.shape[1]), drawable(states).ravel(), **dot)
     if "E1max" in scan:
-        energy = drawable(scan["E1max"]).reshape(len(values), -1)
+        energy = drawable(scan["E1max"][inside]).reshape(len(values), -1)
         across = np.repeat(values, energy.shape[1])
         panels[1].plot(across, energy.ravel(), **{**dot, "markersize": 2 * _DOT})
 
@@ -136,7 +156,12 @@ def _draw_branches(panels: list[Axes], found: Continued, component: str) -> list
             _draw_curve(panels[0], branch, branch.sections[:, phase, index])
         _draw_curve(panels[1], branch, branch.E1max)
     for row, energy in zip(found.special, found.tables["special_E1max"], strict=True):
-        look = {"markersize": _MARK, "linestyle": "none", "markeredgewidth": 0.4, "zorder": 5}
+        look: dict[str, Any] = {
+            "markersize": _MARK,
+            "linestyle": "none",
+            "markeredgewidth": 0.4,
+            "zorder": 5,
+        }
         look |= {"markeredgecolor": "white", **MARKS[row.kind]}
         panels[0].plot(row.value, row.state[index], **look)
         panels[1].plot(row.value, energy, **look)
@@ -153,14 +178,15 @@ def _draw_curve(panel: Axes, branch: Branch, values: np.ndarray) -> None:
     panel.plot(branch.parameter, np.where(branch.stable, shown, np.nan), zorder=3, **_STABLE)
 
 
-def _draw_strip(figure: Figure, panel: Axes, scan: ArchiveView) -> None:
+def _draw_strip(figure: Figure, panel: Axes, found: Continued, scan: ArchiveView) -> None:
     """Draw the strip of a scan's regimes, of its first start, above a panel."""
     height = figure.get_figheight()
     bottom = panel.get_position().y1 + 0.1 * CM / height
     axes = figure.add_axes((LEFT, bottom, RIGHT - LEFT, _STRIP / height), sharex=panel)
-    labels = scan.take("label", start=0)
-    draw_strip(axes, bands(scan[scan.axes[0]], labels), colours(labels.tolist()))
-    panel.set_xlim(panel.get_xlim())
+    limits, inside = panel.get_xlim(), _inside(found, scan)
+    labels = scan.take("label", start=0)[inside]
+    draw_strip(axes, bands(scan[scan.axes[0]][inside], labels), colours(labels.tolist()))
+    panel.set_xlim(limits)
 
 
 def _mark_borders(panel: Axes, found: Continued, scan: ArchiveView) -> None:
@@ -188,7 +214,15 @@ def _add_legend(figure: Figure, kinds: list[str], over: bool) -> None:
     mark: dict[str, Any] = {"linestyle": "none", "markersize": _MARK, "markeredgewidth": 0}
     handles += [Line2D([], [], label=f"{k} {WORDS[k]}", **mark, **MARKS[k]) for k in kinds]
     if over:
-        dot = {"marker": "o", "markersize": 2.5, "color": HUES["sky"], "linestyle": "none"}
+        dot: dict[str, Any] = {
+            "marker": "o",
+            "markersize": 2.5,
+            "color": HUES["sky"],
+            "linestyle": "none",
+        }
         handles.append(Line2D([], [], label="scan", **dot))
-    place = {"loc": "upper left", "bbox_to_anchor": (LEFT, 1 - _LEGEND / figure.get_figheight())}
+    place: dict[str, Any] = {
+        "loc": "upper left",
+        "bbox_to_anchor": (LEFT, 1 - _LEGEND / figure.get_figheight()),
+    }
     figure.legend(handles=handles, ncols=5, columnspacing=1.2, handletextpad=0.4, **place)

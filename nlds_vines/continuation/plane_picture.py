@@ -82,6 +82,7 @@ def _draw(axes: Axes, curve: SpecialCurve, across: int) -> None:
     if dashes:
         look["dashes"] = dashes
     axes.plot(x, y, path_effects=_HALO, zorder=4, **look)
+    halo = [Stroke(linewidth=1.8, foreground="white"), Normal()]
     for name, *values in curve.meetings:
         axes.plot(
             values[across], values[1 - across], marker="o", markersize=_MARK, color="black",
@@ -89,7 +90,7 @@ def _draw(axes: Axes, curve: SpecialCurve, across: int) -> None:
         )  # fmt: skip
         axes.annotate(
             name, (values[across], values[1 - across]), (3, 3), textcoords="offset points",
-            fontsize=_SIZE, zorder=7, path_effects=[Stroke(linewidth=1.8, foreground="white"), Normal()],
+            fontsize=_SIZE, zorder=7, path_effects=halo,
             annotation_clip=True,
         )  # fmt: skip
 
@@ -103,6 +104,6 @@ def _add_legend(figure: Figure, axes: Axes, found: Continued) -> None:
         if dashes := _DASHES.get(n, _DASHES[8]):
             look["dashes"] = dashes
         period = "T" if n == 1 else f"{n}T"
-        handles.append(Line2D([], [], label=f"{kind} of {period}: {WORDS[kind]}", **look))
-    place = {"loc": "lower left", "bbox_to_anchor": (LEFT + MAP_WIDTH + 0.01, 0.1)}
+        handles.append(Line2D([], [], label=f"{kind} of {period}\n({WORDS[kind]})", **look))
+    place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (LEFT + MAP_WIDTH + 0.01, 0.1)}
     figure.legend(handles=handles, **place)

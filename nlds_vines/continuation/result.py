@@ -18,7 +18,7 @@ from nlds_vines.continuation.curve_table import curve_datasets
 from nlds_vines.continuation.exploration import is_same
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.request_file import load_continuation
-from nlds_vines.continuation.section_map import SectionMap
+from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
 from nlds_vines.continuation.special_points import label_of_cycle
 from nlds_vines.continuation.start_orbits import place_of, states_of
@@ -177,7 +177,8 @@ class Continued:
         kind: LP, PD, NS, BP, GR or LIM; value: of the parameter; before, after: the labels along
         the branch; residual: the test function, relative; bracket: width of the last bracket, in
         units of the parameter; defect: what does not close, relative; wall: of an impact that
-        grazes; branch: its number; index: of the branch's point before it; period: n; state: at phase zero, in the user's coordinates.
+        grazes; branch: its number; index: of the branch's point before it; period: n; state: at
+        phase zero, in the user's coordinates.
         """
         t = self.tables
         size = t["special_state"].shape[1]
@@ -218,7 +219,9 @@ class Continued:
                         words[int(t["curve_first_end"][i])],
                         words[int(t["curve_last_end"][i])],
                     ),
-                    meetings=tuple((str(n), float(a), float(b)) for n, a, b in zip(*at, strict=True)),
+                    meetings=tuple(
+                        (str(n), float(a), float(b)) for n, a, b in zip(*at, strict=True)
+                    ),
                 )
             )
         return tuple(found)
@@ -231,11 +234,13 @@ class Continued:
         along = self.request.along
         value = number(along.name, value)
         if not along.low <= value <= along.high:
-            raise RequestError(f"{along.name} = {value!r}; allowed: {along.low!r} to {along.high!r}")
+            raise RequestError(
+                f"{along.name} = {value!r}; allowed: {along.low!r} to {along.high!r}"
+            )
         section_map = map_of(self.request)
         found: list[Crossing] = []
         for i, branch in enumerate(self.branches):
-            cycles = []
+            cycles: list[Cycle] = []
             for place in self._places_at(branch, value):
                 cycle = at_value(section_map, place, branch.period, value)
                 if cycle is None or any(is_same(section_map, cycle, other) for other in cycles):
@@ -309,9 +314,7 @@ def _counted(words: list[str]) -> list[tuple[str, int]]:
 
 def map_of(request: Continuation) -> SectionMap:
     """Return the section map of a continuation."""
-    return SectionMap(
-        request.system, (request.along.name,), Settings(float(request.tolerance))
-    )
+    return SectionMap(request.system, (request.along.name,), Settings(float(request.tolerance)))
 
 
 def continued(path: str | os.PathLike[str]) -> Continued:

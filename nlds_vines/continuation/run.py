@@ -142,9 +142,7 @@ def _followed(
         count += 1
         progress.note(1, f"{max(map(len, arrays.values()))} points in the last one")
 
-    return compute(
-        request, recall=folder.recall, keep=keep, check=stop.check, tell=progress.say
-    )
+    return compute(request, recall=folder.recall, keep=keep, check=stop.check, tell=progress.say)
 
 
 def _store(

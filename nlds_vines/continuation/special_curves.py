@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from nlds_vines.continuation.arclength import ANGLE, CONTRACTION, SHARPEST, length
+from nlds_vines.continuation.arclength import ANGLE, CLOSED, CONTRACTION, SHARPEST, length
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
 from nlds_vines.continuation.special_points import is_torus, narrowed_down
 from nlds_vines.continuation.switching import null_vector
@@ -246,9 +246,7 @@ class Tracer:
             return None
         weights = self.section_map.weights(cycle, self.high - self.low)
         row = weights * weights * toward
-        found, slope, _ = corrected(
-            self.section_map, place, n, self.function(cycle), row, weights
-        )
+        found, slope, _ = corrected(self.section_map, place, n, self.function(cycle), row, weights)
         if found is None:
             return None
         return self._with_tangent(found, slope, row, weights)
@@ -297,7 +295,7 @@ class Tracer:
         return points, meetings, "long"
 
     def _worst(self, a: CurvePoint, b: CurvePoint, ratio: float) -> float:
-        """Return by what a step is too long: contraction, but where slopes have a kink, or angle."""
+        """Return by what a step is too long: contraction, but of slopes with a kink, or angle."""
         bent = 0.0 if self.kind == "GR" else math.sqrt(ratio / CONTRACTION)
         return max(bent, _turn(a, b) / ANGLE)
 
@@ -413,17 +411,9 @@ def calibrated(tracer: Tracer, place: np.ndarray, n: int) -> Tracer | None:
         row, start = np.zeros((2, size + 2)), place.copy()
         row[0, size] = row[1, size + 1] = 1.0
         start[size] += sign * BESIDE * max(abs(place[size]), 1.0e-3)
-        for _ in range(MOST_ITERATIONS):
-            cycle = tracer.section_map.at(start, n)
-            if cycle is None:
-                return None
-            right = np.concatenate([-cycle.gap, [0.0, 0.0]])
-            step, _ = bordered(closing(cycle), cycle.slopes, row, right)
-            if step is None or not np.isfinite(step).all():
-                return None
-            start = start + step
-            if cycle.defect < 1.0e-13:
-                break
+        cycle = _closed_at(tracer.section_map, start, n, row)
+        if cycle is None:
+            return None
         sides.append(cycle)
     without, touching = sorted(sides, key=lambda cycle: sum(cycle.counts))
     gained = [j - i for i, j in zip(without.counts, touching.counts, strict=True)]
@@ -431,6 +421,20 @@ def calibrated(tracer: Tracer, place: np.ndarray, n: int) -> Tracer | None:
         return None
     softness = without.clearance / (touching.slowest * touching.slowest)
     return replace(tracer, without=without.counts, wall=gained.index(1), softness=softness)
+
+
+def _closed_at(section_map: SectionMap, place: np.ndarray, n: int, row: np.ndarray) -> Cycle | None:
+    """Return the orbit near a place at its own parameters; None where there is none."""
+    for _ in range(MOST_ITERATIONS):
+        cycle = section_map.at(place, n)
+        if cycle is None or cycle.defect < CLOSED:
+            return cycle
+        right = np.concatenate([-cycle.gap, [0.0, 0.0]])
+        step, _ = bordered(closing(cycle), cycle.slopes, row, right)
+        if step is None or not np.isfinite(step).all():
+            return None
+        place = place + step
+    return None
 
 
 def trace_curve(tracer: Tracer, place: np.ndarray, n: int) -> Curve | None:

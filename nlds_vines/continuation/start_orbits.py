@@ -80,9 +80,7 @@ def _judged(
     system: System, starts: np.ndarray, tolerance: float, tell: Tell | None
 ) -> Iterator[tuple[str, int, np.ndarray]]:
     """Yield the label, n, and a state (4,) of the orbit at phase zero, of each start (count, 4)."""
-    wanted = Wanted(
-        system.scene, ("regime", "evidence"), "exact", "standard", Settings(tolerance)
-    )
+    wanted = Wanted(system.scene, ("regime", "evidence"), "exact", "standard", Settings(tolerance))
     cells = np.repeat(np.atleast_1d(system.cells()), len(starts))[:, np.newaxis]
     outputs = Kernels(wanted, tell).run(cells, starts, TRANSIENT, PERIODS)
     arrays = outputs.verdicts(cells)

@@ -75,7 +75,11 @@ def _turned(point: Point) -> Point:
 
 def _turned_special(special: Special, index: int) -> Special:
     return replace(
-        special, point=_turned(special.point), before=special.after, after=special.before, index=index
+        special,
+        point=_turned(special.point),
+        before=special.after,
+        after=special.before,
+        index=index,
     )
 
 

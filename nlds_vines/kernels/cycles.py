@@ -166,9 +166,9 @@ def trace(parts, cells, numbers, values, y, points, counts, matrix, slopes, mult
 
     cells (1 + 3 m,): that of the parameters themselves, then for each of m free parameters those a
     little below and above and again that of themselves, whose `numbers` (1 + 3 m, ...) are moved;
-    values (m, 3): below, above, itself. Fills points (n, 4) with the sections, counts (3,) with the impacts by wall and n, matrix (size, size) with the monodromy
-    matrix, slopes (m, 4) with the derivatives of the image, multipliers (size, 2), and found
-    (FOUND,). Returns a status.
+    values (m, 3): below, above, itself. Fills points (n, 4) with the sections, counts (3,) with the
+    impacts by wall and n, matrix (size, size) with the monodromy matrix, slopes (m, 4) with the
+    derivatives of the image, multipliers (size, 2), and found (FOUND,). Returns a status.
     """
     # hot: Python calls it for each iteration of Newton's method
     flow, status = cell_flow(parts, cells[0])

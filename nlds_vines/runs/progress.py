@@ -17,13 +17,19 @@ class Progress:
     """Shows a bar on a terminal, a line every few seconds elsewhere, nothing when quiet."""
 
     def __init__(
-        self, total: int | None, unit: str, *, done: int = 0, quiet: bool = False, at_most: bool = False
+        self,
+        total: int | None,
+        unit: str,
+        *,
+        done: int = 0,
+        quiet: bool = False,
+        at_most: bool = False,
     ) -> None:
         """Begin to count.
 
-        Arguments: `total` pieces of work, None where it is not known, of which some are `done` before; `unit` is the singular
-        of what is counted, an orbit or a design; `at_most` where the work may end earlier, so that
-        no time to go is known.
+        Arguments: `total` pieces of work, None where it is not known, of which some are `done`
+        before; `unit` is the singular of what is counted, an orbit or a design; `at_most` where the
+        work may end earlier, so that no time to go is known.
         """
         self._total, self._unit, self._done, self._quiet = total, unit, done, quiet
         self._at_most = at_most

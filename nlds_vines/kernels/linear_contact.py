@@ -39,7 +39,7 @@ from .flight import (
 )
 from .impact_variations import columns_of, put_columns
 from .observe import note_depth, note_energy, note_force
-from .once_rounded import after_piece, rounded_once
+from .once_rounded import piece_once_rounded, rounded_once, whole_at_phase
 from .peaks import factor_at, note_peaks, note_roots, root
 from .scene import Damper, Ground, Structure, joined, under
 from .touch import LOST, R, first_touch, note_limit, tightened
@@ -246,7 +246,10 @@ def press(
         piece = end
         if where <= end:
             piece, event = where, RELEASED
-        y = after_piece(grid.low, damper, grid.load, w, piece, (x1, v1, r, s), phase)
+        if piece == 1.0:
+            y = whole_at_phase(grid.low, damper, w, (x1, v1, r, s), phase)
+        else:
+            y = piece_once_rounded(grid.low, damper, grid.load, w, piece, (x1, v1, r, s), phase)
         if impacts is not None:
             note_greatest(wall, sign, balance, impacts, w, piece)
         w[R] += shift  # the rows hold r itself

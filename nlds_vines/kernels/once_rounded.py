@@ -13,7 +13,8 @@ that their rounding does not matter. What a sum of the first ones loses is kept 
 From `Grid.low` on the table of such a grid has four matrices of MATRIX numbers: that of a whole
 cell, and what the powers 1 to KEPT of the Taylor polynomial are, given the state at its start.
 They are stored column by column, four heads and then four tails. Where walls limit the structure
-itself, r and s are x1 and v1, and the columns of x1 and v1 are not used.
+itself, r and s are x1 and v1, and the columns of x1 and v1 are not used. After them, in plain
+numbers: what cos, sin and load, four each, have added to the state at the end of a cell.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from .twofold import plus, quotient, split, times, two_product, two_sum
 
 MATRIX = 32  # numbers of a matrix: four columns of eight
 KEPT = 3  # powers of twice the precision: the fourth is less than 0.4^4 / 4! = 1e-3 of the state
+PUSH = (KEPT + 1) * MATRIX  # place of what forces add, after the matrices
 WHOLE = 18  # powers in the matrix of a whole cell: 0.4^19 / 19! = 2e-25
 
 
@@ -66,10 +68,26 @@ def put_column(w, i, y):
 
 
 @jit
+def put_sum(w, first, place):
+    """Write the value at the end of a cell of the polynomial that begins at `first`."""
+    for k in range(ORDER, -1, -1):
+        for c in range(4):
+            w[place + c] += w[first + 4 * k + c]
+
+
+@chosen
+def put_sum_of_load(load, w, place):
+    """Write that of a constant load, where there is one."""
+    if load is None:
+        return lambda load, w, place: None
+    return lambda load, w, place: put_sum(w, load, place)
+
+
+@jit
 def rounded_once(ps, damper, grid):
     """Return a grid as it is, but whose cells are rounded once; ps, damper: its bodies."""
     low = len(grid.table)
-    w = np.zeros(low + (KEPT + 1) * MATRIX)
+    w = np.zeros(low + PUSH + 12)
     w[:low] = grid.table
     for i in range(4):
         # the Taylor series of the motion that begins with one of x1, v1, r, s
@@ -84,6 +102,9 @@ def rounded_once(ps, damper, grid):
             if k <= KEPT:
                 put_column(w, low + MATRIX * k + 8 * i, y)
         put_column(w, low + 8 * i, (a, b, c, d))
+    put_sum(w, TAYLOR + 4 * TERMS, low + PUSH)
+    put_sum(w, TAYLOR + 5 * TERMS, low + PUSH + 4)
+    put_sum_of_load(grid.load, w, low + PUSH + 8)
     return Grid(grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, low)
 
 
@@ -148,6 +169,16 @@ def whole_once_rounded(low, damper, w, j, y):
     """Return the state one cell after the state y at the beginning of cell j."""
     free, small = product(damper, w, low, y)
     total, lost = two_sum(free, four_at(w, CELLS + 6 * j))
+    return numbers_of(total + (small + lost))
+
+
+@jit
+def whole_at_phase(low, damper, w, y, phase):
+    """Return the state one cell after the state y and (cos, sin) of the phase there."""
+    free, small = product(damper, w, low, y)
+    i = low + PUSH
+    push = four_at(w, i) * phase[0] + four_at(w, i + 4) * phase[1]
+    total, lost = two_sum(free, push + four_at(w, i + 8))
     return numbers_of(total + (small + lost))
 
 

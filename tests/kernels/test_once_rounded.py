@@ -8,7 +8,12 @@ import pytest
 from support import kernel_cell
 
 from nlds_vines.kernels.flight import cell_polynomial, cells_of, phase_at
-from nlds_vines.kernels.once_rounded import after_cell, after_piece, grid_once_rounded
+from nlds_vines.kernels.once_rounded import (
+    after_cell,
+    after_piece,
+    grid_once_rounded,
+    whole_at_phase,
+)
 from nlds_vines.kernels.scene import damper_in, ground_under, structure_of, with_load
 from nlds_vines.kernels.twofold import plus, quotient, times
 
@@ -88,6 +93,8 @@ def test_forces_are_felt(kind, load):
         cell_polynomial(grid, *y, *phase)
         found = after_cell(grid.low, damper, grid.table, 3, y)
         expected = moved(ps, damper, y, phase, Fraction(grid.h))
+        np.testing.assert_allclose(found, [float(b) for b in expected], rtol=0, atol=5e-16)
+        found = whole_at_phase(grid.low, damper, grid.table, y, phase)
         np.testing.assert_allclose(found, [float(b) for b in expected], rtol=0, atol=5e-16)
         found = after_piece(grid.low, damper, grid.load, grid.table, 0.3, y, phase)
         expected = moved(ps, damper, y, phase, Fraction(0.3) * Fraction(grid.h))

@@ -101,6 +101,21 @@ MUTANTS = (
         ),
     ),
     *of(
+        "nlds_vines/kernels/once_rounded.py",
+        (
+            "once rounded: a cell's matrix has plain precision",
+            "w[i + c], w[i + 4 + c] = head, rest + second",
+            "w[i + c], w[i + 4 + c] = head, rest",
+            _T_LAWS + "test_an_undamped_linear_contact_keeps_all_energy[start1-changes1]",
+        ),
+        (
+            "once rounded: what the sums of a piece have lost is forgotten",
+            "return numbers_of(total + (small * x + (lost + more)))",
+            "return numbers_of(total + (lost + more))",
+            "tests/kernels/test_once_rounded.py::test_so_is_a_piece_of_one[damper-0.77]",
+        ),
+    ),
+    *of(
         "nlds_vines/kernels/linear_contact.py",
         (
             "linear contact: a variation is not moved on where the force jumps",

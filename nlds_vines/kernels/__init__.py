@@ -4,6 +4,7 @@ In reading order:
 
     compiling        how kernels are compiled; what `chosen` does with a part that is None
     fours            four numbers worked on at once
+    twofold          numbers of twice the precision, as pairs
     elementary       sine, cosine, exponential, logarithm, a root: the same bits everywhere
     codes            statuses, events and kinds of verdicts: each number once
     arguments        the tuples that outer kernels take: Parts, Span, buffers
@@ -14,6 +15,7 @@ In reading order:
     cubics           what values and slopes at two ends prove of the motion between them
     observe          what is noted along an orbit: impacts, energies, sections, a limit
     flight           the exact flight: a period in cells, each a matrix and a Taylor polynomial
+    once_rounded     cells without a bias, where all else is linear
     touch            the first touch in a cell, certified; near misses; a limit
     peaks            the largest energies in a cell
     exact            from one event to the next by these three

@@ -15,6 +15,7 @@ from .flight import REACH, SHORT, cells_of, grid_of
 from .impact import Arc
 from .linear_contact import Pressed, pressed_of, presses_too_stiff
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
+from .once_rounded import grid_once_rounded
 from .orbit import bounded, on_ground, orbit_of, set_mode
 from .restitution import stuck_of
 from .runge_kutta import SCRATCH
@@ -79,11 +80,13 @@ def multiple_of(stops, n):
 
 
 @chosen
-def grid_maker(rk4):
-    """Return what prepares the grid of the method."""
-    if rk4 is None:
-        return lambda rk4: grid_of
-    return lambda rk4: fixed_grid_of
+def grid_maker(rk4, near, far):
+    """Return what prepares the grid of the method; where contacts are linear, too, it is finer."""
+    if rk4 is not None:
+        return lambda rk4, near, far: fixed_grid_of
+    if is_a(near, LinearWall) or is_a(far, LinearWall):
+        return lambda rk4, near, far: grid_once_rounded
+    return lambda rk4, near, far: grid_of
 
 
 @chosen
@@ -107,7 +110,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
 
     ps, damper: its `Structure` and its `Damper` or None; n: the exact cells that a period needs.
     """
-    make_grid = grid_maker(parts.rk4)
+    make_grid = grid_maker(parts.rk4, parts.near, parts.far)
     near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
     far = wall_like(parts.far, cell.far, damper, cell)
     return Prepared(

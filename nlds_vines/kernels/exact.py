@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 from .codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
-from .flight import CELLS, at, bare_grid, cell_polynomial, phase_at, step
+from .flight import CELLS, bare_grid, cell_polynomial, phase_at
 from .observe import LEVEL
+from .once_rounded import after_cell, after_piece
 from .peaks import may_set_a_record, note_peaks, record_breakers, work_at
 from .scene import greatest_push, scale_of
 from .touch import (
@@ -181,9 +182,9 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
             end, filled = 1.0 - x, x > 0.0
             if filled:
                 fill(grid, phase, now, False)
-                y = at(grid.table, end)
+                y = after_piece(grid.low, damper, grid.load, grid.table, end, now, phase)
             else:
-                y = step(damper, grid.table, j, x1, v1, r, s)
+                y = after_cell(grid.low, damper, grid.table, j, now)
             # The first touch, unless the two ends prove that there is none.
             place = end
             clear = x == 0.0 and proves_no_touch(near, far, r, y[2], slack)
@@ -195,7 +196,7 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
                 if event == SECTION:
                     place = end
                 else:
-                    y = at(grid.table, place)
+                    y = after_piece(grid.low, damper, grid.load, grid.table, place, now, phase)
             # Note what is wanted up to the touch or the end of the cell.
             if energy is not None:
                 drive, _ = phase_of(grid, j, 1.0 if event == SECTION else x + place)

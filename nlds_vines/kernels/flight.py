@@ -2,8 +2,9 @@
 
 A forcing period is cut into `n` equal cells. Over one cell the state is advanced by a constant
 matrix and a forced response tabulated by phase: sixteen multiplications and no rounding beyond
-them. Inside a cell every motion is a Taylor polynomial whose remainder lies below round-off, so
-that any instant can be reached and any question about the path between samples answered.
+them (`once_rounded` removes what these have of a bias). Inside a cell every motion is a Taylor
+polynomial whose remainder lies below round-off, so that any instant can be reached and any question
+about the path between samples answered.
 
 Nothing here needs eigenvectors or a steady amplitude: a defective damper pair and an undamped
 structure driven at resonance are flights like any other.
@@ -46,6 +47,7 @@ MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status
 #   CELLS     6 (n + 1)     for each cell j, and for the start of the next period:
 #                           w[CELLS + 6 j ...] = forced response over it (4), cos, sin at its start
 #   grid.load  TERMS        the state's that a constant load alone would move, where there is one
+#   grid.low                matrices of twice the precision, where they are wanted (`once_rounded`)
 STEP = 0
 OF_E2 = 16
 FACTOR = 24
@@ -66,13 +68,14 @@ class Grid(NamedTuple):
     bend: float  # |d2r/dt2| <= bend * S + P / m1
     table: np.ndarray  # (CELLS + 6 n + 6,), the table above; in inner kernels a bare row
     load: Any  # place in the table of what a constant load does; None where there is none
+    low: Any = None  # place of the matrices of `once_rounded`; None where errors may add up
 
 
 @jit
 def bare_grid(grid):
     """Return the grid with its table as a bare row."""
     w = bare(grid.table)
-    return Grid(grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load)
+    return Grid(grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, grid.low)
 
 
 @jit
@@ -268,7 +271,7 @@ def grid_with(ps, damper, h, n, tabulated):
     w[OF_E2] = dampers_share(ps, own)
     w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, own)
     push = greatest_push(ps.load, ps.force) * math.sqrt(ps.m1)
-    return Grid(n, h, 1.0 / n, rate_of(ps, own), push, bend_of(ps, damper), w, load)
+    return Grid(n, h, 1.0 / n, rate_of(ps, own), push, bend_of(ps, damper), w, load, None)
 
 
 @chosen

@@ -2,10 +2,10 @@
 
 While the wall is pressed, the damper hangs on two springs: with k2 + kc and c2 + cc in place of k2
 and c2, and r counted from where the two are in balance, eq. (5) is that of a flight. It is followed
-on a grid of its own, cell by cell, until the force has fallen to zero; that place is certified as a
-touch is. Then the damper is still at a depth z = -cc s / kc, from which it leaves without a force:
-a flight too, to z = 0, unless it turns and presses again. Where the joint may pull (the law
-`kelvin-voigt`) it lasts until z = 0.
+on a grid of its own, cell by cell and once rounded, until the force has fallen to zero; that place
+is certified as a touch is. Then the damper is still at a depth z = -cc s / kc, from which it leaves
+without a force: a flight too, to z = 0, unless it turns and presses again. Where the joint may pull
+(the law `kelvin-voigt`) it lasts until z = 0.
 
 At touch, and where the joint pulls at release, the force jumps by cc s. A variation that is late by
 r / s is then moved on by cc r, whatever the speed (a saltation matrix; its determinant is 1).
@@ -39,6 +39,7 @@ from .flight import (
 )
 from .impact_variations import columns_of, put_columns
 from .observe import note_depth, note_energy, note_force
+from .once_rounded import piece_once_rounded, rounded_once, whole_at_phase
 from .peaks import factor_at, note_peaks, note_roots, root
 from .scene import Damper, Ground, Structure, joined, under
 from .touch import LOST, R, first_touch, note_limit, tightened
@@ -99,8 +100,8 @@ def pressed_of(ps, damper, wall):
     """Return the `Pressed` of a cell at a wall."""
     one, joint, share = pressed_bodies(ps, damper, wall)
     return Pressed(
-        one, joint, share * wall.gap, local_grid(one, joint), local_grid(ps, damper),
-        np.zeros(COEF + TERMS),
+        one, joint, share * wall.gap, rounded_once(one, joint, local_grid(one, joint)),
+        local_grid(ps, damper), np.zeros(COEF + TERMS),
     )  # fmt: skip
 
 
@@ -245,7 +246,10 @@ def press(
         piece = end
         if where <= end:
             piece, event = where, RELEASED
-        y = at(w, piece)
+        if piece == 1.0:
+            y = whole_at_phase(grid.low, damper, w, (x1, v1, r, s), phase)
+        else:
+            y = piece_once_rounded(grid.low, damper, grid.load, w, piece, (x1, v1, r, s), phase)
         if impacts is not None:
             note_greatest(wall, sign, balance, impacts, w, piece)
         w[R] += shift  # the rows hold r itself

@@ -21,7 +21,7 @@ from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.scene import power_wall_at
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.system import System
-from nlds_vines.orbits.kernel_inputs import flow_on
+from nlds_vines.orbits.kernel_inputs import cell_of, flow_on
 from nlds_vines.orbits.settings import Settings
 
 STEEP = 3e7  # K of the powers
@@ -197,16 +197,45 @@ def test_a_linear_stop_in_closed_form(cc):
     np.testing.assert_allclose(orbit.section, piecewise(numbers, 20), rtol=0, atol=1e-12)
 
 
-def test_an_undamped_linear_contact_keeps_all_energy():
-    """For 100,000 periods, but for round-off, which adds up to some 1e-16 a cell."""
-    numbers = {"m": 1.0, "k": 1.0, "c": 0.0, "C": 0.3, "P": 0.0, "omega": 1.1, "kc": 25.0}
-    system = System("oscillator", numbers, law="linear")
-    section = simulate(system, 100_000, start=(-0.7, 0.6)).section
-    x, v = section.T
-    energy = 0.5 * (v**2 + x**2 + 25.0 * np.maximum(x - 0.3, 0.0) ** 2)
-    assert (x > 0.3).any()  # sections inside contacts, too
-    np.testing.assert_allclose(energy, 0.5 * (0.7**2 + 0.6**2), rtol=1e-9)
-    np.testing.assert_allclose(energy[:300], 0.5 * (0.7**2 + 0.6**2), rtol=1e-12)
+@pytest.mark.parametrize(
+    ("start", "changes"),
+    [
+        ((-0.7, 0.6), {}),
+        ((-0.7, 0.6), {"C": 3.0}),  # never touches the stop
+        ((-0.7, 0.6), {"kc": 1e-3, "omega": 2.2}),
+        ((-0.7, 0.6), {"kc": 1000.0, "omega": 0.7}),
+        ((-0.31, 0.0), {"kc": 3e4}),
+        ((-20.0, 0.0), {"m": 1.7, "k": 0.9}),
+        ((0.0, 0.0), {"C": -0.2, "kc": 4.0}),  # preloaded: mostly in contact
+        ((-0.7, 0.6), {"omega": 1.0, "C": 0.0, "kc": 3.0}),  # periodic: nothing is random
+    ],
+)
+def test_an_undamped_linear_contact_keeps_all_energy(start, changes):
+    """For 100,000 periods: round-off is as likely up as down."""
+    p = {"m": 1.0, "k": 1.0, "c": 0.0, "C": 0.3, "P": 0.0, "omega": 1.1, "kc": 25.0, **changes}
+    section = simulate(System("oscillator", p, law="linear"), 100_000, start=start).section
+    x, v = np.vstack([start, section]).T
+    twice = p["m"] * v**2 + p["k"] * x**2 + p["kc"] * np.maximum(x - p["C"], 0.0) ** 2
+    assert (x > p["C"]).any() == (p["C"] < 3.0)  # sections inside contacts, too
+    np.testing.assert_allclose(twice, twice[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("law", ["linear", "kelvin-voigt"])
+@pytest.mark.parametrize("name", ["ssul-set6", "ssbl"])
+def test_an_undamped_damper_at_linear_walls_keeps_all_energy(name, law):
+    system = load_system(name, law=law, kc=2e4, cc=0.0, c1=0.0, c2=0.0, P=0.0, omega=6.28)
+    start = 0.1, 0.3, 0.2, -1.0
+    orbit = simulate(system, 50_000, start=start)
+    p, (x1, v1, x2, v2) = system.parameters, np.vstack([start, orbit.section]).T
+    r = x1 - x2 + system.rest
+    cell = cell_of(system)
+    depth = np.maximum(r - cell.near, 0.0)
+    if name == "ssbl":
+        depth += np.maximum(-r - cell.far, 0.0)
+    twice = p["m1"] * v1**2 + p["k1"] * x1**2 + p["m2"] * v2**2
+    twice += p["k2"] * r**2 + p["kc"] * depth**2
+    assert len(orbit.impacts) > 50_000
+    np.testing.assert_allclose(twice, twice[0], rtol=1e-12)
 
 
 def test_energies_of_a_damper_at_a_linear_wall():

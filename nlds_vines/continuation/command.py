@@ -61,6 +61,7 @@ def continue_orbit(
     between: tuple[float, float],
     start: Regime | Sequence[float] | str | None = None,
     *,
+    period: int | None = None,
     plane: tuple[str, float, float] | None = None,
     doublings: int = 0,
     starts: int = STARTS,
@@ -79,6 +80,8 @@ def continue_orbit(
         start: None for the orbit from rest; a `Regime` that is periodic, at its own value of the
             parameter; a state (x1, v1, x2, v2) or (x, v) [m, m/s], whose orbit is judged; a label
             such as "3T,3", looked for among random starts; "random" for all their orbits.
+        period: n, with a state: the nT orbit nearest to it, stable or not, in place of the orbit that
+            it ends in.
         plane: a second parameter, its smallest and its largest value, around the system's own: then
             curves of special points in the plane of both are followed, too.
         doublings: how many period doublings, one after another, are followed to their branches.
@@ -98,7 +101,9 @@ def continue_orbit(
     first, last = _pair(between)
     changes: dict[str, Any] = {
         "along": {along: {"start": first, "stop": last}},
-        "start": _start_table(known, along, start, (first, last), {"count": starts, "seed": seed}),
+        "start": _near(known, along, start, (first, last), period)
+        if period is not None
+        else _start_table(known, along, start, (first, last), {"count": starts, "seed": seed}),
         "search": {
             "doublings": doublings,
             "step": step,
@@ -120,6 +125,17 @@ def _pair(between: Sequence[float]) -> tuple[float, float]:
     if not isinstance(between, Sequence) or isinstance(between, str) or len(between) != 2:
         raise RequestError(f"between = {shown(between)}; allowed: two numbers")
     return between[0], between[1]
+
+
+def _near(
+    system: System, along: str, start: object, between: tuple[float, float], period: int
+) -> dict[str, Any]:
+    """Return the table [start] of the orbit of n periods near a state."""
+    if start is None or isinstance(start, str) or not isinstance(start, Sequence):
+        raise RequestError(f"period = {shown(period)} belongs to a start that is a state")
+    low, high = between
+    value = min(max(system.parameters.get(along, low), low), high)
+    return {"states": [list(start)], "values": [value], "periods": [period]}
 
 
 def _start_table(

@@ -1,0 +1,137 @@
+"""Branches against closed forms: rigid impact oscillators, grazing of the motion without impacts."""
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+from support import REPO
+
+from nlds_vines import continue_orbit, load_system
+from nlds_vines.model.linear_response import response
+from nlds_vines.model.system import System
+
+RIGID = json.loads((REPO / "data" / "reference" / "rigid.json").read_text())
+CASES = RIGID["cases"]
+
+
+def named(case):
+    return f"{case['omega']}-{case['e']}"
+
+
+def oscillator(case, P, **law):
+    numbers = {"m": 1.0, "k": RIGID["k"], "c": RIGID["c"], "C": RIGID["d"], "omega": case["omega"]}
+    law = law or {"law": "restitution", "e": case["e"]}
+    name = law.pop("law")
+    return System("oscillator", {**numbers, "P": P, **law}, law=name)
+
+
+def start_of(case, orbit):
+    """Return the state at phase zero of a closed-form orbit: back from its impact in free flight."""
+    system, omega = oscillator(case, orbit["A"]), case["omega"]
+    far = system.with_(C=1e6)  # the free motion: nothing is touched
+    free = response(far, np.array(omega)).X1
+    phase, c, k = orbit["phase"], RIGID["c"], RIGID["k"]
+    damped = np.sqrt(k - 0.25 * c * c)
+
+    # before the impact at t = phase/omega, x = x_p + e^{-ct/2}(a cos + b sin) with x = d, v = speed
+    def forced(t):
+        z = complex(free) * np.exp(1j * omega * t)
+        return z.real, (1j * omega * z).real
+
+    t = phase / omega
+    x, v = forced(t)
+    dx, dv = RIGID["d"] - x, orbit["speed"] - v
+    back = -t
+    decay, cos, sin = np.exp(-0.5 * c * back), np.cos(damped * back), np.sin(damped * back)
+    u = decay * (dx * cos + (dv + 0.5 * c * dx) / damped * sin)
+    w = decay * (dv * cos - (k * dx + 0.5 * c * dv) / damped * sin)
+    x0, v0 = forced(0.0)
+    return [float(x0 + u), float(v0 + w)]
+
+
+@pytest.mark.parametrize("case", CASES, ids=named)
+def test_special_points_of_a_rigid_oscillator(case):
+    """Folds, flips and grazing lie where closed forms have them, on the branch of one orbit."""
+    orbit = case["orbits"][0]
+    system = oscillator(case, orbit["A"])
+    path = continue_orbit(system, "P", (0.05, 6.0), start_of(case, orbit), period=case["n"])
+    branch = path.branches[0]
+    assert branch.period == case["n"]
+    special = path.special[path.special.branch == 0]
+    folds = special[special.kind == "LP"].value
+    if case["fold_A"]:
+        assert np.abs(folds - case["fold_A"]).min() < 1e-9
+    flips = special[special.kind == "PD"].value
+    for flip in case["flips"]:
+        assert np.abs(flips - flip["A"]).min() < 1e-9
+    grazing = special[special.kind == "GR"].value
+    if case["n"] == 1:
+        assert np.abs(grazing - case["grazing_A"]).min() < 1e-9
+
+
+@pytest.mark.parametrize("case", CASES, ids=named)
+def test_the_motion_without_impacts_grazes_a_rigid_stop_in_closed_form(case):
+    system = oscillator(case, 0.5 * case["grazing_A"])
+    path = continue_orbit(system, "P", (0.01, 2.0 * case["grazing_A"]))
+    assert path.branches[0].ends[1] == "grazing"
+    (row,) = path.special[path.special.branch == 0]
+    assert (row.kind, row.before, row.after) == ("GR", "T,0", "T,1")
+    assert abs(row.value - case["grazing_A"]) < 1e-9
+
+
+GRAZES = {
+    "ssul-set6": ("omega", (7.3, 9.0)),
+    "ssbl": ("P", (1.0, 400.0)),
+    "hard-oscillator": ("P", (0.001, 2.0)),
+    "bilinear-oscillator": ("P", (0.001, 10.0)),
+}
+
+
+@pytest.mark.parametrize("name", GRAZES)
+def test_the_motion_without_impacts_grazes_where_the_linear_response_fills_the_gap(name):
+    along, between = GRAZES[name]
+    system = load_system(name)
+    first = system.with_(**{along: between[1] if along == "omega" else between[0] * 2})
+    path = continue_orbit(first, along, between)
+    rows = path.special[(path.special.kind == "GR") & (path.special.branch == 0)]
+    row = next(row for row in rows if "T,0" in (row.before, row.after))
+    there = system.with_(**{along: row.value})
+    amplitude = float(response(there, np.array(there.parameters["omega"])).shortening)
+    gaps = [g(there.parameters) for g in (there.scene.gap_near, there.scene.gap_far) if g]
+    assert amplitude == pytest.approx(min(gaps), rel=1e-10)
+
+
+@pytest.mark.parametrize("kind", ["ssvi-b", "ssvi-c"])
+def test_a_branch_ends_where_its_orbit_touches_the_limit(kind):
+    """The linear response fills the way to the limit, or to the wall, whichever is nearer."""
+    p = dict(load_system("ssbl").parameters) | {"D": 0.02, "C": 0.05, "L": 0.005, "P": 1.0}
+    if kind == "ssvi-b":
+        del p["L"]
+    system = System(kind, p)
+    path = continue_orbit(system, "P", (1.0, 5000.0))
+    (row,) = path.special[path.special.kind == "LIM"]
+    assert path.branches[0].ends[1] == "limit"
+    there = system.with_(P=row.value)
+    amplitude = float(response(there, np.array(p["omega"])).shortening)
+    assert amplitude == pytest.approx(system.scene.limit(p), rel=1e-9)
+
+
+def test_hertz_contacts_approach_the_rigid_ones_as_they_stiffen():
+    """Fold and flip of a Hertz stop converge as K^-0.4, the duration of its impacts."""
+    fold = next(case for case in CASES if case["fold_A"] and case["e"] == 1.0 and case["n"] == 1)
+    flip = next(case for case in CASES if case["flips"] and case["e"] == 1.0 and case["n"] == 1)
+    for case, kind, exact in (
+        (fold, "LP", fold["fold_A"]),
+        (flip, "PD", flip["flips"][0]["A"]),
+    ):
+        orbit, errors = case["orbits"][0], []
+        for K in (1e8, 1e10, 1e12, 1e14, 1e16):
+            system = oscillator(case, orbit["A"], law="hertz", K=K)
+            start = start_of(case, orbit)
+            path = continue_orbit(system, "P", (0.1, 1.2), start, period=1)
+            rows = path.special[(path.special.kind == kind) & (path.special.branch == 0)]
+            errors.append(np.abs(rows.value - exact).min())
+        orders = [np.log(a / b) / np.log(100.0) for a, b in itertools.pairwise(errors)]
+        assert orders[-1] == pytest.approx(0.4, abs=0.02)
+        assert errors[-1] < 1e-5

@@ -23,13 +23,20 @@ import numpy as np
 
 from .compiling import jit
 from .contact_field import cos_sin, rotated
-from .fours import four, four_at, put_four, sum_of
+from .fours import four, four_at, number_of, put_four, roots_of, sum_of
 from .impact import (
+    GT,
     HALF,
     INSIDE,
+    LENGTH,
+    LEVEL,
+    LEVELS,
     MATRIX,
     MISSED,
     ROW,
+    SHAPE,
+    TERMS,
+    WITHIN_ERROR,
     Approach,
     B,
     G,
@@ -48,7 +55,8 @@ from .roots import narrowed, secant
 from .scene import Damper, Structure, finite
 
 # Places are the touch, the nodes and the deepest point. Rows of k numbers, k = n + 2 in fours:
-PLACE, BARYCENTRIC, U_THERE, S_THERE = range(4)  # constants of a half, behind all others
+PLACE, BARYCENTRIC, ONWARD = range(3)  # constants of a half, behind all others; weights from
+# the first node on
 WEIGHED = INSIDE  # scratch: the weights at a place; values of five quantities there
 FIRST, SECOND, THIRD, FOURTH, FIFTH = (INSIDE + ROW * (1 + i) for i in range(5))
 TOUCH, RELEASE = 0, 1  # the ends; int() keeps each from its own compilation
@@ -56,10 +64,8 @@ TOUCH, RELEASE = 0, 1  # the ends; int() keeps each from its own compilation
 # rise above their values there, NaN if unknown
 LAST = INSIDE + ROW * 6
 
-SLOPING = 0.8  # u^5 up to which S is better by S^2 = 1 - u^5 than by its own polynomial
 ROOT_STEPS = 40  # of the search for a place: it needs some six
-ROUND_OFF = 4.0e-16  # relative, of a time
-BEYOND = 1.1  # place up to which the polynomials hold: a little behind the deepest point
+ASIDE, A_LITTLE = 1.0 + 4.0e-16, 1.0e-30  # factor and step from a node, of which all weight were
 PRECISE = 1.0e-7  # error of the place of a peak: its height errs by the square
 SETTLED = (
     0.1  # what sweeps may leave, in units of what those of an impact may: nodes keep all of it
@@ -128,12 +134,17 @@ def backward(ps, damper):
 def half_impact(ps, damper, wall, arc, phase, state):
     """Return the half of an impact that begins with a state (s, x1, v1), solved.
 
-    phase: (cos, sin) of the forcing's.
+    phase: (cos, sin) of the forcing's. With nodes for all that may be asked of it.
     """
     s, x1, v1 = state
-    c, d = phase
-    nodes = nodes_of(arc, arc.inside, int(HALF))
-    approach = approach_of(ps, damper, wall, s, x1, v1, c, d)
+    approach = approach_of(ps, damper, wall, s, x1, v1, phase[0], phase[1])
+    return solved_half(ps, damper, wall, arc, approach, arc.inside)
+
+
+@jit
+def solved_half(ps, damper, wall, arc, approach, level):
+    """Return the half of an impact, solved with the nodes of one level."""
+    nodes = nodes_of(arc, level, int(HALF))
     settle(ps, damper, wall, nodes, approach, SETTLED * arc.settled)
     ratio, time, x, v, _ = at_end(ps, damper, wall, nodes, approach)
     w, n = nodes.w, nodes.n
@@ -182,57 +193,95 @@ def value(half, row, total):
     return sum_of(found) / total
 
 
+# ---- a state -------------------------------------------------------------------------------------
+
+
 @jit
-def place_of(half, time):
-    """Return the place that is reached at a `time` [s]; the row FIRST holds the times."""
-    w, n = half.nodes.w, half.nodes.n
-    i = 0
-    while i < n and w[FIRST + i + 1] < time:
-        i += 1
-    low, high = w[half.places + i], w[half.places + i + 1]
-    f0, f1 = w[FIRST + i] - time, w[FIRST + i + 1] - time
-    if i == n and f1 < 0.0:
-        high = BEYOND
-        f1 = value(half, int(FIRST), weigh(half, high)) - time
-    if not f0 < 0.0:
-        return low
-    if not f1 > 0.0:
-        return high
-    x = high
-    for _ in range(ROOT_STEPS):
-        x = secant(low, high, f0, f1)
-        f = value(half, int(FIRST), weigh(half, x)) - time
-        if abs(f) <= ROUND_OFF * half.time:
-            return x
-        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
-    return x
+def weigh_at(half, root):
+    """Fill the row WEIGHED with the weights at a time, `root` its square root; return their sum.
+
+    The square root of time is as good a variable as the phase, of which it is a smooth function,
+    and known: places need not be searched for (Baltensperger, Berrut, Noel: Mathematics of
+    Computation 68 (1999) 1109).
+    """
+    w, n, weight = half.nodes.w, half.nodes.n, half.places + ONWARD * half.k
+    w[WEIGHED] = w[half.places + BARYCENTRIC * half.k] / root
+    total = four(0.0)
+    for i in range(0, n + 1, 4):
+        q = four_at(w, weight + i) / (root - roots_of(four_at(w, T + i)))
+        put_four(w, WEIGHED + 1 + i, q)
+        total = total + q
+    return w[WEIGHED] + sum_of(total)
+
+
+@jit
+def value_at(half, row, at_touch, total):
+    """Return an unknown where `weigh_at` returned `total`; row: of the nodes and the end."""
+    w, found = half.nodes.w, four(0.0)
+    for i in range(0, half.nodes.n + 1, 4):
+        found = found + four_at(w, WEIGHED + 1 + i) * four_at(w, row + i)
+    return (w[WEIGHED] * at_touch + sum_of(found)) / total
+
+
+@jit
+def shape_at(w, tau):
+    """Return u and S of the free arc at its own time tau, up to a little behind its deepest point.
+
+    u / sqrt(2 tau) and S are power series in tau^(5/2) = y: even and odd powers side by side.
+    """
+    tau = max(tau, 0.0)
+    y = tau * tau * math.sqrt(tau)
+    y2, i = y * y, SHAPE + 4 * (TERMS - 1)
+    found = four_at(w, i)
+    while i > SHAPE:
+        i -= 4
+        found = found * y2 + four_at(w, i)
+    u = number_of(found, 0) + y * number_of(found, 1)
+    return math.sqrt(2.0 * tau) * u, number_of(found, 2) + y * number_of(found, 3)
 
 
 @jit
 def state_at(wall, half, time):
-    """Return (q = sqrt(z), s, x1, v1) at a `time` [s] after the half's beginning."""
-    approach, share = half.approach, half.damper.share
-    keep(half, int(FIRST), 0.0, int(T))
-    keep(half, int(SECOND), approach.b, int(B))
-    keep(half, int(THIRD), approach.x, int(G))
-    keep(half, int(FOURTH), approach.v, int(H))
-    total = weigh(half, place_of(half, time))
-    b = value(half, int(SECOND), total)
+    """Return (q = sqrt(z), s, x1, v1) at a `time` [s] after the half's beginning.
+
+    u and S are those of the free arc at its own time, from which the impact's differs by little.
+    """
+    approach, nodes, share = half.approach, half.nodes, half.damper.share
+    w, n, m = nodes.w, nodes.n, nodes.m
+    root = math.sqrt(time)
+    total = weigh_at(half, root)
+    if not finite(total):
+        total = weigh_at(half, root * ASIDE + A_LITTLE)
+    # how much later the impact is than the free arc, in units of tick
+    per = 1.0 / approach.tick
+    for i in range(0, m, 4):
+        put_four(w, FIRST + i, per * four_at(w, T + i) - four_at(w, nodes.at + GT * m + i))
+    w[FIRST + n] = per * half.time - 0.5 * LENGTH
+    u, S = shape_at(w, per * time - value_at(half, int(FIRST), 0.0, total))
+    b = value_at(half, int(B), approach.b, total)
     b2 = b * b
-    u, S = constant(half, int(U_THERE), total), constant(half, int(S_THERE), total)
-    u2 = u * u
-    u5 = u2 * u2 * u
-    if u5 < SLOPING:
-        S = math.sqrt(1.0 - u5)
     q, s = b2 * u, wall.speed * (b2 * b2 * b) * S
-    x, v = value(half, int(THIRD), total), value(half, int(FOURTH), total)
+    x = value_at(half, int(G), approach.x, total)
+    v = value_at(half, int(H), approach.v, total)
     return q, s, x + share * (q * q), v + share * s
 
 
 @jit
-def constant(half, which, total):
-    """Return the value of a row of constants of places, where `weigh` returned `total`."""
-    return value(half, half.places + which * half.k, total)
+def level_within(arc, size):
+    """Return the first level with which a state within an impact of size e is in the tolerance."""
+    for level in range(arc.inside):
+        if arc.table[LEVELS + LEVEL * level + WITHIN_ERROR] * size <= arc.tolerance:
+            return level
+    return arc.inside
+
+
+@jit
+def state_from(ps, damper, wall, arc, phase, state, time):
+    """Return (q, s, x1, v1) a `time` [s] after a touch with (s, x1, v1), in the impact's half."""
+    s, x1, v1 = state
+    approach = approach_of(ps, damper, wall, s, x1, v1, phase[0], phase[1])
+    level = level_within(arc, approach.size)
+    return state_at(wall, solved_half(ps, damper, wall, arc, approach, level), time)
 
 
 @jit(dissolved=True)
@@ -242,12 +291,12 @@ def state_inside(ps, damper, wall, arc, phase, ahead, time):
     phase: (cos, sin) at touch; ahead: `Ahead`. From the end of the impact that is nearer.
     """
     if time + time <= ahead.took:
-        return state_at(wall, half_impact(ps, damper, wall, arc, phase, ahead.touch), time)
+        return state_from(ps, damper, wall, arc, phase, ahead.touch, time)
     s, x1, v1 = ahead.release
     c, d = rotated(phase[0], phase[1], ps.omega * ahead.took)
     ps, damper = backward(ps, damper)
-    half = half_impact(ps, damper, wall, arc, (c, -d), (-s, x1, -v1))
-    q, s, x1, v1 = state_at(wall, half, ahead.took - time)
+    left = ahead.took - time
+    q, s, x1, v1 = state_from(ps, damper, wall, arc, (c, -d), (-s, x1, -v1), left)
     return q, -s, x1, -v1
 
 

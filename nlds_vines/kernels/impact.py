@@ -49,7 +49,7 @@ from .fours import four, four_at, larger_of, largest_of, number_of, put_four, su
 #   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
 #   USED        8                level of the nodes whose unknowns are there
 #   VARIED      45 ROW           scratch of variations (`impact_variations`)
-#   SHAPE       4 TERMS          polynomials of the free arc in time (`inside.shape_at`)
+#   SHAPE       4 TERMS          polynomials of the free arc in time (`state_inside.shape_at`)
 #   then        for each of them, of the whole arc and of its half, m being n in whole fours:
 #                 U ... GT + 16  38 m       rows of constants
 #                 MATRIX         n m        from touch to each node, integrand by integrand

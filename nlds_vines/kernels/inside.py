@@ -1,10 +1,11 @@
-"""Inside a short impact: its state at any time, and its largest energies.
+"""Inside a short impact: half of it, solved, and its largest energies.
 
 At the ends of an arc a collocation is far better than between its nodes. But on half an arc, from
 touch to deepest point, the polynomials through n nodes and both ends converge like 3.6^-n, since
 the singularities of the arc lie beside its deepest point. From there to the release the impact is
 solved backward in time, where it is an impact again: velocities and the dashpots' forces change
-their signs, and the phase runs back. The tolerance chooses the number of nodes.
+their signs, and the phase runs back. The tolerance chooses the number of nodes. A state at any time
+is read off such a half, too (`state_inside`).
 
 A value at place x from -1 to 1 is read off by the barycentric formula
 sum(q_i y_i) / sum(q_i), q_i = weight_i / (x - x_i)  (Berrut, Trefethen: SIAM Review 46 (2004) 501).
@@ -23,20 +24,13 @@ import numpy as np
 
 from .compiling import jit
 from .contact_field import cos_sin, rotated
-from .fours import four, four_at, number_of, put_four, roots_of, sum_of
+from .fours import four, four_at, put_four, sum_of
 from .impact import (
-    GT,
     HALF,
     INSIDE,
-    LENGTH,
-    LEVEL,
-    LEVELS,
     MATRIX,
     MISSED,
     ROW,
-    SHAPE,
-    TERMS,
-    WITHIN_ERROR,
     Approach,
     B,
     G,
@@ -63,9 +57,10 @@ TOUCH, RELEASE = 0, 1  # the ends; int() keeps each from its own compilation
 # the last half of each end whose energies were looked for: s, v1, x1, cos, sin, and what E1 and E2
 # rise above their values there, NaN if unknown
 LAST = INSIDE + ROW * 6
+# the last impact that a section cut: s, x1, v1, cos, sin at touch, time since; q, s, x1, v1 there
+CUT = LAST + 16
 
 ROOT_STEPS = 40  # of the search for a place: it needs some six
-ASIDE, A_LITTLE = 1.0 + 4.0e-16, 1.0e-30  # factor and step from a node, of which all weight were
 PRECISE = 1.0e-7  # error of the place of a peak: its height errs by the square
 SETTLED = (
     0.1  # what sweeps may leave, in units of what those of an impact may: nodes keep all of it
@@ -138,14 +133,14 @@ def half_impact(ps, damper, wall, arc, phase, state):
     """
     s, x1, v1 = state
     approach = approach_of(ps, damper, wall, s, x1, v1, phase[0], phase[1])
-    return solved_half(ps, damper, wall, arc, approach, arc.inside)
+    return solved_half(ps, damper, wall, arc, approach, arc.inside, SETTLED * arc.settled)
 
 
 @jit
-def solved_half(ps, damper, wall, arc, approach, level):
-    """Return the half of an impact, solved with the nodes of one level."""
+def solved_half(ps, damper, wall, arc, approach, level, settled):
+    """Return the half of an impact, solved with the nodes of one level until they are settled."""
     nodes = nodes_of(arc, level, int(HALF))
-    settle(ps, damper, wall, nodes, approach, SETTLED * arc.settled)
+    settle(ps, damper, wall, nodes, approach, settled)
     ratio, time, x, v, _ = at_end(ps, damper, wall, nodes, approach)
     w, n = nodes.w, nodes.n
     # the ends of the rows: what follows node n - 1 is the deepest point
@@ -191,113 +186,6 @@ def value(half, row, total):
     for i in range(0, half.k, 4):
         found = found + four_at(w, WEIGHED + i) * four_at(w, row + i)
     return sum_of(found) / total
-
-
-# ---- a state -------------------------------------------------------------------------------------
-
-
-@jit
-def weigh_at(half, root):
-    """Fill the row WEIGHED with the weights at a time, `root` its square root; return their sum.
-
-    The square root of time is as good a variable as the phase, of which it is a smooth function,
-    and known: places need not be searched for (Baltensperger, Berrut, Noel: Mathematics of
-    Computation 68 (1999) 1109).
-    """
-    w, n, weight = half.nodes.w, half.nodes.n, half.places + ONWARD * half.k
-    w[WEIGHED] = w[half.places + BARYCENTRIC * half.k] / root
-    total = four(0.0)
-    for i in range(0, n + 1, 4):
-        q = four_at(w, weight + i) / (root - roots_of(four_at(w, T + i)))
-        put_four(w, WEIGHED + 1 + i, q)
-        total = total + q
-    return w[WEIGHED] + sum_of(total)
-
-
-@jit
-def value_at(half, row, at_touch, total):
-    """Return an unknown where `weigh_at` returned `total`; row: of the nodes and the end."""
-    w, found = half.nodes.w, four(0.0)
-    for i in range(0, half.nodes.n + 1, 4):
-        found = found + four_at(w, WEIGHED + 1 + i) * four_at(w, row + i)
-    return (w[WEIGHED] * at_touch + sum_of(found)) / total
-
-
-@jit
-def shape_at(w, tau):
-    """Return u and S of the free arc at its own time tau, up to a little behind its deepest point.
-
-    u / sqrt(2 tau) and S are power series in tau^(5/2) = y: even and odd powers side by side.
-    """
-    tau = max(tau, 0.0)
-    y = tau * tau * math.sqrt(tau)
-    y2, i = y * y, SHAPE + 4 * (TERMS - 1)
-    found = four_at(w, i)
-    while i > SHAPE:
-        i -= 4
-        found = found * y2 + four_at(w, i)
-    u = number_of(found, 0) + y * number_of(found, 1)
-    return math.sqrt(2.0 * tau) * u, number_of(found, 2) + y * number_of(found, 3)
-
-
-@jit
-def state_at(wall, half, time):
-    """Return (q = sqrt(z), s, x1, v1) at a `time` [s] after the half's beginning.
-
-    u and S are those of the free arc at its own time, from which the impact's differs by little.
-    """
-    approach, nodes, share = half.approach, half.nodes, half.damper.share
-    w, n, m = nodes.w, nodes.n, nodes.m
-    root = math.sqrt(time)
-    total = weigh_at(half, root)
-    if not finite(total):
-        total = weigh_at(half, root * ASIDE + A_LITTLE)
-    # how much later the impact is than the free arc, in units of tick
-    per = 1.0 / approach.tick
-    for i in range(0, m, 4):
-        put_four(w, FIRST + i, per * four_at(w, T + i) - four_at(w, nodes.at + GT * m + i))
-    w[FIRST + n] = per * half.time - 0.5 * LENGTH
-    u, S = shape_at(w, per * time - value_at(half, int(FIRST), 0.0, total))
-    b = value_at(half, int(B), approach.b, total)
-    b2 = b * b
-    q, s = b2 * u, wall.speed * (b2 * b2 * b) * S
-    x = value_at(half, int(G), approach.x, total)
-    v = value_at(half, int(H), approach.v, total)
-    return q, s, x + share * (q * q), v + share * s
-
-
-@jit
-def level_within(arc, size):
-    """Return the first level with which a state within an impact of size e is in the tolerance."""
-    for level in range(arc.inside):
-        if arc.table[LEVELS + LEVEL * level + WITHIN_ERROR] * size <= arc.tolerance:
-            return level
-    return arc.inside
-
-
-@jit
-def state_from(ps, damper, wall, arc, phase, state, time):
-    """Return (q, s, x1, v1) a `time` [s] after a touch with (s, x1, v1), in the impact's half."""
-    s, x1, v1 = state
-    approach = approach_of(ps, damper, wall, s, x1, v1, phase[0], phase[1])
-    level = level_within(arc, approach.size)
-    return state_at(wall, solved_half(ps, damper, wall, arc, approach, level), time)
-
-
-@jit(dissolved=True)
-def state_inside(ps, damper, wall, arc, phase, ahead, time):
-    """Return (q, s, x1, v1) a `time` [s] after the touch of an impact that is solved.
-
-    phase: (cos, sin) at touch; ahead: `Ahead`. From the end of the impact that is nearer.
-    """
-    if time + time <= ahead.took:
-        return state_from(ps, damper, wall, arc, phase, ahead.touch, time)
-    s, x1, v1 = ahead.release
-    c, d = rotated(phase[0], phase[1], ps.omega * ahead.took)
-    ps, damper = backward(ps, damper)
-    left = ahead.took - time
-    q, s, x1, v1 = state_from(ps, damper, wall, arc, (c, -d), (-s, x1, -v1), left)
-    return q, -s, x1, -v1
 
 
 # ---- energies ------------------------------------------------------------------------------------

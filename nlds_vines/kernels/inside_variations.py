@@ -20,9 +20,10 @@ from .contact_field import rotated
 from .fours import four, four_at, put_four
 from .impact import MATRIX, WEIGHT, B, Nodes, short_impact
 from .impact_variations import TO_PLACE, at_release, put_columns, solve_variations, vary
-from .inside import WEIGHED, backward, half_impact, read_ahead, state_at, value_at
+from .inside import WEIGHED, backward, half_impact, read_ahead
 from .linear import solve
 from .scene import accelerations
+from .state_inside import state_at, value_at
 
 
 @jit

@@ -43,12 +43,14 @@ FEW, COARSE = 8, 1e-8
 """Nodes whose errors add up over many impacts, as they have a sign; for coarse tolerances alone."""
 
 INSIDE = {12: 1e-6, 16: 5e-9, 20: 3e-11, 24: 5e-13}
-"""Numbers of nodes, and errors of a state inside an impact, in units of its depth and speed.
+"""Numbers of nodes, and errors of what is interpolated inside an impact, energies, variations.
 
-The free arc's own S between the nodes is the worst of it."""
+In units of its depth and speed. The free arc's own S between the nodes is the worst of it."""
 
 WITHIN = {8: 6e-4, 12: 1e-5, 16: 1e-7, 20: 1.5e-9, 24: 1e-11}
-"""Numbers of nodes, and errors of a state inside an impact by e, in units of depth and speed."""
+"""Numbers of nodes, and errors of a state inside an impact by e, in units of depth and speed.
+
+Twice what impacts of all kinds were found to err by at most (tests/kernels/plain_inside.py)."""
 
 FARTHEST = 1.1  # time up to which the free arc's polynomials hold, in units of that to the deepest
 NOWHERE = 7.0  # a place that is none
@@ -192,7 +194,9 @@ def arc_in_time(count: int) -> tuple[list[float], list[float]]:
     tau is the time of the free arc, dtau = u dphi, in which d(u^2 / 2)/dtau = S and
     dS/dtau = -(5/2) u^3.
     """
-    S, square, root = [1.0], [], []  # of S, u^2 / (2 tau) and its square root
+    S = [1.0]
+    square: list[float] = []  # u^2 / (2 tau)
+    root: list[float] = []  # its square root
     for k in range(count):
         square.append(S[k] / (1 + 2.5 * k))
         mixed = sum(root[i] * root[k - i] for i in range(1, k))
@@ -223,7 +227,7 @@ def economized(c: list[float], count: int, end: float) -> list[float]:
 
 
 def _shape() -> np.ndarray:
-    """Return the constants of `kernels.inside.shape_at`: even and odd powers of u's, of S's."""
+    """Return the constants of `state_inside.shape_at`: even and odd powers of u's and of S's."""
     time = FARTHEST * impact.LENGTH / 2
     end = time * time * math.sqrt(time)
     u, S = (economized(c, 2 * impact.TERMS, end) for c in arc_in_time(_TERMS // 2))

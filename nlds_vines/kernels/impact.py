@@ -36,8 +36,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .bare_rows import bare
-from .compiling import chosen, jit
+from .compiling import jit
 from .contact_field import cos_sin
 from .elementary import fifth_root
 from .fours import four, four_at, larger_of, largest_of, number_of, put_four, sum_of
@@ -102,14 +101,6 @@ class Arc(NamedTuple):
     levels: int  # choices of nodes
     inside: int  # the choice with which all inside an impact is within the tolerance
     table: np.ndarray  # see above; what belongs to an impact is scratch
-
-
-@chosen
-def bare_arc(arc):
-    """Return the arc, if there is one, with its table as a bare row."""
-    if arc is None:
-        return lambda arc: None
-    return lambda arc: Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, bare(arc.table))
 
 
 class Nodes(NamedTuple):

@@ -43,7 +43,7 @@ from .compiling import chosen, is_a, jit
 from .exact import fly
 from .fixed_step import fly_fixed, phase_in_step
 from .flight import coarse_map, phase_at, propagate, step
-from .impact import bare_arc
+from .impact import Arc
 from .limit import begin_contact
 from .observe import (
     ORIGIN,
@@ -154,6 +154,14 @@ def at_section(damper, section, row, x1, v1, r, s):
     """Note a section point, if there is room for it."""
     if section is not None and row < len(section):
         note_section(damper, section, row, x1, v1, r, s)
+
+
+@chosen
+def bare_arc(arc):
+    """Return the arc, if there is one, with its table as a bare row."""
+    if arc is None:
+        return lambda arc: None
+    return lambda arc: Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, bare(arc.table))
 
 
 @chosen

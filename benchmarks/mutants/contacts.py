@@ -303,11 +303,32 @@ MUTANTS = (
             "    if apart <= math.inf:",
             _PLAIN_INSIDE + "test_a_record_out_of_reach_is_not_looked_for",
         ),
+    ),
+    *of(
+        "nlds_vines/kernels/state_inside.py",
         (
-            "inside: S is read off where it is steep",
-            "    if u5 < SLOPING:",
-            "    if u5 > SLOPING:",
-            _PLAIN_INSIDE + "test_the_state_at_any_time[1e-12]",
+            "state inside: time goes as in the free arc",
+            "per * time - value_at(half, int(FIRST), 0.0, total)",
+            "per * time",
+            _PLAIN_INSIDE + "test_the_state_at_any_time[1e-06]",
+        ),
+        (
+            "state inside: any impact is read off the fewest nodes",
+            "WITHIN_ERROR] * size <= arc.tolerance:",
+            "WITHIN_ERROR] * size <= math.inf:",
+            _PLAIN_INSIDE + "test_a_state_errs_by_the_tolerance",
+        ),
+        (
+            "state inside: one sweep is enough",
+            "LAGGING * arc.settled * approach.size",
+            "math.inf",
+            _PLAIN_INSIDE + "test_a_state_errs_by_the_tolerance",
+        ),
+        (
+            "state inside: every impact is taken for the last that was cut",
+            "    if not apart + s * turned <= AS_GOOD * arc.settled * s:",
+            "    if w[k] == 0.0:",
+            _PLAIN_INSIDE + "test_of_an_impact_that_is_known_nothing_is_solved",
         ),
     ),
     *of(

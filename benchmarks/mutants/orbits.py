@@ -67,7 +67,7 @@ MUTANTS = (
         "nlds_vines/kernels/elastic_contact.py",
         (
             "elastic contact: a short impact goes on where a section cut it, as if it had not begun",
-            "    k[rk.AHEAD + 1] = elapsed\n",
+            "    k[rk.AHEAD + 1] = before + left\n",
             "",
             _PLAIN_INSIDE + "test_samples_inside_impacts_are_states_of_the_orbit[64]",
         ),

@@ -26,7 +26,8 @@ In reading order:
     contact          a contact from touch to release, stepped
     impact           a short impact, solved at once
     impact_variations   variations through it, on its collocation
-    inside           its state between touch and release, and its largest energies
+    inside           half of it, from touch or from release; its largest energies
+    state_inside     its state between touch and release
     inside_variations   variations there
     elastic_contact  a contact of elastic bodies: a short impact where it is one, or stepped
     linear_contact   a contact with a spring and a dashpot: exact, like a flight

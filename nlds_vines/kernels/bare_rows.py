@@ -17,7 +17,7 @@ BARE = types.CPointer(types.float64)  # its type: read and written by index, as 
 
 
 def bare(array: Any) -> Any:
-    """Return an array of numbers, one contiguous row, as a bare row."""
+    """Return an array of numbers, one contiguous row, as a bare row; one that is bare, as it is."""
     return array
 
 
@@ -33,9 +33,14 @@ def is_row(kind: Any) -> bool:
 
 @type_callable(bare)
 def _typed(context: Any) -> Any:
-    return lambda array: BARE if is_row(array) else None
+    return lambda array: BARE if array == BARE or is_row(array) else None
 
 
 @lower_builtin(bare, types.Array)
 def _begin(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return context.make_array(sig.args[0])(context, builder, args[0]).data
+
+
+@lower_builtin(bare, types.CPointer)
+def _as_it_is(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return args[0]

@@ -1,6 +1,7 @@
 """A contact of elastic bodies: a short impact where it is one, otherwise stepped.
 
-What is noted of a short impact, and where a section cuts it, is read off its solution (`inside`).
+What is noted of a short impact, and where a section cuts it, is read off its solution (`inside`,
+`state_inside`).
 """
 
 from __future__ import annotations
@@ -15,11 +16,12 @@ from .contact import contact
 from .contact_field import rotated
 from .impact import short_impact
 from .impact_variations import vary
-from .inside import Ahead, keep_ahead, note_inside, read_ahead, state_inside
+from .inside import Ahead, keep_ahead, note_inside, read_ahead
 from .inside_variations import vary_cut
 from .limit import may_pass
 from .observe import note_energy
 from .scene import mirrored_load
+from .state_inside import state_at_section
 
 
 @chosen
@@ -92,18 +94,37 @@ def nothing_to_note(
 
 
 @jit(dissolved=True)
-def up_to_section(ps, damper, wall, arc, energy, c, d, left, k):
+def up_to_section(ps, damper, wall, arc, energy, rate, c, d, left, k):
     """Return as `contact` how the impact that is ahead is at a section, `left` [s] from now."""
     # hot: once per section inside an impact
+    before = k[rk.AHEAD + 1]
+    phase = rotated(c, d, -ps.omega * before) if before > 0.0 else (c, d)
+    k[rk.AHEAD + 1] = before + left
     ahead = read_ahead(k, int(rk.AHEAD))
-    phase = rotated(c, d, -ps.omega * ahead.elapsed)
-    elapsed = ahead.elapsed + left
-    k[rk.AHEAD + 1] = elapsed
-    q, s, x1, v1 = state_inside(ps, damper, wall, arc, phase, ahead, elapsed)
+    q, s, x1, v1 = state_at_section(ps, damper, wall, arc, rate, phase, ahead)
     if energy is not None:
         note_energy(ps, damper, energy, x1, v1, wall.gap + q * q, s)
     depth = q * q if s > 0.0 else ahead.depth
     return STOPPED, q, s, x1, v1, left, depth
+
+
+@jit
+def released(k):
+    """Return as `contact` that the impact which is ahead has ended; it is ahead no more."""
+    ahead = read_ahead(k, int(rk.AHEAD))
+    k[rk.AHEAD] = 0.0
+    s, x1, v1 = ahead.release
+    return RELEASED, 0.0, s, x1, v1, ahead.took - ahead.elapsed, ahead.depth
+
+
+@chosen
+def only_ends(limit_log, energy, tangent, k, left):
+    """Tell whether an impact is ahead of which nothing but its release remains to be known."""
+    if limit_log is None and energy is None and tangent is None:
+        return lambda limit_log, energy, tangent, k, left: (
+            k[rk.AHEAD] > 0.0 and not k[rk.AHEAD] - k[rk.AHEAD + 1] > left
+        )
+    return lambda limit_log, energy, tangent, k, left: False
 
 
 @jit
@@ -137,16 +158,13 @@ def follow_short_impact(
     stops = remains > left
     result = STOPPED, 0.0, 0.0, 0.0, 0.0, left, 0.0
     if stops:
-        result = up_to_section(ps, damper, wall, arc, energy, c, d, left, k)
+        result = up_to_section(ps, damper, wall, arc, energy, rate, c, d, left, k)
     if tangent is not None and (stops or not begins):
         phase = rotated(c, d, ps.omega * left) if stops else (c, d)
         vary_cut(ps, damper, wall, arc, rate, phase, tangent, k, begins)
     if stops:
         return True, result
-    ahead = read_ahead(k, int(rk.AHEAD))
-    k[rk.AHEAD] = 0.0
-    s, x1, v1 = ahead.release
-    return True, (RELEASED, 0.0, s, x1, v1, remains, ahead.depth)
+    return True, released(k)
 
 
 @jit
@@ -184,14 +202,17 @@ def follow_contact(
     q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
     c, d = sign * phase[0], sign * phase[1]
     ps = mirrored_load(ps.load, ps, sign)
-    solved, result = short_impact_if_exact(
-        rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate, c, d,
-        left, (q, s, x1, v1), k,
-    )  # fmt: skip
-    if not solved:
-        result = contact(
-            rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate, c, d,
-            q, s, x1, v1, left, k,
+    if only_ends(limit_log, energy, tangent, k, left):
+        result = released(k)
+    else:
+        solved, result = short_impact_if_exact(
+            rk4, tangent, ps, damper, wall, sign, arc, limit_log, energy, impacts, steps, rate,
+            c, d, left, (q, s, x1, v1), k,
         )  # fmt: skip
+        if not solved:
+            result = contact(
+                rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate,
+                c, d, q, s, x1, v1, left, k,
+            )  # fmt: skip
     event, q, s, x1, v1, took, depth = result
     return event, q, sign * s, sign * x1, sign * v1, took, depth

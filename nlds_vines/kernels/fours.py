@@ -8,6 +8,7 @@
     sum_of(v)             (v0 + v2) + (v1 + v3)
     largest_of(v)         the largest absolute value
     larger_of(v, w)       number by number the larger of v and |w|
+    roots_of(v)           the square roots
 
 and the operators + - * / between fours, and between a four and a number. Each of these rounds
 number by number, as IEEE 754 has it for single numbers: the bits are those of a loop, on every
@@ -101,6 +102,11 @@ def larger_of(v: Any, w: Any) -> Any:
     return np.where(a > v, a, v)
 
 
+def roots_of(v: Any) -> Any:
+    """Return the square roots of four numbers."""
+    return np.sqrt(v)
+
+
 # ---- compiled ------------------------------------------------------------------------------------
 
 
@@ -136,11 +142,16 @@ def _number(builder: Any, v: Any, k: int) -> Any:
     return builder.extract_element(v, ir.Constant(_INDEX, k))
 
 
+def _each(builder: Any, name: str, v: Any) -> Any:
+    """Return what an intrinsic function makes of each number of a vector."""
+    kind = ir.FunctionType(_VECTOR, [_VECTOR])
+    function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{FOUR}f64")
+    return builder.call(function, [v])
+
+
 def _sizes(builder: Any, v: Any) -> Any:
     """Return the absolute values of a vector."""
-    kind = ir.FunctionType(_VECTOR, [_VECTOR])
-    size = cgutils.get_or_insert_function(builder.module, kind, f"llvm.fabs.v{FOUR}f64")
-    return builder.call(size, [v])
+    return _each(builder, "fabs", v)
 
 
 def _greater(builder: Any, v: Any, w: Any) -> Any:
@@ -155,6 +166,7 @@ _typed(four_of, lambda a, b, c, d: _FOUR if {a, b, c, d} == {_REAL} else None)
 _typed(number_of, lambda v, k: _REAL if v == _FOUR else None)
 _typed(sum_of, lambda v: _REAL if v == _FOUR else None)
 _typed(largest_of, lambda v: _REAL if v == _FOUR else None)
+_typed(roots_of, lambda v: _FOUR if v == _FOUR else None)
 _typed(larger_of, lambda v, w: _FOUR if v == w == _FOUR else None)
 
 
@@ -206,6 +218,11 @@ def _largest(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 @lower_builtin(larger_of, Four, Four)
 def _larger(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return _greater(builder, args[0], _sizes(builder, args[1]))
+
+
+@lower_builtin(roots_of, Four)
+def _roots(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return _each(builder, "sqrt", args[0])
 
 
 def _either(a: Any, b: Any) -> Any:

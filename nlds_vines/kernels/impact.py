@@ -49,11 +49,12 @@ from .fours import four, four_at, larger_of, largest_of, number_of, put_four, su
 #   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
 #   USED        8                level of the nodes whose unknowns are there
 #   VARIED      45 ROW           scratch of variations (`impact_variations`)
+#   SHAPE       4 TERMS          polynomials of the free arc in time (`state_inside.shape_at`)
 #   then        for each of them, of the whole arc and of its half, m being n in whole fours:
 #                 U ... GT + 16  38 m       rows of constants
 #                 MATRIX         n m        from touch to each node, integrand by integrand
 #                 then           36 x 4     coefficients of what the nodes miss
-#                 of a half      4 k        constants of `inside`
+#                 of a half      3 k        constants of `inside`
 #
 #   unknowns    B        amplitude b, in which z = b^4 u^2 and s = v(b) S
 #               T        time since touch [s]
@@ -66,11 +67,13 @@ from .fours import four, four_at, larger_of, largest_of, number_of, put_four, su
 ROW = 64
 B, T, G, H, FB, FT, FG, FH = (ROW * i for i in range(8))
 INSIDE = 8 * ROW
-LEVELS, LEVEL, MOST_LEVELS = 15 * ROW, 5, 8
-NODES, WHOLE, HALF, ERROR, HALF_ERROR = range(LEVEL)  # n, places of the constants, C_n of each
+LEVELS, LEVEL, MOST_LEVELS = 15 * ROW, 6, 8
+# n, places of the constants, C_n of each, error of a state between touch and deepest point by e
+NODES, WHOLE, HALF, ERROR, HALF_ERROR, WITHIN_ERROR = range(LEVEL)
 USED = LEVELS + LEVEL * MOST_LEVELS
 VARIED = USED + 8
-CONSTANTS = VARIED + 45 * ROW
+SHAPE, TERMS = VARIED + 45 * ROW, 7
+CONSTANTS = SHAPE + 4 * TERMS
 
 U, S, WEIGHT, CUBE, DOUBLE, GB, GT, MATRIX = 0, 1, 2, 3, 4, 5, 21, 38  # in rows of m numbers
 GUESSED, TIMED, MISSED = 16, 17, 36  # terms of the series of b, of time, of what the nodes miss
@@ -96,7 +99,7 @@ class Arc(NamedTuple):
     tolerance: float  # error of an impact: of speed and time of release, and of its depth, relative
     settled: float  # what the sweeps may leave of it
     levels: int  # choices of nodes
-    inside: int  # the choice with which a state inside an impact is within the tolerance
+    inside: int  # the choice with which all inside an impact is within the tolerance
     table: np.ndarray  # see above; what belongs to an impact is scratch
 
 

@@ -1,10 +1,11 @@
-"""Inside a short impact: its state at any time, and its largest energies.
+"""Inside a short impact: half of it, solved, and its largest energies.
 
 At the ends of an arc a collocation is far better than between its nodes. But on half an arc, from
 touch to deepest point, the polynomials through n nodes and both ends converge like 3.6^-n, since
 the singularities of the arc lie beside its deepest point. From there to the release the impact is
 solved backward in time, where it is an impact again: velocities and the dashpots' forces change
-their signs, and the phase runs back. The tolerance chooses the number of nodes.
+their signs, and the phase runs back. The tolerance chooses the number of nodes. A state at any time
+is read off such a half, too (`state_inside`).
 
 A value at place x from -1 to 1 is read off by the barycentric formula
 sum(q_i y_i) / sum(q_i), q_i = weight_i / (x - x_i)  (Berrut, Trefethen: SIAM Review 46 (2004) 501).
@@ -48,18 +49,18 @@ from .roots import narrowed, secant
 from .scene import Damper, Structure, finite
 
 # Places are the touch, the nodes and the deepest point. Rows of k numbers, k = n + 2 in fours:
-PLACE, BARYCENTRIC, U_THERE, S_THERE = range(4)  # constants of a half, behind all others
+PLACE, BARYCENTRIC, ONWARD = range(3)  # constants of a half, behind all others; weights from
+# the first node on
 WEIGHED = INSIDE  # scratch: the weights at a place; values of five quantities there
 FIRST, SECOND, THIRD, FOURTH, FIFTH = (INSIDE + ROW * (1 + i) for i in range(5))
 TOUCH, RELEASE = 0, 1  # the ends; int() keeps each from its own compilation
 # the last half of each end whose energies were looked for: s, v1, x1, cos, sin, and what E1 and E2
 # rise above their values there, NaN if unknown
 LAST = INSIDE + ROW * 6
+# the last impact that a section cut: s, x1, v1, cos, sin at touch, time since; q, s, x1, v1 there
+CUT = LAST + 16
 
-SLOPING = 0.8  # u^5 up to which S is better by S^2 = 1 - u^5 than by its own polynomial
 ROOT_STEPS = 40  # of the search for a place: it needs some six
-ROUND_OFF = 4.0e-16  # relative, of a time
-BEYOND = 1.1  # place up to which the polynomials hold: a little behind the deepest point
 PRECISE = 1.0e-7  # error of the place of a peak: its height errs by the square
 SETTLED = (
     0.1  # what sweeps may leave, in units of what those of an impact may: nodes keep all of it
@@ -128,13 +129,18 @@ def backward(ps, damper):
 def half_impact(ps, damper, wall, arc, phase, state):
     """Return the half of an impact that begins with a state (s, x1, v1), solved.
 
-    phase: (cos, sin) of the forcing's.
+    phase: (cos, sin) of the forcing's. With nodes for all that may be asked of it.
     """
     s, x1, v1 = state
-    c, d = phase
-    nodes = nodes_of(arc, arc.inside, int(HALF))
-    approach = approach_of(ps, damper, wall, s, x1, v1, c, d)
-    settle(ps, damper, wall, nodes, approach, SETTLED * arc.settled)
+    approach = approach_of(ps, damper, wall, s, x1, v1, phase[0], phase[1])
+    return solved_half(ps, damper, wall, arc, approach, arc.inside, SETTLED * arc.settled)
+
+
+@jit
+def solved_half(ps, damper, wall, arc, approach, level, settled):
+    """Return the half of an impact, solved with the nodes of one level until they are settled."""
+    nodes = nodes_of(arc, level, int(HALF))
+    settle(ps, damper, wall, nodes, approach, settled)
     ratio, time, x, v, _ = at_end(ps, damper, wall, nodes, approach)
     w, n = nodes.w, nodes.n
     # the ends of the rows: what follows node n - 1 is the deepest point
@@ -180,75 +186,6 @@ def value(half, row, total):
     for i in range(0, half.k, 4):
         found = found + four_at(w, WEIGHED + i) * four_at(w, row + i)
     return sum_of(found) / total
-
-
-@jit
-def place_of(half, time):
-    """Return the place that is reached at a `time` [s]; the row FIRST holds the times."""
-    w, n = half.nodes.w, half.nodes.n
-    i = 0
-    while i < n and w[FIRST + i + 1] < time:
-        i += 1
-    low, high = w[half.places + i], w[half.places + i + 1]
-    f0, f1 = w[FIRST + i] - time, w[FIRST + i + 1] - time
-    if i == n and f1 < 0.0:
-        high = BEYOND
-        f1 = value(half, int(FIRST), weigh(half, high)) - time
-    if not f0 < 0.0:
-        return low
-    if not f1 > 0.0:
-        return high
-    x = high
-    for _ in range(ROOT_STEPS):
-        x = secant(low, high, f0, f1)
-        f = value(half, int(FIRST), weigh(half, x)) - time
-        if abs(f) <= ROUND_OFF * half.time:
-            return x
-        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
-    return x
-
-
-@jit
-def state_at(wall, half, time):
-    """Return (q = sqrt(z), s, x1, v1) at a `time` [s] after the half's beginning."""
-    approach, share = half.approach, half.damper.share
-    keep(half, int(FIRST), 0.0, int(T))
-    keep(half, int(SECOND), approach.b, int(B))
-    keep(half, int(THIRD), approach.x, int(G))
-    keep(half, int(FOURTH), approach.v, int(H))
-    total = weigh(half, place_of(half, time))
-    b = value(half, int(SECOND), total)
-    b2 = b * b
-    u, S = constant(half, int(U_THERE), total), constant(half, int(S_THERE), total)
-    u2 = u * u
-    u5 = u2 * u2 * u
-    if u5 < SLOPING:
-        S = math.sqrt(1.0 - u5)
-    q, s = b2 * u, wall.speed * (b2 * b2 * b) * S
-    x, v = value(half, int(THIRD), total), value(half, int(FOURTH), total)
-    return q, s, x + share * (q * q), v + share * s
-
-
-@jit
-def constant(half, which, total):
-    """Return the value of a row of constants of places, where `weigh` returned `total`."""
-    return value(half, half.places + which * half.k, total)
-
-
-@jit(dissolved=True)
-def state_inside(ps, damper, wall, arc, phase, ahead, time):
-    """Return (q, s, x1, v1) a `time` [s] after the touch of an impact that is solved.
-
-    phase: (cos, sin) at touch; ahead: `Ahead`. From the end of the impact that is nearer.
-    """
-    if time + time <= ahead.took:
-        return state_at(wall, half_impact(ps, damper, wall, arc, phase, ahead.touch), time)
-    s, x1, v1 = ahead.release
-    c, d = rotated(phase[0], phase[1], ps.omega * ahead.took)
-    ps, damper = backward(ps, damper)
-    half = half_impact(ps, damper, wall, arc, (c, -d), (-s, x1, -v1))
-    q, s, x1, v1 = state_at(wall, half, ahead.took - time)
-    return q, -s, x1, -v1
 
 
 # ---- energies ------------------------------------------------------------------------------------

@@ -18,11 +18,12 @@ from .bare_rows import bare
 from .compiling import jit
 from .contact_field import rotated
 from .fours import four, four_at, put_four
-from .impact import MATRIX, WEIGHT, Nodes, short_impact
+from .impact import MATRIX, WEIGHT, B, Nodes, short_impact
 from .impact_variations import TO_PLACE, at_release, put_columns, solve_variations, vary
-from .inside import SECOND, WEIGHED, backward, half_impact, read_ahead, state_at, value
+from .inside import WEIGHED, backward, half_impact, read_ahead
 from .linear import solve
 from .scene import accelerations
+from .state_inside import state_at, value_at
 
 
 @jit
@@ -54,7 +55,7 @@ def vary_to(ps, damper, wall, arc, rate, phase, state, time, tangent):
     half = half_impact(ps, damper, wall, arc, phase, state)
     q, s, x1, v1 = state_at(wall, half, time)
     total = integrate_to_place(half)
-    ratio = 1.0 / value(half, int(SECOND), total)
+    ratio = 1.0 / value_at(half, int(B), half.approach.b, total)
     # The differences at the place, as in `vary` at the release.
     nodes = Nodes(half.nodes.n, half.nodes.m, half.nodes.at, bare(half.nodes.w))
     start, _, _, _ = solve_variations(

@@ -7,6 +7,7 @@ the section is as sharp after a million periods as after one.
 from __future__ import annotations
 
 from . import runge_kutta as rk
+from .bare_rows import bare
 from .by_law import (
     after_release,
     depth_at,
@@ -42,6 +43,7 @@ from .compiling import chosen, is_a, jit
 from .exact import fly
 from .fixed_step import fly_fixed, phase_in_step
 from .flight import coarse_map, phase_at, propagate, step
+from .impact import Arc
 from .limit import begin_contact
 from .observe import (
     ORIGIN,
@@ -154,6 +156,22 @@ def at_section(damper, section, row, x1, v1, r, s):
         note_section(damper, section, row, x1, v1, r, s)
 
 
+@chosen
+def bare_arc(arc):
+    """Return the arc, if there is one, with its table as a bare row."""
+    if arc is None:
+        return lambda arc: None
+    return lambda arc: Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, bare(arc.table))
+
+
+@chosen
+def bare_if_any(row):
+    """Return a row of numbers as a bare one, or None."""
+    if row is None:
+        return lambda row: None
+    return lambda row: bare(row)
+
+
 @jit
 def orbit(prepared, buffers, span, state, tangent, exact_grid):
     """Advance `state` (SIZE,) over a `Span` and note what has a buffer; return a status.
@@ -162,12 +180,14 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     `OrbitBuffers`. tangent: (16,) four variations one after the other, or None; `exact_grid`, that
     of the exact flight, propagates them whatever the method.
     """
-    # Named once: a field with arrays costs reference counts each time that it is read.
+    # Named once: a field with arrays costs reference counts each time that it is read; and bare:
+    # each array that is handed on in the loop costs them again.
     rk4, ps, damper, grid = prepared.rk4, prepared.ps, prepared.damper, prepared.grid
-    near, far, arc = prepared.near, prepared.far, prepared.arc
-    steps, k = prepared.contact_steps, prepared.scratch
+    near, far, arc = prepared.near, prepared.far, bare_arc(prepared.arc)
+    steps, k = prepared.contact_steps, bare(prepared.scratch)
     held_near, held_far = prepared.held_near, prepared.held_far
-    limit_log, energy, clearance = buffers.limit_log, buffers.energy, buffers.clearance
+    limit_log, clearance = buffers.limit_log, buffers.clearance
+    energy = bare_if_any(buffers.energy)
     slowest = buffers.slowest
     impacts, by_period, section = buffers.impacts, buffers.by_period, buffers.section
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])

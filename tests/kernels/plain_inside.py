@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support import contact_parts, references
 
-from nlds_vines.kernels import inside
+from nlds_vines.kernels import inside, state_inside
 from nlds_vines.kernels import runge_kutta as rk
 from nlds_vines.kernels.codes import RELEASED, STOPPED
 from nlds_vines.kernels.contact import Steps, contact
@@ -53,19 +53,20 @@ def test_the_state_at_any_time(tolerance):
         time = share * ahead.took
         event, q, s, x1, v1 = stepped(time)
         assert event == STOPPED
-        found = np.array(inside.state_inside(*PARTS, arc, PHASE, ahead, time))
-        scales = math.sqrt(TOUCH[0] * ahead.took), TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
-        assert (np.abs(found - (q, s, x1, v1)) / scales).max() <= tolerance + 1e-13
+        found, *others = state_inside.state_inside(*PARTS, arc, PHASE, ahead, time)
+        off = np.abs(np.array([found * found, *others]) - (q * q, s, x1, v1))
+        scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
+        assert (off / scales).max() <= tolerance + 1e-13
 
 
 def test_the_ends_and_the_nodes_are_what_they_are():
     arc = make_arc(1e-9)
     ahead = ahead_of(arc)
     half = inside.half_impact(*PARTS, arc, PHASE, TOUCH)
-    q, s, x1, v1 = inside.state_at(PARTS[2], half, 0.0)
+    q, s, x1, v1 = state_inside.state_at(PARTS[2], half, 0.0)
     assert q == 0.0
     np.testing.assert_allclose((s, x1, v1), TOUCH, rtol=2e-15)
-    at_end = inside.state_inside(*PARTS, arc, PHASE, ahead, ahead.took)
+    at_end = state_inside.state_inside(*PARTS, arc, PHASE, ahead, ahead.took)
     np.testing.assert_allclose(at_end, (0.0, *ahead.release), rtol=0, atol=1e-13)
 
 
@@ -98,6 +99,39 @@ def drawn(count, seed=3):
         if short_impact(*parts, make_arc(), None, rate, *phase, 0.0, *touch)[0]:
             count -= 1
             yield touch, phase, parts
+
+
+def test_a_state_errs_by_the_tolerance():
+    """Beside forty nodes. Notices: too few nodes for an impact; a sweep too few."""
+    arcs, fine = [make_arc(tolerance) for tolerance in (1e-6, 1e-9, 1e-12)], make_arc(nodes=40)
+    for touch, phase, parts in drawn(60, seed=5):
+        ahead = ahead_of(fine, touch, phase, parts)
+        scales = touch[0] * ahead.took, touch[0], touch[0] * ahead.took, touch[0]
+        for share in (0.001, 0.1, 0.3, 0.49, 0.7, 0.99):
+            time, states = share * ahead.took, []
+            for arc in (fine, *arcs):
+                q, *others = state_inside.state_inside(*parts, arc, phase, ahead, time)
+                states.append([q * q, *others])
+            off = np.abs(np.array(states[1:]) - states[0]).T
+            round_off = 1e-15 * np.abs(states[0]) + 1e-13 * np.array(scales)
+            for arc, errors in zip(arcs, off.T, strict=True):
+                assert (errors <= arc.tolerance * np.array(scales) + round_off).all()
+
+
+def test_of_an_impact_that_is_known_nothing_is_solved():
+    """All but the last one that a section cut. Notices: any impact taken for the last."""
+    arc, rate = make_arc(1e-9), rate_of(*PARTS[:2])
+    ahead = ahead_of(arc)._replace(elapsed=0.001)
+    first = state_inside.state_at_section(*PARTS, arc, rate, PHASE, ahead)
+    assert first == state_inside.state_inside(*PARTS, arc, PHASE, ahead, 0.001)
+    close = ahead._replace(elapsed=0.001 * (1 + 1e-13))
+    assert state_inside.state_at_section(*PARTS, arc, rate, PHASE, close) == first
+    later = ahead._replace(elapsed=0.001 * (1 + 1e-8))
+    other = ahead_of(arc, (TOUCH[0], TOUCH[1], TOUCH[2] * (1 + 1e-9)))._replace(elapsed=0.001)
+    for apart in (later, other):
+        found = state_inside.state_at_section(*PARTS, arc, rate, PHASE, apart)
+        assert found == state_inside.state_inside(*PARTS, arc, PHASE, apart, apart.elapsed)
+        assert found != first
 
 
 def test_the_largest_energies_are_those_of_small_steps():
@@ -135,7 +169,7 @@ def test_only_what_lasts_is_looked_at():
             later = ahead._replace(elapsed=moment)
             inside.note_inside(*parts, arc, pieces[1], rate, phase, later, ahead.took - moment)
             known = np.maximum(*pieces)
-            q, s, x1, v1 = inside.state_inside(*parts, arc, phase, ahead, moment)
+            q, s, x1, v1 = state_inside.state_inside(*parts, arc, phase, ahead, moment)
             cut = energies(ps, damper, x1, v1, wall.gap + q * q, s)
             s, x1, v1 = touch
             first = np.array(energies(ps, damper, x1, v1, wall.gap, s))

@@ -219,10 +219,13 @@ def narrowed_down(
     the two points; `between` which distances they lie; the `test` function.
 
     Returns the distance, the point, the test function there, and the width of the bracket as the
-    parameter has it; None where a trial does not come onto the branch.
+    parameter has it; None where the function has one sign, or a trial does not come onto the
+    branch.
     """
     (a, b), (low, high) = ends, between
     f_low, f_high = test(a), test(b)
+    if not f_low * f_high <= 0.0:
+        return None
     values = [a.value, b.value]
     best = (b, f_high, high) if abs(f_high) < abs(f_low) else (a, f_low, low)
     tried, halve, side, width = False, False, 0, high - low

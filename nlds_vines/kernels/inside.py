@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compiling import jit
+from .compiling import chosen, is_a, jit
 from .contact_field import cos_sin, rotated
 from .fours import four, four_at, put_four, sum_of
 from .impact import (
@@ -46,7 +46,7 @@ from .impact import (
 )
 from .observe import energies_of, powers_of
 from .roots import narrowed, secant
-from .scene import Damper, Structure, finite
+from .scene import Damper, Ground, Structure, finite
 
 # Places are the touch, the nodes and the deepest point. Rows of k numbers, k = n + 2 in fours:
 PLACE, BARYCENTRIC, ONWARD = range(3)  # constants of a half, behind all others; weights from
@@ -116,13 +116,18 @@ def keep_ahead(numbers, at, ahead):
 @jit
 def backward(ps, damper):
     """Return the structure and the damper backward in time: their dashpots push."""
-    return (
-        Structure(ps.m1, ps.k1, ps.stiffness, -ps.damping, ps.force, ps.omega, ps.load),
-        Damper(
-            damper.m2, damper.k2, -damper.c2, damper.inv_m1, damper.inv_mu, damper.share,
-            damper.rest,
-        ),
-    )  # fmt: skip
+    turned = Structure(ps.m1, ps.k1, ps.stiffness, -ps.damping, ps.force, ps.omega, ps.load)
+    return turned, joint_backward(damper)
+
+
+@chosen
+def joint_backward(damper):
+    """Return the damper backward in time; the ground, which has no dashpot, as it is."""
+    if is_a(damper, Ground):
+        return lambda damper: damper
+    return lambda damper: Damper(
+        damper.m2, damper.k2, -damper.c2, damper.inv_m1, damper.inv_mu, damper.share, damper.rest
+    )
 
 
 @jit

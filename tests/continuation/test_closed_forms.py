@@ -80,20 +80,19 @@ def test_the_motion_without_impacts_grazes_a_rigid_stop_in_closed_form(case):
     assert abs(row.value - case["grazing_A"]) < 1e-9
 
 
+TWO_STOPS = {"m": 1.0, "k": 1.0, "c": 0.1, "C": 1.2, "C_2": 1.0, "omega": 0.8, "P": 0.1}
 GRAZES = {
-    "ssul-set6": ("omega", (7.3, 9.0)),
-    "ssbl": ("P", (1.0, 400.0)),
-    "hard-oscillator": ("P", (0.001, 2.0)),
-    "bilinear-oscillator": ("P", (0.001, 10.0)),
+    "ssul": (load_system("ssul-set6", omega=9.0), "omega", (7.3, 9.0)),
+    "ssbl": (load_system("ssbl", P=2.0), "P", (1.0, 400.0)),
+    "linear": (load_system("impact-oscillator", law="linear", kc=50.0, P=0.01), "P", (0.005, 0.3)),
+    "two stops": (System("oscillator-2", {**TWO_STOPS, "K": 1e3}), "P", (0.05, 1.0)),
 }
 
 
 @pytest.mark.parametrize("name", GRAZES)
 def test_the_motion_without_impacts_grazes_where_the_linear_response_fills_the_gap(name):
-    along, between = GRAZES[name]
-    system = load_system(name)
-    first = system.with_(**{along: between[1] if along == "omega" else between[0] * 2})
-    path = continue_orbit(first, along, between)
+    system, along, between = GRAZES[name]
+    path = continue_orbit(system, along, between)
     rows = path.special[(path.special.kind == "GR") & (path.special.branch == 0)]
     row = next(row for row in rows if "T,0" in (row.before, row.after))
     there = system.with_(**{along: row.value})

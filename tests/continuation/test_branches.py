@@ -1,0 +1,268 @@
+"""Branches of the paper's dampers: what is stored, what is located, when they end."""
+
+import numpy as np
+import pytest
+
+from nlds_vines import RequestError, classify, continue_orbit, load_system, simulate
+from nlds_vines.continuation import arclength, special_points
+from nlds_vines.continuation.arclength import angle_of
+from nlds_vines.continuation.branch import Bounds, at_value, first_point, follow
+from nlds_vines.continuation.section_map import SectionMap, closing
+from nlds_vines.continuation.start_orbits import place_of
+from nlds_vines.orbits.settings import Settings
+
+
+@pytest.fixture(scope="module")
+def set6():
+    """Return the T,1 branch of Set 6 from 5 to 9 rad/s, with the branches of 2T."""
+    return continue_orbit("ssul-set6", "omega", (5.0, 9.0), doublings=1)
+
+
+def test_the_branch_of_set_6_is_whole(set6):
+    branch = set6.branches[0]
+    assert branch.ends == ("bound", "bound")
+    assert (branch.parameter[0], branch.parameter[-1]) == (5.0, 9.0)
+    assert list(dict.fromkeys(branch.labels.tolist())) == ["T,1", "T,0"]
+    kinds = set6.special[set6.special.branch == 0].kind.tolist()
+    assert kinds == ["PD", "PD", "GR"]
+
+
+def test_every_special_point_is_sharp(set6):
+    assert len(set6.special) > 10
+    assert (set6.special.bracket <= 1e-10 * set6.special.value).all()
+    assert (set6.special.defect < 1e-11).all()
+
+
+def test_multipliers_tell_each_kind(set6):
+    pairs = set6.tables["special_multipliers"]
+    mu = pairs[..., 0] + 1j * pairs[..., 1]
+    for row, values in zip(set6.special, mu, strict=True):
+        if row.kind == "LP":
+            assert np.abs(values - 1.0).min() < 1e-6
+        if row.kind == "PD":
+            assert np.abs(values + 1.0).min() < 1e-8
+        if row.kind == "NS":
+            on_circle = np.abs(np.abs(values) - 1.0) < 1e-8
+            assert (on_circle & (np.abs(values.imag) > 1e-6)).sum() == 2
+
+
+def test_points_are_orbits(set6):
+    """A start on a point comes back after n periods, with its impacts and its energy."""
+    for branch in set6.branches:
+        for i in range(0, len(branch), max(1, len(branch) // 7)):
+            if i in (0, len(branch) - 1) and branch.parent >= 0:
+                continue  # it begins with the orbit of half the period
+            there = load_system("ssul-set6", omega=branch.parameter[i])
+            n, record = branch.period, ("section", "impacts", "energy")
+            orbit = simulate(there, n, start=branch.states[i], record=record, tolerance="fine")
+            size = np.abs(branch.states[i]).max()
+            assert np.abs(orbit.state - branch.states[i]).max() < 1e-10 * size
+            assert np.allclose(orbit.section, branch.sections[i], rtol=0, atol=1e-10 * size)
+            assert len(orbit.impacts) == branch.impacts[i].sum()
+            assert orbit.E1max == pytest.approx(branch.E1max[i], rel=1e-9)
+            if len(orbit.impacts):
+                assert orbit.impacts["speed"].max() == pytest.approx(branch.fastest_impact[i])
+                assert orbit.impacts["speed"].min() == pytest.approx(branch.softest_impact[i])
+
+
+def test_determinants_are_what_the_damping_makes_them(set6):
+    for branch in set6.branches:
+        assert branch.determinant_error.max() < 1e-6
+
+
+def test_stable_points_are_what_the_classifier_finds(set6):
+    for branch in set6.branches[:2]:
+        stable = np.flatnonzero(branch.stable & (np.abs(branch.multipliers[:, 0]) < 0.97))
+        for i in stable[:: max(1, len(stable) // 6)]:
+            there = load_system("ssul-set6", omega=branch.parameter[i])
+            regime = classify(there, start=branch.states[i])
+            assert regime.label == branch.labels[i]
+            assert np.allclose(regime.multipliers, branch.multipliers[i], atol=1e-6)
+
+
+def test_multipliers_are_those_of_differences(set6):
+    """The matrix beside central differences of the orbit itself, along a branch."""
+    branch = set6.branches[0]
+    for i in range(40, len(branch), 150):
+        there = load_system("ssul-set6", omega=branch.parameter[i])
+        columns = []
+        for c in range(4):
+            ends = []
+            for sign in (1.0, -1.0):
+                start = branch.states[i].copy()
+                start[c] += sign * 1e-6
+                ends.append(simulate(there, 1, start=start, tolerance=1e-13).state)
+            columns.append((ends[0] - ends[1]) / 2e-6)
+        found = np.linalg.eigvals(np.array(columns).T)
+        for mu in branch.multipliers[i]:
+            assert np.abs(found - mu).min() < 1e-6
+
+
+@pytest.mark.parametrize("name", ["omega", "P", "C", "m2", "K", "k1", "c2"])
+def test_the_derivative_by_a_parameter_is_that_of_wider_differences(name):
+    system = load_system("ssul-set6", K=2.5e7)
+    regime = classify(system)
+    value = system.parameters[name]
+    section_map = SectionMap(system, (name,), Settings(1e-12))
+    place = place_of(system, name, value, tuple(regime.point))
+    slope, images = section_map.at(place, 1).slopes[0], []
+    for share in (1.0, -1.0, 2.0, -2.0):
+        other = place.copy()
+        other[-1] = value * (1.0 + share * 1e-4)
+        images.append(section_map.at(other, 1).points[0])
+    once, twice = images[0] - images[1], images[2] - images[3]
+    wide = (8.0 * once - twice) / (12.0 * value * 1e-4)  # of order four
+    assert np.allclose(slope, wide, rtol=0, atol=1e-5 * np.abs(wide).max())
+
+
+def test_grazing_is_passed_from_both_sides():
+    """From T,0 and from T,1 the same grazing is found, and the orbits beyond it."""
+    found = []
+    for omega in (9.0, 6.28):
+        system = load_system("ssul-set6", omega=omega)
+        path = continue_orbit(system, "omega", (6.2, 9.0))
+        (row,) = path.special[path.special.kind == "GR"]
+        assert {row.before, row.after} == {"T,0", "T,1"}
+        assert row.wall == "near"
+        found.append(row.value)
+    assert found[0] == pytest.approx(found[1], abs=1e-10)
+
+
+# ---- locators fail where their test functions do -------------------------------------------------
+
+
+BROKEN = {
+    "LP": lambda tests: 1.0,
+    "PD": lambda tests: 1.0,
+    "NS": lambda tests: 1.0,
+}
+
+
+@pytest.fixture(scope="module")
+def doubled(set6):
+    """Return the section map of Set 6, a point of its 2T branch, and the interval."""
+    branch = set6.branches[1]
+    section_map = SectionMap(load_system("ssul-set6"), ("omega",), Settings(1e-12))
+    state, value = branch.states[3], float(branch.parameter[3])
+    place = place_of(section_map.system, "omega", value, tuple(state))
+    bounds = Bounds(7.3, 7.8)
+    cycle = at_value(section_map, place, 2, value)
+    return section_map, first_point(section_map, cycle, bounds, 1.0), bounds
+
+
+@pytest.mark.parametrize("kind", BROKEN)
+def test_a_broken_test_function_is_noticed(doubled, kind, monkeypatch):
+    """With its test function replaced by a constant, a kind is not found any more."""
+    section_map, start, bounds = doubled
+    whole = [special.kind for special in follow(section_map, start, bounds).specials]
+    assert kind in whole
+    plain = arclength.Point.tests
+
+    def tests(point):
+        return plain.func(point) | {kind: 1.0}
+
+    monkeypatch.setattr(arclength.Point, "tests", property(tests))
+    monkeypatch.setattr("nlds_vines.continuation.branch.unexplained", lambda a, b: False)
+    broken = [special.kind for special in follow(section_map, start, bounds).specials]
+    assert kind not in broken
+
+
+def test_multipliers_that_cross_unseen_are_noticed(doubled):
+    """Two points of a branch between which a multiplier has crossed, and no test function tells."""
+    section_map, start, bounds = doubled
+    points = follow(section_map, start, bounds).points
+    stable = next(p for p in points if p.cycle.unstable == 0)
+    torus = next(p for p in points if p.cycle.unstable == 2)
+    assert not special_points.unexplained(stable, stable)
+    assert special_points.unexplained(stable, torus) == (
+        stable.tests["NS"] * torus.tests["NS"] > 0.0
+    )
+
+
+def test_a_broken_grazing_function_is_noticed(doubled, monkeypatch):
+    section_map, start, bounds = doubled
+    assert "GR" in [special.kind for special in follow(section_map, start, bounds).specials]
+    monkeypatch.setattr(
+        "nlds_vines.continuation.special_points._grazing", lambda before, b: lambda point: 1.0
+    )
+    found = follow(section_map, start, bounds).specials
+    assert "GR" not in [special.kind for special in found]
+
+
+# ---- why branches end ----------------------------------------------------------------------------
+
+
+def test_a_closed_loop_is_recognised():
+    """Orbits of a soft hardening stop make a loop along the clearance, an isola."""
+    section_map = SectionMap(load_system("ssul-set6"), ("omega",), Settings(1e-12))
+    regime = classify(load_system("ssul-set6", omega=6.28))
+    place = place_of(section_map.system, "omega", 6.28, tuple(regime.point))
+    bounds = Bounds(5.0, 9.0)
+    cycle = at_value(section_map, place, 1, 6.28)
+    ahead = first_point(section_map, cycle, bounds, 1.0)
+    arm = follow(section_map, ahead, Bounds(6.2, 6.4))
+    assert arm.end == "bound"
+    assert angle_of(arm.points[0], arm.points[1]) < 0.5
+
+
+def test_the_tangent_is_one_of_the_branch(set6):
+    section_map = SectionMap(load_system("ssul-set6"), ("omega",), Settings(1e-12))
+    branch = set6.branches[0]
+    place = place_of(
+        section_map.system, "omega", float(branch.parameter[100]), tuple(branch.states[100])
+    )
+    cycle = section_map.at(place, 1)
+    point = first_point(section_map, cycle, Bounds(5.0, 9.0), 1.0)
+    moved = closing(cycle) @ point.tangent[:-1] + cycle.slopes[0] * point.tangent[-1]
+    assert np.abs(moved).max() < 1e-9 * np.abs(point.tangent).max()
+
+
+# ---- what is asked of orbits ---------------------------------------------------------------------
+
+
+def test_orbits_at_a_value_are_all_there(set6):
+    orbits = set6.orbits_at(7.8)
+    labels = sorted((orbit.label, orbit.stable) for orbit in orbits)
+    assert labels == [("2T,1", False), ("2T,1", True), ("T,0", True)]
+    (edge,) = set6.edges_at(7.8)
+    assert (edge.label, edge.unstable) == ("2T,1", 1)
+
+
+def test_an_edge_state_divides_two_basins(set6):
+    """Starts on both sides of it, along its unstable direction, end in different attractors."""
+    (edge,) = set6.edges_at(7.8)
+    there = load_system("ssul-set6", omega=7.8)
+    section_map = SectionMap(there, ("omega",), Settings(1e-12))
+    cycle = section_map.at(place_of(there, "omega", 7.8, tuple(edge.state)), 2)
+    values, vectors = np.linalg.eig(cycle.matrix)
+    push = vectors[:, np.argmax(np.abs(values))].real * 1e-4
+    labels = set()
+    for sign in (1.0, -1.0):
+        x1, v1, r, s = cycle.state + sign * push
+        labels.add(classify(there, start=(x1, v1, x1 - r + there.rest, v1 - s)).label)
+    assert labels == {"T,0", "2T,1"}
+
+
+def test_a_regime_is_a_start():
+    regime = classify(load_system("ssul-set6", omega=7.45))
+    path = continue_orbit("ssul-set6", "omega", (7.44, 7.5), regime)
+    assert path.branches[0].labels[0] == regime.label
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("ssul-set6", "x", (5, 9)), "unknown parameter 'x'"),
+        (("ssul-set6", "D", (0.1, 0.2)), "D is no parameter of kind 'ssul'"),
+        (("ssul-set6", "omega", (9, 5)), "the first must be the lesser"),
+        (("ssul-set6", "omega", (5,)), "two numbers"),
+        (("ssul-set6", "m2", (-1, 5)), "m2 = -1.0 is not allowed"),
+        (("ssul-set6", "omega", (7.38, 7.385)), "only a periodic orbit can be followed"),
+        (("ssul-set6", "omega", (6.0, 7.0), "5T,5"), "no start at omega = 6.28 ends in 5T,5"),
+    ],
+)
+def test_a_wrong_request_is_one_line(arguments, words):
+    with pytest.raises(RequestError) as error:
+        continue_orbit(*arguments)
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)

@@ -25,6 +25,7 @@ from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.continuation.special_points import (
     Special,
     label_of_cycle,
+    limit_of,
     specials_between,
     step_between,
     unexplained,
@@ -273,16 +274,6 @@ def _falls(speeds: list[float], points: list[Point]) -> bool:
     if not all(p.cycle.counts == points[0].cycle.counts for p in points):
         return False
     return all(0.0 < 1.1 * b < a < math.inf for a, b in itertools.pairwise(speeds))
-
-
-def limit_of(knots: list[tuple[float, np.ndarray]]) -> np.ndarray:
-    """Return the value at 0 of the polynomial through knots (v, values), by Neville's scheme."""
-    rows = [values for _, values in knots]
-    for order in range(1, len(knots)):
-        for i in range(len(knots) - order):
-            low, high = knots[i][0], knots[i + order][0]
-            rows[i] = (low * rows[i + 1] - high * rows[i]) / (low - high)
-    return rows[0]
 
 
 def _wall(section_map: SectionMap) -> str:

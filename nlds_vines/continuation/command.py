@@ -80,8 +80,8 @@ def continue_orbit(
         start: None for the orbit from rest; a `Regime` that is periodic, at its own value of the
             parameter; a state (x1, v1, x2, v2) or (x, v) [m, m/s], whose orbit is judged; a label
             such as "3T,3", looked for among random starts; "random" for all their orbits.
-        period: n, with a state: the nT orbit nearest to it, stable or not, in place of the orbit that
-            it ends in.
+        period: n, with a state: the nT orbit nearest to it, stable or not, in place of the orbit
+            that it ends in.
         plane: a second parameter, its smallest and its largest value, around the system's own: then
             curves of special points in the plane of both are followed, too.
         doublings: how many period doublings, one after another, are followed to their branches.

@@ -175,6 +175,9 @@ class Explorer:
         for turned in (1.0, -1.0):
             point = Point(start.cycle, turned * start.tangent, start.weights, turned * start.border)
             arms.append(self._follow(point, far))
+            if arms[0].end == "closed":
+                ends = ("closed", "closed")
+                return Track(arms[0].points, arms[0].specials, ends, "BP", parent, at)
         track = Track.joined(arms[1], arms[0])
         track.origin, track.parent, track.at = "BP", parent, at
         return track

@@ -14,7 +14,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from nlds_vines.continuation.arclength import Point, along
+import numpy as np
+
+from nlds_vines.continuation.arclength import Point, along, length
 from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.orbits.labels import name_of
 
@@ -22,6 +24,9 @@ KINDS = ("LP", "PD", "NS", "BP", "GR", "LIM")
 
 NARROW = 1.0e-12
 """Length of the last bracket, relative to the orbit and the interval of the parameter."""
+
+ASIDE = 1.0e-3
+"""Distance of the points that tell where a branch point lies between them."""
 
 MOST_TRIALS = 80
 """Trials for one point; eight or nine are usual, forty where the function jumps."""
@@ -112,16 +117,23 @@ def unexplained(a: Point, b: Point) -> bool:
 def _located(
     section_map: SectionMap, kind: str, a: Point, b: Point
 ) -> tuple[float, Special] | None:
-    """Return the special point of a kind between two points, and how far from the first it is."""
-    size = max(abs(a.tests[kind]), abs(b.tests[kind]))
-    found = narrowed_down(
-        lambda step: along(section_map, a, step)[0],
-        (a, b),
-        (0.0, step_between(a, b)),
-        lambda point: point.tests[kind] / size,
-    )
+    """Return the special point of a kind between two points, and how far from the first it is.
+
+    Where no trial comes onto the branch, it is the nearer of the two, its bracket both.
+    """
+    if kind == "BP":
+        found = _branch_point(section_map, a, b)
+    else:
+        size = max(abs(a.tests[kind]), abs(b.tests[kind]))
+        found = narrowed_down(
+            lambda step: along(section_map, a, step)[0],
+            (a, b),
+            (0.0, step_between(a, b)),
+            lambda point: point.tests[kind] / size,
+        )
     if found is None:
-        return None
+        near = min((a, 0.0), (b, step_between(a, b)), key=lambda end: abs(end[0].tests[kind]))
+        found = near[1], near[0], 1.0, abs(b.value - a.value)
     place, point, residual, bracket = found
     if kind == "NS" and not is_torus(point.cycle):
         return None  # a neutral saddle
@@ -131,6 +143,34 @@ def _located(
     if kind != "LP":
         label = (label_of_cycle(point.cycle),) * 2
     return place, Special(kind, point, *label, residual, bracket)
+
+
+def _branch_point(
+    section_map: SectionMap, a: Point, b: Point
+) -> tuple[float, Point, float, float] | None:
+    """Return a branch point between two points of a branch, as `narrowed_down` does.
+
+    At it, no point of the branch is determined sharply: Newton's matrix is singular.  So it is what
+    a polynomial in the test function through points on both sides is where that vanishes.
+    """
+    step, (f_a, f_b) = step_between(a, b), (a.tests["BP"], b.tests["BP"])
+    place, aside = step * f_a / (f_a - f_b), ASIDE
+    while aside < 32.0 * ASIDE:
+        found = [along(section_map, a, place + k * aside)[0] for k in (-3, 3, -2, 2, -1, 1)]
+        points = [point for point in found if point is not None]
+        knots = [(point.tests["BP"], point.cycle.place) for point in points]
+        if len(knots) == len(found) and knots[4][0] * knots[5][0] < 0.0:
+            at, before = limit_of(knots), limit_of(knots[2:])
+            cycle = section_map.at(at, a.cycle.n)
+            if cycle is None:
+                return None
+            # there are two tangents, and that of this branch is the secant of its nearest points
+            ahead = knots[5][1] - knots[4][1]
+            tangent = ahead / length(a.weights, ahead)
+            error, width = length(a.weights, at - before), abs(float((at - before)[-1]))
+            return place, Point(cycle, tangent, a.weights, 0.0), error, width
+        aside *= 2.0
+    return None
 
 
 def _grazings(section_map: SectionMap, a: Point, b: Point) -> Iterator[tuple[float, Special]]:
@@ -197,6 +237,16 @@ def _grazing(before: Point, b: Point) -> Test:
         return -size(point.cycle, not gains) / unit[1]
 
     return test
+
+
+def limit_of(knots: list[tuple[float, np.ndarray]]) -> np.ndarray:
+    """Return the value at 0 of the polynomial through knots (v, values), by Neville's scheme."""
+    rows = [values for _, values in knots]
+    for order in range(1, len(knots)):
+        for i in range(len(knots) - order):
+            low, high = knots[i][0], knots[i + order][0]
+            rows[i] = (low * rows[i + 1] - high * rows[i]) / (low - high)
+    return rows[0]
 
 
 def step_between(a: Point, b: Point) -> float:

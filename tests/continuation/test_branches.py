@@ -5,10 +5,10 @@ import pytest
 
 from nlds_vines import RequestError, classify, continue_orbit, load_system, simulate
 from nlds_vines.continuation import arclength, special_points
-from nlds_vines.continuation.arclength import angle_of
 from nlds_vines.continuation.branch import Bounds, at_value, first_point, follow
 from nlds_vines.continuation.section_map import SectionMap, closing
 from nlds_vines.continuation.start_orbits import place_of
+from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import Settings
 
 
@@ -193,16 +193,38 @@ def test_a_broken_grazing_function_is_noticed(doubled, monkeypatch):
 
 
 def test_a_closed_loop_is_recognised():
-    """Orbits of a soft hardening stop make a loop along the clearance, an isola."""
-    section_map = SectionMap(load_system("ssul-set6"), ("omega",), Settings(1e-12))
-    regime = classify(load_system("ssul-set6", omega=6.28))
-    place = place_of(section_map.system, "omega", 6.28, tuple(regime.point))
-    bounds = Bounds(5.0, 9.0)
-    cycle = at_value(section_map, place, 1, 6.28)
-    ahead = first_point(section_map, cycle, bounds, 1.0)
-    arm = follow(section_map, ahead, Bounds(6.2, 6.4))
-    assert arm.end == "bound"
-    assert angle_of(arm.points[0], arm.points[1]) < 0.5
+    """The orbits 3T,2 and 3T,3 of Set 6 are an isola: they join no other branch."""
+    regime = classify(load_system("ssul-set6", omega=7.45))
+    path = continue_orbit("ssul-set6", "omega", (5.0, 9.0), regime)
+    (branch,) = path.branches
+    assert branch.ends == ("closed", "closed")
+    assert set(branch.labels.tolist()) == {"3T,2", "3T,3"}
+    kinds = path.special.kind.tolist()
+    assert kinds.count("LP") == 4
+    assert kinds.count("GR") == 2
+
+
+def test_a_symmetric_orbit_branches():
+    """Between two equal stops: at a branch point a pair of unsymmetric orbits leaves, a loop."""
+    numbers = {"m": 1.0, "k": 1.0, "c": 0.2, "C": 1.0, "C_2": 1.0, "omega": 0.5, "P": 0.05}
+    path = continue_orbit(System("oscillator-2", {**numbers, "K": 20.0}), "P", (0.05, 5.0))
+    main, other = path.branches[:2]
+    assert (other.origin, other.parent, other.ends) == ("BP", 0, ("closed", "closed"))
+    points = [
+        path.special[(path.special.branch == i) & (path.special.kind == "BP")] for i in (0, 1)
+    ]
+    for row in points[1]:
+        assert np.abs(points[0].value - row.value).min() < 1e-8
+    between = path.orbits_at(3.0)
+    mirrored = [orbit for orbit in between if orbit.branch == 1]
+    assert len(mirrored) == 2  # an orbit and its mirror image
+    first, second = mirrored
+    half = simulate(
+        System("oscillator-2", {**numbers, "K": 20.0, "P": 3.0}), 1, start=first.state,
+        record=("trajectory",), samples=2,
+    )  # fmt: skip
+    assert np.allclose(half.trajectory[0], -second.state, atol=1e-6)
+    assert main.stable.any()
 
 
 def test_the_tangent_is_one_of_the_branch(set6):

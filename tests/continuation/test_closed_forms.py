@@ -1,4 +1,4 @@
-"""Branches against closed forms: rigid impact oscillators, grazing of the motion without impacts."""
+"""Branches against closed forms: rigid oscillators, grazing of the motion without impacts."""
 
 import itertools
 import json
@@ -27,7 +27,7 @@ def oscillator(case, P, **law):
 
 
 def start_of(case, orbit):
-    """Return the state at phase zero of a closed-form orbit: back from its impact in free flight."""
+    """Return the state at phase zero of a closed-form orbit, back from its impact in flight."""
     system, omega = oscillator(case, orbit["A"]), case["omega"]
     far = system.with_(C=1e6)  # the free motion: nothing is touched
     free = response(far, np.array(omega)).X1

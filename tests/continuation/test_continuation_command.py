@@ -1,0 +1,185 @@
+"""The command: archives that survive, pictures, borders, curves, and what is refused."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray
+
+from nlds_vines import continued, load_continuation, load_system, verify
+from nlds_vines.__main__ import main
+from nlds_vines.archives.archive import read
+from nlds_vines.continuation import run as running
+from nlds_vines.continuation.borders import borders_of
+from nlds_vines.continuation.track import packed, unpacked
+from nlds_vines.model.linear_response import response
+from nlds_vines.runs.interrupts import Interrupted, Stopped
+
+QUICK = ["--along", "omega=7.3:7.8", "--doublings", "1", "--unstable", "30", "--quiet"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("branches")
+
+
+@pytest.fixture(scope="module")
+def archive(folder):
+    """Return the archive of a continuation of Set 6, T,1 and 2T."""
+    path = folder / "branches.h5"
+    assert main(["continuation", *QUICK, "-o", str(path)]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def scan(folder):
+    """Return the archive of a scan over the same frequencies."""
+    path = folder / "scan.h5"
+    arguments = ["--vary", "omega=7.35:7.8:46", "-o", str(path), "--quiet"]
+    assert main(["bifurcation", *arguments, "--record", "section,energy,regime"]) == 0
+    return path
+
+
+def test_an_archive_is_sound_and_opens_elsewhere(archive):
+    assert verify(archive) == []
+    with xarray.open_dataset(archive, engine="h5netcdf") as data:
+        assert data.attrs["content"] == "continuation"
+        assert set(data["kind"].dims) == {"special"}
+        assert data["omega"].dims == ("point",)
+        assert data["multipliers"].attrs["units"] == "1"
+
+
+def test_an_archive_holds_what_python_returns(archive):
+    found = continued(archive)
+    request = load_continuation(found.request.document())
+    assert request == found.request
+    again = running.compute(request)
+    for name, values in found.tables.items():
+        assert np.array_equal(values, again[name], equal_nan=values.dtype.kind == "f"), name
+
+
+def test_tracks_are_the_same_from_their_arrays():
+    request = load_continuation("ssul-set6", {"along": {"omega": {"start": 7.3, "stop": 7.5}}})
+    kept = []
+    running.compute(request, keep=kept.append)
+    for arrays in kept:
+        again = packed(unpacked(arrays))
+        assert arrays.keys() == again.keys()
+        for name, values in arrays.items():
+            assert np.array_equal(values, again[name]), name
+
+
+def test_an_interrupted_continuation_goes_on(archive, tmp_path, monkeypatch):
+    """Stopped after each branch in turn, and resumed, it ends with the same results."""
+    path, count = tmp_path / "branches.h5", 0
+    plain = running.TrackFolder.keep
+
+    def keep(self, arrays):
+        nonlocal count
+        plain(self, arrays)
+        count += 1
+        raise Stopped
+
+    monkeypatch.setattr(running.TrackFolder, "keep", keep)
+    request = continued(archive).request
+    for _ in range(20):
+        try:
+            running.run(request, path, running.RunOptions(resume=count > 0))
+        except Interrupted:
+            continue
+        break
+    assert count >= 2
+    assert verify(path) == []
+    whole, pieces = continued(archive).tables, continued(path).tables
+    for name, values in whole.items():
+        assert np.array_equal(values, pieces[name], equal_nan=values.dtype.kind == "f"), name
+
+
+def test_a_signal_stops_it_and_resume_finishes(tmp_path):
+    path = tmp_path / "branches.h5"
+    command = [sys.executable, "-m", "nlds_vines.continuation", "--doublings", "4", "-o", str(path)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        folder = tmp_path / "branches.h5.parts"
+        until = time.monotonic() + 120
+        while len(list(folder.glob("block-*"))) < 2 and time.monotonic() < until:
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, errors
+    assert b"--resume" in errors
+    assert not path.exists()
+    assert len(list(folder.glob("block-*"))) >= 2
+    assert verify_parts(folder) == 0
+
+
+def verify_parts(folder):
+    return main(["verify", str(folder)])
+
+
+def test_branches_over_a_scan_explain_its_borders(archive, scan, folder, capsys):
+    path, plot = folder / "over.h5", folder / "over.png"
+    arguments = ["--from", str(scan), "--along", "omega=7.3:7.8", "--unstable", "40"]
+    arguments += ["--over", str(scan), "--plot", str(plot), "-o", str(path)]
+    assert main(["continuation", *arguments]) == 0
+    text = capsys.readouterr().out
+    assert "borders between regimes" in text
+    assert plot.stat().st_size > 20_000
+    found = continued(path)
+    with read(scan) as view:
+        borders = borders_of(found, view)
+    assert borders
+    assert all(border.explained for border in borders if any(border.periodic))
+    first = borders[0]
+    assert (first.before, first.events[0][0]) == ("T,1", "PD")
+    assert first.events[0][1] == pytest.approx(7.362158433, abs=1e-8)
+
+
+def test_curves_in_a_plane(folder):
+    """The curve of grazing is that of the linear response; PD and LP meet it nowhere else."""
+    path, plot = folder / "plane.h5", folder / "plane.svg"
+    arguments = ["--along", "omega=7:8", "--plane", "P=700:900", "--quiet"]
+    assert main(["continuation", *arguments, "-o", str(path), "--plot", str(plot)]) == 0
+    assert verify(path) == []
+    found = continued(path)
+    (grazing,) = [curve for curve in found.curves if curve.kind == "GR"]
+    assert len(grazing.values) > 10
+    for omega, P in grazing.values[:: len(grazing.values) // 8]:
+        there = load_system("ssul-set6", omega=omega, P=P)
+        amplitude = float(response(there, np.array(omega)).shortening)
+        assert amplitude == pytest.approx(there.parameters["C"], rel=1e-9)
+    doubling = next(curve for curve in found.curves if curve.kind == "PD")
+    assert np.abs(np.abs(doubling.multipliers + 1.0).min(axis=1)).max() < 1e-7
+    assert plot.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--along", "omega=5"], "--along 'omega=5' must be NAME=START:STOP"),
+        (["--along", "omega=5:x"], "--along omega"),
+        (["--plane", "omega=5:9"], "omega is free already"),
+        (["--plane", "P=100:200"], "must hold the system's own value"),
+        (["--from", "none.h5"], "there is no such file"),
+        (["--doublings", "11"], "doublings = 11"),
+        (["--step", "2"], "step = 2.0; allowed"),
+        (["--over", "none.h5"], "there is no such file"),
+        (["--system", "tmd", "--along", "C=1:2"], "C is no parameter of kind 'tmd'"),
+    ],
+)
+def test_a_wrong_request_is_one_line(arguments, words, tmp_path, capsys):
+    output = tmp_path / "branches.h5"
+    assert main(["continuation", *arguments, "-o", str(output)]) == 2
+    errors = capsys.readouterr().err
+    assert words in errors
+    assert errors.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_it_says_what_it_would_do(capsys, tmp_path):
+    assert main(["continuation", "--dry-run", "--all", "-o", str(tmp_path / "b.h5")]) == 0
+    text = capsys.readouterr().out
+    assert "100 random starts" in text
+    assert list(tmp_path.iterdir()) == []

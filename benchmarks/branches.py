@@ -1,0 +1,127 @@
+"""The default diagram explained by its branches, and what branches cost: docs/borders.md, measured.
+
+python -m benchmarks.branches                 print the page
+python -m benchmarks.branches -o FILE.md      write it, and its picture beside it
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from nlds_vines.__main__ import main as command
+from nlds_vines.archives.archive import read
+from nlds_vines.cli.markdown import table
+from nlds_vines.continuation.borders import borders_of, report, strays
+from nlds_vines.continuation.command import continue_orbit
+from nlds_vines.continuation.picture import save
+from nlds_vines.continuation.result import Continued, continued
+from nlds_vines.model.catalogue import load_system
+
+SCANNED = "omega=5:8"
+CROWDED = "omega=7.3:7.8"  # where the borders are: the part that is drawn
+UNSTABLE = "60"
+AROUND = (5.0, 9.0)
+BISTABLE = load_system("ssul-set6", omega=7.45)
+
+
+def explained(folder: Path) -> tuple[Continued, Path]:
+    """Return the branches of every orbit that the default scan finds, and the scan's archive."""
+    scan, branches = folder / "figure8.h5", folder / "branches.h5"
+    command(["bifurcation", "-o", str(scan), "--quiet"])
+    arguments = ["--from", str(scan), "--along", SCANNED, "--unstable", UNSTABLE, "--quiet"]
+    command(["continuation", *arguments, "-o", str(branches)])
+    return continued(branches), scan
+
+
+def draw(scan: Path, folder: Path, picture: Path) -> None:
+    """Draw the branches over the crowded part of the scan."""
+    path = folder / "crowded.h5"
+    arguments = ["--from", str(scan), "--along", CROWDED, "--unstable", UNSTABLE, "--quiet"]
+    command(["continuation", *arguments, "-o", str(path)])
+    save(path, picture, scan)
+
+
+def spent(work: Callable[[], Continued]) -> tuple[float, Continued]:
+    """Return the CPU time [s] of a piece of work, once everything is compiled, and its result."""
+    work()
+    began = time.process_time()
+    found = work()
+    return time.process_time() - began, found
+
+
+def costs() -> Iterator[str]:
+    """Yield the table of what branches cost."""
+    jobs = {
+        "T,1 of Set 6, 5 to 9 rad/s": lambda: continue_orbit("ssul-set6", "omega", AROUND),
+        "the same, to 2T": lambda: continue_orbit("ssul-set6", "omega", AROUND, doublings=1),
+        "the same, to 8T": lambda: continue_orbit("ssul-set6", "omega", AROUND, doublings=3),
+        "3T,2 of Set 6, an isola": lambda: continue_orbit(BISTABLE, "omega", AROUND, "3T,2"),
+        "curves of PD and GR, P = 400 to 1200 N": lambda: continue_orbit(
+            "ssul-set6", "omega", AROUND, plane=("P", 400.0, 1200.0)
+        ),
+    }
+    rows = []
+    for name, work in jobs.items():
+        seconds, found = spent(work)
+        points = len(found.tables["period"]) + len(found.tables.get("curve_of_point", ()))
+        special = len(found.special)
+        rows.append([name, f"{points}", f"{special}", f"{seconds:.2f} s"])
+    head = ["job", "points", "special points", "CPU time"]
+    yield from table(head, rows, right=(1, 2, 3))
+
+
+def page(found: Continued, scan: Path, picture: str) -> Iterator[str]:
+    """Yield the page, line by line."""
+    yield "# The default diagram explained"
+    yield ""
+    yield (
+        "Written by `python -m benchmarks.branches -o docs/borders.md`. The default scan "
+        "(Figure 8) has 1201 frequencies. From the last cell of each regime, its orbit is followed "
+        "along its branch to the next cell, and back from there. A special point ends it, or it "
+        "lives on and is stable: then the start from rest has left its basin."
+    )
+    yield ""
+    with read(scan) as view:
+        periodic = int((view["period"] > 0).sum())
+        missing = strays(found, view)
+        yield (
+            f"{len(found.branches)} branches with {len(found.special)} special points. Of "
+            f"{periodic} periodic orbits of the scan, {len(missing)} lie on none of them."
+        )
+        yield ""
+        yield f"![Branches over the default diagram]({picture})"
+        yield ""
+        yield "Ticks at the foot are borders: grey where the start has only changed basins."
+        yield ""
+        yield from report(found, view, borders_of(found, view))
+    yield ""
+    yield "## What branches cost"
+    yield ""
+    yield "CPU time of one thread, once compiled:"
+    yield ""
+    yield from costs()
+
+
+def main() -> None:
+    """Print the page, or write it and its picture."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE.md")
+    options = parser.parse_args()
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        found, scan = explained(folder)
+        picture = "borders.png"
+        lines = list(page(found, scan, picture))
+        if options.output is None:
+            print(*lines, sep="\n")
+            return
+        draw(scan, folder, options.output.parent / picture)
+        options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -25,6 +25,9 @@ from nlds_vines.orbits.coexistence import final
 ENDING = ("LP", "PD", "NS", "BP", "LIM")
 """Special points at which a stable orbit ends, or ceases to be stable."""
 
+SAME = 1.0e-6
+"""Relative difference of two values of a special point that is met from both sides."""
+
 NEAR = 0.1
 """How near, relative to the orbit, a branch is compared with it."""
 
@@ -77,8 +80,12 @@ class Border:
     def events(self) -> tuple[tuple[str, float], ...]:
         """The special points (kind, value) on it, each once."""
         walks = [walk for walk in (self.left, self.right) if walk is not None]
-        found = {(kind, float(f"{v:.10g}")): v for walk in walks for kind, v in walk.events}
-        return tuple((kind, value) for (kind, _), value in sorted(found.items()))
+        found: list[tuple[str, float]] = []
+        for kind, value in (event for walk in walks for event in walk.events):
+            known = (v for k, v in found if k == kind)
+            if all(abs(value - v) > SAME * abs(v) for v in known):
+                found.append((kind, value))
+        return tuple(sorted(found))
 
     @property
     def words(self) -> str:

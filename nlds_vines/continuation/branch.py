@@ -166,7 +166,9 @@ def _go_on(
         arm.end = "shorter"
     elif known is not None and known(b):
         arm.end = "known"
-    if arm.end != "shorter":
+    if arm.end == "shorter":
+        b = _shorter_orbit(section_map, arm, b)
+    else:
         for special in specials_between(section_map, a, b):
             arm.specials.append(replace(special, index=len(arm.points) - 1))
     arm.points.append(b)
@@ -216,6 +218,25 @@ def _passes_shorter(section_map: SectionMap, arm: Arm, b: Point) -> bool:
     far = length(b.weights[:-1], half_of(b.cycle))
     turned = float((weights * half_of(a.cycle) * half_of(b.cycle)).sum()) < 0.0
     return far < SAME_ORBIT or (turned and far < 4.0 * step_between(a, b))
+
+
+def _shorter_orbit(section_map: SectionMap, arm: Arm, b: Point) -> Point:
+    """Return, in place of b, the orbit of half the period that lies just before it.
+
+    It is where what the two halves differ by, with its sign, vanishes: a polynomial through the
+    last points tells, since Newton's method has no sharp solution there.
+    """
+    points = [*arm.points[1:][-3:], b]
+    weights, toward = b.weights[:-1] * b.weights[:-1], half_of(arm.points[-1].cycle)
+    knots = [(float((weights * half_of(p.cycle) * toward).sum()), p.cycle.place) for p in points]
+    if len({f for f, _ in knots}) < len(knots):
+        return b
+    place = limit_of(knots)
+    cycle = section_map.at(place, b.cycle.n)
+    near = cycle is not None and length(b.weights, place - b.cycle.place) < step_between(
+        arm.points[-1], b
+    )
+    return replace(b, cycle=cycle) if cycle is not None and near else b
 
 
 def _is_rigid(section_map: SectionMap) -> bool:

@@ -170,7 +170,7 @@ def _start_table(
 
 
 @dataclass(frozen=True)
-class _Job:
+class Job:
     """A continuation and where it goes; checked when made, before anything heavy is loaded."""
 
     request: Continuation
@@ -181,6 +181,7 @@ class _Job:
     how: RunOptions
 
     def __post_init__(self) -> None:
+        """Check the paths."""
         check_output(self.archive, self.source, self.plot, self.over)
         if self.plot is not None:
             check_plot(self.plot)
@@ -201,6 +202,25 @@ class _Job:
             save(self.archive, self.plot, self.over)
         return found
 
+    def plan(self) -> list[str]:
+        """Return what a continuation would do, one fact a line."""
+        request = self.request
+        along, begin = request.along, request.begin
+        starts = {
+            "rest": "the orbit from rest",
+            "random": f"the periodic orbits of {begin.count} random starts, seed {begin.seed}",
+            "label": f"an orbit {begin.label} among {begin.count} random starts, seed {begin.seed}",
+            "orbits": f"{len(begin.orbits)} given orbits",
+        }
+        return [
+            request.title,
+            f"along:    {along.name} from {along.low:g} to {along.high:g}",
+            f"start:    {starts[begin.policy]}"
+            + ("" if begin.policy == "orbits" else f", at {along.name} = {request.value:g}"),
+            f"branches: and those of {request.doublings} period doublings one after another",
+            f"archive:  {self.archive}",
+        ]
+
     def border_lines(self, found: Continued) -> list[str]:
         """Return what makes the borders of the scan that the branches lie over, a line each."""
         if self.over is None or self.request.plane is not None:
@@ -215,7 +235,7 @@ class _Job:
 def _carry_out(options: argparse.Namespace) -> int:
     job = _job(options)
     if options.dry_run:
-        say(*_plan(job))
+        say(*job.plan())
         return DONE
     found = job.run()
     if not job.how.quiet:
@@ -226,31 +246,11 @@ def _carry_out(options: argparse.Namespace) -> int:
     return LANES_FAILED if incomplete else DONE
 
 
-def _plan(job: _Job) -> list[str]:
-    """Return what a continuation would do, one fact a line."""
-    request = job.request
-    along, begin = request.along, request.begin
-    starts = {
-        "rest": "the orbit from rest",
-        "random": f"the periodic orbits of {begin.count} random starts, seed {begin.seed}",
-        "label": f"an orbit {begin.label} among {begin.count} random starts, seed {begin.seed}",
-        "orbits": f"{len(begin.orbits)} given orbits",
-    }
-    return [
-        request.title,
-        f"along:    {along.name} from {along.low:g} to {along.high:g}",
-        f"start:    {starts[begin.policy]}"
-        + ("" if begin.policy == "orbits" else f", at {along.name} = {request.value:g}"),
-        f"branches: and those of {request.doublings} period doublings one after another",
-        f"archive:  {job.archive}",
-    ]
-
-
-def _job(options: argparse.Namespace) -> _Job:
+def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
     source = options.continuation
     request = load_continuation(source, _changes(options), "command line")
-    return _Job(
+    return Job(
         request=request,
         source=Path(source) if source is not None and source.endswith(".toml") else None,
         archive=_DEFAULT if options.output is None else Path(options.output),

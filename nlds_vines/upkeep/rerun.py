@@ -1,4 +1,4 @@
-"""Repeat a scan from its own archive, and compare the results.
+"""Repeat a scan, or a continuation, from its own archive, and compare the results.
 
 As a command: `nlds-vines rerun FILE.h5`.
 """
@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 from nlds_vines.bifurcation.command import Job, carry_out
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.run_options import add_run_options, run_options
+from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.cli.running import DIFFERENT, DONE, LANES_FAILED, Command, say
 from nlds_vines.errors import RequestError, at, shown
 from nlds_vines.model.layers import request_hash
 from nlds_vines.orbits.settings import FINENESS
-from nlds_vines.runs.manifest import refuse_unless_scan
+from nlds_vines.runs.manifest import CONTINUATION, SCAN, refuse_unless_scan
 from nlds_vines.toml import parse_toml
 
 if TYPE_CHECKING:
@@ -81,11 +81,38 @@ def _carry_out(options: argparse.Namespace) -> int:
     """Repeat a scan and compare; return the exit status."""
     source, how = Path(options.file), run_options(options)
     output = Path(options.output or f"{source.stem}-rerun.h5")
+    if _content_of(source) == CONTINUATION:
+        return _continued_again(source, output, how, options.dry_run)
     job = Job(scan_in(source), source, output, None, how)
     status = carry_out(_NAME, job, options.dry_run)
     if options.dry_run or how.shard is not None or status not in (DONE, LANES_FAILED):
         return status
     return max(status, _compared(source, output, how.quiet))
+
+
+def _content_of(path: Path) -> str:
+    """Return the kind of request whose results an archive holds; that of a scan if it is none."""
+    if not path.is_file():
+        return SCAN
+    from nlds_vines.archives import archive
+
+    with archive.read(path) as view:
+        return view.content
+
+
+def _continued_again(source: Path, output: Path, how: RunOptions, dry_run: bool) -> int:
+    """Repeat the continuation in an archive, and compare; return the exit status."""
+    from nlds_vines.continuation.command import Job as Continue
+    from nlds_vines.continuation.result import continued
+
+    if how.shard is not None or how.scheduler is not None:
+        raise RequestError("--shard and --scheduler are for scans: this is a continuation")
+    job = Continue(continued(source).request, source, output, None, None, how)
+    if dry_run:
+        say(*job.plan())
+        return DONE
+    job.run()
+    return _compared(source, output, how.quiet)
 
 
 def _compared(old: Path, new: Path, quiet: bool) -> int:
@@ -105,7 +132,7 @@ def _declare(parser: Parser) -> None:
 
 COMMAND = Command(
     name=_NAME,
-    description="Repeat a scan from its own archive, and compare the results.",
+    description="Repeat a scan, or a continuation, from its own archive, and compare the results.",
     examples=_EXAMPLES,
     declare=_declare,
     carry_out=_carry_out,

@@ -119,6 +119,13 @@ def verify_parts(folder):
     return main(["verify", str(folder)])
 
 
+def test_an_archive_repeats_itself(archive, tmp_path, capsys):
+    again = tmp_path / "again.h5"
+    assert main(["rerun", str(archive), "-o", str(again)]) == 0
+    assert "parameters and results are the same" in capsys.readouterr().out
+    assert main(["rerun", str(archive), "-o", str(again), "--shard", "1/2"]) == 2
+
+
 def test_branches_over_a_scan_explain_its_borders(archive, scan, folder, capsys):
     path, plot = folder / "over.h5", folder / "over.png"
     arguments = ["--from", str(scan), "--along", "omega=7.3:7.8", "--unstable", "40"]

@@ -171,7 +171,12 @@ def test_every_command_has_help(program):
 
 @pytest.mark.parametrize(
     ("command", "page"),
-    [("bifurcation", "own-damper.md"), ("portrait", "portrait.md"), ("tuning", "tuning.md")],
+    [
+        ("bifurcation", "own-damper.md"),
+        ("portrait", "portrait.md"),
+        ("tuning", "tuning.md"),
+        ("continuation", "branches.md"),
+    ],
 )
 def test_every_option_is_told(command, page, capsys):
     with contextlib.suppress(SystemExit):

@@ -18,15 +18,21 @@ from nlds_vines.continuation.branch import (
     first_point,
     follow,
 )
-from nlds_vines.continuation.section_map import Cycle, SectionMap
+from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
 from nlds_vines.continuation.switching import doubled, other_branch
 from nlds_vines.continuation.track import Arrays, Track, packed, unpacked
 
 EVERY = 16
 """Every so many points, a branch is compared with those that are known."""
 
-ASIDE = 1.0e-4
-"""How far beside a grazing of rigid bodies, relative to the parameter, the other orbit is tried."""
+ASIDE, FARTHEST = 1.0e-4, 0.2
+"""How far beside a grazing of rigid bodies the other orbit is looked for, relative to the orbit and
+the interval; and how far from it an orbit may be that counts as the other."""
+
+KICKS, LIKELY = (1.0, 0.3, 3.0), 4
+AHEAD = tuple(sign * 1.1**i for sign in (1.0, -1.0) for i in range(-40, 75))
+"""Kicks that are tried, and how far ahead, in units of what an orbit beyond the grazing shows; and
+how many of the places that an orbit nearly closes."""
 
 NEAR = 0.05
 """How near, relative to the orbit, a known branch is compared at all."""
@@ -141,15 +147,21 @@ class Explorer:
             self._keep(lambda: self._from_grazing(parent, at))
 
     def _from_grazing(self, parent: int, at: int) -> Track | None:
-        """Follow the orbit without the impact that grazes, of rigid bodies, if it is another."""
-        special = self.tracks[parent].specials[at]
-        place, n = special.point.cycle.place, special.point.cycle.n
-        for side in (1.0 - ASIDE, 1.0 + ASIDE):
-            value = float(place[-1]) * side
-            cycle = at_value(self._map, place, n, value)
-            if cycle is None or not self._bounds.contains(value):
+        """Follow the other orbit that grazes, of rigid bodies: without the impact, or with it.
+
+        The map has no derivative there. So the orbit is looked for at places around, on both sides
+        of the parameter.
+        """
+        point = self.tracks[parent].specials[at].point
+        for place in places_around(self._map, point):
+            value = float(place[-1])
+            if not self._bounds.contains(value):
                 continue
-            if cycle.counts != special.point.cycle.counts and self.lies_on(cycle) is None:
+            cycle = at_value(self._map, place, point.cycle.n, value)
+            if cycle is None or cycle.counts == point.cycle.counts:
+                continue
+            near = np.abs(cycle.place - point.cycle.place) * point.weights
+            if near.max() < FARTHEST and self.lies_on(cycle) is None:
                 return self._both_ways(cycle)
         return None
 
@@ -215,6 +227,53 @@ class Explorer:
         value = float(cycle.values[0])
         found = at_value(self._map, place, cycle.n, value)
         return found is not None and is_same(self._map, cycle, found)
+
+
+def places_around(section_map: SectionMap, point: Point) -> Iterator[np.ndarray]:
+    """Yield places (size + 1,) where the other orbit may be that grazes at a point.
+
+    First the orbit's own state on both sides of the parameter, for an orbit without the impact.
+    Then what an impact of a small speed adds to the orbit: each gives the same kick, and those of
+    all periods add up to (I - M)^-1 times what one leaves at the end of its period. At which value
+    of the parameter, is tried.
+    """
+    place, unit = point.cycle.place, 1.0 / point.weights[-1]
+    for side in (1.0, -1.0):
+        there = place.copy()
+        there[-1] += side * ASIDE * unit
+        yield there
+    for side in (1.0, -1.0):
+        way = side * ASIDE * point.tangent
+        kicked = section_map.at(place + way, point.cycle.n)
+        if kicked is None or kicked.counts == point.cycle.counts:
+            continue
+        size = len(place) - 1
+        row = np.zeros((1, size + 1))
+        row[0, size] = 1.0
+        right = np.append(-kicked.gap, 0.0)
+        found, _ = bordered(closing(point.cycle), np.zeros((1, size)), row, right)
+        if found is None:
+            continue
+        kick = np.append(found[:-1], 0.0)
+        for share in KICKS:
+            tried = [place + share * (kick + ahead * way) for ahead in AHEAD]
+            yield from _likely(section_map, tried, kicked)
+        for share in KICKS:
+            yield from (place + share * (kick + ahead * way) for ahead in AHEAD[::8])
+
+
+def _likely(
+    section_map: SectionMap, places: Sequence[np.ndarray], kicked: Cycle
+) -> Iterator[np.ndarray]:
+    """Yield those places, the best first, that an orbit with as many impacts nearly closes."""
+    images = [section_map.at(place, kicked.n) for place in places]
+    defects = [
+        (cycle.defect, i)
+        for i, cycle in enumerate(images)
+        if cycle is not None and cycle.counts == kicked.counts
+    ]
+    for _, i in sorted(defects)[:LIKELY]:
+        yield places[i]
 
 
 def crossings(track: Track, cycle: Cycle) -> Iterator[np.ndarray]:

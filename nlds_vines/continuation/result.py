@@ -299,7 +299,7 @@ class Continued:
         )
         for row in self.special[self.special.branch == i]:
             change = f"{row.before} -> {row.after}" if row.before != row.after else row.before
-            wall = f" ({row.wall} wall)" if row.wall else ""
+            wall = f" ({row.wall} wall{'s' * (row.wall == 'both')})" if row.wall else ""
             yield f"  {row.kind:<3} {name} = {row.value:.12g}  {change}{wall}"
 
     def __repr__(self) -> str:

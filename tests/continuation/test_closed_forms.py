@@ -80,6 +80,17 @@ def test_the_motion_without_impacts_grazes_a_rigid_stop_in_closed_form(case):
     assert abs(row.value - case["grazing_A"]) < 1e-9
 
 
+@pytest.mark.parametrize("case", [case for case in CASES if case["n"] == 1], ids=named)
+def test_from_rest_the_orbit_with_an_impact_is_found_through_grazing(case):
+    """Beyond the grazing of rigid bodies, the branch of T,1 is followed without a hint."""
+    path = continue_orbit(oscillator(case, 0.5 * case["grazing_A"]), "P", (0.05, 3.0))
+    (number,) = [i for i, branch in enumerate(path.branches) if "T,1" in branch.labels]
+    special = path.special[path.special.branch == number]
+    for kind, exact in [("LP", case["fold_A"]), *(("PD", flip["A"]) for flip in case["flips"])]:
+        if exact:
+            assert np.abs(special[special.kind == kind].value - exact).min() < 1e-9
+
+
 TWO_STOPS = {"m": 1.0, "k": 1.0, "c": 0.1, "C": 1.2, "C_2": 1.0, "omega": 0.8, "P": 0.1}
 GRAZES = {
     "ssul": (load_system("ssul-set6", omega=9.0), "omega", (7.3, 9.0)),

@@ -38,12 +38,17 @@ AS_GOOD = 0.3  # change of an impact with which it is the same, in units of what
 
 @jit
 def weigh_at(half, root):
-    """Fill the row WEIGHED with the weights at a time, `root` its square root; return their sum."""
+    """Fill the row WEIGHED with the weights at a time; return their sum.
+
+    root: the square root of the time, in units of the impact's tick, so that a change of units by
+    a power of two changes no bit.
+    """
     w, n, weight = half.nodes.w, half.nodes.n, half.places + ONWARD * half.k
+    per = 1.0 / half.approach.tick
     w[WEIGHED] = w[half.places + BARYCENTRIC * half.k] / root
     total = four(0.0)
     for i in range(0, n + 1, 4):
-        q = four_at(w, weight + i) / (root - roots_of(four_at(w, T + i)))
+        q = four_at(w, weight + i) / (root - roots_of(per * four_at(w, T + i)))
         put_four(w, WEIGHED + 1 + i, q)
         total = total + q
     return w[WEIGHED] + sum_of(total)
@@ -83,12 +88,12 @@ def state_at(wall, half, time):
     """
     approach, nodes, share = half.approach, half.nodes, half.damper.share
     w, n, m = nodes.w, nodes.n, nodes.m
-    root = math.sqrt(time)
+    per, v = 1.0 / approach.tick, approach.v
+    root = math.sqrt(per * time)
     total = weigh_at(half, root)
     if not finite(total):
         total = weigh_at(half, root * ASIDE + A_LITTLE)
     # how much later than the free arc the impact is, in units of tick; the way but for v t
-    per, v = 1.0 / approach.tick, approach.v
     for i in range(0, m, 4):
         t = four_at(w, T + i)
         put_four(w, FIRST + i, per * t - four_at(w, nodes.at + GT * m + i))

@@ -42,7 +42,7 @@ from .codes import (
 from .compiling import chosen, is_a, jit
 from .exact import fly
 from .fixed_step import fly_fixed, phase_in_step
-from .flight import coarse_map, phase_at, propagate, step
+from .flight import bare_grid, coarse_map, phase_at, propagate, step
 from .impact import Arc
 from .limit import begin_contact
 from .observe import (
@@ -53,6 +53,7 @@ from .observe import (
     note_section,
     note_touch,
 )
+from .restitution import Stuck
 from .scene import Ground, joined
 
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
@@ -172,6 +173,22 @@ def bare_if_any(row):
     return lambda row: bare(row)
 
 
+@chosen
+def bare_held(held):
+    """Return the motion on a rigid wall with its table as a bare row, any other as it is."""
+    if is_a(held, Stuck):
+        return lambda held: Stuck(held.ps, bare_grid(held.grid))
+    return lambda held: held
+
+
+@chosen
+def grid_in_loop(rk4, grid):
+    """Return the grid of the exact flight with its table as a bare row, that of rk4 as it is."""
+    if rk4 is None:
+        return lambda rk4, grid: bare_grid(grid)
+    return lambda rk4, grid: grid
+
+
 @jit
 def orbit(prepared, buffers, span, state, tangent, exact_grid):
     """Advance `state` (SIZE,) over a `Span` and note what has a buffer; return a status.
@@ -182,10 +199,11 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     """
     # Named once: a field with arrays costs reference counts each time that it is read; and bare:
     # each array that is handed on in the loop costs them again.
-    rk4, ps, damper, grid = prepared.rk4, prepared.ps, prepared.damper, prepared.grid
+    rk4, ps, damper = prepared.rk4, prepared.ps, prepared.damper
+    grid = grid_in_loop(rk4, prepared.grid)
     near, far, arc = prepared.near, prepared.far, bare_arc(prepared.arc)
     steps, k = prepared.contact_steps, bare(prepared.scratch)
-    held_near, held_far = prepared.held_near, prepared.held_far
+    held_near, held_far = bare_held(prepared.held_near), bare_held(prepared.held_far)
     limit_log, clearance = buffers.limit_log, buffers.clearance
     energy = bare_if_any(buffers.energy)
     slowest = buffers.slowest

@@ -24,6 +24,7 @@ from nlds_vines.model.catalogue import load_system
 SCANNED = "omega=5:8"
 CROWDED = "omega=7.3:7.8"  # where the borders are: the part that is drawn
 UNSTABLE = "60"
+PLANE = ("6.8:8", "400:1200")  # omega [rad/s] and P [N]
 AROUND = (5.0, 9.0)
 BISTABLE = load_system("ssul-set6", omega=7.45)
 
@@ -42,6 +43,17 @@ def draw(scan: Path, folder: Path, picture: Path) -> None:
     path = folder / "crowded.h5"
     arguments = ["--from", str(scan), "--along", CROWDED, "--unstable", UNSTABLE, "--quiet"]
     command(["continuation", *arguments, "-o", str(path)])
+    save(path, picture, scan)
+
+
+def draw_plane(folder: Path, picture: Path) -> None:
+    """Draw the curves of T and 2T in a plane over the map of its regimes."""
+    scan, path = folder / "map.h5", folder / "plane.h5"
+    sampling = ["--transient", "300", "--periods", "60", "--record", "regime", "--quiet"]
+    axes = ["--vary", f"omega={PLANE[0]}:97", "--vary", f"P={PLANE[1]}:65"]
+    command(["bifurcation", *axes, *sampling, "-o", str(scan)])
+    arguments = ["--along", f"omega={PLANE[0]}", "--plane", f"P={PLANE[1]}", "--doublings", "1"]
+    command(["continuation", *arguments, "--set", "omega=6.9", "--quiet", "-o", str(path)])
     save(path, picture, scan)
 
 
@@ -120,6 +132,7 @@ def main() -> None:
             print(*lines, sep="\n")
             return
         draw(scan, folder, options.output.parent / picture)
+        draw_plane(folder, options.output.parent / "plane.png")
         options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

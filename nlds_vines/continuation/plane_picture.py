@@ -17,8 +17,8 @@ from nlds_vines.bifurcation.picture.regime_map import regime_map
 from nlds_vines.continuation.marks import MARKS, WORDS
 from nlds_vines.continuation.result import Continued, SpecialCurve
 from nlds_vines.errors import RequestError
-from nlds_vines.plotting.panels import MAP_WIDTH, write_title
-from nlds_vines.plotting.style import LEFT, STYLE, axis_label
+from nlds_vines.plotting.panels import write_title
+from nlds_vines.plotting.style import CM, LEFT, STYLE, axis_label
 
 _DASHES = {1: (), 2: (4, 1.5), 4: (4, 1.5, 1, 1.5), 8: (1, 1.5)}
 """The dashes of a curve by n of nT; of any other n, those of 8."""
@@ -27,6 +27,8 @@ _HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
 """What keeps a curve legible over a map."""
 
 _SIZE, _MARK = 7, 4.0  # points
+_LEGEND, _LINE = 0.65 * CM, 0.45 * CM  # inches from the upper edge to the legend; a line of it
+_COLUMNS = 3
 
 
 @matplotlib.rc_context(STYLE)
@@ -54,7 +56,7 @@ def plane_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
         _draw(axes, curve, across)
     axes.set_xlim(limits[0])
     axes.set_ylim(limits[1])
-    _add_legend(figure, axes, found)
+    _add_legend(figure, found)
     write_title(figure, found.request.title)
     return figure
 
@@ -95,8 +97,8 @@ def _draw(axes: Axes, curve: SpecialCurve, across: int) -> None:
         )  # fmt: skip
 
 
-def _add_legend(figure: Figure, axes: Axes, found: Continued) -> None:
-    """Name the kinds and periods of the curves below the legend of the map, if there is one."""
+def _add_legend(figure: Figure, found: Continued) -> None:
+    """Name the kinds and periods of the curves below the title, where room is made for them."""
     kinds = dict.fromkeys((curve.kind, curve.period) for curve in found.curves)
     handles = []
     for kind, n in kinds:
@@ -104,6 +106,18 @@ def _add_legend(figure: Figure, axes: Axes, found: Continued) -> None:
         if dashes := _DASHES.get(n, _DASHES[8]):
             look["dashes"] = dashes
         period = "T" if n == 1 else f"{n}T"
-        handles.append(Line2D([], [], label=f"{kind} of {period}\n({WORDS[kind]})", **look))
-    place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (LEFT + MAP_WIDTH + 0.01, 0.1)}
-    figure.legend(handles=handles, **place)
+        handles.append(Line2D([], [], label=f"{kind} of {period} ({WORDS[kind]})", **look))
+    _make_room(figure, _LINE * -(-len(handles) // _COLUMNS))
+    top = 1.0 - _LEGEND / figure.get_figheight()
+    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (LEFT, top)}
+    figure.legend(handles=handles, ncols=_COLUMNS, columnspacing=1.2, borderaxespad=0.0, **place)
+
+
+def _make_room(figure: Figure, extra: float) -> None:
+    """Make a figure so many inches higher at its top; its axes keep their sizes."""
+    before = figure.get_figheight()
+    after = before + extra
+    figure.set_figheight(after)
+    for axes in figure.axes:
+        box = axes.get_position()
+        axes.set_position((box.x0, box.y0 * before / after, box.width, box.height * before / after))

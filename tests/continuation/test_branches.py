@@ -204,9 +204,23 @@ def test_a_closed_loop_is_recognised():
     assert kinds.count("GR") == 2
 
 
+EQUAL_STOPS = {"m": 1.0, "k": 1.0, "c": 0.2, "C": 1.0, "C_2": 1.0, "omega": 0.5, "P": 0.05}
+
+
+def test_a_broken_test_function_of_branch_points_is_noticed(monkeypatch):
+    system = System("oscillator-2", {**EQUAL_STOPS, "K": 20.0})
+    plain = arclength.Point.tests
+    monkeypatch.setattr(
+        arclength.Point, "tests", property(lambda point: plain.func(point) | {"BP": 1.0})
+    )
+    monkeypatch.setattr("nlds_vines.continuation.branch.unexplained", lambda a, b: False)
+    path = continue_orbit(system, "P", (0.05, 5.0))
+    assert "BP" not in path.special.kind  # two are there: see below
+
+
 def test_a_symmetric_orbit_branches():
     """Between two equal stops: at a branch point a pair of unsymmetric orbits leaves, a loop."""
-    numbers = {"m": 1.0, "k": 1.0, "c": 0.2, "C": 1.0, "C_2": 1.0, "omega": 0.5, "P": 0.05}
+    numbers = EQUAL_STOPS
     path = continue_orbit(System("oscillator-2", {**numbers, "K": 20.0}), "P", (0.05, 5.0))
     main, other = path.branches[:2]
     assert (other.origin, other.parent, other.ends) == ("BP", 0, ("closed", "closed"))

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 import xarray
 
-from nlds_vines import continued, load_continuation, load_system, verify
+from nlds_vines import RequestError, continued, load_continuation, load_system, verify
 from nlds_vines.__main__ import main
 from nlds_vines.archives.archive import read
 from nlds_vines.continuation import run as running
 from nlds_vines.continuation.borders import borders_of
+from nlds_vines.continuation.picture import save
 from nlds_vines.continuation.track import packed, unpacked
 from nlds_vines.model.linear_response import response
 from nlds_vines.runs.interrupts import Interrupted, Stopped
@@ -144,7 +145,7 @@ def test_branches_over_a_scan_explain_its_borders(archive, scan, folder, capsys)
     assert first.events[0][1] == pytest.approx(7.362158433, abs=1e-8)
 
 
-def test_curves_in_a_plane(folder):
+def test_curves_in_a_plane(folder, scan):
     """The curve of grazing is that of the linear response; PD and LP meet it nowhere else."""
     path, plot = folder / "plane.h5", folder / "plane.svg"
     arguments = ["--along", "omega=7:8", "--plane", "P=700:900", "--quiet"]
@@ -160,6 +161,14 @@ def test_curves_in_a_plane(folder):
     doubling = next(curve for curve in found.curves if curve.kind == "PD")
     assert np.abs(np.abs(doubling.multipliers + 1.0).min(axis=1)).max() < 1e-7
     assert plot.stat().st_size > 10_000
+    # the same curves over a map of regimes, whichever of its parameters comes first
+    regimes, over = folder / "map.h5", folder / "map.png"
+    arguments = ["--vary", "P=700:900:5", "--vary", "omega=7:8:11", "--record", "regime", "--quiet"]
+    assert main(["bifurcation", *arguments, "-o", str(regimes)]) == 0
+    save(path, over, regimes)
+    assert over.stat().st_size > plot.stat().st_size // 4
+    with pytest.raises(RequestError, match="varies omega, not"):
+        save(path, over, scan)
 
 
 @pytest.mark.parametrize(

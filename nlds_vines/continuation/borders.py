@@ -159,23 +159,18 @@ def _segments_of(
     found: Continued, section_map: SectionMap, branch: Branch, place: np.ndarray
 ) -> Iterator[int]:
     """Yield the segment, between a point and the next, of a branch in which an orbit lies."""
-    value, name, system = float(place[-1]), found.request.along.name, found.request.system
-    values = branch.parameter
+    value = float(place[-1])
     cycle = at_value(section_map, place, branch.period, value)
     if cycle is None:
         return
     weights = section_map.weights(cycle, np.ones(1))[:-1]
-    for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
-        step = values[i + 1] - values[i]
-        share = (value - values[i]) / step if step else 0.0
-        state = branch.states[i] + share * (branch.states[i + 1] - branch.states[i])
-        near = place_of(system, name, value, tuple(state.tolist()))
+    for segment, near in found.places_at(branch, value):
         off = np.abs(cycle.points[:, : len(weights)] - near[:-1]) * weights
         if off.max(axis=1).min() > NEAR:
             continue
         other = at_value(section_map, near, branch.period, value)
         if other is not None and is_same(section_map, cycle, other):
-            yield int(i)
+            yield segment
 
 
 def _walked(found: Continued, number: int, segment: int, value: float, until: float) -> Walk:

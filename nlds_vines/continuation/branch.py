@@ -129,6 +129,7 @@ def follow(
     """
     arm = Arm([start])
     stepper = Stepper(section_map, start, first, longest)
+    in_a_row = int(start.cycle.unstable > 0)
     while not arm.end:
         a = stepper.point
         b = stepper.advance(_way_to_grazing(section_map, arm))
@@ -140,8 +141,9 @@ def follow(
             continue
         _go_on(section_map, arm, b, bounds, known)
         stepper.point = arm.points[-1]
-        if not arm.end and all(p.cycle.unstable for p in arm.points[-unstable - 1 :]):
-            arm.end = "unstable" if len(arm.points) > unstable else ""
+        in_a_row = in_a_row + 1 if stepper.point.cycle.unstable else 0
+        if not arm.end and in_a_row > unstable:
+            arm.end = "unstable"
     return arm
 
 

@@ -52,10 +52,10 @@ def _points(request: Continuation, section_map: SectionMap, tracks: Sequence[Tra
     values = np.repeat(places[:, size:], periods, axis=0)
     rows = np.column_stack([np.concatenate([np.empty((0, size)), *sections]), values])
     found = {
-        "section": states_of(request.system, name, rows),
+        "section": states_of(request.system, (name,), rows),
         "branch_of_point": np.repeat(np.arange(len(tracks)), [len(t.points) for t in tracks]),
         name: places[:, size],
-        "state": states_of(request.system, name, places),
+        "state": states_of(request.system, (name,), places),
         "period": periods,
         "impacts_near": np.array([c.counts[0] for c in cycles], dtype=np.int64),
         "impacts_far": np.array([c.counts[1] for c in cycles], dtype=np.int64),
@@ -101,7 +101,7 @@ def _specials(request: Continuation, section_map: SectionMap, tracks: Sequence[T
         "special_branch": np.array([i for i, _ in found], dtype=np.int64),
         "kind": np.array([KIND_FLAGS[s.kind] for _, s in found], dtype=np.int8),
         f"special_{name}": places[:, size],
-        "special_state": states_of(request.system, name, places),
+        "special_state": states_of(request.system, (name,), places),
         "special_period": periods,
         "special_index": np.array([s.index for _, s in found], dtype=np.int64),
         "special_E1max": section_map.measure(places, periods).E1max,

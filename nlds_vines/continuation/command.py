@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from nlds_vines.cli.option_values import (
     add_system_options,
     add_tolerance,
@@ -131,11 +133,11 @@ def _near(
     system: System, along: str, start: object, between: tuple[float, float], period: int
 ) -> dict[str, Any]:
     """Return the table [start] of the orbit of n periods near a state."""
-    if start is None or isinstance(start, str) or not isinstance(start, Sequence):
+    if not isinstance(start, Sequence | np.ndarray) or isinstance(start, str):
         raise RequestError(f"period = {shown(period)} belongs to a start that is a state")
     low, high = between
     value = min(max(system.parameters.get(along, low), low), high)
-    return {"states": [list(start)], "values": [value], "periods": [period]}
+    return {"states": [[*map(float, start)]], "values": [value], "periods": [period]}
 
 
 def _start_table(

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
+from nlds_vines.continuation.branch_table import KIND_FLAGS
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.special_curves import ENDS, Curve, Tracer, trace_curve
@@ -22,7 +23,6 @@ CURVED = ("LP", "PD", "NS", "GR")
 SAME = 1.0e-7
 """Relative difference of a parameter of two special points that are one."""
 
-KIND_FLAGS = {kind: number for number, kind in enumerate(KINDS)}
 END_FLAGS = {word: number for number, word in enumerate(ENDS)}
 
 
@@ -97,7 +97,7 @@ def _arrays_of(
     return {
         "about": np.array(about, dtype=np.int64),
         "values": places[:, size:],
-        "states": states_of(request.system, request.along.name, places[:, : size + 1]),
+        "states": states_of(request.system, _names(request), places),
         "multipliers": np.stack([mu.real, mu.imag], axis=-1),
         "impacts": np.array([sum(cycle.counts) for cycle in points], dtype=np.int64),
         "names": np.array([meeting.name for meeting in meetings], dtype="U8"),

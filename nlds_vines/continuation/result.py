@@ -241,24 +241,24 @@ class Continued:
         found: list[Crossing] = []
         for i, branch in enumerate(self.branches):
             cycles: list[Cycle] = []
-            for place in self._places_at(branch, value):
+            for _, place in self.places_at(branch, value):
                 cycle = at_value(section_map, place, branch.period, value)
                 if cycle is None or any(is_same(section_map, cycle, other) for other in cycles):
                     continue
                 cycles.append(cycle)
-                state = states_of(self.request.system, along.name, cycle.place[np.newaxis])[0]
+                state = states_of(self.request.system, (along.name,), cycle.place[np.newaxis])[0]
                 label, mu = label_of_cycle(cycle), cycle.multipliers
                 found.append(Crossing(i, label, state, mu, cycle.unstable))
         return found
 
-    def _places_at(self, branch: Branch, value: float) -> Iterator[np.ndarray]:
-        """Yield places near which a branch has an orbit at a value."""
+    def places_at(self, branch: Branch, value: float) -> Iterator[tuple[int, np.ndarray]]:
+        """Yield where a branch passes a value: the point before, a place (size + 1,) between."""
         values, name, system = branch.parameter, self.request.along.name, self.request.system
         for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
             step = values[i + 1] - values[i]
             share = (value - values[i]) / step if step else 0.0
             state = branch.states[i] + share * (branch.states[i + 1] - branch.states[i])
-            yield place_of(system, name, value, tuple(state.tolist()))
+            yield int(i), place_of(system, name, value, tuple(state.tolist()))
 
     def edges_at(self, value: float) -> list[Crossing]:
         """Return the orbits with one unstable multiplier: candidates of edge states.

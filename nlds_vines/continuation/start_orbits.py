@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -32,12 +32,15 @@ def place_of(system: System, name: str, value: float, state: tuple[float, ...]) 
     return np.array([*found, value])
 
 
-def states_of(system: System, name: str, places: np.ndarray) -> np.ndarray:
-    """Return the states (count, size) in the user's coordinates of places (count, size + m)."""
+def states_of(system: System, names: Sequence[str], places: np.ndarray) -> np.ndarray:
+    """Return the states (count, size) in the user's coordinates of places (count, size + m).
+
+    Arguments: the `names` of the m free parameters, any of which may move the rest position.
+    """
     size = len(system.scene.components)
     states = places[:, :size].copy()
     if system.scene.damper:
-        rest = system.cells({name: places[:, size]})["rest"]
+        rest = system.cells({name: places[:, size + i] for i, name in enumerate(names)})["rest"]
         states[:, 2] = places[:, 0] - places[:, 2] + rest
         states[:, 3] = places[:, 1] - places[:, 3]
     return states

@@ -1,5 +1,7 @@
 """Branches of the paper's dampers: what is stored, what is located, when they end."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -167,16 +169,16 @@ def test_a_broken_test_function_is_noticed(doubled, kind, monkeypatch):
     assert kind not in broken
 
 
-def test_multipliers_that_cross_unseen_are_noticed(doubled):
-    """Two points of a branch between which a multiplier has crossed, and no test function tells."""
+def test_multipliers_that_cross_unseen_are_noticed(doubled, monkeypatch):
+    """Between two points where multipliers have left the circle: told by a sign, or else unseen."""
     section_map, start, bounds = doubled
     points = follow(section_map, start, bounds).points
-    stable = next(p for p in points if p.cycle.unstable == 0)
-    torus = next(p for p in points if p.cycle.unstable == 2)
-    assert not special_points.unexplained(stable, stable)
-    assert special_points.unexplained(stable, torus) == (
-        stable.tests["NS"] * torus.tests["NS"] > 0.0
-    )
+    pairs = [(a, b) for a, b in pairwise(points) if b.cycle.unstable != a.cycle.unstable]
+    assert len(pairs) >= 4
+    assert not any(special_points.unexplained(a, b) for a, b in pairs)
+    constant = dict.fromkeys(("LP", "BP", "PD", "NS"), 1.0)
+    monkeypatch.setattr(arclength.Point, "tests", property(lambda point: constant))
+    assert all(special_points.unexplained(a, b) for a, b in pairs)
 
 
 def test_a_broken_grazing_function_is_noticed(doubled, monkeypatch):
@@ -277,6 +279,16 @@ def test_an_edge_state_divides_two_basins(set6):
         x1, v1, r, s = cycle.state + sign * push
         labels.add(classify(there, start=(x1, v1, x1 - r + there.rest, v1 - s)).label)
     assert labels == {"T,0", "2T,1"}
+
+
+def test_any_point_of_a_branch_is_a_start(set6):
+    branch = set6.branches[1]
+    i = len(branch) // 2  # unstable: from its state alone, the orbit would end elsewhere
+    value = float(branch.parameter[i])
+    there = load_system("ssul-set6", omega=value)
+    path = continue_orbit(there, "omega", (7.4, 9.0), branch.states[i], period=2)
+    near = path.orbits_at(value)
+    assert any(np.allclose(orbit.state, branch.states[i], atol=1e-9) for orbit in near)
 
 
 def test_a_regime_is_a_start():

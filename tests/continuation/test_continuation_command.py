@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 import xarray
 
-from nlds_vines import RequestError, continued, load_continuation, load_system, verify
+from nlds_vines import (
+    RequestError,
+    continue_orbit,
+    continued,
+    load_continuation,
+    load_system,
+    simulate,
+    verify,
+)
 from nlds_vines.__main__ import main
 from nlds_vines.archives.archive import read
 from nlds_vines.continuation import run as running
@@ -169,6 +177,18 @@ def test_curves_in_a_plane(folder, scan):
     assert over.stat().st_size > plot.stat().st_size // 4
     with pytest.raises(RequestError, match="varies omega, not"):
         save(path, over, scan)
+
+
+def test_states_on_a_curve_are_orbits_where_the_rest_position_moves():
+    """V shifts x2 alone: along a curve in (omega, V), each state is an orbit of its own system."""
+    path = continue_orbit("ssul-set6", "omega", (7.2, 7.6), plane=("V", 0.05, 0.2))
+    curve = next(curve for curve in path.curves if curve.kind == "PD")
+    assert np.ptp(curve.values[:, 1]) > 0.05
+    for i in (1, len(curve.values) // 2, -2):
+        omega, V = curve.values[i]
+        there = load_system("ssul-set6", omega=omega, V=V)
+        end = simulate(there, 1, start=curve.states[i], tolerance="fine").state
+        assert np.allclose(end, curve.states[i], rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(

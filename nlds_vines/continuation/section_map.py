@@ -19,9 +19,12 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import Settings
 
-NEARBY = 1.0e-7
-"""Distance, relative to a parameter, of the values whose images tell its derivative: the square of
-it is what that errs by, and round-off over it."""
+NEARBY, TINY = 2.0**-10, 1.0e-9
+"""Step of differences of the formulas for a cell's numbers, relative to a parameter; of one that is
+0, what it is relative to."""
+
+WEIGHTS = (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25)
+"""Those of the values at 0 to 4 steps in a derivative at 0."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -88,7 +91,6 @@ class SectionMap:
         self.scene = self.system.scene
         self.size = len(self.scene.components)
         self._parts = parts_of("exact", self.scene, settings)
-        self._units = [1.0e-3 * abs(self.system.parameters.get(name, 1.0)) for name in names]
 
     @cached_property
     def _template(self) -> np.ndarray:
@@ -127,19 +129,38 @@ class SectionMap:
                 found[field] = points[:, i]
         return found.view(np.recarray)
 
-    def _around(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return values (m, 3) below, above and at the given ones, and all points (1 + 3 m, m)."""
-        count = len(values)
-        sides, points = np.empty((count, 3)), np.repeat(values[np.newaxis], 1 + 3 * count, axis=0)
-        for i, name in enumerate(self.names):
-            step = NEARBY * max(abs(values[i]), self._units[i])
-            low, high = values[i] - step, values[i] + step
-            allowed = PARAMETERS[name]
-            low = low if low > allowed.low else values[i]
-            high = high if high < allowed.high else values[i]
-            sides[i] = low, high, values[i]
-            points[1 + 3 * i : 4 + 3 * i, i] = sides[i]
-        return sides, points
+    @cached_property
+    def _units(self) -> np.ndarray:
+        """The derivatives (m,) of a cell's numbers by parameters that only stand in it."""
+        found = np.zeros(len(self.names), self._template.dtype)
+        for i, fields in enumerate(self._direct or ()):
+            for field in fields:
+                found[field][i] = 1.0
+        return found
+
+    def _changes(self, values: np.ndarray) -> np.recarray:
+        """Return the derivatives (m,) of a cell's numbers by the free parameters, at their values.
+
+        Those of the formulas by which the numbers follow from parameters are differences of order
+        four, on a side where values are allowed.
+        """
+        if self._direct is not None:
+            return self._units.view(np.recarray)
+        steps = [self._step(*pair) for pair in zip(self.names, values.tolist(), strict=True)]
+        points = np.repeat(values[np.newaxis], 5 * len(values), axis=0)
+        for i, step in enumerate(steps):
+            points[5 * i : 5 * i + 5, i] += np.arange(5) * step
+        numbers = self.cells(points).view(np.float64).reshape(len(values), 5, -1)
+        rows = np.zeros((len(values), numbers.shape[2]))
+        for i, step in enumerate(steps):
+            for weight, row in zip(WEIGHTS, numbers[i], strict=True):
+                rows[i] += weight / step * row
+        return rows.view(self._template.dtype)[:, 0].view(np.recarray)
+
+    def _step(self, name: str, value: float) -> float:
+        """Return the step of differences by a parameter: to the side where values are allowed."""
+        step = NEARBY * max(abs(value), 1.0e-3 * abs(self.system.parameters.get(name, 1.0)), TINY)
+        return step if value + 4.0 * step <= PARAMETERS[name].high else -step
 
     def at(self, place: np.ndarray, n: int) -> Cycle | None:
         """Return the map of n periods at a place (size + m,); None where no orbit is there.
@@ -153,15 +174,13 @@ class SectionMap:
                 return None
             if not value <= allowed.high:
                 return None
-        sides, around = self._around(values)
-        y, points, counts = np.zeros(4), np.empty((n, 4)), np.zeros(3, np.int64)
+        y, points, counts = np.zeros(4), np.empty((n, 4)), np.zeros(2, np.int64)
         y[:size] = place[:size]
         matrix, slopes = np.empty((size, size)), np.empty((len(values), 4))
         pairs, found = np.empty((size, 2)), np.empty(cycles.FOUND)
-        cells = self.cells(around)
-        numbers = cells.view(np.float64).reshape(len(cells), -1)
+        cell, changes = self.cells(values[np.newaxis]), self._changes(values)
         status = cycles.trace(
-            self._parts, cells, numbers, sides, y, points, counts, matrix, slopes, pairs, found
+            self._parts, cell, changes, y, points, counts, matrix, slopes, pairs, found
         )
         if status != OK:
             return None

@@ -21,7 +21,8 @@ from .codes import (
     TOUCH_NEAR,
 )
 from .compiling import chosen, is_a, jit, same_sort
-from .elastic_contact import follow_contact
+from .driven import Driven
+from .elastic_contact import follow_contact, follow_driven
 from .force_law import at_depth, damping_of, depth_of, root_of
 from .linear_contact import leave, press
 from .restitution import rebound
@@ -163,7 +164,9 @@ def follow_by_law(
     # hot: as `follow_contact`
     if is_a(wall, RigidWall):
         return rebound
-    return press if is_a(wall, LinearWall) else follow_contact
+    if is_a(wall, LinearWall):
+        return press
+    return follow_driven if is_a(tangent, Driven) else follow_contact
 
 
 @chosen

@@ -27,6 +27,7 @@ from . import runge_kutta as rk
 from .codes import EXHAUSTED, RELEASED, STOPPED
 from .compiling import chosen, jit
 from .contact_field import DRAIN, VIRIAL, WORK, cos_sin, rotated
+from .driven import drive_start, rows_of
 from .force_law import (
     damping_of,
     depth_of,
@@ -92,6 +93,8 @@ def start_at_rest(tangent, ps, damper, wall, rate, c, k):
         for i in range(rk.WIDTH + rk.Y, rk.WIDTH + rk.Y + rk.TANGENT, 4):
             k[i] += t * k[i + 1]
             k[i + 2] += t * k[i + 3]
+        state = x1, v1, wall.gap + z, s
+        drive_start(tangent, ps, damper, state, c, t, k, int(rk.WIDTH + rk.Y))
     return t
 
 
@@ -356,7 +359,7 @@ def contact(
     part = VERIFIED if steps.tolerance < math.inf else 1.0
     if tangent is not None:
         for i in range(rk.TANGENT):
-            k[rk.Y + rk.WIDTH + i] = tangent[i]
+            k[rk.Y + rk.WIDTH + i] = rows_of(tangent)[i]
     for count in range(MOST_STEPS):
         if count == 0:
             elapsed = start_at_rest(tangent, ps, damper, wall, rate, c, k)
@@ -408,7 +411,7 @@ def contact(
         if tangent is not None:
             keep_drained(damping_of(wall), rk4, taken, k)
             for i in range(rk.TANGENT):
-                tangent[i] = k[rk.Y + rk.WIDTH + i] = k[rk.NEW + rk.WIDTH + i]
+                rows_of(tangent)[i] = k[rk.Y + rk.WIDTH + i] = k[rk.NEW + rk.WIDTH + i]
         # End here, or go on from row NEW.
         if landing:
             return RELEASED, 0.0, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth

@@ -25,6 +25,7 @@ For a wall that pushes towards -x2 the mirrored state and forcing are handed in:
 from __future__ import annotations
 
 from .compiling import chosen, jit
+from .driven import drive_contact
 from .force_law import (
     damping_of,
     depth_of,
@@ -77,7 +78,7 @@ def slope(tangent, ps, damper, wall, c, d, landing, k, y, out):
     c, d are cos and sin of the phase at tau = 0. Derivatives are by theta, or, when `landing`, by
     q, which must then be moving. With `tangent`, four variations (x1, v1, r, s) at fixed time
     follow in the row: they obey the equation linearised, with the contact's stiffness, of Hertz'
-    law 3/2 K sqrt(z) = 3/2 K q, as polynomial as the rest. The places WORK and VIRIAL of the row
+    law 3/2 K sqrt(z) = 3/2 K q, as polynomial as the rest, and `driven` ones what drives them. The places WORK and VIRIAL of the row
     are filled too, and DRAIN beside variations.
     """
     # hot: once per stage
@@ -109,3 +110,6 @@ def slope(tangent, ps, damper, wall, c, d, landing, k, y, out):
             k[out + i + 1] = weight * db
             k[out + i + 2] = weight * u
             k[out + i + 3] = weight * du
+        drive_contact(
+            tangent, ps, damper, wall, (q, z, x1, v1, s), drive, (dv, ds), weight, k, out
+        )  # fmt: skip

@@ -1,9 +1,7 @@
 """An nT orbit as a point of a branch: what does not close, its derivatives, what happens on it.
 
-The derivative with respect to the state is the monodromy matrix, from the variations. That with
-respect to a parameter is a difference of the section map, exact in flight like the map itself, at
-values so near that what it errs by is of the order of their square; where an impact appears or
-vanishes in between, it is taken on the side of the orbit.
+The derivative with respect to the state is the monodromy matrix, from the variations; those with
+respect to parameters are from variations that these drive (`driven`).
 """
 
 from __future__ import annotations
@@ -14,20 +12,22 @@ from .arguments import CellBuffers, Span
 from .cells import prepared_cell, run_cell
 from .codes import BAD_PARAMETERS, OK, TOO_STIFF
 from .compiling import chosen, jit
+from .driven import RATES, Driven, fill_rates
 from .eigenvalues import eigenvalues
 from .flight import cells_of, grid_of
 from .linear import solve
 from .observe import COLUMNS, FORCE, SPEED, Impacts
-from .orbit import SIZE, orbit_of
+from .orbit import SIZE
 from .runge_kutta import SHRUNK
 from .scene import allowed, damper_of, joined, scale_of, structure_under
 from .shooting import matrix_of, span_of, trace_cycle
 from .variations import (
+    TOGETHER,
+    advance,
     distance,
     flow_of,
     new_state,
     no_section,
-    noted_of,
     place_state,
 )
 
@@ -37,9 +37,6 @@ from .variations import (
 #   2 CLEARANCE  nearest miss [m], inf: none
 DEFECT, SPAN, CLEARANCE, SLOWEST, VOLUME = range(5)
 FOUND = 5
-STRAIGHT = 1.0e-3  # by which differences on both sides may differ: that of both errs by its square
-NEARER, MOST_NEARER = 1.0 / 32.0, 6  # steps by which the sides of a parameter come nearer
-NEAREST = 1.0e-13  # distance of the sides, relative to the parameter, that is left
 ROOM = 4096  # impacts of a cycle whose speeds and forces are looked at
 
 
@@ -75,103 +72,38 @@ def forget_shrinking(scratch):
 
 
 @jit(dissolved=True)
-def image_of(flow, y, n, counts, state):
-    """Let `state` be the image of y after n periods, counts (2,) its impacts; return a status."""
+def follow_slopes(parts, cell, changes, flow, y, n, slopes):
+    """Fill slopes (m, 4) with the derivatives of the image of y after n periods by m parameters.
+
+    changes (m,): the derivatives of the numbers of the cell. Returns a status.
+    """
+    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
+    rates, rows, state = np.zeros((len(slopes), RATES)), np.zeros(16), new_state()
+    for m in range(len(slopes)):
+        fill_rates(parts, ps, damper, changes[m], rates[m])
+    driven, nothing = Driven(rows, rates, 1.0), no_section(flow.space)
     place_state(flow, y, state)
-    counts[:] = 0
-    noted = noted_of(flow.prepared.scratch, flow, no_section(flow.space))
-    run = orbit_of(flow.prepared.near, flow.prepared.far)
-    for _ in range(n):
-        flow.by_period[0, 0] = flow.by_period[0, 1] = 0
-        status = run(flow.prepared, noted, Span(0, 1, 1), state, None, None)
+    for p in range(0, n, TOGETHER):
+        status = advance(flow, nothing, min(TOGETHER, n - p), driven, state)
         if status != OK:
             return status
-        counts[0] += flow.by_period[0, 0]
-        counts[1] += flow.by_period[0, 1]
+    for m in range(len(slopes)):
+        for i in range(4):
+            slopes[m, i] = rows[4 * m + i]
     return OK
 
 
-@jit
-def alike(counts, others):
-    """Tell whether two orbits have as many impacts at each wall."""
-    return counts[0] == others[0] and counts[1] == others[1]
-
-
-@jit(dissolved=True)
-def sides_of(parts, cells, y, counts, state, ends):
-    """Follow the orbits from y in the cells (2,) on both sides of a parameter's value.
-
-    Fills rows 0 and 1 of ends (3, 4) with their images; returns whether each of them has one, and
-    whether all have the impacts of the orbit in between, counts (3,).
-    """
-    n, found = counts[2], np.zeros(2, np.int64)
-    known, near = np.zeros(2, np.bool_), np.zeros(2, np.bool_)
-    for side in range(2):
-        flow, status = cell_flow(parts, cells[side])
-        if status == OK:
-            status = image_of(flow, y, n, found, state)
-        known[side], near[side] = status == OK, alike(found, counts)
-        for i in range(4):
-            ends[side, i] = state[i]
-    if near[0] != near[1]:
-        known[0], known[1] = known[0] and near[0], known[1] and near[1]
-    return known[0], known[1]
-
-
-@jit
-def bend_of(ends, low, high):
-    """Return by how much the differences on both sides differ, relative to that of both."""
-    bend = most = 0.0
-    for i in range(4):
-        below, above = (ends[2, i] - ends[0, i]) / low, (ends[1, i] - ends[2, i]) / high
-        bend, most = max(bend, abs(above - below)), max(most, abs(above), abs(below))
-    return bend / most if most > 0.0 else 0.0
-
-
-@jit(dissolved=True)
-def slope_of(parts, cells, numbers, values, y, counts, image, state, slope):
-    """Fill slope (4,) with the derivative of the image of y with respect to one parameter.
-
-    cells (2,), numbers (3, ...): those below and above the parameter's own value, the same as
-    numbers, and those of that value; values: in this order; counts (3,) of the orbit, image: at the
-    parameter's own value. The two come nearer, down to NEAREST, where the map bends between them.
-    """
-    # hot: part of `trace`
-    ends, low, high = np.empty((3, 4)), values[2] - values[0], values[1] - values[2]
-    for i in range(4):
-        ends[2, i] = image[i]
-    for _ in range(MOST_NEARER):
-        below, above = sides_of(parts, cells, y, counts, state, ends)
-        both = below and above and low > 0.0 and high > 0.0
-        if both and bend_of(ends, low, high) <= STRAIGHT:
-            break
-        if low + high <= NEAREST * (abs(values[2]) + low + high):
-            break
-        for side in range(2):
-            for i in range(numbers.shape[1]):
-                numbers[side, i] = numbers[2, i] + NEARER * (numbers[side, i] - numbers[2, i])
-        low, high = NEARER * low, NEARER * high
-    for i in range(4):
-        if both:
-            slope[i] = (ends[1, i] - ends[0, i]) / (low + high)
-        elif above and high > 0.0:
-            slope[i] = (ends[1, i] - ends[2, i]) / high
-        else:
-            slope[i] = (ends[2, i] - ends[0, i]) / low
-
-
 @jit(entry=True)
-def trace(parts, cells, numbers, values, y, points, counts, matrix, slopes, multipliers, found):
+def trace(parts, cell, changes, y, points, counts, matrix, slopes, multipliers, found):
     """Follow an orbit from y (4,) for n = len(points) periods, with all its derivatives.
 
-    cells (1 + 3 m,): that of the parameters themselves, then for each of m free parameters those a
-    little below and above and again that of themselves, whose `numbers` (1 + 3 m, ...) are moved;
-    values (m, 3): below, above, itself. Fills points (n, 4) with the sections, counts (3,) with the
-    impacts by wall and n, matrix (size, size) with the monodromy matrix, slopes (m, 4) with the
-    derivatives of the image, multipliers (size, 2), and found (FOUND,). Returns a status.
+    cell (1,) and changes (m,): its derivatives by m free parameters, 4 at most. Fills points (n, 4)
+    with the sections, counts (2,) with the impacts by wall, matrix (size, size) with the monodromy
+    matrix, slopes (m, 4) with the derivatives of the image, multipliers (size, 2), and found
+    (FOUND,). Returns a status.
     """
     # hot: Python calls it for each iteration of Newton's method
-    flow, status = cell_flow(parts, cells[0])
+    flow, status = cell_flow(parts, cell[0])
     if status != OK:
         return status
     state, tangent, size = new_state(), np.zeros(16), len(matrix)
@@ -180,7 +112,6 @@ def trace(parts, cells, numbers, values, y, points, counts, matrix, slopes, mult
     if status != OK:
         return status
     n = len(points)
-    counts[2] = n
     span = span_of(flow.space, points)
     found[DEFECT], found[SPAN] = distance(flow.space, state, y), span
     if span > 0.0:
@@ -195,14 +126,7 @@ def trace(parts, cells, numbers, values, y, points, counts, matrix, slopes, mult
     values_of = eigenvalues(monodromy)
     for i in range(size):
         multipliers[i, 0], multipliers[i, 1] = values_of[i, 0], values_of[i, 1]
-    image = points[n - 1].copy()
-    for m in range(len(values)):
-        first = 1 + 3 * m
-        slope_of(
-            parts, cells[first : first + 2], numbers[first : first + 3], values[m],
-            y, counts, image, state, slopes[m],
-        )  # fmt: skip
-    return OK
+    return follow_slopes(parts, cell[0], changes, flow, y, n, slopes)
 
 
 @jit(entry=True)

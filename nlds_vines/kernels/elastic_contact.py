@@ -14,6 +14,7 @@ from .codes import (
 from .compiling import chosen, jit
 from .contact import contact
 from .contact_field import rotated
+from .driven import at_wall
 from .impact import short_impact
 from .impact_variations import vary
 from .inside import Ahead, keep_ahead, note_inside, read_ahead
@@ -216,3 +217,44 @@ def follow_contact(
             )  # fmt: skip
     event, q, s, x1, v1, took, depth = result
     return event, q, sign * s, sign * x1, sign * v1, took, depth
+
+
+# ---- with variations that parameters drive -------------------------------------------------------
+
+
+@jit
+def step_driven(
+    rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate,
+    phase, left, now, k,
+):  # fmt: skip
+    """Step a contact with driven variations; return as `follow_contact`."""
+    # hot: once per impact
+    q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
+    ps, driven = mirrored_load(ps.load, ps, sign), at_wall(tangent, sign)
+    event, q, s, x1, v1, took, depth = contact(
+        rk4, ps, damper, wall, sign, limit_log, energy, impacts, driven, steps, rate,
+        sign * phase[0], sign * phase[1], q, s, x1, v1, left, k,
+    )  # fmt: skip
+    return event, q, sign * s, sign * x1, sign * v1, took, depth
+
+
+@jit
+def follow_driven(
+    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
+    phase, left, now, k, held, place,
+):  # fmt: skip
+    """Follow a contact with driven variations: they are stepped even where the orbit is solved.
+
+    Arguments and result as those of `follow_contact`.
+    """
+    # hot: once per impact
+    result = step_driven(
+        rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate,
+        phase, left, now, k,
+    )  # fmt: skip
+    if arc is None:
+        return result
+    return follow_contact(
+        rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, None, steps, rate,
+        phase, left, now, k, held, place,
+    )  # fmt: skip

@@ -21,6 +21,7 @@ import numpy as np
 from . import runge_kutta as rk
 from .codes import CLEARED, EXHAUSTED, RELEASED, RETURNED, STOPPED
 from .compiling import chosen, is_a, jit
+from .driven import carry, rows_of, seen_from_wall
 from .elementary import cos_sin_of_turn
 from .flight import (
     COEF,
@@ -34,14 +35,13 @@ from .flight import (
     bare_grid,
     cell_polynomial,
     grid_with,
-    propagate,
     rate_of,
 )
 from .impact_variations import columns_of, put_columns
 from .observe import note_depth, note_energy, note_force
 from .once_rounded import piece_once_rounded, rounded_once, whole_at_phase
 from .peaks import factor_at, note_peaks, note_roots, root
-from .scene import Damper, Ground, Structure, joined, under
+from .scene import Damper, Ground, Structure, joined, mirrored_load, under
 from .touch import LOST, R, first_touch, note_limit, tightened
 
 MOST_CELLS = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
@@ -210,6 +210,14 @@ def jump(wall, damper, tangent, way):
     put_columns(tangent, x, v - damper.inv_m1 * late, r, u - damper.inv_mu * late)
 
 
+@jit
+def jump_at(wall, damper, tangent, sign, way):
+    """Move variations on at a wall, of which driven ones may have changed the place."""
+    seen_from_wall(tangent, sign, 1.0)
+    jump(wall, damper, rows_of(tangent), way)
+    seen_from_wall(tangent, sign, -1.0)
+
+
 # ---- the contact ---------------------------------------------------------------------------------
 
 
@@ -229,8 +237,9 @@ def press(
     z, s, x1, v1 = now
     depth, took, event = z, 0.0, STOPPED
     r = sign * (z + balance)
+    began = x1, v1, z, s
     if tangent is not None and z == 0.0:
-        jump(wall, damper, tangent, 1.0)
+        jump_at(wall, damper, tangent, sign, 1.0)
     x1 -= carried(damper, shift)
     grid = bare_grid(held.grid)
     w, watched = grid.table, held.watched
@@ -267,12 +276,14 @@ def press(
         event, took = STOPPED, left
     z = max(sign * r - balance, 0.0)
     if tangent is not None:
-        propagate(held.grid, tangent, took)
+        seen = mirrored_load(ps.load, ps, sign)
+        start = sign * began[0], sign * began[1], wall.gap + began[2], sign * began[3]
+        carry(tangent, wall, seen, damper, held.grid, sign, place, start, took)
         k[rk.SHRUNK] -= wall.cc * damper.inv_mu * took
     if event == RELEASED and (wall.pulls is not None or wall.cc == 0.0):
         z = 0.0
         if tangent is not None and wall.pulls is not None:
-            jump(wall, damper, tangent, -1.0)
+            jump_at(wall, damper, tangent, sign, -1.0)
     return event, z, s, x1 + carried(damper, shift), v1, took, max(depth, z)
 
 

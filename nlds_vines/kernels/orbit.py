@@ -40,9 +40,10 @@ from .codes import (
     TOUCH_NEAR,
 )
 from .compiling import chosen, is_a, jit
+from .driven import carry
 from .exact import fly
 from .fixed_step import fly_fixed, phase_in_step
-from .flight import bare_grid, coarse_map, phase_at, propagate, step
+from .flight import bare_grid, coarse_map, phase_at, step
 from .impact import Arc
 from .limit import begin_contact
 from .observe import (
@@ -219,7 +220,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
             while True:
                 if mode == FLYING or leaves(near, far, mode):
                     # Fly to the next event.
-                    place = j + x
+                    place, start = j + x, (x1, v1, r, s)
                     begin_flight(limit_log, began)
                     event, j, x, q, x1, v1, r, s = leave_wall(
                         ps, damper, near, far, limit_log, energy, held_near, held_far, mode,
@@ -232,7 +233,10 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                             grid, stop, j, x, x1, v1, r, s,
                         )  # fmt: skip
                     if tangent is not None:
-                        propagate(exact_grid, tangent, (j + x - place) * grid.h)
+                        carry(
+                            tangent, None, ps, damper, exact_grid, 1.0, place / grid.n, start,
+                            (j + x - place) * grid.h,
+                        )  # fmt: skip
                     if event == SECTION:
                         break
                     if event == ASTRAY:
@@ -322,11 +326,14 @@ def linear_orbit(prepared, buffers, span, state, tangent, exact_grid):
     y = state[0], state[1], state[2], state[3]
     maps = maps_of(rk4, energy, ps, damper, grid, stops)
     for p in range(span.periods):
+        start = y
         for i in range(stops):
             y = share_of(rk4, ps, damper, energy, maps, grid, (i, stops), y)
             at_section(damper, section, p * stops + i, y[0], y[1], y[2], y[3])
         if tangent is not None:
-            propagate(exact_grid, tangent, grid.h * grid.n)
+            carry(
+                tangent, None, ps, damper, exact_grid, 1.0, 0.0, start, grid.h * grid.n
+            )  # fmt: skip
         if not bounded(y[0], y[1], y[2], y[3]):
             return DIVERGED
     state[0], state[1], state[2], state[3] = y

@@ -24,6 +24,7 @@ from typing import NamedTuple
 from . import runge_kutta as rk
 from .codes import EXHAUSTED, RELEASED, STOPPED
 from .compiling import chosen, jit
+from .driven import carry, drive_rebound, rows_of, seen_from_wall
 from .elementary import log
 from .exact import phase_of
 from .flight import (
@@ -36,7 +37,6 @@ from .flight import (
     bare_grid,
     cell_polynomial,
     grid_of,
-    propagate,
 )
 from .impact_variations import columns_of, put_columns
 from .observe import note_energy
@@ -163,13 +163,19 @@ def rebound(
             s, v1 = 0.0, u
         if tangent is not None:
             k[rk.SHRUNK] += -math.inf if s == 0.0 else 2.0 * log(wall.e)
-            vary_at_impact(seen, damper, wall, before, (s, x1, v1), c, tangent)
+            seen_from_wall(tangent, sign, 1.0)
+            vary_at_impact(seen, damper, wall, before, (s, x1, v1), c, rows_of(tangent))
+            drive_rebound(tangent, damper, wall, sign, before[0], s == 0.0)
+            seen_from_wall(tangent, sign, -1.0)
     if s < 0.0 or not pressing(seen, damper, wall, x1, v1, c) > 0.0:
         return RELEASED, 0.0, sign * s, sign * x1, sign * v1, 0.0, 0.0
+    start = x1, v1, wall.gap, 0.0
     event, x1, v1, took = stick(ps, damper, wall, sign, energy, held, place, left, x1, v1)
     if tangent is not None:
-        keep_common_motion(ps, damper, tangent)
-        propagate(held.grid, tangent, took)
+        seen_from_wall(tangent, sign, 1.0)
+        keep_common_motion(ps, damper, rows_of(tangent))
+        seen_from_wall(tangent, sign, -1.0)
+        carry(tangent, wall, seen, damper, held.grid, sign, place, start, took)
     return event, 0.0, 0.0, sign * x1, sign * v1, took, 0.0
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from .arguments import OrbitBuffers, Prepared, Span
 from .codes import OK
 from .compiling import chosen, is_a, jit
+from .driven import rows_of
 from .elementary import log
 from .flight import Grid
 from .fours import four, four_at, put_four, sum_of
@@ -120,8 +121,9 @@ def walls_see(damper, tangent):
     """Let r and s of variations be those of the structure, where walls limit it."""
 
     def copied(damper, tangent):
+        rows = rows_of(tangent)
         for i in range(0, 16, 4):
-            tangent[i + 2], tangent[i + 3] = tangent[i], tangent[i + 1]
+            rows[i + 2], rows[i + 3] = rows[i], rows[i + 1]
 
     return copied if is_a(damper, Ground) else nothing_seen
 
@@ -131,9 +133,10 @@ def structure_sees(damper, tangent):
     """Let the structure's variations be r and s, where walls limit it, and these be nothing."""
 
     def copied(damper, tangent):
+        rows = rows_of(tangent)
         for i in range(0, 16, 4):
-            tangent[i], tangent[i + 1] = tangent[i + 2], tangent[i + 3]
-            tangent[i + 2] = tangent[i + 3] = 0.0
+            rows[i], rows[i + 1] = rows[i + 2], rows[i + 3]
+            rows[i + 2] = rows[i + 3] = 0.0
 
     return copied if is_a(damper, Ground) else nothing_seen
 

@@ -1,0 +1,433 @@
+"""Variations that parameters drive: the derivatives of an orbit by the numbers of its cell.
+
+A variation w obeys w' = A w. What changes of a state z at a given phase where a parameter p does is
+driven as well:
+
+    w' = A w + df/dp,    f = (v1, dv1/dt, s, ds/dt) of eq. (5)
+
+The frequency is a parameter like others: at a given phase, time runs slower by d(omega)/omega, and
+so does all motion, df/domega = -f / omega. What a parameter does to the place of a wall is what the
+difference of r does, with the other sign: so a touch is later by (gap' - r) / s, and where f jumps
+there, as with a dashpot, or the state does, as of rigid bodies, the jumps know of both.
+
+Walls see states mirrored by a `sign`; variations are not mirrored, but what drives them is.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from .compiling import chosen, is_a, jit
+from .elementary import cos_sin_of_turn, log
+from .flight import ORDER, propagate
+from .force_law import elastic, factor_of, force_of, stiffness_of
+from .scene import (
+    Ground,
+    LinearWall,
+    PowerWall,
+    RigidWall,
+    accelerations,
+    near_constants,
+    unloaded,
+)
+
+# Columns of the rates of a parameter, the derivatives of what kernels know of a cell:
+#   SLOWER         -1/omega of the frequency         INV_M1, INV_MU, SHARE     of `scene.Damper`
+#   STIFFNESS ... LOAD, K2, C2   as they are called   NEAR, FAR  from there on those of a wall:
+#   GAP, OF_K, EXPONENT, DAMPED (of Hunt and Crossley), KC, CC, OF_E
+SLOWER, STIFFNESS, DAMPING, FORCE, LOAD, K2, C2, INV_M1, INV_MU, SHARE = range(10)
+GAP, OF_K, EXPONENT, DAMPED, KC, CC, OF_E = range(7)
+NEAR, FAR, RATES = 10, 17, 24
+
+
+class Driven(NamedTuple):
+    """Four variations, of which the first are driven by parameters, one each."""
+
+    rows: Any  # (16,) one after the other
+    rates: Any  # (parameters, RATES) the columns above
+    sign: float  # of the wall whose contact is stepped
+
+
+@chosen
+def at_wall(tangent, sign):
+    """Return four variations on their way through a contact with a wall."""
+    if is_a(tangent, Driven):
+        return lambda tangent, sign: Driven(tangent.rows, tangent.rates, sign)
+    return lambda tangent, sign: tangent
+
+
+@chosen
+def rows_of(tangent):
+    """Return the numbers (16,) of four variations."""
+    if is_a(tangent, Driven):
+        return lambda tangent: tangent.rows
+    return lambda tangent: tangent
+
+
+# ---- what a parameter changes --------------------------------------------------------------------
+
+
+@jit
+def fill_rates(parts, ps, damper, change, rates):
+    """Fill the rates (RATES,) of a parameter; change: the derivatives of the numbers of a cell."""
+    rates[SLOWER] = -change.omega / ps.omega
+    rates[STIFFNESS] = (change.k1 - ps.stiffness * change.m1) / ps.m1
+    rates[DAMPING] = (change.c1 - ps.damping * change.m1) / ps.m1
+    rates[FORCE] = (change.P - ps.force * change.m1) / ps.m1
+    rates[LOAD] = change_of_load(parts.load, change)
+    fill_damper(damper, ps, change, rates)
+    fill_wall(parts.near, near_constants(parts.apart, change), change.near, rates, int(NEAR))
+    fill_wall(parts.far, change, change.far, rates, int(FAR))
+
+
+@chosen
+def change_of_load(load, change):
+    """Return what changes of a constant load, where there is one."""
+    if load is None:
+        return lambda load, change: 0.0
+    return lambda load, change: change.load
+
+
+@chosen
+def fill_damper(damper, ps, change, rates):
+    """Fill the rates of the damper, or of what stands for it."""
+
+    def grounded(damper, ps, change, rates):
+        rates[INV_M1] = rates[INV_MU] = -change.m1 / (ps.m1 * ps.m1)
+
+    def joint(damper, ps, change, rates):
+        rates[K2], rates[C2] = change.k2, change.c2
+        rates[INV_M1] = -change.m1 / (ps.m1 * ps.m1)
+        rates[INV_MU] = rates[INV_M1] - change.m2 / (damper.m2 * damper.m2)
+        rates[SHARE] = (rates[INV_M1] - damper.share * rates[INV_MU]) / damper.inv_mu
+
+    if damper is None:
+        return lambda damper, ps, change, rates: None
+    return grounded if is_a(damper, Ground) else joint
+
+
+@chosen
+def fill_wall(sort, change, gap, rates, at):
+    """Fill the rates of a wall of a sort, from column `at` on; gap: that of its place."""
+
+    def of_hertz(sort, change, gap, rates, at):
+        rates[at + GAP], rates[at + OF_K] = gap, change.K
+
+    def of_power(sort, change, gap, rates, at):
+        rates[at + GAP], rates[at + OF_K], rates[at + EXPONENT] = gap, change.K, change.exponent
+        rates[at + DAMPED] = change_of_damping(sort.damping, change)
+
+    def of_joint(sort, change, gap, rates, at):
+        rates[at + GAP], rates[at + KC], rates[at + CC] = gap, change.kc, change.cc
+
+    def of_rigid(sort, change, gap, rates, at):
+        rates[at + GAP], rates[at + OF_E] = gap, change.e
+
+    if sort is None:
+        return lambda sort, change, gap, rates, at: None
+    if is_a(sort, RigidWall):
+        return of_rigid
+    if is_a(sort, LinearWall):
+        return of_joint
+    return of_power if is_a(sort, PowerWall) else of_hertz
+
+
+@chosen
+def change_of_damping(damping, change):
+    """Return what changes of Hunt and Crossley's constant, where there is one."""
+    if damping is None:
+        return lambda damping, change: 0.0
+    return lambda damping, change: change.hunt_crossley
+
+
+@jit
+def wall_at(sign):
+    """Return the column at which the rates of the near (sign 1) or of the far wall begin."""
+    return NEAR if sign > 0.0 else FAR
+
+
+# ---- what drives a variation ---------------------------------------------------------------------
+
+
+@jit
+def source_of(ps, damper, by, sign, constant, state, drive, push, pushed):
+    """Return what a parameter adds to dv1/dt and to ds/dt of a variation, at one pace of time.
+
+    by: its rates (RATES,); state (x1, v1, r, s) and drive as the wall sees them that pushes with
+    the force `push` [N]; pushed: what changes of that by the parameter itself; constant: 1, or 0 for
+    Taylor coefficients of a motion but the first.
+    """
+    # hot: once per stage of a contact, and per term of a flight
+    x1, v1, r, s = state
+    own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]
+    if damper is None:
+        return own, 0.0
+    pull = sign * (damper.k2 * r + damper.c2 * s + push)
+    pulled = sign * (by[K2] * r + by[C2] * s) + pushed
+    return (
+        own - (pulled * damper.inv_m1 + pull * by[INV_M1]),
+        own - (pulled * damper.inv_mu + pull * by[INV_MU]),
+    )
+
+
+@chosen
+def push_by_law(wall, by, at, q, z, s):
+    """Return what changes of the force [N] of an elastic contact by the constants of its law."""
+
+    def of_power(wall, by, at, q, z, s):
+        found = by[at + OF_K] * elastic(wall, 1.0, q, z) * factor_of(wall.damping, s)
+        if z > 0.0:
+            found += by[at + EXPONENT] * force_of(wall, q, z, s) * log(z)
+        return found + by[at + DAMPED] * s * where_damped(wall.damping, wall, q, z, s)
+
+    if is_a(wall, PowerWall):
+        return of_power
+    return lambda wall, by, at, q, z, s: by[at + OF_K] * elastic(wall, 1.0, q, z)
+
+
+@chosen
+def where_damped(damping, wall, q, z, s):
+    """Return K z^n [N] where damping acts on the force, otherwise 0."""
+    if damping is None:
+        return lambda damping, wall, q, z, s: 0.0
+    return lambda damping, wall, q, z, s: (
+        elastic(wall, wall.K, q, z) if 1.0 + damping * s > 0.0 else 0.0
+    )
+
+
+@chosen
+def drive_contact(tangent, ps, damper, wall, motion, drive, slopes, weight, k, out):
+    """Add what parameters drive to the slopes of variations, k[out + 5:], of a stepped contact.
+
+    motion: (q, z, x1, v1, s) as the wall sees them; slopes: (dv1/dt, ds/dt); weight: dt/dtheta.
+    """
+    # hot: once per stage
+    return drive_columns if is_a(tangent, Driven) else nothing_driven
+
+
+@jit
+def nothing_driven(tangent, ps, damper, wall, motion, drive, slopes, weight, k, out):
+    """Add nothing."""
+    # hot: as `drive_columns`
+
+
+@jit
+def drive_columns(tangent, ps, damper, wall, motion, drive, slopes, weight, k, out):
+    """Add what each parameter drives."""
+    # hot: once per stage
+    q, z, x1, v1, s = motion
+    dv, ds = slopes
+    sign = tangent.sign
+    at, push = wall_at(sign), force_of(wall, q, z, s)
+    stiffness, state = stiffness_of(wall, q, s), (x1, v1, wall.gap + z, s)
+    for i in range(len(tangent.rates)):
+        by, place = tangent.rates[i], out + 5 + 4 * i
+        pushed = sign * (push_by_law(wall, by, at, q, z, s) - stiffness * by[at + GAP])
+        b, d = source_of(ps, damper, by, sign, 1.0, state, drive, push, pushed)
+        pace = sign * by[SLOWER]
+        k[place] += weight * (pace * v1)
+        k[place + 1] += weight * (b + pace * dv)
+        k[place + 2] += weight * (pace * s)
+        k[place + 3] += weight * (d + pace * ds)
+
+
+# ---- along a flight ------------------------------------------------------------------------------
+
+
+@chosen
+def push_of(wall, constant, r, s, c, d):
+    """Return the force of what is linear on a wall, r and s as it sees them; and of a variation."""
+    if wall is None:
+        return lambda wall, constant, r, s, c, d: (0.0, 0.0)
+    return lambda wall, constant, r, s, c, d: (
+        wall.kc * (r - constant * wall.gap) + wall.cc * s, wall.kc * c + wall.cc * d
+    )  # fmt: skip
+
+
+@chosen
+def pushed_by_joint(wall, by, sign, constant, r, s):
+    """Return what changes of that force by the parameter itself."""
+    if wall is None:
+        return lambda wall, by, sign, constant, r, s: 0.0
+
+    def changed(wall, by, sign, constant, r, s):
+        at = wall_at(sign)
+        found = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s
+        return sign * (found - constant * wall.kc * by[at + GAP])
+
+    return changed
+
+
+@chosen
+def under_once(load, constant, alone):
+    """Return an acceleration with that of a constant load, as far as it is constant."""
+    if load is None:
+        return lambda load, constant, alone: alone
+    return lambda load, constant, alone: alone + constant * load
+
+
+@jit
+def driven_terms(wall, ps, damper, by, sign, constant, state, drive, variation):
+    """Return (dv1/dt, ds/dt) of a motion, and of a variation driven along it, by terms of both.
+
+    The motion is a flight, or that on a wall with a linear law.
+    """
+    # hot: once per term of a flight
+    free = unloaded(ps)
+    x1, v1, r, s = state
+    a, b, c, d = variation
+    push, push_varied = push_of(wall, constant, r, s, c, d)
+    dv, ds = accelerations(free, damper, x1, v1, r, s, drive, push)
+    dv = under_once(ps.load, constant, dv)
+    if damper is not None:
+        ds = under_once(ps.load, constant, ds)
+    db, dd = accelerations(free, damper, a, b, c, d, 0.0, push_varied)
+    pushed = pushed_by_joint(wall, by, sign, constant, r, s)
+    more, other = source_of(ps, damper, by, sign, constant, state, drive, push, pushed)
+    pace = sign * by[SLOWER]
+    return (
+        dv, ds, pace * v1 + b, db + more + pace * dv, pace * s + d, dd + other + pace * ds
+    )  # fmt: skip
+
+
+@jit
+def stuck_terms(wall, ps, damper, by, sign, constant, state, drive, variation):
+    """Return the same of a damper that stays on a rigid wall, one mass with the structure."""
+    # hot: once per term of a flight
+    x1, v1, _, _ = state
+    a, b, _, _ = variation
+    other, pace = 1.0 - damper.share, sign * by[SLOWER]
+    alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1
+    alone = under_once(ps.load, constant, alone)
+    more = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)
+    more += constant * by[LOAD] - (ps.stiffness * a + ps.damping * b)
+    dv, db = other * alone, other * more - sign * by[SHARE] * alone
+    return dv, 0.0, pace * v1 + b, db + pace * dv, 0.0, 0.0
+
+
+@chosen
+def terms_on(wall, ps, damper, by, sign, constant, state, drive, variation):
+    """Return the terms of a flight, or of the motion on a wall, by its law."""
+    # hot: once per term of a flight
+    return stuck_terms if is_a(wall, RigidWall) else driven_terms
+
+
+@jit
+def drive_cell(wall, ps, damper, by, sign, h, phase, state, variation):
+    """Return a motion and a variation driven along it, a time h later, by Taylor polynomials.
+
+    phase: (cos, sin) of the forcing's at the beginning; h as for the cells of `flight`.
+    """
+    # hot: once per cell
+    x1, v1, r, s = state
+    a, b, c, d = variation
+    cosine, sine = phase
+    y0, y1, y2, y3, w0, w1, w2, w3 = x1, v1, r, s, a, b, c, d
+    for k in range(ORDER):
+        dv, ds, da, db, dc, dd = terms_on(
+            wall, ps, damper, by, sign, 1.0 if k == 0 else 0.0,
+            (x1, v1, r, s), cosine, (a, b, c, d),
+        )  # fmt: skip
+        g = h / (k + 1.0)
+        x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
+        a, b, c, d = da * g, db * g, dc * g, dd * g
+        cosine, sine = -ps.omega * sine * g, ps.omega * cosine * g
+        y0, y1, y2, y3 = y0 + x1, y1 + v1, y2 + r, y3 + s
+        w0, w1, w2, w3 = w0 + a, w1 + b, w2 + c, w3 + d
+    return (y0, y1, y2, y3), (w0, w1, w2, w3)
+
+
+@jit
+def drive_along(wall, ps, damper, driven, sign, longest, place, state, time):
+    """Carry driven variations along a flight, or a motion on a wall, of `time` [s].
+
+    state (x1, v1, r, s) at its beginning, as the wall sees it; place: share of the period that is
+    over then; longest: a cell [s].
+    """
+    # hot: once per flight
+    if not time > 0.0:
+        return
+    n = int(math.ceil(time / longest))
+    h, turn = time / n, time / n * (ps.omega / (2.0 * math.pi))
+    for i in range(len(driven.rates)):
+        by, k, rows, y = driven.rates[i], 4 * i, driven.rows, state
+        w = rows[k], rows[k + 1], rows[k + 2], rows[k + 3]
+        for cell in range(n):
+            cosine, sine = cos_sin_of_turn(place + cell * turn)
+            y, w = drive_cell(wall, ps, damper, by, sign, h, (sign * cosine, sign * sine), y, w)
+        rows[k], rows[k + 1], rows[k + 2], rows[k + 3] = w
+
+
+@chosen
+def carry(tangent, wall, ps, damper, grid, sign, place, state, time):
+    """Carry variations along a flight, or a motion on a wall with a linear law, of `time` [s]."""
+    # hot: as `drive_along`
+    if is_a(tangent, Driven):
+        return lambda tangent, wall, ps, damper, grid, sign, place, state, time: drive_along(
+            wall, ps, damper, tangent, sign, grid.h, place, state, time
+        )
+    return lambda tangent, wall, ps, damper, grid, sign, place, state, time: propagate(
+        grid, tangent, time
+    )
+
+
+# ---- at a wall -----------------------------------------------------------------------------------
+
+
+@chosen
+def seen_from_wall(tangent, sign, way):
+    """Let r of driven variations count from the wall, `way` 1, or from where it did, -1."""
+
+    def moved(tangent, sign, way):
+        for i in range(len(tangent.rates)):
+            tangent.rows[4 * i + 2] -= way * sign * tangent.rates[i, wall_at(sign) + GAP]
+
+    return moved if is_a(tangent, Driven) else lambda tangent, sign, way: None
+
+
+@chosen
+def drive_rebound(tangent, damper, wall, sign, s, stays):
+    """Add what the constants of an impact of rigid bodies, at the approach speed s, change."""
+    return drive_columns_at_once if is_a(tangent, Driven) else not_driven_at_once
+
+
+@jit
+def not_driven_at_once(tangent, damper, wall, sign, s, stays):
+    """Add nothing."""
+
+
+@jit
+def drive_columns_at_once(tangent, damper, wall, sign, s, stays):
+    """Add what each parameter changes; stays: whether the damper is at rest afterwards."""
+    for i in range(len(tangent.rates)):
+        by = tangent.rates[i]
+        more, back = by[wall_at(sign) + OF_E], 1.0 + wall.e
+        if stays:
+            more, back = 0.0, 1.0
+        tangent.rows[4 * i + 1] -= sign * s * (by[SHARE] * back + damper.share * more)
+        tangent.rows[4 * i + 3] -= sign * s * more
+
+
+@chosen
+def drive_start(tangent, ps, damper, state, c, t, k, first):
+    """Add to the variations k[first:] what is driven in a time t [s] so short that all is steady.
+
+    state (x1, v1, r, s) and c, cos of the phase, as the wall sees them, which does not push yet.
+    """
+
+    def driven(tangent, ps, damper, state, c, t, k, first):
+        sign = tangent.sign
+        dv, ds = accelerations(ps, damper, state[0], state[1], state[2], state[3], c, 0.0)
+        for i in range(len(tangent.rates)):
+            by, place = tangent.rates[i], first + 4 * i
+            b, d = source_of(ps, damper, by, sign, 1.0, state, c, 0.0, 0.0)
+            pace = sign * by[SLOWER]
+            k[place] += t * pace * state[1]
+            k[place + 1] += t * (b + pace * dv)
+            k[place + 2] += t * pace * state[3]
+            k[place + 3] += t * (d + pace * ds)
+
+    if is_a(tangent, Driven):
+        return driven
+    return lambda tangent, ps, damper, state, c, t, k, first: None

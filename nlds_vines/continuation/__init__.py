@@ -13,6 +13,8 @@ In reading order:
     exploration      all branches that start orbits lead to
     start_orbits     from rest, from random starts, from a scan's archive
     branch_table     the datasets of the archive
+    curve_conditions what vanishes on a curve of special points
+    curve_tracer     along such a curve
     special_curves   curves of special points in the plane of two parameters
     curve_table      the datasets of curves
     result           `Continued`: branches, special points, curves

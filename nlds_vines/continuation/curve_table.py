@@ -8,9 +8,10 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.continuation.branch_table import KIND_FLAGS
+from nlds_vines.continuation.curve_tracer import ENDS, Curve, Tracer
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.section_map import SectionMap
-from nlds_vines.continuation.special_curves import ENDS, Curve, Tracer, trace_curve
+from nlds_vines.continuation.special_curves import trace_curve
 from nlds_vines.continuation.special_points import KINDS, Special
 from nlds_vines.continuation.start_orbits import states_of
 from nlds_vines.continuation.track import Arrays
@@ -53,7 +54,7 @@ def curves_through(
         if arrays is None:
             tracer = Tracer(section_map, special.kind, low, high)
             place = np.append(special.point.cycle.place, own)
-            curve = trace_curve(tracer, place, special.point.cycle.n)
+            curve = trace_curve(tracer, place, special.point.cycle.n, special.impacts)
             arrays = _arrays_of(request, section_map, special, curve)
             keep(arrays)
         found.append(arrays)

@@ -15,11 +15,11 @@ from nlds_vines.archives.dataset import Dataset
 from nlds_vines.continuation.branch import ENDS, at_value
 from nlds_vines.continuation.branch_table import KIND_FLAGS, ORIGINS, Tables, datasets_of
 from nlds_vines.continuation.curve_table import curve_datasets
+from nlds_vines.continuation.curve_tracer import ENDS as CURVE_ENDS
 from nlds_vines.continuation.exploration import is_same
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.continuation.section_map import Cycle, SectionMap
-from nlds_vines.continuation.special_curves import ENDS as CURVE_ENDS
 from nlds_vines.continuation.special_points import label_of_cycle
 from nlds_vines.continuation.start_orbits import place_of, states_of
 from nlds_vines.errors import RequestError, number
@@ -104,7 +104,7 @@ class SpecialCurve:
         kind: LP, PD, NS or GR; period: n of nT.
         values: (points, 2) both parameters; states: (points, components) at phase zero.
         multipliers: (points, components), complex.
-        ends: in a word each, why it ends (`special_curves.ENDS`).
+        ends: in a word each, why it ends (`curve_tracer.ENDS`).
         meetings: (name, first parameter, second) where another kind is met: R1 to R4, the strong
             resonances; CP, a cusp; LP-PD, a fold-flip; GR-LP, GR-PD, GR-NS.
     """

@@ -1,402 +1,78 @@
-"""Curves of special points in the plane of two parameters, and where two kinds of them meet.
+"""Curves of special points in the plane of two parameters: where they start, and both ways.
 
-The defining system of LP, PD and NS is minimally augmented: beside the orbit's equations one number
-g, the last unknown of a singular matrix bordered by vectors, vanishes.  That of GR: the orbit has a
-pass whose gap and the rate of the gap vanish, which a pass that misses and one that touches softly
-tell alike.
-
-Sources: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, chapters 4 and 5;
-Kuznetsov, Elements of Applied Bifurcation Theory, chapters 9 and 10.
+Under `restitution` no orbit is smooth across its grazing, but one without the impact is up to it.
+So the orbits whose nearest miss is a small LEVEL are followed.  From each of them, others that miss
+by less, in the plane across the curve, tell by a polynomial in the miss which orbit grazes.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nlds_vines.continuation.arclength import ANGLE, CLOSED, CONTRACTION, SHARPEST, length
+from nlds_vines.continuation.arclength import CLOSED
+from nlds_vines.continuation.curve_conditions import Function
+from nlds_vines.continuation.curve_tracer import (
+    MOST_ITERATIONS,
+    Curve,
+    CurvePoint,
+    Meeting,
+    Tracer,
+    corrected,
+)
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
-from nlds_vines.continuation.special_points import is_torus, narrowed_down
-from nlds_vines.continuation.switching import null_vector
-
-MOST_ITERATIONS, SHORT = 10, 1.0e-11
-"""Steps of Newton's method, and its step that is round-off."""
-
-FIRST_STEP, LEAST_STEP, LONGEST_STEP = 1.0e-3, 1.0e-7, 2.0e-2
-"""Steps along a curve, relative to the orbit and to the intervals together."""
+from nlds_vines.continuation.special_points import limit_of
 
 BESIDE = 1.0e-7
 """Distance from a GR, relative to the parameter, of the orbits that calibrate its function."""
 
-NEARBY = 1.0e-6
-"""Weighted distance of the places whose test functions tell its gradient."""
-
-MOST_POINTS = 400
-"""Points of a curve in one direction."""
-
-ENDS = {
-    "bound": "the end of an interval",
-    "closed": "a closed curve",
-    "neutral": "beyond a resonance 1:1 or 1:2 there are no tori, but neutral saddles",
-    "lost": "Newton's method does not converge, or another impact grazes",
-    "long": "it has more points than one curve may have",
-}
-"""Why a curve ends, by a word."""
-
-_CONDITIONS = {
-    "LP": {"R1": "one", "LP-PD": "PD", "CP": "cusp"},
-    "PD": {"R2": "minus one", "LP-PD": "LP"},
-    "NS": {"R1": "0", "R2": "180", "R3": "120", "R4": "90"},
-    "GR": {"GR-LP": "LP", "GR-PD": "PD", "GR-NS": "NS"},
-}
-"""The names of points where two kinds meet, by kind of the curve, and what vanishes there.
-
-R1 to R4: the strong resonances 1:1 to 1:4; CP: cusp; LP-PD: fold-flip; GR-LP, GR-PD, GR-NS: where a
-curve of folds, doublings or tori ends on one of grazing, or begins."""
-
-_COSINES = {"0": 1.0, "180": -1.0, "120": -0.5, "90": 0.0}
-
-
-@dataclass(frozen=True, eq=False)
-class CurvePoint:
-    """A point of a curve: its orbit at two parameters, the direction, and lengths' weights."""
-
-    cycle: Cycle
-    tangent: np.ndarray
-    weights: np.ndarray
-
-    @property
-    def value(self) -> float:
-        """The first parameter."""
-        return float(self.cycle.values[0])
-
-
-@dataclass(frozen=True, eq=False)
-class Meeting:
-    """A point where two kinds meet: its name, a key of the conditions, and the point."""
-
-    name: str
-    point: CurvePoint
+LEVEL, NEARER = 1.0e-3, (0.75, 0.5, 0.25)
+"""Nearest miss of orbits that stand for one that grazes rigid bodies, relative to the orbit; and
+parts of it, of the orbits nearer to that one."""
 
 
 @dataclass
-class Curve:
-    """A curve of special points of one kind."""
+class RigidTracer(Tracer):
+    """Follows a curve of grazing of rigid bodies, from the side without the impact.
 
-    kind: str
-    points: list[CurvePoint] = field(default_factory=list)
-    meetings: list[Meeting] = field(default_factory=list)
-    ends: tuple[str, str] = ("", "")
-
-
-Function = Callable[[Cycle], float]
-
-
-# ---- what vanishes on a curve --------------------------------------------------------------------
-
-
-def singular_matrix(kind: str, cycle: Cycle) -> np.ndarray:
-    """Return the matrix that is singular at an LP, PD or NS."""
-    if kind == "NS":
-        return bialternate(cycle.matrix)
-    found = cycle.matrix.copy()
-    for i in range(len(found)):
-        found[i, i] += -1.0 if kind == "LP" else 1.0
-    return found
-
-
-def bialternate(matrix: np.ndarray) -> np.ndarray:
-    """Return M.M - I, M's bialternate product with itself less one; its eigenvalues mu_i mu_j - 1.
-
-    Rows and columns are the pairs i > j; M.M has the minors m_ik m_jl - m_il m_jk.
+    Attributes:
+        level: the nearest miss [m] of the orbits that are followed.
     """
-    pairs = [(i, j) for i in range(len(matrix)) for j in range(i)]
-    found = np.empty((len(pairs), len(pairs)))
-    for a, (i, j) in enumerate(pairs):
-        for b, (k, m) in enumerate(pairs):
-            found[a, b] = matrix[i, k] * matrix[j, m] - matrix[i, m] * matrix[j, k]
-        found[a, a] -= 1.0
-    return found
 
-
-def augmented(kind: str, cycle: Cycle) -> Function:
-    """Return the number g that vanishes on a curve, bordered for the orbits near one of it."""
-    matrix = singular_matrix(kind, cycle)
-    right, left = null_vector(matrix), null_vector(matrix.T.copy())
-
-    def function(other: Cycle) -> float:
-        rows = np.append(right, 0.0)[np.newaxis]
-        wanted = np.zeros(len(right) + 1)
-        wanted[-1] = 1.0
-        found, _ = bordered(singular_matrix(kind, other), left[np.newaxis], rows, wanted)
-        return math.nan if found is None else float(found[-1])
-
-    return function
-
-
-def grazing(without: tuple[int, int], wall: int, softness: float) -> Function:
-    """Return the gap of the pass that grazes: positive where it misses, negative where it touches.
-
-    Arguments: the impacts `without` it; the number of its wall; `softness` [s^2/m], by which the
-    square of an approach speed is the depth of a free course.  NaN where other impacts come or go.
-    """
-    touching = tuple(count + (i == wall) for i, count in enumerate(without))
-
-    def function(cycle: Cycle) -> float:
-        if cycle.counts == without:
-            return cycle.clearance
-        if cycle.counts == touching:
-            return -softness * cycle.slowest * cycle.slowest
-        return math.nan
-
-    return function
-
-
-# ---- a point of a curve --------------------------------------------------------------------------
-
-
-def gradient(
-    section_map: SectionMap, cycle: Cycle, function: Function, weights: np.ndarray
-) -> np.ndarray | None:
-    """Return the derivatives of a function by state and parameters (size + 2,); None if unknown."""
-    found, here = np.empty(len(weights)), function(cycle)
-    for i in range(len(weights)):
-        step = NEARBY / weights[i]
-        for sign in (1.0, -1.0):
-            place = cycle.place
-            place[i] += sign * step
-            other = section_map.at(place, cycle.n)
-            there = math.nan if other is None else function(other)
-            if math.isfinite(there):
-                break
-        found[i] = (there - here) / (sign * step)
-    return found if np.isfinite(found).all() else None
-
-
-def corrected(
-    section_map: SectionMap,
-    place: np.ndarray,
-    n: int,
-    function: Function,
-    row: np.ndarray,
-    weights: np.ndarray,
-) -> tuple[Cycle | None, np.ndarray, float]:
-    """Return the orbit near a place on the curve, in the plane through it across `row`.
-
-    Returns also the gradient of the function there, and the contraction of Newton's method.
-    """
-    anchor, first, ratio, nothing = place, 0.0, 0.0, np.empty(0)
-    for iteration in range(MOST_ITERATIONS):
-        cycle = section_map.at(place, n)
-        if cycle is None:
-            break
-        slope = gradient(section_map, cycle, function, weights)
-        if slope is None:
-            break
-        off = float((row * (place - anchor)).sum())
-        right = np.concatenate([-cycle.gap, [-function(cycle), -off]])
-        step, _ = bordered(closing(cycle), cycle.slopes, np.array([slope, row]), right)
-        if step is None or not np.isfinite(step).all():
-            break
-        far = length(weights, step)
-        if far <= SHORT:
-            return cycle, slope, ratio
-        if iteration == 0:
-            first = far
-        elif iteration == 1 and first > 1.0e-7:
-            ratio = far / first
-        if far > 2.0 * first:
-            break
-        place = place + step
-    return None, nothing, math.inf
-
-
-def tangent_of(cycle: Cycle, slope: np.ndarray, toward: np.ndarray) -> np.ndarray | None:
-    """Return the direction of a curve, turned `toward` a row (size + 2,), not yet of length one."""
-    right = np.zeros(len(toward))
-    right[-1] = 1.0
-    return bordered(closing(cycle), cycle.slopes, np.array([slope, toward]), right)[0]
-
-
-@dataclass
-class Tracer:
-    """Follows one curve in both directions."""
-
-    section_map: SectionMap
-    kind: str
-    low: np.ndarray
-    high: np.ndarray
-    softness: float = 0.0
-    without: tuple[int, int] = (0, 0)
-    wall: int = 0
+    level: float = 0.0
 
     def function(self, cycle: Cycle) -> Function:
-        """Return what vanishes on the curve, for orbits near one of it."""
-        if self.kind == "GR":
-            return grazing(self.without, self.wall, self.softness)
-        return augmented(self.kind, cycle)
+        """Return what vanishes where an orbit misses by the level; NaN with other impacts."""
+        return self._miss(self.level)
 
-    def point(self, place: np.ndarray, n: int, toward: np.ndarray) -> CurvePoint | None:
-        """Return the point of the curve near a place, its tangent turned toward a direction."""
-        cycle = self.section_map.at(place, n)
-        if cycle is None:
-            return None
-        weights = self.section_map.weights(cycle, self.high - self.low)
-        row = weights * weights * toward
-        found, slope, _ = corrected(self.section_map, place, n, self.function(cycle), row, weights)
-        if found is None:
-            return None
-        return self._with_tangent(found, slope, row, weights)
+    def _miss(self, level: float) -> Function:
+        return lambda other: other.clearance - level if other.counts == self.without else math.nan
 
-    def _with_tangent(
-        self, cycle: Cycle, slope: np.ndarray, row: np.ndarray, weights: np.ndarray
-    ) -> CurvePoint | None:
-        tangent = tangent_of(cycle, slope, row)
-        if tangent is None or not np.isfinite(tangent).all():
-            return None
-        return CurvePoint(cycle, tangent / length(weights, tangent), weights)
+    def finished(self, point: CurvePoint) -> CurvePoint | None:
+        """Return the orbit that grazes, in the plane across the curve at one that all but does."""
+        cycle, row = point.cycle, point.weights * point.weights * point.tangent
+        knots = [(cycle.clearance, cycle.place)]
+        for share in NEARER:
+            function = self._miss(share * self.level)
+            found, *_ = corrected(
+                self.section_map, cycle.place, cycle.n, function, row, point.weights
+            )
+            if found is None:
+                return None
+            cycle = found
+            knots.append((cycle.clearance, cycle.place))
+        place, size = limit_of(knots), self.section_map.size
+        grazes = replace(cycle, state=place[:size], values=place[size:], clearance=0.0)
+        return CurvePoint(grazes, point.tangent, point.weights)
 
-    def along(self, point: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
-        """Return the point of the curve a step ahead, and the contraction of Newton's method."""
-        place = point.cycle.place + step * point.tangent
-        row, n = point.weights * point.weights * point.tangent, point.cycle.n
-        function = self.function(point.cycle)
-        cycle, slope, ratio = corrected(self.section_map, place, n, function, row, point.weights)
-        if cycle is None:
-            return None, ratio
-        weights = self.section_map.weights(cycle, self.high - self.low)
-        return self._with_tangent(cycle, slope, row, weights), ratio
-
-    def follow(self, start: CurvePoint) -> tuple[list[CurvePoint], list[Meeting], str]:
-        """Follow the curve from a point on, along its tangent, until it ends."""
-        points, meetings, step = [start], list[Meeting](), FIRST_STEP
-        while len(points) < MOST_POINTS:
-            a = points[-1]
-            b, ratio = self.along(a, step)
-            worst = math.inf if b is None else self._worst(a, b, ratio)
-            if b is None or (worst > SHARPEST and step > 2.0 * LEAST_STEP):
-                step *= 0.5
-                if step < LEAST_STEP:
-                    return points, meetings, "lost"
-                continue
-            inside = (self.low <= b.cycle.values) & (b.cycle.values <= self.high)
-            meetings.extend(self._meetings(a, b, step))
-            points.append(b)
-            if not inside.all():
-                return points, meetings, "bound"
-            if self.kind == "NS" and not is_torus(b.cycle):
-                return points, meetings, "neutral"
-            if _is_back(points):
-                return points, meetings, "closed"
-            step = min(LONGEST_STEP, step * min(2.0, max(0.5, 1.0 / max(worst, 1.0e-3))))
-        return points, meetings, "long"
-
-    def _worst(self, a: CurvePoint, b: CurvePoint, ratio: float) -> float:
-        """Return by what a step is too long: contraction, but of slopes with a kink, or angle."""
-        bent = 0.0 if self.kind == "GR" else math.sqrt(ratio / CONTRACTION)
-        return max(bent, _turn(a, b) / ANGLE)
-
-    def _meetings(self, a: CurvePoint, b: CurvePoint, step: float) -> list[Meeting]:
-        """Return the points between two where another kind is met."""
-        found = [] if self.kind == "GR" else self._touches(a, b, step)
-        for name, condition in _CONDITIONS[self.kind].items():
-            test = self._condition(condition)
-            before, after = test(a), test(b)
-            if not before * after < 0.0:
-                continue
-            place = narrowed_down(lambda s: self.along(a, s)[0], (a, b), (0.0, step), test)
-            if place is not None and self._is_true(name, place[1]):
-                found.append(Meeting(name, place[1]))
-        return found
-
-    def _touches(self, a: CurvePoint, b: CurvePoint, step: float) -> list[Meeting]:
-        """Return where an impact of the orbit grazes between two points, if one does."""
-        counts = a.cycle.counts
-        if b.cycle.counts == counts:
-            return []
-
-        def test(point: CurvePoint) -> float:
-            return 1.0 if point.cycle.counts == counts else -1.0
-
-        place = narrowed_down(lambda s: self.along(a, s)[0], (a, b), (0.0, step), test)
-        return [] if place is None else [Meeting(f"GR-{self.kind}", place[1])]
-
-    def _condition(self, condition: str) -> Callable[[CurvePoint], float]:
-        """Return the function of a point that vanishes where a condition is met."""
-        if condition == "cusp":
-            return self._bend
-        return lambda point: other_condition(self.kind, condition, point.cycle)
-
-    def _bend(self, point: CurvePoint) -> float:
-        """Return the quadratic coefficient of the map along the fold's null vector."""
-        cycle = point.cycle
-        matrix = singular_matrix("LP", cycle)
-        right, left = null_vector(matrix), null_vector(matrix.T.copy())
-        size, images = len(right), []
-        unit = 1.0e-4 / length(point.weights[:size], right)
-        for sign in (1.0, -1.0):
-            place = cycle.place
-            place[:size] += sign * unit * right
-            other = self.section_map.at(place, cycle.n)
-            if other is None:
-                return math.nan
-            images.append(other.points[-1, :size])
-        bend = images[0] + images[1] - 2.0 * cycle.points[-1, :size]
-        sign = 1.0 if float((left * right).sum()) >= 0.0 else -1.0
-        return sign * float((left * bend).sum()) / (unit * unit)
-
-    def _is_true(self, name: str, point: CurvePoint) -> bool:
-        """Tell whether a meeting is one: of NS with a resonance, only of a complex pair."""
-        if name == "GR-NS":
-            return any(abs(mu.imag) > 1.0e-6 for mu in point.cycle.multipliers.tolist())
-        return True
+    def meetings(self, a: CurvePoint, b: CurvePoint, step: float) -> list[Meeting]:
+        """Return nothing: on the other side, other kinds end where an orbit grazes."""
+        return []
 
 
-def other_condition(kind: str, condition: str, cycle: Cycle) -> float:
-    """Return the function of an orbit that vanishes where a curve of a kind meets a condition."""
-    mu = cycle.multipliers.tolist()
-    if condition in _COSINES:  # of the pair on the circle
-        pairs = [(abs(mu[i] * mu[j] - 1.0), i, j) for i in range(len(mu)) for j in range(i)]
-        _, i, j = min(pairs)
-        return 0.5 * (mu[i] + mu[j]).real - _COSINES[condition]
-    if condition in ("one", "minus one"):  # without the multiplier that the curve is about
-        target = 1.0 if condition == "one" else -1.0
-        rest = sorted(mu, key=lambda m: abs(m - target))[1:]
-        return _product([m - target for m in rest])
-    if condition == "NS":
-        return _product([mu[i] * mu[j] - 1.0 for i in range(len(mu)) for j in range(i)])
-    return _product([m - (1.0 if condition == "LP" else -1.0) for m in mu])
-
-
-def _product(factors: list[complex]) -> float:
-    product = 1.0 + 0.0j
-    for factor in factors:
-        product *= factor
-    return product.real
-
-
-def _turn(a: CurvePoint, b: CurvePoint) -> float:
-    """Return the angle between the tangents of two points."""
-    weights = a.weights * a.weights
-    cosine = float((weights * a.tangent * b.tangent).sum()) / length(a.weights, b.tangent)
-    return math.acos(max(-1.0, min(1.0, cosine)))
-
-
-def _is_back(points: list[CurvePoint]) -> bool:
-    """Tell whether a curve has come back to its first point, at whatever phase of the orbit."""
-    if len(points) < 5:
-        return False
-    first, a, b = points[0], points[-2], points[-1]
-    weights, size = a.weights, first.cycle.state.size
-    step = length(weights, b.cycle.place - a.cycle.place)
-    for point in first.cycle.points:
-        place = np.concatenate([point[:size], first.cycle.values])
-        if length(weights, place - b.cycle.place) < 0.6 * step:
-            return True
-    return False
+# ---- where a curve starts ------------------------------------------------------------------------
 
 
 def calibrated(tracer: Tracer, place: np.ndarray, n: int) -> Tracer | None:
@@ -408,10 +84,9 @@ def calibrated(tracer: Tracer, place: np.ndarray, n: int) -> Tracer | None:
     size = tracer.section_map.size
     sides: list[Cycle] = []
     for sign in (1.0, -1.0):
-        row, start = np.zeros((2, size + 2)), place.copy()
-        row[0, size] = row[1, size + 1] = 1.0
+        start = place.copy()
         start[size] += sign * BESIDE * max(abs(place[size]), 1.0e-3)
-        cycle = _closed_at(tracer.section_map, start, n, row)
+        cycle = _closed_at(tracer.section_map, start, n)
         if cycle is None:
             return None
         sides.append(cycle)
@@ -423,8 +98,11 @@ def calibrated(tracer: Tracer, place: np.ndarray, n: int) -> Tracer | None:
     return replace(tracer, without=without.counts, wall=gained.index(1), softness=softness)
 
 
-def _closed_at(section_map: SectionMap, place: np.ndarray, n: int, row: np.ndarray) -> Cycle | None:
+def _closed_at(section_map: SectionMap, place: np.ndarray, n: int) -> Cycle | None:
     """Return the orbit near a place at its own parameters; None where there is none."""
+    size = section_map.size
+    row = np.zeros((2, size + 2))
+    row[0, size] = row[1, size + 1] = 1.0
     for _ in range(MOST_ITERATIONS):
         cycle = section_map.at(place, n)
         if cycle is None or cycle.defect < CLOSED:
@@ -437,29 +115,63 @@ def _closed_at(section_map: SectionMap, place: np.ndarray, n: int, row: np.ndarr
     return None
 
 
-def trace_curve(tracer: Tracer, place: np.ndarray, n: int) -> Curve | None:
+def beside(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> RigidTracer | None:
+    """Return the tracer of a curve of grazing of rigid bodies, and let `place` be beside it.
+
+    Arguments: the `impacts` of the orbit without the one that grazes.  On one side of the parameter
+    that orbit is there; None where it is not found.
+    """
+    section_map, size = tracer.section_map, tracer.section_map.size
+    unit = max(abs(place[size]), 1.0e-3)
+    for step in (BESIDE * unit * 10.0**i for i in range(5)):
+        for sign in (1.0, -1.0):
+            start = place.copy()
+            start[size] += sign * step
+            cycle = _closed_at(section_map, start, n)
+            if cycle is None or sum(cycle.counts) != impacts or not cycle.clearance > 0.0:
+                continue
+            weights = section_map.weights(cycle, tracer.high - tracer.low)
+            place[:] = cycle.place
+            return RigidTracer(
+                section_map, tracer.kind, tracer.low, tracer.high, without=cycle.counts,
+                level=LEVEL / float(weights[2 if size == 4 else 0]),
+            )  # fmt: skip
+    return None
+
+
+def trace_curve(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Curve | None:
     """Return the curve through a special point, both ways; None where there is none.
 
-    Arguments: its `place` (size + 2,), with both parameters; n.
+    Arguments: its `place` (size + 2,), with both parameters; n; the `impacts` of its orbit, at a
+    grazing those of the orbit without the impact.
     """
-    size = tracer.section_map.size
     if tracer.kind == "GR":
-        known = calibrated(tracer, place, n)
+        place = place.copy()
+        rigid = any(law.instant for law in tracer.section_map.scene.laws)
+        known = beside(tracer, place, n, impacts) if rigid else calibrated(tracer, place, n)
         if known is None:
             return None
         tracer = known
+    start = _start(tracer, place, n)
+    if start is None:
+        return None
+    ahead, meetings, end = tracer.follow(start)
+    behind, others, other_end = [start], list[Meeting](), end
+    if end != "closed":
+        back = CurvePoint(start.cycle, -start.tangent, start.weights)
+        behind, others, other_end = tracer.follow(back)
+    points = [tracer.finished(point) for point in (*reversed(behind[1:]), *ahead)]
+    whole = [point for point in points if point is not None]
+    return Curve(tracer.kind, whole, [*reversed(others), *meetings], (other_end, end))
+
+
+def _start(tracer: Tracer, place: np.ndarray, n: int) -> CurvePoint | None:
+    """Return the first point of a curve, along which one of the parameters rises."""
+    size = tracer.section_map.size
     for axis in (size + 1, size):  # the second parameter first: the curve crosses the branch
         toward = np.zeros(size + 2)
         toward[axis] = 1.0
         start = tracer.point(place, n, toward)
         if start is not None:
-            break
-    else:
-        return None
-    ahead, meetings, end = tracer.follow(start)
-    if end == "closed":
-        return Curve(tracer.kind, ahead, meetings, (end, end))
-    back = CurvePoint(start.cycle, -start.tangent, start.weights)
-    behind, others, other_end = tracer.follow(back)
-    points = [*reversed(behind[1:]), *ahead]
-    return Curve(tracer.kind, points, [*reversed(others), *meetings], (other_end, end))
+            return start
+    return None

@@ -73,6 +73,11 @@ class Special:
         """The parameter."""
         return self.point.value
 
+    @property
+    def impacts(self) -> int:
+        """The impacts of its orbit, of the two at a grazing the fewer."""
+        return min(int(label.split(",")[1]) for label in (self.before, self.after))
+
 
 def is_torus(cycle: Cycle) -> bool:
     """Tell whether the pair of multipliers whose product is nearest to one is complex."""

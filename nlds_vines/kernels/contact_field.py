@@ -78,8 +78,8 @@ def slope(tangent, ps, damper, wall, c, d, landing, k, y, out):
     c, d are cos and sin of the phase at tau = 0. Derivatives are by theta, or, when `landing`, by
     q, which must then be moving. With `tangent`, four variations (x1, v1, r, s) at fixed time
     follow in the row: they obey the equation linearised, with the contact's stiffness, of Hertz'
-    law 3/2 K sqrt(z) = 3/2 K q, as polynomial as the rest, and `driven` ones what drives them. The places WORK and VIRIAL of the row
-    are filled too, and DRAIN beside variations.
+    law 3/2 K sqrt(z) = 3/2 K q, as polynomial as the rest, and what drives them (`driven`). The
+    places WORK and VIRIAL of the row are filled too, and DRAIN beside variations.
     """
     # hot: once per stage
     q, s, x1, v1 = k[y], k[y + 1], k[y + 2], k[y + 3]

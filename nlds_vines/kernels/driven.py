@@ -21,14 +21,16 @@ from typing import Any, NamedTuple
 from .compiling import chosen, is_a, jit
 from .elementary import cos_sin_of_turn, log
 from .flight import ORDER, propagate
-from .force_law import elastic, factor_of, force_of, stiffness_of
+from .force_law import depth_of, elastic, factor_of, force_of, root_of, stiffness_of
 from .scene import (
+    SMOOTH,
     Ground,
     LinearWall,
     PowerWall,
     RigidWall,
     accelerations,
     near_constants,
+    power_wall_with,
     unloaded,
 )
 
@@ -155,8 +157,8 @@ def source_of(ps, damper, by, sign, constant, state, drive, push, pushed):
     """Return what a parameter adds to dv1/dt and to ds/dt of a variation, at one pace of time.
 
     by: its rates (RATES,); state (x1, v1, r, s) and drive as the wall sees them that pushes with
-    the force `push` [N]; pushed: what changes of that by the parameter itself; constant: 1, or 0 for
-    Taylor coefficients of a motion but the first.
+    the force `push` [N]; pushed: what changes of that by the parameter itself; constant: 1, or 0
+    for Taylor coefficients of a motion but the first.
     """
     # hot: once per stage of a contact, and per term of a flight
     x1, v1, r, s = state
@@ -184,6 +186,33 @@ def push_by_law(wall, by, at, q, z, s):
     if is_a(wall, PowerWall):
         return of_power
     return lambda wall, by, at, q, z, s: by[at + OF_K] * elastic(wall, 1.0, q, z)
+
+
+@chosen
+def smoothed(tangent, wall):
+    """Return the wall with a root p of z = q^p that makes smooth, too, what its exponent drives.
+
+    That is z^n ln z.
+    """
+
+    def with_root(tangent, wall):
+        p, at = max(wall.root, math.ceil(SMOOTH / (wall.exponent + 1.0))), wall_at(tangent.sign)
+        for i in range(len(tangent.rates)):
+            if tangent.rates[i, at + EXPONENT] != 0.0:
+                return power_wall_with(p, wall.gap, wall.K, wall.exponent, wall.damping, wall.kappa)
+        return wall
+
+    return with_root if is_a(wall, PowerWall) else lambda tangent, wall: wall
+
+
+@chosen
+def by_root_of(wall, before, q):
+    """Return the q of a depth that has another one `before`, at a wall with another root p."""
+    if is_a(wall, PowerWall):
+        return lambda wall, before, q: (
+            q if wall.root == before.root else root_of(wall, depth_of(before, q))
+        )
+    return lambda wall, before, q: q
 
 
 @chosen
@@ -348,7 +377,7 @@ def drive_along(wall, ps, damper, driven, sign, longest, place, state, time):
     # hot: once per flight
     if not time > 0.0:
         return
-    n = int(math.ceil(time / longest))
+    n = math.ceil(time / longest)
     h, turn = time / n, time / n * (ps.omega / (2.0 * math.pi))
     for i in range(len(driven.rates)):
         by, k, rows, y = driven.rates[i], 4 * i, driven.rows, state

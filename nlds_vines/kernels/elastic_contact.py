@@ -14,7 +14,7 @@ from .codes import (
 from .compiling import chosen, jit
 from .contact import contact
 from .contact_field import rotated
-from .driven import at_wall
+from .driven import at_wall, by_root_of, smoothed
 from .impact import short_impact
 from .impact_variations import vary
 from .inside import Ahead, keep_ahead, note_inside, read_ahead
@@ -231,10 +231,13 @@ def step_driven(
     # hot: once per impact
     q, s, x1, v1 = now[0], sign * now[1], sign * now[2], sign * now[3]
     ps, driven = mirrored_load(ps.load, ps, sign), at_wall(tangent, sign)
+    smooth = smoothed(driven, wall)
+    q = by_root_of(smooth, wall, q)
     event, q, s, x1, v1, took, depth = contact(
-        rk4, ps, damper, wall, sign, limit_log, energy, impacts, driven, steps, rate,
+        rk4, ps, damper, smooth, sign, limit_log, energy, impacts, driven, steps, rate,
         sign * phase[0], sign * phase[1], q, s, x1, v1, left, k,
     )  # fmt: skip
+    q = by_root_of(wall, smooth, q)
     return event, q, sign * s, sign * x1, sign * v1, took, depth
 
 

@@ -251,8 +251,13 @@ def free_integral(N):
 @jit
 def power_wall_at(gap, K, n, damping, inv_mu):
     """Return the `PowerWall` at a limit `gap` [m]; inv_mu: of the bodies; damping: or None."""
-    p = root_for(n)
-    kappa, high = K * inv_mu, math.floor(p * n + 1.0e-12)
+    return power_wall_with(root_for(n), gap, K, n, damping, K * inv_mu)
+
+
+@jit
+def power_wall_with(p, gap, K, n, damping, kappa):
+    """Return the `PowerWall` with a root p of z = q^p; kappa: K / mu."""
+    high = math.floor(p * n + 1.0e-12)
     fraction = p * n - high
     if fraction < 1.0e-11:
         fraction = 0.0

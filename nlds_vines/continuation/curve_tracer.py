@@ -1,0 +1,304 @@
+"""Along a curve of special points in the plane of two parameters, step by step.
+
+The unknowns are the state at phase zero and both parameters; the equations, those of the orbit and
+one more (`curve_conditions`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nlds_vines.continuation.arclength import ANGLE, CONTRACTION, SHARPEST, length
+from nlds_vines.continuation.curve_conditions import (
+    CONDITIONS,
+    Function,
+    augmented,
+    grazing,
+    other_condition,
+    singular_matrix,
+)
+from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
+from nlds_vines.continuation.special_points import is_torus, narrowed_down
+from nlds_vines.continuation.switching import null_vector
+
+MOST_ITERATIONS, SHORT = 10, 1.0e-11
+"""Steps of Newton's method, and its step that is round-off."""
+
+FIRST_STEP, LEAST_STEP, LONGEST_STEP = 1.0e-3, 1.0e-7, 2.0e-2
+"""Steps along a curve, relative to the orbit and to the intervals together."""
+
+NEARBY = 1.0e-6
+"""Weighted distance of the places whose test functions tell its gradient."""
+
+MOST_POINTS = 400
+"""Points of a curve in one direction."""
+
+ENDS = {
+    "bound": "the end of an interval",
+    "closed": "a closed curve",
+    "neutral": "beyond a resonance 1:1 or 1:2 there are no tori, but neutral saddles",
+    "lost": "Newton's method does not converge, or another impact grazes",
+    "long": "it has more points than one curve may have",
+}
+"""Why a curve ends, by a word."""
+
+
+@dataclass(frozen=True, eq=False)
+class CurvePoint:
+    """A point of a curve: its orbit at two parameters, the direction, and lengths' weights."""
+
+    cycle: Cycle
+    tangent: np.ndarray
+    weights: np.ndarray
+
+    @property
+    def value(self) -> float:
+        """The first parameter."""
+        return float(self.cycle.values[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Meeting:
+    """A point where two kinds meet: its name, a key of the conditions, and the point."""
+
+    name: str
+    point: CurvePoint
+
+
+@dataclass
+class Curve:
+    """A curve of special points of one kind."""
+
+    kind: str
+    points: list[CurvePoint] = field(default_factory=list)
+    meetings: list[Meeting] = field(default_factory=list)
+    ends: tuple[str, str] = ("", "")
+
+
+# ---- a point of a curve --------------------------------------------------------------------------
+
+
+def gradient(
+    section_map: SectionMap, cycle: Cycle, function: Function, weights: np.ndarray
+) -> np.ndarray | None:
+    """Return the derivatives of a function by state and parameters (size + 2,); None if unknown."""
+    found, here = np.empty(len(weights)), function(cycle)
+    for i in range(len(weights)):
+        step = NEARBY / weights[i]
+        for sign in (1.0, -1.0):
+            place = cycle.place
+            place[i] += sign * step
+            other = section_map.at(place, cycle.n)
+            there = math.nan if other is None else function(other)
+            if math.isfinite(there):
+                break
+        found[i] = (there - here) / (sign * step)
+    return found if np.isfinite(found).all() else None
+
+
+def corrected(
+    section_map: SectionMap,
+    place: np.ndarray,
+    n: int,
+    function: Function,
+    row: np.ndarray,
+    weights: np.ndarray,
+) -> tuple[Cycle | None, np.ndarray, float]:
+    """Return the orbit near a place on the curve, in the plane through it across `row`.
+
+    Returns also the gradient of the function there, and the contraction of Newton's method.
+    """
+    anchor, first, ratio, nothing = place, 0.0, 0.0, np.empty(0)
+    for iteration in range(MOST_ITERATIONS):
+        cycle = section_map.at(place, n)
+        if cycle is None:
+            break
+        slope = gradient(section_map, cycle, function, weights)
+        if slope is None:
+            break
+        off = float((row * (place - anchor)).sum())
+        right = np.concatenate([-cycle.gap, [-function(cycle), -off]])
+        step, _ = bordered(closing(cycle), cycle.slopes, np.array([slope, row]), right)
+        if step is None or not np.isfinite(step).all():
+            break
+        far = length(weights, step)
+        if far <= SHORT:
+            return cycle, slope, ratio
+        if iteration == 0:
+            first = far
+        elif iteration == 1 and first > 1.0e-7:
+            ratio = far / first
+        if far > 2.0 * first:
+            break
+        place = place + step
+    return None, nothing, math.inf
+
+
+def tangent_of(cycle: Cycle, slope: np.ndarray, toward: np.ndarray) -> np.ndarray | None:
+    """Return the direction of a curve, turned `toward` a row (size + 2,), not yet of length one."""
+    right = np.zeros(len(toward))
+    right[-1] = 1.0
+    return bordered(closing(cycle), cycle.slopes, np.array([slope, toward]), right)[0]
+
+
+@dataclass
+class Tracer:
+    """Follows one curve in both directions."""
+
+    section_map: SectionMap
+    kind: str
+    low: np.ndarray
+    high: np.ndarray
+    softness: float = 0.0
+    without: tuple[int, int] = (0, 0)
+    wall: int = 0
+
+    def function(self, cycle: Cycle) -> Function:
+        """Return what vanishes on the curve, for orbits near one of it."""
+        if self.kind == "GR":
+            return grazing(self.without, self.wall, self.softness)
+        return augmented(self.kind, cycle)
+
+    def point(self, place: np.ndarray, n: int, toward: np.ndarray) -> CurvePoint | None:
+        """Return the point of the curve near a place, its tangent turned toward a direction."""
+        cycle = self.section_map.at(place, n)
+        if cycle is None:
+            return None
+        weights = self.section_map.weights(cycle, self.high - self.low)
+        row = weights * weights * toward
+        found, slope, _ = corrected(self.section_map, place, n, self.function(cycle), row, weights)
+        if found is None:
+            return None
+        return self._with_tangent(found, slope, row, weights)
+
+    def _with_tangent(
+        self, cycle: Cycle, slope: np.ndarray, row: np.ndarray, weights: np.ndarray
+    ) -> CurvePoint | None:
+        tangent = tangent_of(cycle, slope, row)
+        if tangent is None or not np.isfinite(tangent).all():
+            return None
+        return CurvePoint(cycle, tangent / length(weights, tangent), weights)
+
+    def along(self, point: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
+        """Return the point of the curve a step ahead, and the contraction of Newton's method."""
+        place = point.cycle.place + step * point.tangent
+        row, n = point.weights * point.weights * point.tangent, point.cycle.n
+        function = self.function(point.cycle)
+        cycle, slope, ratio = corrected(self.section_map, place, n, function, row, point.weights)
+        if cycle is None:
+            return None, ratio
+        weights = self.section_map.weights(cycle, self.high - self.low)
+        return self._with_tangent(cycle, slope, row, weights), ratio
+
+    def follow(self, start: CurvePoint) -> tuple[list[CurvePoint], list[Meeting], str]:
+        """Follow the curve from a point on, along its tangent, until it ends."""
+        points, meetings, step = [start], list[Meeting](), FIRST_STEP
+        while len(points) < MOST_POINTS:
+            a = points[-1]
+            b, ratio = self.along(a, step)
+            worst = math.inf if b is None else self._worst(a, b, ratio)
+            if b is None or (worst > SHARPEST and step > 2.0 * LEAST_STEP):
+                step *= 0.5
+                if step < LEAST_STEP:
+                    return points, meetings, "lost"
+                continue
+            inside = (self.low <= b.cycle.values) & (b.cycle.values <= self.high)
+            meetings.extend(self.meetings(a, b, step))
+            points.append(b)
+            if not inside.all():
+                return points, meetings, "bound"
+            if self.kind == "NS" and not is_torus(b.cycle):
+                return points, meetings, "neutral"
+            if _is_back(points):
+                return points, meetings, "closed"
+            step = min(LONGEST_STEP, step * min(2.0, max(0.5, 1.0 / max(worst, 1.0e-3))))
+        return points, meetings, "long"
+
+    def finished(self, point: CurvePoint) -> CurvePoint | None:
+        """Return the point of the curve of a point that has been followed; None of none."""
+        return point
+
+    def _worst(self, a: CurvePoint, b: CurvePoint, ratio: float) -> float:
+        """Return by what a step is too long: contraction, but of slopes with a kink, or angle."""
+        bent = 0.0 if self.kind == "GR" else math.sqrt(ratio / CONTRACTION)
+        return max(bent, _turn(a, b) / ANGLE)
+
+    def meetings(self, a: CurvePoint, b: CurvePoint, step: float) -> list[Meeting]:
+        """Return the points between two where another kind is met."""
+        found = [] if self.kind == "GR" else self._touches(a, b, step)
+        for name, condition in CONDITIONS[self.kind].items():
+            test = self._condition(condition)
+            before, after = test(a), test(b)
+            if not before * after < 0.0:
+                continue
+            place = narrowed_down(lambda s: self.along(a, s)[0], (a, b), (0.0, step), test)
+            if place is not None and self._is_true(name, place[1]):
+                found.append(Meeting(name, place[1]))
+        return found
+
+    def _touches(self, a: CurvePoint, b: CurvePoint, step: float) -> list[Meeting]:
+        """Return where an impact of the orbit grazes between two points, if one does."""
+        counts = a.cycle.counts
+        if b.cycle.counts == counts:
+            return []
+
+        def test(point: CurvePoint) -> float:
+            return 1.0 if point.cycle.counts == counts else -1.0
+
+        place = narrowed_down(lambda s: self.along(a, s)[0], (a, b), (0.0, step), test)
+        return [] if place is None else [Meeting(f"GR-{self.kind}", place[1])]
+
+    def _condition(self, condition: str) -> Callable[[CurvePoint], float]:
+        """Return the function of a point that vanishes where a condition is met."""
+        if condition == "cusp":
+            return self._bend
+        return lambda point: other_condition(self.kind, condition, point.cycle)
+
+    def _bend(self, point: CurvePoint) -> float:
+        """Return the quadratic coefficient of the map along the fold's null vector."""
+        cycle = point.cycle
+        matrix = singular_matrix("LP", cycle)
+        right, left = null_vector(matrix), null_vector(matrix.T.copy())
+        size, images = len(right), []
+        unit = 1.0e-4 / length(point.weights[:size], right)
+        for sign in (1.0, -1.0):
+            place = cycle.place
+            place[:size] += sign * unit * right
+            other = self.section_map.at(place, cycle.n)
+            if other is None:
+                return math.nan
+            images.append(other.points[-1, :size])
+        bend = images[0] + images[1] - 2.0 * cycle.points[-1, :size]
+        sign = 1.0 if float((left * right).sum()) >= 0.0 else -1.0
+        return sign * float((left * bend).sum()) / (unit * unit)
+
+    def _is_true(self, name: str, point: CurvePoint) -> bool:
+        """Tell whether a meeting is one: of NS with a resonance, only of a complex pair."""
+        if name == "GR-NS":
+            return any(abs(mu.imag) > 1.0e-6 for mu in point.cycle.multipliers.tolist())
+        return True
+
+
+def _turn(a: CurvePoint, b: CurvePoint) -> float:
+    """Return the angle between the tangents of two points."""
+    weights = a.weights * a.weights
+    cosine = float((weights * a.tangent * b.tangent).sum()) / length(a.weights, b.tangent)
+    return math.acos(max(-1.0, min(1.0, cosine)))
+
+
+def _is_back(points: list[CurvePoint]) -> bool:
+    """Tell whether a curve has come back to its first point, at whatever phase of the orbit."""
+    if len(points) < 5:
+        return False
+    first, a, b = points[0], points[-2], points[-1]
+    weights, size = a.weights, first.cycle.state.size
+    step = length(weights, b.cycle.place - a.cycle.place)
+    for point in first.cycle.points:
+        place = np.concatenate([point[:size], first.cycle.values])
+        if length(weights, place - b.cycle.place) < 0.6 * step:
+            return True
+    return False

@@ -27,7 +27,7 @@ from . import runge_kutta as rk
 from .codes import EXHAUSTED, RELEASED, STOPPED
 from .compiling import chosen, jit
 from .contact_field import DRAIN, VIRIAL, WORK, cos_sin, rotated
-from .driven import drive_start, rows_of
+from .driven import count_of, drive_start, rows_of
 from .force_law import (
     damping_of,
     depth_of,
@@ -90,7 +90,7 @@ def start_at_rest(tangent, ps, damper, wall, rate, c, k):
     k[rk.Y], k[rk.Y + 1] = root_of(wall, depth), speed
     k[rk.Y + 2], k[rk.Y + 3] = x1 + t * (v1 + 0.5 * t * dv), v1 + t * dv
     if tangent is not None:
-        for i in range(rk.WIDTH + rk.Y, rk.WIDTH + rk.Y + rk.TANGENT, 4):
+        for i in range(rk.WIDTH + rk.Y, rk.WIDTH + rk.Y + count_of(tangent), 4):
             k[i] += t * k[i + 1]
             k[i + 2] += t * k[i + 3]
         state = x1, v1, wall.gap + z, s
@@ -358,7 +358,7 @@ def contact(
     way, saved, finer = 0.0, 0.0, 1.0
     part = VERIFIED if steps.tolerance < math.inf else 1.0
     if tangent is not None:
-        for i in range(rk.TANGENT):
+        for i in range(count_of(tangent)):
             k[rk.Y + rk.WIDTH + i] = rows_of(tangent)[i]
     for count in range(MOST_STEPS):
         if count == 0:
@@ -410,7 +410,7 @@ def contact(
         elapsed += k[rk.NEW + 4]
         if tangent is not None:
             keep_drained(damping_of(wall), rk4, taken, k)
-            for i in range(rk.TANGENT):
+            for i in range(count_of(tangent)):
                 rows_of(tangent)[i] = k[rk.Y + rk.WIDTH + i] = k[rk.NEW + rk.WIDTH + i]
         # End here, or go on from row NEW.
         if landing:

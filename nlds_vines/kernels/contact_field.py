@@ -25,7 +25,7 @@ For a wall that pushes towards -x2 the mirrored state and forcing are handed in:
 from __future__ import annotations
 
 from .compiling import chosen, jit
-from .driven import drive_contact
+from .driven import count_of, drive_contact
 from .force_law import (
     damping_of,
     depth_of,
@@ -102,7 +102,7 @@ def slope(tangent, ps, damper, wall, c, d, landing, k, y, out):
     if tangent is not None:
         stiffness = stiffness_of(wall, q, s)
         k[out + DRAIN] = weight * drain_of(damping_of(wall), wall, damper.inv_mu, q, z, s)
-        for i in range(5, 21, 4):
+        for i in range(5, 5 + count_of(tangent), 4):
             a, b, r, u = k[y + i], k[y + i + 1], k[y + i + 2], k[y + i + 3]
             push = pushed_by(wall, stiffness, q, z, s, r, u)
             db, du = accelerations(unloaded(ps), damper, a, b, r, u, 0.0, push)

@@ -67,6 +67,14 @@ def rows_of(tangent):
     return lambda tangent: tangent
 
 
+@chosen
+def count_of(tangent):
+    """Return how many numbers of variations there are."""
+    if is_a(tangent, Driven):
+        return lambda tangent: 4 * len(tangent.rates)
+    return lambda tangent: 16
+
+
 # ---- what a parameter changes --------------------------------------------------------------------
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from .compiling import chosen, jit
 from .contact_field import slope
+from .driven import count_of
 
 # The scratch array k of a contact: 16 rows of 24 numbers, each row a state or its slope; AHEAD,
 # what is ahead of an orbit inside an impact that is solved (`inside.Ahead`); SECOND, what becomes
@@ -26,7 +27,6 @@ from .contact_field import slope
 #
 # A name is the place of a row's first number, so that k[NEW + 1] is s after a step.
 WIDTH = 5  # numbers of a state: q, s, x1, v1, tau
-TANGENT = 16  # numbers of four variations
 ROW = 24  # distance of the rows
 Y, NEW, STAGE, SAVE = 0, ROW, 2 * ROW, 3 * ROW
 K1, K2, K3, K4, K5, K6, K7, K8, K9, K10, K11, K12 = (ROW * (4 + i) for i in range(12))
@@ -97,10 +97,10 @@ B12 = 0.04471061572777259
 
 @chosen
 def width_of(tangent):
-    """Return how many numbers of a row are in use: a constant of the compiled code."""
+    """Return how many numbers of a row are in use: of plain variations a constant of the code."""
     if tangent is None:
         return lambda tangent: WIDTH
-    return lambda tangent: WIDTH + TANGENT
+    return lambda tangent: WIDTH + count_of(tangent)
 
 
 @jit

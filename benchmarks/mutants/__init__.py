@@ -7,6 +7,7 @@
     contacts    mutants of contacts, impacts, and Runge-Kutta steps
     limits      mutants of a limit that is watched inside contacts
     orbits      mutants of what is noted, of orbits, cells, lanes, variations, growth
+    driven      mutants of variations that parameters drive
     verdicts    mutants of shooting, recurrence, settling, verdicts, elementary functions
     archives    mutants of archives, of parts of runs under way, and of their checks
     results     mutants of sweeps, starts, errors, searches
@@ -22,6 +23,7 @@ from __future__ import annotations
 from benchmarks.mutants import (
     archives,
     contacts,
+    driven,
     flights,
     labels,
     limits,
@@ -34,7 +36,7 @@ from benchmarks.mutants.mutant import Mutant
 
 __all__ = ["MUTANTS", "Mutant"]
 
-_LISTS = (flights, touches, contacts, limits, orbits, verdicts, archives, results, labels)
+_LISTS = (flights, touches, contacts, limits, orbits, driven, verdicts, archives, results, labels)
 
 MUTANTS: tuple[Mutant, ...] = tuple(mutant for module in _LISTS for mutant in module.MUTANTS)
 """All mutants."""

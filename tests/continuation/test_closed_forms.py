@@ -8,8 +8,10 @@ import pytest
 from support import REPO
 
 from nlds_vines import continue_orbit, load_system
+from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
+from nlds_vines.orbits.settings import Settings
 
 RIGID = json.loads((REPO / "data" / "reference" / "rigid.json").read_text())
 CASES = RIGID["cases"]
@@ -89,6 +91,36 @@ def test_from_rest_the_orbit_with_an_impact_is_found_through_grazing(case):
     for kind, exact in [("LP", case["fold_A"]), *(("PD", flip["A"]) for flip in case["flips"])]:
         if exact:
             assert np.abs(special[special.kind == kind].value - exact).min() < 1e-9
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if case["n"] == 1][:2], ids=named)
+def test_curves_of_grazing_of_a_rigid_stop_are_closed_forms(case):
+    """In the plane of both, the motion without impacts grazes where its amplitude is the gap."""
+    system, omega = oscillator(case, 0.5 * case["grazing_A"]), case["omega"]
+    between = (0.01, 2.0 * case["grazing_A"])
+    path = continue_orbit(system, "P", between, plane=("omega", 0.98 * omega, 1.02 * omega))
+    curve = path.curves[0]
+    assert (curve.kind, curve.period, curve.ends) == ("GR", 1, ("bound", "bound"))
+    for P, there in curve.values:
+        amplitude = abs(complex(response(system.with_(P=P, C=1e6), np.array(there)).X1))
+        assert amplitude == pytest.approx(RIGID["d"], abs=1e-9)
+    start = np.argmin(np.abs(curve.values[:, 1] - omega))
+    assert curve.values[start] == pytest.approx([case["grazing_A"], omega], abs=1e-2)
+
+
+def test_an_orbit_with_an_impact_grazes_another_rigid_stop():
+    """Along the curve of T,1 to T,2: without the second stop, the orbit turns where that was."""
+    numbers = {"m": 1.0, "k": 1.0, "c": 0.6, "C": 1.0, "C_2": 1.05, "omega": 0.7, "P": 0.3}
+    system = System("oscillator-2", {**numbers, "e": 0.6}, law="restitution")
+    path = continue_orbit(system, "P", (0.05, 0.9), plane=("omega", 0.65, 0.75))
+    found = [curve for curve in path.curves if curve.kind == "GR"]
+    assert len(found) == 2  # T,0 to T,1, and T,1 to T,2, each found from both of its sides
+    alone = SectionMap(system.with_(C_2=2.0), ("P", "omega"), Settings(1e-12))
+    for state, values in zip(found[1].states, found[1].values, strict=True):
+        cycle = alone.at(np.concatenate([state, values]), 1)
+        assert cycle.counts == (1, 0)
+        assert cycle.defect < 1e-9
+        assert cycle.clearance == pytest.approx(0.95, abs=1e-9)
 
 
 TWO_STOPS = {"m": 1.0, "k": 1.0, "c": 0.1, "C": 1.2, "C_2": 1.0, "omega": 0.8, "P": 0.1}

@@ -1,0 +1,110 @@
+"""Derivatives of the section map by parameters, beside differences of the map.
+
+All parameters of systems that together have every law, walls on both sides, walls that limit the
+structure itself, a constant load and a damper that sticks.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from nlds_vines import load_system
+from nlds_vines.continuation.section_map import SectionMap
+from nlds_vines.model.system import System
+from nlds_vines.orbits.settings import Settings
+
+SET_6 = load_system("ssul-set6")
+TWO_STOPS = {"m": 1.0, "k": 1.0, "c": 0.2, "C": 1.0, "C_2": 0.9, "omega": 0.5, "P": 1.5}
+BALL = {"m": 1.0, "g": 9.81, "Y": 0.01, "omega": 40.0, "e": 0.5}
+SYSTEMS = {
+    "hertz": SET_6,
+    "power": SET_6.with_(law="power", K=1e5, exponent=1.2, hunt_crossley=0.2),
+    "restitution": SET_6.with_(law="restitution", e=0.7),
+    "kelvin-voigt": SET_6.with_(law="kelvin-voigt", kc=2e4, cc=30.0),
+    "two laws": System(
+        "oscillator-2",
+        {**TWO_STOPS, "kc": 20.0, "cc": 1.0, "e_2": 0.7},
+        law="linear",
+        law_2="restitution",
+    ),
+    "sticking": System("ball", BALL, law="restitution"),
+}
+PAIRS = [(name, parameter) for name, system in SYSTEMS.items() for parameter in system.parameters]
+
+
+@pytest.fixture(scope="module")
+def starts():
+    """Return a state of each system, after some periods from rest."""
+    found = {}
+    for name, system in SYSTEMS.items():
+        section_map = SectionMap(system, ("omega",), Settings(1e-12))
+        y, omega = np.zeros(section_map.size), system.parameters["omega"]
+        if name == "sticking":
+            y[:] = 0.01, 0.1
+        for _ in range(12):
+            y = section_map.at(np.append(y, omega), 1).points[0, : section_map.size]
+        found[name] = y
+    return found
+
+
+def of_differences(section_map, place, i, unit):
+    """Return the derivative of the image by number i of a place, of order four.
+
+    Of some steps that which errs least, by what half the step makes of it.
+    """
+
+    def wide(step):
+        images = []
+        for share in (1.0, -1.0, 2.0, -2.0):
+            other = place.copy()
+            other[i] += share * step
+            images.append(section_map.at(other, 1).points[0, : section_map.size])
+        return (8.0 * (images[0] - images[1]) - (images[2] - images[3])) / (12.0 * step)
+
+    found = [wide(unit * step) for step in (1e-3, 5e-4, 2.5e-4, 1.25e-4, 6e-5, 3e-5)]
+    errors = [np.abs(a - b).max() for a, b in pairwise(found)]
+    best = int(np.argmin(errors))
+    return found[best + 1]
+
+
+@pytest.mark.parametrize(("name", "parameter"), PAIRS)
+def test_the_derivative_by_each_parameter_is_that_of_differences(starts, name, parameter):
+    system, value = SYSTEMS[name], SYSTEMS[name].parameters[parameter]
+    section_map = SectionMap(system, (parameter,), Settings(1e-13))
+    place, unit = np.append(starts[name], value), abs(value) or 1e-2
+    cycle = section_map.at(place, 1)
+    assert sum(cycle.counts) >= 1
+    expected = of_differences(section_map, place, -1, unit)
+    off = np.abs(cycle.slopes[0] - expected).max()
+    round_off = 1e-11 * np.abs(cycle.points[0, : section_map.size]).max() / unit
+    assert off <= 1e-8 * np.abs(expected).max() + round_off
+
+
+def test_two_parameters_have_the_derivatives_of_each(starts):
+    for names in (("omega", "P"), ("C", "K"), ("m2", "V")):
+        values = [SET_6.K if name == "K" else SET_6.parameters[name] for name in names]
+        system = SET_6.with_(K=SET_6.K)
+        both = SectionMap(system, names, Settings(1e-12)).at(
+            np.concatenate([starts["hertz"], values]), 1
+        )
+        for i, name in enumerate(names):
+            alone = SectionMap(system, (name,), Settings(1e-12))
+            one = alone.at(np.append(starts["hertz"], values[i]), 1)
+            size = np.abs(one.slopes[0]).max()
+            assert np.allclose(both.slopes[i], one.slopes[0], rtol=0, atol=1e-10 * size)
+
+
+def test_a_wall_that_pushes_at_the_section(starts):
+    """Where the section cuts an impact in two, both parts are driven."""
+    section_map = SectionMap(SET_6, ("omega",), Settings(1e-13))
+    orbit, omega = starts["hertz"], SET_6.parameters["omega"]
+    place = np.append(orbit, omega)
+    place[2:4] = SET_6.parameters["C"] + 1e-5, 0.2  # inside a contact
+    expected = of_differences(section_map, place, -1, omega)
+    off = np.abs(section_map.at(place, 1).slopes[0] - expected).max()
+    assert off <= 1e-8 * np.abs(expected).max()
+    back = place.copy()
+    back[3] = 0.0
+    cycle = section_map.at(back, 2)
+    assert np.isfinite(cycle.slopes).all()

@@ -7,66 +7,71 @@ from benchmarks.mutants.mutant import of
 _T = "tests/continuation/test_derivatives.py::"
 _EACH = _T + "test_the_derivative_by_each_parameter_is_that_of_differences"
 
-MUTANTS = of(
-    "nlds_vines/kernels/driven.py",
-    (
-        "driven: walls stand still where parameters move them",
-        "tangent.rows[4 * i + 2] -= way * sign * tangent.rates[i, wall_at(sign) + GAP]",
-        "tangent.rows[4 * i + 2] -= 0.0 * way * sign * tangent.rates[i, wall_at(sign) + GAP]",
-        _EACH + "[restitution-C]",
+MUTANTS = (
+    *of(
+        "nlds_vines/kernels/driven.py",
+        (
+            "driven: walls stand still where parameters move them",
+            "tangent.rows[4 * i + 2] -= way * sign * tangent.rates[i, wall_at(sign) + GAP]",
+            "tangent.rows[4 * i + 2] -= 0.0 * way * sign * tangent.rates[i, wall_at(sign) + GAP]",
+            _EACH + "[restitution-C]",
+        ),
+        (
+            "driven: rebounds know nothing of the masses",
+            "sign * s * (by[SHARE] * back + damper.share * more)",
+            "sign * s * (damper.share * more)",
+            _EACH + "[restitution-m2]",
+        ),
+        (
+            "driven: the structure takes no notice of e",
+            "sign * s * (by[SHARE] * back + damper.share * more)",
+            "sign * s * (by[SHARE] * back)",
+            _EACH + "[restitution-e]",
+        ),
+        (
+            "driven: a flight is as long at every frequency",
+            "rates[SLOWER] = -change.omega / ps.omega",
+            "rates[SLOWER] = 0.0",
+            _EACH + "[restitution-omega]",
+        ),
+        (
+            "driven: gravity does not change",
+            "own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]",
+            "own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)",
+            _EACH + "[sticking-g]",
+        ),
+        (
+            "driven: the reduced mass does not change",
+            "own - (pulled * damper.inv_mu + pull * by[INV_MU]),",
+            "own - pulled * damper.inv_mu,",
+            _EACH + "[restitution-m2]",
+        ),
+        (
+            "driven: a steeper power has no other force",
+            "found += by[at + EXPONENT] * force_of(wall, q, z, s) * log(z)",
+            "found += 0.0 * log(z)",
+            _EACH + "[power-exponent]",
+        ),
+        (
+            "driven: a stepped contact is where it was",
+            "pushed = sign * (push_by_law(wall, by, at, q, z, s) - stiffness * by[at + GAP])",
+            "pushed = sign * push_by_law(wall, by, at, q, z, s)",
+            _EACH + "[power-C]",
+        ),
     ),
-    (
-        "driven: rebounds know nothing of the masses",
-        "sign * s * (by[SHARE] * back + damper.share * more)",
-        "sign * s * (damper.share * more)",
-        _EACH + "[restitution-m2]",
-    ),
-    (
-        "driven: the structure takes no notice of e",
-        "sign * s * (by[SHARE] * back + damper.share * more)",
-        "sign * s * (by[SHARE] * back)",
-        _EACH + "[restitution-e]",
-    ),
-    (
-        "driven: a flight is as long at every frequency",
-        "rates[SLOWER] = -change.omega / ps.omega",
-        "rates[SLOWER] = 0.0",
-        _EACH + "[restitution-omega]",
-    ),
-    (
-        "driven: gravity does not change",
-        "own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]",
-        "own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)",
-        _EACH + "[sticking-g]",
-    ),
-    (
-        "driven: the reduced mass does not change",
-        "own - (pulled * damper.inv_mu + pull * by[INV_MU]),",
-        "own - pulled * damper.inv_mu,",
-        _EACH + "[restitution-m2]",
-    ),
-    (
-        "driven: a spring counts from where its wall was",
-        "return sign * (found - constant * wall.kc * by[at + GAP])",
-        "return sign * found",
-        _EACH + "[kelvin-voigt-C]",
-    ),
-    (
-        "driven: a dashpot does not change",
-        "found = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s",
-        "found = by[at + KC] * (r - constant * wall.gap)",
-        _EACH + "[kelvin-voigt-cc]",
-    ),
-    (
-        "driven: a steeper power has no other force",
-        "found += by[at + EXPONENT] * force_of(wall, q, z, s) * log(z)",
-        "found += 0.0 * log(z)",
-        _EACH + "[power-exponent]",
-    ),
-    (
-        "driven: a stepped contact is where it was",
-        "pushed = sign * (push_by_law(wall, by, at, q, z, s) - stiffness * by[at + GAP])",
-        "pushed = sign * push_by_law(wall, by, at, q, z, s)",
-        _EACH + "[power-C]",
+    *of(
+        "nlds_vines/kernels/driven_flight.py",
+        (
+            "driven: a spring counts from where its wall was",
+            "return sign * (found - constant * wall.kc * by[at + GAP])",
+            "return sign * found",
+            _EACH + "[kelvin-voigt-C]",
+        ),
+        (
+            "driven: a dashpot does not change",
+            "found = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s",
+            "found = by[at + KC] * (r - constant * wall.gap)",
+            _EACH + "[kelvin-voigt-cc]",
+        ),
     ),
 )

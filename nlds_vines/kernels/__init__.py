@@ -46,6 +46,8 @@ In reading order:
     period_search    the stable periodic orbit that it ends in
     verdict          what an orbit is, with the evidence
     cells            one cell: parameters, orbit, outputs, verdict
+    driven           variations that parameters drive
+    driven_flight    the same along a flight
     cycles           an nT orbit as a point of a branch, with its derivatives
     lanes            many cells, one after another
 

@@ -19,8 +19,7 @@ import math
 from typing import Any, NamedTuple
 
 from .compiling import chosen, is_a, jit
-from .elementary import cos_sin_of_turn, log
-from .flight import ORDER, propagate
+from .elementary import log
 from .force_law import depth_of, elastic, factor_of, force_of, root_of, stiffness_of
 from .scene import (
     SMOOTH,
@@ -31,7 +30,6 @@ from .scene import (
     accelerations,
     near_constants,
     power_wall_with,
-    unloaded,
 )
 
 # Columns of the rates of a parameter, the derivatives of what kernels know of a cell:
@@ -247,6 +245,7 @@ def drive_contact(tangent, ps, damper, wall, motion, drive, slopes, weight, k, o
 def nothing_driven(tangent, ps, damper, wall, motion, drive, slopes, weight, k, out):
     """Add nothing."""
     # hot: as `drive_columns`
+    return None
 
 
 @jit
@@ -267,146 +266,6 @@ def drive_columns(tangent, ps, damper, wall, motion, drive, slopes, weight, k, o
         k[place + 1] += weight * (b + pace * dv)
         k[place + 2] += weight * (pace * s)
         k[place + 3] += weight * (d + pace * ds)
-
-
-# ---- along a flight ------------------------------------------------------------------------------
-
-
-@chosen
-def push_of(wall, constant, r, s, c, d):
-    """Return the force of what is linear on a wall, r and s as it sees them; and of a variation."""
-    if wall is None:
-        return lambda wall, constant, r, s, c, d: (0.0, 0.0)
-    return lambda wall, constant, r, s, c, d: (
-        wall.kc * (r - constant * wall.gap) + wall.cc * s, wall.kc * c + wall.cc * d
-    )  # fmt: skip
-
-
-@chosen
-def pushed_by_joint(wall, by, sign, constant, r, s):
-    """Return what changes of that force by the parameter itself."""
-    if wall is None:
-        return lambda wall, by, sign, constant, r, s: 0.0
-
-    def changed(wall, by, sign, constant, r, s):
-        at = wall_at(sign)
-        found = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s
-        return sign * (found - constant * wall.kc * by[at + GAP])
-
-    return changed
-
-
-@chosen
-def under_once(load, constant, alone):
-    """Return an acceleration with that of a constant load, as far as it is constant."""
-    if load is None:
-        return lambda load, constant, alone: alone
-    return lambda load, constant, alone: alone + constant * load
-
-
-@jit
-def driven_terms(wall, ps, damper, by, sign, constant, state, drive, variation):
-    """Return (dv1/dt, ds/dt) of a motion, and of a variation driven along it, by terms of both.
-
-    The motion is a flight, or that on a wall with a linear law.
-    """
-    # hot: once per term of a flight
-    free = unloaded(ps)
-    x1, v1, r, s = state
-    a, b, c, d = variation
-    push, push_varied = push_of(wall, constant, r, s, c, d)
-    dv, ds = accelerations(free, damper, x1, v1, r, s, drive, push)
-    dv = under_once(ps.load, constant, dv)
-    if damper is not None:
-        ds = under_once(ps.load, constant, ds)
-    db, dd = accelerations(free, damper, a, b, c, d, 0.0, push_varied)
-    pushed = pushed_by_joint(wall, by, sign, constant, r, s)
-    more, other = source_of(ps, damper, by, sign, constant, state, drive, push, pushed)
-    pace = sign * by[SLOWER]
-    return (
-        dv, ds, pace * v1 + b, db + more + pace * dv, pace * s + d, dd + other + pace * ds
-    )  # fmt: skip
-
-
-@jit
-def stuck_terms(wall, ps, damper, by, sign, constant, state, drive, variation):
-    """Return the same of a damper that stays on a rigid wall, one mass with the structure."""
-    # hot: once per term of a flight
-    x1, v1, _, _ = state
-    a, b, _, _ = variation
-    other, pace = 1.0 - damper.share, sign * by[SLOWER]
-    alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1
-    alone = under_once(ps.load, constant, alone)
-    more = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)
-    more += constant * by[LOAD] - (ps.stiffness * a + ps.damping * b)
-    dv, db = other * alone, other * more - sign * by[SHARE] * alone
-    return dv, 0.0, pace * v1 + b, db + pace * dv, 0.0, 0.0
-
-
-@chosen
-def terms_on(wall, ps, damper, by, sign, constant, state, drive, variation):
-    """Return the terms of a flight, or of the motion on a wall, by its law."""
-    # hot: once per term of a flight
-    return stuck_terms if is_a(wall, RigidWall) else driven_terms
-
-
-@jit
-def drive_cell(wall, ps, damper, by, sign, h, phase, state, variation):
-    """Return a motion and a variation driven along it, a time h later, by Taylor polynomials.
-
-    phase: (cos, sin) of the forcing's at the beginning; h as for the cells of `flight`.
-    """
-    # hot: once per cell
-    x1, v1, r, s = state
-    a, b, c, d = variation
-    cosine, sine = phase
-    y0, y1, y2, y3, w0, w1, w2, w3 = x1, v1, r, s, a, b, c, d
-    for k in range(ORDER):
-        dv, ds, da, db, dc, dd = terms_on(
-            wall, ps, damper, by, sign, 1.0 if k == 0 else 0.0,
-            (x1, v1, r, s), cosine, (a, b, c, d),
-        )  # fmt: skip
-        g = h / (k + 1.0)
-        x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
-        a, b, c, d = da * g, db * g, dc * g, dd * g
-        cosine, sine = -ps.omega * sine * g, ps.omega * cosine * g
-        y0, y1, y2, y3 = y0 + x1, y1 + v1, y2 + r, y3 + s
-        w0, w1, w2, w3 = w0 + a, w1 + b, w2 + c, w3 + d
-    return (y0, y1, y2, y3), (w0, w1, w2, w3)
-
-
-@jit
-def drive_along(wall, ps, damper, driven, sign, longest, place, state, time):
-    """Carry driven variations along a flight, or a motion on a wall, of `time` [s].
-
-    state (x1, v1, r, s) at its beginning, as the wall sees it; place: share of the period that is
-    over then; longest: a cell [s].
-    """
-    # hot: once per flight
-    if not time > 0.0:
-        return
-    n = math.ceil(time / longest)
-    h, turn = time / n, time / n * (ps.omega / (2.0 * math.pi))
-    for i in range(len(driven.rates)):
-        by, k, rows, y = driven.rates[i], 4 * i, driven.rows, state
-        w = rows[k], rows[k + 1], rows[k + 2], rows[k + 3]
-        for cell in range(n):
-            cosine, sine = cos_sin_of_turn(place + cell * turn)
-            y, w = drive_cell(wall, ps, damper, by, sign, h, (sign * cosine, sign * sine), y, w)
-        rows[k], rows[k + 1], rows[k + 2], rows[k + 3] = w
-
-
-@chosen
-def carry(tangent, wall, ps, damper, grid, sign, place, state, time):
-    """Carry variations along a flight, or a motion on a wall with a linear law, of `time` [s]."""
-    # hot: as `drive_along`
-    if is_a(tangent, Driven):
-        return lambda tangent, wall, ps, damper, grid, sign, place, state, time: drive_along(
-            wall, ps, damper, tangent, sign, grid.h, place, state, time
-        )
-    return lambda tangent, wall, ps, damper, grid, sign, place, state, time: propagate(
-        grid, tangent, time
-    )
 
 
 # ---- at a wall -----------------------------------------------------------------------------------

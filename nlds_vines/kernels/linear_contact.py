@@ -21,7 +21,8 @@ import numpy as np
 from . import runge_kutta as rk
 from .codes import CLEARED, EXHAUSTED, RELEASED, RETURNED, STOPPED
 from .compiling import chosen, is_a, jit
-from .driven import carry, rows_of, seen_from_wall
+from .driven import rows_of, seen_from_wall
+from .driven_flight import carry
 from .elementary import cos_sin_of_turn
 from .flight import (
     COEF,

@@ -40,7 +40,7 @@ from .codes import (
     TOUCH_NEAR,
 )
 from .compiling import chosen, is_a, jit
-from .driven import carry
+from .driven_flight import carry
 from .exact import fly
 from .fixed_step import fly_fixed, phase_in_step
 from .flight import bare_grid, coarse_map, phase_at, step

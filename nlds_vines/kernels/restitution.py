@@ -24,7 +24,8 @@ from typing import NamedTuple
 from . import runge_kutta as rk
 from .codes import EXHAUSTED, RELEASED, STOPPED
 from .compiling import chosen, jit
-from .driven import carry, drive_rebound, rows_of, seen_from_wall
+from .driven import drive_rebound, rows_of, seen_from_wall
+from .driven_flight import carry
 from .elementary import log
 from .exact import phase_of
 from .flight import (

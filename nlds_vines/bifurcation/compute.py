@@ -11,10 +11,10 @@ from nlds_vines.archives.dataset import Dataset
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.orbits import refinement
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
-from nlds_vines.orbits.compilation import Tell
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.starts import random_states, start_states
 from nlds_vines.orbits.status_words import OK
+from nlds_vines.runs.progress import Tell
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.blocks import Block
@@ -53,7 +53,7 @@ class Computer:
         self._kernels, self._finer = Kernels(wanted, tell, helped=helped), None
         if "error" in scan.want:
             finer = wanted.settings.refined(scan.method)
-            self._finer = Kernels(replace(wanted, settings=finer))
+            self._finer = Kernels(replace(wanted, settings=finer), tell)
 
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""

@@ -27,11 +27,10 @@ from nlds_vines.bifurcation.watched import of_chaos
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import printable
 from nlds_vines.orbits.coexistence import CHAOS
-from nlds_vines.orbits.compilation import Tell
 from nlds_vines.orbits.settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
-from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.shard import Shard
 from nlds_vines.runs.threads import use_threads
 
@@ -104,7 +103,7 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
             with Progress(lanes, "orbit", done=done, quiet=how.quiet) as progress:
                 note = partial(report.tally.follow, progress)
                 if how.scheduler is None:
-                    _compute(parts, left, how, progress.say, note, stop)
+                    _compute(parts, left, how, progress.wait, note, stop)
                 else:
                     from nlds_vines.bifurcation import cluster
 

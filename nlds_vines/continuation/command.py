@@ -71,6 +71,7 @@ def continue_orbit(
     step: float = 0.02,
     unstable: int = 3000,
     tolerance: float | str = "fine",
+    quiet: bool = False,
 ) -> Continued:
     """Follow the branches of periodic orbits along a parameter and return them.
 
@@ -91,6 +92,7 @@ def continue_orbit(
         step: the longest step, relative to the orbit and the interval together.
         unstable: the most points, one after another, that are followed where orbits are unstable.
         tolerance: of the contacts: a number, draft, standard or fine.
+        quiet: whether not to say that something is compiled.
 
     Raises `RequestError` for anything else, and where the start is no periodic orbit.
 
@@ -119,8 +121,9 @@ def continue_orbit(
     request = load_continuation(known, changes, "continue_orbit")
     from nlds_vines.continuation.result import Continued
     from nlds_vines.continuation.run import compute
+    from nlds_vines.orbits.compilation import notice
 
-    return Continued(request, compute(request))
+    return Continued(request, compute(request, tell=notice(quiet)))
 
 
 def _pair(between: Sequence[float]) -> tuple[float, float]:

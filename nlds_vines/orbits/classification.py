@@ -11,6 +11,7 @@ import numpy as np
 from nlds_vines.errors import choice, whole
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
+from nlds_vines.orbits.compilation import notice
 from nlds_vines.orbits.labels import FLAGS, least_lifetime
 from nlds_vines.orbits.settings import EFFORTS, METHODS, chosen_settings
 from nlds_vines.orbits.simulation import IntegrationError, start_state
@@ -85,6 +86,7 @@ def classify(
     method: str = "exact",
     effort: str = "standard",
     tolerance: float | str | None = None,
+    quiet: bool = False,
 ) -> Regime:
     """Say what the orbit of a system is, from a start, and return the evidence.
 
@@ -96,6 +98,7 @@ def classify(
         effort: quick, standard or thorough: how many further periods a verdict may take.  A
             periodic orbit ends the search; chaos and a torus are followed for all of them.
         tolerance: of `exact`, as `simulate` takes it.
+        quiet: whether not to say that something is compiled.
 
     Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
     docs/regimes.md holds the decision table.  Cost: as `simulate` for a periodic orbit, once
@@ -104,7 +107,7 @@ def classify(
     before, sampled = whole("transient", transient, 0), whole("periods", periods, 1)
     how = choice("method", method, METHODS), choice("effort", effort, EFFORTS)
     settings = chosen_settings(method, {"tolerance": tolerance})
-    kernels = Kernels(Wanted(system.scene, _WANT, *how, settings))
+    kernels = Kernels(Wanted(system.scene, _WANT, *how, settings), notice(quiet))
     cells = np.atleast_2d(system.cells())
     state = start_state(system, float(cells["rest"][0, 0]), start)
     outputs = kernels.run(cells, state[np.newaxis, :4], before, sampled)

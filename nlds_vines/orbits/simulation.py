@@ -18,6 +18,8 @@ from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.scenes.base import LONGEST_NAME
 from nlds_vines.model.system import System
+from nlds_vines.orbits.compilation import Compilation, notice
+from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.settings import METHODS, checked_steps, chosen_settings
 from nlds_vines.orbits.status_words import STATUS
@@ -46,6 +48,9 @@ ROUND_OFF = 1e-12
 
 SAMPLES = 512
 """States of a trajectory in each forcing period, by default."""
+
+_RUN_CELL = getattr(run_cell, "entry", run_cell)
+"""What is compiled where Python calls `run_cell`."""
 
 
 class IntegrationError(RuntimeError):
@@ -107,6 +112,7 @@ def simulate(
     nodes: int | None = None,
     samples: int = SAMPLES,
     resolution: float | None = None,
+    quiet: bool = False,
 ) -> Orbit:
     """Follow one orbit over forcing periods and return what was recorded.
 
@@ -126,6 +132,7 @@ def simulate(
         nodes: of `exact`, for experts: collocation nodes of every short impact, whatever the
             tolerance.
         samples: states of a trajectory in each period.
+        quiet: whether not to say that something is compiled.
         resolution: old name of `contact_steps` (exact) and `period_steps` (rk4); deprecated.
 
     Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
@@ -144,9 +151,12 @@ def simulate(
     cell = cell_of(system)
     begin = start_state(system, cell.rest, start)
     buffers = _Buffers.of(system, record, periods, samples)
+    needed = Needed(system.scene.key, method, record)
+    compilation = Compilation(needed, notice(quiet), helped=False)
     while True:
         state = begin.copy()
-        code = buffers.run(parts, cell, state, transient, periods)
+        with compilation.followed({_RUN_CELL: "orbit"}):
+            code = buffers.run(parts, cell, state, transient, periods)
         if code != OK:
             status = STATUS[code]
             raise IntegrationError(f"{system.name}: {status.name}. {status.remedy}")

@@ -39,7 +39,10 @@ def finished(folder, *arguments, **more):
 def test_a_run_finds_what_was_compiled_and_says_what_was_not(tmp_path):
     scan = ["bifurcation", "--system", "none", "--vary", "omega=6:7:2", "--record", "section"]
     scan += ["--transient", "1", "--periods", "2", "--overwrite", "-o", "a.h5"]
-    words = "compiling the kernels of none: orbit (once; about 12 s)\n"
+    words = (
+        "compiling the kernels of none (once for this kind and these records, about 12 s; "
+        "1 of 1: orbit)\n"
+    )
     ahead = ["compile", "none", "--record", "section"]
     status, out, err = finished(tmp_path, *ahead)
     assert (status, err) == (0, "")
@@ -49,7 +52,8 @@ def test_a_run_finds_what_was_compiled_and_says_what_was_not(tmp_path):
     status, _, err = finished(tmp_path, *scan)
     assert (status, err) == (0, "")
     status, _, err = finished(tmp_path, *scan, NUMBA_OPT="1")  # which is another cache
-    assert (status, err) == (0, words)
+    assert status == 0
+    assert err.startswith(words)
     status, _, err = finished(tmp_path, *scan, "--quiet", NUMBA_OPT="2")
     assert (status, err) == (0, "")
 

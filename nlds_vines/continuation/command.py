@@ -30,7 +30,7 @@ from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.continuation.request import STARTS, Continuation
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.errors import RequestError, at, from_text, shown
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.system import System
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def continue_orbit(
     """Follow the branches of periodic orbits along a parameter and return them.
 
     Arguments:
-        system: a `System`, or the name of one; where its own value of the parameter lies outside
+        system: a `System`, the name of one, or the path of a TOML file; where its own value of the parameter lies outside
             the interval, the start is looked for at the nearest end.
         along: the free parameter, any one that is allowed for the system.
         between: its smallest and largest value [SI].
@@ -101,7 +101,7 @@ def continue_orbit(
     impact may appear or vanish along a branch: with Hertz contacts the map stays continuously
     differentiable there.  Cost: some 0.4 ms for each point of T,1, once compiled.
     """
-    known = load_system(system) if not isinstance(system, System) else system
+    known = as_system(system)
     first, last = _pair(between)
     changes: dict[str, Any] = {
         "along": {along: {"start": first, "stop": last}},

@@ -56,6 +56,21 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: Any) -> Sy
     return system.with_(**overrides)
 
 
+def as_system(source: System | str | os.PathLike[str]) -> System:
+    """Return a `System` as it is, and what `load_system` makes of a name or a path.
+
+    Raises `RequestError` for anything else.
+    """
+    if isinstance(source, System):
+        return source
+    if isinstance(source, str | os.PathLike):
+        return load_system(source)
+    raise RequestError(
+        f"system = {shown(source)} must be a System, a name or the path of a TOML file; "
+        f"names: {', '.join(catalogue())}"
+    )
+
+
 def system_from(value: object, name: str = "") -> System:
     """Return the system that the entry `system` of a request file describes.
 

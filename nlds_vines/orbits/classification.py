@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.errors import choice, whole
+from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.compilation import notice
@@ -21,8 +24,8 @@ _WANT = ("regime", "lyapunov", "settling", "evidence")
 _KINDS = {code: name for name, code in FLAGS.items()}
 
 
-@dataclass(frozen=True)
-class Regime:
+@dataclass(frozen=True, repr=False)
+class Regime(Outlined):
     """What an orbit is, and why.
 
     Attributes:
@@ -68,6 +71,23 @@ class Regime:
     transient_lyapunov: float
     transient_lyapunov_width: float
 
+    def heading(self) -> str:
+        """Return the label."""
+        return f"{self.label} ({self.kind})"
+
+    def outline(self) -> Rows:
+        """Return the evidence in a few lines."""
+        yield "system", self.system.heading()
+        where = f"{self.watched} periods watched"
+        settled = f"settled after {self.settling}" if self.settling >= 0 else "not settled"
+        each = f"n = {self.period}, " if self.period else ""
+        yield "orbit", f"{each}{self.impacts} impacts; {settled} forcing periods, {where}"
+        if self.multipliers is not None:
+            moduli = ", ".join(f"{abs(mu):.6g}" for mu in self.multipliers)
+            yield "multipliers", f"moduli {moduli}; residual {self.residual:.2g}"
+        width = f" +- {self.lyapunov_width:.2g}" if self.lyapunov_width else ""
+        yield "largest exponent", f"{self.lyapunov:.6g}{width} 1/s"
+
     @property
     def least_lifetime(self) -> float:
         """The mean lifetime [forcing periods] that chaos has at least, if it is transient.
@@ -78,7 +98,7 @@ class Regime:
 
 
 def classify(
-    system: System,
+    system: System | str | os.PathLike[str],
     *,
     start: Sequence[float] | None = None,
     transient: int = 600,
@@ -91,7 +111,7 @@ def classify(
     """Say what the orbit of a system is, from a start, and return the evidence.
 
     Arguments:
-        system: from `load_system`.
+        system: a `System`, the name of one, or the path of a TOML file.
         start: (x1, v1, x2, v2) [m, m/s] at t = 0, by default at rest; without a damper (x1, v1).
         transient, periods: forcing periods passed over and looked at first.
         method: `exact` or `rk4`.
@@ -104,6 +124,7 @@ def classify(
     docs/regimes.md holds the decision table.  Cost: as `simulate` for a periodic orbit, once
     compiled; some 0.05 s for a chaotic one.
     """
+    system = as_system(system)
     before, sampled = whole("transient", transient, 0), whole("periods", periods, 1)
     how = choice("method", method, METHODS), choice("effort", effort, EFFORTS)
     settings = chosen_settings(method, {"tolerance": tolerance})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
@@ -9,12 +10,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nlds_vines.archives.outline import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, whole
 from nlds_vines.kernels.arguments import CellBuffers, Parts, Span
 from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.scenes.base import LONGEST_NAME
 from nlds_vines.model.system import System
@@ -65,8 +68,8 @@ class Violation(NamedTuple):
     depth: float  # of the deepest [m]
 
 
-@dataclass(frozen=True)
-class Orbit:
+@dataclass(frozen=True, repr=False)
+class Orbit(Outlined):
     """What was recorded of an orbit; None for what was not wanted.
 
     Attributes:
@@ -97,9 +100,30 @@ class Orbit:
     trajectory: np.ndarray | None = None
     time: np.ndarray | None = None
 
+    def heading(self) -> str:
+        """Return what was simulated."""
+        return f"of {self.system.heading()}"
+
+    def outline(self) -> Rows:
+        """Return the last state and what was recorded, arrays by their shapes."""
+        names = self.system.scene.components
+        yield "last state [m, m/s]", numbers(dict(zip(names, self.state.tolist(), strict=True)))
+        arrays = ("section", "impacts", "trajectory")
+        found = {name: getattr(self, name) for name in arrays if getattr(self, name) is not None}
+        if found:
+            yield "recorded", ", ".join(f"{name} {array.shape}" for name, array in found.items())
+        of_bodies = ("E1max", "E2max", "E1peak", "E2peak")
+        if energies := {name: e for name in of_bodies if (e := getattr(self, name)) is not None}:
+            yield "energies [J]", numbers(energies)
+        others = {} if self.clearance is None else {"clearance [m]": self.clearance}
+        if self.violation is not None:
+            others |= {"violations": self.violation.number, "depth [m]": self.violation.depth}
+        if others:
+            yield "limits", numbers(others)
+
 
 def simulate(
-    system: System,
+    system: System | str | os.PathLike[str],
     periods: int,
     *,
     start: Sequence[float] | None = None,
@@ -117,7 +141,7 @@ def simulate(
     """Follow one orbit over forcing periods and return what was recorded.
 
     Arguments:
-        system: from `load_system`.
+        system: a `System`, the name of one, or the path of a TOML file.
         periods: how many to record (>= 0), after `transient` unrecorded ones.
         start: (x1, v1, x2, v2) [m, m/s] at t = 0, by default at rest; without a damper (x1, v1).
             It may lie on a wall or inside a contact, which then is not counted as an impact.
@@ -138,6 +162,7 @@ def simulate(
     Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
     Cost with the defaults: about 2 us a period for an SSul NES, once compiled.
     """
+    system = as_system(system)
     whole("periods", periods, 0)
     whole("transient", transient, 0)
     whole("samples", samples, 1, 10**6)

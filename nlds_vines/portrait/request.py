@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from nlds_vines.archives.outline import Outlined
 from nlds_vines.errors import RequestError, choice, from_text, shown, string, whole
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
@@ -89,8 +90,8 @@ class Column:
         return not self.panels or panel in self.panels
 
 
-@dataclass(frozen=True)
-class PortraitRequest:
+@dataclass(frozen=True, repr=False)
+class PortraitRequest(Outlined):
     """What to draw; checked when made, immutable afterwards.
 
     Arguments:

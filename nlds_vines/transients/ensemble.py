@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nlds_vines.archives.outline import Outlined
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.coexistence import by_frequency, finals
 from nlds_vines.orbits.labels import TRANSIENT
@@ -48,8 +49,8 @@ class Share:
         return self.count / self.total
 
 
-@dataclass(frozen=True)
-class Ensemble:
+@dataclass(frozen=True, repr=False)
+class Ensemble(Outlined):
     """The results of the starts of one cell.
 
     Arguments:

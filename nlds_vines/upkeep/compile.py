@@ -127,11 +127,11 @@ def _lines(kind: str, process: elsewhere.Process) -> Iterator[str]:
 def _carry_out(options: argparse.Namespace) -> int:
     """Compile what the options name; return the exit status."""
     check_environment()
-    records = [comma_separated(options.record)]
+    records: list[list[str] | None] = [comma_separated(options.record)]
     if options.branches:
         if options.method != "exact":
             raise RequestError("--branches: branches are followed by method exact alone")
-        records = [record for record in records if record] + [list(OF_STARTS)]
+        records = [*(record for record in records if record), list(OF_STARTS)]
     asked = [
         needed
         for record in records

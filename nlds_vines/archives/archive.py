@@ -33,7 +33,7 @@ from nlds_vines.archives.view import (
     values_of,
     whole_crc,
 )
-from nlds_vines.errors import RequestError
+from nlds_vines.errors import RequestError, shown
 
 Piece = tuple[str, tuple[slice, ...], np.ndarray]
 """The name of a dataset, a rectangle of its cells, and the values there."""
@@ -99,13 +99,20 @@ def read(path: str | os.PathLike[str]) -> ArchiveView:
     its format is newer than this version knows, and if it is not laid out as an archive is: nothing
     in it may lead to another file.
     """
-    path = Path(path)
+    path = _as_path(path)
     file = _opened(path)
     found = _problems_of_layout(file)
     if found:
         file.close()
         raise RequestError(f"{path} is damaged: {found[0]}")
     return ArchiveView(path, file)
+
+
+def _as_path(path: object) -> Path:
+    """Return the path of an archive; `RequestError` for anything that is none."""
+    if isinstance(path, str | os.PathLike):
+        return Path(path)
+    raise RequestError(f"archive = {shown(path)} must be the path of a file")
 
 
 def _opened(path: Path) -> h5py.File:
@@ -134,7 +141,7 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
     padding, breaks the seal.  What leads to another file, which no seal covers, is a problem, too.
     Raises `RequestError` if the file does not exist.
     """
-    path = Path(path)
+    path = _as_path(path)
     try:
         with durable.in_one_line(f"read {path}"):
             sealed = durable.sealed(path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 from collections.abc import Mapping
 from importlib import import_module
@@ -72,11 +73,12 @@ def write_csv(view: View, path: str | os.PathLike[str], names: tuple[str, ...]) 
     The first line has the names of the columns.  An existing file is replaced.
     """
     found = columns_of(view, names)
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(found)
+    writer.writerows(zip(*(column.tolist() for column in found.values()), strict=True))
     with durable.in_one_line(f"write {path}"), durable.whole(Path(path)) as temporary:
-        with temporary.open("w", newline="", encoding="utf-8") as out:
-            writer = csv.writer(out, lineterminator="\n")
-            writer.writerow(found)
-            writer.writerows(zip(*(column.tolist() for column in found.values()), strict=True))
+        temporary.write_text(text.getvalue(), "utf-8", newline="")
 
 
 def frame_of(view: View, names: tuple[str, ...]) -> Any:

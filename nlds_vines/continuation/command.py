@@ -76,8 +76,8 @@ def continue_orbit(
     """Follow the branches of periodic orbits along a parameter and return them.
 
     Arguments:
-        system: a `System`, the name of one, or the path of a TOML file; where its own value of the parameter lies outside
-            the interval, the start is looked for at the nearest end.
+        system: a `System`, the name of one, or the path of a TOML file; where its own value of the
+            parameter lies outside the interval, the start is looked for at the nearest end.
         along: the free parameter, any one that is allowed for the system.
         between: its smallest and largest value [SI].
         start: None for the orbit from rest; a `Regime` that is periodic, at its own value of the

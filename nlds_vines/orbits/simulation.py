@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows, numbers
-from nlds_vines.errors import RequestError, choice, whole
+from nlds_vines.errors import RequestError, choice, shown, whole
 from nlds_vines.kernels.arguments import CellBuffers, Parts, Span
 from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.codes import OK
@@ -269,6 +269,8 @@ def _checked_record(system: System, record: Collection[str] | None) -> tuple[str
         return ("section", "impacts") if system.scene.walls else ("section",)
     if isinstance(record, str):
         record = (record,)
+    if not isinstance(record, Collection):
+        raise RequestError(f"record = {shown(record)} must be a list of {', '.join(RECORDS)}")
     for word in record:
         choice("record", word, RECORDS)
     refuse_impossible(tuple(record), system.scene)
@@ -299,10 +301,13 @@ def start_state(system: System, rest: float, start: Sequence[float] | None) -> n
     if start is None:
         return state
     names = system.scene.components
-    values = np.asarray(start, dtype=float)
+    try:
+        values = np.asarray(start, dtype=float)
+    except (TypeError, ValueError):  # no numbers at all
+        values = np.empty(0)
     if values.shape != (len(names),) or not np.isfinite(values).all():
         text = f"{len(names)} finite numbers {', '.join(names)}"
-        raise RequestError(f"start = {start!r}; allowed: {text}")
+        raise RequestError(f"start = {shown(start)}; allowed: {text}")
     state[:2] = values[:2]
     if system.scene.damper:
         state[2], state[3] = values[0] - (values[2] - rest), values[1] - values[3]

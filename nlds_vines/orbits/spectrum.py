@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows
-from nlds_vines.errors import RequestError, choice, number, whole
+from nlds_vines.errors import RequestError, choice, number, shown, whole
 from nlds_vines.orbits.signals import SIGNALS, checked_signal
 
 if TYPE_CHECKING:
@@ -171,6 +171,8 @@ def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -
 
     Raises `RequestError` for an orbit without trajectory and a signal that its scene lacks.
     """
+    if not hasattr(orbit, "trajectory"):
+        raise RequestError(f"orbit = {shown(orbit)} must be an Orbit, as simulate returns it")
     checked_signal(signal, orbit.system.scene)
     if orbit.trajectory is None or orbit.time is None:
         raise RequestError("the orbit holds no trajectory: simulate with record=['trajectory']")

@@ -12,7 +12,7 @@ from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.orbits import refinement
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
 from nlds_vines.orbits.settings import Settings
-from nlds_vines.orbits.starts import random_states, start_states
+from nlds_vines.orbits.starts import random_states, start_states, user_states
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.runs.progress import Tell
 
@@ -71,7 +71,7 @@ class Computer:
         the scan wants.
         """
         outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
-        return self._arrays(outputs, chains)
+        return self._arrays(outputs, chains, starts)
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads.
@@ -99,10 +99,15 @@ class Computer:
         states = random_states(cells, self._draws, self.scan.system.scene)
         return chains, np.ascontiguousarray(states.reshape(-1, 4))
 
-    def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
+    def _arrays(
+        self, outputs: Outputs, cells: np.ndarray, starts: np.ndarray
+    ) -> dict[str, np.ndarray]:
         """Return the datasets by name, in the order of the lanes: (chains, links, tail)."""
         status = outputs.status
         arrays = {"status": status}
+        if self._draws is not None:
+            found = user_states(cells[:, 0], starts, self.scan.system.scene)
+            arrays["start_state"] = found[:, np.newaxis]
         if outputs.section is not None:
             arrays["section"] = outputs.section[:, :, -self.scan.periods :]
         if outputs.energy is not None:
@@ -139,6 +144,10 @@ class Computer:
         return values.reshape(*shape, *tail)
 
 
+_KNOWN = ("status", "regime", "label", "start_state")
+"""The datasets that also say something of an orbit that failed."""
+
+
 def _one_nan(values: np.ndarray) -> None:
     """Let every NaN be the same: the sign of one that is computed depends on the processor."""
     if values.dtype.kind == "f":
@@ -146,8 +155,8 @@ def _one_nan(values: np.ndarray) -> None:
 
 
 def _failed_filled(values: np.ndarray, dataset: Dataset, status: np.ndarray) -> np.ndarray:
-    """Return the values, those of failed lanes replaced by the fill value; labels stay."""
+    """Return the values, those of failed lanes replaced by the fill value, but for `_KNOWN`."""
     failed = status != OK
-    if dataset.name not in ("status", "regime", "label") and failed.any():
+    if dataset.name not in _KNOWN and failed.any():
         values[failed] = dataset.fill
     return values

@@ -24,7 +24,7 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.compilation import Compilation, notice
 from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
-from nlds_vines.orbits.settings import METHODS, checked_steps, chosen_settings
+from nlds_vines.orbits.settings import METHODS, Settings, checked_steps, chosen_settings
 from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.orbits.wants import refuse_impossible
 
@@ -167,27 +167,64 @@ def simulate(
     whole("transient", transient, 0)
     whole("samples", samples, 1, 10**6)
     choice("method", method, METHODS)
-    record = _checked_record(system, record)
+    record = checked_record(system, record)
     if resolution is not None:
         contact_steps, period_steps = _renamed(method, resolution, contact_steps, period_steps)
     given = {"contact_steps": contact_steps, "period_steps": period_steps, "nodes": nodes}
     settings = chosen_settings(method, {"tolerance": tolerance, **given})
-    parts = parts_of(method, system.scene, settings)
     cell = cell_of(system)
-    begin = start_state(system, cell.rest, start)
-    buffers = _Buffers.of(system, record, periods, samples)
-    needed = Needed(system.scene.key, method, record)
-    compilation = Compilation(needed, notice(quiet), helped=False)
-    while True:
-        state = begin.copy()
+    begin = Beginning(system, method, settings, cell, start_state(system, cell.rest, start))
+    return begin.follow(record, transient, periods, samples, quiet=quiet)
+
+
+class Beginning(NamedTuple):
+    """Where an orbit begins, and how it is followed, in the numbers of the kernels.
+
+    Fields: the `system`; `method` and its `settings`; the record of its `cell`; the `state` at
+    phase zero (x1, v1, r, s, q, mode ...), shape (SIZE,).
+    """
+
+    system: System
+    method: str
+    settings: Settings
+    cell: Any
+    state: np.ndarray
+
+    def follow(
+        self,
+        record: tuple[str, ...],
+        transient: int,
+        periods: int,
+        samples: int = 1,
+        *,
+        quiet: bool = True,
+    ) -> Orbit:
+        """Follow the orbit as `simulate` does; `IntegrationError` where it ends early."""
+        buffers = _Buffers.of(self.system, record, periods, samples)
+        while True:
+            state = self.state.copy()
+            self._run(buffers, state, transient, periods, quiet)
+            if buffers.enough():
+                return buffers.orbit(self.system, self.cell.rest, state, transient)
+            buffers = buffers.larger()  # deterministic: the second run finds as many
+
+    def after(self, periods: int, *, quiet: bool = True) -> Beginning:
+        """Return the beginning that the state after so many periods is."""
+        state = self.state.copy()
+        self._run(_Buffers.of(self.system, (), 0, 1), state, periods, 0, quiet)
+        return self._replace(state=state)
+
+    def _run(
+        self, buffers: _Buffers, state: np.ndarray, transient: int, periods: int, quiet: bool
+    ) -> None:
+        parts = parts_of(self.method, self.system.scene, self.settings)
+        needed = Needed(self.system.scene.key, self.method, buffers.record)
+        compilation = Compilation(needed, notice(quiet), helped=False)
         with compilation.followed({_RUN_CELL: "orbit"}):
-            code = buffers.run(parts, cell, state, transient, periods)
+            code = buffers.run(parts, self.cell, state, transient, periods)
         if code != OK:
             status = STATUS[code]
-            raise IntegrationError(f"{system.name}: {status.name}. {status.remedy}")
-        if buffers.enough():
-            return buffers.orbit(system, cell.rest, state, transient)
-        buffers = buffers.larger()  # deterministic: the second run finds as many
+            raise IntegrationError(f"{self.system.name}: {status.name}. {status.remedy}")
 
 
 @dataclass(frozen=True)
@@ -264,7 +301,11 @@ class _Buffers:
         return Orbit(system, _user_state(system, rest, state), **found)
 
 
-def _checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:
+def checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:
+    """Return what to record of an orbit, as `simulate` takes it; `RequestError` for anything else.
+
+    By default section and, if there are walls, impacts.
+    """
     if record is None:
         return ("section", "impacts") if system.scene.walls else ("section",)
     if isinstance(record, str):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from nlds_vines.archives.outline import Outlined
 from nlds_vines.errors import RequestError, choice, from_text, shown, string, whole
@@ -17,6 +17,9 @@ from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.plotting.bands import LARGEST
 from nlds_vines.toml import toml_text
+
+if TYPE_CHECKING:
+    from nlds_vines.bifurcation.cell_orbit import CellOrbit
 
 PANELS: Mapping[str, str] = {
     "displacement": "x1, x2 and what is struck",
@@ -105,6 +108,7 @@ class PortraitRequest(Outlined):
         signal: what the spectrum is of, by default x2, or x1 without a damper; taper: its window.
         comb: n of the nT whose lines do not count as broadband; 0 for the period that is found, or
             T where none is.
+        cell: the orbit of an archive's cell, in place of one from `start`.
 
     Raises `RequestError` for anything else.
     """
@@ -120,6 +124,7 @@ class PortraitRequest(Outlined):
     taper: str = "rectangular"
     comb: int = 0
     tolerance: float | str | None = None
+    cell: CellOrbit | None = None
 
     def __post_init__(self) -> None:
         """Check everything."""
@@ -220,7 +225,9 @@ class PortraitRequest(Outlined):
         words = ("title", "samples", "method", "show", "signal", "taper", "comb")
         settings = {name: getattr(self, name) for name in words}
         settings |= {} if self.tolerance is None else {"tolerance": self.tolerance}
-        start = "rest" if self.start is None else list(self.start)
+        start: Any = "rest" if self.start is None else list(self.start)
+        if self.cell is not None:
+            start = [self.cell.scan.hash, self.cell.start]
         document = {**settings, "panels": list(self.panels), "start": start, **columns}
         return hashlib.sha256(toml_text(document).encode()).hexdigest()
 

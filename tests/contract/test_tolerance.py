@@ -19,7 +19,7 @@ from nlds_vines.portrait.request_file import load_portrait
 from nlds_vines.toml import toml_text
 from nlds_vines.transients.command import transients
 from nlds_vines.tuning.request_file import load_tuning
-from nlds_vines.upkeep.rerun import UNTIL_TOLERANCE, scan_in
+from nlds_vines.bifurcation.archived import UNTIL_TOLERANCE, scan_in
 
 SMALL = {
     "system": "ssul-set6",

@@ -186,9 +186,12 @@ def carry_out(name: str, job: Job, dry_run: bool) -> int:
 
 def _dry_run(job: Job) -> int:
     refuse_without_room(job.scan, job.archive)
+    from nlds_vines.bifurcation.blocks import share_in_words
     from nlds_vines.bifurcation.estimate import estimate
 
     say(*estimate(job.scan, job.how.threads).lines())
+    if job.how.shard is not None:
+        say(share_in_words(job.scan, job.how.shard))
     return DONE
 
 

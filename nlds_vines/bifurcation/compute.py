@@ -87,6 +87,18 @@ class Computer:
             refined=self._finer.run(chains, starts, transient, periods),
         )
 
+    def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return orbits of the scan, each by itself: cells (n, 1) and starts (n, 4).
+
+        Arguments: the numbers (n,) of the `chosen` ones, counted cell after cell.  Those of a sweep
+        begin at rest here.
+        """
+        cells = self._cells.ravel()[chosen // self.scan.starts][:, np.newaxis]
+        if self._draws is None:
+            return cells, np.zeros((len(cells), 4))
+        draws = self._draws[chosen % self.scan.starts][:, np.newaxis]
+        return cells, random_states(cells[:, 0], draws, self.scan.system.scene)[:, 0]
+
     def _chains(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the chains of a block of cells and the start (x1, v1, r, s) of each."""
         if sweeps := self.scan.start.sweeps:

@@ -18,9 +18,9 @@ def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:
     """Return the views of a request's columns, in their order, from one run for each system.
 
     Samples end steps of the integration, so a chaotic orbit, and the length of a chaotic transient,
-    depend on `samples` as on any round-off.  All windows of a system therefore come from one run.  The
-    orbit of an archive's cell is that of the scan, whatever the samples.  When `quiet`, it is not
-    said that something is compiled.
+    depend on `samples` as on any round-off.  All windows of a system therefore come from one run.
+    The orbit of an archive's cell is that of the scan, whatever the samples.  When `quiet`, it is
+    not said that something is compiled.
 
     Raises `IntegrationError` where an orbit ends early.
     """

@@ -54,7 +54,7 @@ def _columns(
             f"{', '.join(rows)}; take it alone"
         )
     if view.is_flag(name):
-        words = view.flags(name)
+        words = {code: word.partition(".")[0] for code, word in view.flags(name).items()}
         values = np.array([words[code] for code in values.ravel()], object).reshape(values.shape)
     wide = tuple(slice(None) if dim in inner else np.newaxis for dim in rows)
     if _COMPONENT not in dims:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.archives import export
+from nlds_vines.archives import frames
 from nlds_vines.archives.layout import crc32_of, slabs
 from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.errors import RequestError, shown, unknown, whole
@@ -125,7 +125,7 @@ class ArchiveView(Outlined):
 
     def to_xarray(self) -> Any:
         """Return all of it as an `xarray.Dataset`, in memory; needs the extra `xarray`."""
-        return export.labelled(self)
+        return frames.labelled(self)
 
     def to_pandas(self, *names: str) -> Any:
         """Return datasets as a `pandas.DataFrame`: one row for each orbit, its place in front.
@@ -133,11 +133,11 @@ class ArchiveView(Outlined):
         Arguments: `names` of datasets; none for all that have one value for each orbit.  Those of
         an enumeration come as words; `section` as x1, v1, x2, v2, a row for each period.
         """
-        return export.frame_of(self, names)
+        return frames.frame_of(self, names)
 
     def to_csv(self, path: str | os.PathLike[str], *names: str) -> None:
         """Write datasets as comma-separated values, in the rows and columns of `to_pandas`."""
-        export.write_csv(self, path, names)
+        frames.write_csv(self, path, names)
 
     def slabs(self, name: str) -> Iterator[np.ndarray]:
         """Yield a dataset in parts along its first dimension, each of which fits into memory."""

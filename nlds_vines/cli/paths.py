@@ -62,8 +62,8 @@ def check_output(archive: Path, *others: Path | None) -> None:
     check_writable("output", archive)
     if archive.suffix.lower() not in ARCHIVE_SUFFIXES:
         raise RequestError(
-            f"output {shown(str(archive))} must end in .h5: it is an HDF5 file (to_csv of nv.read, "
-            "or `nlds-vines export`, makes others)"
+            f"output {shown(str(archive))} must end in .h5: archives are HDF5 files, of which "
+            "`nlds-vines export` makes CSV"
         )
     seen: list[Path] = []
     for path in (path for path in (*others, archive) if path is not None):

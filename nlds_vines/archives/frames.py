@@ -31,7 +31,7 @@ def columns_of(view: View, names: tuple[str, ...]) -> dict[str, np.ndarray]:
     chosen = names or tuple(name for name in view.names if view.dims(name) == own)
     for name in chosen:
         if name not in view.names:
-            raise unknown("dataset", name, view.names)
+            raise unknown(f"dataset of {view.path}:", name, view.names)
     longest = max((view.dims(name) for name in chosen), key=len)
     rows = tuple(dim for dim in longest if dim != _COMPONENT)
     shape = tuple(view.shape(dim)[0] for dim in rows)

@@ -110,11 +110,11 @@ class ArchiveView(Outlined):
         range.
         """
         if name not in self:
-            raise unknown("dataset", name, self.names)
+            raise unknown(f"dataset of {self.path}:", name, self.names)
         dims = self.dims(name)
         for dim, i in index.items():
             if dim not in dims:
-                raise unknown(f"dimension of {name}", dim, dims)
+                raise unknown(f"dimension of {name}:", dim, dims)
             length = self.shape(dim)[0]
             index[dim] = whole(f"{dim} of {name}", i, -length, length - 1)
         where = tuple(index.get(dim, slice(None)) for dim in dims)

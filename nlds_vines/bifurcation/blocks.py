@@ -77,7 +77,7 @@ def share_in_words(scan: Scan, shard: Shard) -> str:
     of_all = f"{own} of {all_blocks} block{'s' * (all_blocks != 1)}"
     if own:
         return f"shard {shard}: {of_all}"
-    return f"shard {shard} is empty: the scan has {all_blocks}, all in shards 1 to {all_blocks}"
+    return f"shard {shard} is empty: {of_all}; shards 1 to {all_blocks} have them all"
 
 
 def result_bytes(scan: Scan) -> int:

@@ -1,4 +1,4 @@
-"""Notes in a wheel, or a source archive, of which commit it was built, for the archives it makes."""
+"""Notes in a wheel, or a source archive, of which commit it was built: archives name it."""
 
 from __future__ import annotations
 

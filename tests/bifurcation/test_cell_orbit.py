@@ -93,7 +93,7 @@ WRONG = {
     "unknown": (
         {"omega": 7.5, "k": 3e7},
         0,
-        "unknown varied parameter of .*: 'k'; allowed: omega, K",
+        "varied parameter of .*: 'k'; allowed: omega, K",
     ),
     "no such start": ({"omega": 7.5, "K": 3e7}, 3, "start = 3 must be .* 0 to 2"),
     "no such name": ({"omega": 7.5, "K": 3e7}, "up", "unknown start 'up'.*random 0"),

@@ -1,4 +1,4 @@
-"""From Python: names wherever a system is taken, errors of one line, what objects say of themselves."""
+"""From Python: names wherever a system is taken, errors of one line, reprs of five lines."""
 
 import csv
 import io
@@ -86,7 +86,7 @@ def test_a_part_is_taken_by_names_of_dimensions_alone(path):
     assert view.take("label", omega=-1, start=2) == view["label"][1, 2]
     with pytest.raises(nv.RequestError, match=r"of label: 'omgea'; did you mean 'omega'\? .*start"):
         view.take("label", omgea=0)
-    with pytest.raises(nv.RequestError, match="omega of label = 2 must be .* from -2 to 1"):
+    with pytest.raises(nv.RequestError, match=r"omega of label = 2 must be .* from -2 to 1"):
         view.take("label", omega=2)
     with pytest.raises(nv.RequestError, match="did you mean 'label'"):
         view.take("lable", omega=0)

@@ -27,7 +27,7 @@ def completed():
     def complete(*words):
         given = " ".join(f"'{word}'" for word in ("nlds-vines", *words))
         done = subprocess.run(
-            [bash, "--norc", "-euc", script() + TRY.format(words=given)],
+            [bash, "--norc", "-uc", script() + TRY.format(words=given)],
             capture_output=True, text=True, check=True,
         )  # fmt: skip
         return done.stdout.split()

@@ -26,6 +26,7 @@ _HOMES = {
     "Regime": "orbits.classification",
     "classify": "orbits.classification",
     "bifurcation": "bifurcation.command",
+    "orbit_of": "bifurcation.cell_orbit",
     "reproduce_paper": "reproduce.command",
     "Tuned": "tuning.result",
     "Tuning": "tuning.request",
@@ -57,7 +58,7 @@ def __getattr__(name: str) -> Any:
         return version("nlds-vines")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if _HOMES[name].startswith("orbits."):  # which loads Numba
+    if _HOMES[name].startswith("orbits.") or name == "orbit_of":  # which loads Numba
         from nlds_vines.runs.threads import check_environment
 
         check_environment()

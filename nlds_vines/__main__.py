@@ -7,31 +7,9 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from nlds_vines.archives.provenance import version
+from nlds_vines.cli.commands import COMMANDS
 from nlds_vines.cli.running import DONE, WRONG_REQUEST, complain
 from nlds_vines.errors import unknown
-
-COMMANDS = {
-    "bifurcation": ("nlds_vines.bifurcation.command", "scan one parameter or two"),
-    "transients": ("nlds_vines.transients.command", "how long chaos lasts, where starts end"),
-    "tuning": ("nlds_vines.tuning.command", "search for the best damper"),
-    "portrait": ("nlds_vines.portrait.command", "one orbit in full"),
-    "continuation": (
-        "nlds_vines.continuation.command",
-        "branches of periodic orbits, and what changes them",
-    ),
-    "reproduce": (
-        "nlds_vines.reproduce.command",
-        "the paper: figures and claims",
-    ),
-    "accuracy": ("nlds_vines.accuracy.command", "error against run time of every method"),
-    "status": ("nlds_vines.upkeep.status", "how a scan under way stands"),
-    "consolidate": ("nlds_vines.upkeep.consolidate", "join the parts of shards into an archive"),
-    "verify": ("nlds_vines.upkeep.verify", "check archives and parts from end to end"),
-    "rerun": ("nlds_vines.upkeep.rerun", "repeat a scan from its own archive"),
-    "diff": ("nlds_vines.upkeep.diff", "what differs between two archives"),
-    "compile": ("nlds_vines.upkeep.compile", "compile kernels before runs need them"),
-}
-"""The sister commands: the module of each, whose `main` takes the arguments, and its purpose."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:

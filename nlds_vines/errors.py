@@ -53,7 +53,7 @@ def at(where: str) -> Iterator[None]:
 
 def shown(value: object, width: int = 60) -> str:
     """Return `value` as it is quoted in a message: its repr, shortened to `width` characters."""
-    text = repr(value)
+    text = " ".join(repr(value).split("\n"))
     return text if len(text) <= width else f"{text[: width - 4]} ..."
 
 

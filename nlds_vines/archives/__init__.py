@@ -7,6 +7,8 @@ In reading order:
     provenance   where an archive comes from: request, versions, sources, machine
     layout       how an array is laid out on the disk: chunks, slabs, checksums
     structure    whether a file is laid out as an archive is, and leads nowhere else
+    outline      what an object says of itself, in Python and in a notebook
+    frames       an archive for xarray, pandas, and as CSV
     view         an open archive: datasets by name, attributes, dimensions
     archive      the archive itself, written, read and verified: the only module that imports h5py
 """

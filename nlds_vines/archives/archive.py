@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -34,7 +33,7 @@ from nlds_vines.archives.view import (
     values_of,
     whole_crc,
 )
-from nlds_vines.errors import RequestError
+from nlds_vines.errors import RequestError, shown
 
 Piece = tuple[str, tuple[slice, ...], np.ndarray]
 """The name of a dataset, a rectangle of its cells, and the values there."""
@@ -93,24 +92,30 @@ def _note_checksums(file: h5py.File) -> None:
         dataset.attrs["crc32"] = np.uint32(whole_crc(dataset))
 
 
-@contextmanager
-def read(path: str | os.PathLike[str]) -> Iterator[ArchiveView]:
-    """Open an archive for reading, in a `with` statement.
+def read(path: str | os.PathLike[str]) -> ArchiveView:
+    """Open an archive for reading, with or without a `with` statement.
 
     Raises `RequestError` if the file does not exist, if it is not an archive of this program, if
     its format is newer than this version knows, and if it is not laid out as an archive is: nothing
     in it may lead to another file.
     """
-    path = Path(path)
-    with _opened(path) as file:
-        found = _problems_of_layout(file)
-        if found:
-            raise RequestError(f"{path} is damaged: {found[0]}")
-        yield ArchiveView(path, file)
+    path = _as_path(path)
+    file = _opened(path)
+    found = _problems_of_layout(file)
+    if found:
+        file.close()
+        raise RequestError(f"{path} is damaged: {found[0]}")
+    return ArchiveView(path, file)
 
 
-@contextmanager
-def _opened(path: Path) -> Iterator[h5py.File]:
+def _as_path(path: object) -> Path:
+    """Return the path of an archive; `RequestError` for anything that is none."""
+    if isinstance(path, str | os.PathLike):
+        return Path(path)
+    raise RequestError(f"archive = {shown(path)} must be the path of a file")
+
+
+def _opened(path: Path) -> h5py.File:
     """Open an archive whose layout is not checked yet."""
     try:
         durable.open_regular(path).close()
@@ -120,13 +125,13 @@ def _opened(path: Path) -> Iterator[h5py.File]:
     except (OSError, ValueError) as error:
         text = "it is no HDF5 file, damaged, or not readable"
         raise RequestError(f"{path} cannot be opened: {text}") from error
-    with file:
-        schema = _schema(file)
-        if schema is None:
-            raise RequestError(f"{path} is not an archive of nlds_vines")
-        if schema > SCHEMA:
-            raise RequestError(f"{path} has schema {schema}: this version reads up to {SCHEMA}")
-        yield file
+    schema = _schema(file)
+    if schema is not None and schema <= SCHEMA:
+        return file
+    file.close()
+    if schema is None:
+        raise RequestError(f"{path} is not an archive of nlds_vines")
+    raise RequestError(f"{path} has schema {schema}: this version reads up to {SCHEMA}")
 
 
 def verify(path: str | os.PathLike[str]) -> list[str]:
@@ -136,7 +141,7 @@ def verify(path: str | os.PathLike[str]) -> list[str]:
     padding, breaks the seal.  What leads to another file, which no seal covers, is a problem, too.
     Raises `RequestError` if the file does not exist.
     """
-    path = Path(path)
+    path = _as_path(path)
     try:
         with durable.in_one_line(f"read {path}"):
             sealed = durable.sealed(path)

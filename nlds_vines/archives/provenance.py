@@ -56,7 +56,7 @@ def attributes(request: Request, more: Mapping[str, Value]) -> dict[str, Value]:
         "scan": request.to_toml(),
         "scan_hash": request.hash,
         "argv": json.dumps(sys.argv),
-        "commit": commit(),
+        **({"commit": commit()} if commit() else {}),
         **makers(),
         **more,
     }
@@ -101,15 +101,17 @@ def version(package: str) -> str:
 def commit() -> str:
     """Return the commit of the clone from which this program runs, with `+` after it for changes.
 
-    Returns `none` outside a clone, and `unknown` where git fails.
+    Of an installed program, that of the clone from which it was built.  Empty where it is not
+    known: built from no clone, or git fails.
     """
     if not (_PACKAGE.parent / ".git").exists():
-        return "none"
+        note = _PACKAGE / "_data" / "commit.txt"
+        return note.read_text("ascii").strip() if note.is_file() else ""
     try:
         found = _git("rev-parse", "HEAD")
         changed = _git("status", "--porcelain", "--untracked-files=no", "--", str(_PACKAGE))
     except (OSError, subprocess.SubprocessError):  # git is not installed, or refuses this clone
-        return "unknown"
+        return ""
     return found + ("+" if changed else "")
 
 

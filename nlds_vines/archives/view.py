@@ -5,6 +5,7 @@ It is handed an open HDF5 file by `archive.read`, which has checked how the file
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,23 +14,51 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives import frames
 from nlds_vines.archives.layout import crc32_of, slabs
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.archives.outline import Outlined, Rows
+from nlds_vines.errors import RequestError, shown, unknown, whole
 
 DAMAGE = (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError)
 """The errors that h5py raises for damaged files."""
 
 
-@dataclass(frozen=True)
-class ArchiveView:
+@dataclass(frozen=True, repr=False)
+class ArchiveView(Outlined):
     """An open archive; its datasets are read from the disk when they are asked for.
 
     `view["section"]` is the whole array, `view.take("section", start=0, component=2)` a part of
-    it.  Reading a damaged dataset raises `RequestError` with its name.
+    it.  Reading a damaged dataset raises `RequestError` with its name.  It is closed at the end of
+    a `with` block, by `close`, or when nothing refers to it any more.
     """
 
     path: Path
     _file: Any
+
+    def __enter__(self) -> ArchiveView:
+        """Return the archive, which the block's end closes."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close it."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; what was read stays."""
+        self._file.close()
+
+    def heading(self) -> str:
+        """Return the file and the title."""
+        return f"{self.path}: {self.text('title')}" if self._file else f"{self.path}, closed"
+
+    def outline(self) -> Rows:
+        """Return its dimensions and its datasets."""
+        if self._file:
+            dims = dict.fromkeys(dim for name in self.names for dim in self.dims(name))
+            lengths = (f"{dim} ({self.shape(dim)[0]})" for dim in dims)
+            yield "dimensions", ", ".join(lengths)
+            yield "datasets", ", ".join(self.names)
+            yield "made by", str(self.attrs.get("source", "unknown"))
 
     @property
     def attrs(self) -> dict[str, Any]:
@@ -75,14 +104,40 @@ class ArchiveView:
         return self.take(name)
 
     def take(self, name: str, **index: int) -> np.ndarray:
-        """Return a part of a dataset: at the `index` of some dimensions, all of the others."""
-        if name not in self._file:
-            raise RequestError(f"{self.path} holds no {name}, only {', '.join(self.names)}")
-        where = tuple(index.get(dim, slice(None)) for dim in self.dims(name))
+        """Return a part of a dataset: at the `index` of some dimensions, all of the others.
+
+        Raises `RequestError` for a dataset or a dimension that there is not, and an index out of
+        range.
+        """
+        if name not in self:
+            raise unknown(f"dataset of {self.path}:", name, self.names)
+        dims = self.dims(name)
+        for dim, i in index.items():
+            if dim not in dims:
+                raise unknown(f"dimension of {name}:", dim, dims)
+            length = self.shape(dim)[0]
+            index[dim] = whole(f"{dim} of {name}", i, -length, length - 1)
+        where = tuple(index.get(dim, slice(None)) for dim in dims)
         with _reading(self.path, f"dataset {name}"):
             dataset = self._file[name]
             check_crc(dataset)
             return values_of(dataset, where)
+
+    def to_xarray(self) -> Any:
+        """Return all of it as an `xarray.Dataset`, in memory; needs the extra `xarray`."""
+        return frames.labelled(self)
+
+    def to_pandas(self, *names: str) -> Any:
+        """Return datasets as a `pandas.DataFrame`: one row for each orbit, its place in front.
+
+        Arguments: `names` of datasets; none for all that have one value for each orbit.  Those of
+        an enumeration come as words; `section` as x1, v1, x2, v2, a row for each period.
+        """
+        return frames.frame_of(self, names)
+
+    def to_csv(self, path: str | os.PathLike[str], *names: str) -> None:
+        """Write datasets as comma-separated values, in the rows and columns of `to_pandas`."""
+        frames.write_csv(self, path, names)
 
     def slabs(self, name: str) -> Iterator[np.ndarray]:
         """Yield a dataset in parts along its first dimension, each of which fits into memory."""
@@ -115,6 +170,11 @@ class ArchiveView:
     def long_name(self, name: str) -> str:
         """Return the meaning of a dataset or scale, in words."""
         return str(self._attribute(name, "long_name"))
+
+    def is_flag(self, name: str) -> bool:
+        """Return whether a dataset is an enumeration, whose words `flags` returns."""
+        with _reading(self.path, f"dataset {name}"):
+            return "flag_values" in self._file[name].attrs
 
     def flags(self, name: str) -> dict[int, str]:
         """Return the words of an enumeration by their codes."""

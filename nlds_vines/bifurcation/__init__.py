@@ -14,6 +14,8 @@ In reading order:
     watched        for how long chaos was watched, in words
     run            block after block, from request to archive
     cluster        blocks on the workers of a Dask cluster
+    archived       the scan that an archive holds
+    cell_orbit     from a cell of an archive to its orbit, the same to the last bit
     estimate       how long a scan takes, from a sample of it
     picture/       diagrams and maps, drawn from the archive alone
     command        `python -m nlds_vines.bifurcation` and `nv.bifurcation`

@@ -71,6 +71,15 @@ def blocks_of(scan: Scan, shard: Shard | None = None) -> Iterator[Block]:
     return (block for block in blocks if shard is None or shard.has(block.index))
 
 
+def share_in_words(scan: Scan, shard: Shard) -> str:
+    """Return in one line what a shard has to compute, also where that is nothing."""
+    all_blocks, own = len(list(blocks_of(scan))), len(list(blocks_of(scan, shard)))
+    of_all = f"{own} of {all_blocks} block{'s' * (all_blocks != 1)}"
+    if own:
+        return f"shard {shard}: {of_all}"
+    return f"shard {shard} is empty: {of_all}; shards 1 to {all_blocks} have them all"
+
+
 def result_bytes(scan: Scan) -> int:
     """Return the bytes of all results of a scan before compression, 16 for a string."""
     return scan.table.bytes(text=16)

@@ -23,6 +23,8 @@ from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.model.catalogue import looks_like_path
+from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.shard import Shard
 
@@ -53,7 +55,7 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 
 # public: its keywords are those of the command, more than eight
 def bifurcation(
-    scan: Scan | str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    scan: Scan | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     output: str | os.PathLike[str] | None = None,
     *,
     plot: str | os.PathLike[str] | None = None,
@@ -64,12 +66,13 @@ def bifurcation(
     overwrite: bool = False,
     shard: str | None = None,
     scheduler: str | None = None,
-    quiet: bool = True,
+    quiet: bool = False,
 ) -> Path:
     """Compute a scan and return the path of its archive.
 
     Arguments:
-        scan: a `Scan`, the path of a scan file, the document in one, or None for Figure 8.
+        scan: a `Scan`, the path of a scan file, the document in one, or None for Figure 8; a
+            `System` or the name of one stands for Figure 8 of that system.
         output: the archive; by default the scan file's name with `.h5`, in the current folder.
         plot: a picture to draw as well (.png, .pdf or .svg).
         show: what the picture of a map shows: `regimes`, `coexisting`, `shares`, `share:LABEL` or
@@ -84,7 +87,8 @@ def bifurcation(
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
-    source = Path(scan) if isinstance(scan, str | os.PathLike) else None
+    named = isinstance(scan, str) and not looks_like_path(scan)
+    source = Path(scan) if isinstance(scan, str | os.PathLike) and not named else None
     share = None if shard is None else Shard.parse(shard)
     asked = None if tolerance is None else {"sampling": {"tolerance": tolerance}}
     job = Job(
@@ -182,9 +186,12 @@ def carry_out(name: str, job: Job, dry_run: bool) -> int:
 
 def _dry_run(job: Job) -> int:
     refuse_without_room(job.scan, job.archive)
+    from nlds_vines.bifurcation.blocks import share_in_words
     from nlds_vines.bifurcation.estimate import estimate
 
     say(*estimate(job.scan, job.how.threads).lines())
+    if job.how.shard is not None:
+        say(share_in_words(job.scan, job.how.shard))
     return DONE
 
 

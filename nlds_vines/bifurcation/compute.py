@@ -11,10 +11,10 @@ from nlds_vines.archives.dataset import Dataset
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.orbits import refinement
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
-from nlds_vines.orbits.compilation import Tell
 from nlds_vines.orbits.settings import Settings
-from nlds_vines.orbits.starts import random_states, start_states
+from nlds_vines.orbits.starts import random_states, start_states, user_states
 from nlds_vines.orbits.status_words import OK
+from nlds_vines.runs.progress import Tell
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.blocks import Block
@@ -53,7 +53,7 @@ class Computer:
         self._kernels, self._finer = Kernels(wanted, tell, helped=helped), None
         if "error" in scan.want:
             finer = wanted.settings.refined(scan.method)
-            self._finer = Kernels(replace(wanted, settings=finer))
+            self._finer = Kernels(replace(wanted, settings=finer), tell)
 
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
@@ -71,7 +71,7 @@ class Computer:
         the scan wants.
         """
         outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
-        return self._arrays(outputs, chains)
+        return self._arrays(outputs, chains, starts)
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads.
@@ -87,6 +87,18 @@ class Computer:
             refined=self._finer.run(chains, starts, transient, periods),
         )
 
+    def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return orbits of the scan, each by itself: cells (n, 1) and starts (n, 4).
+
+        Arguments: the numbers (n,) of the `chosen` ones, counted cell after cell.  Those of a sweep
+        begin at rest here.
+        """
+        cells = self._cells.ravel()[chosen // self.scan.starts][:, np.newaxis]
+        if self._draws is None:
+            return cells, np.zeros((len(cells), 4))
+        draws = self._draws[chosen % self.scan.starts][:, np.newaxis]
+        return cells, random_states(cells[:, 0], draws, self.scan.system.scene)[:, 0]
+
     def _chains(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the chains of a block of cells and the start (x1, v1, r, s) of each."""
         if sweeps := self.scan.start.sweeps:
@@ -99,10 +111,15 @@ class Computer:
         states = random_states(cells, self._draws, self.scan.system.scene)
         return chains, np.ascontiguousarray(states.reshape(-1, 4))
 
-    def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
+    def _arrays(
+        self, outputs: Outputs, cells: np.ndarray, starts: np.ndarray
+    ) -> dict[str, np.ndarray]:
         """Return the datasets by name, in the order of the lanes: (chains, links, tail)."""
         status = outputs.status
         arrays = {"status": status}
+        if self._draws is not None:
+            found = user_states(cells[:, 0], starts, self.scan.system.scene)
+            arrays["start_state"] = found[:, np.newaxis]
         if outputs.section is not None:
             arrays["section"] = outputs.section[:, :, -self.scan.periods :]
         if outputs.energy is not None:
@@ -139,6 +156,10 @@ class Computer:
         return values.reshape(*shape, *tail)
 
 
+_KNOWN = ("status", "regime", "label", "start_state")
+"""The datasets that also say something of an orbit that failed."""
+
+
 def _one_nan(values: np.ndarray) -> None:
     """Let every NaN be the same: the sign of one that is computed depends on the processor."""
     if values.dtype.kind == "f":
@@ -146,8 +167,8 @@ def _one_nan(values: np.ndarray) -> None:
 
 
 def _failed_filled(values: np.ndarray, dataset: Dataset, status: np.ndarray) -> np.ndarray:
-    """Return the values, those of failed lanes replaced by the fill value; labels stay."""
+    """Return the values, those of failed lanes replaced by the fill value, but for `_KNOWN`."""
     failed = status != OK
-    if dataset.name not in ("status", "regime", "label") and failed.any():
+    if dataset.name not in _KNOWN and failed.any():
         values[failed] = dataset.fill
     return values

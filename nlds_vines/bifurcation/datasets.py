@@ -78,7 +78,8 @@ def table_of(
         "error": _error(lanes, want),
     }
     wanted = (dataset for word in WANTS if word in want for dataset in makers[word])
-    always = (*(_violations(lanes) if scene.limit else ()), _status(lanes))
+    drawn = _drawn(lanes) if start.policy == "random" else ()
+    always = (*drawn, *(_violations(lanes) if scene.limit else ()), _status(lanes))
     return Table.of((*wanted, *always), _lengths(axes, scene, start, periods, want))
 
 
@@ -100,6 +101,11 @@ def _section(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
     text = "state at t = nT, the integer forcing periods"
     dims = (*lanes, "cycle", "component")
     return (Dataset("section", dims, "float64", "m, m/s", text, np.nan),)
+
+
+def _drawn(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    text = "state at t = 0 that was drawn for the orbit"
+    return (Dataset("start_state", (*lanes, "component"), "float64", "m, m/s", text, np.nan),)
 
 
 def _count(lanes: tuple[str, ...]) -> Dataset:

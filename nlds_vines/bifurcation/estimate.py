@@ -10,11 +10,18 @@ import numpy as np
 from nlds_vines.bifurcation.blocks import blocks_of, result_bytes, work_bytes
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.orbits.compilation import notice
 from nlds_vines.runs.progress import duration, size
 from nlds_vines.runs.threads import use_threads
 
-SAMPLE_LANES, SAMPLE_PERIODS = 32, 60
-"""Orbits and forcing periods of the sample: a second or two after compiling."""
+SECONDS = 1.0
+"""How long the sample runs at least, unless it comes to an end before."""
+
+MOST_ORBITS = 50_000
+"""Orbits that the sample is taken from at most."""
+
+MOST_PERIODS = 20_000
+"""Forcing periods of an orbit of the sample; a longer one is cut, and its cost drawn out."""
 
 
 @dataclass(frozen=True)
@@ -32,31 +39,60 @@ class Estimate:
         each = scan.transient + scan.periods
         return [
             scan.title,
-            f"orbits:   {scan.lanes} ({grid} cells, {scan.starts} start each)",
+            f"orbits:   {scan.lanes} ({grid} cells, {_counted(scan.starts, 'start')} each)",
             f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
             f"results:  {size(result_bytes(scan))} before compression",
             f"memory:   {size(work_bytes(scan))} of results at a time, "
-            f"{len(list(blocks_of(scan)))} blocks",
+            + _counted(len(list(blocks_of(scan))), "block"),
             f"time:     about {duration(self.seconds)} on {self.threads} threads, "
             "from a sample run here",
         ]
 
 
+def _counted(number: int, what: str) -> str:
+    """Return a number of things in words."""
+    return f"{number} {what}" + "s" * (number != 1)
+
+
 def estimate(scan: Scan, threads: int | None = None) -> Estimate:
-    """Return the estimate for this machine, from a run of some cells of the scan."""
+    """Return the estimate for this machine, from a run of orbits of the scan as they are.
+
+    More and more of them, spread over the cells, are run until `SECONDS` are over.  In a sweep,
+    as many at once as there are chains of cells.
+    """
     used = use_threads(threads)
-    computer = Computer(replace(scan, periods=SAMPLE_PERIODS))
-    cells = scan.cells().ravel()
-    chosen = cells[np.linspace(0, cells.size - 1, min(SAMPLE_LANES, cells.size)).astype(int)]
-    chains, starts = chosen[:, np.newaxis], np.zeros((chosen.size, 4))
+    whole_orbit = scan.transient + scan.periods
+    cut = min(1.0, MOST_PERIODS / whole_orbit)
+    short = replace(
+        scan, transient=int(scan.transient * cut), periods=max(1, int(scan.periods * cut))
+    )
+    computer = Computer(short, tell=notice())
+    chosen = np.arange(scan.lanes) if scan.lanes <= MOST_ORBITS else _some(scan.lanes)
+    chosen = np.random.default_rng(0).permutation(chosen)
+    computer.lanes(*computer.orbits(chosen[:1]))  # compiles
+    if scan.start.sweeps:
+        use_threads(min(used, scan.lanes // scan.shape[-1]))
+    try:
+        seconds, done = _timed(computer, chosen, 8 * used)
+    finally:
+        use_threads(threads)
+    longer = whole_orbit / (short.transient + short.periods)
+    return Estimate(scan, used, seconds / done * scan.lanes * longer)
 
-    def cost(transient: int) -> float:
+
+def _some(lanes: int) -> np.ndarray:
+    """Return the numbers of some orbits out of so many, spread evenly."""
+    return np.linspace(0, lanes - 1, MOST_ORBITS).astype(np.int64)
+
+
+def _timed(computer: Computer, chosen: np.ndarray, count: int) -> tuple[float, int]:
+    """Run orbits in their order, `count` of them and then ever more; return seconds and orbits."""
+    done, spent = 0, 0.0
+    while done < len(chosen) and spent < SECONDS:
+        some = computer.orbits(np.sort(chosen[done : done + count]))
         began = time.perf_counter()
-        computer.run(chains, starts, transient, SAMPLE_PERIODS)
-        return (time.perf_counter() - began) / chosen.size
-
-    cost(1)  # compiles
-    both, noted = cost(SAMPLE_PERIODS), cost(0)
-    settling = max(both - noted, 0.0) * scan.transient / SAMPLE_PERIODS
-    per_lane = settling + noted * scan.periods / SAMPLE_PERIODS
-    return Estimate(scan, used, per_lane * scan.lanes)
+        computer.lanes(*some)
+        spent += time.perf_counter() - began
+        done += len(some[0])
+        count *= 2
+    return spent, done

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.dataset import Scale, Table
+from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.archives.provenance import Value
 from nlds_vines.bifurcation.datasets import scales_of, table_of
 from nlds_vines.errors import RequestError, choice, string, whole
@@ -47,8 +48,8 @@ SAMPLING: Mapping[str, Callable[[object], Any]] = {
 """The checks of the table [sampling] of a scan file, by key."""
 
 
-@dataclass(frozen=True)
-class Scan:
+@dataclass(frozen=True, repr=False)
+class Scan(Outlined):
     """What to compute; checked when made, immutable afterwards.
 
     Arguments:
@@ -109,6 +110,16 @@ class Scan:
     def _grid(self, values: list[np.ndarray]) -> np.ndarray:
         names = (axis.name for axis in self.axes)
         return self.system.cells(dict(zip(names, np.ix_(*values), strict=True)))
+
+    def outline(self) -> Rows:
+        """Return the system, the axes, the starts, and what is recorded."""
+        yield "system", self.system.heading()
+        starts = f"{self.starts} starts" if self.starts > 1 else "one start"
+        axes = " x ".join(axis.heading() for axis in self.axes)
+        yield "varied", f"{axes}; {starts} each ({self.start.policy}): {self.lanes} orbits"
+        how = f"method {self.method}, effort {self.effort}"
+        yield "periods", f"{self.transient} passed over, {self.periods} sampled; {how}"
+        yield "recorded", ", ".join(self.want)
 
     @property
     def settings(self) -> Settings:

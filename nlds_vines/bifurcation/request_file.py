@@ -10,6 +10,7 @@ from typing import Any
 from nlds_vines.bifurcation.request import SAMPLING, Scan, refuse_too_many
 from nlds_vines.errors import RequestError, at
 from nlds_vines.model.axis import MOST_VALUES, Axis, announced
+from nlds_vines.model.catalogue import as_system, looks_like_path
 from nlds_vines.model.layers import Form, Layer, Layers, unchecked
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System, refuse_contradiction
@@ -29,7 +30,7 @@ FORM = Form(
         "record": {"want": checked_want},
     },
     names=False,
-    sources="a path, a table or a Scan",
+    sources="a path, a name, a table, a System or a Scan",
 )
 """What may stand in a scan file."""
 
@@ -40,7 +41,7 @@ _USUAL_WANT = ("section", "impacts", "energy", "regime")
 
 
 def load_scan(
-    source: str | os.PathLike[str] | Mapping[str, Any] | Scan | None = None,
+    source: str | os.PathLike[str] | Mapping[str, Any] | Scan | System | None = None,
     changes: Mapping[str, Any] | None = None,
     changes_from: str = "changes",
 ) -> Scan:
@@ -48,7 +49,7 @@ def load_scan(
 
     Arguments:
         source: path of a TOML file, the document in it as nested tables, a `Scan`, or None for
-            the embedded default (Figure 8).
+            the embedded default (Figure 8); a `System`, or the name of one, for the default of it.
         changes: a document of the same form that overrides it entry by entry, though `vary` and
             `start` as a whole; `changes_from` names it in the message of an error.
 
@@ -56,6 +57,8 @@ def load_scan(
     """
     if isinstance(source, Scan) and not changes:
         return source
+    if isinstance(source, System) or (isinstance(source, str) and not looks_like_path(source)):
+        return load_scan(None, {"system": as_system(source), **(changes or {})}, changes_from)
     below = _opened(source)
     if source is None and (changes or {}).get("system"):
         # what the default scan sets is meant for its own system

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from nlds_vines.archives import archive, provenance
-from nlds_vines.bifurcation.blocks import Block, blocks_of
+from nlds_vines.bifurcation.blocks import Block, blocks_of, share_in_words
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.bifurcation.request import Scan
@@ -27,11 +27,10 @@ from nlds_vines.bifurcation.watched import of_chaos
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import printable
 from nlds_vines.orbits.coexistence import CHAOS
-from nlds_vines.orbits.compilation import Tell
 from nlds_vines.orbits.settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
-from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.shard import Shard
 from nlds_vines.runs.threads import use_threads
 
@@ -40,13 +39,15 @@ from nlds_vines.runs.threads import use_threads
 class Report:
     """The archive of a scan, or of a shard of it, how long it took, and counts of its orbits.
 
-    `watched`: the forcing periods for which its chaotic orbits are watched.
+    `watched`: the forcing periods for which its chaotic orbits are watched; `empty`: what is to be
+    said of a shard without blocks.
     """
 
     path: Path
     shard: Shard | None = None
     watched: int = 0
     seconds: float = 0.0
+    empty: str = ""
     tally: Tally = field(default_factory=Tally)
 
     @property
@@ -73,6 +74,8 @@ class Report:
 
     def remarks(self) -> list[str]:
         """Return what else is to be said of the results, one thing a line."""
+        if self.empty:
+            return [self.empty]
         return [of_chaos(self.watched)] if CHAOS in self.tally.labels else []
 
 
@@ -97,6 +100,8 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
             report.note_archive()
             return report
         blocks = list(blocks_of(scan, how.shard))
+        if how.shard is not None and not blocks:
+            report.empty = share_in_words(scan, how.shard)
         with _resumable(parts, blocks, stop):
             left = _left(parts, blocks, report.tally)
             lanes = scan.starts * sum(block.cells for block in blocks)
@@ -104,7 +109,7 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
             with Progress(lanes, "orbit", done=done, quiet=how.quiet) as progress:
                 note = partial(report.tally.follow, progress)
                 if how.scheduler is None:
-                    _compute(parts, left, how, progress.say, note, stop)
+                    _compute(parts, left, how, progress.wait, note, stop)
                 else:
                     from nlds_vines.bifurcation import cluster
 

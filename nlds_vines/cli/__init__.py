@@ -7,5 +7,6 @@ In reading order:
     run_options     the options that say how a run goes
     paths           checks of the paths that are written
     running         a command from its arguments to its exit status
+    commands        the names of all commands, and where they are
     markdown        tables of pages and reports
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from functools import partial
 from typing import Any, NoReturn
 
@@ -16,6 +17,8 @@ class Parser(argparse.ArgumentParser):
         """Take argparse's own settings; options are not abbreviated, the text keeps its lines."""
         form = argparse.RawDescriptionHelpFormatter
         super().__init__(allow_abbrev=False, formatter_class=form, **settings)
+        # a value such as -0.03,0.1 or -1:1:9 is no option; argparse by itself knows -0.03 alone
+        self._negative_number_matcher = re.compile(r"-\.?[0-9]")
         for kind in (int, float):  # what Python reads as a number is more than what users write
             self.register("type", kind, partial(_number, kind))
 

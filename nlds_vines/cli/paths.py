@@ -15,6 +15,10 @@ PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 """The ends of the names of pictures, by which their kinds are chosen."""
 
 
+ARCHIVE_SUFFIXES = (".h5", ".hdf5", ".nc")
+"""The ends of the names of archives: HDF5 files, which netCDF-4 reads, too."""
+
+
 def optional_path(value: str | os.PathLike[str] | None) -> Path | None:
     """Return the path of a file that may be left out; None for None."""
     return None if value is None else Path(value)
@@ -56,6 +60,11 @@ def check_output(archive: Path, *others: Path | None) -> None:
     and the archive may be the same.
     """
     check_writable("output", archive)
+    if archive.suffix.lower() not in ARCHIVE_SUFFIXES:
+        raise RequestError(
+            f"output {shown(str(archive))} must end in .h5: archives are HDF5 files, of which "
+            "`nlds-vines export` makes CSV"
+        )
     seen: list[Path] = []
     for path in (path for path in (*others, archive) if path is not None):
         if any(_same(path, other) for other in seen):

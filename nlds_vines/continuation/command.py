@@ -30,7 +30,7 @@ from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.continuation.request import STARTS, Continuation
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.errors import RequestError, at, from_text, shown
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.system import System
 
 if TYPE_CHECKING:
@@ -71,12 +71,13 @@ def continue_orbit(
     step: float = 0.02,
     unstable: int = 3000,
     tolerance: float | str = "fine",
+    quiet: bool = False,
 ) -> Continued:
     """Follow the branches of periodic orbits along a parameter and return them.
 
     Arguments:
-        system: a `System`, or the name of one; where its own value of the parameter lies outside
-            the interval, the start is looked for at the nearest end.
+        system: a `System`, the name of one, or the path of a TOML file; where its own value of the
+            parameter lies outside the interval, the start is looked for at the nearest end.
         along: the free parameter, any one that is allowed for the system.
         between: its smallest and largest value [SI].
         start: None for the orbit from rest; a `Regime` that is periodic, at its own value of the
@@ -91,6 +92,7 @@ def continue_orbit(
         step: the longest step, relative to the orbit and the interval together.
         unstable: the most points, one after another, that are followed where orbits are unstable.
         tolerance: of the contacts: a number, draft, standard or fine.
+        quiet: whether not to say that something is compiled.
 
     Raises `RequestError` for anything else, and where the start is no periodic orbit.
 
@@ -99,7 +101,7 @@ def continue_orbit(
     impact may appear or vanish along a branch: with Hertz contacts the map stays continuously
     differentiable there.  Cost: some 0.4 ms for each point of T,1, once compiled.
     """
-    known = load_system(system) if not isinstance(system, System) else system
+    known = as_system(system)
     first, last = _pair(between)
     changes: dict[str, Any] = {
         "along": {along: {"start": first, "stop": last}},
@@ -119,8 +121,9 @@ def continue_orbit(
     request = load_continuation(known, changes, "continue_orbit")
     from nlds_vines.continuation.result import Continued
     from nlds_vines.continuation.run import compute
+    from nlds_vines.orbits.compilation import notice
 
-    return Continued(request, compute(request))
+    return Continued(request, compute(request, tell=notice(quiet)))
 
 
 def _pair(between: Sequence[float]) -> tuple[float, float]:

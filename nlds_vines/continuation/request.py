@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.outline import Outlined
 from nlds_vines.archives.provenance import Value
 from nlds_vines.errors import RequestError, choice, number, string, whole
 from nlds_vines.model.layers import request_hash
@@ -23,6 +24,9 @@ from nlds_vines.toml import toml_text
 POLICIES = ("rest", "random", "label", "orbits")
 """Where branches may begin: the orbit from rest; the orbits of random starts; one of these with a
 label; given orbits."""
+
+OF_STARTS = ("regime", "evidence")
+"""What is recorded of the orbits that branches begin with."""
 
 STARTS = 100
 """Random starts, by default."""
@@ -111,8 +115,8 @@ class Begin:
             raise RequestError(f"{len(self.orbits)} start orbits; allowed: up to {MOST_ORBITS}")
 
 
-@dataclass(frozen=True)
-class Continuation:
+@dataclass(frozen=True, repr=False)
+class Continuation(Outlined):
     """What to follow; checked when made, immutable afterwards.
 
     Arguments:

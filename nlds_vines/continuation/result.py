@@ -12,6 +12,7 @@ import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.dataset import Dataset
+from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.continuation.branch import ENDS, at_value
 from nlds_vines.continuation.branch_table import KIND_FLAGS, ORIGINS, Tables, datasets_of
 from nlds_vines.continuation.curve_table import curve_datasets
@@ -30,8 +31,8 @@ _KINDS = {code: kind for kind, code in KIND_FLAGS.items()}
 _ORIGINS = {code: word for word, code in ORIGINS.items()}
 
 
-@dataclass(frozen=True)
-class Branch:
+@dataclass(frozen=True, repr=False)
+class Branch(Outlined):
     """One branch of nT orbits; arrays have an entry for each of its points, in order.
 
     Attributes:
@@ -76,8 +77,8 @@ class Branch:
         return len(self.parameter)
 
 
-@dataclass(frozen=True)
-class Crossing:
+@dataclass(frozen=True, repr=False)
+class Crossing(Outlined):
     """The orbit of a branch at one value of the parameter.
 
     Attributes: number of the `branch`; its `label`; the `state` at phase zero in the user's
@@ -96,8 +97,8 @@ class Crossing:
         return self.unstable == 0
 
 
-@dataclass(frozen=True)
-class SpecialCurve:
+@dataclass(frozen=True, repr=False)
+class SpecialCurve(Outlined):
     """A curve of special points in the plane of two parameters.
 
     Attributes:
@@ -118,8 +119,8 @@ class SpecialCurve:
     meetings: tuple[tuple[str, float, float], ...]
 
 
-@dataclass(frozen=True, eq=False)
-class Continued:
+@dataclass(frozen=True, eq=False, repr=False)
+class Continued(Outlined):
     """The branches of a continuation, and their special points."""
 
     request: Continuation
@@ -302,10 +303,20 @@ class Continued:
             wall = f" ({row.wall} wall{'s' * (row.wall == 'both')})" if row.wall else ""
             yield f"  {row.kind:<3} {name} = {row.value:.12g}  {change}{wall}"
 
-    def __repr__(self) -> str:
-        """Return a summary of one line."""
+    def heading(self) -> str:
+        """Return the title."""
+        return self.request.title
+
+    def outline(self) -> Rows:
+        """Return how many branches, curves and special points there are."""
+        labels = dict.fromkeys(str(label) for b in self.branches for label in b.labels)
+        points = sum(len(branch) for branch in self.branches)
+        yield "branches", f"{len(self.branches)}, {points} points: {', '.join(labels)}"
         names = ", ".join(f"{n} {k}" for k, n in _counted(self.special.kind.tolist()))
-        return f"<Continued: {len(self.branches)} branches; {names or 'no special point'}>"
+        yield "special points", names or "none"
+        if self.curves:
+            kinds = _counted([curve.kind for curve in self.curves])
+            yield "curves", ", ".join(f"{n} of {k}" for k, n in kinds)
 
 
 def _counted(words: list[str]) -> list[tuple[str, int]]:

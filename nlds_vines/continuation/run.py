@@ -27,7 +27,7 @@ from nlds_vines.runs.folder import RunFolder
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.manifest import CONTINUATION
 from nlds_vines.runs.partfile import PATTERN, UNSOUND, fetch, identity, path_of, store
-from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.threads import use_threads
 
 
@@ -84,22 +84,24 @@ def compute(
     recall: Callable[[], Arrays | None] = lambda: None,
     keep: Callable[[Arrays], None] = lambda arrays: None,
     check: Callable[[], None] = lambda: None,
-    tell: Callable[[str], object] | None = None,
+    tell: Tell | None = None,
 ) -> Tables:
     """Follow all branches and curves of a continuation and return what is kept of them.
 
     Arguments: `recall` and `keep`, see `Explorer`; `check` is called between two points, and may
-    raise; `tell` takes a line of text where something is compiled.
+    raise; `tell` takes what is waited for where something is compiled.
     """
     along, section_map = request.along, map_of(request)
     search = Search(request.doublings, request.step, request.unstable)
     explorer = Explorer(section_map, Bounds(along.low, along.high), search, recall, keep, check)
-    tracks = explorer.run(seeds_of(request, tell))
-    tables = tables_of(request, section_map, tracks)
-    if request.plane is None:
-        return tables
-    specials = [special for track in tracks for special in track.specials]
-    return tables | curves_through(request, specials, recall, keep, check)
+    seeds = seeds_of(request, tell)
+    with section_map.compilation(tell):
+        tracks = explorer.run(seeds)
+        tables = tables_of(request, section_map, tracks)
+        if request.plane is None:
+            return tables
+        specials = [special for track in tracks for special in track.specials]
+        return tables | curves_through(request, specials, recall, keep, check)
 
 
 def run(request: Continuation, output: Path, how: RunOptions | None = None) -> None:
@@ -142,7 +144,7 @@ def _followed(
         count += 1
         progress.note(1, f"{max(map(len, arrays.values()))} points in the last one")
 
-    return compute(request, recall=folder.recall, keep=keep, check=stop.check, tell=progress.say)
+    return compute(request, recall=folder.recall, keep=keep, check=stop.check, tell=progress.wait)
 
 
 def _store(

@@ -7,6 +7,7 @@ the same on every processor.
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,9 +16,13 @@ import numpy as np
 from nlds_vines.kernels import cycles
 from nlds_vines.kernels.codes import OK
 from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.model.system import System
+from nlds_vines.model.scenes import Scene
+from nlds_vines.model.system import System, cell_type
+from nlds_vines.orbits.compilation import Compilation
+from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import Settings
+from nlds_vines.runs.progress import Tell
 
 NEARBY, TINY = 2.0**-10, 1.0e-9
 """Step of differences of the formulas for a cell's numbers, relative to a parameter; of one that is
@@ -25,6 +30,12 @@ NEARBY, TINY = 2.0**-10, 1.0e-9
 
 WEIGHTS = (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25)
 """Those of the values at 0 to 4 steps in a derivative at 0."""
+
+KERNELS = cycles.trace, cycles.measure_cycles, cycles.fill_norms, cycles.solve_bordered
+"""What is called from Python to follow branches."""
+
+BRANCHES = "branches"
+"""The name of these kernels where they are compiled."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -117,6 +128,11 @@ class SectionMap:
                 return None
             found.append(tuple(changed))
         return tuple(found)
+
+    def compilation(self, tell: Tell | None) -> AbstractContextManager[None]:
+        """Return a context within which it is told what is compiled."""
+        needed = Needed(self.scene.key, "exact", ())
+        return Compilation(needed, tell, helped=False).followed(dict.fromkeys(KERNELS, BRANCHES))
 
     def cells(self, points: np.ndarray) -> np.recarray:
         """Return the kernels' records for points (count, m) of the free parameters."""
@@ -232,6 +248,26 @@ class Measured:
     fastest: np.ndarray
     force: np.ndarray
     beyond: np.ndarray
+
+
+def compile_for(scene: Scene) -> None:
+    """Have the kernels that follow branches of a scene compiled, unless the cache has them.
+
+    They are called for cells of zeros, which they refuse at once.
+    """
+    parts, size = parts_of("exact", scene), len(scene.components)
+    cells = np.zeros(4, cell_type(scene)).view(np.recarray)
+    cycles.fill_norms(parts, cells[0], np.zeros(size))
+    state, points, counts = np.zeros(4), np.zeros((1, 4)), np.zeros(3, np.int64)
+    matrix, slopes, pairs = np.zeros((size, size)), np.zeros((1, 4)), np.zeros((size, 2))
+    cycles.trace(
+        parts, cells, cells.view(np.float64).reshape(4, -1), np.zeros((1, 3)), state, points,
+        counts, matrix, slopes, pairs, np.zeros(cycles.FOUND),
+    )  # fmt: skip
+    violation = None if scene.limit is None else np.zeros((0, 3))
+    none, pair = np.zeros(0, np.int64), np.zeros((0, 2))
+    cycles.measure_cycles(0, 0, parts, cells, np.zeros((0, 4)), none, pair, pair, violation)
+    bordered(np.eye(size), np.zeros((1, size)), np.ones((1, size + 1)), np.zeros(size + 1))
 
 
 def bordered(

@@ -3,7 +3,8 @@
 Strict floating point (no fastmath, no contraction) so that results are bit-identical from run to
 run and to the uncompiled code; NumPy's error model, so that no division raises inside a kernel;
 and a disk cache that is invalidated by a change in *any* kernel file. Numba's own cache looks at
-the decorated function's file alone and would keep stale code of the functions it calls.
+the decorated function's file alone and would keep stale code of the functions it calls. Where
+neither the program's folder nor the user's cache can be written, it lies in a temporary folder.
 
 Most of the time of a first run is compiling. So kernels that kernels alone call get no wrapper for
 Python, and Python's garbage collector, which would look again and again through all that the
@@ -14,6 +15,10 @@ from __future__ import annotations
 
 import gc
 import hashlib
+import os
+import stat
+import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cached_property, lru_cache, wraps
@@ -39,6 +44,56 @@ def source_stamp() -> str:
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+CACHE_OF = (
+    "nlds_vines: neither its own folder nor the cache of the user can be written: compiled kernels "
+    "{where}; set NUMBA_CACHE_DIR to a folder that can be written, and is kept"
+)
+"""What is said where compiled kernels have no lasting place."""
+
+
+@lru_cache(maxsize=2)
+def _say_once(where: str) -> None:
+    """Say on standard error what becomes of compiled kernels."""
+    sys.stderr.write(CACHE_OF.format(where=where) + "\n")
+
+
+@lru_cache(maxsize=1)
+def temporary_folder() -> Path:
+    """Return a folder of this user alone among the temporary ones, made if it is not there.
+
+    Numba runs what it finds in a cache, so a folder that others can write to is not taken.
+    Raises OSError where there is none that can be written.
+    """
+    folder = Path(tempfile.gettempdir(), f"nlds_vines-{os.getuid()}")
+    with suppress(FileExistsError):
+        folder.mkdir(mode=0o700)
+    found = folder.lstat()
+    private = stat.S_ISDIR(found.st_mode) and not stat.S_IMODE(found.st_mode) & 0o077
+    if not (private and found.st_uid == os.getuid()):
+        folder = Path(tempfile.mkdtemp(prefix="nlds_vines-"))
+    return folder
+
+
+class _TemporaryLocator(caching.UserWideCacheLocator):
+    """Places the cache in the temporary folder, for where no lasting one can be written."""
+
+    def __init__(self, py_func: Any, py_file: str) -> None:
+        super().__init__(py_func, py_file)
+        subpath = self.get_suitable_cache_subpath(py_file)
+        self._cache_path = str(temporary_folder() / subpath)
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> Any:
+        """Return the locator, None where there is no such folder."""
+        try:
+            found = super().from_function(py_func, py_file)
+        except OSError:
+            return None
+        if found is not None:
+            _say_once(f"go to {temporary_folder()}")
+        return found
 
 
 def _stamped(locator: type) -> type:
@@ -70,7 +125,7 @@ def _stamped_cache() -> Iterator[None]:
     """Let Numba's cache see the stamped locators while a function is being decorated."""
     registry: Any = caching.CacheImpl
     original = registry._locator_classes
-    registry._locator_classes = [_stamped(locator) for locator in original]
+    registry._locator_classes = [_stamped(one) for one in (*original, _TemporaryLocator)]
     try:
         yield
     finally:
@@ -147,10 +202,14 @@ def jit(
     if inlined:
         options["forceinline"] = True
     with _stamped_cache():
-        kernel = numba.njit(cache=True, **options)(function)
+        try:
+            kernel = numba.njit(cache=True, **options)(function)
+        except RuntimeError:  # there is no folder at all for a cache
+            _say_once("are lost when the process ends")
+            kernel = numba.njit(**options)(function)
     if isinstance(kernel, registry.CPUDispatcher):  # none without compilation
         kernel.__class__ = Kernel if entry else Inner
-        if _read_only and not entry:
+        if _read_only and not entry and kernel.stats.cache_path is not None:
             with _stamped_cache():
                 kernel._cache = _ReadOnly(function)  # type: ignore[attr-defined]
     return kernel
@@ -214,6 +273,7 @@ class _Watch(event.Listener):
 
     def __init__(self) -> None:
         self.told: list[Callable[[Any], object]] = []
+        self.ended: list[Callable[[Any], object]] = []
         self._outermost: Any = None  # what a compilation is of, while the collector rests for it
 
     def on_start(self, event: event.Event) -> None:
@@ -233,6 +293,8 @@ class _Watch(event.Listener):
         if self._outermost is not None and event.data is self._outermost:
             self._outermost = None
             gc.enable()
+        for tell in tuple(self.ended):
+            tell(event.data["dispatcher"])
 
 
 _watch = _Watch()
@@ -240,13 +302,18 @@ event.register("numba:compile", _watch)
 
 
 @contextmanager
-def told_of_compilations(tell: Callable[[Any], object]) -> Iterator[None]:
+def told_of_compilations(
+    tell: Callable[[Any], object], ended: Callable[[Any], object] = lambda kernel: None
+) -> Iterator[None]:
     """Call `tell(kernel)` before a kernel is compiled, not where the cache has it, in the block.
 
-    What `tell` raises ends the compilation before it begins.
+    What `tell` raises ends the compilation before it begins. After it, also one that has failed,
+    `ended(kernel)` is called.
     """
     _watch.told.append(tell)
+    _watch.ended.append(ended)
     try:
         yield
     finally:
         _watch.told.remove(tell)
+        _watch.ended.remove(ended)

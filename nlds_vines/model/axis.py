@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.errors import RequestError, number, shown, string, table, whole
 
 MOST_VALUES = 10**7
 """The most values of one axis: far more than can be computed, far fewer than fill the memory."""
 
 
-@dataclass(frozen=True, eq=False)
-class Axis:
+@dataclass(frozen=True, eq=False, repr=False)
+class Axis(Outlined):
     """One varied parameter and its values.
 
     Arguments:
@@ -37,6 +38,15 @@ class Axis:
             raise RequestError(f"{self.name} takes the value {float(equal[0])!r} more than once")
         values.setflags(write=False)
         object.__setattr__(self, "values", values)
+
+    def heading(self) -> str:
+        """Return the parameter, the ends and the number of its values."""
+        values = self.values
+        return f"{self.name} = {values[0]:g} to {values[-1]:g} ({values.size} values)"
+
+    def outline(self) -> Rows:
+        """Return nothing else."""
+        return ()
 
     @classmethod
     def spaced(cls, name: str, start: object, stop: object, num: object) -> Axis:

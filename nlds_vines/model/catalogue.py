@@ -44,8 +44,10 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: Any) -> Sy
 
     Raises `RequestError` for an unknown name, a faulty file, and overrides as `System.with_`.
     """
-    if isinstance(name_or_path, str) and not _looks_like_path(name_or_path):
+    if isinstance(name_or_path, str) and not looks_like_path(name_or_path):
         return _named(name_or_path).with_(**overrides)
+    if not isinstance(name_or_path, str | os.PathLike):
+        raise _no_system(name_or_path)
     path = Path(name_or_path)
     document = read_toml(path)
     with at(str(path)):
@@ -54,6 +56,30 @@ def load_system(name_or_path: str | os.PathLike[str], /, **overrides: Any) -> Sy
         with at("[set]"):
             system = system.with_(**table("set", document.get("set", {})))
     return system.with_(**overrides)
+
+
+def looks_like_path(text: str) -> bool:
+    """Return whether a text is to be read as a path: it has a folder in it, or ends in .toml."""
+    return text.endswith(".toml") or "/" in text or os.sep in text
+
+
+def as_system(source: System | str | os.PathLike[str]) -> System:
+    """Return a `System` as it is, and what `load_system` makes of a name or a path.
+
+    Raises `RequestError` for anything else.
+    """
+    if isinstance(source, System):
+        return source
+    if isinstance(source, str | os.PathLike):
+        return load_system(source)
+    raise _no_system(source)
+
+
+def _no_system(source: object) -> RequestError:
+    return RequestError(
+        f"system = {shown(source)} must be a System, a name or the path of a TOML file; "
+        f"names: {', '.join(catalogue())}"
+    )
 
 
 def system_from(value: object, name: str = "") -> System:
@@ -78,11 +104,6 @@ def system_from(value: object, name: str = "") -> System:
         f"{given}: give system = NAME, or a [system] table with kind and parameters; "
         f"names: {', '.join(catalogue())}"
     )
-
-
-def _looks_like_path(text: str) -> bool:
-    """Return whether a text is to be read as a path: it has a folder in it, or ends in .toml."""
-    return text.endswith(".toml") or "/" in text or os.sep in text
 
 
 def _named(name: str) -> System:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.outline import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, number, string, table, unknown
 from nlds_vines.model.laws import DAMPING, HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import CONTACT, OSCILLATOR, PARAMETERS, STRUCTURE
@@ -73,8 +74,8 @@ def hertz_stiffness(p: Mapping[str, Any]) -> Any:
         return (4 / 3) * q1 / ((d1 + d2) * np.sqrt(A + B))
 
 
-@dataclass(frozen=True)
-class System:
+@dataclass(frozen=True, repr=False)
+class System(Outlined):
     """A kind of damper with its parameters; checked when made, immutable afterwards.
 
     Arguments:
@@ -120,6 +121,19 @@ class System:
         object.__setattr__(self, "assumptions", MappingProxyType(dict(self.assumptions)))
         object.__setattr__(self, "name", self.name or self.kind)
         self.cells()  # checks the numbers that follow from the parameters, too
+
+    def heading(self) -> str:
+        """Return its name and what it is."""
+        return f"{self.name}: {self.title}" if self.title else self.name
+
+    def outline(self) -> Rows:
+        """Return its kind, its parameters and what had to be assumed."""
+        law = f", law {self.law!r}" if self.scene.walls else ""
+        second = f", law_2 {self.law_2!r}" if self.law_2 else ""
+        yield "kind", f"{self.kind!r} ({self.scene.meaning}){law}{second}"
+        yield "parameters [SI]", numbers(self.parameters)
+        if self.assumptions:
+            yield "assumed", ", ".join(self.assumptions)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle with plain dictionaries: read-only mappings cannot be pickled."""

@@ -19,12 +19,13 @@ from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import cell_type
 from nlds_vines.orbits import evidence
-from nlds_vines.orbits.compilation import Compilation, Tell
+from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import EFFORTS, TOLERANCE, Settings
 from nlds_vines.orbits.wants import JUDGED, NOTED, noted
 from nlds_vines.runs.pool import in_pieces
+from nlds_vines.runs.progress import Tell
 
 PIECE_PERIODS = 1000
 """Forcing periods of a piece of lanes at least: milliseconds, beside which its cost is nothing."""
@@ -139,7 +140,7 @@ class Kernels:
     def __init__(self, wanted: Wanted, tell: Tell | None = None, *, helped: bool = True) -> None:
         """Prepare the parts that the scene has.
 
-        Arguments: what is `wanted`; `tell` takes a line of text where something is compiled;
+        Arguments: what is `wanted`; `tell` takes what is waited for where something is compiled;
         `helped` lets another process compile a part of it.
         """
         self._wanted = wanted
@@ -191,7 +192,8 @@ class Kernels:
         """
         chains = cells[:, np.newaxis]
         section = np.zeros((*chains.shape, 1, len(self._wanted.scene.components)))
-        status = run(self._parts, chains, starts, Span(0, 1, 1), LaneBuffers(section=section))
+        with self._compilation.followed({lanes.run_lanes: "error"}):
+            status = run(self._parts, chains, starts, Span(0, 1, 1), LaneBuffers(section=section))
         section[status != OK] = np.nan
         return section[:, 0, 0]
 
@@ -229,10 +231,10 @@ class Batch:
     def __init__(
         self, scene: Scene, tell: Tell | None = None, tolerance: float = TOLERANCE
     ) -> None:
-        """Prepare for cells of `scene`; `tell` takes a line of text where something is compiled."""
+        """Prepare for cells of `scene`; `tell` takes what is waited for meanwhile."""
         self._scene = scene
         self._parts = parts_of(METHOD, scene, Settings.of(METHOD, tolerance))
-        self._compilation = Compilation(Needed(scene.kind, METHOD, ("energy",)), tell, helped=False)
+        self._compilation = Compilation(Needed(scene.key, METHOD, ("energy",)), tell, helped=False)
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
         """Run one lane for each cell on the current threads, all in one call of the kernel.

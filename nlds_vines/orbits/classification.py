@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.errors import choice, whole
+from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
+from nlds_vines.orbits.compilation import notice
 from nlds_vines.orbits.labels import FLAGS, least_lifetime
 from nlds_vines.orbits.settings import EFFORTS, METHODS, chosen_settings
 from nlds_vines.orbits.simulation import IntegrationError, start_state
@@ -20,8 +24,8 @@ _WANT = ("regime", "lyapunov", "settling", "evidence")
 _KINDS = {code: name for name, code in FLAGS.items()}
 
 
-@dataclass(frozen=True)
-class Regime:
+@dataclass(frozen=True, repr=False)
+class Regime(Outlined):
     """What an orbit is, and why.
 
     Attributes:
@@ -67,6 +71,23 @@ class Regime:
     transient_lyapunov: float
     transient_lyapunov_width: float
 
+    def heading(self) -> str:
+        """Return the label."""
+        return f"{self.label} ({self.kind})"
+
+    def outline(self) -> Rows:
+        """Return the evidence in a few lines."""
+        yield "system", self.system.heading()
+        where = f"{self.watched} periods watched"
+        settled = f"settled after {self.settling}" if self.settling >= 0 else "not settled"
+        each = f"n = {self.period}, " if self.period else ""
+        yield "orbit", f"{each}{self.impacts} impacts; {settled} forcing periods, {where}"
+        if self.multipliers is not None:
+            moduli = ", ".join(f"{abs(mu):.6g}" for mu in self.multipliers)
+            yield "multipliers", f"moduli {moduli}; residual {self.residual:.2g}"
+        width = f" +- {self.lyapunov_width:.2g}" if self.lyapunov_width else ""
+        yield "largest exponent", f"{self.lyapunov:.6g}{width} 1/s"
+
     @property
     def least_lifetime(self) -> float:
         """The mean lifetime [forcing periods] that chaos has at least, if it is transient.
@@ -77,7 +98,7 @@ class Regime:
 
 
 def classify(
-    system: System,
+    system: System | str | os.PathLike[str],
     *,
     start: Sequence[float] | None = None,
     transient: int = 600,
@@ -85,26 +106,29 @@ def classify(
     method: str = "exact",
     effort: str = "standard",
     tolerance: float | str | None = None,
+    quiet: bool = False,
 ) -> Regime:
     """Say what the orbit of a system is, from a start, and return the evidence.
 
     Arguments:
-        system: from `load_system`.
+        system: a `System`, the name of one, or the path of a TOML file.
         start: (x1, v1, x2, v2) [m, m/s] at t = 0, by default at rest; without a damper (x1, v1).
         transient, periods: forcing periods passed over and looked at first.
         method: `exact` or `rk4`.
         effort: quick, standard or thorough: how many further periods a verdict may take.  A
             periodic orbit ends the search; chaos and a torus are followed for all of them.
         tolerance: of `exact`, as `simulate` takes it.
+        quiet: whether not to say that something is compiled.
 
     Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
     docs/regimes.md holds the decision table.  Cost: as `simulate` for a periodic orbit, once
     compiled; some 0.05 s for a chaotic one.
     """
+    system = as_system(system)
     before, sampled = whole("transient", transient, 0), whole("periods", periods, 1)
     how = choice("method", method, METHODS), choice("effort", effort, EFFORTS)
     settings = chosen_settings(method, {"tolerance": tolerance})
-    kernels = Kernels(Wanted(system.scene, _WANT, *how, settings))
+    kernels = Kernels(Wanted(system.scene, _WANT, *how, settings), notice(quiet))
     cells = np.atleast_2d(system.cells())
     state = start_state(system, float(cells["rest"][0, 0]), start)
     outputs = kernels.run(cells, state[np.newaxis, :4], before, sampled)

@@ -7,26 +7,37 @@ disk, where this process finds it.  Whatever goes wrong there, this process comp
 
 from __future__ import annotations
 
+import multiprocessing
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any
 
 from nlds_vines.kernels import eigenvalues, lanes
 from nlds_vines.kernels.compiling import told_of_compilations
 from nlds_vines.orbits import elsewhere
+from nlds_vines.runs.progress import Clock, Notice, Tell
 
-FIRST = lanes.run_lanes, lanes.judge_lanes, eigenvalues.fill_multipliers
-"""What is called from Python: where one of them must be compiled, more must be."""
+OF_LANES: Mapping[Callable[..., Any], str] = {
+    eigenvalues.fill_multipliers: "orbit",  # needed for a verdict, and compiled before the orbit
+    lanes.run_lanes: "orbit",
+    lanes.judge_lanes: "verdict",
+}
+"""What is called from Python to run many orbits, and the name of the kernel that it is part of."""
 
-SECONDS = {"orbit": 12, "verdict": 18, "error": 8}
+SECONDS = {"orbit": 12, "verdict": 18, "error": 8, "branches": 15}
 """Time [s] that compiling each kernel takes, of an SSul NES; for a message."""
 
 LONGEST = 600.0
 """Seconds to wait for the other process, after which it must have lost its way."""
 
-Tell = Callable[[str], object]
-"""Takes a line of text for the user."""
+
+def notice(quiet: bool = False) -> Tell | None:
+    """Return what tells a user in Python that something is compiled; None when quiet.
+
+    Beside others, the processes of a pool tell nothing.
+    """
+    return None if quiet or multiprocessing.parent_process() is not None else Notice()
 
 
 class Compilation:
@@ -35,45 +46,71 @@ class Compilation:
     def __init__(self, needed: elsewhere.Needed, tell: Tell | None, helped: bool) -> None:
         """Take what kernels are `needed` for, who is told, and whether another process may help."""
         self._needed, self._tell, self._helped = needed, tell, helped
-        self._told: set[str] = set()  # kernels
+        self._names = elsewhere.kernels_of(needed.want)
+        self._left: tuple[str, ...] = ()  # to be compiled, when the first of them began
+        self._clock: Clock | None = None  # while something is compiled, or waited for
         self._other: elsewhere.Process | None = None
 
     @contextmanager
-    def followed(self) -> Iterator[None]:
+    def followed(self, parts: Mapping[Callable[..., Any], str] = OF_LANES) -> Iterator[None]:
         """Follow what is compiled within the block; no other process outlives it.
+
+        Arguments: `parts`, what is called from Python, with the name of the kernel it is part of.
 
         Raises `RequestError` where memory does not suffice to compile.
         """
+
+        def begins(kernel: Any) -> None:
+            if kernel in parts:
+                self._begins(parts[kernel])
+
+        def ends(kernel: Any) -> None:
+            if kernel in parts:
+                self._stop_clock()
+
         try:
-            with told_of_compilations(self._begins):
+            with told_of_compilations(begins, ends):
                 yield
         finally:
+            self._stop_clock()
             self._leave()
 
     def await_verdict(self) -> None:
         """Wait for the process that compiles the verdict, if there is one."""
         if self._other is not None:
+            self._start_clock("verdict")
             with suppress(subprocess.TimeoutExpired):
                 self._other.wait(LONGEST)
+            self._stop_clock()
             self._leave()
 
-    def _begins(self, kernel: Any) -> None:
-        """Note that a kernel is about to be compiled, as the cache does not have it."""
-        if kernel not in FIRST:
-            return
+    def _begins(self, name: str) -> None:
+        """Note that a part of a kernel is about to be compiled, as the cache does not have it."""
         elsewhere.refuse_without_memory()
-        judges = kernel is lanes.judge_lanes
-        left = ("verdict",) if judges else elsewhere.kernels_of(self._needed.want)
-        if self._told.issuperset(left):
-            return
-        self._told.update(left)
-        if self._helped and not judges and "verdict" in left and elsewhere.may_help():
-            self._other = elsewhere.begin(["verdict"], self._needed, writes=False)
+        if name not in self._left:
+            self._left = self._names[self._names.index(name) :] if name in self._names else (name,)
+            later = "verdict" in self._left[1:]
+            if later and self._helped and elsewhere.may_help():
+                self._other = elsewhere.begin(["verdict"], self._needed, writes=False)
+        self._start_clock(name)
+
+    def _start_clock(self, name: str) -> None:
+        """Tell again and again that a kernel is being compiled, until the clock is stopped."""
         if self._tell is not None:
-            seconds = sum(SECONDS[name] for name in left)
+            seconds = sum(SECONDS[name] for name in self._left)
             seconds -= 0 if self._other is None else SECONDS["orbit"]
-            scene, names = self._needed.scene, ", ".join(left)
-            self._tell(f"compiling the kernels of {scene}: {names} (once; about {seconds} s)")
+            count = f"{self._left.index(name) + 1} of {len(self._left)}: {name}"
+            text = (
+                f"compiling the kernels of {self._needed.scene} (once for this kind and these "
+                f"records, about {seconds} s; {count})"
+            )
+            self._clock = Clock(self._tell, text)
+
+    def _stop_clock(self) -> None:
+        """Tell that nothing is being compiled any more, if something was."""
+        clock, self._clock = self._clock, None
+        if clock is not None:
+            clock.stop()
 
     def _leave(self) -> None:
         """End the other process, if there is one."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
@@ -9,17 +10,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, choice, whole
+from nlds_vines.archives.outline import Outlined, Rows, numbers
+from nlds_vines.errors import RequestError, choice, shown, whole
 from nlds_vines.kernels.arguments import CellBuffers, Parts, Span
 from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.scenes.base import LONGEST_NAME
 from nlds_vines.model.system import System
+from nlds_vines.orbits.compilation import Compilation, notice
+from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
-from nlds_vines.orbits.settings import METHODS, checked_steps, chosen_settings
+from nlds_vines.orbits.settings import METHODS, Settings, checked_steps, chosen_settings
 from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.orbits.wants import refuse_impossible
 
@@ -47,6 +52,9 @@ ROUND_OFF = 1e-12
 SAMPLES = 512
 """States of a trajectory in each forcing period, by default."""
 
+_RUN_CELL = getattr(run_cell, "entry", run_cell)
+"""What is compiled where Python calls `run_cell`."""
+
 
 class IntegrationError(RuntimeError):
     """An orbit could not be followed to its end; the message names the remedy."""
@@ -60,8 +68,8 @@ class Violation(NamedTuple):
     depth: float  # of the deepest [m]
 
 
-@dataclass(frozen=True)
-class Orbit:
+@dataclass(frozen=True, repr=False)
+class Orbit(Outlined):
     """What was recorded of an orbit; None for what was not wanted.
 
     Attributes:
@@ -92,9 +100,30 @@ class Orbit:
     trajectory: np.ndarray | None = None
     time: np.ndarray | None = None
 
+    def heading(self) -> str:
+        """Return what was simulated."""
+        return f"of {self.system.heading()}"
+
+    def outline(self) -> Rows:
+        """Return the last state and what was recorded, arrays by their shapes."""
+        names = self.system.scene.components
+        yield "last state [m, m/s]", numbers(dict(zip(names, self.state.tolist(), strict=True)))
+        arrays = ("section", "impacts", "trajectory")
+        found = {name: getattr(self, name) for name in arrays if getattr(self, name) is not None}
+        if found:
+            yield "recorded", ", ".join(f"{name} {array.shape}" for name, array in found.items())
+        of_bodies = ("E1max", "E2max", "E1peak", "E2peak")
+        if energies := {name: e for name in of_bodies if (e := getattr(self, name)) is not None}:
+            yield "energies [J]", numbers(energies)
+        others = {} if self.clearance is None else {"clearance [m]": self.clearance}
+        if self.violation is not None:
+            others |= {"violations": self.violation.number, "depth [m]": self.violation.depth}
+        if others:
+            yield "limits", numbers(others)
+
 
 def simulate(
-    system: System,
+    system: System | str | os.PathLike[str],
     periods: int,
     *,
     start: Sequence[float] | None = None,
@@ -107,11 +136,12 @@ def simulate(
     nodes: int | None = None,
     samples: int = SAMPLES,
     resolution: float | None = None,
+    quiet: bool = False,
 ) -> Orbit:
     """Follow one orbit over forcing periods and return what was recorded.
 
     Arguments:
-        system: from `load_system`.
+        system: a `System`, the name of one, or the path of a TOML file.
         periods: how many to record (>= 0), after `transient` unrecorded ones.
         start: (x1, v1, x2, v2) [m, m/s] at t = 0, by default at rest; without a damper (x1, v1).
             It may lie on a wall or inside a contact, which then is not counted as an impact.
@@ -126,33 +156,75 @@ def simulate(
         nodes: of `exact`, for experts: collocation nodes of every short impact, whatever the
             tolerance.
         samples: states of a trajectory in each period.
+        quiet: whether not to say that something is compiled.
         resolution: old name of `contact_steps` (exact) and `period_steps` (rk4); deprecated.
 
     Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
     Cost with the defaults: about 2 us a period for an SSul NES, once compiled.
     """
+    system = as_system(system)
     whole("periods", periods, 0)
     whole("transient", transient, 0)
     whole("samples", samples, 1, 10**6)
     choice("method", method, METHODS)
-    record = _checked_record(system, record)
+    record = checked_record(system, record)
     if resolution is not None:
         contact_steps, period_steps = _renamed(method, resolution, contact_steps, period_steps)
     given = {"contact_steps": contact_steps, "period_steps": period_steps, "nodes": nodes}
     settings = chosen_settings(method, {"tolerance": tolerance, **given})
-    parts = parts_of(method, system.scene, settings)
     cell = cell_of(system)
-    begin = start_state(system, cell.rest, start)
-    buffers = _Buffers.of(system, record, periods, samples)
-    while True:
-        state = begin.copy()
-        code = buffers.run(parts, cell, state, transient, periods)
+    begin = Beginning(system, method, settings, cell, start_state(system, cell.rest, start))
+    return begin.follow(record, transient, periods, samples, quiet=quiet)
+
+
+class Beginning(NamedTuple):
+    """Where an orbit begins, and how it is followed, in the numbers of the kernels.
+
+    Fields: the `system`; `method` and its `settings`; the record of its `cell`; the `state` at
+    phase zero (x1, v1, r, s, q, mode ...), shape (SIZE,).
+    """
+
+    system: System
+    method: str
+    settings: Settings
+    cell: Any
+    state: np.ndarray
+
+    def follow(
+        self,
+        record: tuple[str, ...],
+        transient: int,
+        periods: int,
+        samples: int = 1,
+        *,
+        quiet: bool = True,
+    ) -> Orbit:
+        """Follow the orbit as `simulate` does; `IntegrationError` where it ends early."""
+        buffers = _Buffers.of(self.system, record, periods, samples)
+        while True:
+            state = self.state.copy()
+            self._run(buffers, state, transient, periods, quiet)
+            if buffers.enough():
+                return buffers.orbit(self.system, self.cell.rest, state, transient)
+            buffers = buffers.larger()  # deterministic: the second run finds as many
+
+    def after(self, periods: int, *, quiet: bool = True) -> Beginning:
+        """Return the beginning that the state after so many periods is."""
+        state = self.state.copy()
+        self._run(_Buffers.of(self.system, (), 0, 1), state, periods, 0, quiet)
+        return self._replace(state=state)
+
+    def _run(
+        self, buffers: _Buffers, state: np.ndarray, transient: int, periods: int, quiet: bool
+    ) -> None:
+        parts = parts_of(self.method, self.system.scene, self.settings)
+        needed = Needed(self.system.scene.key, self.method, buffers.record)
+        compilation = Compilation(needed, notice(quiet), helped=False)
+        with compilation.followed({_RUN_CELL: "orbit"}):
+            code = buffers.run(parts, self.cell, state, transient, periods)
         if code != OK:
             status = STATUS[code]
-            raise IntegrationError(f"{system.name}: {status.name}. {status.remedy}")
-        if buffers.enough():
-            return buffers.orbit(system, cell.rest, state, transient)
-        buffers = buffers.larger()  # deterministic: the second run finds as many
+            raise IntegrationError(f"{self.system.name}: {status.name}. {status.remedy}")
 
 
 @dataclass(frozen=True)
@@ -229,11 +301,17 @@ class _Buffers:
         return Orbit(system, _user_state(system, rest, state), **found)
 
 
-def _checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:
+def checked_record(system: System, record: Collection[str] | None) -> tuple[str, ...]:
+    """Return what to record of an orbit, as `simulate` takes it; `RequestError` for anything else.
+
+    By default section and, if there are walls, impacts.
+    """
     if record is None:
         return ("section", "impacts") if system.scene.walls else ("section",)
     if isinstance(record, str):
         record = (record,)
+    if not isinstance(record, Collection):
+        raise RequestError(f"record = {shown(record)} must be a list of {', '.join(RECORDS)}")
     for word in record:
         choice("record", word, RECORDS)
     refuse_impossible(tuple(record), system.scene)
@@ -264,10 +342,13 @@ def start_state(system: System, rest: float, start: Sequence[float] | None) -> n
     if start is None:
         return state
     names = system.scene.components
-    values = np.asarray(start, dtype=float)
+    try:
+        values = np.asarray(start, dtype=float)
+    except (TypeError, ValueError):  # no numbers at all
+        values = np.empty(0)
     if values.shape != (len(names),) or not np.isfinite(values).all():
         text = f"{len(names)} finite numbers {', '.join(names)}"
-        raise RequestError(f"start = {start!r}; allowed: {text}")
+        raise RequestError(f"start = {shown(start)}; allowed: {text}")
     state[:2] = values[:2]
     if system.scene.damper:
         state[2], state[3] = values[0] - (values[2] - rest), values[1] - values[3]

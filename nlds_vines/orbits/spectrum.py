@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, choice, number, whole
+from nlds_vines.archives.outline import Outlined, Rows
+from nlds_vines.errors import RequestError, choice, number, shown, whole
 from nlds_vines.orbits.signals import SIGNALS, checked_signal
 
 if TYPE_CHECKING:
@@ -30,8 +31,8 @@ SILENCE = 1.0e-15
 """Standard deviation, relative to the largest value, below which a signal counts as constant."""
 
 
-@dataclass(frozen=True)
-class Spectrum:
+@dataclass(frozen=True, repr=False)
+class Spectrum(Outlined):
     """The one-sided amplitude spectrum of a signal over whole forcing periods.
 
     Attributes:
@@ -54,6 +55,18 @@ class Spectrum:
     window: str
     quantity: str = ""
     unit: str = "1"
+
+    def heading(self) -> str:
+        """Return what it is a spectrum of."""
+        return f"of {self.quantity} [{self.unit}]" if self.quantity else ""
+
+    def outline(self) -> Rows:
+        """Return its lengths and its largest line."""
+        how = f"{self.periods} periods of {self.samples} samples, {self.window} window"
+        yield "taken from", f"{how}; {self.order.size} bins, resolution {self.resolution:.4g}"
+        if self.order.size > 1:
+            i = 1 + int(np.argmax(self.amplitude[1:]))
+            yield "largest line", f"{self.amplitude[i]:.6g} at {self.order[i]:.6g} omega"
 
     @property
     def frequency(self) -> np.ndarray:
@@ -158,6 +171,8 @@ def spectrum(orbit: Orbit, signal: str = "x1", *, window: str = "rectangular") -
 
     Raises `RequestError` for an orbit without trajectory and a signal that its scene lacks.
     """
+    if not hasattr(orbit, "trajectory"):
+        raise RequestError(f"orbit = {shown(orbit)} must be an Orbit, as simulate returns it")
     checked_signal(signal, orbit.system.scene)
     if orbit.trajectory is None or orbit.time is None:
         raise RequestError("the orbit holds no trajectory: simulate with record=['trajectory']")

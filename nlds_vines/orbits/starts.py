@@ -113,6 +113,18 @@ def random_states(cells: np.ndarray, draws: np.ndarray, scene: Scene) -> np.ndar
     return np.stack([x1, v1, r, DAMPER_SPREAD * speed * d], axis=-1)
 
 
+def user_states(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarray:
+    """Return states of the kernels, (x1, v1, r, s), in the user's coordinates.
+
+    Arguments: the `cells` (n,) of states (n, 4).  Returns (n, components): x1, v1, x2, v2, or two
+    where there is no damper.
+    """
+    x1, v1, r, s = np.moveaxis(states, -1, 0)
+    if not scene.damper:
+        return np.stack([x1, v1], axis=-1)
+    return np.stack([x1, v1, x1 - r + cells["rest"], v1 - s], axis=-1)
+
+
 def _length(cells: np.ndarray) -> np.ndarray:
     """Return the unit of length [m] of random starts, positive and finite in every cell.
 

@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING, Any
 from nlds_vines.cli.option_values import (
     add_system_options,
     add_tolerance,
+    assignments,
     comma_separated,
     given,
     number_or_word,
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_plot, optional_path
+from nlds_vines.cli.paths import ARCHIVE_SUFFIXES, check_plot, optional_path
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, from_text
 from nlds_vines.model.system import System
@@ -38,7 +39,7 @@ from nlds_vines.portrait.request import (
     PortraitRequest,
     span,
 )
-from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.portrait.request_file import load_portrait, portrait_of
 from nlds_vines.runs.threads import check_environment
 
 if TYPE_CHECKING:
@@ -61,6 +62,8 @@ examples:
       two windows of one run, side by side: before and after a chaotic transient
   nlds-vines portrait scans/figure10.toml --samples 2048
       a request file; options override it
+  nlds-vines portrait regimes.h5 --at omega=7.4,P=600 --start 2 --plot cell.png
+      the orbit of a cell of a scan, from the third of its starts; the same to the last bit
 exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 130 interrupted
 """
 
@@ -74,11 +77,14 @@ def portrait(
 
     Arguments:
         source: a `System` or the name of one, a `PortraitRequest`, the path of a request file
-            (.toml) or the document in one; None for SSul NES Set 6.
+            (.toml) or the document in one; None for SSul NES Set 6; or the path of a scan's
+            archive (.h5), with `at` and `start` among the options.
         plot: where to save it (.png, .pdf or .svg), if anywhere.
         options: what the command's options change: `windows`, pairs (begin, end) of forcing
             periods, or `transient` and `periods`; `panels`, `start` (x1, v1, x2, v2) [m, m/s],
-            `samples`, `method`, `tolerance`, `show`, `signal`, `taper`, `comb`.
+            `samples`, `method`, `tolerance`, `show`, `signal`, `taper`, `comb`.  Of an archive,
+            `at`, the values of the varied parameters by name, says of which cell, and `start`,
+            a number or a name, from which of its starts (`nlds_vines.orbit_of`).
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed, and
     `IntegrationError` where the orbit ends early.
@@ -88,6 +94,9 @@ def portrait(
             names = ", ".join(options)
             raise RequestError(f"{names} given beside a PortraitRequest: they stand in it already")
         request = source
+    elif _is_archive(source):
+        at, start = options.pop("at", {}), options.pop("start", 0)
+        request = _of_cell(str(source), at, start, _document(options), "portrait")
     else:
         request = load_portrait(source, _document(options), "portrait")
     path = optional_path(plot)
@@ -98,7 +107,7 @@ def portrait(
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    request = load_portrait(options.source, _changes(options), "command line")
+    request = _request(options)
     stem = _NAME if options.source is None else Path(options.source).stem
     plot = Path(f"{stem}.png" if options.plot is None else options.plot)
     check_plot(plot)
@@ -109,7 +118,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     from nlds_vines.orbits.simulation import IntegrationError
 
     try:
-        views, _ = _drawn(request, plot)
+        views, _ = _drawn(request, plot, options.quiet)
     except IntegrationError as error:
         complain(_NAME, str(error))
         return LANES_FAILED
@@ -118,14 +127,43 @@ def _carry_out(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _drawn(request: PortraitRequest, plot: Path | None) -> tuple[list[View], Figure]:
+def _request(options: argparse.Namespace) -> PortraitRequest:
+    """Return the request that a command line means."""
+    if not _is_archive(options.source):
+        if options.at is not None:
+            raise RequestError(f"--at {options.at}: give the archive of a scan, FILE.h5, with it")
+        return load_portrait(options.source, _changes(options), "command line")
+    pairs = assignments("--at", comma_separated(options.at) or (), "NAME=VALUE,NAME=VALUE")
+    values = {name: from_text(float, f"--at {name}", text) for name, text in pairs.items()}
+    start = "0" if options.start is None else options.start
+    options.start = None
+    return _of_cell(options.source, values, start, _changes(options), "command line")
+
+
+def _is_archive(source: object) -> bool:
+    return isinstance(source, str | os.PathLike) and Path(source).suffix in ARCHIVE_SUFFIXES
+
+
+def _of_cell(
+    source: str, at: Mapping[str, float], start: int | str, changes: Mapping[str, Any], where: str
+) -> PortraitRequest:
+    """Return the request for the orbit of a cell of an archive."""
+    check_environment()
+    from nlds_vines.bifurcation.cell_orbit import cell_orbit
+
+    return portrait_of(cell_orbit(source, at, start), changes, where)
+
+
+def _drawn(
+    request: PortraitRequest, plot: Path | None, quiet: bool = False
+) -> tuple[list[View], Figure]:
     """Return the views of a request and the page drawn from them, saved if there is a path."""
     check_environment()
     from nlds_vines.plotting.save import save_figure
     from nlds_vines.portrait.picture import portrait as draw
     from nlds_vines.portrait.run import views_of
 
-    views = views_of(request)
+    views = views_of(request, quiet=quiet)
     figure = draw(request, views)
     if plot is not None:
         save_figure(figure, plot, request.title, ("recipe_hash", request.hash))
@@ -149,10 +187,15 @@ def _plan(request: PortraitRequest, plot: Path) -> list[str]:
 
 def _declare(parser: Parser) -> None:
     add = parser.add_argument
-    add("source", nargs="?", metavar="PORTRAIT.toml", help="by default SSul NES Set 6")
+    add("source", nargs="?", metavar="FILE", help="PORTRAIT.toml or SCAN.h5 [SSul NES Set 6]")
+    add("--at", metavar="NAME=VALUE,...", help="of SCAN.h5: the cell nearest to these values")
     add("--plot", metavar="FILE", help="picture: .png, .pdf or .svg [PORTRAIT.png]")
     add_system_options(parser)
-    add("--start", metavar="X1,V1,X2,V2", help="state at t = 0 [m, m/s], or rest")
+    add(
+        "--start",
+        metavar="X1,V1,X2,V2",
+        help="state at t = 0 [m, m/s], or rest; of SCAN.h5: number",
+    )
     add("--transient", type=int, metavar="PERIODS", help=f"discarded [{TRANSIENT}]")
     add("--periods", type=int, metavar="PERIODS", help=f"looked at [{PERIODS}]")
     add("--windows", metavar="B:E,B:E", help="periods to look at, in place of the last two")

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from nlds_vines.archives.outline import Outlined
 from nlds_vines.errors import RequestError, choice, from_text, shown, string, whole
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
@@ -16,6 +17,9 @@ from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.plotting.bands import LARGEST
 from nlds_vines.toml import toml_text
+
+if TYPE_CHECKING:
+    from nlds_vines.bifurcation.cell_orbit import CellOrbit
 
 PANELS: Mapping[str, str] = {
     "displacement": "x1, x2 and what is struck",
@@ -89,8 +93,8 @@ class Column:
         return not self.panels or panel in self.panels
 
 
-@dataclass(frozen=True)
-class PortraitRequest:
+@dataclass(frozen=True, repr=False)
+class PortraitRequest(Outlined):
     """What to draw; checked when made, immutable afterwards.
 
     Arguments:
@@ -104,6 +108,7 @@ class PortraitRequest:
         signal: what the spectrum is of, by default x2, or x1 without a damper; taper: its window.
         comb: n of the nT whose lines do not count as broadband; 0 for the period that is found, or
             T where none is.
+        cell: the orbit of an archive's cell, in place of one from `start`.
 
     Raises `RequestError` for anything else.
     """
@@ -119,6 +124,7 @@ class PortraitRequest:
     taper: str = "rectangular"
     comb: int = 0
     tolerance: float | str | None = None
+    cell: CellOrbit | None = None
 
     def __post_init__(self) -> None:
         """Check everything."""
@@ -219,7 +225,9 @@ class PortraitRequest:
         words = ("title", "samples", "method", "show", "signal", "taper", "comb")
         settings = {name: getattr(self, name) for name in words}
         settings |= {} if self.tolerance is None else {"tolerance": self.tolerance}
-        start = "rest" if self.start is None else list(self.start)
+        start: Any = "rest" if self.start is None else list(self.start)
+        if self.cell is not None:
+            start = [self.cell.scan.hash, self.cell.start]
         document = {**settings, "panels": list(self.panels), "start": start, **columns}
         return hashlib.sha256(toml_text(document).encode()).hexdigest()
 

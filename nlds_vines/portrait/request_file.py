@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nlds_vines.errors import RequestError, at, choice, number, shown, string, table, whole
 from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
@@ -24,6 +25,9 @@ from nlds_vines.portrait.request import (
     checked_window,
     described,
 )
+
+if TYPE_CHECKING:
+    from nlds_vines.bifurcation.cell_orbit import CellOrbit
 
 
 def _checked_windows(value: object) -> list[Window]:
@@ -92,6 +96,29 @@ def load_portrait(
             **{name: sampling[name] for name in RUN if name in sampling},
             **look,
         )
+
+
+def portrait_of(
+    cell: CellOrbit, changes: Mapping[str, Any], changes_from: str = "changes"
+) -> PortraitRequest:
+    """Return the request for the orbit of an archive's cell, by default over the scan's periods.
+
+    Arguments: the `cell`; `changes`, a document as `load_portrait` takes it, without a system, a
+    start and a method, which are the cell's.
+
+    Raises `RequestError` as `load_portrait`.
+    """
+    scan, system = cell.scan, cell.begin.system
+    for key in ("system", "set", "start"):
+        if changes.get(key):
+            raise RequestError(f"{changes_from}: {key} beside an archive, which holds it")
+    for key in ("method", "tolerance"):
+        if key in changes.get("sampling", {}):
+            raise RequestError(f"{changes_from}: {key} beside an archive, which holds it")
+    start = f", start {cell.start}" if scan.starts > 1 else ""
+    usual = {"transient": scan.transient, "periods": scan.periods, "method": scan.method}
+    document = {"title": described(system) + start, "system": system, "sampling": usual}
+    return replace(load_portrait(document, changes, changes_from), cell=cell)
 
 
 def _refuse_both(layer: Layer) -> None:

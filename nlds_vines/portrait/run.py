@@ -14,24 +14,28 @@ from nlds_vines.portrait.request import Column, PortraitRequest, Window, span
 from nlds_vines.portrait.result import View
 
 
-def views_of(request: PortraitRequest) -> list[View]:
+def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:
     """Return the views of a request's columns, in their order, from one run for each system.
 
     Samples end steps of the integration, so a chaotic orbit, and the length of a chaotic transient,
     depend on `samples` as on any round-off.  All windows of a system therefore come from one run.
+    The orbit of an archive's cell is that of the scan, whatever the samples.  When `quiet`, it is
+    not said that something is compiled.
 
     Raises `IntegrationError` where an orbit ends early.
     """
     found: dict[int, View] = {}
     for run in request.runs():
-        orbit = _orbit(request, run)
+        orbit = _orbit(request, run, quiet)
         found |= {id(column): _view(request, run, orbit, column) for column in run}
     return [found[id(column)] for column in request.columns]
 
 
-def _orbit(request: PortraitRequest, run: Sequence[Column]) -> Orbit:
+def _orbit(request: PortraitRequest, run: Sequence[Column], quiet: bool) -> Orbit:
     """Return the orbit from the first to the last period in the columns of a run."""
     system, (begin, end) = run[0].system, span(run)
+    if request.cell is not None:
+        return request.cell.traced(begin, end, request.samples, quiet=quiet)
     return simulate(
         system,
         end - begin,
@@ -40,6 +44,7 @@ def _orbit(request: PortraitRequest, run: Sequence[Column]) -> Orbit:
         method=request.method,
         tolerance=request.tolerance,
         samples=request.samples,
+        quiet=quiet,
         record=["trajectory", "impacts"] if system.scene.walls else ["trajectory"],
     )
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import sys
+import threading
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -12,9 +15,15 @@ if TYPE_CHECKING:
 LINE_EVERY = 5.0
 """Seconds between lines of progress where there is no terminal."""
 
+TICK = 1.0
+"""Seconds between looks at the clock while something lasts of which no part is known."""
+
 
 class Progress:
-    """Shows a bar on a terminal, a line every few seconds elsewhere, nothing when quiet."""
+    """Shows a bar on a terminal and in a notebook, a line every few seconds elsewhere.
+
+    It shows nothing when quiet.
+    """
 
     def __init__(
         self,
@@ -36,15 +45,12 @@ class Progress:
         self._began = self._printed = time.perf_counter()
         self._first = 0  # done with the first piece, most of whose time is that of compiling
         self._bar: tqdm[Any] | None = None
+        self._waits = Lines(self.say)
 
     def __enter__(self) -> Progress:
-        """Show the bar, if there is a terminal."""
-        if not self._quiet and sys.stderr.isatty():
-            from tqdm import tqdm
-
-            self._bar = tqdm(
-                total=self._total, initial=self._done, unit=self._unit, dynamic_ncols=True
-            )
+        """Show the bar, if there is a terminal or a notebook."""
+        if not self._quiet:
+            self._bar = bar(total=self._total, initial=self._done, unit=self._unit)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -58,6 +64,13 @@ class Progress:
             self._bar.write(text, file=sys.stderr)
         elif not self._quiet:
             print(text, file=sys.stderr, flush=True)
+
+    def wait(self, text: str, seconds: float) -> None:
+        """Show what is waited for, since so many seconds; an empty text where that has ended."""
+        if self._bar is not None:
+            self._bar.set_description_str(f"{text}: {seconds:.0f} s" if text else "")
+        elif not self._quiet:
+            self._waits(text, seconds)
 
     def note(self, count: int, words: str) -> None:
         """Add `count` pieces of work; `words` say how all of them went so far."""
@@ -82,6 +95,114 @@ class Progress:
             return f"{self._done} of at most {self._total} {self._unit}s"
         left = duration((self._total - self._done) / rate)
         return f"{self._done} of {self._total} {self._unit}s, {rate:.3g} a second, {left} to go"
+
+
+Tell = Callable[[str, float], object]
+"""Takes what is waited for, and since how many seconds; an empty text where that has ended."""
+
+
+class Lines:
+    """Prints what is waited for: at once, and then every few seconds."""
+
+    def __init__(self, say: Callable[[str], object]) -> None:
+        """Take what prints a line."""
+        self._say, self._text, self._said = say, "", 0.0
+
+    def __call__(self, text: str, seconds: float) -> None:
+        """Take what is waited for, as `Tell` has it."""
+        if text and text != self._text:
+            self._say(text)
+        elif text and seconds - self._said >= LINE_EVERY:
+            self._say(f"{text}: {seconds:.0f} s")
+        else:
+            return
+        self._text, self._said = text, seconds
+
+
+class Notice:
+    """What is waited for in Python, beside no work that is counted: one line that changes.
+
+    Where there is neither a terminal nor a notebook, lines on standard error.
+    """
+
+    def __init__(self) -> None:
+        """Show nothing yet."""
+        self._bar: tqdm[Any] | None = None
+        self._lines = Lines(lambda text: print(text, file=sys.stderr, flush=True))
+
+    def __call__(self, text: str, seconds: float) -> None:
+        """Take what is waited for, as `Tell` has it."""
+        if text and self._bar is None:
+            self._bar = bar(total=0, bar_format="{desc}")
+        if self._bar is None:
+            self._lines(text, seconds)
+        elif text:
+            self._bar.set_description_str(f"{text}: {seconds:.0f} s")
+        else:
+            self._bar.set_description_str(f"compiled in {seconds:.0f} s")
+            self._bar.close()
+            self._bar = None
+
+
+class Clock:
+    """Tells again and again how long something lasts, from a thread of its own."""
+
+    def __init__(self, tell: Tell, text: str) -> None:
+        """Begin to tell."""
+        self._tell, self._text = tell, text
+        self._began, self._ended = time.perf_counter(), threading.Event()
+        tell(text, 0.0)
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._ended.wait(TICK):
+            self._tell(self._text, time.perf_counter() - self._began)
+
+    def stop(self) -> None:
+        """Tell that it has ended."""
+        self._ended.set()
+        self._thread.join()
+        self._tell("", time.perf_counter() - self._began)
+
+
+def bar(**settings: Any) -> tqdm[Any] | None:
+    """Return a bar with settings of tqdm's: on a terminal or in a notebook, None elsewhere."""
+    if in_notebook():
+        return _notebook_bar(**settings)
+    if not sys.stderr.isatty():
+        return None
+    from tqdm import tqdm
+
+    return tqdm(dynamic_ncols=True, **settings)
+
+
+def in_notebook() -> bool:
+    """Return whether the program runs in a notebook, which shows what is displayed."""
+    asked = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    return getattr(asked, "kernel", None) is not None
+
+
+def _notebook_bar(**settings: Any) -> tqdm[Any]:
+    """Return a bar of text in a cell's output, which needs no widgets and stays in the file."""
+    from IPython.display import display
+    from tqdm import tqdm
+
+    class Bar(tqdm):
+        """A bar that is displayed anew in its place."""
+
+        place: Any = None
+
+        def display(self, msg: str | None = None, pos: int | None = None) -> bool:
+            """Show the bar as it is now."""
+            shown = {"text/plain": str(self) if msg is None else msg}
+            if self.place is None:
+                self.place = display(shown, raw=True, display_id=True)
+            else:
+                self.place.update(shown, raw=True)
+            return True
+
+    return Bar(file=io.StringIO(), ncols=100, **settings)
 
 
 def size(count: int) -> str:

@@ -28,7 +28,7 @@ from nlds_vines.cli.run_options import add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, at, number
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.laws import HERTZ
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.system import System
@@ -78,7 +78,7 @@ def transients(
     """Follow an ensemble of starts; return how long each took to settle, and where.
 
     Arguments:
-        system: a `System` or the name of one, by default SSul NES Set 6.
+        system: a `System`, the name of one or the path of a TOML file, by default SSul NES Set 6.
         output: the archive, by default transients.h5 in the current folder.
         starts, seed: how many random starts, drawn by which seed (`orbits.starts.random_states`).
         transient, periods: forcing periods of each, discarded and sampled; what has not settled
@@ -152,8 +152,7 @@ def _scan(
     sampling: Mapping[str, Any],
 ) -> Scan:
     """Return the scan of one cell that computes an ensemble."""
-    if not isinstance(system, System):
-        system = load_system(_SYSTEM if system is None else system)
+    system = as_system(_SYSTEM if system is None else system)
     axis = Axis("omega", np.array([system.parameters["omega"]]))
     title = f"{_title(system)}: {starts} starts"
     return Scan(title, system, (axis,), _WANT, Start("random", starts, seed), **sampling)

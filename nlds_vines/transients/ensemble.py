@@ -6,6 +6,7 @@ had not settled when it was last watched is censored.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nlds_vines.archives.outline import Outlined
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.coexistence import by_frequency, finals
 from nlds_vines.orbits.labels import TRANSIENT
@@ -48,8 +50,8 @@ class Share:
         return self.count / self.total
 
 
-@dataclass(frozen=True)
-class Ensemble:
+@dataclass(frozen=True, repr=False)
+class Ensemble(Outlined):
     """The results of the starts of one cell.
 
     Arguments:
@@ -162,15 +164,24 @@ class Ensemble:
 
 
 def ensemble_of(
-    view: ArchiveView, *cell: int, delay: float = 0.0, level: float = LEVEL
+    source: ArchiveView | str | os.PathLike[str],
+    *cell: int,
+    delay: float = 0.0,
+    level: float = LEVEL,
 ) -> Ensemble:
     """Return the ensemble of one cell of an archive.
 
-    Arguments: an open archive; the index of the cell along each varied parameter, by default 0;
-    `delay` and `level` of the `Ensemble`.
+    Arguments: an archive, open or its path; the index of the cell along each varied parameter, by
+    default 0; `delay` and `level` of the `Ensemble`.
 
     Raises `RequestError` where the archive does not hold the datasets in `NEEDED`.
     """
+    if isinstance(source, str | os.PathLike):
+        from nlds_vines.archives.archive import read
+
+        with read(source) as opened:
+            return ensemble_of(opened, *cell, delay=delay, level=level)
+    view = source
     missing = [name for name in NEEDED if name not in view]
     if missing:
         wants = "want = ['regime', 'settling', 'evidence']"

@@ -54,7 +54,7 @@ def tune(
     threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
-    quiet: bool = True,
+    quiet: bool = False,
     **tables: Mapping[str, Any],
 ) -> Tuned:
     """Tune a damper and return what was found.

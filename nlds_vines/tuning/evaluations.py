@@ -122,7 +122,7 @@ class Log:
     def __init__(self, tuning: Tuning, journal: Journal, progress: Progress, stop: Stop) -> None:
         """Begin with no evaluation; `stop` is checked before each."""
         self.tuning = tuning
-        self._objective = Objective(tuning, progress.say)
+        self._objective = Objective(tuning, progress.wait)
         self._journal, self._progress, self._stop = journal, progress, stop
         self._blocks: list[np.ndarray] = []
         self._best = np.inf

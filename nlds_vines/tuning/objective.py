@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nlds_vines.orbits.batch import Batch, Outcome
-from nlds_vines.orbits.compilation import Tell
 from nlds_vines.orbits.starts import random_states
+from nlds_vines.runs.progress import Tell
 from nlds_vines.tuning.request import STARTS, Tuning
 
 
@@ -50,7 +50,7 @@ class Objective:
     """The objective of one tuning; what all designs share is prepared once."""
 
     def __init__(self, tuning: Tuning, tell: Tell | None = None) -> None:
-        """Prepare for designs of `tuning`; `tell` takes a line where something is compiled."""
+        """Prepare for designs of `tuning`; `tell` takes what is waited for meanwhile."""
         self._tuning = tuning
         self._cases = tuning.cases()
         self._batch = Batch(tuning.system.scene, tell, float(tuning.tolerance))

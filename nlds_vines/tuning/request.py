@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.outline import Outlined
 from nlds_vines.archives.provenance import Value
 from nlds_vines.errors import RequestError, choice, number, string, whole
 from nlds_vines.model.axis import Axis
@@ -116,8 +117,8 @@ class Surface:
         whole("size of the surface", self.size, 2, 10**4)
 
 
-@dataclass(frozen=True)
-class Tuning:
+@dataclass(frozen=True, repr=False)
+class Tuning(Outlined):
     """What to tune; checked when made, immutable afterwards.
 
     The objective of a design is E1max [J] after the transient, from rest; where `over` names

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView, read
+from nlds_vines.archives.outline import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.toml import parse_toml
@@ -20,8 +21,8 @@ from nlds_vines.tuning.request_file import load_tuning
 _AT_BOUND = 1e-3  # of the range: an optimum that near to a bound is reported
 
 
-@dataclass(frozen=True)
-class Optimum:
+@dataclass(frozen=True, repr=False)
+class Optimum(Outlined):
     """One optimum: its parameters [SI], its objective [J], and that under perturbations.
 
     `robustness` holds the objective [J] under each perturbation, `none` among them.
@@ -42,8 +43,8 @@ class Optimum:
         return max(self.robustness, key=self.robustness.__getitem__)
 
 
-@dataclass(frozen=True)
-class Tuned:
+@dataclass(frozen=True, repr=False)
+class Tuned(Outlined):
     """The results of a tuning.
 
     `optima` are designs nearly as good as the best and apart from one another, the best first;
@@ -57,6 +58,19 @@ class Tuned:
     evaluations: int
     refused: int
     path: Path
+
+    def heading(self) -> str:
+        """Return the title."""
+        return self.tuning.title
+
+    def outline(self) -> Rows:
+        """Return the best design, and how many were evaluated."""
+        if self.optima:
+            best = f"{numbers(self.parameters)}; {self.objective:.6g} J"
+            yield "best", f"{best}, disturbed {self.best.worst:.6g} J ({self.best.cause})"
+        counts = f"{self.evaluations}, {self.refused} of them inadmissible"
+        yield "designs", f"{counts}; {len(self.optima)} optima"
+        yield "archive", str(self.path)
 
     @property
     def best(self) -> Optimum:

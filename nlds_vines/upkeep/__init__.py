@@ -7,5 +7,7 @@ In reading order:
     consolidate   the parts of shards joined into an archive
     rerun         a scan repeated from its own archive
     diff          what differs between two archives
+    export        an archive as comma-separated values
     compile       kernels compiled before runs need them
+    completion    completion of commands in a shell
 """

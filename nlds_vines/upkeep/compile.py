@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 
@@ -14,9 +15,10 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.cli.option_values import comma_separated
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.running import DONE, Command, say
+from nlds_vines.continuation.request import OF_STARTS
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.model.laws import HERTZ, LAWS
-from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.scenes import SCENES, scene_of
 from nlds_vines.model.system import check_law
 from nlds_vines.orbits import elsewhere
 from nlds_vines.orbits.elsewhere import Needed
@@ -30,6 +32,8 @@ examples:
       what the default scan needs, into Numba's cache (the folder NUMBA_CACHE_DIR, if that is set)
   nlds-vines compile ssul ssbl --record regime,energy
       what scans of these dampers with these records need
+  nlds-vines compile ssul --branches
+      what `nlds-vines continuation` needs for this damper
 exit status: 0 done, or all was there already; 2 the request is wrong, or a kernel could not be
 compiled; 130 interrupted
 """
@@ -76,6 +80,27 @@ def compile_kernels(needed: Needed) -> Iterator[str]:
             yield from _lines(needed.scene, process)
 
 
+def compile_branches(key: str) -> str:
+    """Compile the kernels that follow branches of a scene, unless the cache has them.
+
+    Returns a line that says so.
+    """
+    elsewhere.refuse_without_memory()
+    from nlds_vines.continuation.section_map import BRANCHES, KERNELS, compile_for
+    from nlds_vines.kernels.compiling import told_of_compilations
+
+    compiled: list[object] = []
+    began = time.perf_counter()
+    with told_of_compilations(compiled.append):
+        compile_for(scene_of(key))
+    return _line(key, BRANCHES, time.perf_counter() - began if {*KERNELS} & {*compiled} else None)
+
+
+def _line(key: str, kernel: str, seconds: float | None) -> str:
+    """Return a line on a kernel that took so many seconds to compile, None where it was there."""
+    return f"{key} {kernel}: " + ("already there" if seconds is None else f"{seconds:.1f} s")
+
+
 def _begun(
     stack: ExitStack, kernels: Sequence[str], needed: Needed, *, writes: bool
 ) -> elsewhere.Process:
@@ -94,9 +119,7 @@ def _lines(kind: str, process: elsewhere.Process) -> Iterator[str]:
         kernel, word, *reason = line.split(maxsplit=2)
         if word == "failed":
             raise RequestError(f"{kind} {kernel}: {''.join(reason).strip()}")
-        yield f"{kind} {kernel}: " + (
-            "already there" if word == "known" else f"{float(word):.1f} s"
-        )
+        yield _line(kind, kernel, None if word == "known" else float(word))
     if status := process.wait():
         raise RequestError(f"{kind}: the process that compiles has ended with status {status}")
 
@@ -104,12 +127,23 @@ def _lines(kind: str, process: elsewhere.Process) -> Iterator[str]:
 def _carry_out(options: argparse.Namespace) -> int:
     """Compile what the options name; return the exit status."""
     check_environment()
-    asked = needed_for(options.kind, comma_separated(options.record), options.method, options.law)
+    records: list[list[str] | None] = [comma_separated(options.record)]
+    if options.branches:
+        if options.method != "exact":
+            raise RequestError("--branches: branches are followed by method exact alone")
+        records = [*(record for record in records if record), list(OF_STARTS)]
+    asked = [
+        needed
+        for record in records
+        for needed in needed_for(options.kind, record, options.method, options.law)
+    ]
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         raise RequestError("NUMBA_DISABLE_JIT is set in the environment: nothing is compiled")
     for needed in asked:
         for line in compile_kernels(needed):
             say(line)
+    for key in dict.fromkeys(needed.scene for needed in asked) if options.branches else ():
+        say(compile_branches(key))
     return DONE
 
 
@@ -124,6 +158,9 @@ def _declare(parser: Parser) -> None:
         metavar="LAW",
         default=HERTZ.name,
         help=f"of all contacts: {', '.join(LAWS)} ({HERTZ.name})",
+    )
+    parser.add_argument(
+        "--branches", action="store_true", help="what continuation needs, in place of a scan"
     )
     parser.add_argument(
         "--method", metavar="METHOD", default="exact", help=f"{' or '.join(METHODS)} (exact)"

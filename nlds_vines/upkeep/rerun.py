@@ -6,26 +6,19 @@ As a command: `nlds-vines rerun FILE.h5`.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from nlds_vines.bifurcation.archived import scan_in
 from nlds_vines.bifurcation.command import Job, carry_out
-from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.cli.running import DIFFERENT, DONE, LANES_FAILED, Command, say
-from nlds_vines.errors import RequestError, at, shown
-from nlds_vines.model.layers import request_hash
-from nlds_vines.orbits.settings import FINENESS
-from nlds_vines.runs.manifest import CONTINUATION, SCAN, refuse_unless_scan
-from nlds_vines.toml import parse_toml
+from nlds_vines.errors import RequestError
+from nlds_vines.runs.manifest import CONTINUATION, SCAN
 
 if TYPE_CHECKING:
-    from nlds_vines.bifurcation.request import Scan
-
-UNTIL_TOLERANCE = {"nodes": 12, "contact_steps": 28.0}
-"""Settings of `exact` in archives that were made before there was a tolerance."""
+    pass
 
 _NAME = "rerun"
 _EXAMPLES = """\
@@ -36,45 +29,6 @@ examples:
 exit status: 0 done, and the results are the same; 1 they are not, or some orbits failed; 2 the
 request is wrong; 130 interrupted, 143 terminated: --resume goes on
 """
-
-
-def scan_in(path: Path) -> Scan:
-    """Return the scan of an archive.
-
-    Raises `RequestError` if there is no such archive, or if its scan means something else by now.
-    """
-    if not path.is_file():
-        raise RequestError(f"{shown(str(path))}: there is no such file")
-    from nlds_vines.archives import archive
-
-    with archive.read(path) as view:
-        refuse_unless_scan(f"{path} holds", view.content)
-        text, digest = view.text("scan"), view.text("scan_hash")
-        source = view.attrs.get("source", "an unknown version")
-    with at(f"{path}: its scan"):
-        document = parse_toml(text, "the attribute scan")
-        scan, known = _meant_by(document)
-    if known != digest:
-        raise RequestError(
-            f"{path}: its scan is damaged, or means something else to this version; "
-            f"it was made by {source}"
-        )
-    return scan
-
-
-def _meant_by(document: Mapping[str, Any]) -> tuple[Scan, str]:
-    """Return the scan that an archive's document means, and the hash that the archive should have.
-
-    A document of `exact` that knows no tolerance means `UNTIL_TOLERANCE`, and was hashed without.
-    """
-    sampling = document.get("sampling", {})
-    if sampling.get("method") != "exact" or "tolerance" in sampling:
-        scan = load_scan(document)
-        return scan, scan.hash
-    scan = load_scan({**document, "sampling": {**sampling, **UNTIL_TOLERANCE}})
-    found = scan.document()
-    known = {name: value for name, value in found["sampling"].items() if name not in FINENESS}
-    return scan, request_hash({**found, "sampling": known})
 
 
 def _carry_out(options: argparse.Namespace) -> int:

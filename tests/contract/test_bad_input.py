@@ -202,6 +202,8 @@ COMMAND_LINES = {
     "resume and overwrite": (["--resume", "--overwrite"], ["--resume", "--overwrite"]),
     "option without value": (["--plot"], ["--plot", "one argument"]),
     "output is a folder": (["-o", "folder"], ["'folder'", "is a folder"]),
+    "output is no archive": (["-o", "a.csv"], ["'a.csv'", "must end in .h5"]),
+    "output is a picture": (["-o", "a.png"], ["'a.png'", "must end in .h5"]),
     "output in no folder": (["-o", "no/x.h5"], ["'no/x.h5'", "'no'"]),
     "output below a file": (["-o", "old.h5/x.h5"], ["old.h5"]),
     "output not writable": (["-o", "/proc/x.h5"], ["/proc/x.h5", "cannot be written"]),

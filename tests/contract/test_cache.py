@@ -102,3 +102,82 @@ def test_the_stamp_knows_every_kernel_file(name, tmp_path, monkeypatch):
     with (tmp_path / "kernels" / name).open("a") as file:
         file.write("# a comment\n")
     assert compiling.source_stamp.__wrapped__() != before
+
+
+# ---- where nothing can be written ----------------------------------------------------------------
+
+BLOCKED = """
+from nlds_vines.kernels.elementary import exp
+print(exp(1.0))
+"""
+
+
+@pytest.fixture
+def blocked(tmp_path):
+    """Return a function that runs `BLOCKED` where the program's folder takes no cache.
+
+    A file in its place keeps even the superuser from writing one.
+    """
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / "nlds_vines", tmp_path / "nlds_vines", ignore=ignored)
+    (tmp_path / "nlds_vines" / "kernels" / "__pycache__").touch()
+    (tmp_path / "tmp").mkdir()
+
+    def program(home, temporary):
+        environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
+        environment |= {"HOME": str(home), "XDG_CACHE_HOME": f"{home}/cache", "PYTHONPATH": ""}
+        environment |= {"TMPDIR": str(temporary), "NUMBA_DISABLE_JIT": "0"}
+        done = subprocess.run(
+            [sys.executable, "-B", "-c", BLOCKED],
+            capture_output=True, text=True, check=False, cwd=tmp_path, env=environment,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        assert float(done.stdout) == pytest.approx(2.718281828459045, rel=1e-15)
+        return done.stderr
+
+    return program
+
+
+def compiled_in(folder):
+    return list(folder.rglob("*.nbi"))
+
+
+def test_the_users_cache_is_taken_without_a_word(blocked, tmp_path):
+    assert blocked(tmp_path / "home", tmp_path / "tmp") == ""
+    assert compiled_in(tmp_path / "home")
+    assert not compiled_in(tmp_path / "tmp")
+
+
+def test_then_a_temporary_folder_that_is_named(blocked, tmp_path):
+    said = blocked("/dev/null", tmp_path / "tmp")
+    assert said.count("\n") == 1
+    assert "NUMBA_CACHE_DIR" in said
+    (folder,) = (tmp_path / "tmp").iterdir()
+    assert str(folder) in said
+    assert folder.stat().st_mode & 0o077 == 0  # Numba runs what it finds there
+    assert compiled_in(folder)
+    before = {path: path.stat().st_mtime_ns for path in compiled_in(folder)}
+    assert str(folder) in blocked("/dev/null", tmp_path / "tmp")  # the same again
+    assert {path: path.stat().st_mtime_ns for path in compiled_in(folder)} == before
+
+
+def test_a_folder_that_others_can_write_to_is_not_taken(blocked, tmp_path):
+    theirs = tmp_path / "tmp" / f"nlds_vines-{os.getuid()}"
+    theirs.mkdir()
+    theirs.chmod(0o777)
+    said = blocked("/dev/null", tmp_path / "tmp")
+    assert f"{theirs};" not in said
+    assert not compiled_in(theirs)
+
+
+NOWHERE = """
+import tempfile
+tempfile.gettempdir = lambda: "/dev/null"
+"""
+
+
+def test_without_any_folder_it_works_all_the_same(blocked, monkeypatch):
+    monkeypatch.setattr(sys.modules[__name__], "BLOCKED", NOWHERE + BLOCKED)
+    said = blocked("/dev/null", "/dev/null")
+    assert said.count("\n") == 1
+    assert "are lost when the process ends; set NUMBA_CACHE_DIR" in said

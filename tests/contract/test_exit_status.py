@@ -174,7 +174,9 @@ def test_the_function_returns_the_archive(calls):
     scan = load_scan(None, {"sampling": {"periods": 3}})
     assert bifurcation(scan, "a.h5", threads=1) == Path("a.h5")
     assert calls.runs[0][:2] == (scan, Path("a.h5"))
-    assert calls.runs[0][2]["quiet"]
+    assert not calls.runs[0][2]["quiet"]  # a long run shows where it is, from Python too
+    bifurcation(scan, "b.h5", quiet=True)
+    assert calls.runs[1][2]["quiet"]
     assert calls.plots == []
     assert bifurcation() == Path("figure8.h5")
 

@@ -350,6 +350,7 @@ def test_nothing_in_the_package_knows_benchmarks_or_tests():
 def test_only_the_standard_library_and_what_is_declared_is_imported():
     declared = {"numba", "numpy", "scipy", "h5py", "matplotlib", "mpl_toolkits", "tqdm"}
     declared |= {"distributed", "cma"}  # of the extras `cluster` and `cma`
+    declared |= {"IPython"}  # only asked for where a notebook has loaded it
     declared |= {"llvmlite"}  # which numba is built on, in the one version that fits
     for path in MODULES.values():
         outside = {full.split(".")[0] for full in imports(path, PACKAGE)} - {"nlds_vines"}

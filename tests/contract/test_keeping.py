@@ -9,6 +9,7 @@ import tracemalloc
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
+from types import ModuleType
 
 import h5py
 import numpy as np
@@ -208,7 +209,7 @@ def test_an_archive_tells_where_it_comes_from(folder):
     assert attrs["threads"] >= 1
     for library in ("numba", "llvmlite", "numpy", "h5py", "hdf5", "python"):
         assert attrs[f"{library}_version"][0].isdigit(), library
-    assert attrs["commit"] == provenance.commit()
+    assert attrs.get("commit", "") == provenance.commit()
 
 
 def test_the_commit_is_that_of_the_clone(monkeypatch, tmp_path):
@@ -222,12 +223,48 @@ def test_the_commit_is_that_of_the_clone(monkeypatch, tmp_path):
     (package / "a.py").write_text("1")
     monkeypatch.setattr(provenance, "_PACKAGE", package)
     asked = provenance.commit.__wrapped__
-    assert asked() == "none"
+    assert asked() == ""  # not known: an archive says nothing
+    (package / "_data").mkdir()
+    (package / "_data" / "commit.txt").write_text("of the wheel")
+    assert asked() == "of the wheel"
     for arguments in (["init"], ["add", "."], ["commit", "-m", "a"]):
         git(*arguments)
     assert asked() == git("rev-parse", "HEAD")
     (package / "a.py").write_text("2")
     assert asked() == git("rev-parse", "HEAD") + "+"
+
+
+@pytest.fixture
+def hook(monkeypatch):
+    """Return the hook of the build, whose library need not be installed."""
+    interface = ModuleType("hatchling.builders.hooks.plugin.interface")
+    interface.BuildHookInterface = object
+    for name in ("", ".builders", ".builders.hooks", ".builders.hooks.plugin"):
+        monkeypatch.setitem(sys.modules, f"hatchling{name}", ModuleType("made up"))
+    monkeypatch.setitem(sys.modules, interface.__name__, interface)
+    path = Path(nv.__path__[0]).parent / "hatch_build.py"
+    found = ModuleType("hatch_build")
+    exec(compile(path.read_text(), str(path), "exec"), vars(found))
+    return found
+
+
+@pytest.mark.parametrize("target", ["wheel", "sdist"])
+def test_what_is_built_knows_its_commit_and_what_is_built_of_that(hook, tmp_path, target):
+    made = hook.CustomBuildHook()
+    made.root, made.target_name = str(tmp_path), target
+    asked = {"force_include": {}}
+    made.initialize("standard", asked)
+    assert asked == {"force_include": {}}  # neither a clone nor a source archive with a note
+    (tmp_path / "commit.txt").write_text("0123abc\n")
+    made.initialize("standard", asked)
+    ((source, place),) = asked["force_include"].items()
+    assert Path(source).read_text() == "0123abc"
+    assert place == {"wheel": "nlds_vines/_data/commit.txt", "sdist": "commit.txt"}[target]
+    made.finalize("standard", asked, "")
+    assert not Path(source).exists()
+    asked = {"force_include": {}}
+    made.initialize("editable", asked)
+    assert asked == {"force_include": {}}
 
 
 # ---- repeated and compared -----------------------------------------------------------------------

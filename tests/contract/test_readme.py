@@ -8,6 +8,7 @@ import subprocess
 import sys
 from importlib import import_module
 from importlib.util import find_spec
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -278,3 +279,30 @@ def test_the_readme_measures_what_the_page_measures():
     settings = [row for row in rows(table) if re.search(r"\d[.]\de-\d", row)]
     assert len(settings) >= 5
     assert set(settings) <= measured
+
+
+def outputs(text):
+    """Return the files that documented commands write, each with the commands that write it."""
+    found = {}
+    for line in re.findall(
+        r"^(?:nlds-vines|python -m (?:nlds_vines|benchmarks)\.)(.*)$", text, re.M
+    ):
+        words = shlex.split(line.partition("&&")[0])
+        plain = " ".join(w for w in words if w != "--resume" and not w.startswith("local:"))
+        for option, name in pairwise(words):
+            if option in ("-o", "--output", "--plot", "--markdown"):
+                found.setdefault(name, set()).add(re.sub(r"--(shard|scheduler) \S*", "", plain))
+    return found
+
+
+def test_no_two_documented_commands_write_the_same_file():
+    found = outputs(TEXT)
+    assert len(found) > 15
+    shared = {name: lines for name, lines in found.items() if len(lines) > 1}
+    begun = {"big.h5", "reproduction"}  # a part first, then the rest of it
+    assert set(shared) <= begun, shared
+
+
+def test_a_file_that_two_commands_write_is_found():
+    text = "nlds-vines tuning -o a.h5\npython -m nlds_vines.tuning --seed 1 -o a.h5\n"
+    assert len(outputs(text)["a.h5"]) == 2

@@ -113,6 +113,21 @@ def test_missing_shards_are_named_and_nothing_is_lost(folder, capsys, monkeypatc
     assert "no parts" in capsys.readouterr().err
 
 
+def test_a_shard_without_blocks_says_so(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    scan = ["bifurcation", "--system", "none", "--vary", "omega=6:7:3", "--transient", "1"]
+    scan += ["--periods", "2", "--record", "section", "-o", "a.h5"]
+    assert main([*scan, "--shard", "3/7"]) == 0
+    words = "shard 3/7 is empty: 0 of 1 block; shards 1 to 1 have them all"
+    assert words in capsys.readouterr().out.splitlines()
+    assert main([*scan, "--shard", "3/7", "--dry-run"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == words
+    assert main([*scan, "--shard", "1/7", "--dry-run"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "shard 1/7: 1 of 1 block"
+    assert main([*scan, "--shard", "1/7"]) == 0
+    assert "empty" not in capsys.readouterr().out
+
+
 def test_a_shard_never_shares_its_share_nor_a_folder_held_by_a_run(tmp_path):
     scan, path = make_scan(), tmp_path / "a.h5"
     with Parts.open(path, scan, shard=Shard(1, 2)):

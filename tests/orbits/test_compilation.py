@@ -9,11 +9,11 @@ import time
 import pytest
 
 from nlds_vines.errors import RequestError
-from nlds_vines.kernels import elementary, lanes
+from nlds_vines.kernels import compiling, elementary, lanes
 from nlds_vines.orbits import compilation, elsewhere
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.elsewhere import Needed, kernels_of
-from nlds_vines.runs import threads
+from nlds_vines.runs import progress, threads
 
 USUAL = Needed("ssul", "exact", ("section", "impacts", "energy", "regime"))
 
@@ -57,28 +57,42 @@ def begun(monkeypatch):
 def follow(*kernels, needed=USUAL, helped=True):
     """Return what is said when kernels are about to be compiled."""
     said = []
-    follower = Compilation(needed, said.append, helped)
+    follower = Compilation(needed, lambda text, seconds: said.append(text), helped)
     with follower.followed():
         for kernel in kernels:
-            follower._begins(kernel)
+            compiled(kernel)
     return said
 
 
+def compiled(kernel):
+    """Tell what follows compilations that a kernel is compiled."""
+    compiling._watch.told[-1](kernel)
+    compiling._watch.ended[-1](kernel)
+
+
+def words(count, seconds):
+    """Return what is said of a kernel; an empty text when it is there."""
+    return [
+        "compiling the kernels of ssul (once for this kind and these records, about "
+        f"{seconds} s; {count})",
+        "",
+    ]
+
+
 def test_the_verdict_is_compiled_elsewhere_and_all_is_said_once(begun):
-    said = follow(lanes.run_lanes, elementary.exp, lanes.judge_lanes, lanes.run_lanes)
-    assert said == ["compiling the kernels of ssul: orbit, verdict (once; about 18 s)"]
+    said = follow(lanes.run_lanes, elementary.exp)
+    assert said == words("1 of 2: orbit", 18)
     ((kernels, needed, _),) = begun
     assert kernels == ("verdict",)
     assert needed == USUAL
 
 
 def test_what_is_compiled_here_is_said_too(begun):
-    (said,) = follow(lanes.run_lanes, lanes.judge_lanes, helped=False)
-    assert said == "compiling the kernels of ssul: orbit, verdict (once; about 30 s)"
-    (said,) = follow(lanes.judge_lanes)
-    assert said == "compiling the kernels of ssul: verdict (once; about 18 s)"
-    (said,) = follow(lanes.run_lanes, needed=USUAL._replace(want=("energy",)))
-    assert said == "compiling the kernels of ssul: orbit (once; about 12 s)"
+    said = follow(lanes.run_lanes, lanes.judge_lanes, helped=False)
+    assert said == words("1 of 2: orbit", 30) + words("2 of 2: verdict", 30)
+    assert follow(lanes.judge_lanes) == words("1 of 1: verdict", 18)
+    alone = USUAL._replace(want=("energy",))
+    assert follow(lanes.run_lanes, needed=alone) == words("1 of 1: orbit", 12)
     assert follow(elementary.exp) == []
     assert begun == []
 
@@ -95,7 +109,7 @@ def test_nobody_helps_where_it_would_not_help(begun, monkeypatch, reason):
     assert elsewhere.may_help()
     monkeypatch.setattr(elsewhere, *ALONE[reason])
     assert not elsewhere.may_help()
-    assert len(follow(lanes.run_lanes)) == 1
+    assert follow(lanes.run_lanes) == words("1 of 2: orbit", 30)
     assert begun == []
 
 
@@ -110,7 +124,7 @@ def test_memory_that_does_not_suffice_is_one_line(begun, monkeypatch):
         follow(lanes.run_lanes)
     assert follow(elementary.exp) == []
     monkeypatch.setattr(elsewhere, "free_memory", lambda: None)  # unknown: nothing is refused
-    assert len(follow(lanes.run_lanes)) == 1
+    assert len(follow(lanes.run_lanes)) == 2
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError])
@@ -118,7 +132,7 @@ def test_no_process_outlives_what_it_was_begun_for(begun, error):
     def struck():
         follower = Compilation(USUAL, None, True)
         with follower.followed():
-            follower._begins(lanes.run_lanes)
+            compiled(lanes.run_lanes)
             assert begun[0][2].poll() is None
             raise error
 
@@ -131,12 +145,38 @@ def test_the_verdict_is_awaited_but_not_for_ever(begun, monkeypatch):
     follower = Compilation(USUAL, None, True)
     follower.await_verdict()  # nothing was begun
     with follower.followed():
-        follower._begins(lanes.run_lanes)
+        compiled(lanes.run_lanes)
         began = time.perf_counter()
         follower.await_verdict()
         assert time.perf_counter() - began < 5.0
         assert begun[0][2].poll() is not None
         follower.await_verdict()
+
+
+def test_while_something_is_waited_for_the_seconds_are_told(begun, monkeypatch):
+    monkeypatch.setattr(progress, "TICK", 0.01)
+    monkeypatch.setattr(compilation, "LONGEST", 0.3)
+    said = []
+    follower = Compilation(USUAL, lambda *what: said.append(what), True)
+    with follower.followed():
+        compiled(lanes.run_lanes)
+        follower.await_verdict()
+    told = [seconds for text, seconds in said if "2 of 2: verdict" in text]
+    assert len(told) > 3
+    assert told == sorted(told)
+    assert said[-1][0] == ""
+    assert told[-1] <= said[-1][1]
+
+
+def test_in_python_it_is_said_too_unless_asked_not_to(monkeypatch, capsys):
+    tell = compilation.notice()
+    for seconds in (0.0, 1.0, 2.0, 5.5, 6.0):
+        tell("compiling", seconds)
+    tell("", 7.0)
+    assert capsys.readouterr() == ("", "compiling\ncompiling: 6 s\n")
+    assert compilation.notice(quiet=True) is None
+    monkeypatch.setattr(compilation.multiprocessing, "parent_process", lambda: object())
+    assert compilation.notice() is None
 
 
 # ---- the process itself --------------------------------------------------------------------------

@@ -1,0 +1,84 @@
+"""What an object says of itself: a few lines in Python, a table in a notebook."""
+
+from __future__ import annotations
+
+import dataclasses
+import html
+import textwrap
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+MOST_LINES, WIDTH = 5, 100
+"""Lines of a repr, and characters of a line."""
+
+Rows = Iterable[tuple[str, str]]
+"""What something is called, and what is said of it."""
+
+
+class Outlined:
+    """Says of itself what it is, in five lines at most; in a notebook as a table.
+
+    A dataclass that inherits from it is declared with `repr=False`.
+    """
+
+    def heading(self) -> str:
+        """Return what stands beside the name of the class: by default the title, if it has one."""
+        return str(getattr(self, "title", ""))
+
+    def outline(self) -> Rows:
+        """Return what it says of itself, besides the heading: by default its fields."""
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}  # type: ignore[arg-type]
+        for name, value in values.items():
+            if value is not None and name != "title" and (words := in_words(value)):
+                yield name, words
+
+    def __repr__(self) -> str:
+        """Return at most five lines."""
+        lines = [_cut(f"{type(self).__name__}: {self.heading()}".removesuffix(": "), WIDTH)]
+        rows = list(self.outline())
+        if len(rows) >= MOST_LINES:  # so many are told one after the other
+            rows = [("", "; ".join(f"{name} {words}" for name, words in rows))]
+        for name, words in rows:
+            text = f"{name}: {words}" if name else words
+            lines += textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="    ")
+        if len(lines) > MOST_LINES:
+            lines[MOST_LINES - 1 :] = [_cut(lines[MOST_LINES - 1], WIDTH - 4) + " ..."]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """Return a table for a notebook."""
+        head = html.escape(f"{type(self).__name__}: {self.heading()}".removesuffix(": "))
+        left = 'style="text-align:left"'
+        rows = "".join(
+            f"<tr><th {left}>{html.escape(name)}</th><td {left}>{html.escape(words)}</td></tr>"
+            for name, words in self.outline()
+        )
+        return f"<table><caption><b>{head}</b></caption>{rows}</table>"
+
+
+def _cut(text: str, width: int) -> str:
+    """Return a text without line ends, shortened to a width."""
+    text = " ".join(text.split("\n"))
+    return text if len(text) <= width else f"{text[: width - 4]} ..."
+
+
+def numbers(values: Mapping[str, Any]) -> str:
+    """Return numbers by name as one text: `m1 = 2800, k1 = 90000`."""
+    return ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
+
+
+def in_words(value: object) -> str:
+    """Return a value in a few words: of an array its shape, of an object its heading."""
+    if isinstance(value, Outlined):
+        return value.heading() or type(value).__name__
+    if isinstance(value, np.ndarray):
+        return f"array {value.shape}" if value.size > 4 else _cut(str(value.tolist()), WIDTH)
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, Mapping) and all(isinstance(item, float) for item in value.values()):
+        return numbers(value)
+    if isinstance(value, tuple | list):
+        return _cut(", ".join(in_words(item) for item in value), WIDTH)
+    return _cut(str(value), WIDTH)

@@ -1,0 +1,64 @@
+"""An archive as comma-separated values, for programs that read no HDF5.
+
+As a command: `nlds-vines export FILE.h5`.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.paths import check_writable
+from nlds_vines.cli.running import DONE, Command, say
+from nlds_vines.errors import RequestError, shown
+
+SUFFIXES = (".csv", ".txt")
+"""The ends of the names of what is written."""
+
+_EXAMPLES = """\
+examples:
+  nlds-vines export figure8.h5
+      figure8.csv: one row for each orbit, with all that is one number of it
+  nlds-vines export figure8.h5 section label -o sections.csv
+      a row for each sampled period: x1, v1, x2, v2, and the label of the orbit
+exit status: 0 done; 2 the request is wrong
+"""
+
+
+def _carry_out(options: argparse.Namespace) -> int:
+    source = Path(options.file)
+    target = source.with_suffix(".csv") if options.output is None else Path(options.output)
+    if target.suffix.lower() not in SUFFIXES:
+        raise RequestError(f"output {shown(str(target))} must end in {' or '.join(SUFFIXES)}")
+    if target.exists() and not options.overwrite:
+        raise RequestError(
+            f"output {shown(str(target))} exists: --overwrite replaces it, -o names another file"
+        )
+    check_writable("output", target)
+    from nlds_vines.archives.archive import read
+
+    with read(source) as view:
+        view.to_csv(target, *options.dataset)
+    if not options.quiet:
+        say(target)
+    return DONE
+
+
+def _declare(parser: Parser) -> None:
+    add = parser.add_argument
+    add("file", metavar="FILE.h5", help="the archive")
+    add("dataset", nargs="*", metavar="DATASET", help="by default all with a value for each orbit")
+    add("-o", "--output", metavar="FILE.csv", help="[FILE.csv]")
+    add("--overwrite", action="store_true", help="replace a file")
+    add("--quiet", action="store_true", help="do not name the file made")
+
+
+COMMAND = Command(
+    name="export",
+    description="Write an archive as comma-separated values.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

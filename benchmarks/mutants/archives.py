@@ -100,8 +100,8 @@ MUTANTS = (
         ),
         (
             "archive: an archive of the future is read",
-            "        if schema > SCHEMA:",
-            "        if schema > 10**9:",
+            "if schema is not None and schema <= SCHEMA:",
+            "if schema is not None and schema <= 10**9:",
             _T_ARCHIVE + "test_an_hdf5_file_of_another_program_and_of_the_future_are_refused",
         ),
         (

@@ -7,4 +7,5 @@ In reading order:
     bands     runs of equal labels along an axis; borders between cells; places for names
     panels    what pictures have in common: titles, panels and their letters, colour bars
     save      a figure written to a file, with its origin in the metadata
+    notebook  figures in notebooks, shown as pictures
 """

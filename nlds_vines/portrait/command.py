@@ -103,6 +103,9 @@ def portrait(
     if path is not None:
         check_plot(path)
     _, figure = _drawn(request, path)
+    from nlds_vines.plotting.notebook import let_figures_be_shown
+
+    let_figures_be_shown()
     return figure
 
 

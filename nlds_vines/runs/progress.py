@@ -127,6 +127,7 @@ class Notice:
 
     def __init__(self) -> None:
         """Show nothing yet."""
+        self._text = ""
         self._bar: tqdm[Any] | None = None
         self._lines = Lines(lambda text: print(text, file=sys.stderr, flush=True))
 
@@ -137,9 +138,10 @@ class Notice:
         if self._bar is None:
             self._lines(text, seconds)
         elif text:
+            self._text = text
             self._bar.set_description_str(f"{text}: {seconds:.0f} s")
         else:
-            self._bar.set_description_str(f"compiled in {seconds:.0f} s")
+            self._bar.set_description_str(f"{self._text}: done in {seconds:.0f} s")
             self._bar.close()
             self._bar = None
 

@@ -216,10 +216,22 @@ def test_a_notebook_has_a_bar_and_says_what_is_compiled(shown, capsys):
     assert capsys.readouterr() == ("", "")
 
 
+def test_a_notebook_shows_a_figure(shown, monkeypatch):
+    import IPython
+    from IPython.core.interactiveshell import InteractiveShell
+
+    shell = InteractiveShell()
+    shell.kernel = object()
+    monkeypatch.setattr(IPython, "get_ipython", lambda: shell)
+    figure = nv.portrait("none", periods=4, transient=1, panels=["displacement"])
+    data, _ = shell.display_formatter.format(figure)
+    assert "image/png" in data
+
+
 def test_in_a_notebook_a_single_orbit_says_it_too(shown):
     notice = progress.Notice()
     notice("compiling", 0.0)
     notice("compiling", 1.0)
     notice("", 2.0)
-    assert shown[-1] == "compiled in 2 s"
+    assert shown[-1] == "compiling: done in 2 s"
     assert any("compiling: 1 s" in text for text in shown)

@@ -26,6 +26,8 @@ _HOMES = {
     "Regime": "orbits.classification",
     "classify": "orbits.classification",
     "bifurcation": "bifurcation.command",
+    "plot": "upkeep.plot",
+    "ScanArchive": "bifurcation.result",
     "reproduce_paper": "reproduce.command",
     "Tuned": "tuning.result",
     "Tuning": "tuning.request",

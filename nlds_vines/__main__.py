@@ -24,6 +24,7 @@ COMMANDS = {
         "the paper: figures and claims",
     ),
     "accuracy": ("nlds_vines.accuracy.command", "error against run time of every method"),
+    "plot": ("nlds_vines.upkeep.plot", "draw a finished archive"),
     "status": ("nlds_vines.upkeep.status", "how a scan under way stands"),
     "consolidate": ("nlds_vines.upkeep.consolidate", "join the parts of shards into an archive"),
     "verify": ("nlds_vines.upkeep.verify", "check archives and parts from end to end"),

@@ -14,6 +14,9 @@ from nlds_vines.errors import RequestError
 MOST_BYTES = 2**28
 """Bytes of a TOML file: enough for the values of the longest axis, written out."""
 
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+"""The first bytes of an archive."""
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -28,7 +31,13 @@ def read_toml(path: Path) -> dict[str, Any]:
         if path.is_file() and path.stat().st_size > MOST_BYTES:
             text = f"it has {path.stat().st_size} bytes; allowed: up to {MOST_BYTES}"
             raise RequestError(f"{path}: cannot be read: {text}")
-        return parse_toml(path.read_text(encoding="utf-8"), str(path))
+        content = path.read_bytes()
+        if content.startswith(_HDF5):
+            raise RequestError(
+                f"{path}: is an archive (HDF5), not TOML: `nlds-vines plot {path}` draws it, "
+                f"`nlds-vines rerun {path}` computes it again"
+            )
+        return parse_toml(content.decode("utf-8").replace("\r\n", "\n"), str(path))
     except UnicodeDecodeError as error:
         raise RequestError(f"{path}: not UTF-8 text at byte {error.start}") from None
     except (OSError, ValueError) as error:

@@ -12,9 +12,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nlds_vines.accuracy.comparison_page import family_of
-from nlds_vines.accuracy.comparison_table import Measured
+from nlds_vines.accuracy.comparison_table import Measured, read_comparison
 from nlds_vines.accuracy.curves import front
-from nlds_vines.accuracy.stiffness_table import Stiff, representatives
+from nlds_vines.accuracy.stiffness_table import SHAPE as STIFFNESS
+from nlds_vines.accuracy.stiffness_table import Stiff, read_stiffness, representatives
+from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label
 
 _PANEL, _HEAD = 6.2 * CM, 0.8 * CM
@@ -32,6 +34,13 @@ _LOOKS: dict[str, dict[str, Any]] = {
 _SECONDS = "CPU time per forcing period [s]"
 _ERROR = "error of the state [m, m/s]"
 _ROUND_OFF, _ASTRAY = 1e-16, 1e2  # errors beyond which how small or large they are says nothing
+
+
+def draw_survey(view: ArchiveView) -> Figure:
+    """Return the picture of a survey's archive: error against run time, or against stiffness."""
+    if view.attrs.get("survey") == STIFFNESS:
+        return draw_stiffness(read_stiffness(view))
+    return draw_comparison(read_comparison(view))
 
 
 @matplotlib.rc_context(STYLE)

@@ -15,6 +15,7 @@ In reading order:
     run            block after block, from request to archive
     cluster        blocks on the workers of a Dask cluster
     estimate       how long a scan takes, from a sample of it
+    result         the archive as a path that can be read and drawn
     picture/       diagrams and maps, drawn from the archive alone
     command        `python -m nlds_vines.bifurcation` and `nv.bifurcation`
 """

@@ -73,7 +73,8 @@ class Report:
 
     def remarks(self) -> list[str]:
         """Return what else is to be said of the results, one thing a line."""
-        return [of_chaos(self.watched)] if CHAOS in self.tally.labels else []
+        chaos = [of_chaos(self.watched)] if CHAOS in self.tally.labels else []
+        return [*self.tally.inadmissible(), *chaos]
 
 
 def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:

@@ -60,15 +60,19 @@ def save(
     a scan along the same parameter, whose diagram is drawn beneath.
     """
 
-    def drawn(_: ArchiveView) -> Figure:
-        found = continued(archive_path)
-        draw = branch_diagram if found.request.plane is None else plane_diagram
-        if over is None:
-            return draw(found)
-        with read(over) as scan:
-            return draw(found, scan)
+    return save_drawn(archive_path, plot_path, lambda _: draw_continuation(archive_path, over))
 
-    return save_drawn(archive_path, plot_path, drawn)
+
+def draw_continuation(
+    archive_path: str | os.PathLike[str], over: str | os.PathLike[str] | None = None
+) -> Figure:
+    """Return the picture of the branches of an archive, or of its curves in a plane; see `save`."""
+    found = continued(archive_path)
+    draw = branch_diagram if found.request.plane is None else plane_diagram
+    if over is None:
+        return draw(found)
+    with read(over) as scan:
+        return draw(found, scan)
 
 
 @matplotlib.rc_context(STYLE)

@@ -95,6 +95,11 @@ _QUANTITIES = {
     "x": ("oscillator", "x"),
     "x1": ("structure", "x_1"),
     "x2": ("damper", "x_2"),
+    "v": ("velocity", "v"),
+    "v1": ("velocity of the structure", "v_1"),
+    "v2": ("velocity of the damper", "v_2"),
+    "softest_impact": ("smallest approach speed", ""),
+    "impacts": ("impacts per $n$T", ""),
     "reduction": ("reduction by the damper", ""),
     "E1max": ("energy of the structure", r"E_1^{\,\mathrm{max}}"),
     "E2max": ("energy of the damper", r"E_2^{\,\mathrm{max}}"),
@@ -111,6 +116,7 @@ _QUANTITIES = {
     "error_at_end": ("difference from a refined run", ""),
     "E1max_error": ("difference from a refined run", r"E_1^{\,\mathrm{max}}"),
 }
+_LONGEST = 48  # characters of a label along an axis
 _LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
 
 
@@ -125,9 +131,25 @@ def latex_symbol(parameter: str) -> str:
     return "".join(_LATEX.get(letter, letter) for letter in PARAMETERS[parameter].symbol)
 
 
-def quantity_label(name: str, unit: str) -> str:
-    """Return meaning, symbol and unit of a component of the state or of a recorded number."""
-    return _labelled(*_QUANTITIES[name], unit)
+def quantity_label(name: str, unit: str, long_name: str = "") -> str:
+    """Return meaning, symbol and unit of a component of the state or of a recorded number.
+
+    One that has no label of its own here is labelled by the beginning of its `long_name`.
+    """
+    meaning, symbol = _QUANTITIES.get(name, (_clause(long_name) or name, ""))
+    return _labelled(meaning, symbol, unit)
+
+
+def written(parameter: str, value: float) -> str:
+    """Return symbol, value and unit of a parameter that is set, in plain text: P = 800 N."""
+    entry = PARAMETERS[parameter]
+    return f"{entry.symbol} = {value:g}" + (f" {entry.unit}" if entry.unit != "1" else "")
+
+
+def typeset(text: str) -> str:
+    """Return a plain text with powers set as such: 2.5e+07 N/m^1.5, in LaTeX where it has any."""
+    text = re.sub(r"(?<=\d)e([+-]?\d{1,3})\b", lambda m: rf"$\cdot10^{{{int(m[1])}}}$", text)
+    return _raised(text)
 
 
 def setting_label(parameter: str, value: float) -> str:
@@ -153,4 +175,10 @@ def _labelled(meaning: str, symbol: str, unit: str) -> str:
 
 def _raised(unit: str) -> str:
     """Return a unit with its powers as superscripts: N/m^1.5."""
-    return re.sub(r"\^([-\d.]+)", r"$^{\1}$", unit)
+    return re.sub(r"\^(-?\d+(?:\.\d+)?)", r"$^{\1}$", unit)
+
+
+def _clause(text: str) -> str:
+    """Return what a text says before its first comma, semicolon or bracket, up to 48 characters."""
+    clause = re.split(r"[,;:(]", text, maxsplit=1)[0].strip()
+    return clause if len(clause) <= _LONGEST else clause[:_LONGEST].rpartition(" ")[0]

@@ -15,7 +15,7 @@ from matplotlib.textpath import TextPath
 from matplotlib.transforms import Bbox
 
 from nlds_vines.errors import MOST_CHARACTERS, printable
-from nlds_vines.plotting.style import CM, LEFT, typeset
+from nlds_vines.plotting.style import CM, LEFT
 
 MAP_WIDTH = 0.665
 """Width of a single map, as a fraction of the figure's: what is left beside a legend or a bar."""
@@ -31,10 +31,9 @@ _BAR_GAP, _BAR_WIDTH = 0.02, 0.023  # fractions of the figure's width
 def write_title(figure: Figure, text: str, left: float = LEFT, below: str = "") -> None:
     """Write the title of a picture at its top, `left` as a fraction of the figure's width.
 
-    Arguments: the title, drawn letter by letter, but for powers (`style.typeset`); a line `below`
-    it, which may hold formulas.
+    Arguments: the title, drawn letter by letter; a line `below` it, which may hold formulas.
     """
-    lines = "\n".join(filter(None, [typeset(literal(text)), below]))
+    lines = "\n".join(filter(None, [literal(text), below]))
     figure.text(left, 1 - _TITLE_EDGE / figure.get_figheight(), lines, va="top")
 
 

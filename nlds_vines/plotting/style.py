@@ -140,18 +140,6 @@ def quantity_label(name: str, unit: str, long_name: str = "") -> str:
     return _labelled(meaning, symbol, unit)
 
 
-def written(parameter: str, value: float) -> str:
-    """Return symbol, value and unit of a parameter that is set, in plain text: P = 800 N."""
-    entry = PARAMETERS[parameter]
-    return f"{entry.symbol} = {value:g}" + (f" {entry.unit}" if entry.unit != "1" else "")
-
-
-def typeset(text: str) -> str:
-    """Return a plain text with powers set as such: 2.5e+07 N/m^1.5, in LaTeX where it has any."""
-    text = re.sub(r"(?<=\d)e([+-]?\d{1,3})\b", lambda m: rf"$\cdot10^{{{int(m[1])}}}$", text)
-    return _raised(text)
-
-
 def setting_label(parameter: str, value: float) -> str:
     """Return symbol, value and unit of a parameter that is set, in LaTeX: k1 = 3.95e4 N/m."""
     unit = PARAMETERS[parameter].unit
@@ -175,7 +163,7 @@ def _labelled(meaning: str, symbol: str, unit: str) -> str:
 
 def _raised(unit: str) -> str:
     """Return a unit with its powers as superscripts: N/m^1.5."""
-    return re.sub(r"\^(-?\d+(?:\.\d+)?)", r"$^{\1}$", unit)
+    return re.sub(r"\^([-\d.]+)", r"$^{\1}$", unit)
 
 
 def _clause(text: str) -> str:

@@ -2,6 +2,7 @@
 
 In reading order:
 
+    notation  plain text as it is printed: symbols, powers of ten, units
     style     sizes, fonts, colours; meaning, symbol and unit along an axis
     palette   the colours of regimes
     bands     runs of equal labels along an axis; borders between cells; places for names

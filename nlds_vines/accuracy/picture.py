@@ -33,6 +33,9 @@ _LOOKS: dict[str, dict[str, Any]] = {
 }
 _SECONDS = "CPU time per forcing period [s]"
 _ERROR = "error of the state [m, m/s]"
+_HOLLOW: dict[str, Any] = {"color": "#444444", "marker": "o", "fillstyle": "none", "linestyle": ""}
+_DOUBT: dict[str, Any] = {"color": "#bbbbbb", "linewidth": 0.6, "zorder": 0}
+_NO_DOUBT = 1e-16  # of the reference, below which no line shows it
 _ROUND_OFF, _ASTRAY = 1e-16, 1e2  # errors beyond which how small or large they are says nothing
 
 
@@ -58,6 +61,10 @@ def draw_comparison(cases: Sequence[Measured]) -> Figure:
     for frame, case in zip(frames, cases, strict=False):
         seen |= _draw(frame, case)
     handles = [Line2D([], [], label=family, **look) for family, look in seen.items()]
+    if any(curve.blind for case in cases for curve in case.curves):
+        handles.append(Line2D([], [], label="touches missed or invented", **_HOLLOW))
+    if any(case.doubt > _NO_DOUBT for case in cases):
+        handles.append(Line2D([], [], label="doubt of the reference", **_DOUBT))
     if len(cases) < frames.size:  # the place of a panel is free
         frames[-1].axis("off")
         frames[-1].legend(handles=handles, loc="center", frameon=False, ncols=2)
@@ -105,8 +112,8 @@ def _draw(frame: Axes, case: Measured) -> dict[str, dict[str, Any]]:
         if blind:
             hollow = {**looks[family], "linestyle": "", "fillstyle": "none", "alpha": 0.6}
             frame.loglog(*np.array(blind).T, **hollow)
-    if case.doubt > 1e-16:
-        frame.axhline(case.doubt, color="#bbbbbb", linewidth=0.6, zorder=0)
+    if case.doubt > _NO_DOUBT:
+        frame.axhline(case.doubt, **_DOUBT)
     frame.set_title(case.name, fontsize=STYLE["axes.labelsize"], loc="left")
     frame.set_xlabel(_SECONDS)
     frame.set_ylabel(_ERROR)

@@ -2,6 +2,7 @@
 
 In reading order:
 
+    notation  plain text as it is printed: symbols, powers of ten, units
     style     sizes, fonts, colours; meaning, symbol and unit along an axis
     page      one column or two; our settings of matplotlib beneath the user's
     palette   the colours of regimes

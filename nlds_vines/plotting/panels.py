@@ -14,7 +14,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Bbox
 
-from nlds_vines.errors import MOST_CHARACTERS, printable
+from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.style import CM, LEFT
 
 MAP_WIDTH = 0.665
@@ -31,18 +31,10 @@ _BAR_GAP, _BAR_WIDTH = 0.02, 0.023  # fractions of the figure's width
 def write_title(figure: Figure, text: str, left: float = LEFT, below: str = "") -> None:
     """Write the title of a picture at its top, `left` as a fraction of the figure's width.
 
-    Arguments: the title, drawn letter by letter; a line `below` it, which may hold formulas.
+    Arguments: the title, plain text (`notation.typeset`); a line `below` it, with formulas.
     """
-    lines = "\n".join(filter(None, [literal(text), below]))
+    lines = "\n".join(filter(None, [typeset(text), below]))
     figure.text(left, 1 - _TITLE_EDGE / figure.get_figheight(), lines, va="top")
-
-
-def literal(text: str) -> str:
-    """Return a text of a request as matplotlib draws it letter by letter, and in a moment.
-
-    A dollar sign begins no formula.  Texts of archives were checked, but files can be changed.
-    """
-    return printable(text[:MOST_CHARACTERS]).replace("$", r"\$")
 
 
 def add_panel(figure: Figure, box: Sequence[float], **options: Any) -> Axes:

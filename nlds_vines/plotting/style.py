@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.plotting.notation import latex_symbol, raised
 
 CM = 1 / 2.54
 """One centimetre in inches."""
@@ -117,18 +118,15 @@ _QUANTITIES = {
     "E1max_error": ("difference from a refined run", r"E_1^{\,\mathrm{max}}"),
 }
 _LONGEST = 48  # characters of a label along an axis
-_LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
 
 
 def axis_label(parameter: str) -> str:
-    """Return what stands along the axis of a varied parameter: meaning, symbol and unit."""
+    """Return what stands along the axis of a varied parameter: meaning, symbol and unit.
+
+    What follows a semicolon in the meaning explains values, and is no name of the axis.
+    """
     entry = PARAMETERS[parameter]
-    return _labelled(entry.meaning, latex_symbol(parameter), entry.unit)
-
-
-def latex_symbol(parameter: str) -> str:
-    """Return the symbol of a parameter in LaTeX: the fonts lack the Unicode subscripts."""
-    return "".join(_LATEX.get(letter, letter) for letter in PARAMETERS[parameter].symbol)
+    return _labelled(entry.meaning.partition(";")[0], latex_symbol(parameter), entry.unit)
 
 
 def quantity_label(name: str, unit: str, long_name: str = "") -> str:
@@ -140,16 +138,6 @@ def quantity_label(name: str, unit: str, long_name: str = "") -> str:
     return _labelled(meaning, symbol, unit)
 
 
-def setting_label(parameter: str, value: float) -> str:
-    """Return symbol, value and unit of a parameter that is set, in LaTeX: k1 = 3.95e4 N/m."""
-    unit = PARAMETERS[parameter].unit
-    digits, _, power = f"{value:.6e}".partition("e")
-    shown = f"{value:g}"
-    if not 1e-3 <= abs(value) < 1e4 and value:
-        shown = rf"{float(digits):g}\cdot10^{{{int(power)}}}"
-    return f"${latex_symbol(parameter)}={shown}$" + (f" {unit}" if unit != "1" else "")
-
-
 def start_colours(starts: Sequence[str]) -> list[str]:
     """Return a colour for every start, by its name; after seven the colours repeat."""
     return [_POLICIES.get(name, _STARTS[i % len(_STARTS)]) for i, name in enumerate(starts)]
@@ -157,13 +145,8 @@ def start_colours(starts: Sequence[str]) -> list[str]:
 
 def _labelled(meaning: str, symbol: str, unit: str) -> str:
     """Return what stands along an axis; without a symbol or a unit where there is none."""
-    parts = (meaning, f"${symbol}$" if symbol else "", f"[{_raised(unit)}]" if unit != "1" else "")
+    parts = (meaning, f"${symbol}$" if symbol else "", f"[{raised(unit)}]" if unit != "1" else "")
     return " ".join(filter(None, parts))
-
-
-def _raised(unit: str) -> str:
-    """Return a unit with its powers as superscripts: N/m^1.5."""
-    return re.sub(r"\^([-\d.]+)", r"$^{\1}$", unit)
 
 
 def _clause(text: str) -> str:

@@ -20,9 +20,10 @@ from matplotlib.patches import Patch
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import bands
+from nlds_vines.plotting.notation import setting_label
 from nlds_vines.plotting.panels import add_panel, letter, text_width, write_title
 from nlds_vines.plotting.save import check_format, save_figure
-from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label, quantity_label, setting_label
+from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label, quantity_label
 from nlds_vines.reproduce.request import Curve, FigureRequest, Panel
 
 IMPACTS = "#fff7c2"

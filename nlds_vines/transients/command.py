@@ -32,6 +32,7 @@ from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.laws import HERTZ
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.system import System
+from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.orbits.settings import EFFORTS, METHODS
 from nlds_vines.orbits.starts import Start
 
@@ -166,8 +167,8 @@ def _title(system: System) -> str:
     if system.scene.law == HERTZ and system.scene.walls:
         values["K"] = system.K
     values |= {name: p[name] for name in system.scene.contact(p) if name not in CONTACT}
-    numbers = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
-    return f"{system.title or system.name}, {numbers}"
+    numbers = ", ".join(setting_in_words(*item) for item in values.items())
+    return f"{system_in_words(system)}, {numbers}"
 
 
 def _checked_delay(delay: float) -> float:

@@ -175,12 +175,15 @@ def _job(options: argparse.Namespace) -> _Job:
 
 
 def _drawable(tuning: Tuning, plot: object) -> Tuning:
-    """Return the tuning with a surface if there is to be a picture: of the first two parameters."""
-    if plot is None or tuning.surface is not None:
-        return tuning
+    """Return the tuning with a surface if there is to be a picture: of the first two parameters.
+
+    A tuning of a single parameter needs none: its designs are drawn along that.
+    """
     names = [item.name for item in tuning.free if not item.inert]
-    if len(names) < 2:
-        raise RequestError(f"--plot {shown(str(plot))}: a surface needs two free parameters")
+    if plot is None or tuning.surface is not None or len(names) == 1:
+        return tuning
+    if not names:
+        raise RequestError(f"--plot {shown(str(plot))}: no free parameter enters the dynamics")
     return load_tuning(tuning, {"surface": {"parameters": names[:2]}})
 
 
@@ -193,7 +196,7 @@ def _source_path(source: object) -> Path | None:
 def _declare(parser: Parser) -> None:
     parser.add_argument("tuning", nargs="?", metavar="TUNING.toml", help="by default SSul")
     parser.add_argument("-o", "--output", metavar="FILE.h5", help="archive [tuning.h5]")
-    parser.add_argument("--plot", metavar="FILE", help="the surface: .png, .pdf or .svg")
+    parser.add_argument("--plot", metavar="FILE", help="the objective: .png, .pdf or .svg")
     add_tuning_options(parser)
     add_local_options(parser)
 

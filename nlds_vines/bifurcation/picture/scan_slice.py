@@ -10,8 +10,8 @@ import numpy as np
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.quantities import Quantity
 from nlds_vines.orbits.labels import KEPT
+from nlds_vines.plotting.notation import setting_label
 from nlds_vines.plotting.palette import INADMISSIBLE
-from nlds_vines.plotting.style import setting_label
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,9 @@ from nlds_vines.bifurcation.picture.choices import SHARE
 from nlds_vines.bifurcation.picture.map_cells import fill_cells, single_map
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.coexistence import UNKNOWN, by_frequency, finals, share_of
+from nlds_vines.plotting.notation import literal
 from nlds_vines.plotting.page import TWO_COLUMNS, Page
-from nlds_vines.plotting.panels import add_colour_bar, literal
+from nlds_vines.plotting.panels import add_colour_bar
 from nlds_vines.plotting.style import CM, SHADES, axis_label
 
 _MOST, _COLUMNS = 6, 2  # small maps of one picture, and of one row

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -17,6 +16,7 @@ from nlds_vines.accuracy.curves import front
 from nlds_vines.accuracy.stiffness_table import SHAPE as STIFFNESS
 from nlds_vines.accuracy.stiffness_table import Stiff, read_stiffness, representatives
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label
 
 _PANEL, _HEAD = 6.2 * CM, 0.8 * CM
@@ -46,7 +46,7 @@ def draw_survey(view: ArchiveView) -> Figure:
     return draw_comparison(read_comparison(view))
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
 def draw_comparison(cases: Sequence[Measured]) -> Figure:
     """Return a panel for each case: error against CPU time on logarithmic scales.
 
@@ -73,7 +73,7 @@ def draw_comparison(cases: Sequence[Measured]) -> Figure:
     return figure
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
 def draw_stiffness(found: Stiff) -> Figure:
     """Return error and CPU time against K: of each family the method that fares best.
 

@@ -9,7 +9,6 @@ import os
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -23,6 +22,7 @@ from nlds_vines.continuation.plane_picture import plane_diagram
 from nlds_vines.continuation.result import Branch, Continued, continued
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import bands, drawable
+from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.palette import colours
 from nlds_vines.plotting.panels import write_letters, write_title
 from nlds_vines.plotting.save import save_drawn
@@ -34,7 +34,6 @@ from nlds_vines.plotting.style import (
     LEFT,
     NAVY,
     RIGHT,
-    STYLE,
     WIDTH,
     axis_label,
     quantity_label,
@@ -76,7 +75,7 @@ def draw_continuation(
         return draw(found, scan)
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
 def branch_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
     """Return the diagram of branches: a coordinate of the section, and the energy E1max.
 

@@ -70,8 +70,9 @@ class Axis:
     def of(cls, name: str, entry: object) -> Axis:
         """Return the axis that an `entry` of a request file's table `[vary]` describes.
 
-        The entry holds start, stop, num and perhaps scale, or values alone.  Raises `RequestError` for other keys
-        and, as `Axis`, for faulty numbers.
+        The entry holds start, stop, num and perhaps scale, or values alone.
+
+        Raises `RequestError` for other keys and, as `Axis`, for faulty numbers.
         """
         found = table(name, entry, ("start", "stop", "num", "scale", "values"))
         if found.keys() == {"values"}:

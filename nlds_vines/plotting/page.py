@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 
 import matplotlib
 
-from nlds_vines.errors import choice
+from nlds_vines.errors import RequestError, choice, shown
 from nlds_vines.plotting.style import CM, LEFT, RIGHT, STYLE, WIDTH
 
 
@@ -57,7 +57,7 @@ ONE_COLUMN = Page(
     width=8.4 * CM,
     left=1.45 * CM,
     right=1.35 * CM,
-    panel=3.3 * CM,
+    panel=4.2 * CM,
     map_width=5.3 * CM,
     map_height=5.0 * CM,
     beside=False,
@@ -82,3 +82,21 @@ def styled() -> Iterator[None]:
     ours = {k: v for k, v in STYLE.items() if matplotlib.rcParams[k] == usual[k]}
     with matplotlib.rc_context(ours):
         yield
+
+
+def sheet(style: str | None) -> AbstractContextManager[None]:
+    """Return the context of a style sheet of matplotlib's, of that name or path; None for none.
+
+    Raises `RequestError` where there is no such sheet.
+    """
+    if style is None:
+        return nullcontext()
+    from matplotlib import style as sheets
+
+    if style not in sheets.available:
+        try:
+            matplotlib.rc_params_from_file(style)
+        except (OSError, ValueError):
+            names = ", ".join(sheets.available)
+            raise RequestError(f"style {shown(style)} is no file; allowed: {names}") from None
+    return sheets.context(style)

@@ -90,8 +90,10 @@ def colours(labels: Iterable[str]) -> dict[str, str]:
 
 
 def ink_of(label: str) -> str:
-    """Return the colour of dots of a regime on white paper: its own, darkened until it is seen."""
-    colour = colour_of(label)
+    """Return the colour of dots of a regime on white paper: its own, less pale and dark enough."""
+    label = label.removesuffix(INADMISSIBLE)
+    periodic = period_and_impacts(label)
+    colour = _tinted(*periodic, white=_MOST_WHITE / 2) if periodic else colour_of(label)
     luma = _luma(colour)
     return colour if luma <= _INK else _mixed(colour, "#000000", 1.0 - _INK / luma)
 
@@ -126,13 +128,13 @@ def _kind(label: str) -> str:
     return next((kind for kind in OTHERS if label.startswith(kind)), "undetermined")
 
 
-def _tinted(n: int, k: int) -> str:
-    """Return the colour of nT,k."""
+def _tinted(n: int, k: int, white: float = _MOST_WHITE) -> str:
+    """Return the colour of nT,k; `white` is the share of white where there are no impacts."""
     plain, rate = RAMP[min(n, len(RAMP)) - 1], k / n
     if n >= len(RAMP):
         return plain
     if rate <= 1.0:
-        return _mixed(plain, "#ffffff", _MOST_WHITE * (1.0 - rate))
+        return _mixed(plain, "#ffffff", white * (1.0 - rate))
     return _mixed(plain, "#000000", _MOST_BLACK * (1.0 - 1.0 / rate))
 
 

@@ -86,6 +86,15 @@ def size_of(axes: Axes) -> tuple[float, float]:
     return point * float(axes.bbox.width), point * float(axes.bbox.height)
 
 
+def write_letters_above(panels: Sequence[Axes]) -> None:
+    """Write (a), (b) ... above the left corners of panels, where they hide nothing."""
+    if len(panels) < 2:
+        return
+    look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
+    for place, axes in enumerate(panels):
+        axes.annotate(letter(place), (0, 1), (0, 2.5), ha="left", va="bottom", **look)
+
+
 def text_width(text: str, size: float) -> float:
     """Return the width of a text in points, at a font size in points, without drawing it."""
     font = FontProperties(family=rcParams["font.family"], size=size)

@@ -20,8 +20,9 @@ from nlds_vines.orbits.signals import (
     relative_displacement,
 )
 from nlds_vines.plotting.notation import typeset
+from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.panels import write_title
-from nlds_vines.plotting.style import CM, DOT, GREEN, HUES, STYLE, WIDTH
+from nlds_vines.plotting.style import CM, DOT, GREEN, HUES, WIDTH
 from nlds_vines.portrait.page_layout import (
     CROWD,
     LEFT,
@@ -75,7 +76,7 @@ _FEW_POINTS = 3.4  # points, size of the points of a section
 _MANY_POINTS = 40  # points of a section from which they are drawn smaller
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
 def portrait(request: PortraitRequest, views: Sequence[View]) -> Figure:
     """Return the page of a request, drawn from the views of its columns.
 

@@ -23,8 +23,8 @@ from nlds_vines.cli.option_values import (
     number_or_word,
 )
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_output, check_plot, optional_path
-from nlds_vines.cli.run_options import add_local_options, run_options
+from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_picture
+from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, at, number
 from nlds_vines.model.axis import Axis
@@ -99,6 +99,8 @@ def transients(
         check_plot(path)
     target = Path(f"{_NAME}.h5" if output is None else output)
     check_output(target, path)
+    resume, overwrite = (bool(running.get(name)) for name in ("resume", "overwrite"))
+    refuse_picture(path, RunOptions(resume=resume, overwrite=overwrite), scan.hash)
     archive = bifurcation(scan, target, **running)
     return _ensemble(archive, delay, path)
 
@@ -118,6 +120,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     if options.dry_run:
         return carry_out(_NAME, job, dry_run=True)
     job.refuse()
+    refuse_picture(plot, job.how, scan.hash)
     job.run()
     found = _ensemble(archive, delay, plot)
     if not job.how.quiet:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, PercentFormatter
 
+from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.palette import OTHERS, colours, patch_look
 from nlds_vines.plotting.panels import add_panel, write_letters, write_title
 from nlds_vines.plotting.style import CM, HUES, NAVY, RIGHT, STYLE, WIDTH
@@ -23,7 +23,7 @@ _CURVE, _LAW = NAVY, HUES["vermillion"]
 _WIDEST = 1.38  # upper end of the axis of shares: room for words beside a full bar
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
 def draw_ensemble(found: Ensemble, title: str) -> Figure:
     """Return the survival curve of an ensemble, with its law, above the shares of its regimes.
 

@@ -16,7 +16,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
+from nlds_vines.cli.paths import (
+    check_output,
+    check_plot,
+    optional_path,
+    refuse_existing,
+    refuse_picture,
+)
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, at, shown
@@ -112,6 +118,7 @@ class _Job:
         Raises `RequestError` for an archive that exists, without --resume and --overwrite.
         """
         refuse_existing(self.archive, self.how)
+        refuse_picture(self.plot, self.how, self.tuning.hash)
         from nlds_vines.tuning.result import tuned
         from nlds_vines.tuning.run import run
 

@@ -21,6 +21,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.plotting.bands import drawable, edges, evenly_spaced
 from nlds_vines.plotting.notation import latex_symbol, raised
+from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.panels import MAP_WIDTH, add_colour_bar, write_title
 from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import (
@@ -30,7 +31,6 @@ from nlds_vines.plotting.style import (
     NO_VALUE,
     RIGHT,
     SHADES,
-    STYLE,
     WIDTH,
     axis_label,
     quantity_label,
@@ -53,7 +53,7 @@ def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
     return save_drawn(archive_path, plot_path, tuning_picture)
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
 def tuning_picture(view: ArchiveView) -> Figure:
     """Return the picture of a tuning: its surface, or the curve along its only free parameter."""
     free = _free(view)
@@ -100,7 +100,7 @@ def _best(view: ArchiveView) -> str:
     return f"best: {view['optimum_objective'][0]:.4g} J"
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
 def tuning_surface(view: ArchiveView) -> Figure:
     """Return the surface of a tuning: shades and contours of E1max over two free parameters.
 

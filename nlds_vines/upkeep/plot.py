@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import argparse
 import os
-from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_output, check_plot, refuse_picture
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, Command, say
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.errors import RequestError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,24 +61,12 @@ def plot(
     Raises `RequestError` for a file that is no archive, and where it does not hold what to show.
     """
     from nlds_vines.archives.archive import read
-    from nlds_vines.plotting.page import page_of
+    from nlds_vines.plotting.page import page_of, sheet
     from nlds_vines.plotting.save import drawn
 
     page = page_of(columns)
-    with read(archive) as view, _sheet(style):
+    with read(archive) as view, sheet(style):
         return drawn(view, lambda opened: _draw(opened, show, page, ax))
-
-
-def _sheet(style: str | None) -> Any:
-    """Return the context of a style sheet; `RequestError` where there is none of that name."""
-    if style is None:
-        return nullcontext()
-    from matplotlib import style as sheets
-
-    try:
-        return sheets.context(style)
-    except OSError:
-        raise RequestError(f"style {shown(style)}: neither a style sheet nor a file") from None
 
 
 def _draw(view: ArchiveView, show: str | None, page: Page, ax: Axes | None) -> Figure:
@@ -145,7 +132,11 @@ def names_of(archive: str | os.PathLike[str]) -> list[str]:
         if view.content != "scan":
             return [f"{view.path} holds a {view.content}: it has one picture"]
         known = quantities_in(view)
-        return [f"{name:<26}{q.long_name} [{q.units}]" for name, q in known.items()]
+        return [f"{name:<26}{q.long_name}{_unit(q.units)}" for name, q in known.items()]
+
+
+def _unit(units: str) -> str:
+    return f" [{units}]" if units != "1" else ""
 
 
 def _carry_out(options: argparse.Namespace) -> int:
@@ -164,10 +155,11 @@ def _carry_out(options: argparse.Namespace) -> int:
 
 def _save(archive: Path, path: Path, options: argparse.Namespace) -> None:
     from nlds_vines.archives.archive import read
+    from nlds_vines.plotting.page import sheet
     from nlds_vines.plotting.save import save_figure
 
     figure = plot(archive, options.show, columns=options.columns, style=options.style)
-    with read(archive) as view, _sheet(options.style):
+    with read(archive) as view, sheet(options.style):
         save_figure(figure, path, view.text("title"), ("scan_hash", view.text("scan_hash")))
 
 

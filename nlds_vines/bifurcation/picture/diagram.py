@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -28,7 +29,7 @@ from nlds_vines.bifurcation.picture.strips_above import (
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import edges
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.panels import add_panel, size_of, write_letters, write_title
+from nlds_vines.plotting.panels import add_panel, size_of, write_letters_above, write_title
 from nlds_vines.plotting.style import CM, axis_label
 
 CURVES = ("E1max", "E2max", "impact_rate", "clearance", "period", "error")
@@ -36,7 +37,7 @@ CURVES = ("E1max", "E2max", "impact_rate", "clearance", "period", "error")
 
 _FOOT, _HEAD = 1.1 * CM, 0.75 * CM  # heights in inches: of the labels below, of the title
 _LEGEND_ROW, _LEGEND_GAP = 0.42 * CM, 0.12 * CM
-_GAP = 0.28 * CM  # inches between two panels
+_GAP = 0.46 * CM  # inches between two panels, where a letter stands
 _SMALL = 0.65  # of the height of a panel: one of small multiples
 _ENERGY = "E1max"
 
@@ -62,11 +63,12 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
     """
     cuts, known = slices_of(view), quantities_in(view)
     rows = _usual_rows(view, cuts, known) if show is None else rows_of(show, known)
-    tiers = list(_tiers(cuts, rows, known, page))
+    tiers = _tiers(cuts, rows, known, page)
     if not tiers:
         raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
     handles = [*legend_of_panel(cuts, rows), *legend_of_strips(cuts)]
-    figure, panels = _stack(tiers, cuts[0], page, len(handles))
+    figure, axes = _frames(tiers, page, len(handles))
+    panels = _draw_tiers(tiers, axes, cuts[0]) or axes
     if show is None and _ENERGY in known and _has_overlay(cuts, rows, known):
         overlay_energy(panels[0], cuts[0], known[_ENERGY])
     if handles:
@@ -143,40 +145,49 @@ def _tiers(
 
 def _panel(cuts: Sequence[Slice], known: Mapping[str, Quantity], name: str, height: float) -> Tier:
     draw = partial(fill_panel, cuts=cuts, known=known, name=name)
-    return Tier(_GAP, height, draw, is_panel=True)
+    return Tier(_GAP, height, draw, name)
 
 
-def _stack(
-    tiers: Sequence[Tier], cut: Slice, page: Page, entries: int
-) -> tuple[Figure, list[Axes]]:
-    """Return a figure with the axes of a diagram one above another, drawn, and its panels.
+def _frames(tiers: Sequence[Tier], page: Page, entries: int) -> tuple[Figure, list[Axes]]:
+    """Return a figure with axes of the tiers, the panels before the strips, all with one abscissa.
 
-    Arguments: the axes from the top; a slice, for their common axis; the page; how many `entries` a
-    legend below them has.
+    Arguments: the tiers from the top; the page; how many `entries` a legend below them has.
     """
     rows = -(-entries // page.columns)
     foot = _FOOT + (rows * _LEGEND_ROW + _LEGEND_GAP if rows else 0.0)
     inches = _HEAD + sum(tier.above + tier.height for tier in tiers) + foot
     figure = Figure(figsize=(page.width, inches))
-    top = inches - _HEAD
-    panels: list[Axes] = []
-    found: list[Axes] = []
-    for tier in tiers:
-        top -= tier.above + tier.height
-        box = (page.left, top, page.across, tier.height)
-        axes = add_panel(figure, box, sharex=found[0] if found else None)
-        found.append(axes)
-        if tier.is_panel:
-            panels.append(axes)
-    found[0].set_xlim(*edges(cut.values)[[0, -1]])
+    lower = inches - _HEAD - np.cumsum([tier.above + tier.height for tier in tiers])
+    found: dict[int, Axes] = {}
+    for place in sorted(range(len(tiers)), key=lambda place: not tiers[place].quantity):
+        box = (page.left, float(lower[place]), page.across, tiers[place].height)
+        found[place] = add_panel(figure, box, sharex=next(iter(found.values()), None))
+    return figure, [found[place] for place in range(len(tiers))]
+
+
+def _draw_tiers(tiers: Sequence[Tier], found: Sequence[Axes], cut: Slice) -> list[Axes]:
+    """Draw the tiers into their axes along the values of a slice, and return the panels."""
+    limits = edges(cut.values)[[0, -1]]
     for tier, axes in zip(tiers, found, strict=True):
+        axes.set_xlim(*limits)
         tier.draw(axes)
-        axes.tick_params(top=tier.is_panel, labelbottom=axes is found[-1])
-    found[0].set_xlim(*edges(cut.values)[[0, -1]])
+        axes.set_xlim(*limits)
+        axes.tick_params(top=bool(tier.quantity), labelbottom=axes is found[-1])
     found[-1].tick_params(bottom=True)
     found[-1].set_xlabel(axis_label(cut.axis))
-    write_letters(panels)
-    return figure, panels or found
+    panels = [axes for tier, axes in zip(tiers, found, strict=True) if tier.quantity]
+    _share_scales([tier for tier in tiers if tier.quantity], panels)
+    write_letters_above(panels)
+    return panels
+
+
+def _share_scales(tiers: Sequence[Tier], found: Sequence[Axes]) -> None:
+    """Give panels that show the same quantity the same limits."""
+    for name in {tier.quantity for tier in tiers}:
+        same = [axes for tier, axes in zip(tiers, found, strict=True) if tier.quantity == name]
+        ends = [end for axes in same for end in axes.get_ylim()]
+        for axes in same if len(same) > 1 else ():
+            axes.set_ylim(min(ends), max(ends))
 
 
 def _add_legend(panel: Axes, handles: Sequence[Any], page: Page) -> None:

@@ -65,7 +65,8 @@ def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
         looks = [look for look in looks_of(cuts[0]) if look.name and look.which.any()]
         found = [Line2D([], [], color=look.colour, label=look.name, **dot) for look in looks]
     if any(cut.violated().any() for cut in cuts):
-        found.append(Patch(hatch=PASSED, label=PASSES, **_HATCH))
+        text = PASSES if len(cuts) == 1 else f"{PASSES} (crosses)"
+        found.append(Patch(hatch=PASSED, label=text, **_HATCH))
     return found
 
 
@@ -98,7 +99,7 @@ def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
         found = np.maximum(found, ROUND_OFF)
         panel.set_yscale("log")
     size = _NUMBER_DOT if quantity.single else _SECTION_DOT
-    for look in looks_of(cut):
+    for look in looks_of(cut, found if quantity.single else None):
         across, up = _dots_of(cut, look, found)
         panel.plot(across, up, color=look.colour, rasterized=True, markersize=size, **DOT)
 
@@ -111,7 +112,7 @@ def _draw_exponent(panel: Axes, cut: Slice, quantity: Quantity, half: Quantity |
     panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0.5)
     found = cut.of(quantity)
     width = np.zeros_like(found) if half is None else cut.of(half)
-    for look in looks_of(cut):
+    for look in looks_of(cut, found):
         (across, up), (_, reach) = _dots_of(cut, look, found), _dots_of(cut, look, width)
         kept = np.isfinite(up) & np.isfinite(reach)
         across, up, reach = across[kept], up[kept], reach[kept]

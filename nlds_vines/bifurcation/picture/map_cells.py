@@ -115,9 +115,11 @@ def add_map_legend(
     """Add a legend to the right of a map, or on a page of one column below it."""
     look: dict[str, Any] = {"borderaxespad": 0, "handlelength": 1.2, "labelspacing": 0.35}
     place: dict[str, Any] = {"loc": "upper left", "alignment": "left", "title": title}
+    if not page.beside:
+        place["title"] = title.replace("\n", " ")
     if page.beside:
         axes.legend(handles=list(handles), bbox_to_anchor=(1.02, 1.0), **place, **look)
         return
-    below = 72 * FOOT / size_of(axes)[1]
+    below = 72 * (FOOT - 0.1 * CM) / size_of(axes)[1]
     look |= {"columnspacing": 1.0, "ncols": page.columns + 1}
     axes.legend(handles=list(handles), bbox_to_anchor=(-0.1, -below), **place, **look)

@@ -79,7 +79,8 @@ def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
 def _coordinate(section: Dataset, place: int, name: str) -> Quantity:
     """Return a component of the section: a displacement in m or a velocity in m/s."""
     units = section.units.split(", ")[name.startswith("v")]
-    return Quantity(name, SECTION, units, name, np.nan, single=False, index={"component": place})
+    text = f"{name}, {section.long_name}"
+    return Quantity(name, SECTION, units, text, np.nan, single=False, index={"component": place})
 
 
 def _is_numbers(entry: Dataset) -> bool:

@@ -47,10 +47,10 @@ from nlds_vines.plotting.palette import (
     period_and_impacts,
     short,
 )
-from nlds_vines.plotting.panels import write_letters, write_title
+from nlds_vines.plotting.panels import write_letters_above, write_title
 from nlds_vines.plotting.style import CM, FLAGGED, GREY
 
-_GAP = 0.35 * CM  # inches between two maps
+_GAP = 0.55 * CM  # inches between two maps
 _LINE = 0.42 * CM  # inches, height of a name in a legend
 _MOST_BELOW = 12  # names in a legend below a map
 _LONG = f"{len(RAMP)}T and longer"  # the name of the regimes that share the ramp's last colour
@@ -117,15 +117,15 @@ def _draw_both(view: ArchiveView, page: Page) -> Figure:
     foot = 0.0 if page.beside else 3 * _LINE
     between = below + FOOT if below else _GAP
     figure = Figure(figsize=(page.width, HEAD + 2 * page.map_height + between + FOOT + foot))
-    lower = map_panel(figure, FOOT + foot, page)
     upper = map_panel(figure, FOOT + foot + page.map_height + between, page)
-    upper.sharex(lower)
+    lower = map_panel(figure, FOOT + foot, page)
+    lower.sharex(upper)
     fill_map(upper, view, REGIMES, page)
     fill_map(lower, view, COEXISTING, page)
     if page.beside:
         upper.tick_params(labelbottom=False)
         upper.set_xlabel("")
-    write_letters((upper, lower))
+    write_letters_above((upper, lower))
     return figure
 
 
@@ -152,7 +152,8 @@ def _draw_regimes(
     if len(ends) > len(named):
         handles.append(Patch(color="none", label=f"and {len(ends) - len(named)} more"))
     add_map_legend(axes, [*handles, *marks], title, page)
-    name_regions(axes, view, names, {word: shades[word] for word in words if not _hatched(word)})
+    free = np.where(violated_in(view).any(axis=-1), "", names)  # where no hatch is in the way
+    name_regions(axes, view, free, {word: shades[word] for word in words if not _hatched(word)})
 
 
 def _patch(word: str, view: ArchiveView) -> Patch:

@@ -8,6 +8,7 @@ import numpy as np
 
 from nlds_vines.bifurcation.picture.quantities import SECTION, quantities_in
 from nlds_vines.bifurcation.picture.scan_slice import Slice
+from nlds_vines.bifurcation.watched import in_legend
 from nlds_vines.plotting.palette import ink_of, ordered, period_and_impacts, short
 from nlds_vines.plotting.style import NAVY, start_colours
 
@@ -28,28 +29,30 @@ class Look(NamedTuple):
     name: str
 
 
-def looks_of(cut: Slice) -> list[Look]:
+def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
     """Return the looks of all orbits: what lies on one attractor looks alike.
 
+    Arguments: the slice; the `numbers` (cells, starts, 1) that are drawn, where each orbit has one.
+
     Of a single start all orbits have one colour.  Of sweeps up and down there are three: those of
-    either, and one where both are on the same orbit, so that none hides the other.  Of other starts
-    the colour is that of the regime, and without labels all are alike.
+    either, and one where both are on the same orbit, or have the same number, so that none hides
+    the other.  Of other starts the colour is that of the regime; without labels all are alike.
     """
     starts, shape = cut.starts, (cut.values.size, len(cut.starts))
     if len(starts) == 1:
         name = "" if starts == ["rest"] else f"start: {starts[0]}"
         return [Look(np.ones(shape, dtype=bool), start_colours(starts)[0], name)]
     if starts == SWEEPS:
-        return _of_sweeps(cut)
+        return _of_sweeps(alike(cut) if numbers is None else alike(cut) | _close(numbers))
     labels = cut.labels()
     if labels is None:
         return [Look(np.ones(shape, dtype=bool), NAVY, f"{len(starts)} starts")]
     words = ordered(labels.ravel().tolist())
-    return [Look(labels == word, ink_of(word), short(word)) for word in words]
+    return [Look(labels == word, ink_of(word), in_legend(short(word), cut.view)) for word in words]
 
 
-def _of_sweeps(cut: Slice) -> list[Look]:
-    both = alike(cut)
+def _of_sweeps(both: np.ndarray) -> list[Look]:
+    """Return the looks of two sweeps, given in which cells (cells,) both are alike."""
     up, down = start_colours(SWEEPS)
     one, other = (np.zeros((both.size, 2), dtype=bool) for _ in SWEEPS)
     one[:, 0], other[:, 1] = ~both, ~both

@@ -31,17 +31,22 @@ from nlds_vines.plotting.style import CM, FLAG_COLOUR, FLAGGED
 MOST_STRIPS = 2
 """The most starts with a strip of their own; more are stacked in one."""
 
+_HELD_WIDTH = 0.4  # of a strip: the room for the value at which another parameter is held
+
 _STRIP, _STACK, _MARGIN, _HELD = 0.42 * CM, 0.75 * CM, 0.1 * CM, 0.45 * CM  # inches
 
 
 @dataclass(frozen=True)
 class Tier:
-    """Axes of a diagram: the room above them and their height in inches, and what draws them."""
+    """Axes of a diagram: the room above them and their height in inches, and what draws them.
+
+    `quantity` is what a panel shows, empty for a strip; panels of one quantity share its scale.
+    """
 
     above: float
     height: float
     draw: Callable[[Axes], None]
-    is_panel: bool = False
+    quantity: str = ""
 
 
 def strips_of(cut: Slice, page: Page) -> list[Tier]:
@@ -56,7 +61,7 @@ def strips_of(cut: Slice, page: Page) -> list[Tier]:
     stacked = len(cut.starts) > MOST_STRIPS
     found = []
     for start in range(1 if stacked else len(cut.starts)):
-        room = _room(cut, labels, start, page) + _MARGIN + (0.0 if start else held)
+        room = _room(cut, labels, start, page, 0.0 if start else held) + _MARGIN
         draw = partial(draw_strip_of, cut=cut, start=start)
         found.append(Tier(room, _STACK if stacked else _STRIP, draw))
     return found
@@ -89,7 +94,8 @@ def legend_of_strips(cuts: Sequence[Slice]) -> list[Any]:
     if any(cut.flagged()[:, :MOST_STRIPS].any() for cut in shown if _has_flags(cut)):
         tick: dict[str, Any] = {"marker": "|", "linestyle": "none", "markeredgewidth": FLAG_WIDTH}
         found.append(Line2D([], [], color=FLAG_COLOUR, label=FLAGGED, **tick))
-    if any(np.any(cut.labels() == CHAOS) for cut in shown):
+    several = len(cuts) == 1 and len(cuts[0].starts) > MOST_STRIPS  # their dots are in the legend
+    if not several and any(np.any(cut.labels() == CHAOS) for cut in shown):
         text = in_legend(CHAOS, shown[0].view)
         found.append(Patch(facecolor=OTHERS[CHAOS], label=text))
     return found
@@ -103,13 +109,18 @@ def _bands(cut: Slice, labels: np.ndarray, start: int) -> list[Band]:
     return bands(cut.values, labels[:, start])
 
 
-def _room(cut: Slice, labels: np.ndarray, start: int, page: Page) -> float:
-    """Return the height in inches of the names above a strip."""
+def _room(cut: Slice, labels: np.ndarray, start: int, page: Page, held: float) -> float:
+    """Return the height in inches of the names above a strip, and of the value that is held.
+
+    That value, of the height `held`, stands below the names where these reach to the left.
+    """
     low, high = edges(cut.values)[[0, -1]]
     stacked = len(cut.starts) > MOST_STRIPS
     found = stack_room(cut.values, labels) if stacked else _bands(cut, labels, start)
     ends, log = (float(low), float(high)), logarithmic(cut.values)
-    return Strip(found, ends, 72 * page.across, log, inside=not stacked).room / 72
+    strip = Strip(found, ends, 72 * page.across, log, inside=not stacked)
+    beside = all(strip.place(band.low) > _HELD_WIDTH for band in strip.above)
+    return max(strip.room / 72, held) if beside else strip.room / 72 + held
 
 
 def _write_held(axes: Axes, cut: Slice) -> None:

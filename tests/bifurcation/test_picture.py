@@ -87,9 +87,7 @@ def texts(axes):
 
 def strips(figure):
     """Return the strips of a diagram: axes whose height has no unit."""
-    return [
-        axes for axes in figure.axes if axes.get_ylim() == (0, 1) and not axes.get_yticks().size
-    ]
+    return [axes for axes in figure.axes if not axes.get_yticks().size]
 
 
 def named(figure):
@@ -414,17 +412,14 @@ def test_values_at_equal_ratios_stand_on_a_logarithmic_axis(tmp_path):
     (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], vary)).axes
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "log")
     assert axes.get_ylim() == (1e5, 1e9)
-    (one,) = [v for k, v in [("K", vary["K"])]]
-    figure = drawn(archive_of(tmp_path / "d.h5", USUAL, {"K": one}))
+    figure = drawn(archive_of(tmp_path / "d.h5", ("section", "energy"), {"K": vary["K"]}))
     assert figure.axes[0].get_xscale() == "log"
-    assert named(figure)
 
 
 def test_what_a_map_cannot_show_is_refused(four, usual, tmp_path):
     for what, message in (
         ("E1max", "not recorded"),
         ("shadows", "did you mean 'shares'"),
-        ("x1", "unknown show"),
     ):
         with pytest.raises(RequestError, match=message):
             figures.save(four, tmp_path / "a.png", what)

@@ -145,7 +145,9 @@ def _surface(layers: Layers) -> Surface | None:
 
 def _made_up_title(system: System, free: tuple[Free, ...], over: tuple[Axis, ...]) -> str:
     """Return a title made of the scene, the free parameters and what they are tuned for."""
-    names = ", ".join(PARAMETERS[item.name].symbol for item in free)
+    names = ", ".join(
+        PARAMETERS[item.name].symbol if item.name in PARAMETERS else item.name for item in free
+    )
     ranges = [range_in_words(axis.name, axis.values) for axis in over]
     if "omega" not in (axis.name for axis in over):
         ranges.insert(0, setting_in_words("omega", system.parameters["omega"]))

@@ -24,10 +24,15 @@ def save_page(page: CurvePage, archive_of: Callable[[Curve], Path], plot_path: P
     Raises `RequestError` for archives without the energies, and as `save_figure` does.
     """
     check_format(plot_path)
-    figure = draw_page(page, [_values(curve, archive_of(curve)) for curve in page.curves])
+    figure = draw_page(page, values_of(page, archive_of))
     hashes = "".join(curve.scan.hash for curve in page.curves)
     origin = ("scan_hash", sha256(hashes.encode()).hexdigest())
     return save_figure(figure, plot_path, page.title, origin)
+
+
+def values_of(page: CurvePage, archive_of: Callable[[Curve], Path]) -> list[CurveValues]:
+    """Return what the archives of a page's scans hold along its curves."""
+    return [_values(curve, archive_of(curve)) for curve in page.curves]
 
 
 def _values(curve: Curve, path: Path) -> CurveValues:

@@ -200,7 +200,7 @@ def _draw_panel(
     for curve, found in content:
         look = _look(curve)
         frame.plot(found.values, found.E1max, **look)
-        if request.damper_energy:
+        if request.damper_energy and curve.scan.system.scene.damper:
             frame.plot(found.values, found.E2max, **{**look, "linestyle": _DOTTED})
     _limit(frame, request)
 

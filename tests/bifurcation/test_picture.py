@@ -351,7 +351,7 @@ def test_a_few_values_at_unequal_distances_stand_side_by_side(tmp_path):
     assert axes.get_xlim() == (-0.5, 2.5)
     assert [text.get_text() for text in axes.get_xticklabels()] == ["7.375", "7.4", "7.575"]
     assert axes.get_ylim() == pytest.approx((1.875e7, 3.125e7))
-    assert axes.get_ylabel().endswith("[N/m$^{1.5}$]")
+    assert axes.get_ylabel().endswith("[N/m$^{3/2}$]")
 
 
 def test_what_a_map_cannot_show_is_refused(four, usual, tmp_path):

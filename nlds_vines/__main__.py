@@ -15,6 +15,10 @@ COMMANDS = {
     "transients": ("nlds_vines.transients.command", "how long chaos lasts, where starts end"),
     "tuning": ("nlds_vines.tuning.command", "search for the best damper"),
     "portrait": ("nlds_vines.portrait.command", "one orbit in full"),
+    "response-curves": (
+        "nlds_vines.response_curves.command",
+        "dampers compared: energies against frequency",
+    ),
     "continuation": (
         "nlds_vines.continuation.command",
         "branches of periodic orbits, and what changes them",
@@ -53,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _help() -> str:
-    lines = (f"  {name:<14}{purpose}" for name, (_, purpose) in COMMANDS.items())
+    lines = (f"  {name:<17}{purpose}" for name, (_, purpose) in COMMANDS.items())
     return "\n".join(
         [
             "usage: nlds-vines COMMAND ... | --help | --version",

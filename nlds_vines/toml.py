@@ -63,14 +63,19 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
 def toml_text(document: Mapping[str, Any]) -> str:
     """Return `document` as TOML: scalars first, then a `[table]` for each mapping in it.
 
-    Values are str, int, float, sequences of these, or mappings.  Floats are written with the
-    digits that read back to the same bits.
+    Values are str, bool, int, float, sequences of these, mappings, or lists of mappings, each of
+    which becomes a table `[[key]]`.  Floats are written with the digits that read back to the same
+    bits.
     """
     return "\n".join(_lines(document, ())) + "\n"
 
 
 def _lines(document: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
-    plain = {key: value for key, value in document.items() if not isinstance(value, Mapping)}
+    plain = {
+        key: value
+        for key, value in document.items()
+        if not (isinstance(value, Mapping) or _are_tables(value))
+    }
     lines = [f"{_key(key)} = {_value(value)}" for key, value in plain.items()]
     for key, value in document.items():
         if isinstance(value, Mapping):
@@ -78,7 +83,16 @@ def _lines(document: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
             only_tables = value and all(isinstance(item, Mapping) for item in value.values())
             header = [] if only_tables else ["", f"[{'.'.join(map(_key, inner))}]"]
             lines += header + _lines(value, inner)
+        elif _are_tables(value):
+            inner = (*path, key)
+            for item in value:
+                lines += ["", f"[[{'.'.join(map(_key, inner))}]]", *_lines(item, inner)]
     return lines
+
+
+def _are_tables(value: object) -> bool:
+    """Return whether a value is written as tables `[[key]]`: a list of mappings."""
+    return isinstance(value, list) and bool(value) and all(isinstance(v, Mapping) for v in value)
 
 
 def _key(key: str) -> str:
@@ -89,6 +103,8 @@ def _value(value: Any) -> str:
     if isinstance(value, str):
         # JSON's escapes are TOML's, but for DEL, which TOML wants escaped as well
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return "true" if value else "false"
     if isinstance(value, int):
         return str(value)
     if isinstance(value, float):

@@ -11,10 +11,9 @@ from nlds_vines.bifurcation.request import SAMPLING, Scan, refuse_too_many
 from nlds_vines.errors import RequestError, at
 from nlds_vines.model.axis import MOST_VALUES, Axis, announced
 from nlds_vines.model.layers import Form, Layer, Layers, unchecked
-from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System, refuse_contradiction
-from nlds_vines.model.words import setting_in_words, system_in_words
+from nlds_vines.model.words import setting_in_words, symbol_of, system_in_words
 from nlds_vines.orbits.settings import FINENESS, chosen_settings, laid_over
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.wants import checked_want, possible_want, refuse_impossible
@@ -91,7 +90,7 @@ def _made_up_title(layers: Layers, system: System, axes: tuple[Axis, ...]) -> st
     varied = [axis.name for axis in axes]
     fixed = sorted((layers.table("set").keys() & system.parameters.keys()) - set(varied))
     settings = "".join(f", {setting_in_words(name, system.parameters[name])}" for name in fixed)
-    symbols = ", ".join(PARAMETERS[name].symbol for name in varied)
+    symbols = ", ".join(symbol_of(name) for name in varied)
     return f"{system_in_words(system)}{settings}: {symbols}"
 
 

@@ -8,9 +8,8 @@ from typing import Any
 from nlds_vines.continuation.request import SEARCH, Begin, Continuation, Interval, Orbit
 from nlds_vines.errors import RequestError, at, number, shown, table, whole
 from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
-from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.system import System
-from nlds_vines.model.words import system_in_words
+from nlds_vines.model.words import symbol_of, system_in_words
 
 FORM = Form(
     kind="continuation",
@@ -128,4 +127,4 @@ def _state(state: object) -> tuple[float, ...]:
 
 
 def _made_up_title(system: System, along: Interval) -> str:
-    return f"{system_in_words(system)}: branches along {PARAMETERS[along.name].symbol}"
+    return f"{system_in_words(system)}: branches along {symbol_of(along.name)}"

@@ -148,6 +148,9 @@ def _free_corner(axes: Axes) -> tuple[int, int]:
 
     Of equal ones the first: upper left, upper right, lower left, lower right.
     """
+    if not axes.lines:
+        return 0, 1
+    axes.get_xlim()  # which settles the limits that the transformation takes
     to_axes = axes.transData + axes.transAxes.inverted()
     points = np.concatenate([to_axes.transform(line.get_xydata()) for line in axes.lines])
     corners = ((0, 1), (1, 1), (0, 0), (1, 0))

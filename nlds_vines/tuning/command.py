@@ -25,7 +25,7 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.errors import at, shown
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.tuning.free_options import add_tuning_options, changes
@@ -189,8 +189,6 @@ def _drawable(tuning: Tuning, plot: object) -> Tuning:
     names = [item.name for item in tuning.free if not item.inert]
     if plot is None or tuning.surface is not None or len(names) == 1:
         return tuning
-    if not names:
-        raise RequestError(f"--plot {shown(str(plot))}: no free parameter enters the dynamics")
     return load_tuning(tuning, {"surface": {"parameters": names[:2]}})
 
 

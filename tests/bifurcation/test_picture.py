@@ -414,6 +414,7 @@ def test_values_at_equal_ratios_stand_on_a_logarithmic_axis(tmp_path):
     assert axes.get_ylim() == (1e5, 1e9)
     figure = drawn(archive_of(tmp_path / "d.h5", ("section", "energy"), {"K": vary["K"]}))
     assert figure.axes[0].get_xscale() == "log"
+    assert axes.get_ylabel().endswith("[N/m$^{3/2}$]")
 
 
 def test_what_a_map_cannot_show_is_refused(four, usual, tmp_path):

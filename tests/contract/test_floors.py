@@ -24,15 +24,15 @@ PACKAGE = Path(nlds_vines.__path__[0])
 MODULES = modules(PACKAGE)
 ROOT = PACKAGE.parent
 
-MOST_ENTRIES = 21
-"""Files and folders in the package's own folder; explore will make it 24."""
+MOST_ENTRIES = 22
+"""Files and folders in the package's own folder; explore will make it 25."""
 
 FLOORS = (
     {"kernels", "errors", "toml", "packaged_files", "callable_package"},  # numbers; first checks
     {"archives"},  # what is finished
     {"model", "runs"},  # the system; what is under way
     {"orbits", "plotting", "cli"},  # orbits in Python; the kits of pictures and of commands
-    {"bifurcation", "portrait", "tuning", "continuation"},  # tasks
+    {"bifurcation", "portrait", "tuning", "continuation", "response_curves"},  # tasks
     {"transients", "accuracy", "reproduce", "upkeep"},  # tasks that use other tasks
     {"__main__"},  # the console script
 )

@@ -16,6 +16,7 @@ from nlds_vines.accuracy.curves import front
 from nlds_vines.accuracy.stiffness_table import SHAPE as STIFFNESS
 from nlds_vines.accuracy.stiffness_table import Stiff, read_stiffness, representatives
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.errors import RequestError
 from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label
 
@@ -96,6 +97,18 @@ def draw_stiffness(found: Stiff) -> Figure:
     costs.set_xlabel(axis_label("K"))
     figure.legend(*errors.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
+
+
+def case_into(axes: Axes, view: ArchiveView) -> None:
+    """Draw error against CPU time of a survey of one case into axes.
+
+    Raises `RequestError` for a survey of several cases, and for one of stiffness.
+    """
+    cases = [] if view.attrs.get("survey") == STIFFNESS else read_comparison(view)
+    if len(cases) != 1:
+        raise RequestError(f"{view.path} needs several panels: draw it without axes")
+    looks = _draw(axes, cases[0])
+    axes.legend(handles=[Line2D([], [], label=family, **look) for family, look in looks.items()])
 
 
 def _draw(frame: Axes, case: Measured) -> dict[str, dict[str, Any]]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 
 import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from nlds_vines.errors import RequestError, choice, shown
 from nlds_vines.plotting.style import CM, LEFT, RIGHT, STYLE, WIDTH
@@ -100,3 +102,12 @@ def sheet(style: str | None) -> AbstractContextManager[None]:
             names = ", ".join(sheets.available)
             raise RequestError(f"style {shown(style)} is no file; allowed: {names}") from None
     return sheets.context(style)
+
+
+def into(ax: Axes, fill: Callable[[], None]) -> Figure:
+    """Draw into given axes by `fill`, and return their figure: where it is in another, that one."""
+    with styled():
+        fill()
+    figure = ax.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    return figure

@@ -8,7 +8,6 @@ from math import ceil, sqrt
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -18,6 +17,7 @@ from matplotlib.patches import Patch
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.plotting.bands import bands
 from nlds_vines.plotting.notation import setting_label, typeset
+from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.panels import add_panel, letter, text_width, write_title
 from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label, quantity_label
@@ -63,7 +63,7 @@ def curves_picture(view: ArchiveView) -> Figure:
     return draw_page(found.request, found.curves)
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
 def draw_page(page: CurvePage, found: Sequence[CurveValues]) -> Figure:
     """Return the figure of a page of curves.
 

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, PercentFormatter
 
+from nlds_vines.errors import RequestError
 from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.palette import OTHERS, colours, patch_look
 from nlds_vines.plotting.panels import add_panel, write_letters, write_title
@@ -44,6 +45,13 @@ def draw_ensemble(found: Ensemble, title: str) -> Figure:
     write_letters(panels, side="right")
     write_title(figure, title, _LEFT)
     return figure
+
+
+def survival_into(axes: Axes, found: Ensemble) -> None:
+    """Draw the survival curve of an ensemble into axes; `RequestError` where nothing settled."""
+    if not found.counted.any():
+        raise RequestError("no start of this ensemble has a lifetime: there is no curve to draw")
+    _draw_survival(axes, found)
 
 
 def _draw_survival(axes: Axes, found: Ensemble) -> None:

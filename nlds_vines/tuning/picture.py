@@ -19,7 +19,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.plotting.bands import drawable, edges, evenly_spaced
+from nlds_vines.plotting.bands import drawable, evenly_spaced, inner_edges
 from nlds_vines.plotting.notation import latex_symbol, raised
 from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.panels import MAP_WIDTH, add_colour_bar, write_title
@@ -66,6 +66,15 @@ def tuning_picture(view: ArchiveView) -> Figure:
     return figure
 
 
+def surface_into(axes: Axes, view: ArchiveView) -> None:
+    """Draw the surface of a tuning into axes, or the curve along its only free parameter."""
+    free = _free(view)
+    if "surface" not in view and len(free) == 1:
+        _draw_curve(axes, view, free[0])
+    else:
+        _fill_surface(axes, view)
+
+
 def _free(view: ArchiveView) -> list[str]:
     """Return the parameters that are free and enter the dynamics."""
     found = (name.removeprefix(_OPTIMUM) for name in view.names if name.startswith(_OPTIMUM))
@@ -109,16 +118,23 @@ def tuning_surface(view: ArchiveView) -> Figure:
 
     Raises `RequestError` for a tuning without a surface.
     """
-    if "surface" not in view:
-        raise RequestError(f"{view.path} holds no surface: tune with --surface A,B")
     figure = Figure(figsize=(WIDTH, _HEIGHT))
     axes = figure.add_axes(_FRAME)
+    _fill_surface(axes, view)
+    write_title(figure, view.text("title"), _FRAME[0], _held(view))
+    return figure
+
+
+def _fill_surface(axes: Axes, view: ArchiveView) -> None:
+    """Draw surface, optima and labels into axes; `RequestError` for a tuning without a surface."""
+    if "surface" not in view:
+        raise RequestError(f"{view.path} holds no surface: tune with --surface A,B")
+    figure = axes.get_figure(root=True)
+    assert isinstance(figure, Figure)
     _draw_surface(figure, axes, view)
     _mark_optima(axes, view)
     for name, axis in zip(_names(view), (axes.xaxis, axes.yaxis), strict=True):
         axis.set_label_text(axis_label(name))
-    write_title(figure, view.text("title"), _FRAME[0], _held(view))
-    return figure
 
 
 def _names(view: ArchiveView) -> list[str]:
@@ -145,7 +161,7 @@ def _draw_surface(figure: Figure, axes: Axes, view: ArchiveView) -> None:
     norm = _norm(found)
     shades = matplotlib.colormaps[SHADES].with_extremes(bad=NO_VALUE)
     style: dict[str, Any] = {"cmap": shades, "norm": norm, "shading": "flat", "rasterized": True}
-    mesh = axes.pcolormesh(_edges(across), _edges(up), found, **style)
+    mesh = axes.pcolormesh(inner_edges(across), inner_edges(up), found, **style)
     levels: Any = _FEW_LINES
     if isinstance(norm, LogNorm):
         levels = _logarithmic_ticks().tick_values(found.min(), found.max())
@@ -212,8 +228,3 @@ def _mark_optima(axes: Axes, view: ArchiveView) -> None:
     # above the frame, where it hides nothing
     place: dict[str, Any] = {"bbox_to_anchor": (0.0, 1.0), "borderpad": 0, "borderaxespad": 0.4}
     axes.legend(loc="lower left", ncols=2, handletextpad=0.2, **place)
-
-
-def _edges(values: np.ndarray) -> np.ndarray:
-    """Return the borders of the cells around values: half-way, by logarithm where not even."""
-    return edges(values) if evenly_spaced(values) else np.exp(edges(np.log(values)))

@@ -16,6 +16,7 @@ from nlds_vines.cli.paths import check_output, check_plot, refuse_picture
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError
+from nlds_vines.runs.manifest import CONTINUATION, RESPONSE_CURVES, SCAN, SURVEY, TUNING
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,7 +54,8 @@ def plot(
         archive: the path of an archive: a scan, transients, a tuning, a survey, branches.
         show: of a scan what `bifurcation.picture.drawing.draw` takes: quantities of a diagram such
             as `x2,v2,E1max`, regimes or a number of a map; None for what is usual.
-        ax: axes to draw one panel of a scan into; the figure returned is theirs.
+        ax: axes to draw one panel into, of a scan, transients, a tuning or a survey of one case;
+            the figure returned is theirs.
         columns: 1 for a picture as wide as a column of a paper (8.4 cm), 2 for 16 cm.
         style: a style sheet of matplotlib's, by name or path.  What the user has set in
             `matplotlib.rcParams` or in a `matplotlibrc` stays as well.
@@ -71,16 +73,21 @@ def plot(
 
 def _draw(view: ArchiveView, show: str | None, page: Page, ax: Axes | None) -> Figure:
     """Return the picture of an open archive by what it holds."""
-    if view.content == "scan" and not (show is None and ax is None and _is_ensemble(view)):
+    from nlds_vines.plotting.page import into
+
+    if view.content == SCAN and not (show is None and _is_ensemble(view)):
         from nlds_vines.bifurcation.picture.drawing import draw
 
         return draw(view, show, page, ax)
-    for name, value in (("show", show), ("ax", ax)):
-        if value is not None:
-            raise RequestError(f"{view.path}: holds a {view.content}: {name} is for scans alone")
+    if show is not None:
+        raise RequestError(f"{view.path} holds a {view.content}: show is for scans alone")
     if view.content not in _PICTURES:
-        raise RequestError(f"{view.path}: holds a {view.content}, which has no picture")
-    return _PICTURES[view.content](view)
+        raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
+    if ax is None:
+        return _PICTURES[view.content](view)
+    if view.content not in _PANELS:
+        raise RequestError(f"{view.path} holds a {view.content}: its picture has several panels")
+    return into(ax, lambda: _PANELS[view.content](ax, view))
 
 
 def _is_ensemble(view: ArchiveView) -> bool:
@@ -97,9 +104,9 @@ def _of_ensemble(view: ArchiveView) -> Figure:
 
 
 def _of_tuning(view: ArchiveView) -> Figure:
-    from nlds_vines.tuning.picture import tuning_surface
+    from nlds_vines.tuning.picture import tuning_picture
 
-    return tuning_surface(view)
+    return tuning_picture(view)
 
 
 def _of_survey(view: ArchiveView) -> Figure:
@@ -114,13 +121,43 @@ def _of_continuation(view: ArchiveView) -> Figure:
     return draw_continuation(view.path)
 
 
+def _of_curves(view: ArchiveView) -> Figure:
+    from nlds_vines.response_curves.picture import curves_picture
+
+    return curves_picture(view)
+
+
 _PICTURES = {
-    "scan": _of_ensemble,
-    "tuning": _of_tuning,
-    "survey": _of_survey,
-    "continuation": _of_continuation,
+    SCAN: _of_ensemble,
+    TUNING: _of_tuning,
+    SURVEY: _of_survey,
+    CONTINUATION: _of_continuation,
+    RESPONSE_CURVES: _of_curves,
 }
 """What draws an archive that is no ordinary scan, by the kind of its content."""
+
+
+def _ensemble_into(ax: Axes, view: ArchiveView) -> None:
+    from nlds_vines.transients.ensemble import ensemble_of
+    from nlds_vines.transients.picture import survival_into
+
+    survival_into(ax, ensemble_of(view))
+
+
+def _tuning_into(ax: Axes, view: ArchiveView) -> None:
+    from nlds_vines.tuning.picture import surface_into
+
+    surface_into(ax, view)
+
+
+def _survey_into(ax: Axes, view: ArchiveView) -> None:
+    from nlds_vines.accuracy.picture import case_into
+
+    case_into(ax, view)
+
+
+_PANELS = {SCAN: _ensemble_into, TUNING: _tuning_into, SURVEY: _survey_into}
+"""What draws the main panel of an archive that is no ordinary scan into given axes."""
 
 
 def names_of(archive: str | os.PathLike[str]) -> list[str]:
@@ -129,7 +166,7 @@ def names_of(archive: str | os.PathLike[str]) -> list[str]:
     from nlds_vines.bifurcation.picture.quantities import quantities_in
 
     with read(archive) as view:
-        if view.content != "scan":
+        if view.content != SCAN:
             return [f"{view.path} holds a {view.content}: it has one picture"]
         known = quantities_in(view)
         return [f"{name:<26}{q.long_name}{_unit(q.units)}" for name, q in known.items()]

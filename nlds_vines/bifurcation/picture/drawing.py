@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -11,12 +10,12 @@ from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.choices import check_show, is_map, usual_show
-from nlds_vines.bifurcation.picture.diagram import diagram, draw_into
+from nlds_vines.bifurcation.picture.diagram import diagram
 from nlds_vines.bifurcation.picture.quantities import quantities_in
 from nlds_vines.bifurcation.picture.regime_map import fill_map, regime_map
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import refuse_undrawable
-from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, into
 from nlds_vines.plotting.save import save_drawn
 
 
@@ -63,19 +62,10 @@ def draw(
     if not is_map(values):
         if ax is None:
             return diagram(view, show, page)
-        return _into(ax, lambda: draw_into(ax, view, show))
+        return into(ax, lambda: draw_into(ax, view, show))
     chosen = usual_show(known, labelled) if show is None else show
     if chosen is None:
         raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
     if ax is None:
         return regime_map(view, chosen, page)
-    return _into(ax, lambda: fill_map(ax, view, chosen, page))
-
-
-def _into(ax: Axes, fill: Callable[[], None]) -> Figure:
-    """Draw into given axes and return their figure, the one at the top where it is in another."""
-    with styled():
-        fill()
-    figure = ax.get_figure(root=True)
-    assert isinstance(figure, Figure)
-    return figure
+    return into(ax, lambda: fill_map(ax, view, chosen, page))

@@ -15,7 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
+from nlds_vines.cli.paths import (
+    check_output,
+    check_plot,
+    optional_path,
+    refuse_existing,
+    refuse_picture,
+)
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import at, shown
@@ -98,6 +104,7 @@ class Job:
         Raises `RequestError` for an archive that exists, without --resume and --overwrite.
         """
         refuse_existing(self.archive, self.how)
+        refuse_picture(self.plot, self.how, self.page.hash)
         for curve in self.page.curves:
             refuse_without_room(curve.scan, self.archive)
         from nlds_vines.response_curves.result import curves_in

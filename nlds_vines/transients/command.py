@@ -121,10 +121,10 @@ def _carry_out(options: argparse.Namespace) -> int:
         return carry_out(_NAME, job, dry_run=True)
     job.refuse()
     refuse_picture(plot, job.how, scan.hash)
-    job.run()
+    report = job.run()
     found = _ensemble(archive, delay, plot)
     if not job.how.quiet:
-        say(scan.title, *found.lines(), archive, plot)
+        say(scan.title, *found.lines(), *report.tally.inadmissible(), archive, plot)
     failed = sum(entry.count for entry in found.shares if entry.label == "failed")
     if failed:
         where = f"the dataset `status` of {archive} says why"

@@ -97,10 +97,11 @@ def _is_ensemble(view: ArchiveView) -> bool:
 
 
 def _of_ensemble(view: ArchiveView) -> Figure:
+    from nlds_vines.transients.command import DELAY
     from nlds_vines.transients.ensemble import ensemble_of
     from nlds_vines.transients.picture import draw_ensemble
 
-    return draw_ensemble(ensemble_of(view), view.text("title"))
+    return draw_ensemble(ensemble_of(view, delay=DELAY), view.text("title"))
 
 
 def _of_tuning(view: ArchiveView) -> Figure:
@@ -138,10 +139,11 @@ _PICTURES = {
 
 
 def _ensemble_into(ax: Axes, view: ArchiveView) -> None:
+    from nlds_vines.transients.command import DELAY
     from nlds_vines.transients.ensemble import ensemble_of
     from nlds_vines.transients.picture import survival_into
 
-    survival_into(ax, ensemble_of(view))
+    survival_into(ax, ensemble_of(view, delay=DELAY))
 
 
 def _tuning_into(ax: Axes, view: ArchiveView) -> None:

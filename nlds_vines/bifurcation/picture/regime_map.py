@@ -177,8 +177,13 @@ def _hatch(axes: Axes, view: ArchiveView, names: np.ndarray) -> list[Any]:
         found.append(hatch_cells(axes, view, late, (THROUGH_CHAOS, "black"), _CHAOTIC))
     passed = np.asarray(violated_in(view).any(axis=-1))
     if passed.any():
-        found.append(hatch_cells(axes, view, passed, (PASSED, "#8b0000"), PASSES))
+        found.append(_hatch_passed(axes, view, passed))
     return found
+
+
+def _hatch_passed(axes: Axes, view: ArchiveView, passed: np.ndarray) -> Patch:
+    """Hatch the cells in which the limit is passed; return the entry of the legend."""
+    return hatch_cells(axes, view, passed, (PASSED, "#8b0000"), PASSES)
 
 
 def _mark_flagged(axes: Axes, view: ArchiveView) -> list[Any]:
@@ -201,6 +206,9 @@ def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray, page: Page) 
     names = {0: "none known", most: f"{most} or more"}
     frame: dict[str, Any] = {"edgecolor": GREY, "linewidth": 0.4}  # the first is nearly white
     handles = [Patch(facecolor=shades[n], label=names.get(n, str(n)), **frame) for n in words]
+    passed = np.asarray(violated_in(view).any(axis=-1))
+    if passed.any():
+        handles.append(_hatch_passed(axes, view, passed))
     add_map_legend(axes, handles, f"regimes found\nby {labels.shape[-1]} starts", page)
 
 

@@ -61,14 +61,19 @@ def strips_of(cut: Slice, page: Page) -> list[Tier]:
     stacked = len(cut.starts) > MOST_STRIPS
     found = []
     for start in range(1 if stacked else len(cut.starts)):
-        room = _room(cut, labels, start, page, 0.0 if start else held) + _MARGIN
-        draw = partial(draw_strip_of, cut=cut, start=start)
+        names, beside = _names(cut, labels, start, page)
+        lift = 0.0 if beside or start else names
+        room = max(names, lift + (0.0 if start else held)) + _MARGIN
+        draw = partial(draw_strip_of, cut=cut, start=start, lift=72 * lift)
         found.append(Tier(room, _STACK if stacked else _STRIP, draw))
     return found
 
 
-def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> None:
-    """Draw a strip of a slice into axes: of one start, or the stack of many."""
+def draw_strip_of(axes: Axes, cut: Slice, start: int = 0, lift: float = 0.0) -> None:
+    """Draw a strip of a slice into axes: of one start, or the stack of many.
+
+    The value at which another parameter is held stands `lift` points above it.
+    """
     labels = cut.marked_labels()
     if labels is None:
         return
@@ -84,7 +89,7 @@ def draw_strip_of(axes: Axes, cut: Slice, start: int = 0) -> None:
         if len(cut.starts) > 1:
             axes.set_ylabel(cut.starts[start], rotation=0, ha="right", va="center")
     if start == 0:
-        _write_held(axes, cut)
+        _write_held(axes, cut, lift)
 
 
 def legend_of_strips(cuts: Sequence[Slice]) -> list[Any]:
@@ -109,25 +114,22 @@ def _bands(cut: Slice, labels: np.ndarray, start: int) -> list[Band]:
     return bands(cut.values, labels[:, start])
 
 
-def _room(cut: Slice, labels: np.ndarray, start: int, page: Page, held: float) -> float:
-    """Return the height in inches of the names above a strip, and of the value that is held.
-
-    That value, of the height `held`, stands below the names where these reach to the left.
-    """
+def _names(cut: Slice, labels: np.ndarray, start: int, page: Page) -> tuple[float, bool]:
+    """Return the height in inches of the names above a strip, and whether its left end is free."""
     low, high = edges(cut.values)[[0, -1]]
     stacked = len(cut.starts) > MOST_STRIPS
     found = stack_room(cut.values, labels) if stacked else _bands(cut, labels, start)
     ends, log = (float(low), float(high)), logarithmic(cut.values)
     strip = Strip(found, ends, 72 * page.across, log, inside=not stacked)
     beside = all(strip.place(band.low) > _HELD_WIDTH for band in strip.above)
-    return max(strip.room / 72, held) if beside else strip.room / 72 + held
+    return strip.room / 72, beside
 
 
-def _write_held(axes: Axes, cut: Slice) -> None:
+def _write_held(axes: Axes, cut: Slice, lift: float = 0.0) -> None:
     """Write above the left end of a strip at which value another parameter is held."""
     if not cut.held:
         return
     if cut.labels() is None:
         axes.set_axis_off()
     look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
-    axes.annotate(cut.held, (0, 1), (0, 3), ha="left", va="bottom", **look)
+    axes.annotate(cut.held, (0, 1), (0, 3 + lift), ha="left", va="bottom", **look)

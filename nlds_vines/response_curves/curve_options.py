@@ -24,7 +24,7 @@ from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.system import System
 from nlds_vines.model.words import range_in_words, setting_in_words, system_in_words
 from nlds_vines.orbits.settings import METHODS
-from nlds_vines.response_curves.request import CurvePage, turns, with_structure_alone
+from nlds_vines.response_curves.request import ALONE_COLOUR, CurvePage, turns, with_structure_alone
 from nlds_vines.response_curves.request_file import load_page
 from nlds_vines.toml import read_toml
 
@@ -139,7 +139,7 @@ def _curves(systems: Sequence[str | System]) -> list[dict[str, Any]]:
     for number, name in enumerate(systems):
         with at("--system"):
             system = name if isinstance(name, System) else load_system(name)
-        colour, line = turns(number) if system.scene.damper else ("#767676", "solid")
+        colour, line = turns(number) if system.scene.damper else (ALONE_COLOUR, "solid")
         found.append(
             {
                 "system": system,

@@ -29,15 +29,13 @@ COLOURS: Mapping[str, str] = HUES
 LINES = ("solid", "dashed", "dashdot")
 """Kinds of line; a dotted one is the damper's energy."""
 
-ALONE = "without damper"
-"""What a legend calls the curve of the structure alone."""
+ALONE, ALONE_COLOUR = "without damper", "#a8a8a8"
+"""What a legend calls the curve of the structure alone, and its colour, the palest in grey, too."""
 
 _TURNS = tuple(
-    (COLOURS[name], line)
-    for line in LINES
-    for name in ("vermillion", "blue", "green", "orange", "pink", "sky", "black")
+    COLOURS[name] for name in ("vermillion", "blue", "green", "orange", "pink", "sky", "black")
 )
-"""Colour and line of curves for which none is asked, in this order."""
+"""Colours of curves for which none is asked, in this order."""
 
 
 @dataclass(frozen=True)
@@ -207,7 +205,7 @@ def _alone(panel: Panel, there: Collection[str]) -> Iterator[Curve]:
     for i, (scan, curve) in enumerate(found.values()):
         own = {k: v for k, v in curve.settings.items() if k in scan.system.parameters}
         words = [ALONE, *(setting_in_words(*item) for item in own.items() if len(found) > 1)]
-        yield Curve(scan, ", ".join(words), own, COLOURS["grey"], LINES[i % len(LINES)])
+        yield Curve(scan, ", ".join(words), own, ALONE_COLOUR, LINES[i % len(LINES)])
 
 
 def alone(scan: Scan) -> Scan | None:
@@ -227,8 +225,11 @@ def label_of(curve: Curve) -> str:
 
 
 def turns(number: int) -> tuple[str, str]:
-    """Return the colour and the line of the curve of a number, from 0; after 21 they repeat."""
-    return _TURNS[number % len(_TURNS)]
+    """Return the colour and the line of the curve of a number, from 0; after 21 they repeat.
+
+    Neighbours differ in both, so that a grey print tells them apart, too.
+    """
+    return _TURNS[number % len(_TURNS)], LINES[number % len(LINES)]
 
 
 def curve_name(scan: Scan) -> str:

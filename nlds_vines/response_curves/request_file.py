@@ -64,7 +64,7 @@ def load_page(
     Raises `RequestError`, one line that names file, place and key.
     """
     is_path = isinstance(source, str | os.PathLike)
-    where = str(source) if is_path else FORM.kind
+    where = str(source) if is_path else changes_from if changes else FORM.kind
     document = read_toml(Path(str(source))) if is_path else source
     if not isinstance(document, Mapping):
         raise RequestError(f"{FORM.kind} = {shown(source)} must be {FORM.sources}")

@@ -21,7 +21,7 @@ from nlds_vines.transients.survival import Decay, Survival
 _LEFT, _RIGHT = 0.135, RIGHT + 0.05  # of the width: room for the names of regimes on the left
 _PANEL, _BAR, _BETWEEN, _FOOT, _HEAD = 7.2 * CM, 0.58 * CM, 1.55 * CM, 1.1 * CM, 0.9 * CM  # inches
 _CURVE, _LAW = NAVY, HUES["vermillion"]
-_WIDEST = 1.38  # upper end of the axis of shares: room for words beside a full bar
+_WIDEST = 1.5  # upper end of the axis of shares: room for words beside a full bar
 
 
 @styled()

@@ -15,7 +15,7 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_output, check_plot, refuse_picture
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, Command, say
-from nlds_vines.errors import RequestError
+from nlds_vines.errors import RequestError, shown
 from nlds_vines.runs.manifest import CONTINUATION, RESPONSE_CURVES, SCAN, SURVEY, TUNING
 
 if TYPE_CHECKING:
@@ -180,6 +180,8 @@ def _unit(units: str) -> str:
 
 def _carry_out(options: argparse.Namespace) -> int:
     archive = Path(options.archive)
+    if not archive.is_file():
+        raise RequestError(f"{shown(str(archive))}: there is no such file")
     if options.show == "?":
         say(*names_of(archive))
         return DONE

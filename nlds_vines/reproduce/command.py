@@ -171,7 +171,7 @@ class _Job:
         """Hand the request of an orbit to the command that draws it; return 1 if it failed."""
         from nlds_vines.portrait.command import main as portrait
 
-        status = portrait([str(request.path), "--plot", str(path), "--quiet"])
+        status = portrait([str(request.path), "--plot", str(path), "--quiet", "--overwrite"])
         if status == INTERRUPTED:
             raise KeyboardInterrupt
         if status not in (DONE, LANES_FAILED):

@@ -493,7 +493,12 @@ def test_a_run_draws_and_says_what_was_seen(folder, capsys):
             image.info["recipe_hash"]
             == load_portrait("good.toml", {"start": {"state": [0, 0, 0.1, 0]}}).hash
         )
-    assert main(["good.toml", "--quiet"]) == 0
+    drawn = (folder / "good.png").read_bytes()
+    assert main(["good.toml", "--quiet"]) == 2  # another request: its picture is not replaced
+    assert "exists: --overwrite replaces it" in capsys.readouterr().err
+    assert (folder / "good.png").read_bytes() == drawn
+    assert main(["good.toml", "--start", "0,0,0.1,0", "--quiet"]) == 0  # the same one
+    assert main(["good.toml", "--quiet", "--overwrite"]) == 0
     assert capsys.readouterr().out == ""
 
 

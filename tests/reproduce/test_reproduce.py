@@ -217,7 +217,7 @@ def test_a_portrait_is_handed_to_its_command(here, monkeypatch, capsys, make):
     monkeypatch.setitem(sys.modules, fake.__name__, fake)
     assert make("orbit.toml", "-o", "out") == 0
     (arguments,) = asked
-    assert arguments == ["orbit.toml", "--plot", "out/orbit.png", "--quiet"]
+    assert arguments == ["orbit.toml", "--plot", "out/orbit.png", "--quiet", "--overwrite"]
     for status in (1, 2, 130):  # an orbit lost, a wrong request, Ctrl-C
         fake.main = lambda arguments, status=status: status
         assert make("orbit.toml", "-o", "out") == status

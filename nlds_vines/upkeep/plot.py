@@ -73,7 +73,7 @@ def plot(
 
 def _draw(view: ArchiveView, show: str | None, page: Page, ax: Axes | None) -> Figure:
     """Return the picture of an open archive by what it holds."""
-    from nlds_vines.plotting.page import into
+    from nlds_vines.plotting.page import TWO_COLUMNS, into
 
     if view.content == SCAN and not (show is None and _is_ensemble(view)):
         from nlds_vines.bifurcation.picture.drawing import draw
@@ -81,6 +81,8 @@ def _draw(view: ArchiveView, show: str | None, page: Page, ax: Axes | None) -> F
         return draw(view, show, page, ax)
     if show is not None:
         raise RequestError(f"{view.path} holds a {view.content}: show is for scans alone")
+    if page is not TWO_COLUMNS:
+        raise RequestError(f"{view.path}: columns = 1 is for diagrams and maps of scans alone")
     if view.content not in _PICTURES:
         raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
     if ax is None:

@@ -365,6 +365,42 @@ def test_settling_is_the_largest_of_all_starts_and_black_where_one_never_did(fou
     assert legend_of(axes) == ["not settled, or no orbit to settle on"]
 
 
+def test_a_map_of_periods_has_the_colours_of_regimes_and_is_pale_where_none_was_found(tmp_path):
+    def fill(name, array):
+        if name == "period":
+            array[...] = 1
+            array[9:18], array[18:27], array[27:] = 3, 40, 0
+
+    axes, bar = shown(archive_of(tmp_path / "m.h5", ["regime"], MAP, fill=fill), "period").axes
+    mesh = mesh_of(axes)
+    assert [faces(axes)[i] for i in (0, 9, 18)] == [palette.RAMP[i] for i in (0, 2, -1)]
+    assert mesh.get_array().mask[0].tolist() == [False] * 27 + [True] * 3
+    assert legend_of(axes) == ["none found"]
+    names = [text.get_text() for text in bar.get_yticklabels()]
+    assert names == ["1", "2", "3", "4", "5", "6 or more"]
+
+
+def test_a_reduction_of_both_signs_has_zero_in_the_middle_and_a_line_there(tmp_path):
+    def fill(name, array):
+        if name == "reduction":
+            array[...] = np.linspace(-3.0, 0.9, 30)[:, np.newaxis, np.newaxis]
+
+    path = archive_of(tmp_path / "m.h5", ["energy"], MAP, fill=fill)
+    axes, bar = shown(path, "reduction").axes
+    mesh = mesh_of(axes)
+    assert mesh.norm(0.0) == 0.5
+    assert [line.get_ydata()[0] for line in bar.get_lines()] == [0.0]
+
+    def good(name, array):
+        if name == "reduction":
+            array[...] = np.linspace(0.1, 0.9, 30)[:, np.newaxis, np.newaxis]
+
+    axes, bar = shown(archive_of(tmp_path / "n.h5", ["energy"], MAP, fill=good), "reduction").axes
+    mesh = mesh_of(axes)
+    assert mesh.get_clim()[0] == 0.0  # of one sign, half of the shades: zero is where they begin
+    assert not bar.get_lines()
+
+
 def test_exponents_have_zero_in_the_middle_of_their_scale(four):
     (mesh,) = shown(four, "lyapunov").axes[0].collections
     assert mesh.norm(0.0) == 0.5

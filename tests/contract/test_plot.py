@@ -73,6 +73,19 @@ def test_a_dataset_that_nobody_knows_yet_can_be_drawn_by_its_meaning_and_unit():
     assert found["stroke"].label == "largest stroke [m]"
 
 
+def test_transients_are_drawn_as_their_command_does(tmp_path):
+    path, picture = tmp_path / "t.h5", tmp_path / "t.png"
+    arguments = ["--system", "tmd", "--starts", "4", "--transient", "40", "--periods", "20"]
+    where = ["-o", str(path), "--plot", str(picture), "--quiet"]
+    assert console(["transients", *arguments, *where]) == 0
+    assert console(["plot", str(path), "-o", str(tmp_path / "again.png")]) == 0
+    assert (tmp_path / "again.png").read_bytes() == picture.read_bytes()
+    with pytest.raises(RequestError, match="columns = 1 is for diagrams and maps"):
+        nv.plot(path, columns=1)
+    with pytest.raises(RequestError, match="unknown columns '3'"):
+        nv.plot(path, columns=3)
+
+
 def test_it_draws_into_given_axes(small):
     figure = Figure()
     one, other = figure.subplots(1, 2)

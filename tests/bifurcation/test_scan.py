@@ -58,7 +58,7 @@ def test_what_is_not_said_is_usual():
         *(600, 120, "exact"),
         Start(),
     )
-    assert found.title == "SSul NES, Set 6: omega"
+    assert found.title == "SSul NES, Set 6: ω"
     assert found.want == ("section", "impacts", "energy", "regime")
     tmd = load_scan({**MINIMAL, "system": "tmd"})
     assert tmd.want == ("section", "energy", "regime")
@@ -160,11 +160,11 @@ def test_random_start_keeps_the_seed_below():
 def test_a_title_that_is_true_no_more_is_replaced():
     document = {**MINIMAL, "title": "Figure 8"}
     assert load_scan(document, {"sampling": {"periods": 9}}).title == "Figure 8"
-    assert load_scan(document, {"set": {"P": 5}}).title == "SSul NES, Set 6, P = 5: omega"
-    assert load_scan(document, {"system": "tmd"}).title == "Tuned mass damper: omega"
+    assert load_scan(document, {"set": {"P": 5}}).title == "SSul NES, Set 6, P = 5 N: ω"
+    assert load_scan(document, {"system": "tmd"}).title == "Tuned mass damper: ω"
     assert load_scan(document, {"set": {"P": 5}, "title": "mine"}).title == "mine"
     overridden = load_scan({**document, "set": {"E2": 1e7}}, {"set": {"K": 5}})
-    assert overridden.title == "SSul NES, Set 6, K = 5: omega"
+    assert overridden.title == "SSul NES, Set 6, K = 5 N/m^1.5: ω"
 
 
 @pytest.mark.parametrize(

@@ -145,7 +145,7 @@ def test_an_archive_is_verified_repeated_and_compared(own):
 
 
 def test_the_console_script_has_the_commands_that_are_told():
-    named = set(re.findall(r"nlds-vines ([a-z]\w*)", TEXT))
+    named = set(re.findall(r"nlds-vines ([a-z][\w-]*)", TEXT))
     assert named <= set(COMMANDS)
     assert "consolidate" in named
 
@@ -176,6 +176,7 @@ def test_every_command_has_help(program):
         ("portrait", "portrait.md"),
         ("tuning", "tuning.md"),
         ("continuation", "branches.md"),
+        ("response_curves", "own-damper.md"),
     ],
 )
 def test_every_option_is_told(command, page, capsys):

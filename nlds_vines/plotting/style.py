@@ -30,6 +30,7 @@ STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.labelsize": 9,
     "axes.linewidth": 0.6,
+    "axes.formatter.use_mathtext": True,
     "xtick.labelsize": 8,
     "ytick.labelsize": 8,
     "xtick.direction": "in",

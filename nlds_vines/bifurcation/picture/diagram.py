@@ -113,7 +113,10 @@ def _usual_rows(
     below = [name for name in list(EXPONENTS)[:1] if name in known]
     places = [name for name in GROUPS["displacement"] if name in known]
     if not places:
-        return [name for name in CURVES if name in known] + below
+        numbers = [name for name in CURVES if name in known]
+        if len(cuts) > 1 and len(numbers) > 1:  # the strips tell the periods
+            numbers = [name for name in numbers if name != "period"]
+        return numbers + below
     if len(cuts) > 1:
         places = places[:1]
     alone = len(cuts) == 1 and view["start"].size == 1

@@ -33,7 +33,7 @@ MOST_STRIPS = 2
 
 _HELD_WIDTH = 0.4  # of a strip: the room for the value at which another parameter is held
 
-_STRIP, _STACK, _MARGIN, _HELD = 0.42 * CM, 0.75 * CM, 0.1 * CM, 0.45 * CM  # inches
+_STRIP, _STACK, _MARGIN, _HELD = 0.42 * CM, 0.75 * CM, 0.18 * CM, 0.45 * CM  # inches
 
 
 @dataclass(frozen=True)

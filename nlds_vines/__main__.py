@@ -30,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _help() -> str:
-    lines = (f"  {name:<14}{purpose}" for name, (_, purpose) in COMMANDS.items())
+    lines = (f"  {name:<17}{purpose}" for name, (_, purpose) in COMMANDS.items())
     return "\n".join(
         [
             "usage: nlds-vines COMMAND ... | --help | --version",

@@ -14,6 +14,9 @@ from nlds_vines.errors import RequestError
 MOST_BYTES = 2**28
 """Bytes of a TOML file: enough for the values of the longest axis, written out."""
 
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+"""The first bytes of an archive."""
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -28,7 +31,13 @@ def read_toml(path: Path) -> dict[str, Any]:
         if path.is_file() and path.stat().st_size > MOST_BYTES:
             text = f"it has {path.stat().st_size} bytes; allowed: up to {MOST_BYTES}"
             raise RequestError(f"{path}: cannot be read: {text}")
-        return parse_toml(path.read_text(encoding="utf-8"), str(path))
+        content = path.read_bytes()
+        if content.startswith(_HDF5):
+            raise RequestError(
+                f"{path}: is an archive (HDF5), not TOML: `nlds-vines plot {path}` draws it, "
+                f"`nlds-vines rerun {path}` computes it again"
+            )
+        return parse_toml(content.decode("utf-8").replace("\r\n", "\n"), str(path))
     except UnicodeDecodeError as error:
         raise RequestError(f"{path}: not UTF-8 text at byte {error.start}") from None
     except (OSError, ValueError) as error:
@@ -54,14 +63,19 @@ def parse_toml(text: str, where: str) -> dict[str, Any]:
 def toml_text(document: Mapping[str, Any]) -> str:
     """Return `document` as TOML: scalars first, then a `[table]` for each mapping in it.
 
-    Values are str, int, float, sequences of these, or mappings.  Floats are written with the
-    digits that read back to the same bits.
+    Values are str, bool, int, float, sequences of these, mappings, or lists of mappings, each of
+    which becomes a table `[[key]]`.  Floats are written with the digits that read back to the same
+    bits.
     """
     return "\n".join(_lines(document, ())) + "\n"
 
 
 def _lines(document: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
-    plain = {key: value for key, value in document.items() if not isinstance(value, Mapping)}
+    plain = {
+        key: value
+        for key, value in document.items()
+        if not (isinstance(value, Mapping) or _are_tables(value))
+    }
     lines = [f"{_key(key)} = {_value(value)}" for key, value in plain.items()]
     for key, value in document.items():
         if isinstance(value, Mapping):
@@ -69,7 +83,16 @@ def _lines(document: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
             only_tables = value and all(isinstance(item, Mapping) for item in value.values())
             header = [] if only_tables else ["", f"[{'.'.join(map(_key, inner))}]"]
             lines += header + _lines(value, inner)
+        elif _are_tables(value):
+            inner = (*path, key)
+            for item in value:
+                lines += ["", f"[[{'.'.join(map(_key, inner))}]]", *_lines(item, inner)]
     return lines
+
+
+def _are_tables(value: object) -> bool:
+    """Return whether a value is written as tables `[[key]]`: a list of mappings."""
+    return isinstance(value, list) and bool(value) and all(isinstance(v, Mapping) for v in value)
 
 
 def _key(key: str) -> str:
@@ -80,6 +103,8 @@ def _value(value: Any) -> str:
     if isinstance(value, str):
         # JSON's escapes are TOML's, but for DEL, which TOML wants escaped as well
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return "true" if value else "false"
     if isinstance(value, int):
         return str(value)
     if isinstance(value, float):

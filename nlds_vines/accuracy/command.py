@@ -23,6 +23,7 @@ from nlds_vines.cli.paths import (
     check_writable,
     optional_path,
     refuse_existing,
+    refuse_picture,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, Command, say
@@ -164,9 +165,13 @@ class _Job:
             say(*(task.name for task in self.mode.survey().tasks))
             return DONE
         refuse_existing(self.archive, self.how)
+        if not self.how.resume:
+            refuse_picture(self.plot, self.how)
         from nlds_vines.accuracy.survey import run
 
-        run(self.mode.survey(), self.archive, self.how)
+        survey = self.mode.survey()
+        refuse_picture(self.plot, self.how, survey.hash)
+        run(survey, self.archive, self.how)
         self._report()
         return DONE
 

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nlds_vines.accuracy.comparison_page import family_of
-from nlds_vines.accuracy.comparison_table import Measured
+from nlds_vines.accuracy.comparison_table import Measured, read_comparison
 from nlds_vines.accuracy.curves import front
-from nlds_vines.accuracy.stiffness_table import Stiff, representatives
+from nlds_vines.accuracy.stiffness_table import SHAPE as STIFFNESS
+from nlds_vines.accuracy.stiffness_table import Stiff, read_stiffness, representatives
+from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.errors import RequestError
+from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label
 
 _PANEL, _HEAD = 6.2 * CM, 0.8 * CM
@@ -31,10 +34,20 @@ _LOOKS: dict[str, dict[str, Any]] = {
 }
 _SECONDS = "CPU time per forcing period [s]"
 _ERROR = "error of the state [m, m/s]"
+_HOLLOW: dict[str, Any] = {"color": "#444444", "marker": "o", "fillstyle": "none", "linestyle": ""}
+_DOUBT: dict[str, Any] = {"color": "#bbbbbb", "linewidth": 0.6, "zorder": 0}
+_NO_DOUBT = 1e-16  # of the reference, below which no line shows it
 _ROUND_OFF, _ASTRAY = 1e-16, 1e2  # errors beyond which how small or large they are says nothing
 
 
-@matplotlib.rc_context(STYLE)
+def draw_survey(view: ArchiveView) -> Figure:
+    """Return the picture of a survey's archive: error against run time, or against stiffness."""
+    if view.attrs.get("survey") == STIFFNESS:
+        return draw_stiffness(read_stiffness(view))
+    return draw_comparison(read_comparison(view))
+
+
+@styled()
 def draw_comparison(cases: Sequence[Measured]) -> Figure:
     """Return a panel for each case: error against CPU time on logarithmic scales.
 
@@ -49,6 +62,10 @@ def draw_comparison(cases: Sequence[Measured]) -> Figure:
     for frame, case in zip(frames, cases, strict=False):
         seen |= _draw(frame, case)
     handles = [Line2D([], [], label=family, **look) for family, look in seen.items()]
+    if any(curve.blind for case in cases for curve in case.curves):
+        handles.append(Line2D([], [], label="touches missed or invented", **_HOLLOW))
+    if any(case.doubt > _NO_DOUBT for case in cases):
+        handles.append(Line2D([], [], label="doubt of the reference", **_DOUBT))
     if len(cases) < frames.size:  # the place of a panel is free
         frames[-1].axis("off")
         frames[-1].legend(handles=handles, loc="center", frameon=False, ncols=2)
@@ -57,7 +74,7 @@ def draw_comparison(cases: Sequence[Measured]) -> Figure:
     return figure
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
 def draw_stiffness(found: Stiff) -> Figure:
     """Return error and CPU time against K: of each family the method that fares best.
 
@@ -82,6 +99,18 @@ def draw_stiffness(found: Stiff) -> Figure:
     return figure
 
 
+def case_into(axes: Axes, view: ArchiveView) -> None:
+    """Draw error against CPU time of a survey of one case into axes.
+
+    Raises `RequestError` for a survey of several cases, and for one of stiffness.
+    """
+    cases = [] if view.attrs.get("survey") == STIFFNESS else read_comparison(view)
+    if len(cases) != 1:
+        raise RequestError(f"{view.path} needs several panels: draw it without axes")
+    looks = _draw(axes, cases[0])
+    axes.legend(handles=[Line2D([], [], label=family, **look) for family, look in looks.items()])
+
+
 def _draw(frame: Axes, case: Measured) -> dict[str, dict[str, Any]]:
     """Draw one case; returns the looks of the families that are in it."""
     looks = {}
@@ -96,8 +125,8 @@ def _draw(frame: Axes, case: Measured) -> dict[str, dict[str, Any]]:
         if blind:
             hollow = {**looks[family], "linestyle": "", "fillstyle": "none", "alpha": 0.6}
             frame.loglog(*np.array(blind).T, **hollow)
-    if case.doubt > 1e-16:
-        frame.axhline(case.doubt, color="#bbbbbb", linewidth=0.6, zorder=0)
+    if case.doubt > _NO_DOUBT:
+        frame.axhline(case.doubt, **_DOUBT)
     frame.set_title(case.name, fontsize=STYLE["axes.labelsize"], loc="left")
     frame.set_xlabel(_SECONDS)
     frame.set_ylabel(_ERROR)

@@ -17,6 +17,7 @@ In reading order:
     archived       the scan that an archive holds
     cell_orbit     from a cell of an archive to its orbit, the same to the last bit
     estimate       how long a scan takes, from a sample of it
+    result         the archive as a path that can be read and drawn
     picture/       diagrams and maps, drawn from the archive alone
     command        `python -m nlds_vines.bifurcation` and `nv.bifurcation`
 """

@@ -14,12 +14,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.bifurcation.options import add_scan_options, changes
-from nlds_vines.bifurcation.picture.choices import check_show
+from nlds_vines.bifurcation.picture.choices import check_show, is_map
+from nlds_vines.bifurcation.picture.quantities import quantities
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
+from nlds_vines.cli.paths import (
+    check_output,
+    check_plot,
+    optional_path,
+    refuse_existing,
+    refuse_picture,
+)
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, at, shown
@@ -43,7 +51,7 @@ examples:
       a map of the largest energy over two parameters
   nlds-vines bifurcation --vary omega=7:8:60 --vary P=400:1200:60 --start random:8 \\
           --record regime,settling -o regimes.h5 --plot regimes.png
-      a map of regimes, and of how many coexist; the same with --resume --show settling
+      a map of regimes, and of how many coexist; `nlds-vines plot regimes.h5 --show settling`
       (or shares, or share:T,0) draws another picture of the same archive
   nlds-vines bifurcation --vary omega=7.2:7.8:601 --start both --record section,regime,lyapunov \\
           -o hysteresis.h5 --plot hysteresis.png
@@ -67,16 +75,16 @@ def bifurcation(
     shard: str | None = None,
     scheduler: str | None = None,
     quiet: bool = False,
-) -> Path:
-    """Compute a scan and return the path of its archive.
+) -> ScanArchive:
+    """Compute a scan and return the path of its archive, which can be read and drawn.
 
     Arguments:
         scan: a `Scan`, the path of a scan file, the document in one, or None for Figure 8; a
             `System` or the name of one stands for Figure 8 of that system.
         output: the archive; by default the scan file's name with `.h5`, in the current folder.
         plot: a picture to draw as well (.png, .pdf or .svg).
-        show: what the picture of a map shows: `regimes`, `coexisting`, `shares`, `share:LABEL` or
-            a recorded number (`bifurcation.picture.choices.NUMBERS`).
+        show: what the picture shows: of a map `regimes`, `coexisting`, `shares`, `share:LABEL` or
+            a recorded number; of a diagram recorded quantities separated by commas.
         tolerance: in place of the scan's own: a number, draft, standard or fine.
         threads: how many; by default as many as the machine has processors.
         resume, overwrite: continue or replace an archive that exists; not both.
@@ -101,7 +109,7 @@ def bifurcation(
     )
     job.refuse()
     job.run()
-    return job.archive
+    return ScanArchive.of(job.archive, job.plot)
 
 
 @dataclass(frozen=True)
@@ -112,7 +120,7 @@ class Job:
         scan: what to compute; source: the file that it was read from, which is not to be replaced.
         archive, plot: the files to write; None for no picture.
         how: how the run goes.
-        show: what the picture of a map shows, None for what is usual.
+        show: what the picture shows, None for what is usual.
     """
 
     scan: Scan
@@ -128,8 +136,13 @@ class Job:
         if self.plot is not None:
             self._check_plot(self.plot)
         if self.show is not None:
-            names = self.scan.table.datasets.keys()
-            check_show(self.show, len(self.scan.axes), self.scan.starts, names)
+            self._check_show(self.show)
+
+    def _check_show(self, show: str) -> None:
+        datasets = self.scan.table.datasets
+        known = quantities(datasets.values(), self.scan.system.scene.components)
+        values = [axis.values for axis in self.scan.axes]
+        check_show(show, values, self.scan.starts, known, "label" in datasets)
 
     def _check_plot(self, plot: Path) -> None:
         check_plot(plot)
@@ -150,6 +163,7 @@ class Job:
     def refuse(self) -> None:
         """Raise `RequestError` where the archive exists, or the scan does not fit the machine."""
         refuse_existing(self.archive, self.how)
+        refuse_picture(self.plot, self.how, self.scan.hash)
         refuse_without_room(self.scan, self.archive)
 
     def run(self) -> Report:
@@ -226,7 +240,7 @@ def _job(options: argparse.Namespace) -> Job:
 
 def _can_be_drawn(scan: Scan) -> bool:
     """Tell whether there will be something to draw: a map has no room for sections."""
-    return len(scan.axes) == 1 or scan.want != ("section",)
+    return not is_map([axis.values for axis in scan.axes]) or scan.want != ("section",)
 
 
 def _archive_path(output: str | os.PathLike[str] | None, source: Path | None) -> Path:
@@ -243,7 +257,7 @@ def _declare(parser: Parser) -> None:
     parser.add_argument(
         "--show",
         metavar="WHAT",
-        help="on a map: regimes, coexisting, shares, share:LABEL or a number",
+        help="on a map: regimes, coexisting, shares, share:LABEL or a number; else x2,E1max",
     )
     add_scan_options(parser)
     add_run_options(parser)

@@ -26,7 +26,11 @@ def add_scan_options(parser: Parser) -> None:
     group = parser.add_argument_group("options that override the scan file")
     add_system_options(group)
     group.add_argument(
-        "--vary", action="append", default=[], metavar="NAME=START:STOP:NUM", help="once or twice"
+        "--vary",
+        action="append",
+        default=[],
+        metavar="NAME=START:STOP:NUM",
+        help="once or twice; NUM:log for equal ratios",
     )
     group.add_argument("--start", metavar="POLICY", help="rest, up, down, both or random:N")
     group.add_argument("--transient", type=int, metavar="PERIODS", help="discarded")
@@ -48,7 +52,7 @@ def changes(options: argparse.Namespace) -> dict[str, Any]:
     vary = assignments("--vary", options.vary, "NAME=START:STOP:NUM")
     found: dict[str, Any] = {
         **system_changes(options),
-        "vary": {name: spaced(f"--vary {name}", text) for name, text in vary.items()},
+        "vary": {name: spaced(f"--vary {name}", text, log=True) for name, text in vary.items()},
         "sampling": given(values),
     }
     if options.start is not None:

@@ -14,6 +14,7 @@ from nlds_vines.model.catalogue import as_system, looks_like_path
 from nlds_vines.model.layers import Form, Layer, Layers, unchecked
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System, refuse_contradiction
+from nlds_vines.model.words import setting_in_words, symbol_of, system_in_words
 from nlds_vines.orbits.settings import FINENESS, chosen_settings, laid_over
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.wants import checked_want, possible_want, refuse_impossible
@@ -91,8 +92,9 @@ def _made_up_title(layers: Layers, system: System, axes: tuple[Axis, ...]) -> st
     """Return a title made of the system, the parameters that are set, and those that vary."""
     varied = [axis.name for axis in axes]
     fixed = sorted((layers.table("set").keys() & system.parameters.keys()) - set(varied))
-    settings = "".join(f", {name} = {system.parameters[name]:g}" for name in fixed)
-    return f"{system.title or system.name}{settings}: {', '.join(varied)}"
+    settings = "".join(f", {setting_in_words(name, system.parameters[name])}" for name in fixed)
+    symbols = ", ".join(symbol_of(name) for name in varied)
+    return f"{system_in_words(system)}{settings}: {symbols}"
 
 
 def _axes(layer: Layer, starts: int) -> tuple[Axis, ...]:

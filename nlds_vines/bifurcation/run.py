@@ -76,7 +76,8 @@ class Report:
         """Return what else is to be said of the results, one thing a line."""
         if self.empty:
             return [self.empty]
-        return [of_chaos(self.watched)] if CHAOS in self.tally.labels else []
+        chaos = [of_chaos(self.watched)] if CHAOS in self.tally.labels else []
+        return [*self.tally.inadmissible(), *chaos]
 
 
 def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:

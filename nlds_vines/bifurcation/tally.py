@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -21,17 +22,23 @@ _MOST_LABELS = 6  # regimes named in a line: as many as fit beside the bar of pr
 Note = Callable[[Mapping[str, np.ndarray]], None]
 """Is called with the arrays of every block that is done."""
 
-COUNTED = ("status", "label")
+COUNTED = ("status", "label", "violations", "violation_depth")
 """The datasets that a tally looks at."""
 
 
 @dataclass
 class Tally:
-    """Counts of the orbits so far: all, those that failed, those of each regime."""
+    """Counts of the orbits so far: all, those that failed, those of each regime.
+
+    `violated`: those that pass the limit of their scene; `depths`: the least and the largest depth
+    of these [m].
+    """
 
     lanes: int = 0
     failed: int = 0
     labels: Counter[str] = field(default_factory=Counter)
+    violated: int = 0
+    depths: tuple[float, float] = (math.inf, 0.0)
 
     def note(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Count the orbits of a block."""
@@ -40,6 +47,25 @@ class Tally:
         self.failed += int(np.count_nonzero(status != OK))
         if "label" in arrays:
             self.labels.update(arrays["label"].ravel().tolist())
+        if "violations" in arrays:
+            self._note_violated(arrays["violations"] > 0, arrays["violation_depth"])
+
+    def _note_violated(self, passed: np.ndarray, depth: np.ndarray) -> None:
+        self.violated += int(np.count_nonzero(passed))
+        found = depth[passed & np.isfinite(depth)]
+        low, high = self.depths
+        self.depths = found.min(initial=low), found.max(initial=high)
+
+    def inadmissible(self) -> list[str]:
+        """Return a line that says how many orbits pass their limit, and how far; none if none."""
+        if not self.violated:
+            return []
+        low, high = (f"{depth:.2g}" for depth in self.depths)
+        by = high if low == high else f"{low} to {high}"
+        return [
+            f"inadmissible: {self.violated} of {self.lanes} orbits pass the limit, by {by} m; they "
+            "are followed as if it were not there"
+        ]
 
     def follow(self, progress: Progress, arrays: Mapping[str, np.ndarray]) -> None:
         """Count the orbits of a block and show the counts of all so far."""

@@ -7,6 +7,10 @@ COMMANDS = {
     "transients": ("nlds_vines.transients.command", "how long chaos lasts, where starts end"),
     "tuning": ("nlds_vines.tuning.command", "search for the best damper"),
     "portrait": ("nlds_vines.portrait.command", "one orbit in full"),
+    "response-curves": (
+        "nlds_vines.response_curves.command",
+        "dampers compared: energies against frequency",
+    ),
     "continuation": (
         "nlds_vines.continuation.command",
         "branches of periodic orbits, and what changes them",
@@ -16,6 +20,7 @@ COMMANDS = {
         "the paper: figures and claims",
     ),
     "accuracy": ("nlds_vines.accuracy.command", "error against run time of every method"),
+    "plot": ("nlds_vines.upkeep.plot", "draw a finished archive"),
     "status": ("nlds_vines.upkeep.status", "how a scan under way stands"),
     "consolidate": ("nlds_vines.upkeep.consolidate", "join the parts of shards into an archive"),
     "verify": ("nlds_vines.upkeep.verify", "check archives and parts from end to end"),

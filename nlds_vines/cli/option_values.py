@@ -41,11 +41,18 @@ def comma_separated(text: str | None) -> list[str] | None:
     return [word for word in (piece.strip() for piece in text.split(",")) if word]
 
 
-def spaced(option: str, text: str, form: str = "START:STOP:NUM") -> dict[str, float]:
-    """Return the table `start, stop, num` of an axis that a text START:STOP:NUM means."""
-    first, last, count = _between_colons(option, text, form)
+def spaced(
+    option: str, text: str, form: str = "START:STOP:NUM", log: bool = False
+) -> dict[str, Any]:
+    """Return the table `start, stop, num` of an axis that a text START:STOP:NUM means.
+
+    Arguments: the `form`, for the message of an error; `log`, whether `:log` may follow it.
+    """
+    scale = {"scale": "log"} if log and text.endswith(":log") else {}
+    bare = text.removesuffix(":log") if scale else text
+    first, last, count = _between_colons(option, bare, form)
     start, stop = from_text(float, option, first), from_text(float, option, last)
-    return {"start": start, "stop": stop, "num": from_text(int, option, count)}
+    return {"start": start, "stop": stop, "num": from_text(int, option, count), **scale}
 
 
 def add_tolerance(group: Parser | argparse._ArgumentGroup) -> None:

@@ -89,10 +89,25 @@ def refuse_existing(archive: Path, how: RunOptions) -> None:
         )
 
 
-def check_plot(path: Path) -> None:
+def refuse_picture(path: Path | None, how: RunOptions, digest: str = "") -> None:
+    """Raise `RequestError` for a picture that exists, without --overwrite.
+
+    With --resume one is drawn anew that shows the same request: it carries its hash, `digest`.
+    Arguments: the `path` of the picture, None for no picture; `how` the run goes.
+    """
+    if path is None or how.overwrite or not os.path.lexists(path):
+        return
+    if how.resume and digest and os.path.isfile(path) and digest.encode() in path.read_bytes():
+        return
+    raise RequestError(
+        f"picture {shown(str(path))} exists: --overwrite replaces it, another name keeps it"
+    )
+
+
+def check_plot(path: Path, what: str = "--plot") -> None:
     """Raise `RequestError` unless a picture of this path can be drawn and written."""
     if path.suffix.lower() not in PLOT_SUFFIXES:
         raise RequestError(
-            f"--plot {shown(str(path))} must end in one of {', '.join(PLOT_SUFFIXES)}"
+            f"{what} {shown(str(path))} must end in one of {', '.join(PLOT_SUFFIXES)}"
         )
-    check_writable("--plot", path)
+    check_writable(what, path)

@@ -24,7 +24,13 @@ from nlds_vines.cli.option_values import (
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
+from nlds_vines.cli.paths import (
+    check_output,
+    check_plot,
+    optional_path,
+    refuse_existing,
+    refuse_picture,
+)
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.continuation.request import STARTS, Continuation
@@ -196,6 +202,7 @@ class Job:
     def run(self) -> Continued:
         """Follow the branches, draw the picture, and return what was found."""
         refuse_existing(self.archive, self.how)
+        refuse_picture(self.plot, self.how, self.request.hash)
         from nlds_vines.continuation.result import continued
         from nlds_vines.continuation.run import run
 

@@ -9,7 +9,6 @@ import os
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -23,6 +22,7 @@ from nlds_vines.continuation.plane_picture import plane_diagram
 from nlds_vines.continuation.result import Branch, Continued, continued
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import bands, drawable
+from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.palette import colours
 from nlds_vines.plotting.panels import write_letters, write_title
 from nlds_vines.plotting.save import save_drawn
@@ -34,7 +34,6 @@ from nlds_vines.plotting.style import (
     LEFT,
     NAVY,
     RIGHT,
-    STYLE,
     WIDTH,
     axis_label,
     quantity_label,
@@ -44,7 +43,8 @@ _STABLE: dict[str, Any] = {"color": NAVY, "linewidth": 1.1}
 _UNSTABLE: dict[str, Any] = {"color": "#6b6b6b", "linewidth": 0.6, "dashes": (4, 2)}
 _PANEL, _FOOT, _HEAD = 5.6 * CM, 1.15 * CM, 1.5 * CM  # heights in inches
 _NAMES, _STRIP = 2.2 * CM, 0.42 * CM  # of a strip of regimes, and of the names above it
-_LEGEND = 0.55 * CM  # inches from the upper edge to the legend
+_LEGEND, _LINE = 0.55 * CM, 0.45 * CM  # inches from the upper edge to the legend; a line of it
+_COLUMNS = 5  # of the legend
 _MARK, _DOT = 4.0, 0.7  # points
 _TICK = 0.06  # height of a border's tick, of the panel's
 
@@ -60,18 +60,22 @@ def save(
     a scan along the same parameter, whose diagram is drawn beneath.
     """
 
-    def drawn(_: ArchiveView) -> Figure:
-        found = continued(archive_path)
-        draw = branch_diagram if found.request.plane is None else plane_diagram
-        if over is None:
-            return draw(found)
-        with read(over) as scan:
-            return draw(found, scan)
-
-    return save_drawn(archive_path, plot_path, drawn)
+    return save_drawn(archive_path, plot_path, lambda _: draw_continuation(archive_path, over))
 
 
-@matplotlib.rc_context(STYLE)
+def draw_continuation(
+    archive_path: str | os.PathLike[str], over: str | os.PathLike[str] | None = None
+) -> Figure:
+    """Return the picture of the branches of an archive, or of its curves in a plane; see `save`."""
+    found = continued(archive_path)
+    draw = branch_diagram if found.request.plane is None else plane_diagram
+    if over is None:
+        return draw(found)
+    with read(over) as scan:
+        return draw(found, scan)
+
+
+@styled()
 def branch_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
     """Return the diagram of branches: a coordinate of the section, and the energy E1max.
 
@@ -83,7 +87,10 @@ def branch_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
     if scan is not None and scan.axes != (name,):
         raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {name} alone")
     named = scan is not None and "label" in scan
-    head = _HEAD + (_NAMES + _STRIP if named else 0.0)
+    kinds = [kind for kind in MARKS if kind in found.special.kind]
+    handles = _handles(kinds, scan is not None)
+    lines = -(-len(handles) // _COLUMNS)  # of the legend; above names of regimes is room for two
+    head = _HEAD + (_NAMES + _STRIP if named else _LINE * (lines - 1))
     height = head + 2 * _PANEL + _FOOT
     figure = Figure(figsize=(WIDTH, height))
     grid = {"left": LEFT, "right": RIGHT, "bottom": _FOOT / height, "top": 1 - head / height}
@@ -94,7 +101,7 @@ def branch_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
         panel.tick_params(top=True)
     if scan is not None:
         _draw_scan(panels, found, scan, component)
-    kinds = _draw_branches(panels, found, component)
+    _draw_branches(panels, found, component)
     panels[0].set_ylabel(quantity_label(component, "m"))
     panels[1].set_ylabel(quantity_label("E1max", "J"))
     panels[1].set_xlabel(axis_label(name))
@@ -102,7 +109,7 @@ def branch_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
     if scan is not None and named:
         _draw_strip(figure, panels[0], found, scan)
         _mark_borders(panels[1], found, scan)
-    _add_legend(figure, kinds, scan is not None)
+    _add_legend(figure, handles)
     write_letters(panels)
     write_title(figure, found.request.title)
     return figure
@@ -148,8 +155,8 @@ def _draw_scan(panels: list[Axes], found: Continued, scan: ArchiveView, componen
         panels[1].plot(across, energy.ravel(), **{**dot, "markersize": 2 * _DOT})
 
 
-def _draw_branches(panels: list[Axes], found: Continued, component: str) -> list[str]:
-    """Draw all branches with their special points; return the kinds of these."""
+def _draw_branches(panels: list[Axes], found: Continued, component: str) -> None:
+    """Draw all branches with their special points."""
     index = found.request.system.scene.components.index(component)
     for branch in found.branches:
         for phase in range(branch.period):
@@ -165,7 +172,6 @@ def _draw_branches(panels: list[Axes], found: Continued, component: str) -> list
         look |= {"markeredgecolor": "white", **MARKS[row.kind]}
         panels[0].plot(row.value, row.state[index], **look)
         panels[1].plot(row.value, energy, **look)
-    return [kind for kind in MARKS if kind in found.special.kind]
 
 
 def _draw_curve(panel: Axes, branch: Branch, values: np.ndarray) -> None:
@@ -205,8 +211,8 @@ def _mark_borders(panel: Axes, found: Continued, scan: ArchiveView) -> None:
     panel.set_ylim(low, high)
 
 
-def _add_legend(figure: Figure, kinds: list[str], over: bool) -> None:
-    """Add the legend below the title: curves, marks of these kinds, the dots of a scan."""
+def _handles(kinds: list[str], over: bool) -> list[Line2D]:
+    """Return the entries of the legend: curves, marks of these kinds, the dots of a scan."""
     handles = [
         Line2D([], [], label="stable", **_STABLE),
         Line2D([], [], label="unstable", **_UNSTABLE),
@@ -221,8 +227,13 @@ def _add_legend(figure: Figure, kinds: list[str], over: bool) -> None:
             "linestyle": "none",
         }
         handles.append(Line2D([], [], label="scan", **dot))
+    return handles
+
+
+def _add_legend(figure: Figure, handles: list[Line2D]) -> None:
+    """Add the legend below the title."""
     place: dict[str, Any] = {
         "loc": "upper left",
         "bbox_to_anchor": (LEFT, 1 - _LEGEND / figure.get_figheight()),
     }
-    figure.legend(handles=handles, ncols=5, columnspacing=1.2, handletextpad=0.4, **place)
+    figure.legend(handles=handles, ncols=_COLUMNS, columnspacing=1.2, handletextpad=0.4, **place)

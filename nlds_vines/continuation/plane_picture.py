@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -17,8 +16,9 @@ from nlds_vines.bifurcation.picture.regime_map import regime_map
 from nlds_vines.continuation.marks import MARKS, WORDS
 from nlds_vines.continuation.result import Continued, SpecialCurve
 from nlds_vines.errors import RequestError
+from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.panels import write_title
-from nlds_vines.plotting.style import CM, LEFT, STYLE, axis_label
+from nlds_vines.plotting.style import CM, LEFT, axis_label
 
 _DASHES = {1: (), 2: (4, 1.5), 4: (4, 1.5, 1, 1.5), 8: (1, 1.5)}
 """The dashes of a curve by n of nT; of any other n, those of 8."""
@@ -31,7 +31,7 @@ _LEGEND, _LINE = 0.65 * CM, 0.45 * CM  # inches from the upper edge to the legen
 _COLUMNS = 3
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
 def plane_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
     """Return the curves of a continuation in their plane, over the map of a `scan` if one is given.
 

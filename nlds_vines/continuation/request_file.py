@@ -9,6 +9,7 @@ from nlds_vines.continuation.request import SEARCH, Begin, Continuation, Interva
 from nlds_vines.errors import RequestError, at, number, shown, table, whole
 from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
 from nlds_vines.model.system import System
+from nlds_vines.model.words import symbol_of, system_in_words
 
 FORM = Form(
     kind="continuation",
@@ -126,4 +127,4 @@ def _state(state: object) -> tuple[float, ...]:
 
 
 def _made_up_title(system: System, along: Interval) -> str:
-    return f"{system.title or system.name}: branches along {along.name}"
+    return f"{system_in_words(system)}: branches along {symbol_of(along.name)}"

@@ -8,6 +8,7 @@ In reading order:
     scenes/           the kinds of systems, a file each
     system            a kind with its parameters, checked
     catalogue         the named systems
+    words             systems and parameters in a few words
     linear_response   the motion without contact, in closed form
     layers            a request read from a file, with changes laid over it
 """

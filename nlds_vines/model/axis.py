@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal, localcontext
 
 import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows
-from nlds_vines.errors import RequestError, number, shown, string, table, whole
+from nlds_vines.errors import RequestError, choice, number, shown, string, table, whole
+
+LINEAR, LOG = "linear", "log"
+"""How the values of a range are spaced: at equal distances, at equal ratios."""
 
 MOST_VALUES = 10**7
 """The most values of one axis: far more than can be computed, far fewer than fill the memory."""
+
+_DIGITS = 50  # of a common ratio: its powers are exact to far more digits than a float has
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,15 +55,24 @@ class Axis(Outlined):
         return ()
 
     @classmethod
-    def spaced(cls, name: str, start: object, stop: object, num: object) -> Axis:
-        """Return an axis of `num` values at equal distances from `start` to `stop`, both included.
+    def spaced(
+        cls, name: str, start: object, stop: object, num: object, scale: object = LINEAR
+    ) -> Axis:
+        """Return an axis of `num` values from `start` to `stop`, both included.
 
-        Raises `RequestError` for a start beyond the stop and, as `Axis`, for faulty numbers.
+        They stand at equal distances, or with the `scale` log at equal ratios.
+
+        Raises `RequestError` for a start beyond the stop, for ends that are not positive where the
+        scale is log and, as `Axis`, for faulty numbers.
         """
         first, last = number("start", start), number("stop", stop)
         count = whole("num", num, 1, MOST_VALUES)
         if first > last:
             raise RequestError(f"start = {first!r} must not be greater than stop = {last!r}")
+        if choice("scale", scale, (LINEAR, LOG)) == LOG:
+            if first <= 0.0:
+                raise RequestError(f"start = {first!r} must be > 0 where scale = {LOG!r}")
+            return cls(name, _at_equal_ratios(first, last, count))
         with np.errstate(all="ignore"):
             return cls(name, np.linspace(first, last, count))
 
@@ -65,16 +80,18 @@ class Axis(Outlined):
     def of(cls, name: str, entry: object) -> Axis:
         """Return the axis that an `entry` of a request file's table `[vary]` describes.
 
-        The entry holds start, stop and num, or values alone.  Raises `RequestError` for other keys
-        and, as `Axis`, for faulty numbers.
+        The entry holds start, stop, num and perhaps scale, or values alone.
+
+        Raises `RequestError` for other keys and, as `Axis`, for faulty numbers.
         """
-        found = table(name, entry, ("start", "stop", "num", "values"))
+        found = table(name, entry, ("start", "stop", "num", "scale", "values"))
         if found.keys() == {"values"}:
             return cls(name, found["values"])
-        if found.keys() == {"start", "stop", "num"}:
+        if found.keys() - {"scale"} == {"start", "stop", "num"}:
             return cls.spaced(name, **found)
         raise RequestError(
-            f"{', '.join(found) or 'nothing'} given; allowed: start, stop and num, or values alone"
+            f"{', '.join(found) or 'nothing'} given; allowed: start, stop and num (and scale), or "
+            "values alone"
         )
 
     def __eq__(self, other: object) -> bool:
@@ -102,6 +119,24 @@ def _announced(entry: object) -> int:
     if isinstance(values, list | tuple):
         return max(1, len(values))
     return max(1, num) if isinstance(num, int) else 1
+
+
+def _at_equal_ratios(first: float, last: float, count: int) -> np.ndarray:
+    """Return values (count,) from first to last > 0 whose logarithms stand at equal distances.
+
+    They are powers of the common ratio, rounded from `_DIGITS` digits: the same bits on every
+    machine, which no library's exponential promises, and 1e6 between 1e5 and 1e7 is 1e6.
+    """
+    if count == 1:
+        return np.array([first])
+    with localcontext() as context:
+        context.prec = _DIGITS
+        value, ratio = Decimal(first), (Decimal(last) / Decimal(first)) ** (1 / Decimal(count - 1))
+        found = [first]
+        for _ in range(count - 2):
+            value *= ratio
+            found.append(float(value))
+    return np.array([*found, last])
 
 
 def _numbers(name: str, values: object) -> np.ndarray:

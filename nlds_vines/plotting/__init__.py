@@ -2,7 +2,9 @@
 
 In reading order:
 
+    notation  plain text as it is printed: symbols, powers of ten, units
     style     sizes, fonts, colours; meaning, symbol and unit along an axis
+    page      one column or two; our settings of matplotlib beneath the user's
     palette   the colours of regimes
     bands     runs of equal labels along an axis; borders between cells; places for names
     panels    what pictures have in common: titles, panels and their letters, colour bars

@@ -12,6 +12,7 @@ from nlds_vines.errors import RequestError
 LARGEST, SMALLEST = 1e300, 1e-300
 """The values, but for 0, between which axes can be drawn: beyond, sums of them overflow."""
 
+_FEW, _FEW_UNEVEN = 4, 8  # values that are a list rather than a range: at any distances, at uneven
 _EVEN = 1e-6  # relative difference of two steps that count as equal: far above round-off
 
 
@@ -56,14 +57,47 @@ def evenly_spaced(values: np.ndarray) -> bool:
     return bool(np.allclose(steps, steps[0], rtol=_EVEN))
 
 
+def logarithmic(values: np.ndarray) -> bool:
+    """Return whether ascending `values` (n,), three or more, stand at equal ratios."""
+    if values.size < 3 or values[0] <= 0 or evenly_spaced(values):
+        return False
+    return evenly_spaced(np.log(values))
+
+
+def is_list(values: np.ndarray) -> bool:
+    """Return whether ascending `values` (n,) are a few single ones rather than a range.
+
+    Up to four values are, and up to eight that stand neither at equal distances nor ratios.
+    """
+    if values.size <= _FEW:
+        return True
+    return values.size <= _FEW_UNEVEN and not (evenly_spaced(values) or logarithmic(values))
+
+
 def edges(values: np.ndarray) -> np.ndarray:
     """Return the borders (n + 1,) of the cells around ascending `values` (n,).
 
-    Neighbouring cells meet half-way; the first and the last extend as far outwards as inwards.
+    Neighbouring cells meet half-way, of values at equal ratios half-way between the logarithms; the
+    first and the last extend as far outwards as inwards.
     """
     if values.size == 1:
         half = 0.5 * abs(values[0]) or 0.5
         return np.array([values[0] - half, values[0] + half])
+    if logarithmic(values):
+        return np.exp(_borders(np.log(values)))
+    return _borders(values)
+
+
+def inner_edges(values: np.ndarray) -> np.ndarray:
+    """Return the borders (n + 1,) of cells that end where the ascending `values` (n,) end."""
+    borders = edges(values)
+    if values.size > 1:
+        borders[0], borders[-1] = values[0], values[-1]
+    return borders
+
+
+def _borders(values: np.ndarray) -> np.ndarray:
+    """Return the borders half-way between two or more values, and as far beyond the ends."""
     middle = (values[1:] + values[:-1]) / 2
     first, last = 2 * values[0] - middle[0], 2 * values[-1] - middle[-1]
     return np.concatenate([[first], middle, [last]])

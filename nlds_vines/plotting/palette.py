@@ -1,4 +1,4 @@
-"""Colours of regimes: one ordered ramp for the period, a tint for the impacts, dark for chaos.
+"""Colours of regimes: one for each label, the same in every picture and every run.
 
 The ramp follows viridis and grows lighter with the period; the single hues are near those of Okabe
 and Ito.  Colour-blind readers tell them apart, and the ramp keeps its order in a grey print.
@@ -25,17 +25,27 @@ OTHERS: Mapping[str, str] = {
     "undetermined": NO_VALUE,
     "failed": "#d7191c",
 }
-"""Colours of regimes that are not periodic.
-
-That of a transient is mixed into the colour of the regime in which it ends."""
+"""Colours of regimes that are not periodic."""
 
 HATCHED = "undetermined"
 """The label that is drawn with a hatch beside its colour: a gap in knowledge looks like a gap."""
 
+THROUGH_CHAOS = "...."
+"""The hatch over the colour of a regime that an orbit reached through transient chaos."""
+
+INADMISSIBLE = ", inadmissible"
+"""What follows the label of an orbit that passes the limit of its scene."""
+
+PASSED = "\\\\\\\\"
+"""The hatch over such orbits."""
+
+_HATCHES = {HATCHED: "//////"}
 _PERIODIC = re.compile(r"(\d*)T(?:,(\d+))?")
 _MOST_WHITE = 0.62  # share of white in the colour of a regime without impacts
-_BROWN = 0.6  # share of the transients' brown in the colour of a regime reached through chaos
+_MOST_BLACK = 0.5  # share of black in that of a regime with ever more impacts per period
+_DARKER = 0.3  # share of black in the colour of a regime that was reached through chaos
 _DARK = 140.0  # luma, of 255, below which writing is white
+_INK = 150.0  # luma that the colour of a dot on white paper has at most
 
 
 def period_and_impacts(label: str) -> tuple[int, int] | None:
@@ -53,55 +63,64 @@ def ordered(labels: Iterable[str]) -> list[str]:
     """Return the different labels by period and impacts, then those that are not periodic."""
 
     def place(label: str) -> tuple[float, float, str]:
-        periodic = period_and_impacts(label)
+        periodic = period_and_impacts(label.removesuffix(INADMISSIBLE))
         return (*periodic, label) if periodic else (inf, list(OTHERS).index(_kind(label)), label)
 
     return sorted(set(labels), key=place)
 
 
-def colours(labels: Iterable[str]) -> dict[str, str]:
-    """Return a colour, as `#rrggbb`, for every label.
+def colour_of(label: str) -> str:
+    """Return the colour of a label, as `#rrggbb`: a function of the label alone.
 
-    The period n takes its colour from the ramp.  Of equal n, the regime with the most impacts has
-    the plain colour and one without impacts the palest, so that T,0 and T,1 always differ.  A
-    regime that was reached through chaos is darkened by brown: similar to the regime itself, and
-    not equal.
+    The period n takes its colour from the ramp; n from 6 on share the last one.  Below that, nT,k
+    with one impact per period has the plain colour; with fewer it is paler, palest without any,
+    with more it is darker.  A regime that was reached through chaos is darker than itself, and
+    pictures hatch it (`patch_look`).
     """
-    labels = set(labels)
-    plain = _plain_colours({final(label) for label in labels})
-    return {
-        label: _mixed(plain[final(label)], OTHERS["transient chaos"], _BROWN)
-        if label.startswith(TRANSIENT)
-        else plain[label]
-        for label in labels
-    }
+    label = label.removesuffix(INADMISSIBLE)
+    if label.startswith(TRANSIENT):
+        return _mixed(colour_of(final(label)), "#000000", _DARKER)
+    periodic = period_and_impacts(label)
+    return _tinted(*periodic) if periodic else OTHERS[_kind(label)]
+
+
+def colours(labels: Iterable[str]) -> dict[str, str]:
+    """Return the colour of every label, by label."""
+    return {label: colour_of(label) for label in labels}
+
+
+def ink_of(label: str) -> str:
+    """Return the colour of dots of a regime on white paper: its own, less pale and dark enough."""
+    label = label.removesuffix(INADMISSIBLE)
+    periodic = period_and_impacts(label)
+    colour = _tinted(*periodic, white=_MOST_WHITE / 2) if periodic else colour_of(label)
+    luma = _luma(colour)
+    return colour if luma <= _INK else _mixed(colour, "#000000", 1.0 - _INK / luma)
+
+
+def hatch_of(label: str) -> str:
+    """Return the hatch over the colour of a label; empty for none."""
+    if label.endswith(INADMISSIBLE):
+        return hatch_of(label.removesuffix(INADMISSIBLE)) + PASSED
+    return _HATCHES.get(label, THROUGH_CHAOS if label.startswith(TRANSIENT) else "")
 
 
 def patch_look(label: str, colour: str) -> dict[str, Any]:
     """Return how a patch of a regime is filled: its colour without a line, or a hatch over it."""
     look: dict[str, Any] = {"facecolor": colour, "linewidth": 0}
-    return look | ({"hatch": "//////", "edgecolor": GREY} if label == HATCHED else {})
+    edge = GREY if label == HATCHED else "white" if is_dark(colour) else "black"
+    return look | ({"hatch": hatch_of(label), "edgecolor": edge} if hatch_of(label) else {})
 
 
 def is_dark(colour: str) -> bool:
-    """Return whether writing on this colour is to be white.
+    """Return whether writing on this colour is to be white."""
+    return _luma(colour) < _DARK
 
-    By the luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B, of channels from 0 to 255.
-    """
+
+def _luma(colour: str) -> float:
+    """Return the luma of ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B, of channels from 0 to 255."""
     red, green, blue = _channels(colour)
-    return 0.299 * red + 0.587 * green + 0.114 * blue < _DARK
-
-
-def _plain_colours(labels: Iterable[str]) -> dict[str, str]:
-    """Return the colours of final regimes."""
-    found = {label: period_and_impacts(label) for label in labels}
-    most: dict[int, int] = {}
-    for n, k in filter(None, found.values()):
-        most[n] = max(k, most.get(n, 1))
-    return {
-        label: _tinted(*periodic, most[periodic[0]]) if periodic else OTHERS[_kind(label)]
-        for label, periodic in found.items()
-    }
+    return 0.299 * red + 0.587 * green + 0.114 * blue
 
 
 def _kind(label: str) -> str:
@@ -109,9 +128,14 @@ def _kind(label: str) -> str:
     return next((kind for kind in OTHERS if label.startswith(kind)), "undetermined")
 
 
-def _tinted(n: int, k: int, most: int) -> str:
-    """Return the colour of nT,k where the most impacts of any nT are `most`."""
-    return _mixed(RAMP[min(n, len(RAMP)) - 1], "#ffffff", _MOST_WHITE * (1 - k / most))
+def _tinted(n: int, k: int, white: float = _MOST_WHITE) -> str:
+    """Return the colour of nT,k; `white` is the share of white where there are no impacts."""
+    plain, rate = RAMP[min(n, len(RAMP)) - 1], k / n
+    if n >= len(RAMP):
+        return plain
+    if rate <= 1.0:
+        return _mixed(plain, "#ffffff", white * (1.0 - rate))
+    return _mixed(plain, "#000000", _MOST_BLACK * (1.0 - 1.0 / rate))
 
 
 def _mixed(colour: str, other: str, share: float) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
@@ -13,8 +14,8 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 from matplotlib.transforms import Bbox
 
-from nlds_vines.errors import MOST_CHARACTERS, printable
-from nlds_vines.plotting.style import CM, LEFT, STYLE
+from nlds_vines.plotting.notation import typeset
+from nlds_vines.plotting.style import CM, LEFT
 
 MAP_WIDTH = 0.665
 """Width of a single map, as a fraction of the figure's: what is left beside a legend or a bar."""
@@ -30,18 +31,10 @@ _BAR_GAP, _BAR_WIDTH = 0.02, 0.023  # fractions of the figure's width
 def write_title(figure: Figure, text: str, left: float = LEFT, below: str = "") -> None:
     """Write the title of a picture at its top, `left` as a fraction of the figure's width.
 
-    Arguments: the title, drawn letter by letter; a line `below` it, which may hold formulas.
+    Arguments: the title, plain text (`notation.typeset`); a line `below` it, with formulas.
     """
-    lines = "\n".join(filter(None, [literal(text), below]))
+    lines = "\n".join(filter(None, [typeset(text), below]))
     figure.text(left, 1 - _TITLE_EDGE / figure.get_figheight(), lines, va="top")
-
-
-def literal(text: str) -> str:
-    """Return a text of a request as matplotlib draws it letter by letter, and in a moment.
-
-    A dollar sign begins no formula.  Texts of archives were checked, but files can be changed.
-    """
-    return printable(text[:MOST_CHARACTERS]).replace("$", r"\$")
 
 
 def add_panel(figure: Figure, box: Sequence[float], **options: Any) -> Axes:
@@ -87,7 +80,22 @@ def add_colour_bar(
     return bar
 
 
+def size_of(axes: Axes) -> tuple[float, float]:
+    """Return width and height of axes in points."""
+    point = 72 / float(axes.figure.dpi)
+    return point * float(axes.bbox.width), point * float(axes.bbox.height)
+
+
+def write_letters_above(panels: Sequence[Axes]) -> None:
+    """Write (a), (b) ... above the left corners of panels, where they hide nothing."""
+    if len(panels) < 2:
+        return
+    look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
+    for place, axes in enumerate(panels):
+        axes.annotate(letter(place), (0, 1), (0, 2.5), ha="left", va="bottom", **look)
+
+
 def text_width(text: str, size: float) -> float:
     """Return the width of a text in points, at a font size in points, without drawing it."""
-    font = FontProperties(family=STYLE["font.family"], size=size)
+    font = FontProperties(family=rcParams["font.family"], size=size)
     return float(TextPath((0, 0), text, prop=font).get_extents().width)

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.durable import in_one_line, whole
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, printable
-from nlds_vines.plotting.style import STYLE
+from nlds_vines.plotting.page import styled
 
 FORMATS = {"png": 200, "pdf": 600, "svg": 600}
 """The formats of a picture, by the suffix of its name, each with its resolution in dots per inch.
@@ -41,12 +41,12 @@ def save_drawn(
     path = Path(plot_path)
     check_format(path)
     with read(archive_path) as view:
-        figure = _drawn(view, draw)
+        figure = drawn(view, draw)
         title, scan_hash = view.text("title"), view.text("scan_hash")
     return save_figure(figure, path, title, ("scan_hash", scan_hash))
 
 
-def _drawn(view: ArchiveView, draw: Callable[[ArchiveView], Figure]) -> Figure:
+def drawn(view: ArchiveView, draw: Callable[[ArchiveView], Figure]) -> Figure:
     """Return the figure of an archive; `RequestError` where its content does not fit together."""
     try:
         return draw(view)
@@ -79,7 +79,7 @@ def save_figure(figure: Figure, path: Path, title: str, origin: tuple[str, str])
     # matplotlib names the elements of an SVG at random unless it is given a salt
     salt: dict[Any, Any] = {"svg.hashsalt": digest}
     title = printable(title[:MOST_CHARACTERS])
-    with in_one_line(f"write {path}"), matplotlib.rc_context({**STYLE, **salt}):
+    with in_one_line(f"write {path}"), styled(), matplotlib.rc_context(salt):
         metadata = _metadata(form, title, name, digest)
         with whole(path) as temporary, warnings.catch_warnings():
             # a title may be in a script that no font here has: the picture shows boxes for it

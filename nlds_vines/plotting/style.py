@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.plotting.notation import latex_symbol, raised
 
 CM = 1 / 2.54
 """One centimetre in inches."""
@@ -29,6 +30,7 @@ STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.labelsize": 9,
     "axes.linewidth": 0.6,
+    "axes.formatter.use_mathtext": True,
     "xtick.labelsize": 8,
     "ytick.labelsize": 8,
     "xtick.direction": "in",
@@ -95,6 +97,11 @@ _QUANTITIES = {
     "x": ("oscillator", "x"),
     "x1": ("structure", "x_1"),
     "x2": ("damper", "x_2"),
+    "v": ("velocity", "v"),
+    "v1": ("velocity of the structure", "v_1"),
+    "v2": ("velocity of the damper", "v_2"),
+    "softest_impact": ("smallest approach speed", ""),
+    "impacts": ("impacts per $n$T", ""),
     "reduction": ("reduction by the damper", ""),
     "E1max": ("energy of the structure", r"E_1^{\,\mathrm{max}}"),
     "E2max": ("energy of the damper", r"E_2^{\,\mathrm{max}}"),
@@ -111,33 +118,25 @@ _QUANTITIES = {
     "error_at_end": ("difference from a refined run", ""),
     "E1max_error": ("difference from a refined run", r"E_1^{\,\mathrm{max}}"),
 }
-_LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
+_LONGEST = 48  # characters of a label along an axis
 
 
 def axis_label(parameter: str) -> str:
-    """Return what stands along the axis of a varied parameter: meaning, symbol and unit."""
+    """Return what stands along the axis of a varied parameter: meaning, symbol and unit.
+
+    What follows a semicolon in the meaning explains values, and is no name of the axis.
+    """
     entry = PARAMETERS[parameter]
-    return _labelled(entry.meaning, latex_symbol(parameter), entry.unit)
+    return _labelled(entry.meaning.partition(";")[0], latex_symbol(parameter), entry.unit)
 
 
-def latex_symbol(parameter: str) -> str:
-    """Return the symbol of a parameter in LaTeX: the fonts lack the Unicode subscripts."""
-    return "".join(_LATEX.get(letter, letter) for letter in PARAMETERS[parameter].symbol)
+def quantity_label(name: str, unit: str, long_name: str = "") -> str:
+    """Return meaning, symbol and unit of a component of the state or of a recorded number.
 
-
-def quantity_label(name: str, unit: str) -> str:
-    """Return meaning, symbol and unit of a component of the state or of a recorded number."""
-    return _labelled(*_QUANTITIES[name], unit)
-
-
-def setting_label(parameter: str, value: float) -> str:
-    """Return symbol, value and unit of a parameter that is set, in LaTeX: k1 = 3.95e4 N/m."""
-    unit = PARAMETERS[parameter].unit
-    digits, _, power = f"{value:.6e}".partition("e")
-    shown = f"{value:g}"
-    if not 1e-3 <= abs(value) < 1e4 and value:
-        shown = rf"{float(digits):g}\cdot10^{{{int(power)}}}"
-    return f"${latex_symbol(parameter)}={shown}$" + (f" {unit}" if unit != "1" else "")
+    One that has no label of its own here is labelled by the beginning of its `long_name`.
+    """
+    meaning, symbol = _QUANTITIES.get(name, (_clause(long_name) or name, ""))
+    return _labelled(meaning, symbol, unit)
 
 
 def start_colours(starts: Sequence[str]) -> list[str]:
@@ -147,10 +146,11 @@ def start_colours(starts: Sequence[str]) -> list[str]:
 
 def _labelled(meaning: str, symbol: str, unit: str) -> str:
     """Return what stands along an axis; without a symbol or a unit where there is none."""
-    parts = (meaning, f"${symbol}$" if symbol else "", f"[{_raised(unit)}]" if unit != "1" else "")
+    parts = (meaning, f"${symbol}$" if symbol else "", f"[{raised(unit)}]" if unit != "1" else "")
     return " ".join(filter(None, parts))
 
 
-def _raised(unit: str) -> str:
-    """Return a unit with its powers as superscripts: N/m^1.5."""
-    return re.sub(r"\^([-\d.]+)", r"$^{\1}$", unit)
+def _clause(text: str) -> str:
+    """Return what a text says before its first comma, semicolon or bracket, up to 48 characters."""
+    clause = re.split(r"[,;:(]", text, maxsplit=1)[0].strip()
+    return clause if len(clause) <= _LONGEST else clause[:_LONGEST].rpartition(" ")[0]

@@ -22,7 +22,8 @@ from nlds_vines.cli.option_values import (
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import ARCHIVE_SUFFIXES, check_plot, optional_path
+from nlds_vines.cli.paths import ARCHIVE_SUFFIXES, check_plot, optional_path, refuse_picture
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, from_text
 from nlds_vines.model.system import System
@@ -71,6 +72,7 @@ exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 
 def portrait(
     source: PortraitRequest | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     plot: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
     **options: Any,
 ) -> Figure:
     """Follow an orbit and return its portrait, a matplotlib `Figure`.
@@ -80,6 +82,7 @@ def portrait(
             (.toml) or the document in one; None for SSul NES Set 6; or the path of a scan's
             archive (.h5), with `at` and `start` among the options.
         plot: where to save it (.png, .pdf or .svg), if anywhere.
+        overwrite: whether to replace the picture of another request.
         options: what the command's options change: `windows`, pairs (begin, end) of forcing
             periods, or `transient` and `periods`; `panels`, `start` (x1, v1, x2, v2) [m, m/s],
             `samples`, `method`, `tolerance`, `show`, `signal`, `taper`, `comb`.  Of an archive,
@@ -102,6 +105,7 @@ def portrait(
     path = optional_path(plot)
     if path is not None:
         check_plot(path)
+        _refuse(path, request, overwrite)
     _, figure = _drawn(request, path)
     from nlds_vines.plotting.notebook import let_figures_be_shown
 
@@ -117,6 +121,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     if options.dry_run:
         say(*_plan(request, plot))
         return DONE
+    _refuse(plot, request, options.overwrite)
     check_environment()
     from nlds_vines.orbits.simulation import IntegrationError
 
@@ -128,6 +133,11 @@ def _carry_out(options: argparse.Namespace) -> int:
     if not options.quiet:
         say(request.title, *(line for view in views for line in view.lines()), plot)
     return DONE
+
+
+def _refuse(path: Path, request: PortraitRequest, overwrite: bool) -> None:
+    """Raise `RequestError` where a picture of another request would be replaced unasked."""
+    refuse_picture(path, RunOptions(resume=not overwrite, overwrite=overwrite), request.hash)
 
 
 def _request(options: argparse.Namespace) -> PortraitRequest:
@@ -211,6 +221,7 @@ def _declare(parser: Parser) -> None:
     add("--taper", metavar="NAME", help=f"of the spectrum: {' or '.join(TAPERS)}")
     add("--comb", type=int, metavar="N", help="nT whose lines are not broadband [as found, or T]")
     add("--dry-run", action="store_true", help="only say what would be done")
+    add("--overwrite", action="store_true", help="replace the picture of another request")
     add("--quiet", action="store_true", help="say nothing")
 
 

@@ -9,10 +9,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nlds_vines.plotting.panels import add_panel, letter, write_letters
+from nlds_vines.plotting.panels import add_panel, letter
 from nlds_vines.plotting.style import CM, WIDTH
 from nlds_vines.portrait.result import View
 
@@ -32,7 +33,9 @@ OVER_TIME = ("displacement", "velocity", "relative", "force", "energy", "energy1
 _TIME, _SPECTRUM = 2.5, 3.4  # cm, heights of a panel over time and of a spectrum
 _PLANE, _TALLEST = 0.7, 4.8  # height of a phase plane over its width, and in cm at most
 _CROWDED = 0.88  # of these heights, where several columns make more rows
-_TWO_LINES = 2.2  # height of a name of two lines over that of one
+_LETTER = 5  # points between the corner of a panel and its letter
+_LETTER_BOX = 0.32, 0.26  # inches, room that a letter takes in its corner
+_LINES = {1: 1.0, 2: 2.2, 3: 3.3}  # height of a name of so many lines over that of one
 
 
 class Place(NamedTuple):
@@ -89,7 +92,7 @@ def make_page(panels: Sequence[str], views: Sequence[View]) -> tuple[Figure, lis
     rows, several = rows_of(panels, views), len(views) > 1
     heights = [_height(row) for row in rows]
     feet = [_foot(row, following) for row, following in pairwise([*rows, []])]
-    head = HEAD + NAMES * (1 if len(views) <= CROWD else _TWO_LINES)
+    head = HEAD + NAMES * _lines_of_names(views)
     names = [NAMES if i and several and _mixed(row) else 0.0 for i, row in enumerate(rows)]
     tall = head + sum(heights) + sum(feet) + sum(names)
     figure = Figure(figsize=(WIDTH, tall * CM))
@@ -98,8 +101,13 @@ def make_page(panels: Sequence[str], views: Sequence[View]) -> tuple[Figure, lis
         places.append(_make_row(figure, row, (top - name - height, height), max(len(views), 1)))
         top -= name + height + foot
     _share_axes(places)
-    _write_letters(places, several)
     return figure, places
+
+
+def _lines_of_names(views: Sequence[View]) -> float:
+    """Return the height of the names of columns, in lines: the limit that is passed takes one."""
+    passed = any(view.violation is not None and view.violation.number for view in views)
+    return _LINES[1 if len(views) <= CROWD else 2 + passed]
 
 
 def _make_row(figure: Figure, row: Row, place: tuple[float, float], columns: int) -> list[Place]:
@@ -115,12 +123,44 @@ def _make_row(figure: Figure, row: Row, place: tuple[float, float], columns: int
     return found
 
 
-def _write_letters(places: Sequence[Sequence[Place]], several: bool) -> None:
-    """Write a letter into each panel; those of one kind in a row of several columns share it."""
+def write_letters(places: Sequence[Sequence[Place]], several: bool) -> None:
+    """Write a letter into each panel; those of one kind in a row of several columns share it.
+
+    In a phase plane it stands in the corner that the curves leave free; elsewhere above them.
+    """
     found = [place for row in places for place in row]
     kinds = list(dict.fromkeys(place.panel for place in found))
-    letters = [letter(kinds.index(p.panel) if several else i) for i, p in enumerate(found)]
-    write_letters([place.axes for place in found], letters=letters)
+    if len(found) < 2:
+        return
+    for i, place in enumerate(found):
+        text = letter(kinds.index(place.panel) if several else i)
+        corner = _free_corner(place.axes) if place.panel.startswith("phase") else (0, 1)
+        x, y = corner
+        place.axes.annotate(
+            text, corner, (_LETTER * (1 - 2 * x), _LETTER * (1 - 2 * y)),
+            xycoords="axes fraction", textcoords="offset points",
+            ha="right" if x else "left", va="top" if y else "bottom", zorder=9,
+        )  # fmt: skip
+
+
+def _free_corner(axes: Axes) -> tuple[int, int]:
+    """Return the corner (right, top), each 0 or 1, with the fewest points of curves in it.
+
+    Of equal ones the first: upper left, upper right, lower left, lower right.
+    """
+    if not axes.lines:
+        return 0, 1
+    axes.get_xlim()  # which settles the limits that the transformation takes
+    to_axes = axes.transData + axes.transAxes.inverted()
+    points = np.concatenate([to_axes.transform(line.get_xydata()) for line in axes.lines])
+    corners = ((0, 1), (1, 1), (0, 0), (1, 0))
+    size = np.array([_LETTER_BOX[0] / axes.bbox.width, _LETTER_BOX[1] / axes.bbox.height])
+    size *= axes.figure.dpi
+
+    def crowd(corner: tuple[int, int]) -> int:
+        return int(np.count_nonzero((np.abs(points - corner) < size).all(axis=1)))
+
+    return min(corners, key=crowd)
 
 
 def _width(columns: int) -> float:
@@ -157,13 +197,14 @@ def _same_times(row: Row, below: Row) -> bool:
 def _share_axes(places: Sequence[Sequence[Place]]) -> None:
     """Let panels over time share their times, and the panels of a row their values.
 
-    Phase planes share nothing: their axes are as wide as their own orbit.
+    Phase planes of one kind share both axes: so orbits of several windows can be compared.
     """
     for row in places:
-        if not row[0].panel.startswith("phase"):
-            for place in row[1:]:
-                if place.panel == row[0].panel:
-                    place.axes.sharey(row[0].axes)
+        for place in row[1:]:
+            if place.panel == row[0].panel:
+                place.axes.sharey(row[0].axes)
+                if place.panel.startswith("phase"):
+                    place.axes.sharex(row[0].axes)
     for above, below in pairwise(places):
         if _same_times([place[:2] for place in above], [place[:2] for place in below]):
             for upper, lower in zip(above, below, strict=True):

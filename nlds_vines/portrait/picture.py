@@ -9,6 +9,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from nlds_vines.orbits.signals import (
@@ -18,9 +19,18 @@ from nlds_vines.orbits.signals import (
     harmonic_force,
     relative_displacement,
 )
-from nlds_vines.plotting.panels import literal, write_title
-from nlds_vines.plotting.style import CM, DOT, GREEN, HUES, STYLE, WIDTH
-from nlds_vines.portrait.page_layout import CROWD, LEFT, OVER_TIME, Place, make_page
+from nlds_vines.plotting.notation import typeset
+from nlds_vines.plotting.page import styled
+from nlds_vines.plotting.panels import write_title
+from nlds_vines.plotting.style import CM, DOT, GREEN, HUES, WIDTH
+from nlds_vines.portrait.page_layout import (
+    CROWD,
+    LEFT,
+    OVER_TIME,
+    Place,
+    make_page,
+    write_letters,
+)
 from nlds_vines.portrait.request import PortraitRequest, panels_of
 from nlds_vines.portrait.result import View
 from nlds_vines.portrait.spectrum_panel import draw_spectrum, limit_spectra
@@ -31,12 +41,15 @@ STRUCTURE, DAMPER, OBSTACLE = "#7a7a7a", HUES["black"], HUES["vermillion"]
 FORCE = DAMPER_ENERGY = HUES["blue"]
 """The colour of the harmonic force, and in another panel of the damper's energy."""
 
+SECTION = HUES["blue"]
+"""The colour of the stroboscopic section, which no boundary has."""
+
 BOUNDARIES: Mapping[str, dict[str, Any]] = {
     "obstacle": {"color": OBSTACLE, "linewidth": 0.9},
     "structure": {"color": STRUCTURE, "linewidth": 0.9},
     "limit": {"color": OBSTACLE, "linewidth": 0.8, "linestyle": (0, (4, 2))},
     "stop": {"color": OBSTACLE, "linewidth": 0.9},
-    "second stop": {"color": HUES["blue"], "linewidth": 0.9},
+    "second stop": {"color": OBSTACLE, "linewidth": 0.9, "linestyle": (0, (5, 1.5, 1, 1.5))},
     "table": {"color": OBSTACLE, "linewidth": 0.9},
 }
 """Lines for what the damper strikes and for the limit that it must not reach, by name."""
@@ -48,24 +61,28 @@ MOST_THICK = 8_000
 """The number of states from which a curve is drawn thinner."""
 
 LONGEST_PLAIN = 6
-"""The longest period n whose phase plane also shows the motion of the boundaries.
+"""The longest period n of an orbit beside which the motion of the boundaries is a plain line.
 
-With a longer period the curves would hide each other."""
+With a longer period it is a thin one below the orbit's: the curves would hide each other."""
 
 MOST_CYCLES = 160
 """The most forcing periods of a phase trajectory: more of a chaotic one only blackens the plane."""
 
+_IN_PIECES: dict[Any, Any] = {"agg.path.chunksize": 10_000}
+"""A long path is too much for the raster engine in one piece."""
+
 _LINE = 0.8  # points, width of a curve
+_FEW_POINTS = 3.4  # points, size of the points of a section
 _MANY_POINTS = 40  # points of a section from which they are drawn smaller
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
 def portrait(request: PortraitRequest, views: Sequence[View]) -> Figure:
     """Return the page of a request, drawn from the views of its columns.
 
     Time histories begin with the window and are at most `request.show` periods long.  Phase planes
     show one cycle of a periodic orbit, up to `MOST_CYCLES` periods of any other.  The panels of a
-    row share their scale of values, phase planes excepted.
+    row share their scales, phase planes of one kind both of them.
     """
     figure, rows = make_page(request.panels, views)
     for row in rows:
@@ -78,6 +95,7 @@ def portrait(request: PortraitRequest, views: Sequence[View]) -> Figure:
         _leave_room(row)
         if row[0].panel == "spectrum":
             limit_spectra(row)
+    write_letters(rows, len(views) > 1)
     write_title(figure, request.title, LEFT * CM / WIDTH)
     named = [place for place in rows[0] if place.first or len(views) > 1]
     for place in [*named, *(place for row in rows[1:] for place in row if place.alone)]:
@@ -94,10 +112,16 @@ def _fills(place: Place) -> bool:
 
 
 def _heading(view: View, joint: str) -> str:
-    """Return the name of a column, or its regime, and its window, with `joint` between them."""
+    """Return the name of a column, or its regime, and its window, with `joint` between them.
+
+    An orbit that the scene's limit forbids is told as such.
+    """
     begin, end = view.column.window
-    label = view.label if view.period else "no period found"
-    return f"{literal(view.column.name or label)}{joint}periods {begin} to {end}"
+    label = view.label if view.period else "no repetition"
+    text = f"{typeset(view.column.name) or label}{joint}periods {begin} to {end}"
+    if view.violation is None or not view.violation.number:
+        return text
+    return f"{text}{joint}limit passed by {view.violation.depth:.2g} m"
 
 
 def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> None:
@@ -128,8 +152,17 @@ def _entries(row: Sequence[Place]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for place in row:
         handles, labels = place.axes.get_legend_handles_labels()
-        found |= {s: h for h, s in zip(handles, labels, strict=True) if s not in found}
+        found |= {s: _visible(h) for h, s in zip(handles, labels, strict=True) if s not in found}
     return found
+
+
+def _visible(line: Any) -> Line2D:
+    """Return what a legend shows of a line: as wide and as opaque as that of a short curve."""
+    shown = Line2D([], [])
+    shown.update_from(line)
+    shown.set(alpha=1.0, linewidth=max(line.get_linewidth(), _LINE), rasterized=False)
+    shown.set(markersize=max(line.get_markersize(), _FEW_POINTS))
+    return shown
 
 
 def _ticks(most: int, integer: bool = False) -> MaxNLocator:
@@ -169,14 +202,19 @@ def _boundaries(view: View) -> Mapping[str, float]:
     return {name: float(u) for name, u in system.scene.obstacle(system.parameters).items()}
 
 
+def _words(boundary: str) -> str:
+    """Return what a legend calls a boundary: stops by their places, in the room that there is."""
+    return {"stop": "stop $C$", "second stop": "stop $-C_2$"}.get(boundary, boundary)
+
+
 def _displacement(place: Place, request: PortraitRequest) -> None:
     _bodies(place, request, 0, "x", "displacement [m]")
     across, _, states = _shown(place.view, request)
     for name, u in _boundaries(place.view).items():
         if place.view.column.system.scene.grounded:
-            place.axes.axhline(u, label=name, **BOUNDARIES[name])
+            place.axes.axhline(u, label=_words(name), **BOUNDARIES[name])
         elif name != "structure":  # which is drawn as a body
-            place.axes.plot(across, states[:, 0] + u, label=name, **BOUNDARIES[name])
+            place.axes.plot(across, states[:, 0] + u, label=_words(name), **BOUNDARIES[name])
 
 
 def _velocity(place: Place, request: PortraitRequest) -> None:
@@ -189,7 +227,7 @@ def _relative(place: Place, request: PortraitRequest) -> None:
     look = {"color": DAMPER, "label": "$x_2-x_1$"}
     _over_time(place, "$x_2-x_1$ [m]", [(across, u, look)])
     for name, height in _boundaries(place.view).items():
-        place.axes.axhline(height, label=name, **BOUNDARIES[name])
+        place.axes.axhline(height, label=_words(name), **BOUNDARIES[name])
 
 
 def _force(place: Place, request: PortraitRequest) -> None:
@@ -200,7 +238,7 @@ def _force(place: Place, request: PortraitRequest) -> None:
     curves: list[tuple[Any, Any, dict[str, Any]]] = [(across, outer, harmonic)]
     found = contact_forces(system, states)
     for name, values in found.items():
-        label = name if len(found) > 1 else "contact"
+        label = _words(name) if len(found) > 1 else "contact"
         curves.append((across, values / 1000, {**BOUNDARIES[name], "label": label}))
     _over_time(place, "force [kN]", curves)
 
@@ -240,8 +278,7 @@ def _curve(axes: Axes, across: np.ndarray, values: np.ndarray, colour: str, labe
     """Draw a phase trajectory, thinner the longer it is; as an image beyond `MOST_VECTOR`."""
     long = across.size > MOST_VECTOR
     width, alpha = (0.25, 0.6) if long else (_LINE if across.size < MOST_THICK else 0.4, 1.0)
-    # a path of this length is too much for the raster engine in one piece
-    with matplotlib.rc_context({"agg.path.chunksize": 10_000}):
+    with matplotlib.rc_context(_IN_PIECES):
         axes.plot(
             across, values, color=colour, linewidth=width, alpha=alpha, rasterized=long, label=label
         )
@@ -250,9 +287,9 @@ def _curve(axes: Axes, across: np.ndarray, values: np.ndarray, colour: str, labe
 def _points(place: Place, body: int) -> None:
     """Draw the stroboscopic section of a body: n points of an nT orbit, all of any other."""
     section, n = place.view.section, place.view.period
-    size = 3.4 if 0 < n < _MANY_POINTS else 1.7
+    size = _FEW_POINTS if 0 < n < _MANY_POINTS else 1.7
     points = section[-n:, 2 * body], section[-n:, 2 * body + 1]  # all where n is 0
-    place.axes.plot(*points, color=OBSTACLE, markersize=size, zorder=5, label="$t=nT$", **DOT)
+    place.axes.plot(*points, color=SECTION, markersize=size, zorder=5, label="$t=nT$", **DOT)
 
 
 def _label_plane(axes: Axes, symbol: str) -> None:
@@ -305,12 +342,16 @@ def _draw_boundaries(place: Place, states: np.ndarray) -> None:
     """
     if place.view.column.system.scene.grounded:
         for name, u in _boundaries(place.view).items():
-            place.axes.axvline(u, label=name, **BOUNDARIES[name])
+            place.axes.axvline(u, label=_words(name), **BOUNDARIES[name])
         return
-    if not 0 < place.view.period <= LONGEST_PLAIN:
-        return
+    plain = 0 < place.view.period <= LONGEST_PLAIN
+    look: dict[str, Any] = {} if plain else {"linewidth": 0.25, "alpha": 0.35, "zorder": 1}
+    look["rasterized"] = len(states) > MOST_VECTOR
     for name, u in _boundaries(place.view).items():
-        place.axes.plot(states[:, 0] + u, states[:, 1], label=name, **BOUNDARIES[name])
+        with matplotlib.rc_context(_IN_PIECES):
+            place.axes.plot(
+                states[:, 0] + u, states[:, 1], label=_words(name), **{**BOUNDARIES[name], **look}
+            )
 
 
 def _leave_room(row: Sequence[Place]) -> None:

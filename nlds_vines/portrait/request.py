@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from nlds_vines.archives.outline import Outlined
 from nlds_vines.errors import RequestError, choice, from_text, shown, string, whole
-from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
+from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.orbits.settings import METHODS, checked_tolerance, chosen_settings
 from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.spectrum import TAPERS
@@ -264,13 +264,8 @@ def described(system: System) -> str:
     """Return a system in one line: its title, what was set, the frequency of the force."""
     changed = (name for name, text in system.sources.items() if text == "set by the user")
     names = dict.fromkeys([*(name for name in changed if name != "omega"), "omega"])
-    return ", ".join([system.title or system.name, *(_described(system, name) for name in names)])
-
-
-def _described(system: System, name: str) -> str:
-    entry = PARAMETERS[name]
-    unit = "" if entry.unit == "1" else f" {entry.unit}"
-    return f"{entry.symbol} = {system.parameters[name]:g}{unit}"
+    settings = (setting_in_words(name, system.parameters[name]) for name in names)
+    return ", ".join([system_in_words(system), *settings])
 
 
 def checked_panels(value: object) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from nlds_vines.errors import RequestError, at, choice, number, shown, string, table, whole
 from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
 from nlds_vines.model.system import System
+from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.settings import laid_over
 from nlds_vines.portrait.request import (
     LOOK,
@@ -187,4 +188,4 @@ def _made_up_title(columns: Sequence[Column]) -> str:
     """Return a title made of the system, or of its name alone where the columns differ."""
     system = columns[0].system
     same = all(column.system == system for column in columns)
-    return described(system) if same else (system.title or system.name)
+    return described(system) if same else system_in_words(system)

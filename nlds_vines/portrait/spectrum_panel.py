@@ -10,6 +10,7 @@ import numpy as np
 
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.spectrum import Spectrum
+from nlds_vines.plotting.notation import power_of_ten
 from nlds_vines.portrait.page_layout import Place
 from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.result import View
@@ -51,7 +52,7 @@ def draw_spectrum(place: Place, request: PortraitRequest) -> None:
 def _share(view: View) -> str:
     """Return the broadband share in words; a tiny one by its order of magnitude."""
     share, n = view.share or 0.0, view.comb
-    value = f"{share:.1%}" if share >= 5e-4 or share == 0 else f"{share:.0e}"
+    value = f"{share:.1%}" if share >= 5e-4 or share == 0 else f"${power_of_ten(f'{share:.0e}')}$"
     return f"power outside {n if n > 1 else ''}T lines: {value}"
 
 

@@ -2,9 +2,9 @@
 
 In reading order:
 
-    request        a figure: panels, curves and the scan of each
+    request        a figure: a page of curves, a scan or a portrait
     request_file   a request file (TOML) read into a request
-    picture        a figure drawn
+    page_picture   a page of curves drawn from the archives of its scans
     claims/        what the paper says, each with the rule by which it is judged
     motion         orbits of figures, for the claims about them
     report         the page of claims and retention

@@ -37,8 +37,7 @@ examples:
       every figure and the report, in the folder `reproduction`
   nlds-vines reproduce --only 2a,3,8 -o some --format pdf
       three of the figures; what is computed already is used again
-  nlds-vines reproduce my-page.toml
-      a page of your own: copy one of the files in `scans`
+pages of your own: nlds-vines response-curves, bifurcation or portrait FILE.toml
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 130 interrupted, 143 terminated: the same command goes on
 """
@@ -157,13 +156,14 @@ class _Job:
         if request.kind == "portrait":
             return self._draw_portrait(request, path)
         from nlds_vines.bifurcation.picture.drawing import save
-        from nlds_vines.reproduce.picture import save_page
+        from nlds_vines.reproduce.page_picture import save_page
 
         archives = self.folder / _ARCHIVES
         if request.kind == "scan":
             save(archives / request.archive(request.curves[0]), path)
         else:
-            save_page(request, lambda curve: archives / request.archive(curve), path)
+            assert request.page is not None
+            save_page(request.page, lambda curve: archives / request.archive(curve), path)
         self._say(str(path))
         return 0
 
@@ -171,7 +171,7 @@ class _Job:
         """Hand the request of an orbit to the command that draws it; return 1 if it failed."""
         from nlds_vines.portrait.command import main as portrait
 
-        status = portrait([str(request.path), "--plot", str(path), "--quiet"])
+        status = portrait([str(request.path), "--plot", str(path), "--quiet", "--overwrite"])
         if status == INTERRUPTED:
             raise KeyboardInterrupt
         if status not in (DONE, LANES_FAILED):
@@ -211,16 +211,25 @@ def _carry_out(options: argparse.Namespace) -> int:
 
 def _job(options: argparse.Namespace) -> _Job:
     """Return the job that the command line means."""
-    own = tuple(load_figure(Path(path)) for path in options.sources)
-    if own and options.only is not None:
-        raise RequestError("--only chooses among the paper's figures: leave out the files")
+    if options.sources:
+        raise RequestError(_moved(options.sources[0]))
     only = () if options.only is None else options.only.split(",")
     return _Job(
-        requests=own or _chosen(only),
+        requests=_chosen(only),
         folder=Path(options.output),
         picture=options.format,
         how=_how(options.threads, options.overwrite, options.quiet),
-        report=not own,
+        report=True,
+    )
+
+
+def _moved(path: str) -> str:
+    """Return where a page of one's own is made, by what stands in its file."""
+    commands = {"curves": "response-curves", "scan": "bifurcation", "portrait": "portrait"}
+    command = commands[load_figure(Path(path)).kind]
+    return (
+        f"{shown(path)}: this command makes the paper's figures (--only 2a,3); "
+        f"your own: nlds-vines {command} {path}"
     )
 
 
@@ -234,8 +243,7 @@ def _chosen(only: Sequence[str]) -> tuple[FigureRequest, ...]:
 
 
 def _declare(parser: Parser) -> None:
-    text = "pages of your own, in place of the paper's"
-    parser.add_argument("sources", nargs="*", metavar="FIGURE.toml", help=text)
+    parser.add_argument("sources", nargs="*", help=argparse.SUPPRESS)  # told where it went
     parser.add_argument("--only", metavar="A,B", help="figures by name, as 2a,3,8")
     parser.add_argument("-o", "--output", metavar="FOLDER", default=_FOLDER, help=f"[{_FOLDER}]")
     parser.add_argument("--format", metavar="FORM", default="png", help=f"{', '.join(FORMATS)}")

@@ -23,8 +23,8 @@ from nlds_vines.cli.option_values import (
     number_or_word,
 )
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_output, check_plot, optional_path
-from nlds_vines.cli.run_options import add_local_options, run_options
+from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_picture
+from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, at, number
 from nlds_vines.model.axis import Axis
@@ -32,6 +32,7 @@ from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.laws import HERTZ
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.system import System
+from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.orbits.settings import EFFORTS, METHODS
 from nlds_vines.orbits.starts import Start
 
@@ -98,6 +99,8 @@ def transients(
         check_plot(path)
     target = Path(f"{_NAME}.h5" if output is None else output)
     check_output(target, path)
+    resume, overwrite = (bool(running.get(name)) for name in ("resume", "overwrite"))
+    refuse_picture(path, RunOptions(resume=resume, overwrite=overwrite), scan.hash)
     archive = bifurcation(scan, target, **running)
     return _ensemble(archive, delay, path)
 
@@ -117,10 +120,11 @@ def _carry_out(options: argparse.Namespace) -> int:
     if options.dry_run:
         return carry_out(_NAME, job, dry_run=True)
     job.refuse()
-    job.run()
+    refuse_picture(plot, job.how, scan.hash)
+    report = job.run()
     found = _ensemble(archive, delay, plot)
     if not job.how.quiet:
-        say(scan.title, *found.lines(), archive, plot)
+        say(scan.title, *found.lines(), *report.tally.inadmissible(), archive, plot)
     failed = sum(entry.count for entry in found.shares if entry.label == "failed")
     if failed:
         where = f"the dataset `status` of {archive} says why"
@@ -165,8 +169,8 @@ def _title(system: System) -> str:
     if system.scene.law == HERTZ and system.scene.walls:
         values["K"] = system.K
     values |= {name: p[name] for name in system.scene.contact(p) if name not in CONTACT}
-    numbers = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
-    return f"{system.title or system.name}, {numbers}"
+    numbers = ", ".join(setting_in_words(*item) for item in values.items())
+    return f"{system_in_words(system)}, {numbers}"
 
 
 def _checked_delay(delay: float) -> float:

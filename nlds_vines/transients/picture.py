@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, PercentFormatter
 
+from nlds_vines.errors import RequestError
+from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.palette import OTHERS, colours, patch_look
 from nlds_vines.plotting.panels import add_panel, write_letters, write_title
 from nlds_vines.plotting.style import CM, HUES, NAVY, RIGHT, STYLE, WIDTH
@@ -20,10 +21,10 @@ from nlds_vines.transients.survival import Decay, Survival
 _LEFT, _RIGHT = 0.135, RIGHT + 0.05  # of the width: room for the names of regimes on the left
 _PANEL, _BAR, _BETWEEN, _FOOT, _HEAD = 7.2 * CM, 0.58 * CM, 1.55 * CM, 1.1 * CM, 0.9 * CM  # inches
 _CURVE, _LAW = NAVY, HUES["vermillion"]
-_WIDEST = 1.38  # upper end of the axis of shares: room for words beside a full bar
+_WIDEST = 1.5  # upper end of the axis of shares: room for words beside a full bar
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
 def draw_ensemble(found: Ensemble, title: str) -> Figure:
     """Return the survival curve of an ensemble, with its law, above the shares of its regimes.
 
@@ -46,6 +47,13 @@ def draw_ensemble(found: Ensemble, title: str) -> Figure:
     return figure
 
 
+def survival_into(axes: Axes, found: Ensemble) -> None:
+    """Draw the survival curve of an ensemble into axes; `RequestError` where nothing settled."""
+    if not found.counted.any():
+        raise RequestError("no start of this ensemble has a lifetime: there is no curve to draw")
+    _draw_survival(axes, found)
+
+
 def _draw_survival(axes: Axes, found: Ensemble) -> None:
     """Draw the share that has not settled yet against time, on a logarithmic scale."""
     estimate, last = found.survival, float(found.times.max())
@@ -63,9 +71,9 @@ def _draw_survival(axes: Axes, found: Ensemble) -> None:
     axes.set_yscale("log")
     axes.set_ylim(floor, 1.35)
     axes.set_xlim(0, max(1.0, last))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g}%"))
-    axes.set_xlabel("forcing periods")
-    axes.set_ylabel("starts not settled")
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g}"))
+    axes.set_xlabel("time $t/T$ [forcing periods]")
+    axes.set_ylabel("share of starts not settled [%]")
     axes.legend(loc="lower left", frameon=True, framealpha=0.85, edgecolor="none")
 
 
@@ -101,13 +109,14 @@ def _draw_law(axes: Axes, law: Decay, share: float, last: float) -> None:
     low, middle, high = (
         share * np.exp(-rate * (time - law.delay)) for rate in (law.high, law.rate, law.low)
     )
-    label = f"exp(−t/τ), τ = {law.mean:.4g} ({1 / law.high:.4g} to {1 / law.low:.4g}) periods"
+    ends = f"{1 / law.high:.3g} to {1 / law.low:.3g}"
+    label = rf"$\exp(-t/\tau)$, $\tau={law.mean:.3g}\,T$ (interval: {ends})"
     axes.fill_between(time, low, high, color=_LAW, alpha=0.22, linewidth=0)
     axes.plot(time, middle, color=_LAW, linewidth=1.0, linestyle="--", label=label)
 
 
 def _draw_shares(axes: Axes, shares: Sequence[Share], level: float) -> None:
-    """Draw the share of every final regime as a bar, its part through chaos hatched."""
+    """Draw the share of every final regime as a bar, its part through chaos as a narrow bar."""
     places = np.arange(len(shares))
     colour = colours(entry.label for entry in shares)
     for place, entry in zip(places, shares, strict=True):
@@ -124,5 +133,5 @@ def _draw_shares(axes: Axes, shares: Sequence[Share], level: float) -> None:
     axes.set_ylim(len(shares) - 0.4, -1.0)
     axes.set_xlim(0, _WIDEST)
     axes.set_xticks(np.linspace(0, 1, 6))
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
-    axes.set_xlabel(f"share of the starts, with its {level:.0%} interval")
+    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=None))
+    axes.set_xlabel(f"share of the starts [%], with its {level:.0%} interval; brown: through chaos")

@@ -16,10 +16,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_existing
+from nlds_vines.cli.paths import (
+    check_output,
+    check_plot,
+    optional_path,
+    refuse_existing,
+    refuse_picture,
+)
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.errors import at, shown
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.tuning.free_options import add_tuning_options, changes
@@ -112,6 +118,7 @@ class _Job:
         Raises `RequestError` for an archive that exists, without --resume and --overwrite.
         """
         refuse_existing(self.archive, self.how)
+        refuse_picture(self.plot, self.how, self.tuning.hash)
         from nlds_vines.tuning.result import tuned
         from nlds_vines.tuning.run import run
 
@@ -175,12 +182,13 @@ def _job(options: argparse.Namespace) -> _Job:
 
 
 def _drawable(tuning: Tuning, plot: object) -> Tuning:
-    """Return the tuning with a surface if there is to be a picture: of the first two parameters."""
-    if plot is None or tuning.surface is not None:
-        return tuning
+    """Return the tuning with a surface if there is to be a picture: of the first two parameters.
+
+    A tuning of a single parameter needs none: its designs are drawn along that.
+    """
     names = [item.name for item in tuning.free if not item.inert]
-    if len(names) < 2:
-        raise RequestError(f"--plot {shown(str(plot))}: a surface needs two free parameters")
+    if plot is None or tuning.surface is not None or len(names) == 1:
+        return tuning
     return load_tuning(tuning, {"surface": {"parameters": names[:2]}})
 
 
@@ -193,7 +201,7 @@ def _source_path(source: object) -> Path | None:
 def _declare(parser: Parser) -> None:
     parser.add_argument("tuning", nargs="?", metavar="TUNING.toml", help="by default SSul")
     parser.add_argument("-o", "--output", metavar="FILE.h5", help="archive [tuning.h5]")
-    parser.add_argument("--plot", metavar="FILE", help="the surface: .png, .pdf or .svg")
+    parser.add_argument("--plot", metavar="FILE", help="the objective: .png, .pdf or .svg")
     add_tuning_options(parser)
     add_local_options(parser)
 

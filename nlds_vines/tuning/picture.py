@@ -1,4 +1,4 @@
-"""The surface of a tuning: its objective over two parameters, and where the optima lie."""
+"""A tuning drawn: its objective over two parameters, or along the only one, and the optima."""
 
 from __future__ import annotations
 
@@ -11,40 +11,105 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import LogNorm, Normalize
+from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
+from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.plotting.bands import drawable, edges, evenly_spaced
+from nlds_vines.plotting.bands import drawable, evenly_spaced, inner_edges
+from nlds_vines.plotting.notation import latex_symbol, raised
+from nlds_vines.plotting.page import styled
 from nlds_vines.plotting.panels import MAP_WIDTH, add_colour_bar, write_title
 from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import (
     CM,
     LEFT,
+    NAVY,
     NO_VALUE,
+    RIGHT,
     SHADES,
-    STYLE,
     WIDTH,
     axis_label,
-    latex_symbol,
     quantity_label,
 )
 
 _HEIGHT = 11.6 * CM  # inches
 _FRAME = (LEFT + 0.02, 0.115, MAP_WIDTH, 0.735)  # left, bottom, width, height, of the figure's
 _WIDE = 8.0  # ratio of the largest to the smallest value from which shades are logarithmic
+_SMALL = 7.5  # points, numbers on contours
+_APART = 0.3  # inches, the least distance of two of them
+_OUTLINE = "#202020"
+_CONTOUR: dict[str, Any] = {"colors": "white", "linewidths": 0.5}
 _FEW_LINES = 8  # contours where shades are linear
+_OPTIMUM = "optimum_"
 _MARK = "#d7191c"  # a red that neither the shades nor the contours have
 
 
 def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]) -> Path:
-    """Draw the surface of a tuning's archive, save it and return its path, as `save_drawn`."""
-    return save_drawn(archive_path, plot_path, tuning_surface)
+    """Draw the objective in a tuning's archive, save it and return its path, as `save_drawn`."""
+    return save_drawn(archive_path, plot_path, tuning_picture)
 
 
-@matplotlib.rc_context(STYLE)
+@styled()
+def tuning_picture(view: ArchiveView) -> Figure:
+    """Return the picture of a tuning: its surface, or the curve along its only free parameter."""
+    free = _free(view)
+    if "surface" in view or len(free) != 1:
+        return tuning_surface(view)
+    figure = Figure(figsize=(WIDTH, _HEIGHT))
+    axes = figure.add_axes((LEFT + 0.02, _FRAME[1], RIGHT - LEFT, _FRAME[3]))
+    _draw_curve(axes, view, free[0])
+    write_title(figure, view.text("title"), _FRAME[0])
+    return figure
+
+
+def surface_into(axes: Axes, view: ArchiveView) -> None:
+    """Draw the surface of a tuning into axes, or the curve along its only free parameter."""
+    free = _free(view)
+    if "surface" not in view and len(free) == 1:
+        _draw_curve(axes, view, free[0])
+    else:
+        _fill_surface(axes, view)
+
+
+def _free(view: ArchiveView) -> list[str]:
+    """Return the parameters that are free and enter the dynamics."""
+    found = (name.removeprefix(_OPTIMUM) for name in view.names if name.startswith(_OPTIMUM))
+    return [name for name in found if name in PARAMETERS and name != "V"]
+
+
+def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
+    """Draw the objective of all designs from rest, undisturbed, against the only parameter."""
+    plain = (view["detuning"] == 1.0) & (view["stretch"] == 1.0) & (view["random_start"] == 0)
+    values, found = view[name][plain], drawable(view["objective"])[plain]
+    order = np.argsort(values)
+    look: dict[str, Any] = {"marker": "o", "markersize": 2.5, "linewidth": 0.6, "color": NAVY}
+    axes.plot(values[order], found[order], label="designs", **look)
+    best, optima = view["optimum_objective"], view[f"{_OPTIMUM}{name}"]
+    star: dict[str, Any] = {"marker": "*", "markersize": 11, "linestyle": "none", "zorder": 5}
+    axes.plot(optima[:1], best[:1], label=_best(view), color=_MARK, **star)
+    wide = found[np.isfinite(found)]
+    if wide.size and 0 < wide.min() * _WIDE < wide.max():
+        axes.set_yscale("log")
+        _write_out_ticks(axes.yaxis)
+    if values.min() > 0 and values.max() > _WIDE * values.min():
+        axes.set_xscale("log")
+        _write_out_ticks(axes.xaxis)
+    axes.tick_params(top=True, right=True, which="both")
+    axes.set_xlabel(axis_label(name))
+    axes.set_ylabel(quantity_label("E1max", view.units("objective")))
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderpad=0)
+
+
+def _best(view: ArchiveView) -> str:
+    """Return the least objective in words."""
+    return f"best: {view['optimum_objective'][0]:.4g} J"
+
+
+@styled()
 def tuning_surface(view: ArchiveView) -> Figure:
     """Return the surface of a tuning: shades and contours of E1max over two free parameters.
 
@@ -53,16 +118,23 @@ def tuning_surface(view: ArchiveView) -> Figure:
 
     Raises `RequestError` for a tuning without a surface.
     """
-    if "surface" not in view:
-        raise RequestError(f"{view.path} holds no surface: tune with --surface A,B")
     figure = Figure(figsize=(WIDTH, _HEIGHT))
     axes = figure.add_axes(_FRAME)
+    _fill_surface(axes, view)
+    write_title(figure, view.text("title"), _FRAME[0], _held(view))
+    return figure
+
+
+def _fill_surface(axes: Axes, view: ArchiveView) -> None:
+    """Draw surface, optima and labels into axes; `RequestError` for a tuning without a surface."""
+    if "surface" not in view:
+        raise RequestError(f"{view.path} holds no surface: tune with --surface A,B")
+    figure = axes.get_figure(root=True)
+    assert isinstance(figure, Figure)
     _draw_surface(figure, axes, view)
     _mark_optima(axes, view)
     for name, axis in zip(_names(view), (axes.xaxis, axes.yaxis), strict=True):
         axis.set_label_text(axis_label(name))
-    write_title(figure, view.text("title"), _FRAME[0], _held(view))
-    return figure
 
 
 def _names(view: ArchiveView) -> list[str]:
@@ -72,10 +144,10 @@ def _names(view: ArchiveView) -> list[str]:
 
 def _held(view: ArchiveView) -> str:
     """Return in one line the free parameters that are constant on the surface."""
-    prefix, shown = "optimum_", _names(view)
+    prefix, shown = _OPTIMUM, _names(view)
     free = [n.removeprefix(prefix) for n in view.names if n.startswith(prefix)]
     held = [
-        f"${latex_symbol(n)}$ = {view[prefix + n][0]:.4g} {PARAMETERS[n].unit}"
+        f"${latex_symbol(n)}$ = {view[prefix + n][0]:.4g} {raised(PARAMETERS[n].unit)}"
         for n in free
         if n in PARAMETERS and n not in shown
     ]
@@ -89,21 +161,39 @@ def _draw_surface(figure: Figure, axes: Axes, view: ArchiveView) -> None:
     norm = _norm(found)
     shades = matplotlib.colormaps[SHADES].with_extremes(bad=NO_VALUE)
     style: dict[str, Any] = {"cmap": shades, "norm": norm, "shading": "flat", "rasterized": True}
-    mesh = axes.pcolormesh(_edges(across), _edges(up), found, **style)
+    mesh = axes.pcolormesh(inner_edges(across), inner_edges(up), found, **style)
     levels: Any = _FEW_LINES
     if isinstance(norm, LogNorm):
         levels = _logarithmic_ticks().tick_values(found.min(), found.max())
-    axes.contour(across, up, found, levels=levels, colors="white", linewidths=0.4)
     if not evenly_spaced(across):
         axes.set_xscale("log")
         _write_out_ticks(axes.xaxis)
     if not evenly_spaced(up):
         axes.set_yscale("log")
         _write_out_ticks(axes.yaxis)
+    _draw_contours(axes, axes.contour(across, up, found, levels=levels, **_CONTOUR), view)
     label = quantity_label("E1max", view.units("surface"))
     bar = add_colour_bar(figure, mesh, axes.get_position(), label)
     if isinstance(norm, LogNorm):
         _write_out_ticks(bar.ax.yaxis)
+
+
+def _draw_contours(axes: Axes, lines: QuadContourSet, view: ArchiveView) -> None:
+    """Outline contours, so that they show on any shade, and write their values on them.
+
+    A value is left out where it would hide the best optimum or another value.
+    """
+    outline = [Stroke(linewidth=1.3, foreground=_OUTLINE), Normal()]
+    lines.set_path_effects(outline)
+    best = axes.transData.transform([[view[f"optimum_{name}"][0] for name in _names(view)]])
+    taken = [best[0]]
+    for text in axes.clabel(lines, fmt=lambda level: f"{level:g} J", fontsize=_SMALL, inline=False):
+        place = axes.transData.transform(text.get_position())
+        if min(np.hypot(*(place - other)) for other in taken) < _APART * axes.figure.dpi:
+            text.remove()
+            continue
+        text.set_path_effects([Stroke(linewidth=1.6, foreground=_OUTLINE), Normal()])
+        taken.append(place)
 
 
 def _logarithmic_ticks() -> LogLocator:
@@ -131,16 +221,10 @@ def _mark_optima(axes: Axes, view: ArchiveView) -> None:
     style: dict[str, Any] = {"linestyle": "none", "clip_on": False, "zorder": 5}
     ring: dict[str, Any] = {"mfc": "none", "mec": _MARK, "mew": 1.1}
     star: dict[str, Any] = {"mfc": _MARK, "mec": "white", "mew": 0.6}
-    best = f"best: {view['optimum_objective'][0]:.4g} J"
-    axes.plot(x[:1], y[:1], marker="*", markersize=11, label=best, **star, **style)
+    axes.plot(x[:1], y[:1], marker="*", markersize=11, label=_best(view), **star, **style)
     if x.size > 1:
         label = "nearly as good, perhaps off the surface"
         axes.plot(x[1:], y[1:], marker="o", markersize=6, label=label, **ring, **style)
     # above the frame, where it hides nothing
     place: dict[str, Any] = {"bbox_to_anchor": (0.0, 1.0), "borderpad": 0, "borderaxespad": 0.4}
     axes.legend(loc="lower left", ncols=2, handletextpad=0.2, **place)
-
-
-def _edges(values: np.ndarray) -> np.ndarray:
-    """Return the borders of the cells around values: half-way, by logarithm where not even."""
-    return edges(values) if evenly_spaced(values) else np.exp(edges(np.log(values)))

@@ -11,6 +11,7 @@ from nlds_vines.errors import RequestError, at, choice, shown
 from nlds_vines.model.axis import Axis, announced
 from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
 from nlds_vines.model.system import System
+from nlds_vines.model.words import range_in_words, setting_in_words, symbol_of
 from nlds_vines.tuning.free_parameter import Free, tunable, usual
 from nlds_vines.tuning.request import (
     MOST_LANES,
@@ -143,8 +144,9 @@ def _surface(layers: Layers) -> Surface | None:
 
 def _made_up_title(system: System, free: tuple[Free, ...], over: tuple[Axis, ...]) -> str:
     """Return a title made of the scene, the free parameters and what they are tuned for."""
-    names = ", ".join(item.name for item in free)
-    ranges = [f"{axis.name} from {axis.values[0]:g} to {axis.values[-1]:g}" for axis in over]
+    names = ", ".join(symbol_of(item.name) for item in free)
+    ranges = [range_in_words(axis.name, axis.values) for axis in over]
     if "omega" not in (axis.name for axis in over):
-        ranges.insert(0, f"omega = {system.parameters['omega']:g}")
-    return f"{system.scene.meaning.split(':')[0]}: {names} tuned for {', '.join(ranges)}"
+        ranges.insert(0, setting_in_words("omega", system.parameters["omega"]))
+    what = system.scene.meaning.split(":")[0]
+    return f"{what[:1].upper()}{what[1:]}: {names} tuned for {', '.join(ranges)}"

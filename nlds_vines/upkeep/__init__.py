@@ -3,6 +3,7 @@
 In reading order:
 
     status        how a scan under way stands
+    plot          a finished archive drawn
     verify        archives and parts checked from end to end
     consolidate   the parts of shards joined into an archive
     rerun         a scan repeated from its own archive

@@ -1,4 +1,4 @@
-"""Repeat a scan, or a continuation, from its own archive, and compare the results.
+"""Repeat a scan, a continuation or response curves from the archive, and compare the results.
 
 As a command: `nlds-vines rerun FILE.h5`.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.archived import scan_in
 from nlds_vines.bifurcation.command import Job, carry_out
@@ -15,10 +14,7 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.cli.running import DIFFERENT, DONE, LANES_FAILED, Command, say
 from nlds_vines.errors import RequestError
-from nlds_vines.runs.manifest import CONTINUATION, SCAN
-
-if TYPE_CHECKING:
-    pass
+from nlds_vines.runs.manifest import CONTINUATION, RESPONSE_CURVES, SCAN
 
 _NAME = "rerun"
 _EXAMPLES = """\
@@ -35,8 +31,11 @@ def _carry_out(options: argparse.Namespace) -> int:
     """Repeat a scan and compare; return the exit status."""
     source, how = Path(options.file), run_options(options)
     output = Path(options.output or f"{source.stem}-rerun.h5")
-    if _content_of(source) == CONTINUATION:
+    content = _content_of(source)
+    if content == CONTINUATION:
         return _continued_again(source, output, how, options.dry_run)
+    if content == RESPONSE_CURVES:
+        return _curves_again(source, output, how, options.dry_run)
     job = Job(scan_in(source), source, output, None, how)
     status = carry_out(_NAME, job, options.dry_run)
     if options.dry_run or how.shard is not None or status not in (DONE, LANES_FAILED):
@@ -69,6 +68,21 @@ def _continued_again(source: Path, output: Path, how: RunOptions, dry_run: bool)
     return _compared(source, output, how.quiet)
 
 
+def _curves_again(source: Path, output: Path, how: RunOptions, dry_run: bool) -> int:
+    """Repeat the response curves in an archive, and compare; return the exit status."""
+    from nlds_vines.response_curves.command import Job as Curves
+    from nlds_vines.response_curves.result import curves_in
+
+    if how.shard is not None or how.scheduler is not None:
+        raise RequestError("--shard and --scheduler are for scans: these are response curves")
+    job = Curves(curves_in(source).request, source, output, None, how)
+    if dry_run:
+        say(*job.plan())
+        return DONE
+    job.run()
+    return _compared(source, output, how.quiet)
+
+
 def _compared(old: Path, new: Path, quiet: bool) -> int:
     from nlds_vines.upkeep.diff import compare
 
@@ -86,7 +100,7 @@ def _declare(parser: Parser) -> None:
 
 COMMAND = Command(
     name=_NAME,
-    description="Repeat a scan, or a continuation, from its own archive, and compare the results.",
+    description="Repeat a scan, a continuation or response curves, and compare the results.",
     examples=_EXAMPLES,
     declare=_declare,
     carry_out=_carry_out,

@@ -56,6 +56,7 @@ class Standing:
             f"blocks:   {done} of {self.blocks}{damaged}",
             f"orbits:   {share}, {self.tally.failed} failed",
             f"regimes:  {self.tally.regimes() or 'none known yet'}",
+            *self.tally.inadmissible(),
             f"at work:  {', '.join(self.workers) or 'no run that can be seen from here'}",
             *self._pace(),
         ]
@@ -149,6 +150,7 @@ def _of_archive(path: Path) -> list[str]:
         title,
         f"orbits:   {tally.lanes}, complete, {tally.failed} failed",
         f"regimes:  {tally.regimes() or 'not recorded'}",
+        *tally.inadmissible(),
     ]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.collections import PolyCollection, QuadMesh
 from PIL import Image
 from support import unfilled
 
@@ -84,9 +85,14 @@ def texts(axes):
     return [text.get_text() for text in axes.texts]
 
 
+def strips(figure):
+    """Return the strips of a diagram: axes whose height has no unit."""
+    return [axes for axes in figure.axes if not axes.get_yticks().size]
+
+
 def named(figure):
     """Return the regimes named on the strip."""
-    return texts(figure.axes[-1])
+    return texts(strips(figure)[0])
 
 
 # ---- diagrams ------------------------------------------------------------------------------------
@@ -94,7 +100,7 @@ def named(figure):
 
 def test_figure_8_has_two_panels_with_symbols_and_units_and_the_energy_in_green(usual):
     figure = drawn(usual)
-    damper, structure, energy, strip = figure.axes
+    damper, structure, strip, energy = figure.axes
     assert damper.get_ylabel() == "damper $x_2$ [m]"
     assert structure.get_ylabel() == "structure $x_1$ [m]"
     assert structure.get_xlabel() == r"angular frequency of the force $\omega$ [rad/s]"
@@ -119,7 +125,7 @@ def test_the_dots_are_the_archives_section(usual):
 
 def test_regimes_are_named_and_names_do_not_overlap(usual):
     figure = drawn(usual)
-    strip = figure.axes[-1]
+    (strip,) = strips(figure)
     assert named(figure) == [
         *("T,1", "2T,1", "2T,2", "chaos", "3T,2", "undetermined", "4T,2", "T,0")
     ]
@@ -131,22 +137,36 @@ def test_regimes_are_named_and_names_do_not_overlap(usual):
 
 
 def test_gaps_in_knowledge_look_like_gaps(usual):
-    patches = drawn(usual).axes[-1].patches
+    patches = strips(drawn(usual))[0].patches
     hatched = [patch for patch in patches if patch.get_hatch()]
     assert len(patches) == len(WINDOWS)
     assert len(hatched) == 1
     assert hatched[0].get_x() == pytest.approx(7.50, abs=0.02)
 
 
-def test_several_starts_have_a_legend_and_colours_of_their_own(tmp_path):
-    path = archive_of(tmp_path / "r.h5", start={"policy": "random", "count": 3, "seed": 1})
-    structure = drawn(path).axes[1]
-    assert len({line.get_color() for line in structure.get_lines()}) == 3
-    legend = [text.get_text() for text in structure.get_legend().get_texts()]
-    assert legend == ["start: random 0", "start: random 1", "start: random 2", CHAOS_OF_ARCHIVE]
+def test_random_starts_have_the_colours_of_the_attractors_that_they_are_on(tmp_path):
+    def fill(name, array):
+        if name == "label":
+            array[:, 1] = "T,0"
+
+    path = archive_of(
+        tmp_path / "r.h5", start={"policy": "random", "count": 3, "seed": 1}, fill=fill
+    )
+    figure = drawn(path)
+    _, structure, energy = figure.axes[:3]
+    words = ["T,0", "T,1", "2T,1", "2T,2", "3T,2", "4T,2", "chaos", "undetermined"]
+    assert [line.get_color() for line in structure.get_lines()] == [
+        palette.ink_of(word) for word in words
+    ]
+    assert len(energy.get_lines()) == len(words)
+    legend = [text.get_text() for text in energy.get_legend().get_texts()]
+    assert legend == [*words[:6], CHAOS_OF_ARCHIVE, "undetermined"]
+    (strip,) = strips(figure)  # one, in which each cell shows all of its starts
+    heights = {round(patch.get_height(), 3) for patch in strip.patches}
+    assert heights == {round(1 / 3, 3)}
 
 
-def test_up_and_down_have_two_colours(tmp_path):
+def test_rest_up_and_down_have_three_colours(tmp_path):
     colours = {
         drawn(archive_of(tmp_path / f"{policy}.h5", start={"policy": policy}))
         .axes[0].get_lines()[0].get_color()
@@ -190,7 +210,7 @@ def test_a_map_has_a_colour_and_a_name_for_every_regime(tmp_path):
     ]  # fmt: skip
     assert axes.get_xlabel().endswith(r"$\omega$ [rad/s]")
     assert axes.get_ylabel() == "amplitude of the force $P$ [N]"
-    (mesh,) = axes.collections
+    mesh = mesh_of(axes)
     assert mesh.get_array().shape == (20, 30)
     colours = palette.colours("chaos" if name == CHAOS_OF_ARCHIVE else name for name in legend)
     with read(path) as view:
@@ -211,6 +231,17 @@ def test_a_map_without_regimes_shows_the_largest_energy_of_all_starts(tmp_path):
     assert axes.collections[0].get_array().shape == (20, 30)
 
 
+def mesh_of(axes):
+    """Return the cells of a map, without what is hatched."""
+    return next(found for found in axes.collections if isinstance(found, QuadMesh))
+
+
+def hatched(axes):
+    """Return the hatches on a map, with the number of their rectangles."""
+    found = (item for item in axes.collections if isinstance(item, PolyCollection))
+    return {item.get_hatch(): len(item.get_paths()) for item in found}
+
+
 LIMITED = {
     **{"kind": "ssvi-b", "m1": 1000.0, "k1": 3.95e4, "c1": 452.0, "m2": 60.0, "k2": 600.0},
     **{"c2": 262.0, "C": 0.1, "D": 0.1, "P": 800.0, "omega": 6.28, "K": 1e7},
@@ -227,10 +258,14 @@ def test_a_map_of_numbers_marks_where_the_limit_of_its_scene_is_violated(tmp_pat
     assert kept.axes[0].get_legend() is None
     path = archive_of(tmp_path / "m.h5", ["energy"], MAP, system=LIMITED, fill=fill)
     axes = drawn(path).axes[0]
-    assert legend_of(axes) == ["comes where it must not"]
-    (dots,) = axes.get_lines()
-    np.testing.assert_allclose(dots.get_xdata(), np.linspace(7, 8, 30)[3:5])
-    np.testing.assert_allclose(dots.get_ydata(), [np.linspace(600, 1000, 20)[7]] * 2)
+    assert legend_of(axes) == ["passes the limit"]
+    (cells,) = [item for item in axes.collections if isinstance(item, PolyCollection)]
+    assert hatched(axes) == {palette.PASSED: 1}
+    (corners,) = (path.vertices for path in cells.get_paths())
+    omega, force = np.linspace(7, 8, 30), np.linspace(600, 1000, 20)
+    assert corners[:, 0].min() == pytest.approx((omega[2] + omega[3]) / 2)
+    assert corners[:, 0].max() == pytest.approx((omega[4] + omega[5]) / 2)
+    assert corners[:, 1].min() == pytest.approx((force[6] + force[7]) / 2)
 
 
 FOUR = {"policy": "random", "count": 4, "seed": 1}
@@ -270,7 +305,7 @@ def legend_of(axes):
 
 def faces(axes):
     """Return the colours of the cells of a map as hex strings, one of each column."""
-    (mesh,) = axes.collections
+    mesh = mesh_of(axes)
     rows = mesh.to_rgba(mesh.get_array())[0]
     return ["#" + "".join(f"{round(255 * c):02x}" for c in face[:3]) for face in rows]
 
@@ -290,7 +325,9 @@ def test_a_map_of_several_starts_shows_the_most_frequent_regime_and_how_many_coe
         *(plain["T,1"], plain["T,0"], plain["T,0"], palette.OTHERS["undetermined"])
     ]  # fmt: skip
     assert len({faces(below)[i] for i in (0, 9, 18, 29)}) == 4
-    assert (texts(above), texts(below)) == (["(a)"], ["(b)"])
+    assert texts(below) == ["(b)"]
+    assert set(texts(above)) == {"(a)", "T,0", "T,1"}  # large regions have their names inside
+    assert hatched(above) == {palette.hatch_of("undetermined"): 20}  # a run in each of the rows
 
 
 def test_coexistence_alone_is_a_panel_of_its_own(four):
@@ -328,6 +365,42 @@ def test_settling_is_the_largest_of_all_starts_and_black_where_one_never_did(fou
     assert legend_of(axes) == ["not settled, or no orbit to settle on"]
 
 
+def test_a_map_of_periods_has_the_colours_of_regimes_and_is_pale_where_none_was_found(tmp_path):
+    def fill(name, array):
+        if name == "period":
+            array[...] = 1
+            array[9:18], array[18:27], array[27:] = 3, 40, 0
+
+    axes, bar = shown(archive_of(tmp_path / "m.h5", ["regime"], MAP, fill=fill), "period").axes
+    mesh = mesh_of(axes)
+    assert [faces(axes)[i] for i in (0, 9, 18)] == [palette.RAMP[i] for i in (0, 2, -1)]
+    assert mesh.get_array().mask[0].tolist() == [False] * 27 + [True] * 3
+    assert legend_of(axes) == ["none found"]
+    names = [text.get_text() for text in bar.get_yticklabels()]
+    assert names == ["1", "2", "3", "4", "5", "6 or more"]
+
+
+def test_a_reduction_of_both_signs_has_zero_in_the_middle_and_a_line_there(tmp_path):
+    def fill(name, array):
+        if name == "reduction":
+            array[...] = np.linspace(-3.0, 0.9, 30)[:, np.newaxis, np.newaxis]
+
+    path = archive_of(tmp_path / "m.h5", ["energy"], MAP, fill=fill)
+    axes, bar = shown(path, "reduction").axes
+    mesh = mesh_of(axes)
+    assert mesh.norm(0.0) == 0.5
+    assert [line.get_ydata()[0] for line in bar.get_lines()] == [0.0]
+
+    def good(name, array):
+        if name == "reduction":
+            array[...] = np.linspace(0.1, 0.9, 30)[:, np.newaxis, np.newaxis]
+
+    axes, bar = shown(archive_of(tmp_path / "n.h5", ["energy"], MAP, fill=good), "reduction").axes
+    mesh = mesh_of(axes)
+    assert mesh.get_clim()[0] == 0.0  # of one sign, half of the shades: zero is where they begin
+    assert not bar.get_lines()
+
+
 def test_exponents_have_zero_in_the_middle_of_their_scale(four):
     (mesh,) = shown(four, "lyapunov").axes[0].collections
     assert mesh.norm(0.0) == 0.5
@@ -345,21 +418,52 @@ def test_long_periods_share_a_name_on_a_map(tmp_path):
     assert faces(axes)[4] == faces(axes)[10] == palette.RAMP[-1]
 
 
-def test_a_few_values_at_unequal_distances_stand_side_by_side(tmp_path):
-    vary = {"omega": {"values": [7.375, 7.4, 7.575]}, "K": {"start": 2e7, "stop": 3e7, "num": 5}}
+def test_a_few_values_are_no_map_but_have_curves_and_panels_of_their_own(tmp_path):
+    vary = {"omega": {"start": 5.0, "stop": 8.0, "num": 61}, "P": {"values": [600.0, 800.0]}}
+    figure = drawn(archive_of(tmp_path / "m.h5", USUAL, vary))
+    assert not any(isinstance(item, QuadMesh) for axes in figure.axes for item in axes.collections)
+    one, other, energy = figure.axes[:3]
+    assert one.get_ylabel() == other.get_ylabel() == "damper $x_2$ [m]"
+    assert one.get_ylim() == other.get_ylim()
+    assert [line.get_xdata().size for line in energy.get_lines()] == [61, 61]
+    assert "$P=600$ N" in legend_of(energy)
+    assert "$P=800$ N" in legend_of(energy)
+    assert [texts(strip)[-1] for strip in strips(figure)] == ["$P=600$ N", "$P=800$ N"]
+
+
+def test_the_cells_of_a_map_end_where_the_values_end(tmp_path):
+    (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], MAP)).axes
+    assert (axes.get_xlim(), axes.get_ylim()) == ((7.0, 8.0), (600.0, 1000.0))
+    corners = mesh_of(axes).get_coordinates()
+    assert (corners.min(axis=(0, 1)).tolist(), corners.max(axis=(0, 1)).tolist()) == (
+        [7.0, 600.0], [8.0, 1000.0],
+    )  # fmt: skip
+
+
+def test_values_at_equal_ratios_stand_on_a_logarithmic_axis(tmp_path):
+    vary = {
+        "omega": {"start": 7.0, "stop": 8.0, "num": 9},
+        "K": {"start": 1e5, "stop": 1e9, "num": 9, "scale": "log"},
+    }
     (axes,) = drawn(archive_of(tmp_path / "m.h5", ["regime"], vary)).axes
-    assert axes.get_xlim() == (-0.5, 2.5)
-    assert [text.get_text() for text in axes.get_xticklabels()] == ["7.375", "7.4", "7.575"]
-    assert axes.get_ylim() == pytest.approx((1.875e7, 3.125e7))
-    assert axes.get_ylabel().endswith("[N/m$^{1.5}$]")
+    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "log")
+    assert axes.get_ylim() == (1e5, 1e9)
+    figure = drawn(archive_of(tmp_path / "d.h5", ("section", "energy"), {"K": vary["K"]}))
+    assert figure.axes[0].get_xscale() == "log"
+    assert axes.get_ylabel().endswith("[N/m$^{3/2}$]")
 
 
 def test_what_a_map_cannot_show_is_refused(four, usual, tmp_path):
-    for what, message in (("E1max", "not recorded"), ("shadows", "did you mean 'shares'")):
+    for what, message in (
+        ("E1max", "not recorded"),
+        ("shadows", "did you mean 'shares'"),
+    ):
         with pytest.raises(RequestError, match=message):
             figures.save(four, tmp_path / "a.png", what)
     with pytest.raises(RequestError, match="vary two"):
-        figures.save(usual, tmp_path / "a.png", "regimes")
+        figures.save(usual, tmp_path / "a.png", "shares")
+    with pytest.raises(RequestError, match="unknown show 'x3'; did you mean 'x"):
+        figures.save(usual, tmp_path / "a.png", "x1,x3")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -379,11 +483,13 @@ def test_both_sweeps_have_a_strip_and_a_colour_each_and_one_colour_is_one_regime
 
     want = ("section", "regime", "lyapunov")
     figure = drawn(archive_of(tmp_path / "b.h5", want, start={"policy": "both"}, fill=fill))
-    damper, structure, exponent, up, down = figure.axes
+    damper, structure, exponent, up, down = figure.axes  # without energies there is no other panel
     assert (up.get_ylabel(), down.get_ylabel()) == ("up", "down")
     assert up.get_position().y0 > down.get_position().y1 > structure.get_position().y1
     assert texts(down) == ["3T,3", "3T,2"]
-    assert len({line.get_color() for line in damper.get_lines()}) == 2
+    # where both are on one orbit they have one colour; the labels differ elsewhere
+    assert [line.get_color() for line in damper.get_lines()] == ["#1b2a49", "#0072b2", "#d55e00"]
+    assert legend_of(exponent)[:3] == ["up and down alike", "up", "down"]
 
     def ink(strip, place):
         return next(

@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 from matplotlib.colors import LogNorm
-from test_picture import CHAOS_OF_ARCHIVE, FOUR, MAP, archive_of, drawn, faces, legend_of, shown
+from test_picture import (
+    CHAOS_OF_ARCHIVE,
+    FOUR,
+    MAP,
+    archive_of,
+    drawn,
+    faces,
+    legend_of,
+    shown,
+    strips,
+)
 
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.picture import drawing as figures
@@ -40,7 +50,7 @@ def flags(axes):
 
 def test_a_diagram_marks_labels_that_are_not_kept(tmp_path):
     figure = drawn(archive_of(tmp_path / "a.h5", WANT, fill=kept_but((7, 0), (100, 0))))
-    strip, structure = figure.axes[-1], figure.axes[1]
+    (strip,), structure = strips(figure), figure.axes[1]
     assert flags(strip) == pytest.approx([5.14, 7.0])
     assert legend_of(structure) == [FLAGGED, CHAOS_OF_ARCHIVE]
     assert strip.get_ylim() == (0, 1)
@@ -50,7 +60,7 @@ def test_a_diagram_marks_labels_that_are_not_kept(tmp_path):
 @pytest.mark.parametrize("want", [WANT, WANT[:-1]])
 def test_where_all_labels_are_kept_there_is_no_mark_and_no_word_of_it(tmp_path, want):
     figure = drawn(archive_of(tmp_path / "a.h5", want, fill=kept_but()))
-    assert flags(figure.axes[-1]) == []
+    assert flags(strips(figure)[0]) == []
     assert legend_of(figure.axes[1]) == [CHAOS_OF_ARCHIVE]
 
 
@@ -60,12 +70,13 @@ def test_each_strip_has_the_marks_of_its_start(tmp_path):
     up, down = (axes for axes in figure.axes if axes.get_ylabel() in ("up", "down"))
     assert flags(up) == pytest.approx([5.0])
     assert flags(down) == pytest.approx([6.0, 8.0])
-    assert legend_of(figure.axes[1]) == ["start: up", "start: down", FLAGGED, CHAOS_OF_ARCHIVE]
+    energy = figure.axes[2]
+    assert legend_of(energy) == ["up and down alike", FLAGGED, CHAOS_OF_ARCHIVE]
 
 
 def test_marks_of_starts_without_a_strip_are_not_announced(tmp_path):
     figure = drawn(archive_of(tmp_path / "a.h5", WANT, start=FOUR, fill=kept_but((50, 3))))
-    assert FLAGGED not in legend_of(figure.axes[1])
+    assert FLAGGED not in legend_of(figure.axes[2])
 
 
 def test_errors_alone_are_dots_on_a_logarithmic_scale(tmp_path):
@@ -113,13 +124,16 @@ def test_of_several_starts_one_is_enough_and_only_the_regimes_are_marked(tmp_pat
     assert not below.get_lines()
 
 
-def test_dots_stand_in_the_cells_of_a_few_values_side_by_side(tmp_path):
-    vary = {"omega": {"values": [7.375, 7.4, 7.575]}, "K": {"start": 2e7, "stop": 3e7, "num": 5}}
+def test_dots_stand_in_the_cells_of_values_at_equal_ratios(tmp_path):
+    vary = {
+        "omega": {"start": 7.0, "stop": 8.0, "num": 5},
+        "K": {"start": 1e5, "stop": 1e9, "num": 5, "scale": "log"},
+    }
     (axes,) = drawn(
         archive_of(tmp_path / "m.h5", ["regime", "error"], vary, fill=kept_but((2, 1)))
     ).axes
     (dots,) = axes.get_lines()
-    assert (dots.get_xdata().tolist(), dots.get_ydata().tolist()) == ([2], [2.25e7])
+    assert (dots.get_xdata().tolist(), dots.get_ydata().tolist()) == ([7.5], [1e6])
 
 
 def test_a_map_shows_errors_by_logarithm_and_zero_as_the_least(tmp_path):

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.picture.choices import check_show
+from nlds_vines.bifurcation.picture.choices import check_show, is_map
+from nlds_vines.bifurcation.picture.quantities import quantities
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
@@ -58,7 +59,7 @@ def test_what_is_not_said_is_usual():
         *(600, 120, "exact"),
         Start(),
     )
-    assert found.title == "SSul NES, Set 6: omega"
+    assert found.title == "SSul NES, Set 6: ω"
     assert found.want == ("section", "impacts", "energy", "regime")
     tmd = load_scan({**MINIMAL, "system": "tmd"})
     assert tmd.want == ("section", "energy", "regime")
@@ -160,11 +161,11 @@ def test_random_start_keeps_the_seed_below():
 def test_a_title_that_is_true_no_more_is_replaced():
     document = {**MINIMAL, "title": "Figure 8"}
     assert load_scan(document, {"sampling": {"periods": 9}}).title == "Figure 8"
-    assert load_scan(document, {"set": {"P": 5}}).title == "SSul NES, Set 6, P = 5: omega"
-    assert load_scan(document, {"system": "tmd"}).title == "Tuned mass damper: omega"
+    assert load_scan(document, {"set": {"P": 5}}).title == "SSul NES, Set 6, P = 5 N: ω"
+    assert load_scan(document, {"system": "tmd"}).title == "Tuned mass damper: ω"
     assert load_scan(document, {"set": {"P": 5}, "title": "mine"}).title == "mine"
     overridden = load_scan({**document, "set": {"E2": 1e7}}, {"set": {"K": 5}})
-    assert overridden.title == "SSul NES, Set 6, K = 5: omega"
+    assert overridden.title == "SSul NES, Set 6, K = 5 N/m^1.5: ω"
 
 
 @pytest.mark.parametrize(
@@ -398,11 +399,12 @@ MAPS = sorted([*REPO.glob("scans/map-*.toml"), *REPO.glob("scans/special-*.toml"
 @pytest.mark.parametrize("path", MAPS, ids=lambda path: path.stem)
 def test_the_scans_of_maps_are_sound_and_can_be_drawn(path):
     found = load_scan(path)
-    names = list(found.table.datasets)
+    known = quantities(found.table.datasets.values(), found.system.scene.components)
     assert found.system.kind == "ssul"
-    check_show("settling", len(found.axes), found.starts, names)
-    if found.starts > 1:
-        check_show("shares", len(found.axes), found.starts, names)
+    values = [axis.values for axis in found.axes]
+    wanted = ["settling", *(["shares"] if found.starts > 1 and is_map(values) else [])]
+    for show in wanted:
+        check_show(show, values, found.starts, known, "label" in found.table.datasets)
 
 
 @pytest.mark.parametrize("kind", ["ssvi-b", "ssvi-c"])

@@ -22,7 +22,7 @@ from nlds_vines.__main__ import main
 from nlds_vines.archives.archive import read
 from nlds_vines.continuation import run as running
 from nlds_vines.continuation.borders import borders_of
-from nlds_vines.continuation.picture import save
+from nlds_vines.continuation.picture import branch_diagram, save
 from nlds_vines.continuation.track import packed, unpacked
 from nlds_vines.model.linear_response import response
 from nlds_vines.runs.interrupts import Interrupted, Stopped
@@ -68,6 +68,16 @@ def test_an_archive_holds_what_python_returns(archive):
     again = running.compute(request)
     for name, values in found.tables.items():
         assert np.array_equal(values, again[name], equal_nan=values.dtype.kind == "f"), name
+
+
+def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
+    figure = branch_diagram(continued(archive))
+    figure.draw_without_rendering()
+    (legend,), (title,) = figure.legends, figure.texts
+    words = [text.get_window_extent() for text in legend.get_texts()]
+    assert len(words) > 5  # more than a line of them
+    assert min(box.y0 for box in words) > figure.axes[0].get_window_extent().y1
+    assert max(box.y1 for box in words) < title.get_window_extent().y0
 
 
 def test_tracks_are_the_same_from_their_arrays():

@@ -214,7 +214,7 @@ COMMAND_LINES = {
     "output is the picture": (["-o", "x.png", "--plot", "x.png"], ["x.png"]),
     "plot of unknown kind": (["--plot", "x.gif"], ["'x.gif'", ".png, .pdf, .svg"]),
     "plot of nothing": (
-        ["--vary", "P=1:2:3", "--vary", "C=1:2:3", "--record", "section", "--plot", "x.png"],
+        ["--vary", "P=1:2:5", "--vary", "C=1:2:5", "--record", "section", "--plot", "x.png"],
         ["--plot 'x.png'", "energy or regime"],
     ),
     "plot in no folder": (["--plot", "no/x.png"], ["'no/x.png'", "'no'"]),

@@ -82,7 +82,7 @@ def test_the_picture_of_the_default_lies_beside_its_archive(calls, tmp_path):
 
 
 def test_a_map_that_cannot_be_drawn_is_not_drawn_unasked(calls):
-    assert main(["--vary", "P=1:2:3", "--vary", "C=1:2:3", "--record", "section"]) == 0
+    assert main(["--vary", "P=1:2:5", "--vary", "C=1:2:5", "--record", "section"]) == 0
     assert calls.plots == []
 
 

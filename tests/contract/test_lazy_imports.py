@@ -49,6 +49,15 @@ def test_nothing_heavy_is_loaded(program, arguments, status, tmp_path):
     assert not modules & set(HEAVY)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "status"), [(["--help"], 0), (["no.h5"], 2), (["no.h5", "-o", "x.gif"], 2)]
+)
+def test_plot_loads_nothing_heavy_before_it_must(arguments, status, tmp_path):
+    found, modules = loaded(tmp_path, "-m", "nlds_vines", "plot", *arguments)
+    assert found == status
+    assert not modules & set(HEAVY)
+
+
 @pytest.mark.parametrize("command", ["status", "consolidate", "verify", "rerun", "diff"])
 @pytest.mark.parametrize(("arguments", "status"), [(["--help"], 0), (["no.h5", "no.h5"], 2)])
 def test_sister_commands_load_nothing_heavy(command, arguments, status, tmp_path):

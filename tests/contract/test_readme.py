@@ -141,12 +141,12 @@ def test_an_archive_is_verified_repeated_and_compared(own):
     small = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
     assert main(small) == 0
     found = sister_commands("".join(blocks("sh", text_of("archive.md"))))
-    assert [words[0] for words in found] == ["verify", "rerun", "diff"]
-    assert [console(words) for words in found] == [0, 0, 0]
+    assert [words[0] for words in found] == ["plot", "plot", "verify", "rerun", "diff"]
+    assert [console(words) for words in found] == [0] * 5
 
 
 def test_the_console_script_has_the_commands_that_are_told():
-    named = set(re.findall(r"nlds-vines ([a-z]\w*)", TEXT))
+    named = set(re.findall(r"nlds-vines ([a-z][\w-]*)", TEXT))
     assert named <= set(COMMANDS)
     assert "consolidate" in named
 
@@ -177,6 +177,7 @@ def test_every_command_has_help(program):
         ("portrait", "portrait.md"),
         ("tuning", "tuning.md"),
         ("continuation", "branches.md"),
+        ("response_curves", "own-damper.md"),
     ],
 )
 def test_every_option_is_told(command, page, capsys):

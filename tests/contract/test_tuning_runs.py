@@ -287,7 +287,6 @@ def test_a_dry_run_writes_nothing(tmp_path, monkeypatch, capsys):
         (["--over", "P=1,x"], "--over P = 'x' must be a number"),
         (["--surface", "k2"], "must be two names"),
         (["--system", "none"], "no damper"),
-        (["--set", "k2=1", "--set", "c2=1", "--plot", "a.png"], "two free parameters"),
         (["--plot", "a.gif"], "must end in one of"),
         (["--threads", "0"], "threads = 0"),
         (["nothing.toml"], "cannot be read"),
@@ -329,6 +328,40 @@ def test_the_surface_shows_parameters_values_and_optima(tmp_path):
         star = axes.lines[0].get_xydata()[0].tolist()
         assert star == [view["optimum_k2"][0], view["optimum_c2"][0]]
     assert axes.get_xscale() == axes.get_yscale() == "log"
+
+
+def test_a_tuning_of_one_parameter_is_a_curve_through_all_designs(tmp_path):
+    path = tmp_path / "a.h5"
+    tune(path, "--system", "tmd", "--set", "c2=112", "--plot", str(tmp_path / "a.png"), *SMALL)
+    assert (tmp_path / "a.png").stat().st_size > 0
+    with nv.read(path) as view:
+        assert "surface" not in view
+        (axes,) = drawn.tuning_picture(view).axes
+        curve, star = axes.get_lines()
+        assert star.get_xydata()[0].tolist() == [
+            view["optimum_k2"][0],
+            view["optimum_objective"][0],
+        ]
+        assert curve.get_ydata().min() == view["optimum_objective"][0]
+    assert len(curve.get_xdata()) > 20
+    assert (np.diff(curve.get_xdata()) >= 0).all()
+    assert axes.get_xlabel().endswith("$k_2$ [N/m]")
+
+
+def test_contours_have_values_that_hide_neither_each_other_nor_the_optimum(tmp_path):
+    path = tmp_path / "a.h5"
+    tune(path, "--system", "tmd", "--surface", "k2,c2", "--surface-size", "15", *SMALL)
+    with nv.read(path) as view:
+        figure = drawn.tuning_surface(view)
+        best = [view["optimum_k2"][0], view["optimum_c2"][0]]
+    axes = figure.axes[0]
+    values = [text for text in axes.texts if text.get_text().endswith(" J")]
+    assert len(values) >= 2
+    places = [
+        axes.transData.transform(place) for place in (best, *(v.get_position() for v in values))
+    ]
+    apart = [np.hypot(*(a - b)) for i, a in enumerate(places) for b in places[:i]]
+    assert min(apart) >= 0.3 * figure.dpi
 
 
 def test_a_tuning_without_a_surface_is_not_drawn(tmp_path):

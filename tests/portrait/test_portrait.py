@@ -16,7 +16,7 @@ from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 from nlds_vines.orbits import simulation
 from nlds_vines.portrait.command import main
-from nlds_vines.portrait.page_layout import make_page, rows_of
+from nlds_vines.portrait.page_layout import Place, make_page, rows_of, write_letters
 from nlds_vines.portrait.picture import portrait as draw
 from nlds_vines.portrait.request import PANELS, USUAL, Column, PortraitRequest, Window
 from nlds_vines.portrait.request_file import load_portrait
@@ -50,6 +50,60 @@ def page(system, **options):
 
 def panels_by_label(figure):
     return {axes.get_ylabel(): axes for axes in figure.axes}
+
+
+def test_windows_of_one_run_are_compared_in_one_plane_with_the_obstacle_in_both():
+    system = nv.load_system("ssul-set6", omega=7.575, K=2.5e7)
+    windows = [[20, 40], [1000, 1004]]
+    figure, views = page(system, windows=windows, panels=("phase1", "phase2"))
+    assert [view.period for view in views] == [0, 1]
+    for left, right in (figure.axes[:2], figure.axes[2:]):
+        assert left.get_xlim() == right.get_xlim()
+        assert left.get_ylim() == right.get_ylim()
+    for axes in figure.axes[2:]:
+        assert "obstacle" in axes.get_legend_handles_labels()[1]
+
+
+def test_a_letter_of_a_phase_plane_stands_in_a_corner_without_curves():
+    figure, _ = page(OF_KIND["tmd"], panels=("phase1", "energy"))
+    plane = figure.axes[0]
+    assert plane.texts[0].xy == (0, 1)
+    plane.plot([plane.get_xlim()[0]], [plane.get_ylim()[1]], "o", scalex=False, scaley=False)
+    write_letters([[_place("phase1", plane), _place("energy", figure.axes[1])]], False)
+    assert plane.texts[-1].xy == (1, 1)
+
+
+def _place(panel, axes):
+    return Place(panel, None, axes, True, True)
+
+
+def test_lines_of_a_legend_are_visible_however_thin_the_curves():
+    figure, _ = page(nv.load_system("ssul-set6", omega=7.4, K=2.5e7), periods=60, samples=1024)
+    (plane,) = [axes for axes in figure.axes if axes.get_xlabel() == "$x_2$ [m]"]
+    assert min(line.get_linewidth() for line in plane.lines[:1]) < 0.5
+    for line in plane.get_legend().get_lines():
+        assert line.get_linewidth() >= 0.8
+        assert line.get_alpha() in (None, 1.0)
+
+
+def test_a_limit_that_is_passed_is_told_above_the_page():
+    ssbl = nv.load_system("ssbl")
+    allowed = System("ssvi-c", {**ssbl.parameters, "C": 0.1, "D": 0.15, "L": 5.0})
+    passing = System("ssvi-c", {**ssbl.parameters, "C": 0.1, "D": 0.15, "L": 0.1})
+    assert "limit" not in page(allowed)[0].texts[1].get_text()
+    figure, (view,) = page(passing)
+    assert f"limit passed by {view.violation.depth:.2g} m" in figure.texts[1].get_text()
+    assert figure.texts[0].get_text().startswith("Single-sided NES (ssvi-c)")
+
+
+def test_no_words_of_a_legend_leave_the_page():
+    stops = {**nv.load_system("hard-oscillator").parameters, "C": 0.5, "C_2": 1.0}
+    figure, _ = page(System("oscillator-2", stops, law="restitution"))
+    figure.draw_without_rendering()
+    legends = [axes.get_legend() for axes in figure.axes if axes.get_legend()]
+    assert any("C_2" in text.get_text() for legend in legends for text in legend.get_texts())
+    for legend in legends:
+        assert all(text.get_window_extent().x1 <= figure.bbox.x1 for text in legend.get_texts())
 
 
 # ---- pages ---------------------------------------------------------------------------------------
@@ -233,7 +287,7 @@ def test_what_is_not_known_is_said():
     _, (view,) = page(OF_KIND["ssul"], transient=0, periods=2, panels=["energy"])
     text = "\n".join(view.lines())
     assert "too short to tell" in text
-    assert "no period found" in page(OF_KIND["ssul"], transient=0, periods=4)[0].texts[1].get_text()
+    assert "no repetition" in page(OF_KIND["ssul"], transient=0, periods=4)[0].texts[1].get_text()
     _, (view,) = page(OF_KIND["ssul"], transient=0, periods=1, taper="hann")
     assert view.share is None
     assert "too few periods to tell" in "\n".join(view.lines())
@@ -299,7 +353,9 @@ CAPTIONS = {  # the kinds of panels in the order of the paper's captions, (a), (
 def test_the_papers_figures_have_the_letters_of_their_captions(name):
     request = load_portrait(ROOT / "scans" / f"{name}.toml", {"sampling": {"samples": 8}})
     assert list(request.panels[: len(CAPTIONS[name])]) == CAPTIONS[name]
-    _, places = make_page(request.panels, views_of(request))
+    views = views_of(request)
+    _, places = make_page(request.panels, views)
+    write_letters(places, len(views) > 1)
     found = [(p.axes.texts[0].get_text(), p.panel) for row in places for p in row]
     letters = dict(found)
     assert [letters[f"({'abcdefg'[i]})"] for i in range(len(CAPTIONS[name]))] == CAPTIONS[name]
@@ -437,7 +493,12 @@ def test_a_run_draws_and_says_what_was_seen(folder, capsys):
             image.info["recipe_hash"]
             == load_portrait("good.toml", {"start": {"state": [0, 0, 0.1, 0]}}).hash
         )
-    assert main(["good.toml", "--quiet"]) == 0
+    drawn = (folder / "good.png").read_bytes()
+    assert main(["good.toml", "--quiet"]) == 2  # another request: its picture is not replaced
+    assert "exists: --overwrite replaces it" in capsys.readouterr().err
+    assert (folder / "good.png").read_bytes() == drawn
+    assert main(["good.toml", "--start", "0,0,0.1,0", "--quiet"]) == 0  # the same one
+    assert main(["good.toml", "--quiet", "--overwrite"]) == 0
     assert capsys.readouterr().out == ""
 
 

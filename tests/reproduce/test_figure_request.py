@@ -55,7 +55,7 @@ def figure(tmp_path):
 def test_every_curve_stands_in_every_panel(figure):
     page = figure()
     assert (page.kind, page.name, page.title) == ("curves", "page", "a page")
-    assert (page.columns, page.damper_energy) == (2, True)
+    assert (page.page.columns, page.page.damper_energy) == (2, True)
     assert [(panel.title, panel.base) for panel in page.panels] == [("one", True), ("", False)]
     first, second = page.panels[1].curves
     assert first.scan.system.parameters["c1"] == second.scan.system.parameters["c1"] == 300

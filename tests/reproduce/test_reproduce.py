@@ -13,10 +13,10 @@ from matplotlib.colors import to_hex
 from nlds_vines.archives.archive import verify
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.errors import RequestError
-from nlds_vines.reproduce import picture as drawing
-from nlds_vines.reproduce import report
+from nlds_vines.reproduce import command, page_picture, report
 from nlds_vines.reproduce.command import main, reproduce_paper
 from nlds_vines.reproduce.request_file import load_figure
+from nlds_vines.response_curves import picture as drawing
 from nlds_vines.runs.interrupts import Interrupted
 
 PAGE = """
@@ -52,6 +52,19 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.fixture
+def make(monkeypatch):
+    """Return the command with a request file of this folder in place of the paper's."""
+
+    def run(name, *options):
+        with monkeypatch.context() as patch:
+            patch.setattr(command, "packaged_figures", lambda: {"own": load_figure(Path(name))})
+            patch.setattr(report, "write", lambda *_: None)
+            return main(["--only", "own", *options])
+
+    return run
+
+
 def never(*_, **__):
     raise AssertionError("nothing is to be computed")
 
@@ -63,12 +76,14 @@ def files(folder):
 # ---- from request to picture ---------------------------------------------------------------------
 
 
-def test_what_is_computed_is_used_again_and_what_changes_is_computed(here, capsys, monkeypatch):
-    assert main(["page.toml", "-o", "out"]) == 0
+def test_what_is_computed_is_used_again_and_what_changes_is_computed(
+    here, capsys, monkeypatch, make
+):
+    assert make("page.toml", "-o", "out") == 0
     out = capsys.readouterr().out.splitlines()
     assert out[0].startswith("[1/4] none-")
     assert "6 orbits in" in out[0]
-    assert out[-1] == "out/page.png"
+    assert out[-2] == "out/page.png"
     archives = files(here / "out" / "archives")
     assert len(archives) == 4
     assert all(not verify(here / "out" / "archives" / name) for name in archives)
@@ -76,38 +91,38 @@ def test_what_is_computed_is_used_again_and_what_changes_is_computed(here, capsy
 
     with monkeypatch.context() as patch:
         patch.setattr(scan_run, "Computer", never)
-        assert main(["page.toml", "-o", "out"]) == 0
+        assert make("page.toml", "-o", "out") == 0
         assert capsys.readouterr().out.count("there already, verified") == 4
         assert (here / "out" / "page.png").read_bytes() == before
         (here / "page.toml").write_text(PAGE.replace("552.0", "600.0"))
         with pytest.raises(AssertionError):
-            main(["page.toml", "-o", "out", "--quiet"])
+            make("page.toml", "-o", "out", "--quiet")
 
-    assert main(["page.toml", "-o", "out"]) == 0
+    assert make("page.toml", "-o", "out") == 0
     assert capsys.readouterr().out.count("there already, verified") == 2
     assert len(files(here / "out" / "archives")) == 6
     assert (here / "out" / "page.png").read_bytes() != before
 
 
-def test_overwrite_computes_again_and_a_damaged_archive_needs_it(here, capsys):
-    assert main(["page.toml", "-o", "out", "--quiet"]) == 0
+def test_overwrite_computes_again_and_a_damaged_archive_needs_it(here, capsys, make):
+    assert make("page.toml", "-o", "out", "--quiet") == 0
     path = here / "out" / "archives" / files(here / "out" / "archives")[0]
     damaged = bytearray(path.read_bytes())
     damaged[len(damaged) // 2] ^= 1
     path.write_bytes(damaged)
-    assert main(["page.toml", "-o", "out", "--quiet"]) == 2
+    assert make("page.toml", "-o", "out", "--quiet") == 2
     out, err = capsys.readouterr()
     assert out == ""
     assert err.count("\n") == 1
     assert "--overwrite" in err
-    assert main(["page.toml", "-o", "out", "--quiet", "--overwrite"]) == 0
+    assert make("page.toml", "-o", "out", "--quiet", "--overwrite") == 0
     assert verify(path) == []
 
 
-def test_a_scan_file_is_drawn_as_well(here):
+def test_a_scan_file_is_drawn_as_well(here, make):
     text = PAGE.partition("[[panels]]")[0] + '[system]\nkind = "none"\nm1 = 1.0\nk1 = 39.0\n'
     (here / "scan.toml").write_text(text + "c1 = 0.5\nP = 1.0\nomega = 6.0\n")
-    assert main(["scan.toml", "--format", "svg", "-o", "out", "--quiet"]) == 0
+    assert make("scan.toml", "--format", "svg", "-o", "out", "--quiet") == 0
     assert "scan.svg" in files(here / "out")
     assert "reproduction.md" not in files(here / "out")
 
@@ -146,7 +161,7 @@ def test_a_dry_run_computes_and_writes_nothing(here, capsys, monkeypatch):
         (["-o", "no/where"], ["there is no folder 'no'"]),
         (["-o", "page.toml"], ["page.toml", "name a folder"]),
         (["nothing.toml"], ["nothing.toml"]),
-        (["page.toml", "--only", "3"], ["--only"]),
+        (["page.toml"], ["nlds-vines response-curves page.toml", "--only 2a,3"]),
         (["--onyl", "3"], ["--only"]),
     ],
 )
@@ -177,35 +192,35 @@ def test_help_and_refusals_load_nothing_heavy(here):
         assert done.stdout.endswith("[]\n"), (arguments, done.stdout, done.stderr)
 
 
-def test_failed_orbits_are_told_and_make_status_1(here, capsys, monkeypatch):
+def test_failed_orbits_are_told_and_make_status_1(here, capsys, monkeypatch, make):
     found = SimpleNamespace(failed_lanes=2, seconds=1.0, summary=lambda: "the summary")
     monkeypatch.setattr(scan_run, "run", lambda *_, **__: found)
-    monkeypatch.setattr(drawing, "save_page", lambda request, archive_of, path: path)
-    assert main(["page.toml"]) == 1
+    monkeypatch.setattr(page_picture, "save_page", lambda page, archive_of, path: path)
+    assert make("page.toml") == 1
     assert capsys.readouterr().err.count("2 of 6 orbits failed") == 4
 
 
-def test_an_interruption_is_status_130(here, capsys, monkeypatch):
+def test_an_interruption_is_status_130(here, capsys, monkeypatch, make):
     def stop(*_, **__):
         raise Interrupted("stopped")
 
     monkeypatch.setattr(scan_run, "run", stop)
-    assert main(["page.toml"]) == 130
+    assert make("page.toml") == 130
     assert "goes on" in capsys.readouterr().err
 
 
-def test_a_portrait_is_handed_to_its_command(here, monkeypatch, capsys):
+def test_a_portrait_is_handed_to_its_command(here, monkeypatch, capsys, make):
     (here / "orbit.toml").write_text('title = "an orbit"\n[portrait]\n')
     asked = []
     fake = ModuleType("nlds_vines.portrait.command")
     fake.main = lambda arguments: asked.append(arguments) or 0
     monkeypatch.setitem(sys.modules, fake.__name__, fake)
-    assert main(["orbit.toml", "-o", "out"]) == 0
+    assert make("orbit.toml", "-o", "out") == 0
     (arguments,) = asked
-    assert arguments == ["orbit.toml", "--plot", "out/orbit.png", "--quiet"]
+    assert arguments == ["orbit.toml", "--plot", "out/orbit.png", "--quiet", "--overwrite"]
     for status in (1, 2, 130):  # an orbit lost, a wrong request, Ctrl-C
         fake.main = lambda arguments, status=status: status
-        assert main(["orbit.toml", "-o", "out"]) == status
+        assert make("orbit.toml", "-o", "out") == status
 
 
 # ---- the report ----------------------------------------------------------------------------------
@@ -276,7 +291,8 @@ def test_a_report_that_cannot_be_written_leaves_nothing(tmp_path, archives):
 
 def page_of(short, archives):
     request = paper.requests()[short]
-    return request, drawing.draw_page(request, lambda curve: archives / request.archive(curve))
+    found = page_picture.values_of(request.page, lambda curve: archives / request.archive(curve))
+    return request, drawing.draw_page(request.page, found)
 
 
 def test_curves_are_the_archives_energies_solid_and_dotted(archives):
@@ -304,7 +320,8 @@ def test_impacts_are_yellow_and_every_window_without_them_is_marked(tmp_path):
     free = ((omega > 7.5) & (omega < 7.7)) | ((omega > 7.899) & (omega < 7.901))
     numbers = {"E1max": omega, "E2max": omega, "impacts": np.where(free, 0, 120)}
     path = paper.write_archive(tmp_path / "a.h5", curve.scan, numbers)
-    (frame,) = drawing.draw_page(request, lambda _: path).axes
+    found = page_picture.values_of(request.page, lambda _: path)
+    (frame,) = drawing.draw_page(request.page, found).axes
     yellow = [patch for patch in frame.patches if to_hex(patch.get_facecolor()) == drawing.IMPACTS]
     spans = [(p.get_x(), p.get_x() + p.get_width()) for p in yellow]
     assert [tuple(np.round(span, 2)) for span in spans] == [(5.0, 7.5), (7.7, 7.9), (7.9, 8.0)]
@@ -347,7 +364,7 @@ def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):
     assert figure.axes[1]._left_title.get_color() == drawing.BASE
     _, figure = page_of("4", archives)
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels[3] == r"$k_1=3.95\cdot10^{4}$ N/m"
+    assert labels[3] == r"$k_1=3.95\times10^{4}$ N/m"
     widths = [line.get_linewidth() for line in figure.axes[0].get_lines()][-7:]
     assert widths.index(max(widths)) == 3
 
@@ -356,12 +373,10 @@ def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archive
     request = paper.requests()["3"]
     paths = [tmp_path / name for name in ("a.png", "b.png")]
     for path in paths:
-        drawing.save_page(request, lambda curve: archives / request.archive(curve), path)
+        page_picture.save_page(request.page, lambda curve: archives / request.archive(curve), path)
     assert paths[0].read_bytes() == paths[1].read_bytes()
-    with pytest.raises(RequestError, match="kind 'scan'"):
-        drawing.draw_page(paper.requests()["8"], never)
     with pytest.raises(RequestError, match=r"\.png"):
-        drawing.save_page(request, never, tmp_path / "a.gif")
+        page_picture.save_page(request.page, never, tmp_path / "a.gif")
 
 
 # ---- everything ----------------------------------------------------------------------------------

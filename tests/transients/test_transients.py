@@ -83,7 +83,7 @@ def test_the_picture_shows_curve_law_censoring_and_shares():
     curve, bars = figure.axes
     assert curve.get_yscale() == "log"
     told = [text.get_text() for text in curve.get_legend().get_texts()]
-    assert [text.split()[0] for text in told] == ["not", "its", "no", "exp(−t/τ),"]
+    assert [text.split()[0] for text in told] == ["not", "its", "no", r"$\exp(-t/\tau)$,"]
     step = curve.get_lines()[0]
     np.testing.assert_allclose(step.get_ydata(), [1, 0.8, 0.6, 0.4, 0.2, 0.2])
     assert bars.get_yticklabels()[0].get_text() == "T,0"
@@ -108,7 +108,7 @@ def test_without_lifetimes_only_the_shares_are_drawn():
 def test_the_command_stores_tells_and_draws(here, capsys):
     assert main([*OPTIONS, "-o", "a.h5"]) == 0
     told = capsys.readouterr().out
-    assert "K = 2.5e+07: 40 starts" in told
+    assert "K = 2.5e+07 N/m^1.5: 40 starts" in told
     assert told.endswith("a.h5\na.png\n")
     with nv.read("a.h5") as archive:
         found = ensemble_of(archive, delay=50.0)

@@ -65,7 +65,7 @@ def test_the_canonical_file_means_the_same():
     assert load_tuning(again, {"search": {"seed": 1}}).hash != tuning.hash
     assert tuning.case_count == 8
     assert tuning.cases()["P"].tolist() == [600, 800] * 4
-    assert tuning.title.endswith("omega from 5 to 8, P from 600 to 800")
+    assert tuning.title.endswith("ω from 5 to 8 rad/s, P from 600 to 800 N")
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,16 @@
 
 In reading order:
 
-    choices        what a map may show
-    diagram        one varied parameter: sections, energies, exponents over it
+    quantities     what is recorded in numbers, whatever it is
+    choices        what a picture may show
+    scan_slice     the results along one parameter
+    start_looks    orbits of one attractor look alike, whatever their start
+    dot_panel      one quantity over one parameter
     regime_strip   the coloured strip of regimes above a diagram
-    map_cells      the panel of a map: its cells filled, and marked with dots
+    strips_above   how many strips, and what their legend says
+    diagram        strips and panels over one parameter
+    map_cells      the panel of a map: its cells filled, hatched, and marked
+    region_names   names written into the regions of a map
     regime_map     two varied parameters: regimes, and how many coexist, by colour
     number_map     two varied parameters: a recorded number by shade
     share_map      two varied parameters: the share of the starts that end in a regime

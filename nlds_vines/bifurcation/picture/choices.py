@@ -1,10 +1,14 @@
-"""What a map may show; checked before anything is computed, and before an archive is drawn."""
+"""What a picture may show; checked before anything is computed, and before an archive is drawn."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Mapping, Sequence
 
+import numpy as np
+
+from nlds_vines.bifurcation.picture.quantities import Quantity
 from nlds_vines.errors import RequestError, unknown
+from nlds_vines.plotting.bands import is_list
 
 REGIMES, COEXISTING, SHARES, SHARE = "regimes", "coexisting", "shares", "share:"
 """The choices beside numbers; `SHARE` is followed by a label, as in `share:T,0`."""
@@ -26,38 +30,75 @@ NUMBERS = (
     "error_at_end",
     "E1max_error",
 )
-"""The recorded numbers that a map can show; the first that is recorded is shown by default."""
+"""The numbers that a map shows by default, the first that is recorded; any other on request."""
+
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    "displacement": ("x2", "x1", "x"),
+    "velocity": ("v2", "v1", "v"),
+    "energy": ("E1max", "E2max"),
+}
+"""Words for several quantities of a diagram."""
 
 _OF_SEVERAL_STARTS = (COEXISTING, SHARES)
 
 
-def usual_show(names: Collection[str]) -> str | None:
-    """Return what a map shows by default: regimes, or else a number; None if there is neither.
+def is_map(values: Sequence[np.ndarray]) -> bool:
+    """Return whether the axes of a scan, with these values, are two ranges: else it has curves."""
+    return len(values) == 2 and not any(map(is_list, values))
 
-    Arguments: the `names` of the recorded datasets.
-    """
-    if "label" in names:
+
+def usual_show(known: Mapping[str, Quantity], labelled: bool) -> str | None:
+    """Return what a map shows by default: regimes, or else a number; None if there is neither."""
+    if labelled:
         return REGIMES
-    return next((name for name in NUMBERS if name in names), None)
+    return next((name for name in NUMBERS if name in known), None)
 
 
-def check_show(show: str, axes: int, starts: int, names: Collection[str]) -> None:
+def rows_of(show: str, known: Mapping[str, Quantity]) -> list[str]:
+    """Return the quantities that a diagram is to show, in order: `x1,energy` has three.
+
+    Raises `RequestError` for one that is not recorded; `regimes` among them is passed over.
+    """
+    found: list[str] = []
+    for word in filter(None, (piece.strip() for piece in show.split(","))):
+        names = [name for name in GROUPS.get(word, ()) if name in known] or [word]
+        found += [name for name in names if name != REGIMES]
+    for name in found:
+        if name not in known:
+            raise _not_recorded(name, [REGIMES, *GROUPS, *known])
+    return list(dict.fromkeys(found))
+
+
+def check_show(
+    show: str,
+    values: Sequence[np.ndarray],
+    starts: int,
+    known: Mapping[str, Quantity],
+    labelled: bool,
+) -> None:
     """Raise `RequestError` unless the picture of a scan can show `show`.
 
-    Arguments: `show`, one of regimes, coexisting, shares, share:LABEL and `NUMBERS`; how many
-    parameters vary; how many starts a cell has; the `names` of the recorded datasets.
+    Arguments: `show`, as `drawing.draw` takes it; the `values` of each axis; how many starts a cell
+    has; the quantities that are recorded, and whether labels are.
     """
-    if axes != 2:
-        raise RequestError(f"show = {show!r} is for maps: vary two parameters, or leave it out")
-    is_share = show.startswith(SHARE) and len(show) > len(SHARE)
-    if not is_share and show not in (REGIMES, *_OF_SEVERAL_STARTS, *NUMBERS):
-        known = (REGIMES, *_OF_SEVERAL_STARTS, f"{SHARE}LABEL", *NUMBERS)
-        raise unknown("show", show, known)
-    if show in NUMBERS:
-        if show not in names:
-            raise RequestError(f"show = {show!r} is not recorded")
-        return
-    if "label" not in names:
+    needs_labels = show in (REGIMES, *_OF_SEVERAL_STARTS) or show.startswith(SHARE)
+    if needs_labels and not labelled:
         raise RequestError(f"show = {show!r} needs regimes: record regime as well")
+    if not is_map(values):
+        if show in _OF_SEVERAL_STARTS or show.startswith(SHARE):
+            raise RequestError(f"show = {show!r} is for maps: vary two parameters over ranges")
+        rows_of(show, known)
+        return
+    is_share = show.startswith(SHARE) and len(show) > len(SHARE)
     if (is_share or show in _OF_SEVERAL_STARTS) and starts < 2:
         raise RequestError(f"show = {show!r} needs several starts: random:N or both")
+    numbers = [name for name, quantity in known.items() if quantity.single]
+    if not needs_labels and show not in numbers:
+        raise _not_recorded(show, [REGIMES, *_OF_SEVERAL_STARTS, f"{SHARE}LABEL", *numbers])
+
+
+def _not_recorded(show: str, known: Sequence[str]) -> RequestError:
+    """Return the error of something that exists and is not recorded, or that does not exist."""
+    if show in NUMBERS or any(show in names for names in GROUPS.values()):
+        return RequestError(f"show = {show!r} is not recorded; there are: {', '.join(known)}")
+    return unknown("show", show, known)

@@ -5,14 +5,17 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.bifurcation.picture.choices import check_show, usual_show
-from nlds_vines.bifurcation.picture.diagram import diagram
-from nlds_vines.bifurcation.picture.regime_map import regime_map
+from nlds_vines.bifurcation.picture.choices import check_show, is_map, usual_show
+from nlds_vines.bifurcation.picture.diagram import diagram, draw_into
+from nlds_vines.bifurcation.picture.quantities import quantities_in
+from nlds_vines.bifurcation.picture.regime_map import fill_map, regime_map
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import refuse_undrawable
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, into
 from nlds_vines.plotting.save import save_drawn
 
 
@@ -20,29 +23,49 @@ def save(
     archive_path: str | os.PathLike[str],
     plot_path: str | os.PathLike[str],
     show: str | None = None,
+    page: Page = TWO_COLUMNS,
 ) -> Path:
     """Draw a scan's archive, save the picture and return the picture's path.
 
-    Arguments: the paths of archive and picture (`plotting.save.save_drawn`); what a map is to
-    `show` (`regime_map`), by default its regimes or the first recorded number.
+    Arguments: the paths of archive and picture (`plotting.save.save_drawn`); what to `show`, and
+    the `page`, as `draw` takes them.
 
     Raises `RequestError` as `save_drawn` does, and where the archive does not hold what to show.
     """
-    return save_drawn(archive_path, plot_path, lambda view: draw(view, show))
+    return save_drawn(archive_path, plot_path, lambda view: draw(view, show, page))
 
 
-def draw(view: ArchiveView, show: str | None = None) -> Figure:
+def draw(
+    view: ArchiveView,
+    show: str | None = None,
+    page: Page = TWO_COLUMNS,
+    ax: Axes | None = None,
+) -> Figure:
     """Return the picture of an open archive: a diagram of one varied parameter, a map of two.
+
+    Where one of two parameters takes only a few values (`plotting.bands.is_list`), there is no map:
+    each of the values has curves and panels of its own.
+
+    Arguments: the archive; what to `show`: of a diagram quantities separated by commas
+    (`quantities.quantities`), or the words of `choices.GROUPS`, or `regimes` for the strips alone;
+    of a map what `regime_map` tells; None for what is usual; the `page`; axes to draw one panel
+    into, None for a figure of its own.
 
     Raises `RequestError` where the archive does not hold what to `show`.
     """
     for name in view.axes:
         refuse_undrawable(name, view[name])
+    values = [view[name] for name in view.axes]
+    labelled, known = "label" in view, quantities_in(view)
     if show is not None:
-        check_show(show, len(view.axes), view["start"].size, view.names)
-    if len(view.axes) == 1:
-        return diagram(view)
-    chosen = usual_show(view.names) if show is None else show
+        check_show(show, values, view["start"].size, known, labelled)
+    if not is_map(values):
+        if ax is None:
+            return diagram(view, show, page)
+        return into(ax, lambda: draw_into(ax, view, show))
+    chosen = usual_show(known, labelled) if show is None else show
     if chosen is None:
         raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
-    return regime_map(view, chosen)
+    if ax is None:
+        return regime_map(view, chosen, page)
+    return into(ax, lambda: fill_map(ax, view, chosen, page))

@@ -1,52 +1,67 @@
-"""The panel of a map: its axes, its cells filled with colours, dots that mark some of them."""
+"""The panel of a map: its axes, its cells filled with colours, hatched, or marked with dots."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
+from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.plotting.bands import edges, evenly_spaced
-from nlds_vines.plotting.panels import MAP_WIDTH
-from nlds_vines.plotting.style import CM, LEFT, WIDTH, axis_label
+from nlds_vines.plotting.bands import inner_edges, logarithmic
+from nlds_vines.plotting.page import TWO_COLUMNS, Page
+from nlds_vines.plotting.panels import add_panel, size_of
+from nlds_vines.plotting.style import CM, axis_label
 
-_HEIGHT = 11 * CM  # inches, of the figure of a single map
-_BOTTOM, _TALL = 0.115, 0.8  # of a single map, as fractions of that height
-_FEW = 8  # the most values at unequal distances that stand side by side as in a list
+HEAD, FOOT = 0.95 * CM, 1.25 * CM
+"""Heights [inches] of a map's title and of the labels below it."""
+
 _DOT_SHARE, _LARGEST_DOT = 0.4, 3.0  # of a cell's smaller side; points
 _DOT_EDGE, _WIDEST_EDGE = 0.1, 0.5  # likewise
 
 
-def single_map(view: ArchiveView) -> tuple[Figure, Axes]:
-    """Return a figure with one map, its axes labelled, beside room for a legend or a bar."""
-    figure = Figure(figsize=(WIDTH, _HEIGHT))
-    axes = map_panel(figure, _BOTTOM, _TALL)
-    axes.set_xlabel(axis_label(view.axes[0]))
-    axes.set_ylabel(axis_label(view.axes[1]))
+def single_map(
+    view: ArchiveView, page: Page = TWO_COLUMNS, below: float = 0.0
+) -> tuple[Figure, Axes]:
+    """Return a figure with one map, its axes labelled, beside room for a legend or a bar.
+
+    Arguments: the archive; the page; `below`, the inches for a legend that is to stand there.
+    """
+    figure = Figure(figsize=(page.width, HEAD + page.map_height + FOOT + below))
+    axes = map_panel(figure, FOOT + below, page)
+    label_axes(axes, view)
     return figure, axes
 
 
-def map_panel(figure: Figure, bottom: float, height: float) -> Axes:
-    """Return axes for a map beside room for a legend; fractions of the figure's height."""
-    return figure.add_axes((LEFT, bottom, MAP_WIDTH, height))
+def map_panel(figure: Figure, bottom: float, page: Page = TWO_COLUMNS) -> Axes:
+    """Return axes for a map, their lower edge at `bottom` inches."""
+    return add_panel(figure, (page.left, bottom, page.map_width, page.map_height))
+
+
+def label_axes(axes: Axes, view: ArchiveView) -> None:
+    """Write what the axes of a map are, and give them the scales of their values."""
+    axes.set_xlabel(axis_label(view.axes[0]))
+    axes.set_ylabel(axis_label(view.axes[1]))
 
 
 def fill_cells(axes: Axes, view: ArchiveView, values: np.ndarray, **style: Any) -> QuadMesh:
     """Draw `values` (first parameter, second parameter) without smoothing, and return the mesh.
 
-    A few values at unequal distances stand side by side, and each is named on the axis.
+    The cells end where the values end.  Values at equal ratios stand on a logarithmic axis.
     """
-    across, up = (edges(_places(view[name])) for name in view.axes)
-    for axis, name in zip((axes.xaxis, axes.yaxis), view.axes, strict=True):
-        if _is_list(view[name]):
-            axis.set_ticks(_places(view[name]), [f"{value:g}" for value in view[name]])
-    return axes.pcolormesh(across, up, values.T, shading="flat", rasterized=True, **style)
+    across, up = (inner_edges(view[name]) for name in view.axes)
+    mesh = axes.pcolormesh(across, up, values.T, shading="flat", rasterized=True, **style)
+    for name, set_scale in zip(view.axes, (axes.set_xscale, axes.set_yscale), strict=True):
+        if logarithmic(view[name]):
+            set_scale("log")
+    axes.set_xlim(across[0], across[-1])
+    axes.set_ylim(up[0], up[-1])
+    return mesh
 
 
 def mark_cells(axes: Axes, view: ArchiveView, where: np.ndarray, text: str) -> Line2D:
@@ -54,21 +69,57 @@ def mark_cells(axes: Axes, view: ArchiveView, where: np.ndarray, text: str) -> L
 
     Returns such a dot for the legend, named `text`.
     """
-    places: Sequence[np.ndarray] = [_places(view[name]) for name in view.axes]
-    point = 72 / axes.figure.dpi  # points in a pixel
-    cell = point * min(axes.bbox.width / where.shape[0], axes.bbox.height / where.shape[1])
-    across, up = (place[index] for place, index in zip(places, np.nonzero(where), strict=True))
+    wide, tall = size_of(axes)
+    cell = min(wide / where.shape[0], tall / where.shape[1])
+    places = zip((view[name] for name in view.axes), np.nonzero(where), strict=True)
+    across, up = (values[index] for values, index in places)
     look: dict[str, Any] = {"marker": "o", "linestyle": "none", "markerfacecolor": "white"}
     look |= {"markeredgecolor": "black", "markeredgewidth": min(_DOT_EDGE * cell, _WIDEST_EDGE)}
     axes.plot(across, up, markersize=min(_DOT_SHARE * cell, _LARGEST_DOT), rasterized=True, **look)
     return Line2D([], [], markersize=_LARGEST_DOT, label=text, **look)
 
 
-def _is_list(values: np.ndarray) -> bool:
-    """Return whether values are a few at unequal distances: a list rather than a scale."""
-    return 2 < values.size <= _FEW and not evenly_spaced(values)
+def hatch_cells(
+    axes: Axes, view: ArchiveView, where: np.ndarray, look: tuple[str, str], text: str
+) -> Patch:
+    """Hatch the cells in which `where`, of the shape of the cells, is true.
+
+    Arguments: `look`, the hatch and its colour.  Returns such a patch for the legend, named `text`.
+    """
+    across, up = (inner_edges(view[name]) for name in view.axes)
+    boxes = [
+        [
+            (across[a], up[row]),
+            (across[b], up[row]),
+            (across[b], up[row + 1]),
+            (across[a], up[row + 1]),
+        ]
+        for row, a, b in _runs(where)
+    ]
+    style: dict[str, Any] = {"facecolor": "none", "edgecolor": look[1], "linewidth": 0}
+    axes.add_collection(PolyCollection(boxes, hatch=look[0], **style), autolim=False)
+    return Patch(hatch=look[0], label=text, **style)
 
 
-def _places(values: np.ndarray) -> np.ndarray:
-    """Return where values stand along their axis: at themselves, or one after the other."""
-    return np.arange(values.size) if _is_list(values) else values
+def _runs(where: np.ndarray) -> Iterator[tuple[int, int, int]]:
+    """Yield row, first column and the column after the last of each run of true cells."""
+    for row in range(where.shape[1]):
+        steps = np.diff(np.concatenate([[False], where[:, row], [False]]).astype(np.int8))
+        for first, stop in zip(np.flatnonzero(steps > 0), np.flatnonzero(steps < 0), strict=True):
+            yield row, int(first), int(stop)
+
+
+def add_map_legend(
+    axes: Axes, handles: Sequence[Any], title: str, page: Page = TWO_COLUMNS
+) -> None:
+    """Add a legend to the right of a map, or on a page of one column below it."""
+    look: dict[str, Any] = {"borderaxespad": 0, "handlelength": 1.2, "labelspacing": 0.35}
+    place: dict[str, Any] = {"loc": "upper left", "alignment": "left", "title": title}
+    if not page.beside:
+        place["title"] = title.replace("\n", " ")
+    if page.beside:
+        axes.legend(handles=list(handles), bbox_to_anchor=(1.02, 1.0), **place, **look)
+        return
+    below = 72 * (FOOT - 0.1 * CM) / size_of(axes)[1]
+    look |= {"columnspacing": 1.0, "ncols": page.columns + 1}
+    axes.legend(handles=list(handles), bbox_to_anchor=(-0.1, -below), **place, **look)

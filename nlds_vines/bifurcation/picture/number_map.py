@@ -7,55 +7,84 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap, LogNorm, Normalize, TwoSlopeNorm
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import (
+    BoundaryNorm,
+    Colormap,
+    LinearSegmentedColormap,
+    ListedColormap,
+    LogNorm,
+    Normalize,
+    TwoSlopeNorm,
+)
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.bifurcation.picture.map_cells import fill_cells, mark_cells, single_map
-from nlds_vines.plotting.bands import drawable
-from nlds_vines.plotting.palette import OTHERS
+from nlds_vines.bifurcation.picture.dot_panel import PASSES
+from nlds_vines.bifurcation.picture.map_cells import fill_cells, hatch_cells, single_map
+from nlds_vines.bifurcation.picture.quantities import quantities_in
+from nlds_vines.bifurcation.picture.scan_slice import violated_in
+from nlds_vines.plotting.page import TWO_COLUMNS, Page
+from nlds_vines.plotting.palette import OTHERS, PASSED, RAMP
 from nlds_vines.plotting.panels import add_colour_bar
-from nlds_vines.plotting.style import ERRORS, NO_VALUE, ROUND_OFF, SHADES, quantity_label
+from nlds_vines.plotting.style import ERRORS, NO_VALUE, ROUND_OFF, SHADES
 
 _TWO_SIDED = "PuOr_r"  # matplotlib's name of shades with a zero in their middle; colour-blind-safe
-_SIGNED = ("lyapunov", "transient_lyapunov")  # the numbers that are drawn in those
+_SIGNED = ("lyapunov", "transient_lyapunov", "reduction")  # numbers whose sign is what matters
 _EXTREME = 0.5  # per cent of the cells at either end that do not stretch a two-sided scale
-_NARROWEST = 1e-12  # 1/s, least reach of a two-sided scale to either side
-_VIOLATED = "comes where it must not"
+_NARROWEST = 1e-12  # least reach of a two-sided scale to either side
 _SETTLED_LATE = 10.0  # forcing periods, least upper end of the scale of settling times
+_NONE = "none found"
 
 
-def draw_number(view: ArchiveView, name: str) -> Figure:
-    """Return a map of a recorded number: of several starts the largest, grey where there is none.
+def draw_number(view: ArchiveView, name: str, page: Page = TWO_COLUMNS) -> Figure:
+    """Return a map of a recorded number, as `fill_number` draws it, with its bar."""
+    figure, axes = single_map(view, page)
+    mesh, label, extend = fill_number(axes, view, name)
+    bar = add_colour_bar(figure, mesh, axes.get_position(), label, extend=extend)
+    if name in PERIODS:
+        _name_periods(bar.ax)
+    elif not isinstance(mesh.norm, LogNorm):
+        bar.ax.yaxis.set_minor_formatter(NullFormatter())
+    low, high = mesh.get_clim()
+    if low is not None and high is not None and low < 0.0 < high:
+        bar.ax.axhline(0.0, color="black", linewidth=0.8)
+    return figure
 
-    On a map of settling times, cells in which a start did not settle are black.  Where a scene has
-    a limit, a dot marks the cells in which it is violated.
+
+PERIODS = ("period",)
+"""The numbers that are drawn in the colours of regimes by their period."""
+
+
+def fill_number(axes: Axes, view: ArchiveView, name: str) -> tuple[QuadMesh, str, str]:
+    """Fill cells by a recorded number: of several starts the largest, grey where there is none.
+
+    A number of both signs has two-sided shades around zero.  On a map of settling times, cells in
+    which a start did not settle are black.  Hatched are cells in which the limit is passed.
+
+    Returns the mesh, and label and ends (`extend`) of its bar.
     """
-    figure, axes = single_map(view)
-    values = _largest(drawable(view[name]))
+    quantity = quantities_in(view)[name]
+    values = _largest(quantity.of(view)[..., 0])
     unsettled = np.zeros(values.shape, dtype=bool)
     if name == "settling":
         unsettled |= (view[name] < 0).any(axis=-1)
     shown = np.ma.masked_where(unsettled | ~np.isfinite(values), values)
-    shades = matplotlib.colormaps[_TWO_SIDED if name in _SIGNED else SHADES]
-    style = {"cmap": shades.with_extremes(bad=NO_VALUE), "norm": _norm(name, shown)}
-    mesh = fill_cells(axes, view, shown, **style)
+    shades, norm = _scale(name, shown)
+    mesh = fill_cells(axes, view, shown, cmap=shades.with_extremes(bad=NO_VALUE), norm=norm)
     marks: list[Any] = [_blacken(axes, view, unsettled)] if unsettled.any() else []
-    if "violations" in view and np.any(view["violations"] > 0):
-        violated = np.asarray(np.any(view["violations"] > 0, axis=-1))
-        marks.append(mark_cells(axes, view, violated, _VIOLATED))
+    if np.any(~np.isfinite(values) & ~unsettled):
+        marks.append(Patch(facecolor=NO_VALUE, label=_NONE))
+    passed = np.asarray(violated_in(view).any(axis=-1))
+    if passed.any():
+        marks.append(hatch_cells(axes, view, passed, (PASSED, "#8b0000"), PASSES))
     if marks:
         look: dict[str, Any] = {"borderaxespad": 0.2, "handlelength": 1.2, "ncols": len(marks)}
         axes.legend(handles=marks, loc="lower right", bbox_to_anchor=(1.0, 1.0), **look)
     several = f", largest of {view['start'].size} starts" if view["start"].size > 1 else ""
-    label = quantity_label(name, view.units(name)) + several
-    extend = "both" if name in _SIGNED else "neither"
-    bar = add_colour_bar(figure, mesh, axes.get_position(), label, extend=extend)
-    if not isinstance(mesh.norm, LogNorm):
-        bar.ax.yaxis.set_minor_formatter(NullFormatter())
-    return figure
+    return mesh, quantity.label + several, "both" if isinstance(norm, TwoSlopeNorm) else "neither"
 
 
 def _largest(values: np.ndarray) -> np.ndarray:
@@ -64,20 +93,43 @@ def _largest(values: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(found), found, np.nan)
 
 
-def _norm(name: str, shown: np.ma.MaskedArray) -> Normalize:
-    """Return how values become shades: settling and errors by logarithm, exponents around 0."""
-    values = shown.compressed()
+def _scale(name: str, shown: np.ma.MaskedArray) -> tuple[Colormap, Normalize]:
+    """Return how values become shades: settling and errors by logarithm, signed ones around 0."""
+    values, plain = shown.compressed(), matplotlib.colormaps[SHADES]
+    if name in PERIODS:
+        return ListedColormap(list(RAMP)), BoundaryNorm(
+            np.arange(len(RAMP) + 1) + 0.5, len(RAMP), extend="neither", clip=True
+        )
     if name in ERRORS:
         low = max(values[values > 0].min(initial=np.inf), ROUND_OFF)
         high = values.max(initial=0.0)
         low, high = (low, high) if low < high else (ROUND_OFF, 1.0)
-        return LogNorm(low, high, clip=True)
+        return plain, LogNorm(low, high, clip=True)
     if name == "settling":
-        return LogNorm(1, max(_SETTLED_LATE, values.max(initial=0.0)), clip=True)
-    if name in _SIGNED and values.size:
-        low, high = np.percentile(values, [_EXTREME, 100 - _EXTREME])
-        return TwoSlopeNorm(0.0, min(low, -_NARROWEST), max(high, _NARROWEST))
-    return Normalize()
+        return plain, LogNorm(1, max(_SETTLED_LATE, values.max(initial=0.0)), clip=True)
+    low, high = values.min(initial=0.0), values.max(initial=0.0)
+    if values.size and (name in _SIGNED or low < 0.0 < high):
+        return _around_zero(values)
+    return plain, Normalize()
+
+
+def _around_zero(values: np.ndarray) -> tuple[Colormap, Normalize]:
+    """Return two-sided shades whose middle is zero; of one sign alone, that half of them."""
+    two_sided = matplotlib.colormaps[_TWO_SIDED]
+    low, high = np.percentile(values, [_EXTREME, 100 - _EXTREME])
+    if low < 0.0 < high:
+        return two_sided, TwoSlopeNorm(0.0, min(low, -_NARROWEST), max(high, _NARROWEST))
+    ends = (0.5, 1.0) if high > 0.0 else (0.0, 0.5)
+    half = LinearSegmentedColormap.from_list("half", two_sided(np.linspace(*ends, 256)))
+    return half, Normalize(min(low, 0.0), max(high, 0.0) or _NARROWEST)
+
+
+def _name_periods(bar: Axes) -> None:
+    """Name the colours of a bar of periods."""
+    count = len(RAMP)
+    names = [*(str(n) for n in range(1, count)), f"{count} or more"]
+    bar.set_yticks(range(1, count + 1), names)
+    bar.tick_params(which="both", length=0)
 
 
 def _blacken(axes: Axes, view: ArchiveView, where: np.ndarray) -> Patch:

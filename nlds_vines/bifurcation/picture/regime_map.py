@@ -5,115 +5,188 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.choices import COEXISTING, REGIMES, SHARE, SHARES
+from nlds_vines.bifurcation.picture.dot_panel import PASSES
 from nlds_vines.bifurcation.picture.map_cells import (
+    FOOT,
+    HEAD,
+    add_map_legend,
     fill_cells,
+    hatch_cells,
+    label_axes,
     map_panel,
     mark_cells,
     single_map,
 )
-from nlds_vines.bifurcation.picture.number_map import draw_number
+from nlds_vines.bifurcation.picture.number_map import draw_number, fill_number
+from nlds_vines.bifurcation.picture.region_names import name_regions
+from nlds_vines.bifurcation.picture.scan_slice import violated_in
 from nlds_vines.bifurcation.picture.share_map import draw_shares
 from nlds_vines.bifurcation.watched import in_legend
+from nlds_vines.errors import RequestError
 from nlds_vines.orbits.coexistence import by_frequency, coexisting, final, most_frequent
-from nlds_vines.orbits.labels import KEPT
+from nlds_vines.orbits.labels import KEPT, TRANSIENT
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.palette import (
     HATCHED,
     OTHERS,
+    PASSED,
     RAMP,
-    colours,
+    THROUGH_CHAOS,
+    colour_of,
+    hatch_of,
     ordered,
+    patch_look,
     period_and_impacts,
     short,
 )
-from nlds_vines.plotting.panels import write_letters, write_title
-from nlds_vines.plotting.style import CM, FLAGGED, GREY, STYLE, WIDTH, axis_label
+from nlds_vines.plotting.panels import write_letters_above, write_title
+from nlds_vines.plotting.style import CM, FLAGGED, GREY
 
-_PANEL, _GAP, _FOOT, _HEAD = 7.9 * CM, 0.35 * CM, 1.15 * CM, 0.95 * CM  # heights in inches
+_GAP = 0.55 * CM  # inches between two maps
 _LINE = 0.42 * CM  # inches, height of a name in a legend
+_MOST_BELOW = 12  # names in a legend below a map
 _LONG = f"{len(RAMP)}T and longer"  # the name of the regimes that share the ramp's last colour
 _EXAMPLE = f"{len(RAMP)}T,1"  # one of these regimes
 _COUNTS = ("#f1efe9", "#f6c667", "#e07b39", "#a8324a", "#5b1a4a")
 """Colours of one regime in a cell, two, three ..., and of as many as there are colours or more."""
 
+_CHAOTIC = "reached through chaos"
 
-@matplotlib.rc_context(STYLE)
-def regime_map(view: ArchiveView, show: str) -> Figure:
+
+@styled()
+def regime_map(view: ArchiveView, show: str, page: Page = TWO_COLUMNS) -> Figure:
     """Return the map of a scan of two parameters; the first runs to the right, the second up.
 
-    Arguments: the archive; what to `show`, as checked by `choices.check_show`:
+    Arguments: the archive; what to `show`, as checked by `choices.check_show`; the `page`:
 
     - `regimes`: a colour for each regime; of several starts, the regime that most ended in, and in
       a second panel how many regimes coexist;
     - `coexisting`: that panel alone;
     - `share:LABEL`: the share of the starts that ended in a regime; `shares`: those of the most
       frequent regimes, side by side;
-    - a recorded number, one of `choices.NUMBERS`: of several starts the largest.
+    - a recorded number: of several starts the largest.
     """
     if show == SHARES or show.startswith(SHARE):
-        figure = draw_shares(view, show)
+        figure = draw_shares(view, show, page)
     elif show == REGIMES and view["start"].size > 1:
-        figure = _draw_both(view)
+        figure = _draw_both(view, page)
     elif show in (REGIMES, COEXISTING):
-        figure, axes = single_map(view)
-        if show == COEXISTING:
-            _draw_counts(axes, view, view["label"])
-        else:
-            _draw_regimes(axes, view, view["label"][..., 0], "regime")
+        figure, axes = single_map(view, page, 0.0 if page.beside else _below(page))
+        fill_map(axes, view, show, page)
     else:
-        figure = draw_number(view, show)
+        figure = draw_number(view, show, page)
     starts = view["start"].size
-    write_title(figure, view.text("title") + (f"; {starts} starts" if starts > 1 else ""))
+    title = view.text("title") + (f"; {starts} starts" if starts > 1 else "")
+    write_title(figure, title, page.left / page.width)
     return figure
 
 
-def _draw_both(view: ArchiveView) -> Figure:
+def fill_map(axes: Axes, view: ArchiveView, show: str, page: Page = TWO_COLUMNS) -> None:
+    """Draw one map into axes, with its legend: regimes, how many coexist, or a number."""
+    if show == COEXISTING:
+        _draw_counts(axes, view, view["label"], page)
+    elif show == REGIMES:
+        several = view["start"].size > 1
+        labels = most_frequent(view["label"]) if several else view["label"][..., 0]
+        _draw_regimes(axes, view, labels, "most frequent regime" if several else "regime", page)
+    elif show == SHARES or show.startswith(SHARE):
+        raise RequestError(f"show = {show!r} cannot be drawn into given axes: leave them out")
+    else:
+        mesh, label, extend = fill_number(axes, view, show)
+        axes.figure.colorbar(mesh, ax=axes, label=label, extend=extend)
+    label_axes(axes, view)
+
+
+def _below(page: Page) -> float:
+    """Return the height in inches of a legend below a map."""
+    rows = 2 + _MOST_BELOW // (page.columns + 1)
+    return rows * _LINE
+
+
+def _draw_both(view: ArchiveView, page: Page) -> Figure:
     """Return a figure with the most frequent regimes above how many coexist."""
-    height = _HEAD + 2 * _PANEL + _GAP + _FOOT
-    figure = Figure(figsize=(WIDTH, height))
-    bottoms = (_FOOT + _PANEL + _GAP, _FOOT)
-    upper, lower = (map_panel(figure, bottom / height, _PANEL / height) for bottom in bottoms)
-    upper.sharex(lower)
-    upper.tick_params(labelbottom=False)
-    lower.set_xlabel(axis_label(view.axes[0]))
-    for axes in (upper, lower):
-        axes.set_ylabel(axis_label(view.axes[1]))
-    write_letters((upper, lower))
-    labels = view["label"]
-    _draw_regimes(upper, view, most_frequent(labels), "most frequent regime")
-    _draw_counts(lower, view, labels)
+    below = 0.0 if page.beside else _below(page)
+    foot = 0.0 if page.beside else 3 * _LINE
+    between = below + FOOT if below else _GAP
+    figure = Figure(figsize=(page.width, HEAD + 2 * page.map_height + between + FOOT + foot))
+    upper = map_panel(figure, FOOT + foot + page.map_height + between, page)
+    lower = map_panel(figure, FOOT + foot, page)
+    lower.sharex(upper)
+    fill_map(upper, view, REGIMES, page)
+    fill_map(lower, view, COEXISTING, page)
+    if page.beside:
+        upper.tick_params(labelbottom=False)
+        upper.set_xlabel("")
+    write_letters_above((upper, lower))
     return figure
 
 
-def _draw_regimes(axes: Axes, view: ArchiveView, labels: np.ndarray, title: str) -> None:
+def _draw_regimes(
+    axes: Axes, view: ArchiveView, labels: np.ndarray, title: str, page: Page
+) -> None:
     """Fill every cell with the colour of its regime; the legend names the most frequent ones.
 
-    A dot marks a cell where the label of a start changes under refinement.
+    Large regions have their names inside.  Hatched are regimes that were reached through chaos, and
+    what is not known.  A dot marks a cell where the label of a start changes under refinement.
     """
     names = np.vectorize(_name, otypes=[object])(labels)
     words = [word for word, _ in by_frequency(names)]
-    colour = _colours(words)
-    _fill_classes(axes, view, names, words, [colour[word] for word in words])
-    flags = _mark_flagged(axes, view)
-    room = int(axes.bbox.height / axes.figure.dpi / _LINE) - 1 - 2 * len(flags)  # names that fit
-    named = _ordered(words if len(words) <= room else words[: room - 1])
-    handles = [Patch(facecolor=colour[word], label=in_legend(short(word), view)) for word in named]
-    if len(words) > len(named):
-        handles.append(Patch(color="none", label=f"and {len(words) - len(named)} more"))
-    _add_legend(axes, [*handles, *flags], title)
+    shades = {word: colour_of(_example(word)) for word in words}
+    _fill_classes(axes, view, names, words, [shades[word] for word in words])
+    marks = [*_hatch(axes, view, names), *_mark_flagged(axes, view)]
+    ends = list(dict.fromkeys(final(word) for word in words))
+    room = _MOST_BELOW - len(marks)
+    if page.beside:
+        height = axes.bbox.height / axes.figure.dpi
+        room = int(height / _LINE) - 1 - 2 * len(marks)  # names that fit
+    named = _ordered(ends if len(ends) <= room else ends[: room - 1])
+    handles = [_patch(word, view) for word in named]
+    if len(ends) > len(named):
+        handles.append(Patch(color="none", label=f"and {len(ends) - len(named)} more"))
+    add_map_legend(axes, [*handles, *marks], title, page)
+    free = np.where(violated_in(view).any(axis=-1), "", names)  # where no hatch is in the way
+    name_regions(axes, view, free, {word: shades[word] for word in words if not _hatched(word)})
 
 
-def _mark_flagged(axes: Axes, view: ArchiveView) -> list[Line2D]:
+def _patch(word: str, view: ArchiveView) -> Patch:
+    """Return the entry of a legend of a regime."""
+    look = patch_look(_example(word), colour_of(_example(word)))
+    return Patch(label=in_legend(short(word), view), **look)
+
+
+def _hatched(word: str) -> bool:
+    return bool(hatch_of(word))
+
+
+def _hatch(axes: Axes, view: ArchiveView, names: np.ndarray) -> list[Any]:
+    """Hatch cells by their labels, and where the limit is passed; return entries of the legend."""
+    found = []
+    unknown = names == HATCHED
+    if unknown.any():
+        hatch_cells(axes, view, unknown, (hatch_of(HATCHED), GREY), "")
+    late = np.vectorize(lambda name: name.startswith(TRANSIENT), otypes=[bool])(names)
+    if late.any():
+        found.append(hatch_cells(axes, view, late, (THROUGH_CHAOS, "black"), _CHAOTIC))
+    passed = np.asarray(violated_in(view).any(axis=-1))
+    if passed.any():
+        found.append(_hatch_passed(axes, view, passed))
+    return found
+
+
+def _hatch_passed(axes: Axes, view: ArchiveView, passed: np.ndarray) -> Patch:
+    """Hatch the cells in which the limit is passed; return the entry of the legend."""
+    return hatch_cells(axes, view, passed, (PASSED, "#8b0000"), PASSES)
+
+
+def _mark_flagged(axes: Axes, view: ArchiveView) -> list[Any]:
     """Mark cells with a start whose label is not kept; return the entries of the legend."""
     if "label_kept" not in view:
         return []
@@ -123,7 +196,7 @@ def _mark_flagged(axes: Axes, view: ArchiveView) -> list[Line2D]:
     return [mark_cells(axes, view, flagged, FLAGGED.replace(" under", "\nunder"))]
 
 
-def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray) -> None:
+def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray, page: Page) -> None:
     """Fill every cell with the colour of how many of the found regimes coexist there."""
     most = len(_COUNTS)
     counts = np.minimum(coexisting(labels), most)
@@ -131,12 +204,12 @@ def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray) -> None:
     shades = {0: OTHERS[HATCHED], **dict(enumerate(_COUNTS, start=1))}
     _fill_classes(axes, view, counts, words, [shades[word] for word in words])
     names = {0: "none known", most: f"{most} or more"}
-    frame: dict[str, Any] = {
-        "edgecolor": GREY,
-        "linewidth": 0.4,
-    }  # the first colour is nearly white
+    frame: dict[str, Any] = {"edgecolor": GREY, "linewidth": 0.4}  # the first is nearly white
     handles = [Patch(facecolor=shades[n], label=names.get(n, str(n)), **frame) for n in words]
-    _add_legend(axes, handles, f"regimes found\nby {labels.shape[-1]} starts")
+    passed = np.asarray(violated_in(view).any(axis=-1))
+    if passed.any():
+        handles.append(_hatch_passed(axes, view, passed))
+    add_map_legend(axes, handles, f"regimes found\nby {labels.shape[-1]} starts", page)
 
 
 def _fill_classes(
@@ -156,27 +229,12 @@ def _name(label: str) -> str:
     return label.replace(end, _LONG) if found and found[0] >= len(RAMP) else label
 
 
-def _colours(words: Sequence[str]) -> dict[str, str]:
-    """Return the colour of every name on a map."""
-    found = colours(word.replace(_LONG, _EXAMPLE) for word in words)
-    return {word: found[word.replace(_LONG, _EXAMPLE)] for word in words}
+def _example(word: str) -> str:
+    """Return a label of the regimes that are drawn under a name."""
+    return word.replace(_LONG, _EXAMPLE)
 
 
 def _ordered(words: Sequence[str]) -> list[str]:
     """Return names in the order of a legend: by period, then those that are not periodic."""
-    found = ordered(word.replace(_LONG, _EXAMPLE) for word in words)
+    found = ordered(_example(word) for word in words)
     return [word.replace(_EXAMPLE, _LONG) for word in found]
-
-
-def _add_legend(axes: Axes, handles: Sequence[Artist], title: str) -> None:
-    """Add a legend to the right of a map."""
-    axes.legend(
-        handles=handles,
-        title=title,
-        loc="upper left",
-        bbox_to_anchor=(1.02, 1.0),
-        borderaxespad=0,
-        handlelength=1.2,
-        labelspacing=0.35,
-        alignment="left",
-    )

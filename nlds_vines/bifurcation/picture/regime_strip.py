@@ -2,80 +2,176 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
-from nlds_vines.plotting.bands import Band, spread
-from nlds_vines.plotting.palette import is_dark, patch_look, short
-from nlds_vines.plotting.panels import text_width
-from nlds_vines.plotting.style import FLAG_COLOUR, LEFT, RIGHT, WIDTH
+from nlds_vines.plotting.bands import Band, bands, spread
+from nlds_vines.plotting.palette import colours, hatch_of, is_dark, ordered, patch_look, short
+from nlds_vines.plotting.panels import size_of, text_width
+from nlds_vines.plotting.style import FLAG_COLOUR
 
 FLAG_WIDTH = 1.5
 """Width of a flag at most [pt]."""
 
 _THINNEST_FLAG = 0.6  # pt, where flags of neighbouring cells would overlap
 _FLAG_HEIGHTS = -0.22, 0.0  # of the strip's height: between the strip and the panel below it
-_STRIP = 72 * WIDTH * (RIGHT - LEFT)  # pt, width of the strip
 _SIZE = 7  # pt, of the names
 _PITCH = 1.25 * _SIZE  # pt from one upright name to the next
 _PADDING = 3  # pt on either side of a name inside its band
 _NARROWEST = 0.5  # pt, least width of a band that is named: a narrower one is invisible
+_LINES = 14  # pt between the strip and the names above it
+_TALLEST = 96  # pt, of a name above a strip for which room is made
+
+
+class Strip:
+    """Where the names of a strip stand: inside their bands, or upright above it.
+
+    A name stands in its band where it fits.  A regime whose name fits into none of its bands is
+    named once, above the widest of them; its other bands are known by their colour.
+
+    Arguments: the bands; the `ends` of the axis; `points`, its width; whether it is logarithmic,
+    and whether names may stand `inside`.
+    """
+
+    def __init__(
+        self,
+        found: Sequence[Band],
+        ends: tuple[float, float],
+        points: float,
+        log: bool = False,
+        inside: bool = True,
+    ) -> None:
+        """Find the places of the names."""
+        self._ends, self._points, self._log = ends, points, log
+        fits = [inside and self._fits(band) for band in found]
+        self.inside = [band for band, fitting in zip(found, fits, strict=True) if fitting]
+        named = {band.label for band in self.inside}
+        beside = [band for band in found if band.label not in named and self._wide(band)]
+        self.above = list({b.label: b for b in sorted(beside, key=self._extent)}.values())
+
+    def place(self, value: float) -> float:
+        """Return where a value stands, as a fraction of the axis."""
+        low, high, at = np.log((*self._ends, value)) if self._log else (*self._ends, value)
+        return float((at - low) / (high - low))
+
+    @property
+    def room(self) -> float:
+        """The height in points that the names above take."""
+        widths = [text_width(short(band.label), _SIZE) for band in self.above]
+        return min(max(widths) + _LINES, _TALLEST) if widths else 0.0
+
+    @property
+    def pitch(self) -> float:
+        """The distance of names above, as a fraction of the axis."""
+        return _PITCH / self._points
+
+    def _extent(self, band: Band) -> float:
+        return self._points * (self.place(band.high) - self.place(band.low))
+
+    def _wide(self, band: Band) -> bool:
+        return self._extent(band) >= _NARROWEST
+
+    def _fits(self, band: Band) -> bool:
+        return text_width(short(band.label), _SIZE) + 2 * _PADDING <= self._extent(band)
 
 
 def mark_flagged(axes: Axes, values: np.ndarray, flagged: np.ndarray) -> None:
     """Mark at the foot of a strip those `values` (n,) along it that are `flagged` (n,)."""
-    width = min(max(_STRIP / values.size, _THINNEST_FLAG), FLAG_WIDTH)
+    width = min(max(size_of(axes)[0] / values.size, _THINNEST_FLAG), FLAG_WIDTH)
     axes.vlines(values[flagged], *_FLAG_HEIGHTS, color=FLAG_COLOUR, linewidth=width, clip_on=False)
 
 
 def draw_strip(axes: Axes, found: list[Band], colour: Mapping[str, str]) -> None:
-    """Draw bands of regimes as a strip in their colours, and name as many as there is room for.
+    """Draw bands of regimes as a strip in their colours, and name them (`Strip`).
 
-    A name stands in its band where it fits.  A regime whose name fits into none of its bands is
-    named once, upright above the widest of them at the end of a line; its other bands are known by
-    their colour.
+    The limits of the axes are those of the strip, or within it.
     """
+    _clear(axes)
+    for band in found:
+        _fill(axes, band, colour[band.label], 0.0, 1.0)
+    strip = _strip_of(axes, found)
+    for band in strip.inside:
+        _name_inside(axes, strip, band, colour[band.label])
+    _name_above(axes, strip)
+
+
+def draw_stack(axes: Axes, values: np.ndarray, labels: np.ndarray) -> None:
+    """Draw the labels (cells, starts) of several starts: each cell a stack of their regimes.
+
+    In each cell the regimes stand in the order of legends, with heights as are their shares.
+    """
+    _clear(axes)
+    found = stacked_bands(values, labels)
+    colour = colours(band.label for row in found for band in row)
+    for place, row in enumerate(found):
+        for band in row:
+            _fill(axes, band, colour[band.label], place / len(found), 1 / len(found))
+    _name_above(axes, _strip_of(axes, _widest(found), inside=False))
+
+
+def stack_room(values: np.ndarray, labels: np.ndarray) -> list[Band]:
+    """Return the bands that `draw_stack` names, for the room above it."""
+    return _widest(stacked_bands(values, labels))
+
+
+def stacked_bands(values: np.ndarray, labels: np.ndarray) -> list[list[Band]]:
+    """Return the rows of bands of labels (cells, starts), sorted in each cell."""
+    words = ordered(labels.ravel().tolist())
+    rank = {word: place for place, word in enumerate(words)}
+    ranks = np.sort(np.vectorize(rank.__getitem__, otypes=[int])(labels), axis=1)
+    names = np.array(words, dtype=object)[ranks]
+    return [bands(values, names[:, row]) for row in range(names.shape[1])]
+
+
+def _widest(rows: Sequence[Sequence[Band]]) -> list[Band]:
+    """Return the widest band of each regime in some rows."""
+    every = sorted((band for row in rows for band in row), key=lambda band: band.width)
+    return sorted({band.label: band for band in every}.values(), key=lambda band: band.low)
+
+
+def _strip_of(axes: Axes, found: Sequence[Band], inside: bool = True) -> Strip:
+    return Strip(found, axes.get_xlim(), size_of(axes)[0], axes.get_xscale() == "log", inside)
+
+
+def _clear(axes: Axes) -> None:
     axes.set_ylim(0, 1)
     axes.set_yticks([])
-    axes.tick_params(bottom=False, labelbottom=False)
-    scale = _STRIP / (found[-1].high - found[0].low)  # points per unit of the parameter
-    inside, beside = set(), []
-    for band in found:
-        look = patch_look(band.label, colour[band.label])
-        axes.add_patch(Rectangle((band.low, 0), band.width, 1, **look))
-        if text_width(short(band.label), _SIZE) + 2 * _PADDING <= band.width * scale:
-            _name_inside(axes, band, "white" if is_dark(colour[band.label]) else "black")
-            inside.add(band.label)
-        elif band.width * scale >= _NARROWEST:
-            beside.append(band)
-    widest = {band.label: band for band in sorted(beside, key=lambda band: band.width)}
-    unnamed = [band for label, band in widest.items() if label not in inside]
-    _name_above(axes, unnamed, scale, found[0].low, found[-1].high)
+    axes.tick_params(which="both", bottom=False, labelbottom=False)
 
 
-def _name_inside(axes: Axes, band: Band, ink: str) -> None:
-    """Write the name of a band into its middle."""
-    place: dict[str, Any] = {"ha": "center", "va": "center_baseline"}
-    axes.text(band.centre, 0.5, short(band.label), color=ink, fontsize=_SIZE, **place)
+def _fill(axes: Axes, band: Band, colour: str, bottom: float, height: float) -> None:
+    look = patch_look(band.label, colour)
+    axes.add_patch(Rectangle((band.low, bottom), band.width, height, **look))
 
 
-def _name_above(axes: Axes, named: list[Band], scale: float, low: float, high: float) -> None:
+def _name_inside(axes: Axes, strip: Strip, band: Band, colour: str) -> None:
+    """Write the name of a band into its middle, on a ground of its own where it is hatched."""
+    middle = (strip.place(band.low) + strip.place(band.high)) / 2
+    look: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": _SIZE}
+    if hatch_of(band.label):
+        look["bbox"] = {"facecolor": colour, "edgecolor": "none", "pad": 1.0}
+    ink = "white" if is_dark(colour) else "black"
+    axes.text(middle, 0.5, short(band.label), color=ink, transform=axes.transAxes, **look)
+
+
+def _name_above(axes: Axes, strip: Strip) -> None:
     """Write names upright above the strip, side by side, each joined to its band by a line.
 
-    Arguments: the bands; `scale`, points per unit of the parameter; the ends of the strip.  Where
-    there is no room for all, the widest bands are named.
+    Where there is no room for all, the widest bands are named.
     """
-    pitch = _PITCH / scale
-    room = int((high - low) / pitch)
-    widest = sorted(named, key=lambda band: -band.width)[:room]
+    room = int(1.0 / strip.pitch)
+    widest = sorted(strip.above, key=lambda band: -band.width)[:room]
     chosen = sorted(widest, key=lambda band: band.centre)
-    places = spread([band.centre for band in chosen], pitch, low + pitch / 2, high - pitch / 2)
-    for band, place in zip(chosen, places, strict=True):
-        line = [band.centre, band.centre, place, place], [1.0, 1.15, 1.65, 1.8]
-        axes.plot(*line, color="#555555", linewidth=0.4, clip_on=False)
+    centres = [(strip.place(band.low) + strip.place(band.high)) / 2 for band in chosen]
+    places = spread(centres, strip.pitch, strip.pitch / 2, 1.0 - strip.pitch / 2)
+    height = size_of(axes)[1]
+    for band, centre, place in zip(chosen, centres, places, strict=True):
+        heights = [1.0, *(1.0 + share * _LINES / height for share in (0.2, 0.8, 0.95))]
+        look: dict[str, Any] = {"transform": axes.transAxes, "clip_on": False}
+        axes.plot([centre, centre, place, place], heights, color="#555555", linewidth=0.4, **look)
         style: dict[str, Any] = {"fontsize": _SIZE, "rotation": 90, "ha": "center", "va": "bottom"}
-        axes.text(place, 1.95, short(band.label), **style)
+        axes.text(place, 1.0 + _LINES / height, short(band.label), **style, **look)

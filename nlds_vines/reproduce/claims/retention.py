@@ -18,7 +18,8 @@ from nlds_vines.reproduce.claims.claim import (
     weighed,
 )
 from nlds_vines.reproduce.claims.measured import Data, Evidence
-from nlds_vines.reproduce.request import Curve, FigureRequest
+from nlds_vines.reproduce.request import FigureRequest
+from nlds_vines.response_curves.request import Curve
 
 ALONE = "none"
 """The system without a damper, with which every damper is compared."""

@@ -1,0 +1,152 @@
+"""A panel of a diagram: one quantity over one parameter, in dots of orbits or in curves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from nlds_vines.bifurcation.picture.quantities import Quantity
+from nlds_vines.bifurcation.picture.scan_slice import Slice
+from nlds_vines.bifurcation.picture.start_looks import Look, looks_of
+from nlds_vines.plotting.bands import bands, logarithmic
+from nlds_vines.plotting.palette import PASSED
+from nlds_vines.plotting.style import DOT, ERRORS, GREEN, GREY, ROUND_OFF, SHADES
+
+EXPONENTS: Mapping[str, str] = {
+    "lyapunov": "lyapunov_width",
+    "transient_lyapunov": "transient_lyapunov_width",
+}
+"""The quantities that are drawn with an interval over a line at zero, and the half width of it."""
+
+PASSES = "passes the limit"
+"""What a legend says of hatched cells and crossed marks."""
+
+_SECTION_DOT, _NUMBER_DOT, _EXPONENT_DOT, _LEGEND_DOT = 0.75, 2.0, 1.4, 3.0  # points
+_HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": "#d0a0a0", "linewidth": 0}
+_CROSS: dict[str, Any] = {"marker": "x", "linestyle": "none", "markeredgewidth": 0.7}
+_LIGHTEST = 0.82  # of the shades of curves: lighter ones are too pale on white paper
+
+
+def fill_panel(
+    panel: Axes, cuts: Sequence[Slice], known: Mapping[str, Quantity], name: str
+) -> None:
+    """Draw a quantity along slices: dots of one slice, a curve for each of several."""
+    quantity = known[name]
+    if len(cuts) > 1:
+        _draw_curves(panel, cuts, quantity)
+    elif name in EXPONENTS:
+        _draw_exponent(panel, cuts[0], quantity, known.get(EXPONENTS[name]))
+    else:
+        _draw_dots(panel, cuts[0], quantity)
+    if len(cuts) == 1:
+        _hatch_violated(panel, cuts[0])
+    panel.set_ylabel(quantity.label)
+    if logarithmic(cuts[0].values):
+        panel.set_xscale("log")
+
+
+def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
+    """Return the entries of a legend for panels of these slices and quantities."""
+    found: list[Any] = []
+    if len(cuts) > 1 and rows:
+        line: dict[str, Any] = {"linewidth": 1.2}
+        found = [
+            Line2D([], [], color=colour, label=cut.held, **line)
+            for cut, colour in zip(cuts, curve_colours(len(cuts)), strict=True)
+        ]
+    elif rows:
+        dot: dict[str, Any] = {"marker": "o", "markersize": _LEGEND_DOT, "linestyle": "none"}
+        looks = [look for look in looks_of(cuts[0]) if look.name and look.which.any()]
+        found = [Line2D([], [], color=look.colour, label=look.name, **dot) for look in looks]
+    if any(cut.violated().any() for cut in cuts):
+        text = PASSES if len(cuts) == 1 else f"{PASSES} (crosses)"
+        found.append(Patch(hatch=PASSED, label=text, **_HATCH))
+    return found
+
+
+def curve_colours(count: int) -> list[Any]:
+    """Return the colours of so many curves, from dark to light, along even steps of lightness."""
+    return list(matplotlib.colormaps[SHADES](np.linspace(0.0, _LIGHTEST, count)))
+
+
+def overlay_energy(panel: Axes, cut: Slice, energy: Quantity) -> None:
+    """Draw the structure's maximum energy over a panel, on an axis of its own."""
+    axes = panel.twinx()
+    axes.plot(cut.values, cut.of(energy)[:, 0, 0], color=GREEN, linewidth=0.9)
+    axes.set_ylim(bottom=0)
+    axes.set_ylabel(energy.label, color=GREEN)
+    axes.tick_params(axis="y", colors=GREEN)
+    axes.spines["right"].set_color(GREEN)
+
+
+def _dots_of(cut: Slice, look: Look, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return abscissae and ordinates of the dots of some orbits of (cells, starts, many)."""
+    cells, _ = np.nonzero(look.which)
+    shown = found[look.which]
+    return np.repeat(cut.values[cells], shown.shape[1]), shown.ravel()
+
+
+def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
+    """Draw orbits as unconnected dots, those of one attractor in one colour."""
+    found = cut.of(quantity)
+    if quantity.name in ERRORS:
+        found = np.maximum(found, ROUND_OFF)
+        panel.set_yscale("log")
+    size = _NUMBER_DOT if quantity.single else _SECTION_DOT
+    for look in looks_of(cut, found if quantity.single else None):
+        across, up = _dots_of(cut, look, found)
+        panel.plot(across, up, color=look.colour, rasterized=True, markersize=size, **DOT)
+
+
+def _draw_exponent(panel: Axes, cut: Slice, quantity: Quantity, half: Quantity | None) -> None:
+    """Draw exponents as dots over a line at zero.
+
+    Each has its 99 % interval as a bar; the interval of a periodic orbit has no width.
+    """
+    panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0.5)
+    found = cut.of(quantity)
+    width = np.zeros_like(found) if half is None else cut.of(half)
+    for look in looks_of(cut, found):
+        (across, up), (_, reach) = _dots_of(cut, look, found), _dots_of(cut, look, width)
+        kept = np.isfinite(up) & np.isfinite(reach)
+        across, up, reach = across[kept], up[kept], reach[kept]
+        bar: dict[str, Any] = {"alpha": 0.35, "linewidth": 1.0, "rasterized": True}
+        panel.vlines(across, up - reach, up + reach, color=look.colour, **bar)
+        dot = {"markersize": _EXPONENT_DOT, "rasterized": True, **DOT}
+        panel.plot(across, up, color=look.colour, **dot)
+
+
+def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None:
+    """Draw a quantity along several slices: as curves, or of several starts as dots.
+
+    Crosses mark the orbits that pass a limit.
+    """
+    if quantity.name in EXPONENTS:
+        panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0.5)
+    if quantity.name in ERRORS:
+        panel.set_yscale("log")
+    for cut, colour in zip(cuts, curve_colours(len(cuts)), strict=True):
+        found = cut.of(quantity)
+        many = found.shape[1] * found.shape[2]
+        style: dict[str, Any] = {"linewidth": 1.0} if many == 1 else {**DOT, "markersize": 1.4}
+        panel.plot(np.repeat(cut.values, many), found.ravel(), color=colour, **style)
+        cells, starts = np.nonzero(cut.violated())
+        if cells.size:
+            up = found[cells, starts, 0]
+            panel.plot(cut.values[cells], up, color=colour, markersize=2.5, **_CROSS)
+
+
+def _hatch_violated(panel: Axes, cut: Slice) -> None:
+    """Hatch the cells in which an orbit passes the limit."""
+    passed = cut.violated().any(axis=1)
+    if not passed.any():
+        return
+    for band in bands(cut.values, np.where(passed, PASSES, "")):
+        if band.label:
+            panel.axvspan(band.low, band.high, hatch=PASSED, zorder=0.2, **_HATCH)

@@ -1,0 +1,90 @@
+"""The recorded quantities that a picture can show, read from the table of datasets itself.
+
+Whatever a scan records in numbers, one or several for each orbit, can be drawn: a new dataset needs
+nothing here.  The displacements and velocities of a section go by the names of their components.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nlds_vines.archives.dataset import Dataset
+from nlds_vines.plotting.bands import drawable
+from nlds_vines.plotting.style import quantity_label
+
+if TYPE_CHECKING:
+    from nlds_vines.archives.archive import ArchiveView
+
+SECTION = "section"
+"""The dataset whose components are quantities of their own."""
+
+_NO_NUMBERS = ("component", "part")  # dimensions along which units or meanings differ
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something to draw over the varied parameters.
+
+    Attributes:
+        name: as it is asked for: a dataset, or a component of the section.
+        dataset: where it is; index: the places in dimensions of the dataset that are taken.
+        units, long_name: of the quantity; fill: the value of orbits that have none.
+        single: whether an orbit has one value of it, and not several.
+    """
+
+    name: str
+    dataset: str
+    units: str
+    long_name: str
+    fill: float
+    single: bool
+    index: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        """What stands along its axis: meaning, symbol and unit."""
+        return quantity_label(self.name, self.units, self.long_name)
+
+    def of(self, view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:
+        """Return its values (..., starts, many), NaN where there is none; `at` fixes axes."""
+        taken = {**self.index, **(at or {})}
+        found = view.take(self.dataset, **taken)
+        dims = [dim for dim in view.dims(self.dataset) if dim not in taken]
+        found = found.reshape((*found.shape[: dims.index("start") + 1], -1))
+        return drawable(np.where(found == self.fill, np.nan, found))
+
+
+def quantities(datasets: Iterable[Dataset], components: Sequence[str]) -> dict[str, Quantity]:
+    """Return what can be drawn of these datasets, by name; `components` are those of a state."""
+    found: dict[str, Quantity] = {}
+    for entry in datasets:
+        if entry.name == SECTION:
+            found |= {name: _coordinate(entry, i, name) for i, name in enumerate(components)}
+        elif _is_numbers(entry):
+            about = entry.units, entry.long_name, float(entry.fill)
+            found[entry.name] = Quantity(entry.name, entry.name, *about, single=not entry.tail)
+    return found
+
+
+def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
+    """Return what can be drawn of an archive, by name."""
+    components = list(view["component"]) if "component" in view else []
+    return quantities(map(view.describe, view.names), components)
+
+
+def _coordinate(section: Dataset, place: int, name: str) -> Quantity:
+    """Return a component of the section: a displacement in m or a velocity in m/s."""
+    units = section.units.split(", ")[name.startswith("v")]
+    text = f"{name}, {section.long_name}"
+    return Quantity(name, SECTION, units, text, np.nan, single=False, index={"component": place})
+
+
+def _is_numbers(entry: Dataset) -> bool:
+    """Return whether a dataset holds numbers of one meaning for each orbit, and no codes."""
+    if entry.dtype == "str" or entry.flags is not None or "start" not in entry.dims:
+        return False
+    return not any(dim in _NO_NUMBERS for dim in entry.tail)

@@ -1,0 +1,101 @@
+"""How the orbits of several starts are told apart in a diagram: by attractor, not by start."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from nlds_vines.bifurcation.picture.quantities import SECTION, quantities_in
+from nlds_vines.bifurcation.picture.scan_slice import Slice
+from nlds_vines.bifurcation.watched import in_legend
+from nlds_vines.plotting.palette import ink_of, ordered, period_and_impacts, short
+from nlds_vines.plotting.style import NAVY, start_colours
+
+SWEEPS = ["up", "down"]
+"""The starts of a scan that shows hysteresis."""
+
+BOTH = "up and down alike"
+"""What a legend says of orbits on which both sweeps are."""
+
+_ALIKE = 0.01  # of the range of all values: the distance of two orbits that count as one
+
+
+class Look(NamedTuple):
+    """Some of the orbits, `which` (cells, starts), and how their dots look."""
+
+    which: np.ndarray
+    colour: str
+    name: str
+
+
+def looks_of(cut: Slice, numbers: np.ndarray | None = None) -> list[Look]:
+    """Return the looks of all orbits: what lies on one attractor looks alike.
+
+    Arguments: the slice; the `numbers` (cells, starts, 1) that are drawn, where each orbit has one.
+
+    Of a single start all orbits have one colour.  Of sweeps up and down there are three: those of
+    either, and one where both are on the same orbit, or have the same number, so that none hides
+    the other.  Of other starts the colour is that of the regime; without labels all are alike.
+    """
+    starts, shape = cut.starts, (cut.values.size, len(cut.starts))
+    if len(starts) == 1:
+        name = "" if starts == ["rest"] else f"start: {starts[0]}"
+        return [Look(np.ones(shape, dtype=bool), start_colours(starts)[0], name)]
+    if starts == SWEEPS:
+        return _of_sweeps(alike(cut) if numbers is None else alike(cut) | _close(numbers))
+    labels = cut.labels()
+    if labels is None:
+        return [Look(np.ones(shape, dtype=bool), NAVY, f"{len(starts)} starts")]
+    words = ordered(labels.ravel().tolist())
+    return [Look(labels == word, ink_of(word), in_legend(short(word), cut.view)) for word in words]
+
+
+def _of_sweeps(both: np.ndarray) -> list[Look]:
+    """Return the looks of two sweeps, given in which cells (cells,) both are alike."""
+    up, down = start_colours(SWEEPS)
+    one, other = (np.zeros((both.size, 2), dtype=bool) for _ in SWEEPS)
+    one[:, 0], other[:, 1] = ~both, ~both
+    shared = np.stack([both, np.zeros_like(both)], axis=1)
+    found = [Look(shared, NAVY, BOTH), Look(one, up, "up"), Look(other, down, "down")]
+    return [look for look in found if look.which.any()]
+
+
+def alike(cut: Slice) -> np.ndarray:
+    """Return in which cells (cells,) two starts are on the same orbit.
+
+    Orbits are alike where all points of either lie close to one of the other, in each coordinate
+    that is recorded, or else in each number; and where both are not periodic and have one label.
+    """
+    known = quantities_in(cut.view)
+    of_section = [item for item in known.values() if item.dataset == SECTION]
+    found = np.ones(cut.values.size, dtype=bool)
+    for item in of_section or [item for item in known.values() if item.name == "E1max"]:
+        found &= _close(cut.of(item))
+    labels = cut.labels()
+    if labels is None:
+        return found
+    same = labels[:, 0] == labels[:, 1]
+    wild = np.array([period_and_impacts(label) is None for label in labels[:, 0]])
+    return same & (found | wild)
+
+
+def _close(values: np.ndarray) -> np.ndarray:
+    """Return in which cells the points of two starts (cells, 2, many) lie on one another."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return np.ones(len(values), dtype=bool)
+    reach = _ALIKE * (known.max() - known.min())
+    return np.array([max(_apart(a, b), _apart(b, a)) <= reach for a, b in values])
+
+
+def _apart(points: np.ndarray, others: np.ndarray) -> float:
+    """Return the largest distance of one of the points to the nearest of the others."""
+    points, others = points[np.isfinite(points)], np.sort(others[np.isfinite(others)])
+    if not points.size or not others.size:
+        return 0.0 if points.size == others.size else np.inf
+    after = np.clip(np.searchsorted(others, points), 1, max(1, others.size - 1))
+    near = np.abs(points - others[after - 1])
+    if others.size > 1:
+        near = np.minimum(near, np.abs(points - others[after]))
+    return float(near.max())

@@ -1,0 +1,92 @@
+"""Plain text as it is printed: 2.5e+07 N/m^1.5 becomes 2.5 x 10^7 N/m^(3/2), K and ω are italic.
+
+Titles, names and units are plain text in files and on terminals.  Only pictures use these formulas.
+"""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+
+from nlds_vines.errors import MOST_CHARACTERS, printable
+from nlds_vines.model.parameters import PARAMETERS
+
+_LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
+_POWER = re.compile(r"(?<=[A-Za-z])\^(-?\d+(?:\.\d+)?)")
+_SCIENTIFIC = re.compile(r"(?<![\w.])([-+]?\d+(?:\.\d+)?)e([-+]?\d+)(?![\w.])")
+_PLAIN = (1e-3, 1e4)  # sizes of numbers that are written out
+
+
+def latex_symbol(parameter: str) -> str:
+    """Return the symbol of a parameter in LaTeX: the fonts lack the Unicode subscripts."""
+    return "".join(_LATEX.get(letter, letter) for letter in PARAMETERS[parameter].symbol)
+
+
+def power_of_ten(text: str) -> str:
+    """Return a number such as 2.5e+07 in LaTeX, 2.5 x 10^7; one without an exponent as it is."""
+    found = _SCIENTIFIC.fullmatch(text)
+    if found is None:
+        return text
+    factor = "" if found[1] == "1" else rf"{found[1]}\times"
+    return rf"{factor}10^{{{int(found[2])}}}"
+
+
+def number_text(value: float) -> str:
+    """Return a number in LaTeX, of up to seven digits: 3.95 x 10^4, 0.05."""
+    if not value or _PLAIN[0] <= abs(value) < _PLAIN[1]:
+        return f"{value:g}"
+    digits, _, power = f"{value:.6e}".partition("e")
+    return power_of_ten(f"{float(digits):g}e{power}")
+
+
+def raised(unit: str) -> str:
+    """Return a unit with its powers as superscripts, halves as fractions: N/m^(3/2)."""
+    return _POWER.sub(lambda found: f"$^{{{_fraction(found[1])}}}$", unit)
+
+
+def setting_label(parameter: str, value: float) -> str:
+    """Return symbol, value and unit of a parameter that is set, in LaTeX: k1 = 3.95 x 10^4 N/m."""
+    unit = PARAMETERS[parameter].unit
+    text = f"${latex_symbol(parameter)}={number_text(value)}$"
+    return text + (f" {raised(unit)}" if unit != "1" else "")
+
+
+def literal(text: str) -> str:
+    """Return a text of a request as matplotlib draws it letter by letter, and in a moment.
+
+    A dollar sign begins no formula.  Texts of archives were checked, but files can be changed.
+    """
+    return printable(text[:MOST_CHARACTERS]).replace("$", r"\$")
+
+
+def typeset(text: str) -> str:
+    """Return a text of a request with its symbols, powers of ten and units as they are printed.
+
+    A symbol of one letter counts only before " = ", " from " and " tuned ": `P = 600 N`, and not
+    the P of a name.
+    """
+    found = _POWER.sub(lambda m: f"$^{{{_fraction(m[1])}}}$", literal(text))
+    found = _SCIENTIFIC.sub(lambda m: f"${power_of_ten(m[0])}$", found)
+    return _SYMBOL.sub(lambda m: f"${latex_symbol(_NAMES[m[0]])}$", found)
+
+
+def _fraction(power: str) -> str:
+    """Return a power as a fraction where it is a half: 3/2 for 1.5."""
+    found = Fraction(power)
+    return str(found) if found.denominator <= 2 else power
+
+
+def _pattern(text: str) -> str:
+    """Return the regular expression of a name or a symbol in a title."""
+    alone = "(?= (?:=|from|tuned) )" if len(text) == 1 and text.isascii() else ""
+    return rf"(?<![\w$\\]){re.escape(text)}(?![\w'^]){alone}"
+
+
+_IN_WORDS = ("exponent", "hunt_crossley")  # names that titles spell out
+_NAMES = {
+    text: name
+    for name, entry in PARAMETERS.items()
+    if name not in _IN_WORDS
+    for text in (name, entry.symbol)
+}
+_SYMBOL = re.compile("|".join(map(_pattern, sorted(_NAMES, key=len, reverse=True))))

@@ -1,0 +1,17 @@
+"""Response curves: the largest energies against frequency, dampers beside each other.
+
+In reading order:
+
+    request        `CurvePage`: panels, curves and the scan of each
+    request_file   a request file (TOML) read into a `CurvePage`
+    curve_options  what the command line changes in it
+    curves_table   the datasets of the archive
+    run            from request to archive, curve by curve
+    result         `ResponseCurves`: an archive read
+    picture        a page of curves drawn
+    command        `python -m nlds_vines.response_curves` and `nv.response_curves`
+"""
+
+from nlds_vines.callable_package import make_callable
+
+make_callable(__name__)

@@ -1,0 +1,183 @@
+"""Response curves of dampers beside each other, and of the structure alone.
+
+As a command: `python -m nlds_vines.response_curves`, or `nlds-vines response-curves`.
+In Python: `nlds_vines.response_curves(["tmd", "my-damper.toml"])`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nlds_vines.bifurcation.room import refuse_without_room
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.paths import (
+    check_output,
+    check_plot,
+    optional_path,
+    refuse_existing,
+    refuse_picture,
+)
+from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
+from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
+from nlds_vines.errors import at, shown
+from nlds_vines.model.system import System
+from nlds_vines.plotting.bands import refuse_undrawable
+from nlds_vines.response_curves.curve_options import Source, add_curve_options, changes, page_from
+from nlds_vines.response_curves.request import CurvePage, label_of
+
+if TYPE_CHECKING:
+    from nlds_vines.response_curves.result import ResponseCurves
+
+_NAME = "response-curves"
+_DEFAULT = Path("response-curves.h5")
+_EXAMPLES = """\
+examples:
+  nlds-vines response-curves --plot curves.png
+      the dampers of the paper's Table 2 and the structure alone, from 4.5 to 8 rad/s
+  nlds-vines response-curves --system tmd --system ssul-set6 --set P=600 \\
+          --vary omega=5:7.5:251 -o weak.h5 --plot weak.pdf
+      two dampers under a weaker force
+  nlds-vines response-curves scans/figure2a.toml -o sets.h5 --plot sets.png
+      a request file: copy one of `scans`, name your own systems in its [[curves]]
+exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
+130 interrupted, 143 terminated: --resume goes on
+"""
+
+
+def response_curves(
+    source: Source = None,
+    output: str | os.PathLike[str] = _DEFAULT,
+    *,
+    plot: str | os.PathLike[str] | None = None,
+    threads: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    quiet: bool = True,
+    **tables: Any,
+) -> ResponseCurves:
+    """Compute response curves of dampers and of the structure alone, and return them.
+
+    Arguments:
+        source: a list of systems or of their names, one of these, the path of a request file with
+            [[curves]], the document in one, a `CurvePage`, or None for the paper's dampers.
+        output: the archive.
+        plot: a picture to draw as well (.png, .pdf or .svg).
+        threads: how many; by default as many as the machine has processors.
+        resume, overwrite: continue or replace an archive that exists; not both.
+        quiet: whether to show no progress.
+        tables: tables of a request file laid over the source, as `vary={"omega": {"start": 5.0,
+            "stop": 7.0, "num": 201}}`, `set={"P": 600.0}`.
+
+    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    """
+    page = page_from(source, (), tables, "response_curves")
+    how = RunOptions(threads, resume, overwrite, quiet=quiet)
+    return Job(page, _source_path(source), Path(output), optional_path(plot), how).run()
+
+
+@dataclass(frozen=True)
+class Job:
+    """A page of curves and where it goes; checked when made, before anything heavy is loaded."""
+
+    page: CurvePage
+    source: Path | None
+    archive: Path
+    plot: Path | None
+    how: RunOptions
+
+    def __post_init__(self) -> None:
+        """Raise `RequestError` for files that cannot be written and values that cannot be drawn."""
+        check_output(self.archive, self.source, self.plot)
+        if self.plot is not None:
+            check_plot(self.plot)
+            with at(f"--plot {shown(str(self.plot))}"):
+                refuse_undrawable(self.page.axis, self.page.values)
+
+    def run(self) -> ResponseCurves:
+        """Compute, draw, and return what was found.
+
+        Raises `RequestError` for an archive that exists, without --resume and --overwrite.
+        """
+        refuse_existing(self.archive, self.how)
+        refuse_picture(self.plot, self.how, self.page.hash)
+        for curve in self.page.curves:
+            refuse_without_room(curve.scan, self.archive)
+        from nlds_vines.response_curves.result import curves_in
+        from nlds_vines.response_curves.run import run
+
+        run(self.page, self.archive, self.how)
+        if self.plot is not None:
+            from nlds_vines.response_curves.picture import save
+
+            save(self.archive, self.plot)
+        return curves_in(self.archive)
+
+    def plan(self) -> list[str]:
+        """Return what would be done, one fact a line."""
+        page, scan = self.page, self.page.curves[0].scan
+        curves = [f"curve:    {label_of(c)}, {c.scan.lanes} orbits" for c in page.curves]
+        each = scan.transient + scan.periods
+        return [
+            page.title,
+            *curves,
+            f"periods:  {scan.transient} + {scan.periods} each, {page.lanes * each} in all",
+            f"archive:  {self.archive}",
+            *([] if self.plot is None else [f"picture:  {self.plot}"]),
+        ]
+
+
+def _carry_out(options: argparse.Namespace) -> int:
+    page = page_from(options.source, options.systems, changes(options), "command line")
+    archive = _archive_path(options.output, options.source)
+    plot = optional_path(options.plot)
+    job = Job(page, _source_path(options.source), archive, plot, run_options(options))
+    if options.dry_run:
+        say(*job.plan())
+        return DONE
+    found = job.run()
+    if not job.how.quiet:
+        say(*found.lines(), *filter(None, (job.archive, job.plot)))
+    if found.failed:
+        where = f"the dataset `status` of {archive} says why"
+        complain(_NAME, f"{found.failed} of {page.lanes} orbits failed: {where}")
+        return LANES_FAILED
+    return DONE
+
+
+def _archive_path(output: str | None, source: str | None) -> Path:
+    """Return the archive asked for, or the request file's name with `.h5` in this folder."""
+    if output is not None:
+        return Path(output)
+    return _DEFAULT if source is None else Path(f"{Path(source).stem}.h5")
+
+
+def _source_path(source: object) -> Path | None:
+    """Return the path of the request file, if the source is one."""
+    if isinstance(source, System | Sequence) and not isinstance(source, str):
+        return None
+    is_path = isinstance(source, os.PathLike) or str(source).endswith(".toml")
+    return Path(str(source)) if is_path else None
+
+
+def _declare(parser: Parser) -> None:
+    text = "a page of curves, or a damper [those of the paper's Table 2]"
+    parser.add_argument("source", nargs="?", metavar="CURVES.toml", help=text)
+    parser.add_argument("-o", "--output", metavar="FILE.h5", help=f"archive [{_DEFAULT}]")
+    parser.add_argument("--plot", metavar="FILE", help="picture: .png, .pdf or .svg")
+    add_curve_options(parser)
+    add_local_options(parser)
+
+
+COMMAND = Command(
+    name=_NAME,
+    description="Largest energies against frequency: dampers and the structure alone.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

@@ -1,0 +1,119 @@
+"""The datasets of an archive of response curves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from nlds_vines.archives.dataset import Dataset, Scale
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.orbits.status_words import STATUS
+from nlds_vines.response_curves.request import CurvePage, alone, label_of
+
+Content = tuple[Dataset, np.ndarray]
+"""A dataset's description and its values."""
+
+ARRAYS = ("status", "E1max", "E2max", "reduction", "impacts")
+"""The datasets along a curve."""
+
+
+def scales_of(page: CurvePage) -> list[Scale]:
+    """Return the dimensions of the archive: the curves, and the parameter along them."""
+    entry = PARAMETERS[page.axis]
+    numbers = np.arange(len(page.curves), dtype=np.int32)
+    return [
+        Scale("curve", numbers, "1", "curve, panel by panel"),
+        Scale(page.axis, page.values, entry.unit, entry.meaning),
+    ]
+
+
+def contents(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[Content]:
+    """Return the datasets of the archive with their values.
+
+    Arguments: the page; the arrays (n,) of `ARRAYS` of every curve, by name; those that a system
+    lacks are absent.
+    """
+    return [*_along(page, found), *_peaks(page, found), *_systems(page)]
+
+
+def _along(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[Content]:
+    """Return the datasets along the curves; cells that a system lacks keep the fill value."""
+    dims, flags = ("curve", page.axis), {status.meaning: code for code, status in STATUS.items()}
+    harms = "reduction by the damper, 1 - E1max / E1max of the structure alone; negative: it harms"
+    table = [
+        Dataset("status", dims, "int8", "1", "how an orbit ended", 0, flags),
+        Dataset("E1max", dims, "float64", "J", "largest energy of the structure", np.nan),
+        Dataset("E2max", dims, "float64", "J", "largest energy of the damper", np.nan),
+        Dataset("reduction", dims, "float64", "1", harms, np.nan),
+        Dataset("impacts", dims, "int32", "1", "impacts per nT; -1: not recorded", -1),
+    ]
+    return [
+        (entry, np.array([_filled(arrays, entry, page.values.size) for arrays in found]))
+        for entry in table
+        if any(entry.name in arrays for arrays in found)
+    ]
+
+
+def _filled(arrays: Mapping[str, np.ndarray], entry: Dataset, size: int) -> np.ndarray:
+    return arrays[entry.name] if entry.name in arrays else np.full(size, entry.fill)
+
+
+def _peaks(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[Content]:
+    """Return the highest value of every curve, where it lies, and the reduction of that."""
+    heights, places = np.array([_peak(arrays["E1max"], page.values) for arrays in found]).T
+    by_hash = {curve.scan.hash: height for curve, height in zip(page.curves, heights, strict=True)}
+    bare = np.array([by_hash.get(_hash_alone(curve.scan), np.nan) for curve in page.curves])
+    dims, entry = ("curve",), PARAMETERS[page.axis]
+    with np.errstate(all="ignore"):
+        reduction = 1.0 - heights / bare
+    text = "reduction of the peak, 1 - peak / peak of the structure alone"
+    return [
+        (Dataset("peak", dims, "float64", "J", "highest E1max of the curve", np.nan), heights),
+        (Dataset("peak_at", dims, "float64", entry.unit, f"{entry.meaning} there", np.nan), places),
+        (Dataset("peak_reduction", dims, "float64", "1", text, np.nan), reduction),
+    ]
+
+
+def _hash_alone(scan: Scan) -> str:
+    """Return the hash of the scan of the structure alone; "" where there is none."""
+    found = alone(scan)
+    return "" if found is None else found.hash
+
+
+def _peak(energy: np.ndarray, values: np.ndarray) -> tuple[float, float]:
+    """Return the highest of the energies [J] and its place; NaN where there is none."""
+    if not np.isfinite(energy).any():
+        return np.nan, np.nan
+    place = int(np.nanargmax(energy))
+    return float(energy[place]), float(values[place])
+
+
+def _systems(page: CurvePage) -> list[Content]:
+    """Return what tells the curves apart: panel, label, system, and every parameter that is fixed.
+
+    A parameter that a system does not have is NaN.
+    """
+    dims, curves = ("curve",), page.curves
+    texts = {
+        "system": ("name of the system", [curve.scan.system.name for curve in curves]),
+        "kind": ("kind of damper", [curve.scan.system.kind for curve in curves]),
+        "label": ("label of the curve", [label_of(curve) for curve in curves]),
+    }
+    found: list[Content] = [
+        (Dataset(name, dims, "str", "1", text, ""), np.array(values, dtype=object))
+        for name, (text, values) in texts.items()
+    ]
+    panels = np.array([i for i, _ in page.places], dtype=np.int32)
+    found.append((Dataset("panel", dims, "int32", "1", "panel of the page, from 0", 0), panels))
+    names = [
+        name
+        for name in PARAMETERS
+        if name != page.axis and any(name in curve.scan.system.parameters for curve in curves)
+    ]
+    for name in names:
+        entry = PARAMETERS[name]
+        values = np.array([c.scan.system.parameters.get(name, np.nan) for c in curves])
+        found.append((Dataset(name, dims, "float64", entry.unit, entry.meaning, np.nan), values))
+    return found

@@ -1,0 +1,240 @@
+"""The request of a page of response curves: what to compute, and how each curve looks.
+
+Every curve is a scan of its own along the same parameter, which is the frequency as a rule.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.archives.provenance import Value
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.errors import RequestError, shown, string
+from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.system import System
+from nlds_vines.model.words import setting_in_words, system_in_words
+from nlds_vines.plotting.style import HUES
+from nlds_vines.toml import toml_text
+
+COLOURS: Mapping[str, str] = HUES
+"""Colours by name, those of Okabe and Ito; a request file may also write `#rrggbb`."""
+
+LINES = ("solid", "dashed", "dashdot")
+"""Kinds of line; a dotted one is the damper's energy."""
+
+ALONE, ALONE_COLOUR = "without damper", "#a8a8a8"
+"""What a legend calls the curve of the structure alone, and its colour, the palest in grey, too."""
+
+_TURNS = tuple(
+    COLOURS[name] for name in ("vermillion", "blue", "green", "orange", "pink", "sky", "black")
+)
+"""Colours of curves for which none is asked, in this order."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One curve of a panel: what is computed, and how it looks.
+
+    Arguments:
+        scan: along one parameter.
+        label: in the legend; empty for a label made from `settings` or from the system.
+        settings: what panel and curve set, beyond what the whole page shares.
+        colour: as `#rrggbb`; `line`: of `LINES`.
+        base: whether it is the one to look at, drawn stronger.
+        shade: whether the panel shows where this one has impacts.
+    """
+
+    scan: Scan
+    label: str = ""
+    settings: Mapping[str, float] = field(default_factory=dict)
+    colour: str = "#000000"
+    line: str = "solid"
+    base: bool = False
+    shade: bool = False
+
+    @property
+    def name(self) -> str:
+        """The system, and whatever of it is not as in the catalogue: `tmd_k2=2083_c2=112`."""
+        return curve_name(self.scan)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One frame of a page and the curves in it; `base` marks the frame of the tuning."""
+
+    curves: tuple[Curve, ...]
+    title: str = ""
+    settings: Mapping[str, float] = field(default_factory=dict)
+    base: bool = False
+
+
+@dataclass(frozen=True)
+class CurvePage:
+    """A page of response curves; checked when made, immutable afterwards.
+
+    Arguments:
+        title: one line for people.
+        panels: each with its curves.
+        columns: panels side by side.
+        damper_energy: whether E2max is drawn beside E1max, dotted.
+        reduction: whether the reduction by each damper is drawn below; only of a single panel.
+
+    Raises `RequestError` for curves that cannot stand on one page: along different parameters or
+    values, with several starts, or without energies.
+    """
+
+    title: str
+    panels: tuple[Panel, ...]
+    columns: int = 1
+    damper_energy: bool = False
+    reduction: bool = False
+
+    def __post_init__(self) -> None:
+        """Check everything."""
+        string("title", self.title)
+        if self.reduction and len(self.panels) > 1:
+            raise RequestError("reduction = true needs a page of one panel: leave out [[panels]]")
+        first = self.curves[0].scan
+        for curve in self.curves:
+            _refuse_unlike(curve.scan, first)
+
+    @property
+    def curves(self) -> tuple[Curve, ...]:
+        """All curves, panel by panel."""
+        return tuple(curve for panel in self.panels for curve in panel.curves)
+
+    @property
+    def places(self) -> Iterator[tuple[int, Curve]]:
+        """Every curve with the number of its panel, from 0."""
+        return ((i, curve) for i, panel in enumerate(self.panels) for curve in panel.curves)
+
+    @property
+    def axis(self) -> str:
+        """The parameter along which the curves run."""
+        return self.curves[0].scan.axes[0].name
+
+    @property
+    def values(self) -> np.ndarray:
+        """Its values, (n,)."""
+        return self.curves[0].scan.axes[0].values
+
+    @property
+    def lanes(self) -> int:
+        """Number of orbits in all."""
+        return sum(curve.scan.lanes for curve in self.curves)
+
+    @property
+    def about(self) -> dict[str, Value]:
+        """The attributes of its archive beside the request itself."""
+        return {"along": self.axis}
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of what determines the numbers: those of the scans, and their panels."""
+        text = "\n".join(f"{i} {curve.scan.hash}" for i, curve in self.places)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def document(self) -> dict[str, Any]:
+        """Return the request file that means exactly this page, complete, as nested tables."""
+        most = max(self.curves, key=lambda curve: len(curve.scan.want))
+        scan = most.scan.document()  # what a system cannot give is left out when this is read
+        figure = {name: getattr(self, name) for name in ("columns", "damper_energy", "reduction")}
+        return {
+            "title": self.title,
+            **{key: scan[key] for key in ("vary", "start", "sampling", "record")},
+            "figure": figure,
+            "panels": [
+                {"title": panel.title, "set": dict(panel.settings), "base": panel.base}
+                for panel in self.panels
+            ],
+            "curves": [self._entry(i, curve) for i, curve in self.places],
+        }
+
+    def _entry(self, place: int, curve: Curve) -> dict[str, Any]:
+        """Return the table [[curves]] of a curve: its system as it is, and in which panel it is."""
+        shared = self.panels[place].settings
+        look = {name: getattr(curve, name) for name in ("label", "colour", "line", "base", "shade")}
+        own = {name: value for name, value in curve.settings.items() if name not in shared}
+        return {**look, "panel": place + 1, "system": curve.scan.system.to_table(), "set": own}
+
+    def to_toml(self) -> str:
+        """Return it as canonical TOML, which `load_page` reads back to an equal page."""
+        return toml_text(self.document())
+
+
+def _refuse_unlike(scan: Scan, first: Scan) -> None:
+    """Raise `RequestError` for a scan whose curve cannot stand beside that of the first."""
+    (axis, *_), (other, *_) = scan.axes, first.axes
+    if axis.name != other.name or not np.array_equal(axis.values, other.values):
+        raise RequestError(f"curves along {other.name} and {axis.name}: give all the same values")
+    if scan.starts > 1:
+        raise RequestError(
+            f"start = {shown(scan.start.policy)} begins {scan.starts} orbits at each value; "
+            "allowed: rest, up, down"
+        )
+    if "energy" not in scan.want:
+        raise RequestError(f"want = {shown(list(scan.want))} lacks energy, which curves show")
+
+
+def with_structure_alone(page: CurvePage) -> CurvePage:
+    """Return a page with the curve of the structure alone in each panel, first.
+
+    One that stands on the page already is not added, and a panel whose curves belong to different
+    structures gets one for each.  A parameter that the structure alone lacks, k2 for instance,
+    cannot be varied for it: such a page stays as it is.
+    """
+    there = {curve.scan.hash for curve in page.curves}
+    panels = [replace(p, curves=(*_alone(p, there), *p.curves)) for p in page.panels]
+    return replace(page, panels=tuple(panels))
+
+
+def _alone(panel: Panel, there: Collection[str]) -> Iterator[Curve]:
+    """Yield the curves of the structures alone of a panel, but for hashes that are `there`."""
+    found: dict[str, tuple[Scan, Curve]] = {}
+    for curve in panel.curves:
+        scan = alone(curve.scan)
+        if scan is not None and scan.hash not in there:
+            found.setdefault(scan.hash, (scan, curve))
+    for i, (scan, curve) in enumerate(found.values()):
+        own = {k: v for k, v in curve.settings.items() if k in scan.system.parameters}
+        words = [ALONE, *(setting_in_words(*item) for item in own.items() if len(found) > 1)]
+        yield Curve(scan, ", ".join(words), own, ALONE_COLOUR, LINES[i % len(LINES)])
+
+
+def alone(scan: Scan) -> Scan | None:
+    """Return the scan of the structure of a damper alone; None where there is no such structure."""
+    allowed, parameters = SCENES["none"].allowed, scan.system.parameters
+    if not scan.system.scene.damper or scan.axes[0].name not in allowed:
+        return None
+    values = {name: value for name, value in parameters.items() if name in allowed}
+    title = catalogue()["none"].title
+    return replace(scan, title=title, system=System("none", values, title=title), want=("energy",))
+
+
+def label_of(curve: Curve) -> str:
+    """Return what a curve is called: its label, what is set, or its system."""
+    settings = ", ".join(setting_in_words(*item) for item in curve.settings.items())
+    return curve.label or settings or system_in_words(curve.scan.system)
+
+
+def turns(number: int) -> tuple[str, str]:
+    """Return the colour and the line of the curve of a number, from 0; after 21 they repeat.
+
+    Neighbours differ in both, so that a grey print tells them apart, too.
+    """
+    return _TURNS[number % len(_TURNS)], LINES[number % len(LINES)]
+
+
+def curve_name(scan: Scan) -> str:
+    """Return the name of a scan's system, and what of it is not as in the catalogue."""
+    system = scan.system
+    known = catalogue()[system.name].parameters if system.name in catalogue() else {}
+    changed = {key: value for key, value in system.parameters.items() if known.get(key) != value}
+    return "_".join([system.name, *(f"{key}={value:g}" for key, value in changed.items())])

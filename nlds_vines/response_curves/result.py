@@ -1,0 +1,134 @@
+"""Response curves as an archive holds them: a curve for each damper, and what it says in words."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from nlds_vines.archives.archive import read
+from nlds_vines.archives.view import ArchiveView
+from nlds_vines.errors import RequestError, shown
+from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.response_curves.request import CurvePage
+from nlds_vines.response_curves.request_file import load_page
+from nlds_vines.runs.manifest import RESPONSE_CURVES
+from nlds_vines.toml import parse_toml
+
+
+@dataclass(frozen=True)
+class CurveValues:
+    """What was computed along one curve, arrays (n,).
+
+    Attributes:
+        label: what a legend calls it.
+        values: those of the parameter along the curve.
+        E1max: largest energies of the structure [J].
+        E2max: those of the damper [J]; NaN without one.
+        reduction: 1 - E1max / E1max of the structure alone; NaN without a damper.
+        impacts: impacts per nT; -1 where they were not recorded.
+        peak, peak_at: the highest E1max [J], and the value of the parameter there.
+        peak_reduction: 1 - peak / peak of the structure alone; NaN without that.
+        failed: how many orbits failed.
+    """
+
+    label: str
+    values: np.ndarray
+    E1max: np.ndarray
+    E2max: np.ndarray
+    reduction: np.ndarray
+    impacts: np.ndarray
+    peak: float = np.nan
+    peak_at: float = np.nan
+    peak_reduction: float = np.nan
+    failed: int = 0
+
+
+@dataclass(frozen=True)
+class ResponseCurves:
+    """The response curves in an archive.
+
+    Attributes:
+        path: of the archive.
+        request: the page, with which the same numbers are computed again.
+        curves: what was computed, in the order of `request.curves`.
+    """
+
+    path: Path
+    request: CurvePage
+    curves: tuple[CurveValues, ...]
+
+    @property
+    def failed(self) -> int:
+        """How many orbits failed."""
+        return sum(curve.failed for curve in self.curves)
+
+    def __getitem__(self, label: str) -> CurveValues:
+        """Return the curve of a label; `RequestError` where there is none."""
+        found = next((curve for curve in self.curves if curve.label == label), None)
+        if found is None:
+            known = ", ".join(curve.label for curve in self.curves)
+            raise RequestError(f"curve = {shown(label)} is not there; allowed: {known}")
+        return found
+
+    def lines(self) -> Iterator[str]:
+        """Yield the title and a line for each curve: its peak, and the reduction of that."""
+        yield self.request.title
+        name, unit = self.request.axis, PARAMETERS[self.request.axis].unit
+        for (place, _), curve in zip(self.request.places, self.curves, strict=True):
+            panel = f"({chr(ord('a') + place)}) " if len(self.request.panels) > 1 else ""
+            text = f"{panel}{curve.label}: peak {curve.peak:.5g} J at {name} = {curve.peak_at:g}"
+            text += f" {unit}" if unit != "1" else ""
+            if np.isfinite(curve.peak_reduction):
+                text += f", {_in_words(curve.peak_reduction)} than that of the structure alone"
+            yield text + (f"; {curve.failed} orbits failed" if curve.failed else "")
+
+
+def _in_words(reduction: float) -> str:
+    """Return a reduction in words: 72.1 % lower, or higher where it is negative."""
+    return f"{abs(reduction):.1%} {'lower' if reduction >= 0 else 'higher'}".replace("%", " %")
+
+
+def curves_in(path: str | os.PathLike[str]) -> ResponseCurves:
+    """Return the response curves in an archive.
+
+    Raises `RequestError` if it cannot be read, and for an archive of anything else.
+    """
+    with read(path) as view:
+        return curves_of(view)
+
+
+def curves_of(view: ArchiveView) -> ResponseCurves:
+    """Return the response curves in an open archive; `RequestError` for one of anything else."""
+    if view.content != RESPONSE_CURVES:
+        raise RequestError(f"{view.path} holds a {view.content}, no response curves")
+    page = load_page(parse_toml(view.text("scan"), "the attribute scan"))
+    return ResponseCurves(Path(view.path), page, tuple(_curves(view, page)))
+
+
+def _curves(view: ArchiveView, page: CurvePage) -> Iterator[CurveValues]:
+    """Yield the curves of an archive; what it does not hold is NaN, or -1 for impacts."""
+    shape = view.shape("status")
+    nothing = np.full(shape, np.nan)
+    energy, damper, reduction = (
+        view[name] if name in view.names else nothing for name in ("E1max", "E2max", "reduction")
+    )
+    impacts = view["impacts"] if "impacts" in view else np.full(shape, -1)
+    failed = np.count_nonzero(view["status"] > 0, axis=1)
+    peak, place, lower = view["peak"], view["peak_at"], view["peak_reduction"]
+    for i, label in enumerate(view["label"]):
+        yield CurveValues(
+            label=str(label),
+            values=view[page.axis],
+            E1max=energy[i],
+            E2max=damper[i],
+            reduction=reduction[i],
+            impacts=impacts[i],
+            peak=float(peak[i]),
+            peak_at=float(place[i]),
+            peak_reduction=float(lower[i]),
+            failed=int(failed[i]),
+        )

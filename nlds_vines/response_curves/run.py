@@ -1,0 +1,126 @@
+"""Response curves from request to archive, curve by curve: each is kept when it is complete."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from nlds_vines.archives import archive, durable
+from nlds_vines.archives.dataset import Table
+from nlds_vines.archives.provenance import attributes
+from nlds_vines.bifurcation.blocks import blocks_of
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.errors import printable
+from nlds_vines.response_curves.curves_table import ARRAYS, contents, scales_of
+from nlds_vines.response_curves.request import CurvePage
+from nlds_vines.runs import interrupts
+from nlds_vines.runs.folder import RunFolder
+from nlds_vines.runs.interrupts import Interrupted, Stop
+from nlds_vines.runs.manifest import RESPONSE_CURVES
+from nlds_vines.runs.partfile import UNSOUND, fetch, identity, path_of, store
+from nlds_vines.runs.progress import Progress
+from nlds_vines.runs.threads import use_threads
+
+Arrays = Mapping[str, np.ndarray]
+"""The arrays (n,) of one curve, by name."""
+
+
+@dataclass
+class CurveFolder(RunFolder):
+    """The curves of a page under way, a part for each."""
+
+    content: ClassVar[str] = RESPONSE_CURVES
+
+    request: CurvePage
+
+    def recall(self, index: int) -> Arrays | None:
+        """Return the arrays of a curve that an earlier run has computed; None if none has."""
+        path = path_of(self.folder, index)
+        if not path.exists():
+            return None
+        try:
+            return fetch(path, identity(self.request.hash, index)).by_us().arrays
+        except UNSOUND as error:
+            self.discarded.append(f"{path.name} is computed again: {error}")
+            return None
+
+    def keep(self, index: int, arrays: Arrays, seconds: float, threads: int) -> None:
+        """Store the arrays of a curve."""
+        with durable.in_one_line(f"write a part in {self.folder}"):
+            ident = identity(self.request.hash, index)
+            store(path_of(self.folder, index), ident, arrays, seconds=seconds, threads=threads)
+
+
+def run(page: CurvePage, output: Path, how: RunOptions | None = None) -> None:
+    """Compute a page of response curves into the archive `output`.
+
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, with every curve that is complete kept for
+    --resume, and `RequestError` where the archive cannot be written.
+    """
+    how = RunOptions() if how is None else how
+    threads, began = use_threads(how.threads), time.monotonic()
+    opened = CurveFolder.open(output, page, resume=how.resume, overwrite=how.overwrite)
+    with opened as folder, interrupts.stop_on_signals() as stop:
+        if folder.complete:
+            return
+        try:
+            with Progress(page.lanes, "orbit", quiet=how.quiet) as progress:
+                found = [
+                    _curve(folder, index, progress, stop, threads)
+                    for index in range(len(page.curves))
+                ]
+        except (interrupts.Stopped, KeyboardInterrupt):
+            raise Interrupted(
+                f"interrupted: the curves that are complete are kept in {folder.folder}; "
+                "the same command with --resume (in place of --overwrite) goes on from there",
+                stop.status,
+            ) from None
+        for line in folder.discarded:
+            print(printable(line), file=sys.stderr)
+        seconds = round(time.monotonic() - began, 3)
+        _deliver(folder, page, found, {"threads": threads, "seconds": seconds})
+
+
+def _curve(folder: CurveFolder, index: int, progress: Progress, stop: Stop, threads: int) -> Arrays:
+    """Return the arrays of a curve: those of an earlier run, or computed and kept."""
+    curve, began = folder.request.curves[index], time.monotonic()
+    arrays = folder.recall(index)
+    if arrays is None:
+        arrays = _computed(curve.scan, progress, stop)
+        folder.keep(index, arrays, time.monotonic() - began, threads)
+    progress.note(curve.scan.lanes, f"curve {index + 1} of {len(folder.request.curves)}")
+    return arrays
+
+
+def _computed(scan: Scan, progress: Progress, stop: Stop) -> Arrays:
+    """Return the arrays of a curve's scan, of its only start."""
+    computer, pieces = Computer(scan, tell=progress.wait), []
+    for block in blocks_of(scan):
+        stop.check()
+        pieces.append(computer.block(block))
+    names = [name for name in ARRAYS if name in scan.table.datasets]
+    return {
+        name: np.ascontiguousarray(np.concatenate([piece[name] for piece in pieces])[:, 0])
+        for name in names
+    }
+
+
+def _deliver(
+    folder: CurveFolder, page: CurvePage, found: list[Arrays], spent: Mapping[str, float | int]
+) -> None:
+    """Write the archive, put it in its place and remove the parts."""
+    attrs = attributes(
+        page, {**page.about, "content": folder.content, **folder.begun_by(), **spent}
+    )
+    filled, scales = contents(page, found), scales_of(page)
+    sizes = {scale.name: scale.values.size for scale in scales}
+    table, pieces = Table.of((entry for entry, _ in filled), sizes), archive.whole(filled)
+    folder.deliver(lambda path: archive.write(path, table, scales, pieces, lambda: attrs))

@@ -1,0 +1,226 @@
+"""A finished archive drawn: of a scan, a tuning, transients, a survey of accuracy, branches.
+
+As a command: `nlds-vines plot FILE.h5`.
+In Python: `nlds_vines.plot(archive)`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.paths import check_output, check_plot, refuse_picture
+from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.running import DONE, Command, say
+from nlds_vines.errors import RequestError, shown
+from nlds_vines.runs.manifest import CONTINUATION, RESPONSE_CURVES, SCAN, SURVEY, TUNING
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from nlds_vines.archives.archive import ArchiveView
+    from nlds_vines.plotting.page import Page
+
+_NAME = "plot"
+_EXAMPLES = """\
+examples:
+  nlds-vines plot figure8.h5
+      the usual picture of an archive, as figure8.png
+  nlds-vines plot figure8.h5 --show v2,E1max -o speeds.pdf
+      of a diagram: any recorded quantity, from the top; --show ? names them
+  nlds-vines plot regimes.h5 --show settling -o settling.png
+      of a map: regimes, coexisting, shares, share:LABEL or a recorded number
+  nlds-vines plot figure8.h5 --columns 1 --style grayscale -o narrow.pdf
+      for one column of a paper, in a style sheet of matplotlib's
+exit status: 0 done; 2 the request is wrong
+"""
+
+
+def plot(
+    archive: str | os.PathLike[str],
+    show: str | None = None,
+    ax: Axes | None = None,
+    *,
+    columns: int = 2,
+    style: str | None = None,
+) -> Figure:
+    """Return the picture of an archive as a matplotlib figure; nothing is computed or written.
+
+    Arguments:
+        archive: the path of an archive: a scan, transients, a tuning, a survey, branches.
+        show: of a scan what `bifurcation.picture.drawing.draw` takes: quantities of a diagram such
+            as `x2,v2,E1max`, regimes or a number of a map; None for what is usual.
+        ax: axes to draw one panel into, of a scan, transients, a tuning or a survey of one case;
+            the figure returned is theirs.
+        columns: 1 for a picture as wide as a column of a paper (8.4 cm), 2 for 16 cm.
+        style: a style sheet of matplotlib's, by name or path.  What the user has set in
+            `matplotlib.rcParams` or in a `matplotlibrc` stays as well.
+
+    Raises `RequestError` for a file that is no archive, and where it does not hold what to show.
+    """
+    from nlds_vines.archives.archive import read
+    from nlds_vines.plotting.page import page_of, sheet
+    from nlds_vines.plotting.save import drawn
+
+    page = page_of(columns)
+    with read(archive) as view, sheet(style):
+        return drawn(view, lambda opened: _draw(opened, show, page, ax))
+
+
+def _draw(view: ArchiveView, show: str | None, page: Page, ax: Axes | None) -> Figure:
+    """Return the picture of an open archive by what it holds."""
+    from nlds_vines.plotting.page import TWO_COLUMNS, into
+
+    if view.content == SCAN and not (show is None and _is_ensemble(view)):
+        from nlds_vines.bifurcation.picture.drawing import draw
+
+        return draw(view, show, page, ax)
+    if show is not None:
+        raise RequestError(f"{view.path} holds a {view.content}: show is for scans alone")
+    if page is not TWO_COLUMNS:
+        raise RequestError(f"{view.path}: columns = 1 is for diagrams and maps of scans alone")
+    if view.content not in _PICTURES:
+        raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
+    if ax is None:
+        return _PICTURES[view.content](view)
+    if view.content not in _PANELS:
+        raise RequestError(f"{view.path} holds a {view.content}: its picture has several panels")
+    return into(ax, lambda: _PANELS[view.content](ax, view))
+
+
+def _is_ensemble(view: ArchiveView) -> bool:
+    """Return whether a scan is an ensemble of starts in one cell, as `transients` makes it."""
+    one = all(view[name].size == 1 for name in view.axes)
+    return one and view["start"].size > 2 and "settling" in view and "label" in view
+
+
+def _of_ensemble(view: ArchiveView) -> Figure:
+    from nlds_vines.transients.command import DELAY
+    from nlds_vines.transients.ensemble import ensemble_of
+    from nlds_vines.transients.picture import draw_ensemble
+
+    return draw_ensemble(ensemble_of(view, delay=DELAY), view.text("title"))
+
+
+def _of_tuning(view: ArchiveView) -> Figure:
+    from nlds_vines.tuning.picture import tuning_picture
+
+    return tuning_picture(view)
+
+
+def _of_survey(view: ArchiveView) -> Figure:
+    from nlds_vines.accuracy.picture import draw_survey
+
+    return draw_survey(view)
+
+
+def _of_continuation(view: ArchiveView) -> Figure:
+    from nlds_vines.continuation.picture import draw_continuation
+
+    return draw_continuation(view.path)
+
+
+def _of_curves(view: ArchiveView) -> Figure:
+    from nlds_vines.response_curves.picture import curves_picture
+
+    return curves_picture(view)
+
+
+_PICTURES = {
+    SCAN: _of_ensemble,
+    TUNING: _of_tuning,
+    SURVEY: _of_survey,
+    CONTINUATION: _of_continuation,
+    RESPONSE_CURVES: _of_curves,
+}
+"""What draws an archive that is no ordinary scan, by the kind of its content."""
+
+
+def _ensemble_into(ax: Axes, view: ArchiveView) -> None:
+    from nlds_vines.transients.command import DELAY
+    from nlds_vines.transients.ensemble import ensemble_of
+    from nlds_vines.transients.picture import survival_into
+
+    survival_into(ax, ensemble_of(view, delay=DELAY))
+
+
+def _tuning_into(ax: Axes, view: ArchiveView) -> None:
+    from nlds_vines.tuning.picture import surface_into
+
+    surface_into(ax, view)
+
+
+def _survey_into(ax: Axes, view: ArchiveView) -> None:
+    from nlds_vines.accuracy.picture import case_into
+
+    case_into(ax, view)
+
+
+_PANELS = {SCAN: _ensemble_into, TUNING: _tuning_into, SURVEY: _survey_into}
+"""What draws the main panel of an archive that is no ordinary scan into given axes."""
+
+
+def names_of(archive: str | os.PathLike[str]) -> list[str]:
+    """Return what of a scan can be shown, one line each: the name, the meaning, the unit."""
+    from nlds_vines.archives.archive import read
+    from nlds_vines.bifurcation.picture.quantities import quantities_in
+
+    with read(archive) as view:
+        if view.content != SCAN:
+            return [f"{view.path} holds a {view.content}: it has one picture"]
+        known = quantities_in(view)
+        return [f"{name:<26}{q.long_name}{_unit(q.units)}" for name, q in known.items()]
+
+
+def _unit(units: str) -> str:
+    return f" [{units}]" if units != "1" else ""
+
+
+def _carry_out(options: argparse.Namespace) -> int:
+    archive = Path(options.archive)
+    if not archive.is_file():
+        raise RequestError(f"{shown(str(archive))}: there is no such file")
+    if options.show == "?":
+        say(*names_of(archive))
+        return DONE
+    path = archive.with_suffix(".png") if options.output is None else Path(options.output)
+    check_plot(path, "output")
+    check_output(path, archive)
+    refuse_picture(path, RunOptions(overwrite=options.overwrite))
+    _save(archive, path, options)
+    say(path)
+    return DONE
+
+
+def _save(archive: Path, path: Path, options: argparse.Namespace) -> None:
+    from nlds_vines.archives.archive import read
+    from nlds_vines.plotting.page import sheet
+    from nlds_vines.plotting.save import save_figure
+
+    figure = plot(archive, options.show, columns=options.columns, style=options.style)
+    with read(archive) as view, sheet(options.style):
+        save_figure(figure, path, view.text("title"), ("scan_hash", view.text("scan_hash")))
+
+
+def _declare(parser: Parser) -> None:
+    add = parser.add_argument
+    add("archive", metavar="FILE.h5", help="an archive that is complete")
+    add("-o", "--output", metavar="FILE", help="picture: .png, .pdf or .svg [FILE.png]")
+    add("--show", metavar="WHAT", help="of a scan: what to show; ? names the recorded quantities")
+    add("--columns", default=2, metavar="N", help="width: 1 or 2 columns of a paper [2]")
+    add("--style", metavar="SHEET", help="a style sheet of matplotlib's, by name or path")
+    add("--overwrite", action="store_true", help="replace a picture")
+
+
+COMMAND = Command(
+    name=_NAME,
+    description="Draw a finished archive; nothing is computed.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=_carry_out,
+)
+main = COMMAND.main

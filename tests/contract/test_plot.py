@@ -1,0 +1,190 @@
+"""A finished archive is drawn by `nlds-vines plot` and `nv.plot`; pictures are not replaced."""
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main as console
+from nlds_vines.archives.archive import read
+from nlds_vines.archives.dataset import Dataset
+from nlds_vines.bifurcation.command import main
+from nlds_vines.bifurcation.picture.quantities import quantities
+from nlds_vines.errors import RequestError
+from nlds_vines.plotting.palette import colour_of
+
+SMALL = ["--vary", "omega=6:6.5:5", "--transient", "50", "--periods", "20", "--quiet"]
+DEEP = {
+    **{"kind": "ssvi-b", "m1": 1000.0, "k1": 3.95e4, "c1": 452.0, "m2": 60.0, "k2": 600.0},
+    **{"c2": 262.0, "C": 0.05, "D": 0.02, "P": 800.0, "omega": 6.28, "K": 2.5e7},
+}
+"""A damper that passes its limit."""
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """Compute a small diagram once."""
+    folder = tmp_path_factory.mktemp("plot")
+    assert main([*SMALL, "-o", str(folder / "small.h5"), "--plot", str(folder / "small.png")]) == 0
+    return folder / "small.h5"
+
+
+@pytest.fixture(scope="module")
+def passing(tmp_path_factory):
+    """Compute a scan whose orbits pass their limit."""
+    scan = {
+        "system": DEEP,
+        "vary": {"omega": {"values": [6.0, 6.2, 6.4]}},
+        "sampling": {"transient": 50, "periods": 10},
+        "record": {"want": ["section", "regime"]},
+    }
+    path = tmp_path_factory.mktemp("limit") / "passing.h5"
+    return nv.bifurcation(scan, path)
+
+
+def test_the_function_returns_a_figure_and_writes_nothing(small):
+    before = sorted(small.parent.iterdir())
+    figure = nv.plot(small)
+    assert isinstance(figure, Figure)
+    assert figure.get_figwidth() == pytest.approx(16 / 2.54)
+    assert nv.plot(str(small), columns=1).get_figwidth() == pytest.approx(8.4 / 2.54)
+    assert sorted(small.parent.iterdir()) == before
+
+
+def test_any_recorded_quantity_is_an_ordinate_in_the_order_asked_for(small):
+    figure = nv.plot(small, "v2,energy,impact_rate")
+    labels = [axes.get_ylabel() for axes in figure.axes if axes.get_ylabel()]
+    assert [label.split(" $")[0] for label in labels] == [
+        *("velocity of the damper", "energy of the structure", "energy of the damper"),
+        "impacts per forcing period",
+    ]  # fmt: skip
+    with read(small) as view:
+        found = view.take("section", start=0, component=3)
+    (cloud,) = figure.axes[0].get_lines()
+    np.testing.assert_array_equal(cloud.get_ydata(), found.ravel())
+
+
+def test_a_dataset_that_nobody_knows_yet_can_be_drawn_by_its_meaning_and_unit():
+    new = Dataset("stroke", ("omega", "start"), "float64", "m", "largest stroke, exact", np.nan)
+    codes = Dataset("kind", ("omega", "start"), "int8", "1", "a code", 0, {"a": 0})
+    found = quantities([new, codes], [])
+    assert list(found) == ["stroke"]
+    assert found["stroke"].label == "largest stroke [m]"
+
+
+def test_transients_are_drawn_as_their_command_does(tmp_path):
+    path, picture = tmp_path / "t.h5", tmp_path / "t.png"
+    arguments = ["--system", "tmd", "--starts", "4", "--transient", "40", "--periods", "20"]
+    where = ["-o", str(path), "--plot", str(picture), "--quiet"]
+    assert console(["transients", *arguments, *where]) == 0
+    assert console(["plot", str(path), "-o", str(tmp_path / "again.png")]) == 0
+    assert (tmp_path / "again.png").read_bytes() == picture.read_bytes()
+    with pytest.raises(RequestError, match="columns = 1 is for diagrams and maps"):
+        nv.plot(path, columns=1)
+    with pytest.raises(RequestError, match="unknown columns '3'"):
+        nv.plot(path, columns=3)
+
+
+def test_it_draws_into_given_axes(small):
+    figure = Figure()
+    one, other = figure.subplots(1, 2)
+    assert nv.plot(small, "E1max", ax=other) is figure
+    assert not one.get_lines()
+    assert other.get_ylabel().endswith("[J]")
+    assert other.get_lines()
+    with pytest.raises(RequestError, match="several panels"):
+        nv.plot(small, "x1,x2", ax=one)
+
+
+def test_what_users_set_in_matplotlib_stays(small):
+    with matplotlib.rc_context({"font.size": 13, "axes.labelsize": 17}):
+        figure = nv.plot(small, "E1max")
+    assert figure.axes[0].yaxis.label.get_fontsize() == 17
+    assert nv.plot(small, "E1max").axes[0].yaxis.label.get_fontsize() == 9
+    dark = nv.plot(small, "E1max", style="dark_background")
+    assert dark.get_facecolor() == (0.0, 0.0, 0.0, 1.0)
+    with pytest.raises(RequestError, match=r"style 'nosuch' is no file; allowed: .*ggplot"):
+        nv.plot(small, style="nosuch")
+
+
+def test_the_command_draws_names_what_there_is_and_keeps_pictures(small, tmp_path, capsys):
+    picture = tmp_path / "v.pdf"
+    assert console(["plot", str(small), "--show", "v1", "-o", str(picture)]) == 0
+    first = picture.read_bytes()
+    capsys.readouterr()
+    assert console(["plot", str(small), "--show", "v2", "-o", str(picture)]) == 2
+    assert "exists: --overwrite replaces it" in capsys.readouterr().err
+    assert picture.read_bytes() == first
+    assert console(["plot", str(small), "--show", "v2", "-o", str(picture), "--overwrite"]) == 0
+    assert picture.read_bytes() != first
+    capsys.readouterr()
+    assert console(["plot", str(small), "--show", "?"]) == 0
+    listed = capsys.readouterr().out
+    assert "E1max" in listed
+    assert "[m/s]" in listed
+    assert console(["plot", str(small), "--show", "x9", "-o", str(tmp_path / "a.png")]) == 2
+    assert "did you mean 'x" in capsys.readouterr().err
+
+
+def test_an_archive_where_toml_is_wanted_is_told_the_way(small, capsys):
+    assert main([str(small), "--show", "regimes"]) == 2
+    err = capsys.readouterr().err
+    assert "is an archive (HDF5)" in err
+    assert "nlds-vines plot" in err
+
+
+def test_a_run_keeps_the_picture_of_another_and_resuming_draws_its_own(small, tmp_path, capsys):
+    archive, picture = tmp_path / "a.h5", tmp_path / "a.png"
+    picture.write_bytes(b"of something else")
+    command = [*SMALL, "-o", str(archive), "--plot", str(picture)]
+    assert main(command) == 2
+    assert "exists: --overwrite replaces it" in capsys.readouterr().err
+    assert not archive.exists()  # refused before anything is computed
+    assert main([*command, "--overwrite"]) == 0
+    drawn = picture.read_bytes()
+    assert main([*command, "--resume"]) == 0
+    assert picture.read_bytes() == drawn
+    picture.write_bytes(b"of something else")
+    assert main([*command, "--resume"]) == 2
+
+
+def test_what_a_scan_returns_is_its_path_and_knows_its_picture(small, tmp_path):
+    path = nv.bifurcation(
+        {"system": "tmd", "vary": {"omega": {"values": [6.0, 6.5]}},
+         "sampling": {"transient": 5, "periods": 3}},
+        tmp_path / "t.h5", plot=tmp_path / "t.png",
+    )  # fmt: skip
+    assert path == tmp_path / "t.h5"
+    assert path.picture == tmp_path / "t.png"
+    with open(path, "rb") as file, path.read() as view:
+        assert file.read(4) == b"\x89HDF"
+        assert "E1max" in view
+    assert isinstance(path.plot("E1max"), Figure)
+    assert path.with_suffix(".png").exists()
+
+
+def test_orbits_that_pass_the_limit_are_told_hatched_and_named(passing):
+    from nlds_vines.bifurcation.run import Report
+
+    report = Report(passing)
+    report.note_archive()
+    (line,) = [text for text in report.remarks() if text.startswith("inadmissible")]
+    with read(passing) as view:
+        depth = view["violation_depth"]
+        assert (view["violations"] > 0).all()
+    assert f"3 of 3 orbits pass the limit, by {depth.min():.2g} to {depth.max():.2g} m" in line
+    figure = passing.plot()
+    words = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert any(word.endswith(", inadmissible") for word in words)
+    spans = [p for axes in figure.axes[:2] for p in axes.patches if p.get_hatch()]
+    assert len(spans) == 2
+    (legend,) = [axes.get_legend() for axes in figure.axes if axes.get_legend()]
+    assert "passes the limit" in [text.get_text() for text in legend.get_texts()]
+
+
+def test_a_label_has_one_colour_whatever_else_is_in_the_picture():
+    labels = [f"{n}T,{k}" for n in range(1, 6) for k in range(2 * n + 1)]
+    assert len({colour_of(label) for label in labels}) == len(labels)
+    assert colour_of("transient chaos to T,0") != colour_of("T,0")
+    assert colour_of("T,1, inadmissible") == colour_of("T,1")

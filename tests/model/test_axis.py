@@ -1,0 +1,55 @@
+"""Ranges at equal distances and at equal ratios."""
+
+import numpy as np
+import pytest
+
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.errors import RequestError
+from nlds_vines.model.axis import Axis
+from nlds_vines.plotting.bands import inner_edges, is_list, logarithmic
+
+
+def test_equal_ratios_are_rounded_from_exact_powers():
+    found = Axis.spaced("K", 1e5, 1e9, 41, "log").values
+    assert found[[0, 10, 20, 30, 40]].tolist() == [1e5, 1e6, 1e7, 1e8, 1e9]
+    np.testing.assert_allclose(found[1:] / found[:-1], 10**0.1, rtol=1e-15 * 4)
+    assert Axis.spaced("K", 2.0, 8.0, 1, "log").values.tolist() == [2.0]
+    assert Axis.of("K", {"start": 1.0, "stop": 4.0, "num": 3, "scale": "log"}).values.tolist() == [
+        1.0, 2.0, 4.0,
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ({"start": 0.0, "stop": 4.0, "num": 3, "scale": "log"}, "start = 0.0 must be > 0 where"),
+        ({"start": 1.0, "stop": 4.0, "num": 3, "scale": "cubic"}, "unknown scale 'cubic'"),
+        ({"values": [1.0], "scale": "log"}, "allowed: start, stop and num"),
+    ],
+)
+def test_what_no_scale_can_be_is_refused(entry, message):
+    with pytest.raises(RequestError, match=message):
+        Axis.of("K", entry)
+
+
+def test_the_option_and_the_file_mean_the_same():
+    from nlds_vines.bifurcation.options import spaced
+
+    entry = spaced("--vary K", "1e5:1e9:5:log", log=True)
+    scan = load_scan(None, {"vary": {"K": entry}})
+    assert scan.axes[0].values.tolist() == [1e5, 1e6, 1e7, 1e8, 1e9]
+    assert load_scan(scan.document()) == scan
+    with pytest.raises(RequestError, match="must be START:STOP:NUM"):
+        spaced("--band", "1:2:3:log")
+
+
+def test_ranges_and_lists_are_told_apart_by_their_values():
+    assert logarithmic(Axis.spaced("K", 1e5, 1e9, 9, "log").values)
+    assert not logarithmic(np.linspace(1.0, 2.0, 9))
+    assert [is_list(np.array(v)) for v in ([600.0, 800.0], [1.0, 2.0, 3.0, 4.0, 5.0])] == [
+        True, False,
+    ]  # fmt: skip
+    assert is_list(np.array([1.0, 2.0, 3.0, 5.0, 9.0, 10.0]))
+    assert inner_edges(np.array([1.0, 2.0, 4.0, 8.0])).tolist() == pytest.approx(
+        [1.0, 2**0.5, 2 * 2**0.5, 4 * 2**0.5, 8.0]
+    )

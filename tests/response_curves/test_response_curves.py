@@ -1,0 +1,208 @@
+"""Response curves: dampers beside each other and the structure alone, in one archive."""
+
+import tomllib
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main as console
+from nlds_vines.model.linear_response import response
+from nlds_vines.orbits.status_words import OK
+from nlds_vines.response_curves import run as running
+from nlds_vines.response_curves.command import main
+from nlds_vines.response_curves.curve_options import page_from
+from nlds_vines.response_curves.picture import curves_picture
+from nlds_vines.response_curves.request import ALONE, with_structure_alone
+from nlds_vines.response_curves.request_file import load_page
+
+SHORT = ["--vary", "omega=6:6.6:7", "--transient", "200", "--periods", "20", "--quiet"]
+PAGE = """
+title = "two surfaces"
+[vary]
+omega = { start = 6.0, stop = 6.6, num = 5 }
+[sampling]
+transient = 100
+periods = 10
+[record]
+want = ["impacts", "energy"]
+[[panels]]
+system = "ssul-set6"
+title = "unilateral"
+[[panels]]
+system = "tmd"
+[[curves]]
+set = { c2 = 60.0 }
+colour = "blue"
+[[curves]]
+set = { c2 = 90.0 }
+colour = "vermillion"
+panel = 1
+"""
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    (tmp_path / "page.toml").write_text(PAGE)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_dampers_are_compared_with_the_structure_alone(here):
+    assert main(["--system", "tmd", "--system", "ssul-set6", *SHORT, "-o", "a.h5"]) == 0
+    found = nv.curves_in("a.h5")
+    assert [curve.label for curve in found.curves] == [
+        ALONE, "Tuned mass damper", "SSul NES, Set 6"
+    ]  # fmt: skip
+    bare, tmd = found[ALONE], found["Tuned mass damper"]
+    exact = response(nv.load_system("none"), bare.values).E1max
+    np.testing.assert_allclose(bare.E1max, exact, rtol=1e-6)
+    np.testing.assert_allclose(tmd.reduction, 1 - tmd.E1max / exact, rtol=1e-9)
+    assert tmd.peak == tmd.E1max.max()
+    assert tmd.peak_at == tmd.values[tmd.E1max.argmax()]
+    assert tmd.peak_reduction == 1 - tmd.peak / bare.peak
+    assert np.isnan(bare.reduction).all()
+    assert np.isnan(bare.E2max).all()
+    assert (found["SSul NES, Set 6"].impacts > 0).any()
+    assert (tmd.impacts == -1).all()
+    with pytest.raises(nv.RequestError, match="curve = 'x' is not there; allowed: without damper"):
+        found["x"]
+
+
+def test_the_numbers_are_those_of_a_scan_of_the_same_system(here):
+    assert main(["--system", "ssul-set6", "--set", "P=600", *SHORT, "-o", "a.h5"]) == 0
+    scan = ["bifurcation", "--set", "P=600", "--record", "impacts,energy", *SHORT]
+    assert console([*scan, "-o", "b.h5"]) == 0
+    with nv.read("a.h5") as page, nv.read("b.h5") as one:
+        assert page["P"].tolist() == [600.0, 600.0]
+        assert page["system"].tolist() == ["none", "ssul-set6"]
+        assert np.isnan(page["C"][0])
+        for name in ("E1max", "E2max", "reduction", "impacts", "status"):
+            np.testing.assert_array_equal(page[name][1], one[name][:, 0])
+
+
+def test_the_archive_is_verified_repeated_and_redrawn(here, capsys):
+    assert main(["page.toml", "-o", "a.h5", "--plot", "a.png", "--quiet"]) == 0
+    assert nv.verify("a.h5") == []
+    assert console(["rerun", "a.h5", "-o", "b.h5", "--quiet"]) == 0
+    assert console(["diff", "a.h5", "b.h5"]) == 0
+    assert console(["rerun", "a.h5", "--shard", "1/2"]) == 2
+    assert "response curves" in capsys.readouterr().err
+    with nv.read("a.h5") as view:
+        again = load_page(tomllib.loads(view.text("scan")))
+        figure = curves_picture(view)
+    assert again.to_toml() == nv.curves_in("a.h5").request.to_toml()
+    assert with_structure_alone(again) == again
+    assert [len(panel.curves) for panel in again.panels] == [3, 2]
+    first, second = figure.axes
+    assert first.get_title(loc="left") == "(a)  unilateral"
+    colours = [to_hex(line.get_color()) for line in second.get_lines()[1:]]
+    assert colours == [curve.colour for curve in again.panels[1].curves]
+
+
+def test_an_interrupted_run_keeps_what_is_complete(here, monkeypatch):
+    whole, count = running._computed, []
+
+    def stopped(*arguments):
+        count.append(1)
+        if len(count) == 3:
+            raise KeyboardInterrupt
+        return whole(*arguments)
+
+    monkeypatch.setattr(running, "_computed", stopped)
+    assert main(["page.toml", "-o", "a.h5", "--quiet"]) == 130
+    assert main(["page.toml", "-o", "a.h5", "--quiet"]) == 2
+    count.clear()
+    monkeypatch.setattr(running, "_computed", lambda *a: count.append(1) or whole(*a))
+    assert main(["page.toml", "-o", "a.h5", "--quiet", "--resume"]) == 0
+    assert len(count) == 3  # of five curves two were there
+    assert main(["page.toml", "-o", "b.h5", "--quiet"]) == 0
+    assert console(["diff", "a.h5", "b.h5"]) == 0
+
+
+def test_the_reduction_stands_below_and_zero_is_marked(here):
+    assert main(["--system", "tmd", *SHORT, "-o", "a.h5"]) == 0
+    with nv.read("a.h5") as view:
+        upper, lower = curves_picture(view).axes
+    found = nv.curves_in("a.h5")
+    assert lower.get_ylabel() == "reduction [%]"
+    zero, curve = lower.get_lines()
+    assert set(zero.get_ydata()) == {0}
+    np.testing.assert_array_equal(curve.get_ydata(), 100 * found["Tuned mass damper"].reduction)
+    assert upper.get_xlim() == lower.get_xlim() == (6.0, 6.6)
+
+
+def test_curves_of_one_page_have_different_looks():
+    names = [f"ssul-set{i}" for i in range(1, 7)]
+    page = page_from([*names, "tmd", "ssbl"], (), {}, "test")
+    looks = [(curve.colour, curve.line) for curve in page.curves]
+    assert len(set(looks)) == len(looks) == 9
+
+
+def test_python_takes_systems_names_files_and_documents(here):
+    tables = {
+        "vary": {"omega": {"values": [6.0, 6.3]}},
+        "sampling": {"transient": 20, "periods": 4},
+    }
+    mine = nv.load_system("tmd", c2=50.0)
+    found = nv.response_curves([mine, "tmd"], "a.h5", set={"P": 400.0}, **tables)
+    assert found.request.title == "Response curves, P = 400 N, ω from 6 to 6.3 rad/s"
+    assert len(found.curves) == 3
+    assert nv.response_curves("page.toml", "b.h5", **tables).curves[0].values.tolist() == [6.0, 6.3]
+    assert nv.response_curves(found.request, "c.h5").request.hash == found.request.hash
+    with nv.read("a.h5") as view:
+        assert (view["status"] == OK).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--system", "tmdd"], "--system: unknown system 'tmdd'; did you mean 'tmd'?"),
+        (["--system", "tmd", "--vary", "C=0:1:3"], "C"),
+        (["--vary", "omega=5:8"], "--vary omega = '5:8' must be START:STOP:NUM"),
+        (["--start", "random:4"], "--start"),
+        (["--start", "both"], "allowed: rest, up, down"),
+        (["page.toml", "--plot", "a.gif"], "must end in one of"),
+        (["page.toml", "-o", "page.toml"], "is another file of this run"),
+        (["nothing.toml"], "cannot be read"),
+        (["--periods", "0"], "periods = 0"),
+    ],
+)
+def test_a_wrong_request_is_one_line(here, capsys, arguments, words):
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("nlds-vines response-curves: error: ")
+    assert err.count("\n") == 1
+    assert words in err
+    assert sorted(path.name for path in here.iterdir()) == ["page.toml"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("panel = 1", "panel = 3", "panel = 3"),
+        (
+            "[[panels]]",
+            "[figure]\nreduction = true\n[[panels]]",
+            "reduction = true needs a page of one",
+        ),
+        ('"impacts", "energy"', '"section"', "lacks energy"),
+        ("[sampling]", '[start]\npolicy = "both"\n[sampling]', "begins 2 orbits"),
+        ('colour = "blue"', 'colour = "blu"', "did you mean 'blue'"),
+    ],
+)
+def test_a_wrong_file_is_one_line(here, capsys, old, new, words):
+    (here / "page.toml").write_text(PAGE.replace(old, new, 1))
+    assert main(["page.toml", "--dry-run"]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_a_dry_run_says_what_would_be_done(here, capsys):
+    assert main(["page.toml", "--plot", "a.png", "--dry-run"]) == 0
+    told = capsys.readouterr().out
+    assert told.count("curve: ") == 5
+    assert "100 + 10 each, 2750 in all" in told
+    assert "page.h5" in told
+    assert sorted(path.name for path in here.iterdir()) == ["page.toml"]

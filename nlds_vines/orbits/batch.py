@@ -14,11 +14,11 @@ import numpy as np
 
 from nlds_vines.kernels import lanes
 from nlds_vines.kernels.arguments import Finished, LaneBuffers, Parts, Span
-from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.codes import OK, RESPONSE_COLUMNS
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import cell_type
-from nlds_vines.orbits import evidence
+from nlds_vines.orbits import evidence, responses
 from nlds_vines.orbits.compilation import Compilation, Tell
 from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
@@ -62,6 +62,8 @@ class Outputs:
     violation: np.ndarray | None
     evidence: np.ndarray | None
     ends: np.ndarray | None
+    response: np.ndarray | None
+    foot: bool | None
     status: np.ndarray
     retraced: np.ndarray | None = None
     refined: Outputs | None = None
@@ -86,6 +88,8 @@ class Outputs:
             violation=rows(scene.limit is not None, 3),
             evidence=rows(judged, evidence.COLUMNS),
             ends=rows(judged or "error" in want, 2, SIZE),
+            response=rows("response" in want, RESPONSE_COLUMNS),
+            foot=responses.moving_foot(scene) if "response" in want else None,
             status=np.zeros(shape, np.int64),
         )
 
@@ -204,6 +208,7 @@ METHOD = "exact"
 class Outcome:
     """How every lane ended: its largest energies [J] after the transient, its status; one shape.
 
+    `objective` is the number to be made small, of which a batch has the name: by default E1max.
     `violations` counts how often the damper came where its scene forbids it, from the start on.
 
     Energies of a lane that failed mean nothing; `inadmissible` says which may not be looked at.
@@ -213,6 +218,7 @@ class Outcome:
     E2max: np.ndarray
     status: np.ndarray
     violations: np.ndarray
+    objective: np.ndarray
 
     @property
     def inadmissible(self) -> np.ndarray:
@@ -220,19 +226,28 @@ class Outcome:
 
         The one place that decides it: it failed, or broke the constraint of scenes b and c.
         """
-        return (self.status != OK) | ~np.isfinite(self.E1max) | (self.violations > 0)
+        return (self.status != OK) | ~np.isfinite(self.objective) | (self.violations > 0)
 
 
 class Batch:
     """Runs batches of cells of one scene; what all batches share is prepared once."""
 
     def __init__(
-        self, scene: Scene, tell: Tell | None = None, tolerance: float = TOLERANCE
+        self,
+        scene: Scene,
+        tell: Tell | None = None,
+        tolerance: float = TOLERANCE,
+        objective: str = "E1max",
     ) -> None:
-        """Prepare for cells of `scene`; `tell` takes a line of text where something is compiled."""
-        self._scene = scene
+        """Prepare for cells of `scene`; `tell` takes a line of text where something is compiled.
+
+        Arguments: the `tolerance` of method exact; the `objective`, of `responses.objectives_of`.
+        """
+        self._scene, self._objective = scene, objective
+        self._responds = objective not in responses.ENERGIES
         self._parts = parts_of(METHOD, scene, Settings.of(METHOD, tolerance))
-        self._compilation = Compilation(Needed(scene.kind, METHOD, ("energy",)), tell, helped=False)
+        want = ("energy", "response") if self._responds else ("energy",)
+        self._compilation = Compilation(Needed(scene.key, METHOD, want), tell, helped=False)
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
         """Run one lane for each cell on the current threads, all in one call of the kernel.
@@ -244,14 +259,21 @@ class Batch:
         chains = np.ascontiguousarray(cells.reshape(-1, 1))
         energy = np.zeros((*chains.shape, 2))
         violation = None if self._scene.limit is None else np.zeros((*chains.shape, 3))
-        buffers, span = LaneBuffers(energy=energy, violation=violation), Span(transient, periods, 1)
+        response = np.zeros((*chains.shape, RESPONSE_COLUMNS)) if self._responds else None
+        foot = responses.moving_foot(self._scene) if self._responds else None
+        buffers = LaneBuffers(energy=energy, violation=violation, response=response, foot=foot)
+        span = Span(transient, periods, 1)
         with self._compilation.followed():
             status = run(self._parts, chains, starts.reshape(-1, 4), span, buffers)
         broken = np.zeros(chains.shape) if violation is None else violation[..., 2]
-        shape = cells.shape
+        shape, objective = cells.shape, energy[..., int(self._objective == "E2max")]
+        if response is not None:
+            found = responses.arrays_of(response, self._scene, chains)[self._objective]
+            objective = found if found.ndim == 2 else found.max(axis=-1)
         return Outcome(
             E1max=energy[..., 0].reshape(shape),
             E2max=energy[..., 1].reshape(shape),
             status=status.reshape(shape),
             violations=broken.reshape(shape),
+            objective=objective.reshape(shape),
         )

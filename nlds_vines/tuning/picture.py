@@ -100,10 +100,16 @@ def _draw_surface(figure: Figure, axes: Axes, view: ArchiveView) -> None:
     if not evenly_spaced(up):
         axes.set_yscale("log")
         _write_out_ticks(axes.yaxis)
-    label = quantity_label("E1max", view.units("surface"))
+    label = _objective(view)
     bar = add_colour_bar(figure, mesh, axes.get_position(), label)
     if isinstance(norm, LogNorm):
         _write_out_ticks(bar.ax.yaxis)
+
+
+def _objective(view: ArchiveView) -> str:
+    """Return what stands along the bar: the objective with its unit."""
+    text, unit = view.long_name("optimum_objective"), view.units("surface")
+    return quantity_label("E1max", unit) if "E1max" in text else f"{text} [{unit}]"
 
 
 def _logarithmic_ticks() -> LogLocator:
@@ -131,7 +137,7 @@ def _mark_optima(axes: Axes, view: ArchiveView) -> None:
     style: dict[str, Any] = {"linestyle": "none", "clip_on": False, "zorder": 5}
     ring: dict[str, Any] = {"mfc": "none", "mec": _MARK, "mew": 1.1}
     star: dict[str, Any] = {"mfc": _MARK, "mec": "white", "mew": 0.6}
-    best = f"best: {view['optimum_objective'][0]:.4g} J"
+    best = f"best: {view['optimum_objective'][0]:.4g} {view.units('surface')}"
     axes.plot(x[:1], y[:1], marker="*", markersize=11, label=best, **star, **style)
     if x.size > 1:
         label = "nearly as good, perhaps off the surface"

@@ -146,13 +146,13 @@ MUTANTS = (
         "nlds_vines/tuning/objective.py",
         (
             "objective: the objective is that of the first case",
-            "case = energy.argmax(axis=1)",
+            "case = value.argmax(axis=1)",
             "case = 0 * energy.argmax(axis=1)",
             _T_TUNING + "test_one_failed_case_condemns_a_design_and_no_number_is_made_of_it",
         ),
         (
             "objective: a design that fails has an objective",
-            "energy = np.where(outcome.inadmissible, np.inf, outcome.E1max)",
+            "value = np.where(outcome.inadmissible, np.inf, outcome.objective)",
             "energy = outcome.E1max",
             _T_TUNING + "test_one_failed_case_condemns_a_design_and_no_number_is_made_of_it",
         ),

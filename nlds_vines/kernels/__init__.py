@@ -35,6 +35,7 @@ In reading order:
     linear_contact   a contact with a spring and a dashpot: exact, like a flight
     restitution      a contact of rigid bodies: impacts at once, sticking
     by_law           what differs by the laws of the walls, for the time loop
+    response_inside  a response over a short impact
     response         the response over the sampled periods: largest values, rms, powers
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section

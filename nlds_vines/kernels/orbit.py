@@ -266,7 +266,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     held_near, held_far, (j + x) / grid.n,
                 )  # fmt: skip
                 tally_contact(
-                    tally, rk4, ps, damper, near, far, mode, steps, grid.rate,
+                    tally, rk4, ps, damper, near, far, mode, arc, steps, grid.rate,
                     phase_on(rk4, grid, j, x), event, took, touched, (q, s, x1, v1), k,
                     held_near, held_far, (j + x) / grid.n,
                 )  # fmt: skip

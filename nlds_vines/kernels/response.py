@@ -6,7 +6,7 @@ is linear it is a Taylor polynomial cell by cell: products of states are integra
 so many that the error is below round-off in the longest cell (1.4^12 / 6e15: products turn twice as
 fast). A quantity is largest where its rate, a polynomial too, vanishes: such roots are looked for
 where bends allow the largest value so far to be exceeded, and proven to be all of them
-(`peaks.note_roots`). Contacts by steps are in `response_steps`.
+(`peaks.note_roots`). Contacts are in `response_inside` and `response_steps`.
 
 Power comes in by the force P cos(omega t), or, where the foot moves, by what moves it. It is
 dissipated by the dashpots and by contacts: by the force that is not elastic, or as rigid bodies
@@ -20,7 +20,7 @@ import math
 import numpy as np
 
 from .bare_rows import bare
-from .by_law import held_of, sign_of, wall_of
+from .by_law import arc_of, held_of, sign_of, wall_of
 from .codes import FLYING, OF_FORCES, OF_IMPULSES, POWERS, RELEASED
 from .compiling import chosen, is_a, jit, same_sort
 from .contact import contact
@@ -29,6 +29,7 @@ from .exact import phase_of
 from .flight import COEF, DRIVE, FACTOR, ORDER, at, bare_grid, cell_polynomial
 from .fours import four, four_at, larger_of, number_of
 from .peaks import factor_at, note_roots
+from .response_inside import tally_halves_if_exact
 from .response_steps import tally_fixed
 from .response_sums import (
     A2,
@@ -295,23 +296,29 @@ def spring_of(near, far, mode):
 
 @jit
 def tally_steps(
-    rk4, ps, damper, wall, sign, tally, steps, rate, phase, event, took, before, after, k, held,
-    place,
+    rk4, ps, damper, wall, sign, arc, tally, steps, rate, phase, event, took, before, after, k,
+    held, place,
 ):  # fmt: skip
-    """Add a contact of elastic bodies, stepped. Arguments as those of `tally_contact`."""
+    """Add a contact of elastic bodies, by its halves or stepped (arguments: `tally_contact`)."""
     # hot: once per impact
-    q, s, x1, v1 = before
+    q, s, x1, v1 = before[0], sign * before[1], sign * before[2], sign * before[3]
+    phase, ps = (sign * phase[0], sign * phase[1]), mirrored_load(ps.load, ps, sign)
+    released = after[0], sign * after[1], sign * after[2], sign * after[3]
+    if event == RELEASED and tally_halves_if_exact(
+        rk4, ps, damper, wall, sign, arc, tally, rate, phase, took, (q, s, x1, v1), released
+    ):
+        return
     left = math.inf if event == RELEASED else took
     contact(
-        rk4, mirrored_load(ps.load, ps, sign), damper, wall, sign, None, tally, None, tally,
-        steps, rate, sign * phase[0], sign * phase[1], q, sign * s, sign * x1, sign * v1, left, k,
+        rk4, ps, damper, wall, sign, None, tally, None, tally, steps, rate, phase[0], phase[1],
+        q, s, x1, v1, left, k,
     )  # fmt: skip
 
 
 @jit
 def tally_pressed(
-    rk4, ps, damper, wall, sign, tally, steps, rate, phase, event, took, before, after, k, held,
-    place,
+    rk4, ps, damper, wall, sign, arc, tally, steps, rate, phase, event, took, before, after, k,
+    held, place,
 ):  # fmt: skip
     """Add a contact with a spring and a dashpot, cell by cell (`linear_contact.press`)."""
     # hot: once per impact
@@ -348,8 +355,8 @@ def is_grounded(damper):
 
 @jit
 def tally_rigid(
-    rk4, ps, damper, wall, sign, tally, steps, rate, phase, event, took, before, after, k, held,
-    place,
+    rk4, ps, damper, wall, sign, arc, tally, steps, rate, phase, event, took, before, after, k,
+    held, place,
 ):  # fmt: skip
     """Add an impact of rigid bodies, and sticking, during which nothing is dissipated by them."""
     # hot: once per impact
@@ -381,8 +388,8 @@ def tally_rigid(
 
 @chosen
 def tally_by_law(
-    rk4, ps, damper, wall, sign, tally, steps, rate, phase, event, took, before, after, k, held,
-    place,
+    rk4, ps, damper, wall, sign, arc, tally, steps, rate, phase, event, took, before, after, k,
+    held, place,
 ):  # fmt: skip
     """Add a contact by the law of its wall."""
     # hot: as `tally_contact`
@@ -393,39 +400,40 @@ def tally_by_law(
 
 @jit
 def tally_at_one(
-    tally, rk4, ps, damper, near, far, mode, steps, rate, phase, event, took, before, after, k,
+    tally, rk4, ps, damper, near, far, mode, arc, steps, rate, phase, event, took, before, after, k,
     held_near, held_far, place,
 ):  # fmt: skip
     """Add a contact at a wall, where all are of one sort."""
     # hot: as `tally_contact`
     tally_by_law(
-        rk4, ps, damper, wall_of(near, far, mode), sign_of(mode), tally, steps, rate, phase,
+        rk4, ps, damper, wall_of(near, far, mode), sign_of(mode),
+        arc_of(wall_of(near, far, mode), arc), tally, steps, rate, phase,
         event, took, before, after, k, held_of(near, far, held_near, held_far, mode), place,
     )  # fmt: skip
 
 
 @jit
 def tally_at_two(
-    tally, rk4, ps, damper, near, far, mode, steps, rate, phase, event, took, before, after, k,
+    tally, rk4, ps, damper, near, far, mode, arc, steps, rate, phase, event, took, before, after, k,
     held_near, held_far, place,
 ):  # fmt: skip
     """Add a contact at a wall, where the two are of different sorts."""
     # hot: as `tally_contact`
     if sign_of(mode) > 0.0:
         tally_by_law(
-            rk4, ps, damper, near, 1.0, tally, steps, rate, phase, event, took, before, after, k,
-            held_near, place,
+            rk4, ps, damper, near, 1.0, arc_of(near, arc), tally, steps, rate, phase, event,
+            took, before, after, k, held_near, place,
         )  # fmt: skip
     else:
         tally_by_law(
-            rk4, ps, damper, far, -1.0, tally, steps, rate, phase, event, took, before, after, k,
-            held_far, place,
+            rk4, ps, damper, far, -1.0, arc_of(far, arc), tally, steps, rate, phase, event,
+            took, before, after, k, held_far, place,
         )  # fmt: skip
 
 
 @jit
 def no_tally(
-    tally, rk4, ps, damper, near, far, mode, steps, rate, phase, event, took, before, after, k,
+    tally, rk4, ps, damper, near, far, mode, arc, steps, rate, phase, event, took, before, after, k,
     held_near, held_far, place,
 ):  # fmt: skip
     """Add nothing."""
@@ -435,7 +443,7 @@ def no_tally(
 
 @chosen
 def tally_contact(
-    tally, rk4, ps, damper, near, far, mode, steps, rate, phase, event, took, before, after, k,
+    tally, rk4, ps, damper, near, far, mode, arc, steps, rate, phase, event, took, before, after, k,
     held_near, held_far, place,
 ):  # fmt: skip
     """Add a contact of `took` [s] that has ended in an `event`, where a response is wanted.

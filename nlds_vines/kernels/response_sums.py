@@ -25,11 +25,16 @@ from .scene import accelerations, unloaded
 #   BEGIN       x1 at the beginning
 #   PLACE       where the maximum belongs that is looked for
 #   FACTOR      scratch: Taylor coefficients of a quantity over a cell, as in a grid's table
+#   KEPT        scratch: all up to BEGIN as it was before a contact
+#   MOTIONS     scratch: each quantity and its rate, in rows of PLACES (`response_inside`)
 X2, V2, A2, R2, S2, CV, CX, LOSS, Y2, U2 = range(10)
 SUMS = 10
 MOST, FORCE, IMPULSE, BEGIN, PLACE = 10, 15, 17, 19, 20
 OF_X, OF_V, OF_A, OF_R, OF_FOOT, OF_FORCE = range(6)  # what may be largest
-SIZE = FACTOR + 16
+KEPT = FACTOR + 16
+PLACES = 64
+MOTIONS = KEPT + 24
+SIZE = MOTIONS + 12 * PLACES
 
 
 class Foot(NamedTuple):

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
+from nlds_vines.kernels import response as kernels
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.linear_response import response, steady_state
 from nlds_vines.orbits.simulation import simulate
@@ -284,3 +285,22 @@ def test_nothing_that_is_recorded_beside_changes_a_response_or_the_orbit():
     energies = simulate(system, 6, record=(*both, "energy", "impacts"))
     for name, value in together.response.items():
         assert np.array_equal(value, energies.response[name]), name
+
+
+@pytest.mark.parametrize("name", ["ssul-set6", "ssbl"])
+def test_an_impact_by_its_halves_is_that_which_is_stepped(name, monkeypatch):
+    system, record = load_system(name, base_displacement=0.02), ("response", "section")
+    halves = simulate(system, 6, transient=2, record=record)
+    called = []
+
+    def refused(*arguments):
+        called.append(arguments)
+        return False
+
+    monkeypatch.setattr(kernels, "tally_halves_if_exact", refused)
+    stepped = simulate(system, 6, transient=2, record=record)
+    assert len(called) > 3
+    assert np.array_equal(halves.section, stepped.section)
+    for key, value in halves.response.items():
+        assert value == pytest.approx(stepped.response[key], rel=1e-8), key
+    assert any(np.any(halves.response[k] != stepped.response[k]) for k in halves.response)

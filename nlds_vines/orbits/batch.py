@@ -208,7 +208,7 @@ METHOD = "exact"
 class Outcome:
     """How every lane ended: its largest energies [J] after the transient, its status; one shape.
 
-    `objective` is the number to be made small, of which a batch has the name: by default E1max.
+    `other` is the number that a batch was asked for in place of E1max.
     `violations` counts how often the damper came where its scene forbids it, from the start on.
 
     Energies of a lane that failed mean nothing; `inadmissible` says which may not be looked at.
@@ -218,7 +218,12 @@ class Outcome:
     E2max: np.ndarray
     status: np.ndarray
     violations: np.ndarray
-    objective: np.ndarray
+    other: np.ndarray | None = None
+
+    @property
+    def objective(self) -> np.ndarray:
+        """The number that is to be small: E1max, unless there is another."""
+        return self.E1max if self.other is None else self.other
 
     @property
     def inadmissible(self) -> np.ndarray:
@@ -266,14 +271,14 @@ class Batch:
         with self._compilation.followed():
             status = run(self._parts, chains, starts.reshape(-1, 4), span, buffers)
         broken = np.zeros(chains.shape) if violation is None else violation[..., 2]
-        shape, objective = cells.shape, energy[..., int(self._objective == "E2max")]
+        shape, other = cells.shape, energy[..., int(self._objective == "E2max")]
         if response is not None:
             found = responses.arrays_of(response, self._scene, chains)[self._objective]
-            objective = found if found.ndim == 2 else found.max(axis=-1)
+            other = found if found.ndim == 2 else found.max(axis=-1)
         return Outcome(
             E1max=energy[..., 0].reshape(shape),
             E2max=energy[..., 1].reshape(shape),
             status=status.reshape(shape),
             violations=broken.reshape(shape),
-            objective=objective.reshape(shape),
+            other=other.reshape(shape),
         )

@@ -146,14 +146,14 @@ MUTANTS = (
         "nlds_vines/tuning/objective.py",
         (
             "objective: the objective is that of the first case",
-            "case = energy.argmax(axis=1)",
-            "case = 0 * energy.argmax(axis=1)",
+            "case = value.argmax(axis=1)",
+            "case = 0 * value.argmax(axis=1)",
             _T_TUNING + "test_one_failed_case_condemns_a_design_and_no_number_is_made_of_it",
         ),
         (
             "objective: a design that fails has an objective",
-            "energy = np.where(outcome.inadmissible, np.inf, outcome.E1max)",
-            "energy = outcome.E1max",
+            "value = np.where(outcome.inadmissible, np.inf, outcome.objective)",
+            "value = outcome.objective",
             _T_TUNING + "test_one_failed_case_condemns_a_design_and_no_number_is_made_of_it",
         ),
         (
@@ -179,13 +179,13 @@ MUTANTS = (
         "nlds_vines/orbits/batch.py",
         (
             "batch: a broken constraint is admissible",
-            "return (self.status != OK) | ~np.isfinite(self.E1max) | (self.violations > 0)",
-            "return (self.status != OK) | ~np.isfinite(self.E1max)",
+            "return (self.status != OK) | ~np.isfinite(self.objective) | (self.violations > 0)",
+            "return (self.status != OK) | ~np.isfinite(self.objective)",
             _T_TUNING + "test_a_broken_constraint_condemns_a_design",
         ),
         (
             "batch: an energy that is no number is admissible",
-            "return (self.status != OK) | ~np.isfinite(self.E1max) | (self.violations > 0)",
+            "return (self.status != OK) | ~np.isfinite(self.objective) | (self.violations > 0)",
             "return (self.status != OK) | (self.violations > 0)",
             _T_TUNING + "test_one_failed_case_condemns_a_design_and_no_number_is_made_of_it",
         ),

@@ -9,7 +9,7 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.model.linear_response import energy_alone
-from nlds_vines.orbits import refinement
+from nlds_vines.orbits import refinement, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.starts import random_states, start_states, user_states
@@ -116,7 +116,7 @@ class Computer:
     ) -> dict[str, np.ndarray]:
         """Return the datasets by name, in the order of the lanes: (chains, links, tail)."""
         status = outputs.status
-        arrays = {"status": status}
+        arrays = {"status": status, "P": cells["P"].copy()}
         if self._draws is not None:
             found = user_states(cells[:, 0], starts, self.scan.system.scene)
             arrays["start_state"] = found[:, np.newaxis]
@@ -128,6 +128,8 @@ class Computer:
                 arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(cells)
         if outputs.peak is not None:
             arrays["E1peak"], arrays["E2peak"] = outputs.peak[..., 0], outputs.peak[..., 1]
+        if outputs.response is not None:
+            arrays |= responses.arrays_of(outputs.response, self.scan.system.scene, cells)
         if outputs.violation is not None:
             names = ("first_violation", "violation_depth", "violations")
             arrays |= dict(zip(names, np.moveaxis(outputs.violation, -1, 0), strict=True))

@@ -15,6 +15,7 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.labels import FLAGS, KEPT
+from nlds_vines.orbits.responses import quantities_of
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import NOT_COMPUTED, STATUS
 from nlds_vines.orbits.wants import RETRACED, WANTS
@@ -70,6 +71,7 @@ def table_of(
             *(_reduction(lanes) if scene.damper else ()),
         ),
         "peak": _energy(lanes, scene.damper, "peak", "maximum, the transient included,"),
+        "response": _response(lanes, scene),
         "regime": _regime(lanes, bool(scene.walls)),
         "lyapunov": _lyapunov(lanes),
         "settling": _settling(lanes),
@@ -79,7 +81,8 @@ def table_of(
     }
     wanted = (dataset for word in WANTS if word in want for dataset in makers[word])
     drawn = _drawn(lanes) if start.policy == "random" else ()
-    always = (*drawn, *(_violations(lanes) if scene.limit else ()), _status(lanes))
+    driven = _ground_force(lanes) if scene.shaken else ()
+    always = (*drawn, *driven, *(_violations(lanes) if scene.limit else ()), _status(lanes))
     return Table.of((*wanted, *always), _lengths(axes, scene, start, periods, want))
 
 
@@ -135,6 +138,21 @@ def _energy(lanes: tuple[str, ...], damper: bool, suffix: str, which: str) -> tu
 def _reduction(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
     text = "reduction by the damper, 1 - E1max / E1max of the structure alone; negative: it harms"
     return (Dataset("reduction", lanes, "float64", "1", text, np.nan),)
+
+
+def _ground_force(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    """Return the dataset of a system whose ground moves: its force follows from other numbers."""
+    return (_number(lanes, "P", "N", "amplitude of the force that the ground's motion makes"),)
+
+
+def _response(lanes: tuple[str, ...], scene: Scene) -> Iterator[Dataset]:
+    """Yield the quantities of a response, each followed by its reduction, where there is one."""
+    for entry in quantities_of(scene):
+        dims = (*lanes, "wall") if entry.walls and struck(scene) else lanes
+        yield Dataset(entry.name, dims, "float64", entry.unit, entry.meaning, np.nan)
+        if entry.reduced and scene.damper:
+            text = f"reduction by the damper, 1 - {entry.name} / that of the structure alone"
+            yield Dataset(f"{entry.name}_reduction", lanes, "float64", "1", text, np.nan)
 
 
 def _violations(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:

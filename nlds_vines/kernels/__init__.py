@@ -23,6 +23,8 @@ In reading order:
     contact_field    the equation of a contact, made smooth at touch and release
     runge_kutta      one step of it, of order eight or four
     limit            a limit inside a contact
+    response_sums    what a response is summed up from
+    response_steps   a response over Runge-Kutta steps
     contact          a contact from touch to release, stepped
     impact           a short impact, solved at once
     impact_variations   variations through it, on its collocation
@@ -33,6 +35,8 @@ In reading order:
     linear_contact   a contact with a spring and a dashpot: exact, like a flight
     restitution      a contact of rigid bodies: impacts at once, sticking
     by_law           what differs by the laws of the walls, for the time loop
+    response_inside  a response over a short impact
+    response         the response over the sampled periods: largest values, rms, powers
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section
     growth           growth rates with their uncertainty; convergence of averages

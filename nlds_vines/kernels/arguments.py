@@ -61,6 +61,7 @@ class OrbitBuffers(NamedTuple):
     energy: Any = None  # (2,) largest E1 and E2 so far [J]
     clearance: Any = None  # (1,) smallest near miss so far [m]
     slowest: Any = None  # (1,) smallest approach speed of an impact so far [m/s]
+    tally: Any = None  # `response_sums.Tally`
 
 
 class CellBuffers(NamedTuple):
@@ -74,6 +75,8 @@ class CellBuffers(NamedTuple):
     peak: Any = None  # (2,) largest energies [J], the transient included
     clearance: Any = None  # (1,) [m] after the transient
     violation: Any = None  # (3,) first time [s], depth [m], number of passages of the limit
+    response: Any = None  # (`codes.RESPONSE_COLUMNS`,) after the transient
+    foot: Any = None  # True where a response is one of a structure whose foot moves
 
 
 class LaneBuffers(NamedTuple):
@@ -87,6 +90,8 @@ class LaneBuffers(NamedTuple):
     clearance: Any = None  # (1,)
     violation: Any = None  # (3,)
     ends: Any = None  # (2, SIZE) the states at the beginning and the end
+    response: Any = None  # (`codes.RESPONSE_COLUMNS`,), this and the next as in `CellBuffers`
+    foot: Any = None  # not an array
 
 
 class Finished(NamedTuple):

@@ -17,6 +17,7 @@ from .linear_contact import Pressed, pressed_of, presses_too_stiff
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
 from .once_rounded import grid_once_rounded
 from .orbit import bounded, on_ground, orbit_of, set_mode
+from .response import begin_tally, report, tally_for
 from .restitution import stuck_of
 from .runge_kutta import SCRATCH
 from .scene import (
@@ -156,6 +157,8 @@ def run_cell(parts, cell, state, span, buffers):
     status = cell_orbit(prepared, cell.limit, state, span, buffers)
     if status == OK and (overflowed(buffers.energy) or overflowed(buffers.peak)):
         return DIVERGED
+    if status == OK and span.periods > 0 and any_overflowed(buffers.response):
+        return DIVERGED
     return status
 
 
@@ -171,21 +174,25 @@ def cell_orbit(prepared, limit, state, span, buffers):
     start_energy(ps, damper, peak, state)
     # the transient: first what is not noted, then what is noted of its section
     noted = count_of(buffers.early)
-    before = OrbitBuffers(limit_log, no_rows(buffers.early), None, None, peak, None, None)
+    before = OrbitBuffers(limit_log, no_rows(buffers.early), None, None, peak, None, None, None)
     unseen = Span(0, span.first - noted, 1)
     status = run(prepared, before, unseen, state, None, None)
     if status == OK:
-        before = OrbitBuffers(limit_log, buffers.early, None, None, peak, None, None)
+        before = OrbitBuffers(limit_log, buffers.early, None, None, peak, None, None, None)
         seen = Span(span.first - noted, noted, 1)
         status = run(prepared, before, seen, state, None, None)
     # the periods after it
     if status == OK:
         start_energy(ps, damper, buffers.energy, state)
+        tally = tally_for(buffers.response, buffers.foot, ps)
+        begin_tally(tally, state)
         wanted = OrbitBuffers(
             limit_log, buffers.section, buffers.by_period, buffers.impacts,
-            first_of(buffers.energy, peak), buffers.clearance, None,
+            first_of(buffers.energy, peak), buffers.clearance, None, tally,
         )  # fmt: skip
         status = run(prepared, wanted, span, state, None, None)
+        time = span.periods * (2.0 * math.pi / ps.omega)
+        report(buffers.response, tally, ps, damper, state, time)
         raise_peak(buffers.energy, peak)
         report_violation(buffers.violation, limit_log)
     return status
@@ -239,6 +246,17 @@ def overflowed(energy):
     if energy is None:
         return False
     return not (finite(energy[0]) and finite(energy[1]))
+
+
+@jit
+def any_overflowed(response):
+    """Tell whether a number of a response that is wanted is beyond all numbers."""
+    if response is None:
+        return False
+    fine = True
+    for i in range(len(response)):
+        fine = fine and finite(response[i])
+    return not fine
 
 
 @jit

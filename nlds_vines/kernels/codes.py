@@ -42,3 +42,11 @@ QUASIPERIODIC = 2
 CHAOTIC = 3
 TRANSIENT_CHAOS = 4  # periodic in the end, chaotic for long before
 FAILED = 5  # not computed to its end; no kernel returns it
+
+# Columns of a response: the largest and the rms of x1, v1, a1 = dv1/dt, r and x1 - y (y: of a foot
+# that moves); the largest force and the largest impulse at the near and the far wall; the mean
+# powers [W] that c1, c2 and contacts dissipate, and that comes in
+OF_FORCES = 10
+OF_IMPULSES = 12
+POWERS = 14
+RESPONSE_COLUMNS = 18

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 from . import runge_kutta as rk
 from .codes import EXHAUSTED, RELEASED, STOPPED
-from .compiling import chosen, jit
+from .compiling import chosen, is_a, jit
 from .contact_field import DRAIN, VIRIAL, WORK, cos_sin, rotated
 from .driven import count_of, drive_start, rows_of
 from .force_law import (
@@ -45,6 +45,8 @@ from .force_law import (
 )
 from .limit import note_limit_step
 from .observe import note_force, note_step
+from .response_steps import tally_step
+from .response_sums import A2, CV, CX, V2, X2, Tally
 from .roots import guarded, narrowed, secant
 from .scene import accelerations
 
@@ -89,13 +91,41 @@ def start_at_rest(tangent, ps, damper, wall, rate, c, k):
     t = (speed - s) / external
     k[rk.Y], k[rk.Y + 1] = root_of(wall, depth), speed
     k[rk.Y + 2], k[rk.Y + 3] = x1 + t * (v1 + 0.5 * t * dv), v1 + t * dv
-    if tangent is not None:
-        for i in range(rk.WIDTH + rk.Y, rk.WIDTH + rk.Y + count_of(tangent), 4):
-            k[i] += t * k[i + 1]
-            k[i + 2] += t * k[i + 3]
-        state = x1, v1, wall.gap + z, s
-        drive_start(tangent, ps, damper, state, c, t, k, int(rk.WIDTH + rk.Y))
+    start = x1, v1, wall.gap + z, s
+    move_along(tangent, ps, damper, dv, start, c, t, k)
     return t
+
+
+@chosen
+def move_along(tangent, ps, damper, dv, start, c, t, k):
+    """Move what goes along with row Y on by a short time t [s]: variations, or a tally's sums.
+
+    start: the state (x1, v1, r, s) at its beginning.
+    """
+    if tangent is None:
+        return lambda tangent, ps, damper, dv, start, c, t, k: None
+    return work_on if is_a(tangent, Tally) else vary_on
+
+
+@jit
+def vary_on(tangent, ps, damper, dv, start, c, t, k):
+    """Move variations on."""
+    for i in range(rk.WIDTH + rk.Y, rk.WIDTH + rk.Y + count_of(tangent), 4):
+        k[i] += t * k[i + 1]
+        k[i + 2] += t * k[i + 3]
+    drive_start(tangent, ps, damper, start, c, t, k, int(rk.WIDTH + rk.Y))
+
+
+@jit
+def work_on(tangent, ps, damper, dv, start, c, t, k):
+    """Add a time that is too short for more than one term."""
+    x1, v1 = k[rk.Y + 2], k[rk.Y + 3]
+    row = tangent.row
+    row[X2] += t * x1 * x1
+    row[V2] += t * v1 * v1
+    row[A2] += t * dv * dv
+    row[CV] += t * c * v1
+    row[CX] += t * c * x1
 
 
 @jit
@@ -246,6 +276,33 @@ def shrunk_by(doubt, share):
 
 
 @chosen
+def begin_along(tangent, k):
+    """Write variations into row Y, where they go along."""
+
+    def written(tangent, k):
+        for i in range(count_of(tangent)):
+            k[rk.Y + rk.WIDTH + i] = rows_of(tangent)[i]
+
+    if tangent is None or is_a(tangent, Tally):
+        return lambda tangent, k: None
+    return written
+
+
+@chosen
+def keep_along(tangent, damping, rk4, h, k):
+    """Keep what a step h has made of variations, where they go along."""
+
+    def kept(tangent, damping, rk4, h, k):
+        keep_drained(damping, rk4, h, k)
+        for i in range(count_of(tangent)):
+            rows_of(tangent)[i] = k[rk.Y + rk.WIDTH + i] = k[rk.NEW + rk.WIDTH + i]
+
+    if tangent is None or is_a(tangent, Tally):
+        return lambda tangent, damping, rk4, h, k: None
+    return kept
+
+
+@chosen
 def keep_drained(damping, rk4, h, k):
     """Keep by how much a step h of a damped contact has shrunk volumes."""
 
@@ -312,6 +369,17 @@ def note_greatest_push(damping, rk4, ps, damper, wall, impacts, c, d, h, k):
         k[rk.NEW + i] = k[rk.SAVE + i]
 
 
+@chosen
+def note_work(rk4, ps, damper, wall, sign, energy, c, d, landing, h, k):
+    """Note the largest energies of a step, or, for a tally, all that is summed up."""
+    # hot: once per step
+    if is_a(energy, Tally):
+        return tally_step
+    return lambda rk4, ps, damper, wall, sign, energy, c, d, landing, h, k: note_step(
+        rk4, ps, damper, wall, energy, c, d, landing, h, k
+    )
+
+
 @jit
 def noted(
     sign, limit_log, energy, impacts, rk4, ps, damper, wall, c, d, landing, h, k, elapsed, depth
@@ -325,7 +393,7 @@ def noted(
     if limit_log is not None:
         note_limit_step(rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k, elapsed)
     if energy is not None:
-        note_step(rk4, ps, damper, wall, energy, c, d, landing, h, k)
+        note_work(rk4, ps, damper, wall, sign, energy, c, d, landing, h, k)
     if impacts is not None:
         note_push(damping_of(wall), rk4, ps, damper, wall, impacts, c, d, h, k)
     if impacts is not None and k[rk.Y + 1] > 0.0 and k[rk.NEW + 1] <= 0.0:
@@ -357,9 +425,7 @@ def contact(
     # are than `steps` says.
     way, saved, finer = 0.0, 0.0, 1.0
     part = VERIFIED if steps.tolerance < math.inf else 1.0
-    if tangent is not None:
-        for i in range(count_of(tangent)):
-            k[rk.Y + rk.WIDTH + i] = rows_of(tangent)[i]
+    begin_along(tangent, k)
     for count in range(MOST_STEPS):
         if count == 0:
             elapsed = start_at_rest(tangent, ps, damper, wall, rate, c, k)
@@ -408,10 +474,7 @@ def contact(
             k, elapsed, depth,
         )  # fmt: skip
         elapsed += k[rk.NEW + 4]
-        if tangent is not None:
-            keep_drained(damping_of(wall), rk4, taken, k)
-            for i in range(count_of(tangent)):
-                rows_of(tangent)[i] = k[rk.Y + rk.WIDTH + i] = k[rk.NEW + rk.WIDTH + i]
+        keep_along(tangent, damping_of(wall), rk4, taken, k)
         # End here, or go on from row NEW.
         if landing:
             return RELEASED, 0.0, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth

@@ -24,7 +24,7 @@ For a wall that pushes towards -x2 the mirrored state and forcing are handed in:
 
 from __future__ import annotations
 
-from .compiling import chosen, jit
+from .compiling import chosen, is_a, jit
 from .driven import count_of, drive_contact
 from .force_law import (
     damping_of,
@@ -37,6 +37,7 @@ from .force_law import (
     stiffness_of,
     weight_of,
 )
+from .response_sums import Tally, fill_works
 from .scene import accelerations, unloaded
 
 WORK, VIRIAL = 21, 22  # places in a row of slopes: the right sides, by theta or by q
@@ -71,6 +72,46 @@ def drain_of(damping, wall, inv_mu, q, z, s):
     return lambda damping, wall, inv_mu, q, z, s: inv_mu * drag_of(wall, damping, q, z, s)
 
 
+@chosen
+def go_along(tangent, ps, damper, wall, phase, now, k, y, out):
+    """Fill what goes along in a row of slopes: variations, or what is summed up (`tally`).
+
+    phase: that at tau = 0; now: (force, share of P, (dv1/dt, ds/dt), dt by theta or q, depth) of
+    the row k[y:].
+    """
+    # hot: once per stage
+    return work_along if is_a(tangent, Tally) else vary_along
+
+
+@jit
+def work_along(tangent, ps, damper, wall, phase, now, k, y, out):
+    """Fill in the integrands of a tally."""
+    # hot: once per stage
+    force, _, (dv, _), weight, z = now
+    cosine, sine = rotated(phase[0], phase[1], ps.omega * k[y + 4])
+    state = k[y + 2], k[y + 3], wall.gap + z, k[y + 1]
+    fill_works(tangent, wall, k[y], z, state, dv, force, (cosine, sine), weight, k, out + 5)
+
+
+@jit
+def vary_along(tangent, ps, damper, wall, phase, now, k, y, out):
+    """Fill in the slopes of variations, and DRAIN."""
+    # hot: once per stage
+    _, drive, (dv, ds), weight, z = now
+    q, s, x1, v1 = k[y], k[y + 1], k[y + 2], k[y + 3]
+    stiffness = stiffness_of(wall, q, s)
+    k[out + DRAIN] = weight * drain_of(damping_of(wall), wall, damper.inv_mu, q, z, s)
+    for i in range(5, 5 + count_of(tangent), 4):
+        a, b, r, u = k[y + i], k[y + i + 1], k[y + i + 2], k[y + i + 3]
+        push = pushed_by(wall, stiffness, q, z, s, r, u)
+        db, du = accelerations(unloaded(ps), damper, a, b, r, u, 0.0, push)
+        k[out + i] = weight * b
+        k[out + i + 1] = weight * db
+        k[out + i + 2] = weight * u
+        k[out + i + 3] = weight * du
+    drive_contact(tangent, ps, damper, wall, (q, z, x1, v1, s), drive, (dv, ds), weight, k, out)
+
+
 @jit
 def slope(tangent, ps, damper, wall, c, d, landing, k, y, out):
     """Write the derivative of the row k[y:] = (q, s, x1, v1, tau) into the row k[out:].
@@ -100,16 +141,5 @@ def slope(tangent, ps, damper, wall, c, d, landing, k, y, out):
     k[out + WORK] = weight * s * (ds + elastic(wall, wall.kappa, q, z))
     k[out + VIRIAL] = weight * (s * s + z * ds)
     if tangent is not None:
-        stiffness = stiffness_of(wall, q, s)
-        k[out + DRAIN] = weight * drain_of(damping_of(wall), wall, damper.inv_mu, q, z, s)
-        for i in range(5, 5 + count_of(tangent), 4):
-            a, b, r, u = k[y + i], k[y + i + 1], k[y + i + 2], k[y + i + 3]
-            push = pushed_by(wall, stiffness, q, z, s, r, u)
-            db, du = accelerations(unloaded(ps), damper, a, b, r, u, 0.0, push)
-            k[out + i] = weight * b
-            k[out + i + 1] = weight * db
-            k[out + i + 2] = weight * u
-            k[out + i + 3] = weight * du
-        drive_contact(
-            tangent, ps, damper, wall, (q, z, x1, v1, s), drive, (dv, ds), weight, k, out
-        )  # fmt: skip
+        now = force, drive, (dv, ds), weight, z
+        go_along(tangent, ps, damper, wall, (c, d), now, k, y, out)

@@ -75,6 +75,8 @@ def buffers_of(parts, buffers, periods, chain, link):
         lane_of(buffers.peak, chain, link),
         lane_of(buffers.clearance, chain, link),
         lane_of(buffers.violation, chain, link),
+        lane_of(buffers.response, chain, link),
+        buffers.foot,
     )
 
 

@@ -54,6 +54,13 @@ from .observe import (
     note_section,
     note_touch,
 )
+from .response import (
+    bare_tally,
+    tally_contact,
+    tally_flight,
+    tally_leaving,
+    tally_share,
+)
 from .restitution import Stuck
 from .scene import Ground, joined
 
@@ -209,6 +216,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     energy = bare_if_any(buffers.energy)
     slowest = buffers.slowest
     impacts, by_period, section = buffers.impacts, buffers.by_period, buffers.section
+    tally = bare_tally(buffers.tally)
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
     for i in range(SIZE - AHEAD):
         k[rk.AHEAD + i] = state[AHEAD + i]
@@ -220,12 +228,13 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
             while True:
                 if mode == FLYING or leaves(near, far, mode):
                     # Fly to the next event.
-                    place, start = j + x, (x1, v1, r, s)
+                    place, begun, from_depth, before = j + x, (j, x), q, (x1, v1, r, s)
                     begin_flight(limit_log, began)
                     event, j, x, q, x1, v1, r, s = leave_wall(
                         ps, damper, near, far, limit_log, energy, held_near, held_far, mode,
                         grid, stop, j, x, (q, x1, v1, r, s),
                     )  # fmt: skip
+                    tally_leaving(tally, near, far, mode, from_depth, q)
                     if event == CLEARED:
                         mode = FLYING
                         event, j, x, x1, v1, r, s = fly_on(
@@ -234,9 +243,10 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                         )  # fmt: skip
                     if tangent is not None:
                         carry(
-                            tangent, None, ps, damper, exact_grid, 1.0, place / grid.n, start,
+                            tangent, None, ps, damper, exact_grid, 1.0, place / grid.n, before,
                             (j + x - place) * grid.h,
                         )  # fmt: skip
+                    tally_flight(tally, rk4, ps, damper, grid, begun, (j, x), before)
                     if event == SECTION:
                         break
                     if event == ASTRAY:
@@ -253,9 +263,15 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 sign, gap = sign_of(mode), gap_of(near, far, mode)
                 left = (stop - j - x) * grid.h
                 begin_contact(limit_log, sign, gap, began + (j + x) * grid.h)
+                touched = q, s, x1, v1
                 event, q, s, x1, v1, took, depth = follow_at(
                     rk4, ps, damper, near, far, mode, arc, limit_log, energy, impacts, tangent,
                     steps, grid.rate, phase_on(rk4, grid, j, x), left, (q, s, x1, v1), k,
+                    held_near, held_far, (j + x) / grid.n,
+                )  # fmt: skip
+                tally_contact(
+                    tally, rk4, ps, damper, near, far, mode, arc, steps, grid.rate,
+                    phase_on(rk4, grid, j, x), event, took, touched, (q, s, x1, v1), k,
                     held_near, held_far, (j + x) / grid.n,
                 )  # fmt: skip
                 r = sign * (gap + depth_at(near, far, mode, q))
@@ -325,9 +341,11 @@ def linear_orbit(prepared, buffers, span, state, tangent, exact_grid):
     section, energy, stops = buffers.section, buffers.energy, span.stops
     y = state[0], state[1], state[2], state[3]
     maps = maps_of(rk4, energy, ps, damper, grid, stops)
+    tally = bare_tally(buffers.tally)
     for p in range(span.periods):
         start = y
         for i in range(stops):
+            tally_share(tally, rk4, ps, damper, grid, (i, stops), y)
             y = share_of(rk4, ps, damper, energy, maps, grid, (i, stops), y)
             at_section(damper, section, p * stops + i, y[0], y[1], y[2], y[3])
         if tangent is not None:

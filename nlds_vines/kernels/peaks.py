@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import math
 
-from .compiling import chosen, jit
+from .compiling import chosen, is_a, jit
 from .cubics import highest, only_rises
 from .flight import COEF, DRIVE, FACTOR, OF_E2, ORDER, at
 from .observe import PRECISE, alike, energies, note_energy, powers_at
+from .response_sums import PLACE, Tally, raise_to
 from .roots import narrowed, secant
 
 ROOT_STEPS = 40  # of the search for a root: it needs some five
@@ -175,8 +176,21 @@ def factor_at(w, x):
     )
 
 
-@jit
+@chosen
 def note_at(ps, damper, energy, grid, x):
+    """Raise the largest energies, or that of a tally's quantities which is looked at, at place x.
+
+    Of the expanded cell; the tally's rows FACTOR hold the quantity (`response`).
+    """
+    if is_a(energy, Tally):
+        return lambda ps, damper, energy, grid, x: raise_to(
+            energy.row, int(energy.row[PLACE]), factor_at(energy.row, x)
+        )
+    return note_energy_at
+
+
+@jit
+def note_energy_at(ps, damper, energy, grid, x):
     """Raise the largest energies to those at place x of the expanded cell."""
     y = at(grid.table, x)
     note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])

@@ -8,9 +8,10 @@ Solving Ordinary Differential Equations I (1993), DOP853.
 
 from __future__ import annotations
 
-from .compiling import chosen, jit
+from .compiling import chosen, is_a, jit
 from .contact_field import slope
 from .driven import count_of
+from .response_sums import Tally
 
 # The scratch array k of a contact: 16 rows of 24 numbers, each row a state or its slope; AHEAD,
 # what is ahead of an orbit inside an impact that is solved (`inside.Ahead`); SECOND, what becomes
@@ -98,7 +99,7 @@ B12 = 0.04471061572777259
 @chosen
 def width_of(tangent):
     """Return how many numbers of a row are in use: of plain variations a constant of the code."""
-    if tangent is None:
+    if tangent is None or is_a(tangent, Tally):
         return lambda tangent: WIDTH
     return lambda tangent: WIDTH + count_of(tangent)
 

@@ -92,10 +92,10 @@ def noted_of(scratch, flow, section):
     """Return the `OrbitBuffers` for periods with variations; scratch: None without a wall."""
     if scratch is None:
         return lambda scratch, flow, section: OrbitBuffers(
-            None, section, None, None, None, None, None
+            None, section, None, None, None, None, None, None
         )
     return lambda scratch, flow, section: OrbitBuffers(
-        None, section, flow.by_period, None, None, flow.clearance, flow.slowest
+        None, section, flow.by_period, None, None, flow.clearance, flow.slowest, None
     )
 
 
@@ -152,7 +152,7 @@ def run_on(flow, section, periods, state):
 
     section: rows for the sections, as far as there is room.
     """
-    noted = OrbitBuffers(None, section, None, None, None, None, None)
+    noted = OrbitBuffers(None, section, None, None, None, None, None, None)
     run = orbit_of(flow.prepared.near, flow.prepared.far)
     return run(flow.prepared, noted, Span(0, periods, 1), state, None, None)
 

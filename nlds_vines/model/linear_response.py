@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.model.system import System
+from nlds_vines.model.system import System, modulus
 
 
 @dataclass(frozen=True)
@@ -122,8 +122,33 @@ def energy_alone(cells: np.ndarray) -> np.ndarray:
     """
     m1, k1, omega = cells["m1"], cells["k1"], cells["omega"]
     with np.errstate(all="ignore"):
-        amplitude = cells["P"] / _modulus(k1 - m1 * omega * omega, omega * cells["c1"])
-        return _largest(m1, k1, omega, amplitude)
+        return _largest(m1, k1, omega, _amplitude_alone(cells))
+
+
+def alone(cells: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the steady response of the structure without its damper, the reference for every one.
+
+    Arguments: `cells` of dtype `CELL`, any shape.  Returns arrays of that shape by name: largest
+    and rms x1 [m], v1 [m/s] and a1 [m/s^2] of x1 = X cos(omega t + ...), X as for `energy_alone`.
+    """
+    omega, found = cells["omega"], {}
+    with np.errstate(all="ignore"):
+        largest = _amplitude_alone(cells)
+        for name in ("x1", "v1", "a1"):
+            found[f"{name}_max"], found[f"{name}_rms"] = largest, largest * np.sqrt(0.5)
+            largest = largest * omega
+    return found
+
+
+def foot_amplitude(cells: np.ndarray) -> np.ndarray:
+    """Return the amplitude [m] of the foot's motion whose force on the structure cells have."""
+    return cells["P"] / modulus(cells["k1"], cells["c1"] * cells["omega"])
+
+
+def _amplitude_alone(cells: np.ndarray) -> np.ndarray:
+    """Return the amplitude [m] of the structure alone."""
+    m1, k1, omega = cells["m1"], cells["k1"], cells["omega"]
+    return cells["P"] / modulus(k1 - m1 * omega * omega, omega * cells["c1"])
 
 
 def _amplitude(force: Any, impedance: Any) -> np.ndarray:
@@ -132,17 +157,6 @@ def _amplitude(force: Any, impedance: Any) -> np.ndarray:
     none = impedance == 0
     found = force / np.where(none, 1, impedance)
     return np.where(none, np.where(force == 0, 0, np.inf), found)
-
-
-def _modulus(real: np.ndarray, imaginary: np.ndarray) -> np.ndarray:
-    """Return sqrt(real^2 + imaginary^2), whose squares may overflow.
-
-    NumPy's complex numbers round otherwise on other processors; these go into archives.
-    """
-    one, other = np.abs(real), np.abs(imaginary)
-    most = np.maximum(one, other)
-    share = np.where((most > 0) & (most < np.inf), np.minimum(one, other) / most, 0.0)
-    return most * np.sqrt(1 + share * share)
 
 
 def _largest(m: Any, k: Any, omega: np.ndarray, amplitude: np.ndarray) -> np.ndarray:

@@ -96,6 +96,8 @@ _ALL = (
     Parameter("L", "L", "m", "how far the damper may pass the structure", low=0),
     Parameter("P", "P", "N", "amplitude of the force", low=0),
     Parameter("Y", "Y", "m", "amplitude of the ground's motion", low=0),
+    Parameter("base_displacement", "Y", "m", "amplitude of the ground's motion", low=0),
+    Parameter("base_acceleration", "a", "m/s^2", "amplitude of the ground's acceleration", low=0),
     Parameter("g", "g", "m/s^2", "acceleration of gravity", low=0, above=True),
     Parameter("omega", "ω", "rad/s", "angular frequency of the force", low=0, above=True),
     Parameter("E1", "E₁", "Pa", "Young's modulus of the obstacle", low=0, above=True),

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows, numbers
-from nlds_vines.errors import RequestError, choice, number, string, table, unknown
+from nlds_vines.errors import RequestError, choice, number, shown, string, table, unknown
 from nlds_vines.model.laws import DAMPING, HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import CONTACT, OSCILLATOR, PARAMETERS, STRUCTURE
 from nlds_vines.model.scenes import SCENES, Scene
+from nlds_vines.model.scenes.base import BASES
 
 _COPIED = ("m1", "k1", "c1", "m2", "k2", "c2", "P", "omega")
 _ALSO = {"m": "m1", "k": "k1", "c": "c1"}
@@ -186,6 +187,17 @@ class System(Outlined):
         return float(self.cells()["P"])
 
     @property
+    def foot(self) -> complex | None:
+        """Amplitude Y of the foot's motion y = Re(Y exp(i omega t)) [m]; None where it is at rest.
+
+        Complex, since the force P cos(omega t) = k1 y + c1 dy/dt leads it.
+        """
+        if not self.scene.foot:
+            return None
+        _, k1, c1 = self.structure
+        return self.force / complex(k1, c1 * self.parameters["omega"])
+
+    @property
     def rest(self) -> float | None:
         """Offset x2 - x1 [m] at which the damper's spring rests; None without a damper."""
         return None if self.scene.rest is None else float(self.scene.rest(self.parameters))
@@ -235,11 +247,17 @@ class System(Outlined):
 
         What varies is a part of a scene, although one of its values may be none.
         """
-        lacking = [n for n in names if n in self.scene.allowed and n.startswith(DAMPING)]
-        lacking = [name for name in lacking if name not in self.parameters]
-        if not lacking:
+        names = [name for name in names if name in self.scene.allowed]
+        lacking = [name for name in names if name not in self.parameters]
+        damping = [name for name in lacking if name.startswith(DAMPING)]
+        # the ground's motion in place of a force changes a scene, too, and the other way round
+        changing = (*BASES, *self.scene.drives) if self.scene.shaken else BASES
+        drives = [name for name in lacking if name in changing]
+        if not damping and len(drives) != 1:
             return self
-        return replace(self, parameters={**self.parameters, **dict.fromkeys(lacking, 0.0)})
+        gone = self.scene.drives if drives else ()
+        kept = {name: value for name, value in self.parameters.items() if name not in gone}
+        return replace(self, parameters={**kept, **dict.fromkeys([*damping, *drives], 0.0)})
 
     @property
     def attributes(self) -> dict[str, str | float]:
@@ -264,6 +282,7 @@ class System(Outlined):
         Arguments: `grid` holds the varied parameters by name, as arrays that broadcast together.
 
         Returns an array of dtype `CELL` of their common shape; of shape () for an empty grid.
+        Where the ground moves, P is the force that it makes in each cell.
 
         Raises `RequestError`, which names parameter and value, where one is not allowed.
         """
@@ -275,11 +294,52 @@ class System(Outlined):
         cells = np.zeros(shape, cell_type(self.scene))
         for name in values.keys() & {*_COPIED, *_ALSO}:
             cells[_ALSO.get(name, name)] = values[name]
-        if "Y" in values:  # seen from the ground that moves
-            cells["P"] = values["m"] * values["Y"] * values["omega"] * values["omega"]
+        if "P" not in values:
+            cells["P"] = _force(self.scene, values)
         for name, value in (_derived(self.scene, values) | _contact(self.scene, values)).items():
             cells[name] = value
         return cells
+
+
+def _force(scene: Scene, values: Mapping[str, Any]) -> Any:
+    """Return the amplitude of the force [N] that the ground's motion Y cos(omega t) makes.
+
+    Seen from the ground it is m Y omega^2.  In absolute coordinates it is what spring and dashpot
+    pass on, k1 y + c1 dy/dt: Y sqrt(k1^2 + (c1 omega)^2).  base_acceleration is Y omega^2.
+
+    Raises `RequestError` where the ground passes nothing on, and where the force is not finite.
+    """
+    omega = values["omega"]
+    with np.errstate(all="ignore"):
+        if not scene.absolute:
+            if "base_acceleration" in values:
+                return values["m"] * values["base_acceleration"]
+            Y = values["Y"] if "Y" in values else values["base_displacement"]
+            return values["m"] * Y * omega * omega
+        name = next(name for name in BASES if name in values)
+        if np.any((np.asarray(values["k1"]) == 0) & (np.asarray(values["c1"]) == 0)):
+            raise RequestError(
+                f"{name}: with k1 = 0 and c1 = 0 nothing joins the structure to the ground"
+            )
+        if "base_displacement" in values:
+            Y = values["base_displacement"]
+        else:
+            Y = values["base_acceleration"] / (omega * omega)
+        found = Y * modulus(values["k1"], values["c1"] * omega)
+    if not np.all(np.isfinite(found)):
+        raise RequestError(f"{name} out of proportion: the force on m1 is not finite")
+    return found
+
+
+def modulus(real: Any, imaginary: Any) -> np.ndarray:
+    """Return sqrt(real^2 + imaginary^2), whose squares may overflow.
+
+    NumPy's complex numbers round otherwise on other processors; these go into archives.
+    """
+    one, other = np.abs(real), np.abs(imaginary)
+    most = np.maximum(one, other)
+    share = np.where((most > 0) & (most < np.inf), np.minimum(one, other) / most, 0.0)
+    return most * np.sqrt(1 + share * share)
 
 
 def _contact(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -339,12 +399,26 @@ def _refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
     )
 
 
+def _without_table(given: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the parameters with `P = { base_displacement = Y }` written as base_displacement."""
+    if not isinstance(given.get("P"), Mapping):
+        return given
+    inner = table("P", given["P"], BASES)
+    if len(inner) != 1:
+        raise RequestError(f"P = {shown(dict(inner))} must have one key, of {', '.join(BASES)}")
+    (name,) = inner
+    if name in given:
+        raise RequestError(f"{name} stands beside P = {{ {name} = ... }}: give it once")
+    return {key: value for key, value in given.items() if key != "P"} | dict(inner)
+
+
 def _merge(scene: Scene, known: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the scene's parameters, in its order: those `given`, then those `known`.
 
     Raises `RequestError` for parameters that the scene does not have, for `K` beside a constant
     that it replaces, and for missing parameters.
     """
+    given = _without_table(given)
     _refuse_foreign(scene, given)
     refuse_contradiction(given)
     constants = [name for name in CONTACT if name in given]
@@ -353,11 +427,11 @@ def _merge(scene: Scene, known: Mapping[str, Any], given: Mapping[str, Any]) -> 
         merged = {name: value for name, value in merged.items() if name not in CONTACT}
     elif constants:
         merged.pop("K", None)
-    if scene.base:
-        if "P" in given and scene.base in given:
-            raise RequestError(f"P beside {scene.base}: give the force or the ground's motion")
-        replaced = scene.base if "P" in given else "P" if scene.base in given else ""
-        merged.pop(replaced, None)
+    drives = [name for name in scene.drives if name in given]
+    if len(drives) > 1:
+        raise RequestError(f"{drives[0]} beside {drives[1]}: give one of {', '.join(scene.drives)}")
+    if drives:
+        merged = {k: v for k, v in merged.items() if k in drives or k not in scene.drives}
     names = scene.own_of(merged) + scene.contact(merged)
     missing = ", ".join(name for name in names if name not in merged)
     if missing and "K" in known:

@@ -4,6 +4,7 @@ In reading order:
 
     settings         methods, their fineness, the effort of a verdict
     wants            what may be recorded
+    responses        what a response holds, with units
     status_words     how a computation ended
     labels           what an orbit is, in the paper's words
     quadrature       Gauss-Legendre points, and integrals of values there

@@ -14,11 +14,11 @@ import numpy as np
 
 from nlds_vines.kernels import lanes
 from nlds_vines.kernels.arguments import Finished, LaneBuffers, Parts, Span
-from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.codes import OK, RESPONSE_COLUMNS
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import cell_type
-from nlds_vines.orbits import evidence
+from nlds_vines.orbits import evidence, responses
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
@@ -63,6 +63,8 @@ class Outputs:
     violation: np.ndarray | None
     evidence: np.ndarray | None
     ends: np.ndarray | None
+    response: np.ndarray | None
+    foot: bool | None
     status: np.ndarray
     retraced: np.ndarray | None = None
     refined: Outputs | None = None
@@ -87,6 +89,8 @@ class Outputs:
             violation=rows(scene.limit is not None, 3),
             evidence=rows(judged, evidence.COLUMNS),
             ends=rows(judged or "error" in want, 2, SIZE),
+            response=rows("response" in want, RESPONSE_COLUMNS),
+            foot=responses.moving_foot(scene) if "response" in want else None,
             status=np.zeros(shape, np.int64),
         )
 
@@ -206,6 +210,7 @@ METHOD = "exact"
 class Outcome:
     """How every lane ended: its largest energies [J] after the transient, its status; one shape.
 
+    `other` is the number that a batch was asked for in place of E1max.
     `violations` counts how often the damper came where its scene forbids it, from the start on.
 
     Energies of a lane that failed mean nothing; `inadmissible` says which may not be looked at.
@@ -215,6 +220,12 @@ class Outcome:
     E2max: np.ndarray
     status: np.ndarray
     violations: np.ndarray
+    other: np.ndarray | None = None
+
+    @property
+    def objective(self) -> np.ndarray:
+        """The number that is to be small: E1max, unless there is another."""
+        return self.E1max if self.other is None else self.other
 
     @property
     def inadmissible(self) -> np.ndarray:
@@ -222,19 +233,28 @@ class Outcome:
 
         The one place that decides it: it failed, or broke the constraint of scenes b and c.
         """
-        return (self.status != OK) | ~np.isfinite(self.E1max) | (self.violations > 0)
+        return (self.status != OK) | ~np.isfinite(self.objective) | (self.violations > 0)
 
 
 class Batch:
     """Runs batches of cells of one scene; what all batches share is prepared once."""
 
     def __init__(
-        self, scene: Scene, tell: Tell | None = None, tolerance: float = TOLERANCE
+        self,
+        scene: Scene,
+        tell: Tell | None = None,
+        tolerance: float = TOLERANCE,
+        objective: str = "E1max",
     ) -> None:
-        """Prepare for cells of `scene`; `tell` takes what is waited for meanwhile."""
-        self._scene = scene
+        """Prepare for cells of `scene`; `tell` takes what is waited for meanwhile.
+
+        Arguments: the `tolerance` of method exact; the `objective`, of `responses.objectives_of`.
+        """
+        self._scene, self._objective = scene, objective
+        self._responds = objective not in responses.ENERGIES
         self._parts = parts_of(METHOD, scene, Settings.of(METHOD, tolerance))
-        self._compilation = Compilation(Needed(scene.key, METHOD, ("energy",)), tell, helped=False)
+        want = ("energy", "response") if self._responds else ("energy",)
+        self._compilation = Compilation(Needed(scene.key, METHOD, want), tell, helped=False)
 
     def run(self, cells: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outcome:
         """Run one lane for each cell on the current threads, all in one call of the kernel.
@@ -246,14 +266,21 @@ class Batch:
         chains = np.ascontiguousarray(cells.reshape(-1, 1))
         energy = np.zeros((*chains.shape, 2))
         violation = None if self._scene.limit is None else np.zeros((*chains.shape, 3))
-        buffers, span = LaneBuffers(energy=energy, violation=violation), Span(transient, periods, 1)
+        response = np.zeros((*chains.shape, RESPONSE_COLUMNS)) if self._responds else None
+        foot = responses.moving_foot(self._scene) if self._responds else None
+        buffers = LaneBuffers(energy=energy, violation=violation, response=response, foot=foot)
+        span = Span(transient, periods, 1)
         with self._compilation.followed():
             status = run(self._parts, chains, starts.reshape(-1, 4), span, buffers)
         broken = np.zeros(chains.shape) if violation is None else violation[..., 2]
-        shape = cells.shape
+        shape, other = cells.shape, energy[..., int(self._objective == "E2max")]
+        if response is not None:
+            found = responses.arrays_of(response, self._scene, chains)[self._objective]
+            other = found if found.ndim == 2 else found.max(axis=-1)
         return Outcome(
             E1max=energy[..., 0].reshape(shape),
             E2max=energy[..., 1].reshape(shape),
             status=status.reshape(shape),
             violations=broken.reshape(shape),
+            other=other.reshape(shape),
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -14,13 +14,14 @@ from nlds_vines.archives.outline import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, shown, whole
 from nlds_vines.kernels.arguments import CellBuffers, Parts, Span
 from nlds_vines.kernels.cells import run_cell
-from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.codes import OK, RESPONSE_COLUMNS
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.scenes.base import LONGEST_NAME
 from nlds_vines.model.system import System
+from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, notice
 from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
@@ -43,7 +44,7 @@ IMPACT = np.dtype(
 """A row of `Orbit.impacts`: what is struck, obstacle or structure; times [s]; approach speed
 [m/s]; peak force [N]; depth [m]; what E1 and E2 gain from touch to release [J]."""
 
-RECORDS = ("section", "impacts", "energy", "peak", "clearance", "trajectory")
+RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
 """What `simulate` can record."""
 
 ROUND_OFF = 1e-12
@@ -83,6 +84,8 @@ class Orbit(Outlined):
             (periods samples, 4) (or 2), and their `time` [s] from the start of the transient.
         E1max, E2max: largest energies [J], eq. (6), exact in time, without the transient.
         E1peak, E2peak: the same, the transient included.
+        response: largest and rms displacements, velocities and accelerations, forces and powers,
+            by name (`responses.quantities_of`), without the transient.
         violation: of a scene with a limit to keep; None for other scenes.
         clearance: smallest distance [m] of an approach that did not become an impact; inf if none.
     """
@@ -97,6 +100,7 @@ class Orbit(Outlined):
     E2peak: float | None = None
     clearance: float | None = None
     violation: Violation | None = None
+    response: Mapping[str, Any] | None = None
     trajectory: np.ndarray | None = None
     time: np.ndarray | None = None
 
@@ -146,8 +150,8 @@ def simulate(
         start: (x1, v1, x2, v2) [m, m/s] at t = 0, by default at rest; without a damper (x1, v1).
             It may lie on a wall or inside a contact, which then is not counted as an impact.
         method: `exact` (exact flight, certified touch) or `rk4` (fixed steps, refined contacts).
-        record: of section, impacts, energy, peak, clearance, trajectory; by default section and,
-            if there are walls, impacts.
+        record: of section, impacts, energy, peak, response, clearance, trajectory; by default
+            section and, if there are walls, impacts.
         tolerance: of `exact`: relative error of each contact, 1e-13 to 1e-3, or draft (1e-6),
             standard (1e-9, the default) or fine (1e-12); flights are exact to round-off.
         contact_steps: of `exact`, for experts: Runge-Kutta steps of a contact that is stepped,
@@ -239,6 +243,8 @@ class _Buffers:
     peak: np.ndarray | None
     clearance: np.ndarray | None
     violation: np.ndarray | None
+    response: np.ndarray | None
+    foot: bool | None
 
     @classmethod
     def of(cls, system: System, record: tuple[str, ...], periods: int, samples: int) -> _Buffers:
@@ -255,6 +261,8 @@ class _Buffers:
             peak=np.zeros(2) if "peak" in record else None,
             clearance=np.full(1, np.inf) if "clearance" in record else None,
             violation=None if scene.limit is None else np.zeros(3),
+            response=np.full(RESPONSE_COLUMNS, np.nan) if "response" in record else None,
+            foot=responses.moving_foot(scene) if "response" in record else None,
         )
 
     def run(self, parts: Parts, cell: Any, state: np.ndarray, transient: int, periods: int) -> int:
@@ -266,6 +274,8 @@ class _Buffers:
             peak=self.peak,
             clearance=self.clearance,
             violation=self.violation,
+            response=self.response,
+            foot=self.foot,
         )
         return run_cell(parts, cell, state, Span(transient, periods, self.stops), buffers)
 
@@ -295,6 +305,8 @@ class _Buffers:
             found["impacts"] = _impacts(self.impacts, system.scene)
         if self.clearance is not None:
             found["clearance"] = float(self.clearance[0])
+        if self.response is not None:
+            found["response"] = responses.values_of(self.response, system)
         if self.violation is not None:
             time, depth, number = self.violation.tolist()
             found["violation"] = Violation(int(number), time, depth)

@@ -12,6 +12,7 @@ WANTS = (
     "impacts",
     "energy",
     "peak",
+    "response",
     "regime",
     "lyapunov",
     "settling",

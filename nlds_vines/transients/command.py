@@ -31,6 +31,7 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.laws import HERTZ
 from nlds_vines.model.parameters import CONTACT
+from nlds_vines.model.scenes.base import BASES
 from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.orbits.settings import EFFORTS, METHODS
@@ -165,7 +166,7 @@ def _scan(
 def _title(system: System) -> str:
     """Return the name of a system with what tells one ensemble from another."""
     p = system.parameters
-    values = {name: p[name] for name in ("omega", "P", "Y") if name in p}
+    values = {name: p[name] for name in ("omega", "P", "Y", *BASES) if name in p}
     if system.scene.law == HERTZ and system.scene.walls:
         values["K"] = system.K
     values |= {name: p[name] for name in system.scene.contact(p) if name not in CONTACT}

@@ -71,6 +71,7 @@ def contents(tuning: Tuning, found: Findings) -> list[Content]:
 
 def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
     """Return the log, one dataset for each column."""
+    least = f"largest {tuning.search.objective} of all cases"
     statuses = {status.meaning: code for code, status in STATUS.items()}
     dims, columns = ("evaluation",), found.columns
     table = [_parameter(name, dims) for name in tuning.names]
@@ -78,7 +79,7 @@ def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
         Dataset("detuning", dims, "float64", "1", "factor on every omega", np.nan),
         Dataset("random_start", dims, "int32", "1", "random start; 0: from rest", 0),
         Dataset("stretch", dims, "float64", "1", "factor on all numbers of periods", np.nan),
-        Dataset("objective", dims, "float64", "J", "largest E1max of all cases", np.inf),
+        Dataset("objective", dims, "float64", tuning.unit, least, np.inf),
         Dataset("E2max", dims, "float64", "J", "the damper's energy in that case", np.nan),
         Dataset("worst_case", dims, "int32", "1", "number of that case", 0),
         Dataset("stage", dims, "int8", "1", "part of the search", 0, STAGES),
@@ -99,11 +100,11 @@ def _optima(tuning: Tuning, found: Findings) -> list[Content]:
     """Return the optima, their objectives under each perturbation, and the best of each seed."""
     columns, rows, dims = found.columns, found.optima, ("optimum",)
     row = Dataset("optimum_evaluation", dims, "int64", "1", "its place among the evaluations", 0)
-    value = Dataset("optimum_objective", dims, "float64", "J", "largest E1max of all cases", np.inf)
+    least, unit = f"largest {tuning.search.objective} of all cases", tuning.unit
+    value = Dataset("optimum_objective", dims, "float64", unit, least, np.inf)
     both = (*dims, "perturbation")
-    text = "largest E1max of all cases under a perturbation"
-    firm = Dataset("robustness", both, "float64", "J", text, np.inf)
-    seeds = Dataset("search_best", ("search",), "float64", "J", "best objective found", np.inf)
+    firm = Dataset("robustness", both, "float64", unit, f"{least} under a perturbation", np.inf)
+    seeds = Dataset("search_best", ("search",), "float64", unit, "best objective found", np.inf)
     designs = [(_parameter(name, dims, "optimum_"), columns[name][rows]) for name in tuning.names]
     return [
         *designs,
@@ -120,7 +121,7 @@ def _surface(tuning: Tuning, found: Findings) -> list[Content]:
         return []
     dims = tuple(f"surface_{name}" for name in tuning.surface.parameters)
     text = "objective over two parameters, the others as in the best optimum"
-    return [(Dataset("surface", dims, "float64", "J", text, np.inf), found.surface[2])]
+    return [(Dataset("surface", dims, "float64", tuning.unit, text, np.inf), found.surface[2])]
 
 
 def _parameter(name: str, dims: tuple[str, ...], prefix: str = "") -> Dataset:

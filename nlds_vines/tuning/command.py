@@ -46,6 +46,8 @@ examples:
       a tuned mass damper for the least peak over a band, five times; its surface over k2 and c2
   nlds-vines tuning --free k2=100:1000 --over P=600,800,1000 --surface k2,C -o robust.h5
       the worst of three forces, k2 held in a narrower range
+  nlds-vines tuning --objective a1_rms --set base_acceleration=1.0 -o shaken.h5
+      the least acceleration of a structure that is shaken at its foot
 V (SSul) does not enter the dynamics, only C does: V shifts pictures, and tuning it is pointless.
 exit status: 0 done; 1 no design was admissible; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
@@ -150,6 +152,7 @@ def _plan(job: _Job) -> list[str]:
     tuning = job.tuning
     search, each = tuning.search, tuning.transient + tuning.periods
     cases = [f"{axis.values.size} values of {axis.name}" for axis in tuning.over]
+    cases_in_words = " x ".join(cases) or "one orbit"
     bounds = [
         f"free:     {item.name} from {item.low:g} to {item.high:g}"
         f"{', logarithmic' if item.logarithmic else ''}"
@@ -159,7 +162,7 @@ def _plan(job: _Job) -> list[str]:
     return [
         tuning.title,
         *bounds,
-        f"judged:   by the largest E1max of {' x '.join(cases) or 'one orbit'}, from rest",
+        f"judged:   by the largest {search.objective} of {cases_in_words}, from rest",
         f"search:   {search.method}, {search.population} designs in each of at most "
         f"{search.generations + 1} generations, seeds {search.seed} to {search.all_seeds[-1]}",
         f"designs:  at most {tuning.most_evaluations}, {tuning.case_count} orbits each",
@@ -208,7 +211,7 @@ def _declare(parser: Parser) -> None:
 
 COMMAND = Command(
     name=_NAME,
-    description="Tune all parameters of a damper at once for the least energy E1max.",
+    description="Tune all parameters of a damper at once for the least E1max, or --objective.",
     examples=_EXAMPLES,
     declare=_declare,
     carry_out=_carry_out,

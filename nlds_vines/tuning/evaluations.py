@@ -145,9 +145,10 @@ class Log:
 
     def _show(self, objectives: np.ndarray, stage: str, seed: int) -> None:
         """Show the part of the search and the best objective so far beside the progress."""
+        unit = self.tuning.unit
         if stage in ("global", "polish"):
             self._best = min(self._best, float(objectives.min()))
-        self._progress.note(objectives.size, f"{stage}, seed {seed}, best {self._best:.5g} J")
+        self._progress.note(objectives.size, f"{stage}, seed {seed}, best {self._best:.5g} {unit}")
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return everything evaluated so far, by column."""

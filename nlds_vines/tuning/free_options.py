@@ -21,7 +21,7 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.errors import RequestError, from_text
 from nlds_vines.tuning.request import SEARCHES
 
-_SEARCH = ("population", "generations", "polish", "optima", "seed", "seeds")
+_SEARCH = ("objective", "population", "generations", "polish", "optima", "seed", "seeds")
 
 
 def add_tuning_options(parser: Parser) -> None:
@@ -35,6 +35,9 @@ def add_tuning_options(parser: Parser) -> None:
     group.add_argument("--periods", type=int, metavar="PERIODS", help="sampled [60; no walls: 2]")
     add_tolerance(group)
     group = parser.add_argument_group("how to search")
+    group.add_argument(
+        "--objective", metavar="NAME", help="what is to be small: E2max, a1_rms, ... [E1max]"
+    )
     group.add_argument("--search", metavar="METHOD", help=f"{' or '.join(SEARCHES)} [de]")
     group.add_argument("--population", type=int, metavar="N", help="designs in a generation [60]")
     group.add_argument("--generations", type=int, metavar="N", help="at most [80]")

@@ -11,6 +11,7 @@ import numpy as np
 from nlds_vines.errors import RequestError, number, table
 from nlds_vines.model.parameters import FORCING, PARAMETERS, STRUCTURE
 from nlds_vines.model.scenes import Scene
+from nlds_vines.model.scenes.base import BASES
 
 
 class Bounds(NamedTuple):
@@ -47,7 +48,7 @@ INERT = ("V",)
 
 def tunable(scene: Scene) -> tuple[str, ...]:
     """Return the names of the parameters of a scene that belong to the damper."""
-    return tuple(name for name in scene.allowed if name not in STRUCTURE + FORCING)
+    return tuple(name for name in scene.allowed if name not in STRUCTURE + FORCING + BASES)
 
 
 def usual(scene: Scene) -> tuple[str, ...]:

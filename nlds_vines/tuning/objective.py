@@ -1,4 +1,4 @@
-"""The objective of a design: its largest energy in the worst of all cases, infinite if it fails."""
+"""The objective of a design: in the worst of all cases, by default E1max; infinite if it fails."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ HOW = ("detuning", "random_start", "stretch")
 """The columns of a trial's table beside its parameters."""
 
 RESULTS = ("objective", "E2max", "status", "worst_case")
-"""The columns of the results of a trial: E1max [J] of its worst case, infinite where the design is
-inadmissible; E2max [J], status and number of that case."""
+"""The columns of the results of a trial: the objective in its worst case, infinite where the design
+is inadmissible; E2max [J], status and number of that case."""
 
 
 class Objective:
@@ -53,14 +53,16 @@ class Objective:
         """Prepare for designs of `tuning`; `tell` takes what is waited for meanwhile."""
         self._tuning = tuning
         self._cases = tuning.cases()
-        self._batch = Batch(tuning.system.scene, tell, float(tuning.tolerance))
+        self._batch = Batch(
+            tuning.system.scene, tell, float(tuning.tolerance), tuning.search.objective
+        )
         generator = np.random.default_rng(tuning.search.seed)
         self._draws = generator.uniform(-1.0, 1.0, size=(STARTS, 4))
 
     def results(self, trials: Trials) -> np.ndarray:
         """Return `RESULTS` of each trial (n, 4): designs and cases of one length in one call.
 
-        objective = max over the cases of E1max.
+        objective = max over the cases of E1max, or of what the search is told to make small.
         """
         cells, found = self._cells(trials), np.empty((len(trials.points), len(RESULTS)))
         starts = self._starts(cells, trials)
@@ -91,9 +93,9 @@ class Objective:
 
 def worst(outcome: Outcome) -> np.ndarray:
     """Return `RESULTS` of designs from the lanes (designs, cases) of their cases."""
-    energy = np.where(outcome.inadmissible, np.inf, outcome.E1max)
-    case = energy.argmax(axis=1)
+    value = np.where(outcome.inadmissible, np.inf, outcome.objective)
+    case = value.argmax(axis=1)
     row = np.arange(len(case))
-    objective = energy[row, case]
+    objective = value[row, case]
     second = np.where(np.isfinite(objective), outcome.E2max[row, case], np.nan)
     return np.column_stack([objective, second, outcome.status[row, case], case])

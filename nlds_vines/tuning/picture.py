@@ -172,7 +172,7 @@ def _draw_surface(figure: Figure, axes: Axes, view: ArchiveView) -> None:
         axes.set_yscale("log")
         _write_out_ticks(axes.yaxis)
     _draw_contours(axes, axes.contour(across, up, found, levels=levels, **_CONTOUR), view)
-    label = quantity_label("E1max", view.units("surface"))
+    label = _objective(view)
     bar = add_colour_bar(figure, mesh, axes.get_position(), label)
     if isinstance(norm, LogNorm):
         _write_out_ticks(bar.ax.yaxis)
@@ -186,14 +186,21 @@ def _draw_contours(axes: Axes, lines: QuadContourSet, view: ArchiveView) -> None
     outline = [Stroke(linewidth=1.3, foreground=_OUTLINE), Normal()]
     lines.set_path_effects(outline)
     best = axes.transData.transform([[view[f"optimum_{name}"][0] for name in _names(view)]])
-    taken = [best[0]]
-    for text in axes.clabel(lines, fmt=lambda level: f"{level:g} J", fontsize=_SMALL, inline=False):
+    taken, unit = [best[0]], view.units("surface")
+    written = f"{{:g}} {unit}" if unit != "1" else "{:g}"
+    for text in axes.clabel(lines, fmt=written.format, fontsize=_SMALL, inline=False):
         place = axes.transData.transform(text.get_position())
         if min(np.hypot(*(place - other)) for other in taken) < _APART * axes.figure.dpi:
             text.remove()
             continue
         text.set_path_effects([Stroke(linewidth=1.6, foreground=_OUTLINE), Normal()])
         taken.append(place)
+
+
+def _objective(view: ArchiveView) -> str:
+    """Return what stands along the bar: the objective with its unit."""
+    text, unit = view.long_name("optimum_objective"), view.units("surface")
+    return quantity_label("E1max", unit) if "E1max" in text else f"{text} [{unit}]"
 
 
 def _logarithmic_ticks() -> LogLocator:

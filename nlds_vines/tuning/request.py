@@ -21,6 +21,7 @@ from nlds_vines.errors import RequestError, choice, number, string, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.layers import request_hash
 from nlds_vines.model.system import System
+from nlds_vines.orbits.responses import objectives_of
 from nlds_vines.orbits.settings import TOLERANCE, checked_tolerance
 from nlds_vines.toml import toml_text
 from nlds_vines.tuning.free_parameter import Free, tunable
@@ -28,6 +29,9 @@ from nlds_vines.tuning.free_parameter import Free, tunable
 SAMPLED, SAMPLED_FREE = 60, 2
 """Forcing periods sampled by default: with walls, where motions of many periods are common; without
 any, where the steady state repeats itself in every period."""
+
+OBJECTIVE = "E1max"
+"""What is to be small by default."""
 
 SEARCHES = ("de", "cma")
 """The global searches: differential evolution; CMA-ES, which needs the extra `cma`."""
@@ -49,6 +53,7 @@ SAMPLING: Mapping[str, Callable[[object], Any]] = {
 
 SEARCH: Mapping[str, Callable[[object], Any]] = {
     "method": lambda value: choice("search method", value, SEARCHES),
+    "objective": lambda value: string("objective", value),
     "population": lambda value: whole("population", value, 5, 10**5),
     "generations": lambda value: whole("generations", value, 1, 10**5),
     "polish": lambda value: whole("polish", value, 0, 10**5),
@@ -74,6 +79,7 @@ class Search:
 
     Arguments:
         method: one of `SEARCHES`.
+        objective: what is to be small, of `responses.objectives_of` the scene.
         population: designs in a generation, all computed at once.
         generations: the most there are of them; a search that has contracted stops before.
         polish: the most evaluations of each local search (Nelder-Mead) that follows.
@@ -85,6 +91,7 @@ class Search:
     """
 
     method: str = "de"
+    objective: str = OBJECTIVE
     population: int = 60
     generations: int = 80
     polish: int = 150
@@ -121,8 +128,9 @@ class Surface:
 class Tuning(Outlined):
     """What to tune; checked when made, immutable afterwards.
 
-    The objective of a design is E1max [J] after the transient, from rest; where `over` names
-    parameters, the largest of all combinations of their values.
+    The objective of a design is E1max [J] after the transient, or another number that
+    `search.objective` names, from rest; where `over` names parameters, the largest of all
+    combinations of their values.
 
     Arguments:
         title: one line for people.
@@ -150,6 +158,8 @@ class Tuning(Outlined):
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
+        system = self.system.with_axes(axis.name for axis in self.over)
+        object.__setattr__(self, "system", system)
         for name, check in SAMPLING.items():
             object.__setattr__(self, name, check(getattr(self, name)))
         self._check_names()
@@ -159,7 +169,13 @@ class Tuning(Outlined):
                 f"the tuning may need {self.most_lanes} orbits; allowed: up to {MOST_LANES}"
             )
 
+    @property
+    def unit(self) -> str:
+        """The unit of the objective."""
+        return objectives_of(self.system.scene)[self.search.objective]
+
     def _check_names(self) -> None:
+        choice("objective", self.search.objective, objectives_of(self.system.scene))
         allowed = tunable(self.system.scene)
         if not self.free:
             raise RequestError(
@@ -233,6 +249,8 @@ class Tuning(Outlined):
             "sampling": {name: getattr(self, name) for name in SAMPLING},
             "search": {name: getattr(self.search, name) for name in SEARCH},
         }
+        if self.search.objective == OBJECTIVE:  # as tunings were before they had a choice
+            del found["search"]["objective"]
         if self.surface is not None:
             size = self.surface.size
             found["surface"] = {"parameters": list(self.surface.parameters), "size": size}

@@ -23,9 +23,9 @@ _AT_BOUND = 1e-3  # of the range: an optimum that near to a bound is reported
 
 @dataclass(frozen=True, repr=False)
 class Optimum(Outlined):
-    """One optimum: its parameters [SI], its objective [J], and that under perturbations.
+    """One optimum: its parameters [SI], its objective, and that under perturbations.
 
-    `robustness` holds the objective [J] under each perturbation, `none` among them.
+    `robustness` holds the objective under each perturbation, `none` among them.
     """
 
     parameters: Mapping[str, float]
@@ -34,7 +34,7 @@ class Optimum(Outlined):
 
     @property
     def worst(self) -> float:
-        """The largest objective under any of the perturbations [J]."""
+        """The largest objective under any of the perturbations."""
         return max(self.robustness.values())
 
     @property
@@ -48,7 +48,7 @@ class Tuned(Outlined):
     """The results of a tuning.
 
     `optima` are designs nearly as good as the best and apart from one another, the best first;
-    empty where every design was inadmissible.  `spread` is the best objective [J] of each seed;
+    empty where every design was inadmissible.  `spread` is the best objective of each seed;
     `evaluations` counts all designs evaluated, `refused` those whose orbits failed.
     """
 
@@ -86,7 +86,7 @@ class Tuned(Outlined):
 
     @property
     def objective(self) -> float:
-        """The objective of the best design [J]."""
+        """The objective of the best design, in `tuning.unit`."""
         return self.best.objective
 
     def lines(self) -> Iterator[str]:
@@ -96,8 +96,9 @@ class Tuned(Outlined):
             yield f"all {self.evaluations} designs were inadmissible"
             return
         yield f"{self.evaluations} designs, {self.refused} of them inadmissible"
-        names = self.tuning.names
-        yield "  ".join([*(f"{name:>10}" for name in names), "  E1max [J]", "disturbed [J]"])
+        names, unit = self.tuning.names, self.tuning.unit
+        head = f"{self.tuning.search.objective} [{unit}]"
+        yield "  ".join([*(f"{name:>10}" for name in names), f"{head:>11}", f"disturbed [{unit}]"])
         for item in self.optima:
             design = [f"{item.parameters[name]:10.5g}" for name in names]
             worst = f"{item.worst:.5g} ({item.cause})"
@@ -109,7 +110,8 @@ class Tuned(Outlined):
         if len(self.spread) > 1:
             low, middle, high = np.percentile(list(self.spread.values()), [0, 50, 100])
             yield (
-                f"{len(self.spread)} seeds: best {low:.6g}, median {middle:.6g}, worst {high:.6g} J"
+                f"{len(self.spread)} seeds: best {low:.6g}, median {middle:.6g}, "
+                f"worst {high:.6g} {self.tuning.unit}"
             )
         for item in self.tuning.free:
             value = self.parameters[item.name]

@@ -15,6 +15,7 @@ import numpy as np
 from nlds_vines import load_system
 from nlds_vines.kernels import cells, exact, orbit
 from nlds_vines.kernels.arguments import CellBuffers, Span
+from nlds_vines.kernels.codes import RESPONSE_COLUMNS
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
@@ -24,6 +25,7 @@ CASES = {
     "tmd": ("tmd", "exact", "section"),
     "ssul": ("ssul-set6", "exact", "section"),
     "ssul energy": ("ssul-set6", "exact", "energy"),
+    "ssul response": ("ssul-set6", "exact", "response"),
     "ssul rk4": ("ssul-set6", "rk4", "section"),
     "ssbl": ("ssbl", "exact", "section"),
     "ssvi-b": ("ssvi-b", "exact", "impacts"),
@@ -94,6 +96,7 @@ def compiled(system, method, want):
         section=section if want == "section" else None,
         impacts=impacts if want == "impacts" else None,
         energy=np.zeros(2) if want == "energy" else None,
+        response=np.zeros(RESPONSE_COLUMNS) if want == "response" else None,
         violation=np.zeros(3) if system.scene.limit else None,
     )
     parts, cell = parts_of(method, system.scene), cell_of(system)

@@ -52,6 +52,7 @@ UNLESS = {
         "peaks.note_peaks",
         "inside.note_half",
     },
+    "response": {"response.tally_cell", "response_steps.tally_step", "contact_field.work_along"},
     "clearance": {"exact.note_misses"},
     "tangent": {"flight.propagate"},
 }
@@ -62,6 +63,7 @@ HAS = {
     "tmd": {"a damper", "section"},
     "ssul": {"a damper", "a wall", "section"},
     "ssul energy": {"a damper", "a wall", "energy"},
+    "ssul response": {"a damper", "a wall", "response"},
     "ssbl": {"a damper", "a wall", "section"},
     "ssvi-b": {"a damper", "a wall", "a limit", "impacts"},
 }

@@ -18,6 +18,7 @@ NES: nonlinear energy sink.
 
 from collections.abc import Mapping
 
+from nlds_vines.model.laws import HERTZ
 from nlds_vines.model.scenes import (
     ball,
     none,
@@ -29,7 +30,7 @@ from nlds_vines.model.scenes import (
     ssvi_c,
     tmd,
 )
-from nlds_vines.model.scenes.base import Scene
+from nlds_vines.model.scenes.base import BASES, FOOT, Scene
 
 _MODULES = (none, tmd, ssul, ssbl, ssvi_b, ssvi_c, oscillator, oscillator_2, ball)
 
@@ -40,7 +41,8 @@ SCENES: Mapping[str, Scene] = {module.SCENE.kind: module.SCENE for module in _MO
 def scene_of(key: str) -> Scene:
     """Return the scene of a `Scene.key`."""
     kind, law, law_2, *optional = [*key.split("/"), "", ""][: max(3, key.count("/") + 1)]
-    return SCENES[kind].under(law, law_2, optional) if law else SCENES[kind]
+    given = [*optional, *BASES[:1]] if kind.endswith(FOOT) else optional
+    return SCENES[kind.removesuffix(FOOT)].under(law or HERTZ.name, law_2, given)
 
 
 __all__ = ["SCENES", "Scene", "scene_of"]

@@ -14,6 +14,13 @@ Values = Mapping[str, Any]
 LONGEST_NAME = 16
 """The most letters of a name in `Scene.struck`: tables of impacts have a column so wide."""
 
+FOOT = "+foot"
+"""The ending of a kind in `Scene.key` where the foot of the structure moves."""
+
+BASES = ("base_displacement", "base_acceleration")
+"""The amplitudes of the ground's motion, of which one may be given in place of a force: [m],
+[m/s^2]."""
+
 _OBSTACLE = {"near": "obstacle", "far": "obstacle"}
 
 
@@ -40,8 +47,8 @@ class Scene:
         struck: what the near and the far wall belong to, by wall.
         load: the constant force [N] on the structure towards the near wall; None for none.
         body: the word for the body that is forced.
-        base: the name of the amplitude [m] of the ground's motion, which may be given in place of
-            P where positions count from the ground; "" where they do not.
+        shaken: the name in `BASES` of what is given of the ground's motion in place of a force; ""
+            where a force is given.
         second: the wall, "near" or "far", whose contact may have a law of its own; "" for none.
         law: the law of all contacts.
         law_2: the law of the second wall, if it is another, or has other constants.
@@ -60,7 +67,7 @@ class Scene:
     obstacle: Callable[[Values], Mapping[str, Any]] = lambda p: {}
     struck: Mapping[str, str] = field(default_factory=lambda: _OBSTACLE)
     load: Callable[[Values], Any] | None = None
-    base: str = ""
+    shaken: str = ""
     body: str = "structure"
     second: str = ""
     law: Law = HERTZ
@@ -131,11 +138,28 @@ class Scene:
             names += tuple(name for name in of_second(second.optional) if name in given)
         return names
 
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """The names of what may drive it, of which one is given: the force, or the ground."""
+        if "P" not in self.own:
+            return ("Y", *BASES)
+        return ("P", *BASES) if self.absolute else ("P", "Y", *BASES)
+
+    @property
+    def absolute(self) -> bool:
+        """Whether positions are absolute where the ground moves, not counted from the ground."""
+        return self.body == "structure"
+
+    @property
+    def foot(self) -> bool:
+        """Whether the foot of spring and dashpot moves in the coordinates that are used."""
+        return bool(self.shaken) and self.absolute
+
     def own_of(self, given: Collection[str]) -> tuple[str, ...]:
-        """Return the names of the parameters beside the contact's: the base's in place of P."""
-        if self.base and self.base in given:
-            return tuple(self.base if name == "P" else name for name in self.own)
-        return self.own
+        """Return the names of the parameters beside the contact's: what drives is that given."""
+        usual = self.drives[0]
+        drive = next((name for name in self.drives[::-1] if name in given), usual)
+        return tuple(drive if name == usual else name for name in self.own)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -145,7 +169,7 @@ class Scene:
     @property
     def allowed(self) -> tuple[str, ...]:
         """The names of all parameters that may be given, also `K` in place of others."""
-        own = self.own + ((self.base,) if self.base else ())
+        own = self.own + self.drives[1:]
         if not self.walls:
             return own
         second = self.law_2
@@ -158,7 +182,7 @@ class Scene:
     @property
     def key(self) -> str:
         """What kernels are compiled for, in a word: the kind, and what its contacts differ by."""
-        words = [self.kind]
+        words = [self.kind + FOOT * self.foot]
         if self.law != HERTZ or self.law_2 is not None or self.optional:
             words += [self.law.name, self.law_2.name if self.law_2 else ""]
             words += [name for name in self.optional if name.startswith(DAMPING)]
@@ -169,8 +193,10 @@ class Scene:
 
         law_2: that of the second wall, if it has one of its own; given: the parameters there are.
         """
+        shaken = next((name for name in BASES if name in given), "")
         if not self.walls:
-            return self
-        found = replace(self, law=LAWS[law], law_2=LAWS[law_2] if law_2 else None)
+            return replace(self, shaken=shaken) if shaken else self
+        law_of_second = LAWS[law_2] if law_2 else None
+        found = replace(self, law=LAWS[law], law_2=law_of_second, shaken=shaken)
         known = [*found.law.optional, *of_second(found.law_2.optional if found.law_2 else ())]
         return replace(found, optional=tuple(name for name in known if name in given))

@@ -29,6 +29,5 @@ SCENE = Scene(
     struck={"near": "stop", "far": "stop"},
     obstacle=stop,
     body="oscillator",
-    base="Y",
     components=("x", "v"),
 )

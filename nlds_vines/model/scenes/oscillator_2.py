@@ -29,7 +29,6 @@ SCENE = Scene(
     struck={"near": "stop", "far": "second stop"},
     obstacle=stops,
     body="oscillator",
-    base="Y",
     second="far",
     components=("x", "v"),
 )

@@ -1,0 +1,550 @@
+"""The response over the sampled periods: what of it is largest, its rms, and mean powers.
+
+The time loop hands on each flight and each contact when it is over, with the state at its
+beginning. It is gone through once more, and nothing of that changes the orbit. Wherever the motion
+is linear it is a Taylor polynomial cell by cell: products of states are integrated at Gauss points,
+so many that the error is below round-off in the longest cell (1.4^12 / 6e15: products turn twice as
+fast). A quantity is largest where its rate, a polynomial too, vanishes: such roots are looked for
+where bends allow the largest value so far to be exceeded, and proven to be all of them
+(`peaks.note_roots`). Contacts are in `response_inside` and `response_steps`.
+
+Power comes in by the force P cos(omega t), or, where the foot moves, by what moves it. It is
+dissipated by the dashpots and by contacts: by the force that is not elastic, or as rigid bodies
+lose it. The rest is a change of the energy stored.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .bare_rows import bare
+from .by_law import arc_of, held_of, sign_of, wall_of
+from .codes import FLYING, OF_FORCES, OF_IMPULSES, POWERS, RELEASED
+from .compiling import chosen, is_a, jit, same_sort
+from .contact import contact
+from .elementary import cos_sin_of_turn
+from .exact import phase_of
+from .flight import COEF, DRIVE, FACTOR, ORDER, at, bare_grid, cell_polynomial
+from .fours import four, four_at, larger_of, number_of
+from .peaks import factor_at, note_roots
+from .response_inside import tally_halves_if_exact
+from .response_steps import tally_fixed
+from .response_sums import (
+    A2,
+    BEGIN,
+    CV,
+    CX,
+    FORCE,
+    IMPULSE,
+    LOSS,
+    MOST,
+    OF_A,
+    OF_FOOT,
+    OF_FORCE,
+    OF_R,
+    OF_V,
+    PLACE,
+    R2,
+    S2,
+    SIZE,
+    U2,
+    V2,
+    X2,
+    Y2,
+    Tally,
+    foot_of,
+    place_of,
+    raise_to,
+)
+from .scene import Ground, LinearWall, RigidWall, joined, mirrored_load
+
+# Gauss points of [0, 1] and their weights: the error of a cell is 6!^4 / (13 12!^3) f^(12)
+POINTS = (
+    0.033765242898423986, 0.16939530676686775, 0.3806904069584015,
+    0.6193095930415985, 0.8306046932331322, 0.966234757101576,
+)  # fmt: skip
+WEIGHTS = (
+    0.08566224618958517, 0.18038078652406930, 0.23395696728634552,
+    0.23395696728634552, 0.18038078652406930, 0.08566224618958517,
+)  # fmt: skip
+
+
+# ---- a cell --------------------------------------------------------------------------------------
+
+
+@jit
+def fill_rate(row, w):
+    """Fill FACTOR of the table `w` with the derivative, by the place, of what is in the `row`'s.
+
+    Returns a bound of its second derivative.
+    """
+    bend = 0.0
+    for k in range(ORDER):
+        f = (k + 1.0) * row[FACTOR + k + 1]
+        w[FACTOR + k] = f
+        bend += k * (k - 1.0) * abs(f)
+    w[FACTOR + ORDER] = 0.0
+    return bend
+
+
+@jit
+def fill_state(row, w, component):
+    """Fill the rows FACTOR of a tally with a component of the state over the expanded cell."""
+    for k in range(ORDER + 1):
+        row[FACTOR + k] = w[COEF + 4 * k + component]
+
+
+@jit
+def fill_acceleration(row, w, h):
+    """Fill them with the structure's acceleration, the derivative of v1 by time."""
+    for k in range(ORDER):
+        row[FACTOR + k] = (k + 1.0) / h * w[COEF + 4 * (k + 1) + 1]
+    row[FACTOR + ORDER] = 0.0
+
+
+@jit
+def fill_from_foot(row, foot, w, phase):
+    """Fill them with x1 - y; phase: (cos, sin) at the start of the cell."""
+    cosine = foot.cosine * phase[0] + foot.sine * phase[1]
+    sine = foot.cosine * phase[1] - foot.sine * phase[0]
+    for k in range(ORDER + 1):
+        turned = cosine if k % 2 == 0 else sine
+        row[FACTOR + k] = w[COEF + 4 * k] - w[DRIVE + k] * turned
+
+
+@jit
+def fill_force(row, w, wall, sign):
+    """Fill them with the force of a wall with a spring and a dashpot."""
+    for k in range(ORDER + 1):
+        i = COEF + 4 * k + 2
+        row[FACTOR + k] = sign * (wall.kc * w[i] + wall.cc * w[i + 1])
+    row[FACTOR] -= wall.kc * wall.gap
+
+
+@jit
+def raise_within(tally, grid, place, bend, end):
+    """Raise a maximum to that in [0, end] of the quantity in the tally's rows FACTOR.
+
+    bend: a bound of its second derivative by the place.
+    """
+    row = tally.row
+    f, g = row[FACTOR], factor_at(row, end)
+    raise_to(row, place, f)
+    raise_to(row, place, g)
+    if max(abs(f), abs(g)) + 0.125 * bend * end * end > row[place]:
+        row[PLACE] = place
+        note_roots(None, None, tally, grid, fill_rate(row, grid.table), end)
+
+
+@jit
+def bend_in_rows(row):
+    """Return a bound of the second derivative of what is in the tally's rows FACTOR."""
+    bend = 0.0
+    for k in range(2, ORDER + 1):
+        bend += k * (k - 1.0) * abs(row[FACTOR + k])
+    return bend
+
+
+@jit
+def raise_state(tally, grid, y, z, end):
+    """Raise the maxima of x1, v1 and r to those in [0, end] of the expanded cell.
+
+    y, z: (x1, v1, r, s) at its ends.
+    """
+    row, w = tally.row, grid.table
+    none = four(0.0)
+    bends = none
+    for k in range(2, ORDER + 1):
+        bends = bends + (k * (k - 1.0)) * larger_of(none, four_at(w, COEF + 4 * k))
+    for component in range(3):
+        place = place_of(OF_R if component == 2 else component, 1.0)
+        bend = number_of(bends, 0)
+        if component > 0:
+            bend = number_of(bends, 1) if component == 1 else number_of(bends, 2)
+        raise_to(row, place, y[component])
+        raise_to(row, place, z[component])
+        top = max(abs(y[component]), abs(z[component])) + 0.125 * bend * end * end
+        if top > row[place]:
+            fill_state(row, w, component)
+            raise_within(tally, grid, place, bend, end)
+
+
+@chosen
+def tally_foot(foot, tally, grid, phase, end):
+    """Add what concerns the motion from the foot, if it moves."""
+
+    def added(foot, tally, grid, phase, end):
+        row, w, h = tally.row, grid.table, grid.h
+        fill_from_foot(row, foot, w, phase)
+        fill_rate(row, w)
+        for i in range(6):
+            gone = factor_at(row, end * POINTS[i])
+            rate = factor_at(w, end * POINTS[i]) / h
+            row[Y2] += WEIGHTS[i] * end * h * gone * gone
+            row[U2] += WEIGHTS[i] * end * h * rate * rate
+        raise_within(tally, grid, place_of(int(OF_FOOT), 1.0), bend_in_rows(row), end)
+
+    if foot is None:
+        return lambda foot, tally, grid, phase, end: None
+    return added
+
+
+@jit
+def tally_cell(tally, grid, phase, y, end):
+    """Add [0, end] of the expanded cell, whose first state is y; return the last one.
+
+    grid: with a bare table; phase: (cos, sin) at its start.
+    """
+    # hot: once per cell
+    row, w, h = tally.row, grid.table, grid.h
+    fill_acceleration(row, w, h)
+    raise_within(tally, grid, place_of(int(OF_A), 1.0), bend_in_rows(row), end)
+    for k in range(ORDER + 1):
+        w[FACTOR + k] = w[DRIVE + k] * phase[k % 2]
+    for i in range(6):
+        x = end * POINTS[i]
+        x1, v1, r, s = at(w, x)
+        a1, cosine, dt = factor_at(row, x), factor_at(w, x), WEIGHTS[i] * (end * h)
+        row[X2] += dt * x1 * x1
+        row[V2] += dt * v1 * v1
+        row[A2] += dt * a1 * a1
+        row[R2] += dt * r * r
+        row[S2] += dt * s * s
+        row[CV] += dt * cosine * v1
+        row[CX] += dt * cosine * x1
+    z = at(w, end)
+    raise_state(tally, grid, y, z, end)
+    tally_foot(tally.foot, tally, grid, phase, end)
+    return z
+
+
+# ---- a flight ------------------------------------------------------------------------------------
+
+
+@jit
+def tally_cells(rk4, ps, damper, tally, grid, begin, end, y):
+    """Add an exact flight from `begin` to `end`, (cell, place in it) each; y: its first state."""
+    grid = bare_grid(grid)
+    j, x = begin
+    while j < end[0] or (j == end[0] and x < end[1]):
+        piece = (1.0 if j < end[0] else end[1]) - x
+        phase = phase_of(grid, j, x)
+        cell_polynomial(grid, y[0], y[1], y[2], y[3], phase[0], phase[1])
+        y = tally_cell(tally, grid, phase, y, piece)
+        j, x = j + 1, 0.0
+
+
+@chosen
+def tally_flight(tally, rk4, ps, damper, grid, begin, end, y):
+    """Add a flight, where a response is wanted."""
+    if tally is None:
+        return lambda tally, rk4, ps, damper, grid, begin, end, y: None
+    if rk4 is None:
+        return lambda tally, rk4, ps, damper, grid, begin, end, y: tally_cells(
+            rk4, ps, damper, tally, grid, begin, end, y
+        )
+    return lambda tally, rk4, ps, damper, grid, begin, end, y: tally_fixed(
+        rk4, ps, damper, tally, grid, begin, end, y
+    )
+
+
+@chosen
+def tally_share(tally, rk4, ps, damper, grid, share, y):
+    """Add a share (i, stops) of a period without walls, where a response is wanted."""
+
+    def added(tally, rk4, ps, damper, grid, share, y):
+        i, stops = share
+        begin, end = grid.n * i // stops, grid.n * (i + 1) // stops
+        tally_flight(tally, rk4, ps, damper, grid, (begin, 0.0), (end, 0.0), y)
+
+    if tally is None:
+        return lambda tally, rk4, ps, damper, grid, share, y: None
+    return added
+
+
+@chosen
+def tally_leaving(tally, near, far, mode, before, after):
+    """Add what a wall dissipates that still springs back, without a force, behind a release.
+
+    before, after: the depth [m] at the ends of a flight. It stores kc z^2 / 2 less.
+    """
+
+    def added(tally, near, far, mode, before, after):
+        if mode != FLYING:
+            wall = spring_of(near, far, mode)
+            tally.row[LOSS] += 0.5 * wall.kc * (before - after) * (before + after)
+
+    if tally is None or not (is_a(near, LinearWall) or is_a(far, LinearWall)):
+        return lambda tally, near, far, mode, before, after: None
+    return added
+
+
+@chosen
+def spring_of(near, far, mode):
+    """Return the wall with a spring and a dashpot that is touched."""
+    if not is_a(far, LinearWall):
+        return lambda near, far, mode: near
+    if not is_a(near, LinearWall):
+        return lambda near, far, mode: far
+    return lambda near, far, mode: near if sign_of(mode) > 0.0 else far
+
+
+# ---- a contact -----------------------------------------------------------------------------------
+
+
+@jit
+def tally_steps(
+    rk4, ps, damper, wall, sign, arc, tally, steps, rate, phase, event, took, before, after, k,
+    held, place,
+):  # fmt: skip
+    """Add a contact of elastic bodies, by its halves or stepped (arguments: `tally_contact`)."""
+    # hot: once per impact
+    q, s, x1, v1 = before[0], sign * before[1], sign * before[2], sign * before[3]
+    phase, ps = (sign * phase[0], sign * phase[1]), mirrored_load(ps.load, ps, sign)
+    released = after[0], sign * after[1], sign * after[2], sign * after[3]
+    if event == RELEASED and tally_halves_if_exact(
+        rk4, ps, damper, wall, sign, arc, tally, rate, phase, took, (q, s, x1, v1), released
+    ):
+        return
+    left = math.inf if event == RELEASED else took
+    contact(
+        rk4, ps, damper, wall, sign, None, tally, None, tally, steps, rate, phase[0], phase[1],
+        q, s, x1, v1, left, k,
+    )  # fmt: skip
+
+
+@jit
+def tally_pressed(
+    rk4, ps, damper, wall, sign, arc, tally, steps, rate, phase, event, took, before, after, k,
+    held, place,
+):  # fmt: skip
+    """Add a contact with a spring and a dashpot, cell by cell (`linear_contact.press`)."""
+    # hot: once per impact
+    period, since = 2.0 * math.pi / ps.omega, 0.0
+    grid, shift = bare_grid(held.grid), sign * held.shift
+    w, row = grid.table, tally.row
+    z, s, x1, v1 = before
+    moved = shift if is_grounded(damper) else 0.0
+    y = x1 - moved, v1, sign * (z + (wall.gap - held.shift)), s
+    while since < took:
+        end = min(1.0, (took - since) / grid.h)
+        now = cos_sin_of_turn(place + since / period)
+        cell_polynomial(grid, y[0], y[1], y[2], y[3], now[0], now[1])
+        y = at(w, end)
+        w[COEF] += moved  # the rows hold x1 and r themselves
+        w[COEF + 2] += shift
+        slow, first = row[S2], at(w, 0.0)
+        tally_cell(tally, grid, now, first, end)
+        row[LOSS] += wall.cc * (row[S2] - slow)
+        fill_force(row, w, wall, sign)
+        raise_within(tally, grid, place_of(int(OF_FORCE), sign), bend_in_rows(row), end)
+        since += end * grid.h
+        if end < 1.0:
+            break
+
+
+@chosen
+def is_grounded(damper):
+    """Tell whether walls limit the structure itself."""
+    if is_a(damper, Ground):
+        return lambda damper: True
+    return lambda damper: False
+
+
+@jit
+def tally_rigid(
+    rk4, ps, damper, wall, sign, arc, tally, steps, rate, phase, event, took, before, after, k,
+    held, place,
+):  # fmt: skip
+    """Add an impact of rigid bodies, and sticking, during which nothing is dissipated by them."""
+    # hot: once per impact
+    row = tally.row
+    _, s, x1, v1 = before
+    if sign * s > 0.0:
+        mu, rebound = 1.0 / damper.inv_mu, after[1]
+        raise_to(row, int(IMPULSE) + (0 if sign > 0.0 else 1), mu * (s - rebound))
+        row[LOSS] += 0.5 * mu * (s - rebound) * (s + rebound)
+    if not took > 0.0:
+        return
+    grid, r = bare_grid(held.grid), sign * wall.gap
+    w, v1 = grid.table, v1 - damper.share * s
+    until = place + took / (grid.h * grid.n)
+    j = min(int(place * grid.n), grid.n - 1)
+    x = place * grid.n - j
+    while True:
+        now = phase_of(grid, j, x)
+        end = min(1.0, until * grid.n - j) - x
+        cell_polynomial(grid, x1, v1, 0.0, 0.0, now[0], now[1])
+        for i in range(ORDER + 1):
+            w[COEF + 4 * i + 2], w[COEF + 4 * i + 3] = 0.0, 0.0
+        w[COEF + 2] = r
+        x1, v1, _, _ = tally_cell(tally, grid, now, (x1, v1, r, 0.0), end)
+        j, x = j + 1, 0.0
+        if j >= until * grid.n:
+            return
+
+
+@chosen
+def tally_by_law(
+    rk4, ps, damper, wall, sign, arc, tally, steps, rate, phase, event, took, before, after, k,
+    held, place,
+):  # fmt: skip
+    """Add a contact by the law of its wall."""
+    # hot: as `tally_contact`
+    if is_a(wall, RigidWall):
+        return tally_rigid
+    return tally_pressed if is_a(wall, LinearWall) else tally_steps
+
+
+@jit
+def tally_at_one(
+    tally, rk4, ps, damper, near, far, mode, arc, steps, rate, phase, event, took, before, after, k,
+    held_near, held_far, place,
+):  # fmt: skip
+    """Add a contact at a wall, where all are of one sort."""
+    # hot: as `tally_contact`
+    tally_by_law(
+        rk4, ps, damper, wall_of(near, far, mode), sign_of(mode),
+        arc_of(wall_of(near, far, mode), arc), tally, steps, rate, phase,
+        event, took, before, after, k, held_of(near, far, held_near, held_far, mode), place,
+    )  # fmt: skip
+
+
+@jit
+def tally_at_two(
+    tally, rk4, ps, damper, near, far, mode, arc, steps, rate, phase, event, took, before, after, k,
+    held_near, held_far, place,
+):  # fmt: skip
+    """Add a contact at a wall, where the two are of different sorts."""
+    # hot: as `tally_contact`
+    if sign_of(mode) > 0.0:
+        tally_by_law(
+            rk4, ps, damper, near, 1.0, arc_of(near, arc), tally, steps, rate, phase, event,
+            took, before, after, k, held_near, place,
+        )  # fmt: skip
+    else:
+        tally_by_law(
+            rk4, ps, damper, far, -1.0, arc_of(far, arc), tally, steps, rate, phase, event,
+            took, before, after, k, held_far, place,
+        )  # fmt: skip
+
+
+@jit
+def no_tally(
+    tally, rk4, ps, damper, near, far, mode, arc, steps, rate, phase, event, took, before, after, k,
+    held_near, held_far, place,
+):  # fmt: skip
+    """Add nothing."""
+    # hot: as `tally_contact`
+    return None
+
+
+@chosen
+def tally_contact(
+    tally, rk4, ps, damper, near, far, mode, arc, steps, rate, phase, event, took, before, after, k,
+    held_near, held_far, place,
+):  # fmt: skip
+    """Add a contact of `took` [s] that has ended in an `event`, where a response is wanted.
+
+    before, after: (q, s, x1, v1) at its ends; phase, place: at its beginning; the rest as for
+    `elastic_contact.follow_contact`.
+    """
+    # hot: once per impact
+    if tally is None:
+        return no_tally
+    if near is None or far is None or same_sort(near, far):
+        return tally_at_one
+    return tally_at_two
+
+
+# ---- begun and ended -----------------------------------------------------------------------------
+
+
+@chosen
+def tally_for(response, foot, ps):
+    """Return a fresh `Tally` where a response is wanted, or None; foot: None where none moves."""
+    if response is None:
+        return lambda response, foot, ps: None
+    return lambda response, foot, ps: Tally(np.zeros(SIZE), foot_of(foot, ps))
+
+
+@chosen
+def bare_tally(tally):
+    """Return the tally, if there is one, with its row as a bare one."""
+    if tally is None:
+        return lambda tally: None
+    return lambda tally: Tally(bare(tally.row), tally.foot)
+
+
+@chosen
+def begin_tally(tally, state):
+    """Note the state at which a tally begins."""
+
+    def begun(tally, state):
+        tally.row[BEGIN] = state[0]
+        raise_to(tally.row, int(MOST), state[0])
+        raise_to(tally.row, int(MOST) + OF_V, state[1])
+        raise_to(tally.row, int(MOST) + OF_R, state[2])
+
+    if tally is None:
+        return lambda tally, state: None
+    return begun
+
+
+@chosen
+def report(response, tally, ps, damper, state, time):
+    """Fill a response (see `codes`) from the tally of a `time` [s] that ends with a state."""
+    if response is None:
+        return lambda response, tally, ps, damper, state, time: None
+    return fill_response
+
+
+@jit
+def fill_response(response, tally, ps, damper, state, time):
+    """Fill in largest values, their rms, forces, impulses and mean powers."""
+    row = tally.row
+    for i in range(5):
+        response[2 * i] = row[MOST + i]
+    for i, place in ((0, X2), (1, V2), (2, A2), (3, R2), (4, Y2)):
+        response[2 * i + 1] = math.sqrt(row[place] / time)
+    for wall in range(2):
+        response[OF_FORCES + wall] = row[FORCE + wall]
+        response[OF_IMPULSES + wall] = row[IMPULSE + wall]
+    c1, force = ps.m1 * ps.damping, ps.m1 * ps.force
+    response[POWERS] = c1 * row[V2] / time
+    response[POWERS + 1] = dashpot_of(joined(damper)) * row[S2] / time
+    response[POWERS + 2] = row[LOSS] / time
+    response[POWERS + 3] = force * row[CV] / time
+    shaken(tally.foot, response, row, ps, state, time)
+
+
+@chosen
+def dashpot_of(damper):
+    """Return c2 [N s/m], 0 without a damper."""
+    if damper is None:
+        return lambda damper: 0.0
+    return lambda damper: damper.c2
+
+
+@chosen
+def shaken(foot, response, row, ps, state, time):
+    """Mend the powers of a structure whose foot moves: c1 is between both, and the foot does work.
+
+    (k1 (y - x1) + c1 (dy/dt - v1)) dy/dt; the means of y dy/dt, sin v1 and sin x1 over whole
+    periods are 0, -omega times that of cos x1, and that of cos v1 less the change of x1, by omega.
+    """
+
+    def mended(foot, response, row, ps, state, time):
+        a, b, omega = foot.cosine, foot.sine, foot.omega
+        c1, k1 = ps.m1 * ps.damping, ps.m1 * ps.stiffness
+        with_x = omega * (b * row[CX] - a * ((row[CV] - (state[0] - row[BEGIN])) / omega)) / time
+        with_v = omega * (b * row[CV] + a * omega * row[CX]) / time
+        own = 0.5 * omega * omega * (a * a + b * b)
+        response[POWERS] = c1 * row[U2] / time
+        response[POWERS + 3] = c1 * (own - with_v) - k1 * with_x
+
+    if foot is None:
+        return lambda foot, response, row, ps, state, time: None
+    return mended

@@ -1,0 +1,138 @@
+"""A response over Runge-Kutta steps: of a contact that is stepped, and of rk4's flights.
+
+Integrals are those of the step's own stages; of a flight by rk4, Simpson's rule, which is of order
+four, too. A quantity can be largest at an end of a step or where its rate vanishes within it.
+"""
+
+from __future__ import annotations
+
+from . import runge_kutta as rk
+from .compiling import jit
+from .contact_field import cos_sin
+from .fixed_step import phase_in_step, step_to
+from .force_law import depth_of, force_of, pushed_by, stiffness_of
+from .observe import PRECISE, opposite
+from .response_sums import OF_FOOT, OF_FORCE, SUMS, add, from_foot, motion_of, place_of, raise_to
+from .roots import narrowed, secant
+from .scene import accelerations
+
+ROOT_STEPS = 40  # of the search for a maximum: it needs some five
+
+
+@jit
+def may_rise(top, before, after, rate, slope, time):
+    """Tell whether a quantity may exceed its largest, where its rate changes sign in a `time` [s].
+
+    before, after: its values at the ends, rate and slope: its rates there.
+    """
+    if not opposite(rate, slope):
+        return False
+    reach = min(abs(before) + abs(rate) * time, abs(after) + abs(slope) * time)
+    return reach > top
+
+
+@jit
+def raise_all(tally, sign, values):
+    """Raise the maxima of all quantities to their values in one state."""
+    for which in range(OF_FOOT):
+        raise_to(tally.row, place_of(which, sign), values[which])
+    if tally.foot is not None:
+        raise_to(tally.row, place_of(int(OF_FOOT), sign), values[OF_FOOT])
+    raise_to(tally.row, place_of(int(OF_FORCE), sign), values[OF_FORCE])
+
+
+# ---- contacts ------------------------------------------------------------------------------------
+
+
+@jit
+def motion_in(tally, ps, damper, wall, c, d, k, row):
+    """Return `motion_of` a row (q, s, x1, v1, tau) of a contact; c, d: of the phase at tau = 0."""
+    q, s, x1, v1 = k[row], k[row + 1], k[row + 2], k[row + 3]
+    z = depth_of(wall, q)
+    cosine, sine = cos_sin(ps.omega * k[row + 4])
+    phase = c * cosine - d * sine, d * cosine + c * sine
+    y, force = (x1, v1, wall.gap + z, s), force_of(wall, q, z, s)
+    _, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, phase[0], force)
+    push = pushed_by(wall, stiffness_of(wall, q, s), q, z, s, s, ds)
+    return motion_of(tally, ps, damper, y, phase, force, push)
+
+
+@jit
+def tally_step(rk4, ps, damper, wall, sign, tally, c, d, landing, h, k):
+    """Add the contact step h from row Y to row NEW, which is kept, to a tally.
+
+    `slope` has filled the integrands into the rows of its slopes.
+    """
+    # hot: once per step
+    for i in range(SUMS):
+        tally.row[i] += h * rk.mean_of(rk4, k, rk.WIDTH + i)
+    before, rates = motion_in(tally, ps, damper, wall, c, d, k, int(rk.Y))
+    after, slopes = motion_in(tally, ps, damper, wall, c, d, k, int(rk.NEW))
+    raise_all(tally, sign, before)
+    raise_all(tally, sign, after)
+    for i in range(rk.WIDTH):
+        k[rk.SAVE + i] = k[rk.NEW + i]
+    time = k[rk.NEW + 4]
+    for which in range(6):
+        top = tally.row[place_of(which, sign)]
+        f0, f1 = rates[which], slopes[which]
+        if may_rise(top, before[which], after[which], f0, f1, time):
+            low, high = 0.0, 1.0
+            for _ in range(ROOT_STEPS):
+                x = secant(low, high, f0, f1)
+                rk.step(rk4, None, ps, damper, wall, c, d, landing, x * h, k)
+                values, turns = motion_in(tally, ps, damper, wall, c, d, k, int(rk.NEW))
+                raise_to(tally.row, place_of(which, sign), values[which])
+                if turns[which] == 0.0 or min(x - low, high - x) < PRECISE:
+                    break
+                low, high, f0, f1 = narrowed(low, high, f0, f1, x, turns[which])
+            for i in range(rk.WIDTH):
+                k[rk.NEW + i] = k[rk.SAVE + i]
+
+
+# ---- flights by rk4 ------------------------------------------------------------------------------
+
+
+@jit
+def motion_at(tally, ps, damper, grid, j, x, y):
+    """Return `motion_of` a state y in flight at place x of step j."""
+    return motion_of(tally, ps, damper, y, phase_in_step(grid, j, x), 0.0, 0.0)
+
+
+@jit
+def add_at(tally, ps, damper, grid, j, x, dt, y):
+    """Add `dt` [s] in a state y in flight at place x of step j."""
+    cosine, sine = phase_in_step(grid, j, x)
+    a1, _ = accelerations(ps, damper, y[0], y[1], y[2], y[3], cosine, 0.0)
+    add(tally, dt, y, a1, cosine, from_foot(tally.foot, y[0], y[1], cosine, sine))
+
+
+@jit
+def tally_fixed(rk4, ps, damper, tally, grid, begin, end, y):
+    """Add a flight by rk4 from `begin` to `end`, (step, place in it) each; y: its first state."""
+    j, x = begin
+    while j < end[0] or (j == end[0] and x < end[1]):
+        length = (1.0 if j < end[0] else end[1]) - x
+        middle = step_to(ps, damper, grid, j, x, 0.5 * length, y)
+        z, dt = step_to(ps, damper, grid, j, x, length, y), length * grid.h / 6.0
+        add_at(tally, ps, damper, grid, j, x, dt, y)
+        add_at(tally, ps, damper, grid, j, x + 0.5 * length, 4.0 * dt, middle)
+        add_at(tally, ps, damper, grid, j, x + length, dt, z)
+        before, rates = motion_at(tally, ps, damper, grid, j, x, y)
+        after, slopes = motion_at(tally, ps, damper, grid, j, x + length, z)
+        raise_all(tally, 1.0, before)
+        raise_all(tally, 1.0, after)
+        for which in range(OF_FORCE):
+            f0, f1 = rates[which], slopes[which]
+            top = tally.row[place_of(which, 1.0)]
+            if may_rise(top, before[which], after[which], f0, f1, length * grid.h):
+                low, high = 0.0, length
+                for _ in range(ROOT_STEPS):
+                    at = secant(low, high, f0, f1)
+                    w = step_to(ps, damper, grid, j, x, at, y)
+                    values, turns = motion_at(tally, ps, damper, grid, j, x + at, w)
+                    raise_to(tally.row, place_of(which, 1.0), values[which])
+                    if turns[which] == 0.0 or min(at - low, high - at) < PRECISE:
+                        break
+                    low, high, f0, f1 = narrowed(low, high, f0, f1, at, turns[which])
+        y, j, x = z, j + 1, 0.0

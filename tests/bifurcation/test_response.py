@@ -1,0 +1,234 @@
+"""A response and a ground that moves, in scans, tunings and Python: every entrance, bad input."""
+
+import numpy as np
+import pytest
+
+from nlds_vines.archives.archive import read
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.parts import Block
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.errors import RequestError
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.linear_response import response
+from nlds_vines.model.scenes import scene_of
+from nlds_vines.orbits.responses import objectives_of, quantities_of
+from nlds_vines.orbits.simulation import simulate
+from nlds_vines.tuning.command import main, tune
+from nlds_vines.tuning.request_file import load_tuning
+
+OMEGAS = [6.0, 6.28]
+BASE = {"base_displacement": 0.01}
+
+
+def scan_of(system="tmd", vary=None, want=("response", "section"), **tables):
+    return load_scan(
+        {
+            "system": system,
+            "vary": vary or {"omega": {"values": OMEGAS}},
+            "sampling": {"transient": 30, "periods": 4},
+            "record": {"want": list(want)},
+            **tables,
+        }
+    )
+
+
+def block_of(scan):
+    return Computer(scan).block(Block(0, tuple((0, n) for n in scan.shape)))
+
+
+def force_of(system, omega, Y):
+    p = system.parameters
+    return Y * np.hypot(p["k1"], p["c1"] * omega)
+
+
+# ---- a response ----------------------------------------------------------------------------------
+
+
+def test_a_scan_records_what_simulate_returns():
+    scan = scan_of()
+    found = block_of(scan)
+    for i, omega in enumerate(OMEGAS):
+        orbit = simulate(load_system("tmd", omega=omega), 4, transient=30, record=("response",))
+        assert orbit.response.keys() <= found.keys()
+        for name, value in orbit.response.items():
+            assert found[name][i, 0] == value, name
+            assert scan.table.datasets[name].units
+            assert len(scan.table.datasets[name].long_name) > 10
+
+
+def test_what_is_recorded_depends_on_what_the_scene_has():
+    names = {key: [q.name for q in quantities_of(scene_of(key))] for key in ("none", "tmd", "ssbl")}
+    assert "stroke_max" not in names["none"]
+    assert "power_c2" not in names["none"]
+    assert "force_max" not in names["tmd"]
+    assert {"force_max", "power_contact"} <= set(names["ssbl"])
+    rigid = [q.name for q in quantities_of(scene_of("ssbl/restitution"))]
+    assert "impulse_max" in rigid
+    assert not {"force_max", "a1_max"} & set(rigid)
+    two = scan_of("ssbl").table
+    assert two.datasets["force_max"].dims[-1] == "wall"
+    assert scan_of("ssul-set6").table.datasets["force_max"].dims == ("omega", "start")
+
+
+def test_a_reduction_compares_with_the_structure_alone():
+    found = block_of(scan_of())
+    for i, omega in enumerate(OMEGAS):
+        alone = abs(response(load_system("none"), np.array([omega])).X1[0])
+        for power, name in enumerate(("x1", "v1", "a1")):
+            largest = alone * omega**power
+            reduction = 1 - found[f"{name}_max"][i, 0] / largest
+            assert found[f"{name}_max_reduction"][i, 0] == pytest.approx(reduction, abs=1e-14)
+            reduction = 1 - found[f"{name}_rms"][i, 0] / (largest * np.sqrt(0.5))
+            assert found[f"{name}_rms_reduction"][i, 0] == pytest.approx(reduction, abs=1e-14)
+
+
+def test_a_failed_orbit_has_no_response():
+    """Numbers whose squares are beyond all numbers, and an orbit that is not followed at all."""
+    scan = scan_of(vary={"P": {"values": [800.0, 1e200]}})
+    found = block_of(scan)
+    assert found["status"][0, 0] == 0
+    assert found["status"][1, 0] != 0
+    assert np.isfinite(found["x1_rms"][0, 0])
+    assert np.isnan(found["x1_rms"][1, 0])
+
+
+# ---- a tuning ------------------------------------------------------------------------------------
+
+SMALL = {"population": 5, "generations": 2, "polish": 5, "optima": 1}
+
+
+def test_a_tuning_makes_any_number_of_a_response_small(tmp_path):
+    free = {"c2": {"low": 50.0, "high": 500.0}, "k2": {"low": 1000.0, "high": 3000.0}}
+    over = {"omega": {"values": [5.5, 6.28]}}
+    search = {**SMALL, "objective": "a1_rms"}
+    found = tune(
+        "tmd", tmp_path / "a.h5", free=free, over=over, search=search, plot=tmp_path / "a.png",
+        surface={"parameters": ["c2", "k2"], "size": 3},
+    )  # fmt: skip
+    systems = [load_system("tmd", **found.parameters, omega=omega) for omega in (5.5, 6.28)]
+    orbits = [simulate(s, 2, transient=300, record=("response",)) for s in systems]
+    assert found.objective == pytest.approx(max(o.response["a1_rms"] for o in orbits), rel=1e-12)
+    assert found.tuning.search.objective == "a1_rms"
+    assert "a1_rms [m/s^2]" in "\n".join(found.lines())
+    with read(tmp_path / "a.h5") as view:
+        assert view.units("objective") == view.units("surface") == "m/s^2"
+        assert "a1_rms" in view.long_name("objective")
+
+
+def test_a_tuning_without_an_objective_is_as_before():
+    plain = load_tuning("tmd")
+    assert "objective" not in plain.document()["search"]
+    assert load_tuning(plain.document()).hash == plain.hash
+    other = load_tuning("tmd", {"search": {"objective": "x1_max"}})
+    assert other.hash != plain.hash
+    assert load_tuning(other.document()) == other
+
+
+def test_an_objective_that_there_is_not_is_refused(capsys):
+    assert main(["--system", "tmd", "--objective", "force_max", "--dry-run"]) == 2
+    error = capsys.readouterr().err
+    assert "'force_max'" in error
+    assert "a1_rms" in error
+    assert main(["--system", "tmd", "--objective", "a1_rms", "--dry-run"]) == 0
+    assert "largest a1_rms of one orbit" in capsys.readouterr().out
+
+
+# ---- a ground that moves -------------------------------------------------------------------------
+
+
+def test_all_ways_to_give_the_ground_mean_the_same():
+    by_name = load_system("ssul-set6", base_displacement=0.01)
+    by_table = load_system("ssul-set6", P={"base_displacement": 0.01})
+    assert by_name.parameters == by_table.parameters
+    assert "P" not in by_name.parameters
+    assert by_name.force == pytest.approx(force_of(by_name, 6.28, 0.01), rel=1e-15)
+    shaken = load_system("ssul-set6", base_acceleration=0.01 * 6.28**2)
+    assert shaken.force == pytest.approx(by_name.force, rel=1e-15)
+    lag = np.arctan2(452.0 * 6.28, 3.95e4)
+    assert by_name.foot == pytest.approx(0.01 * np.exp(-1j * lag), rel=1e-14)
+    assert load_system("ssul-set6").foot is None
+    back = by_name.with_(P=800.0)
+    assert back.parameters == load_system("ssul-set6").parameters
+
+
+def test_the_force_follows_what_it_depends_on():
+    vary = {"omega": {"values": OMEGAS}, "k1": {"values": [3e4, 4e4]}}
+    scan = scan_of(vary=vary, set={"P": BASE})
+    found = block_of(scan)
+    for i, omega in enumerate(OMEGAS):
+        for j, k1 in enumerate((3e4, 4e4)):
+            force = force_of(load_system("tmd", k1=k1), omega, 0.01)
+            assert found["P"][i, j, 0] == pytest.approx(force, rel=1e-15)
+            pushed = load_system("tmd", k1=k1, omega=omega, P=float(found["P"][i, j, 0]))
+            orbit = simulate(pushed, 4, transient=30)
+            assert np.array_equal(found["section"][i, j, 0], orbit.section)
+    assert scan.system.attributes["base_displacement"] == 0.01
+    assert load_scan(scan.document()).hash == scan.hash
+
+
+@pytest.mark.parametrize("system", ["tmd", load_system("tmd", **BASE)])
+def test_the_motion_of_the_ground_may_vary_itself(system):
+    values = [0.005, 0.01]
+    found = block_of(scan_of(system, {"base_displacement": {"values": values}}))
+    twice = found["foot_max"][:, 0]
+    assert twice[1] == pytest.approx(2 * twice[0], rel=1e-12)
+    assert found["transmissibility"][0, 0] == pytest.approx(found["transmissibility"][1, 0])
+    alone = block_of(scan_of("tmd", {"omega": {"values": [6.28]}}, set=BASE))
+    assert alone["foot_max"][0, 0] == found["foot_max"][1, 0]
+    force = block_of(scan_of(load_system("tmd", **BASE), {"P": {"values": [700.0, 800.0]}}))
+    assert "foot_max" not in force
+    assert force["x1_max"][1, 0] == pytest.approx(8 / 7 * force["x1_max"][0, 0])
+
+
+def test_a_tuning_of_a_shaken_structure_follows_omega():
+    tuning = load_tuning("tmd", {"set": {"base_acceleration": 1.0}})
+    assert tuning.system.foot is not None
+    assert "transmissibility" in objectives_of(tuning.system.scene)
+    cells = tuning.system.cells({"omega": np.array(OMEGAS)})
+    expected = [force_of(tuning.system, omega, 1.0 / omega**2) for omega in OMEGAS]
+    np.testing.assert_allclose(cells["P"], expected, rtol=1e-15)
+    over = {"over": {"base_displacement": {"values": [0.01, 0.02]}}}
+    assert load_tuning("tmd", over).system.scene.foot
+
+
+def test_an_oscillator_counts_from_the_ground():
+    words = {"Y": 0.1, "base_displacement": 0.1}
+    one, two = (load_system("impact-oscillator", **{k: v}) for k, v in words.items())
+    assert one.cells() == two.cells()
+    a = 0.1 * one.parameters["omega"] ** 2
+    by_acceleration = load_system("impact-oscillator", base_acceleration=a)
+    assert by_acceleration.force == pytest.approx(one.force, rel=1e-15)
+    assert by_acceleration.foot is None
+    ball = load_system("bouncing-ball")
+    same = ball.with_(base_displacement=ball.parameters["Y"])
+    assert same.cells() == ball.cells()
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"P": 800.0, **BASE}, "P beside base_displacement"),
+        ({**BASE, "base_acceleration": 1.0}, "base_displacement beside base_acceleration"),
+        ({"base_displacement": -0.01}, "base_displacement = -0.01 is not allowed"),
+        ({"base_acceleration": float("nan")}, "base_acceleration"),
+        ({"P": {}}, "must have one key"),
+        ({"P": {"base": 1.0}}, "'base'"),
+        ({"P": {**BASE, "base_acceleration": 1.0}}, "must have one key"),
+        ({"P": BASE, **BASE}, "give it once"),
+        ({"P": {"base_displacement": "far"}}, "base_displacement"),
+        ({**BASE, "k1": 0.0, "c1": 0.0}, "nothing joins the structure to the ground"),
+        ({"base_displacement": 1e308}, "not finite"),
+        ({"Y": 0.1}, "has no parameter 'Y'"),
+    ],
+)
+def test_a_ground_that_cannot_be_is_refused_in_one_line(given, message):
+    with pytest.raises(RequestError) as error:
+        load_system("tmd", **given)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_force_and_ground_do_not_vary_together():
+    vary = {"P": {"values": [1.0, 2.0]}, "base_displacement": {"values": [0.0, 1.0]}}
+    with pytest.raises(RequestError, match="P beside base_displacement"):
+        scan_of(vary=vary)

@@ -23,6 +23,7 @@ from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.provenance import attributes
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import RequestError, printable
+from nlds_vines.orbits.compilation import silent
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.folder import RunFolder
 from nlds_vines.runs.interrupts import Interrupted
@@ -166,7 +167,7 @@ def _measure(journal: SurveyRun, stop: interrupts.Stop, known: int, quiet: bool)
     """Measure what is not kept, task by task; the progress names the task that comes next."""
     tasks = journal.request.tasks
     left = [index for index in range(len(tasks)) if index not in journal.kept]
-    with Progress(len(tasks), "task", done=known, quiet=quiet) as progress:
+    with silent(quiet), Progress(len(tasks), "task", done=known, quiet=quiet) as progress:
         for index, following in zip_longest(left, left[1:]):
             stop.check()
             journal.measure(index)

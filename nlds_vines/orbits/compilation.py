@@ -32,12 +32,27 @@ LONGEST = 600.0
 """Seconds to wait for the other process, after which it must have lost its way."""
 
 
+_silent = False
+
+
+@contextmanager
+def silent(quiet: bool) -> Iterator[None]:
+    """Let nothing be told by `notice` within the block, where a command is to be `quiet`."""
+    global _silent
+    before, _silent = _silent, _silent or quiet
+    try:
+        yield
+    finally:
+        _silent = before
+
+
 def notice(quiet: bool = False) -> Tell | None:
     """Return what tells a user in Python that something is compiled; None when quiet.
 
     Beside others, the processes of a pool tell nothing.
     """
-    return None if quiet or multiprocessing.parent_process() is not None else Notice()
+    beside = multiprocessing.parent_process() is not None
+    return None if quiet or _silent or beside else Notice()
 
 
 class Compilation:

@@ -177,7 +177,7 @@ REQUESTS = {
         ["accuracy", "good.toml", "--markdown", "good.toml"],
         ["another file of this run"],
     ),
-    "an archive that is its picture": ([*E, "-o", "x.png"], ["another file of this run"]),
+    "an archive that is its picture": ([*E, "-o", "x.png"], ["'x.png'", "must end in .h5"]),
     "a port that is none": ([*B, "--scheduler", "tcp://here:99999"], ["tcp://here:99999"]),
 }
 

@@ -175,6 +175,10 @@ def test_in_python_it_is_said_too_unless_asked_not_to(monkeypatch, capsys):
     tell("", 7.0)
     assert capsys.readouterr() == ("", "compiling\ncompiling: 6 s\n")
     assert compilation.notice(quiet=True) is None
+    with compilation.silent(True), compilation.silent(False):
+        assert compilation.notice() is None
+    with compilation.silent(False):
+        assert compilation.notice() is not None
     monkeypatch.setattr(compilation.multiprocessing, "parent_process", lambda: object())
     assert compilation.notice() is None
 

@@ -517,7 +517,7 @@ def test_vectors_stay_small_and_repeat_to_the_byte(suffix, folder):
 
 
 def test_an_orbit_that_ends_early_is_status_1_and_no_picture(folder, capsys):
-    assert main(["good.toml", "--method", "rk4", "--set", "k2=1e9"]) == 1
+    assert main(["good.toml", "--method", "rk4", "--set", "k2=1e9", "--quiet"]) == 1
     out, err = capsys.readouterr()
     assert out == ""
     assert err.count("\n") == 1

@@ -19,6 +19,7 @@ COMMANDS = {
         "nlds_vines.continuation.command",
         "branches of periodic orbits, and what changes them",
     ),
+    "explore": ("nlds_vines.explore.command", "click a map and see its orbit, in a browser"),
     "reproduce": (
         "nlds_vines.reproduce.command",
         "the paper: figures and claims",

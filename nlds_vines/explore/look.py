@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import Any
 
-from bokeh.models import Model
+from bokeh.models import InlineStyleSheet, Model
 from bokeh.plotting import figure
 from jinja2 import Environment, Template
 
@@ -43,6 +43,7 @@ def plain_figure(name: str, height: int, **settings: Any) -> Any:
     } | settings
     made = figure(name=name, height=height, **options)
     made.toolbar.logo = None
+    made.stylesheets = [InlineStyleSheet(css=":host, :host * { outline: none !important; }")]
     made.min_border_top = made.min_border_bottom = 4
     for axis in made.axis:
         axis.axis_label_text_font = axis.major_label_text_font = FONT

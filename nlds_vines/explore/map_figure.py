@@ -35,10 +35,10 @@ def map_figures(axes: int, starts: int, labelled: bool, refining: bool) -> list[
     tools = "tap,pan,wheel_zoom,box_zoom,reset,save" + (",box_select" if refining else "")
     main = plain_figure(
         "map", HEIGHT if axes == 2 else DIAGRAM_HEIGHT, tools=tools, active_drag=drag,
-        toolbar_location="right", x_range=Range1d(0, 1), y_range=Range1d(0, 1),
+        toolbar_location="above", x_range=Range1d(0, 1), y_range=Range1d(0, 1),
     )  # fmt: skip
     main.image_rgba("image", "x", "y", "dw", "dh", source=image_source("picture"), level="image")
-    main.grid.level = "underlay"
+    main.grid.visible = axes == 1  # lines across cells would hide them
     _add_mark(main, axes)
     for event, code in _EVENTS.items():
         main.js_on_event(event, CustomJS(code=code))
@@ -70,7 +70,7 @@ def _strip(main: Any, starts: int) -> Any:
     """Return the strip of regimes along the axis of a diagram."""
     strip = plain_figure(
         "strip", 10 + STRIP * min(starts, 4), tools="tap", x_range=main.x_range,
-        y_range=Range1d(0, 1), min_border_right=42,
+        y_range=Range1d(0, 1),
     )  # fmt: skip
     strip.image_rgba("image", "x", "y", "dw", "dh", source=image_source("regimes"))
     strip.axis.visible = False

@@ -78,11 +78,12 @@ def _displacement(system: System, sources: Sources, walls: Arrays) -> Any:
     label = f"{first} [m]"
     if system.scene.damper:
         roled(made.line("t", "x2", source=sources["history"], line_width=1.3), "ink")
-        label = f"{first} (grey), x₂ [m]"
+        label = f"{first}, x₂ [m]"
     if system.scene.grounded:
         _add_walls(made, walls)
     made.yaxis.axis_label = label
-    made.xaxis.axis_label = "time t / T [forcing periods]" if not system.scene.walls else None
+    if "force" not in has(system):
+        made.xaxis.axis_label = "t / T [forcing periods]"
     return made
 
 
@@ -105,8 +106,8 @@ def _force(sources: Sources) -> Any:
     made = plain_figure("force", _TIME)
     roled(made.line("t", "harmonic", source=sources["history"], line_width=1.0), "blue")
     roled(made.line("t", "force", source=sources["history"], line_width=1.3), "ink")
-    made.yaxis.axis_label = "contact force [N]"
-    made.xaxis.axis_label = "time t / T [forcing periods]; P cos ωt in blue"
+    made.yaxis.axis_label = "force [N]"
+    made.xaxis.axis_label = "t / T [forcing periods]; force of the contact, and P cos ωt in blue"
     return made
 
 
@@ -140,8 +141,9 @@ def _multipliers(sources: Sources) -> Any:
     """Return the unit circle with the multipliers in it."""
     ends = (-1.25, 1.25)
     made = plain_figure(
-        "multipliers", _LOW, x_range=Range1d(*ends), y_range=Range1d(*ends), match_aspect=True
-    )
+        "multipliers", _LOW, x_range=Range1d(*ends), y_range=Range1d(*ends), width=_LOW + 30,
+        sizing_mode="fixed",
+    )  # fmt: skip
     angle = np.linspace(0, 2 * np.pi, 181)
     roled(made.line(np.cos(angle), np.sin(angle), line_width=1.2), "muted")
     dots = made.scatter("re", "im", source=sources["multipliers"], size=8, line_color=None)

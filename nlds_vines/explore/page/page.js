@@ -7,6 +7,7 @@ const NV = (() => {
   const listeners = {chosen: () => {}, shown: () => {}}
   const el = (id) => document.getElementById(id)
   const model = (name) => Bokeh.documents[0].get_model_by_name(name)
+  const put = (m, values) => m.setv(values, {sync: false}) // seen here alone: no server is told
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()
 
   // ---- axes: values, places (values, or numbers 0, 1, 2 ... where they are not evenly spaced)
@@ -68,7 +69,7 @@ const NV = (() => {
     const r = row(i, j, k), found = []
     for (const [name, words, unit] of EVIDENCE) {
       const column = at.lanes[name]
-      if (!column || Number.isNaN(column[r])) continue
+      if (!column || !Number.isFinite(column[r])) continue
       let text = digits(column[r], 4)
       if (name === "lyapunov" && at.lanes.lyapunov_width && at.lanes.lyapunov_width[r] > 0)
         text += ` ± ${digits(at.lanes.lyapunov_width[r], 2)}`
@@ -136,7 +137,7 @@ const NV = (() => {
   function putImage(source, pixels, width, height, box) {
     const old = source.data.image[0]
     const image = new old.constructor(pixels, [height, width])
-    source.data = {image: [image], x: [box[0]], y: [box[2]], dw: [box[1] - box[0]], dh: [box[3] - box[2]]}
+    put(source, {data: {image: [image], x: [box[0]], y: [box[2]], dw: [box[1] - box[0]], dh: [box[3] - box[2]]}})
   }
   function paintMap() {
     const [a, b] = at.meta.axes, found = pixelsOf(at.show)
@@ -204,6 +205,8 @@ const NV = (() => {
 
   // ---- legend
 
+  const MOST_NAMED = 14 // regimes in a legend: the most frequent
+
   function legend(s) {
     const list = el("legend"), show = at.show
     list.replaceChildren()
@@ -216,14 +219,20 @@ const NV = (() => {
       for (let r = every > 1 ? at.start : 0; r < column.length; r += every)
         count.set(column[r], (count.get(column[r]) || 0) + 1)
       const total = column.length / every
+      const frequent = [...count].sort((a, b) => b[1] - a[1]).slice(0, MOST_NAMED).map(([code]) => code)
       counted.classes.forEach(([word, c], code) => {
-        if (!count.has(code)) return
+        if (!frequent.includes(code)) return
         const item = document.createElement("li"), chip = document.createElement("span")
         chip.className = hatchOf(word) ? "chip hatched" : "chip"
         chip.style.backgroundColor = c
         item.append(chip, `${word}  ${(100 * count.get(code) / total).toFixed(count.get(code) / total < 0.0995 ? 1 : 0)} %`)
         list.append(item)
       })
+      if (count.size > frequent.length) {
+        const item = document.createElement("li")
+        item.textContent = `and ${count.size - frequent.length} more`
+        list.append(item)
+      }
     } else if (s) {
       const bar = document.createElement("span"), item = document.createElement("li")
       bar.className = "chip ramp"
@@ -242,9 +251,9 @@ const NV = (() => {
   function mark() {
     const [i, j] = at.cell, [a, b] = at.meta.axes
     const x = a.places[i], y = isMap() ? b.places[j] : NaN
-    model("mark").data = {x: [x], y: [y]}
-    model("cross x").location = x
-    if (isMap()) model("cross y").location = y
+    put(model("mark"), {data: {x: [x], y: [y]}})
+    put(model("cross x"), {location: x})
+    if (isMap()) put(model("cross y"), {location: y})
     const words = [placed(i, j), labelOf(i, j, at.start), shownValue(i, j)].filter((t) => t)
     el("readout").textContent = words.join("  ·  ")
   }
@@ -321,11 +330,11 @@ const NV = (() => {
     el("starts").hidden = meta.starts.length < 2
     const fig = model("map"), [a, b] = at.meta.axes
     for (const f of [fig, model("strip")].filter((f) => f)) span(f.x_range, a.low, a.high)
-    fig.below[0].axis_label = `${a.meaning}, ${named(a)}`
+    put(fig.below[0], {axis_label: `${a.meaning}, ${named(a)}`})
     ticks(fig.below[0], a)
     if (isMap()) {
       span(fig.y_range, b.low, b.high)
-      fig.left[0].axis_label = `${b.meaning}, ${named(b)}`
+      put(fig.left[0], {axis_label: `${b.meaning}, ${named(b)}`})
       ticks(fig.left[0], b)
     } else fitValues()
     const [ci, cj] = at.cell
@@ -344,19 +353,19 @@ const NV = (() => {
     mark()
     el("text").textContent = alternative()
   }
-  function span(range, low, high) { range.setv({start: low, end: high, reset_start: low, reset_end: high}) }
+  function span(range, low, high) { put(range, {start: low, end: high, reset_start: low, reset_end: high}) }
   function ticks(model, a) {
     if (a.even) return
     const every = Math.ceil(a.n / 8), chosen = a.places.filter((i) => i % every === 0)
-    model.major_label_overrides = new Map(a.places.map((i) => [i, digits(a.values[i], 4)]))
-    model.ticker = chosen
+    const labels = new Map(a.places.map((i) => [i, digits(a.values[i], 4)]))
+    put(model, {major_label_overrides: labels, ticker: new Bokeh.Models.get("FixedTicker")({ticks: chosen})})
   }
   function fitValues() { // the range of a diagram's values, of the cells that are seen
     const show = at.show, column = show.points ? at.points[show.column.slice(8)] : at.lanes[show.column]
     const s = scale(column, false), room = 0.04 * (s.high - s.low || Math.abs(s.high) || 1)
     const fig = model("map")
     span(fig.y_range, s.low - room, s.high + room)
-    fig.left[0].axis_label = show.unit === "1" ? show.title : `${show.title} [${show.unit}]`
+    put(fig.left[0], {axis_label: show.unit === "1" ? show.title : `${show.title} [${show.unit}]`})
   }
   function alternative() {
     const m = at.meta, sides = m.axes.map((a) =>
@@ -379,12 +388,12 @@ const NV = (() => {
   function paintTheme() {
     const c = Object.fromEntries([...ROLES, "card", "grid", "line"].map((n) => [n, colour(n)]))
     for (const fig of Bokeh.documents[0].roots().filter((r) => r.type === "Figure")) {
-      fig.setv({background_fill_color: c.card, border_fill_color: c.card, outline_line_color: c.line})
+      put(fig, {background_fill_color: c.card, border_fill_color: c.card, outline_line_color: c.line})
       for (const side of [...fig.left, ...fig.below, ...fig.right, ...fig.above].filter((m) => m.axis_line_color !== undefined))
-        side.setv({axis_line_color: c.line, major_tick_line_color: c.muted, minor_tick_line_color: null,
+        put(side, {axis_line_color: c.line, major_tick_line_color: c.muted, minor_tick_line_color: null,
           major_label_text_color: c.muted, axis_label_text_color: c.text})
       for (const m of fig.center) {
-        if (m.type === "Grid") m.setv({grid_line_color: c.grid})
+        if (m.type === "Grid") put(m, {grid_line_color: c.grid})
         role(m, c)
       }
       for (const r of fig.renderers) { role(r, c); if (r.glyph) role(r, c, r.glyph) }
@@ -394,10 +403,11 @@ const NV = (() => {
   function role(m, c, target = m) {
     const tag = (m.tags || []).find((t) => ROLES.includes(t))
     if (!tag) return
-    const value = c[tag]
-    if (target.line_color !== undefined) target.line_color = value
-    if (target.fill_color !== undefined && !m.tags.includes("hollow")) target.fill_color = value
-    if (target.text_color !== undefined) target.text_color = value
+    for (const name of ["line_color", "fill_color"]) {
+      const old = target[name]
+      if (old === undefined || old === null || old.value === null) continue
+      put(target, {[name]: typeof old === "string" ? c[tag] : {value: c[tag]}})
+    }
   }
   const darkness = matchMedia("(prefers-color-scheme: dark)")
   let wanted = null // light, dark, or null for what the system asks for
@@ -423,5 +433,5 @@ const NV = (() => {
         range.properties[name].change.connect(() => { if (at.meta && !isMap()) paintSoon() })
   }
   return {at, el, model, colour, digits, listeners, level, refresh, choose, tap, hover, leave,
-    evidence, labelOf, others, placed, row, theme, startPage, valueAt, isMap, nearest}
+    put, evidence, labelOf, others, placed, row, theme, startPage, valueAt, isMap, nearest}
 })()

@@ -6,6 +6,8 @@ As a command: `python -m nlds_vines.explore`, or `nlds-vines explore`.
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,7 +17,7 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.cli.option_values import add_system_options, system_changes
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.cli.running import DONE, Command, say
+from nlds_vines.cli.running import DONE, WRONG_REQUEST, Command, say
 from nlds_vines.errors import RequestError, shown, whole
 from nlds_vines.model.system import System
 
@@ -111,10 +113,16 @@ def _serve(found: Stored | None, scan: Scan | None, port: int, browser: bool) ->
     opened = Opened(found, scan)
     server = PageServer(lambda document: Session(document, opened), port)
     say(f"{opened.found.scan.title}", f"open {server.address}", "Ctrl-C ends it")
+    status, at_rest = WRONG_REQUEST, False
     try:
-        return server.serve(browser, opened.begin)
+        status = server.serve(browser, opened.begin)
     finally:
-        opened.close()
+        at_rest = opened.close()
+    if not at_rest:  # it compiles: nobody waits for that
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+    return status
 
 
 def _declare(parser: Parser) -> None:

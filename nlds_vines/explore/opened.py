@@ -17,6 +17,9 @@ from nlds_vines.orbits.simulation import IntegrationError
 LOADING, COMPILING, READY = "loading the kernels", "compiling the kernels, once", "ready"
 """What the kernels are doing, for the page."""
 
+LAST_SECONDS = 3.0
+"""Seconds that a block under way has to end when everything ends."""
+
 
 class Opened:
     """A map that pages show: an archive's, or one that is computed now.
@@ -41,11 +44,16 @@ class Opened:
         """Load the kernels, or compile them, and then compute what is to be computed."""
         self._warming.start()
 
-    def close(self) -> None:
-        """End the computation after the block that is under way."""
-        if self.job is not None:
-            self.job.cancel()
-            self.job.wait(5.0)
+    def close(self) -> bool:
+        """End the computation after the block that is under way; return whether all is at rest.
+
+        Compiling cannot be ended: what is compiled by then is in the cache.
+        """
+        jobs = [self.job] if self.job is not None else []
+        for job in jobs:
+            job.cancel()
+            job.wait(LAST_SECONDS)
+        return not (self._warming.is_alive() or any(job.running for job in jobs))
 
     def _warm(self) -> None:
         """Follow one orbit, so that the next one is there at once."""

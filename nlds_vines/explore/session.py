@@ -1,16 +1,16 @@
 """One browser's page: what it shows, and what happens when something on it is used.
 
 The page's script sends one message a time through the source `asked`, and is told through `told`.
-Orbits are computed in a thread of the page; of several that are asked for meanwhile only the last
+Orbits are computed aside, one at a time; of several that are asked for meanwhile only the last
 one is.  When the page is closed, everything that it began ends.
 """
 
 from __future__ import annotations
 
 import json
+import threading
 import time
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -63,9 +63,9 @@ class Session:
         self._job: Job | None = None
         self._orbit: LiveOrbit | None = None
         self._wanted: Wanted | None = None
+        self._listens = False  # whether the page's script is there
         self._busy = self._closed = False
         self._drawn_at = 0.0
-        self._pool = ThreadPoolExecutor(1, thread_name_prefix="orbit")
         self._make()
         opened.listeners.append(self._more)
         document.on_session_destroyed(lambda _: self.close())
@@ -136,6 +136,7 @@ class Session:
         return self._found.scan
 
     def _ready(self, message: Mapping[str, Any]) -> None:
+        self._listens = True
         self._show_level()
         self._say_state()
         self._follow(message)
@@ -198,10 +199,10 @@ class Session:
     def _begin(self) -> None:
         wanted, self._wanted, self._busy = self._wanted, None, True
         assert wanted is not None
-        self._pool.submit(self._compute, wanted, Sampling.of(self._scan))
+        _aside(self._compute, wanted, Sampling.of(self._scan))
 
     def _compute(self, wanted: Wanted, sampling: Sampling) -> None:
-        """Follow an orbit, in the page's thread for orbits."""
+        """Follow an orbit, in a thread of its own."""
         orbit, trouble = None, ""
         try:
             orbit = live_orbit(wanted.system, wanted.start.state, sampling)
@@ -284,6 +285,8 @@ class Session:
 
     def _more(self) -> None:
         """Show what has been computed meanwhile; called in the threads of the work."""
+        if not self._listens:
+            return
         found, now = self._found, time.monotonic()
         jobs = [job for job in (self._job, self._opened.job) if job is not None]
         job = next((job for job in jobs if job.found is found), None)
@@ -355,12 +358,12 @@ class Session:
         elif what == "portrait":
             self._send(recipes.PORTRAIT, recipes.portrait_recipe(self._orbit.request))
         elif what == "picture":
-            self._pool.submit(self._draw, self._orbit)
+            _aside(self._draw, self._orbit)
         else:
             raise RequestError(f"the page asks to save {shown(what)}")
 
     def _draw(self, orbit: LiveOrbit) -> None:
-        """Draw the portrait of an orbit, in the page's thread for orbits, and send it."""
+        """Draw the portrait of an orbit, in a thread of its own, and send it."""
         try:
             text = recipes.picture(orbit.request, orbit.view)
         except (RequestError, OSError, MemoryError) as error:
@@ -379,7 +382,6 @@ class Session:
             self._opened.listeners.remove(self._more)
         if self._job is not None:
             self._job.cancel()
-        self._pool.shutdown(wait=False, cancel_futures=True)
 
 
 _ACTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], None]] = {
@@ -397,6 +399,11 @@ _ACTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], None]] = {
     "save": Session._save,
 }
 """What a page may ask for."""
+
+
+def _aside(call: Callable[..., object], *arguments: Any) -> None:
+    """Call something in a thread of its own, which does not keep the process alive."""
+    threading.Thread(target=call, args=arguments, daemon=True).start()
 
 
 def _in_words(wanted: Wanted, orbit: LiveOrbit) -> dict[str, Any]:

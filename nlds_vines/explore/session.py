@@ -115,7 +115,7 @@ class Session:
                 if do is None:
                     raise RequestError(f"the page asks for {shown(message.get('do'))}")
                 do(self, message)
-            except (RequestError, KeyError, TypeError, IndexError) as error:
+            except (ValueError, KeyError, TypeError, IndexError) as error:
                 self._tell(trouble=str(error))
 
     def _tell(self, **message: Any) -> None:

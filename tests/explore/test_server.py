@@ -1,0 +1,148 @@
+"""The local server: token, host and origin; a busy port; how it ends."""
+
+import http.client
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import nlds_vines
+from nlds_vines.__main__ import main
+
+pytest.importorskip("bokeh", reason="Bokeh is not installed")
+
+ROOT = Path(nlds_vines.__path__[0]).parent
+
+
+class Running:
+    """The command in a process of its own."""
+
+    def __init__(self, *arguments):
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "nlds_vines", "explore", *map(str, arguments), "--no-browser", "--port", "0"],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )  # fmt: skip
+        line = next(line for line in self.process.stdout if line.startswith("open "))
+        self.address = line.split()[1]
+        _, _, self.host, self.token, _ = self.address.split("/")
+        self.port = int(self.host.rpartition(":")[2])
+
+    def get(self, path, **headers):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
+        headers.setdefault("Host", self.host)
+        connection.putrequest("GET", path, skip_host=True)
+        for name, value in headers.items():
+            connection.putheader(name.replace("_", "-"), value)
+        connection.endheaders()
+        answer = connection.getresponse()
+        return answer.status, answer.read().decode()
+
+    def end(self, number=signal.SIGINT):
+        self.process.send_signal(number)
+        return self.process.wait(60)
+
+
+@pytest.fixture(scope="module")
+def server(small_map):
+    running = Running(small_map)
+    yield running
+    running.process.kill()
+    running.process.wait()
+
+
+def test_the_page_is_there_with_its_token(server):
+    status, text = server.get(f"/{server.token}/")
+    assert status == 200
+    assert "a small map" in text
+    assert server.address.startswith("http://127.0.0.1:")
+    assert len(server.token) >= 32
+
+
+@pytest.mark.parametrize("path", ["/", "/x/", "/static/js/bokeh.min.js", "/ws", "/{token}x/", "/favicon.ico"])
+def test_without_the_token_everything_is_refused(server, path):
+    status, text = server.get(path.replace("{token}", server.token))
+    assert status == 403
+    assert "refused" in text
+
+
+@pytest.mark.parametrize("host", ["evil.example", "localhost:{port}", "127.0.0.1"])
+def test_under_another_name_everything_is_refused(server, host):
+    assert server.get(f"/{server.token}/", Host=host.replace("{port}", str(server.port)))[0] == 403
+
+
+SOCKET = {
+    "Upgrade": "websocket", "Connection": "Upgrade", "Sec_WebSocket_Version": "13",
+    "Sec_WebSocket_Key": "dGhlIHNhbXBsZSBub25jZQ==",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "null", "http://127.0.0.1:1", "https://{host}"])
+@pytest.mark.parametrize("path", ["", "ws"])
+def test_from_another_origin_everything_is_refused(server, origin, path):
+    headers = SOCKET if path else {}
+    status, _ = server.get(f"/{server.token}/{path}", Origin=origin.replace("{host}", server.host), **headers)
+    assert status == 403
+
+
+def test_the_socket_opens_for_the_page_itself(server):
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=30)
+    headers = {name.replace("_", "-"): value for name, value in SOCKET.items()}
+    connection.request("GET", f"/{server.token}/ws", headers={**headers, "Origin": f"http://{server.host}"})
+    assert connection.getresponse().status == 101
+
+
+def test_no_file_is_served(server):
+    for path in ("static/../../../../etc/passwd", "static/%2e%2e/%2e%2e/server.py", "map.h5"):
+        assert server.get(f"/{server.token}/{path}")[0] in (403, 404)
+
+
+def test_it_listens_on_this_machine_alone(server):
+    with socket.socket() as other, pytest.raises(OSError):
+        other.settimeout(2)
+        other.connect((socket.gethostbyname(socket.gethostname()), server.port))
+        if other.getpeername()[0].startswith("127.0.0.1"):
+            raise OSError("the name of this machine is its own address")
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_it(number, status, small_map):
+    running = Running(small_map)
+    assert running.get(f"/{running.token}/")[0] == 200
+    assert running.end(number) == status
+    assert "Traceback" not in running.process.stderr.read()
+
+
+def test_a_busy_port_is_one_line(server, small_map, capsys):
+    assert main(["explore", str(small_map), "--no-browser", "--port", str(server.port)]) == 2
+    found = capsys.readouterr().err
+    assert found.count("\n") == 1
+    assert f"--port {server.port}" in found
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["no.h5"], "no.h5"),
+        (["no.toml"], "no.toml"),
+        (["--system", "nothing"], "nothing"),
+        (["--port", "70000"], "--port"),
+        (["map.h5", "--set", "P=3"], "--set"),
+    ],
+)
+def test_a_wrong_request_is_one_line(arguments, words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["explore", *arguments]) == 2
+    found = capsys.readouterr().err
+    assert found.count("\n") == 1
+    assert words in found
+
+
+@pytest.mark.parametrize("name", ["ssul-set6", "vi-nes", "none", "bouncing-ball", "ssbl"])
+def test_every_system_has_a_diagram_to_explore(name, capsys):
+    assert main(["explore", "--system", name, "--dry-run"]) == 0
+    assert "401 cells" in capsys.readouterr().out

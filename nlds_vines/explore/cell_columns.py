@@ -44,8 +44,8 @@ def columns(found: Stored) -> dict[str, np.ndarray]:
         largest = found.lanes("multipliers")[:, :, 0]
         columns["multiplier"] = np.hypot(largest[..., 0], largest[..., 1]).ravel().astype("f4")
     for name, values in columns_of_shows(found).items():
-        codes = name in ("most", "coexisting")
-        columns[name] = values.astype(np.uint16 if codes else np.float32)
+        coded = name in ("most", "coexisting")
+        columns[name] = values.astype(np.uint16 if coded else np.float32)
     return columns
 
 

@@ -136,13 +136,11 @@ def _verdict(
 def panels(view: View, regime: Regime | None) -> dict[str, Arrays]:
     """Return the arrays of every figure by name, all of one length within a figure.
 
-    `history` (t in forcing periods, x1, x2, u, force, harmonic), `walls` (ends of lines at u),
-    `phase1`, `phase2` (displacement, velocity), `section`, `spectrum`, `multipliers`; without a
-    damper those of the damper are empty.
+    `history` (t in forcing periods, x1, x2, u, force, harmonic), `phase1`, `phase2` (displacement,
+    velocity), `section`, `spectrum`, `multipliers`; without a damper its own are empty.
     """
     return {
         "history": _history(view),
-        "walls": _walls(view),
         **_phases(view),
         "section": _section(view),
         "spectrum": _spectrum(view),
@@ -171,16 +169,6 @@ def _kept(count: int, always: np.ndarray) -> np.ndarray:
     touching[1:] |= always[:-1]
     touching[:-1] |= always[1:]
     return kept | touching
-
-
-def _walls(view: View) -> Arrays:
-    """Return where what the damper strikes stands: x2 - x1 [m], and its name."""
-    system = view.column.system
-    places = system.scene.obstacle(system.parameters)
-    return {
-        "u": np.array([float(u) for u in places.values()]),
-        "name": np.array(list(places), dtype=object),
-    }
 
 
 def _phases(view: View) -> dict[str, Arrays]:

@@ -5,13 +5,13 @@ Each reads one of the arrays of `live_orbit.panels`, held in a source of the sam
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 from bokeh.models import ColumnDataSource, CustomJS, DataRange1d, Range1d, Span
 
-from nlds_vines.explore.live_orbit import Arrays, has
+from nlds_vines.explore.live_orbit import has
 from nlds_vines.explore.look import plain_figure, roled
 from nlds_vines.model.system import System
 
@@ -46,12 +46,12 @@ def orbit_sources(system: System) -> dict[str, ColumnDataSource]:
     }
 
 
-def orbit_figures(system: System, sources: Sources, walls: Arrays) -> list[Any]:
+def orbit_figures(system: System, sources: Sources) -> list[Any]:
     """Return the figures that a system can fill, in the order of `WIDE`.
 
-    Arguments: the system; the `sources` of `orbit_sources`; its `walls`, as `live_orbit` has them.
+    Arguments: the system; the `sources` of `orbit_sources`.
     """
-    known = has(system)
+    known, walls = has(system), system.scene.obstacle(system.parameters).values()
     figures = [_displacement(system, sources, walls)]
     if "relative" in known:
         figures.append(_relative(sources, walls))
@@ -70,7 +70,7 @@ def symbols(system: System) -> tuple[str, str]:
     return ("x₁", "ẋ₁") if "x1" in system.scene.components else ("x", "ẋ")
 
 
-def _displacement(system: System, sources: Sources, walls: Arrays) -> Any:
+def _displacement(system: System, sources: Sources, walls: Iterable[float]) -> Any:
     made = plain_figure("displacement", _TIME, x_range=DataRange1d(range_padding=0))
     first = symbols(system)[0]
     line = made.line("t", "x1", source=sources["history"], line_width=1.3)
@@ -87,7 +87,7 @@ def _displacement(system: System, sources: Sources, walls: Arrays) -> Any:
     return made
 
 
-def _relative(sources: Sources, walls: Arrays) -> Any:
+def _relative(sources: Sources, walls: Iterable[float]) -> Any:
     made = plain_figure("relative", _TIME)
     roled(made.line("t", "u", source=sources["history"], line_width=1.3), "ink")
     _add_walls(made, walls)
@@ -95,9 +95,9 @@ def _relative(sources: Sources, walls: Arrays) -> Any:
     return made
 
 
-def _add_walls(made: Any, walls: Arrays) -> None:
+def _add_walls(made: Any, walls: Iterable[float]) -> None:
     """Add a line for each thing that is struck; its place follows the parameters."""
-    for i, u in enumerate(walls["u"]):
+    for i, u in enumerate(walls):
         line = Span(location=float(u), dimension="width", line_width=1.5, name=f"wall {i}")
         made.add_layout(roled(line, "wall"))
 

@@ -28,9 +28,7 @@ FEWEST = 3
 Range = tuple[float, float]
 
 
-def finer(
-    scan: Scan, ranges: tuple[Range, ...], settings: dict[str, float] | None = None
-) -> Scan:
+def finer(scan: Scan, ranges: tuple[Range, ...], settings: dict[str, float] | None = None) -> Scan:
     """Return a scan of a part of a map with as many cells as the whole map has.
 
     Arguments: the scan; `ranges` of its axes, (low, high) each [SI units]; `settings`, parameters

@@ -73,7 +73,10 @@ class Gate(BokehTornado):
     def allows(self, request: HTTPServerRequest) -> bool:
         """Return whether a request names host, token and, if any, origin as it must."""
         first = request.path.removeprefix("/").partition("/")[0]
-        origins = [*request.headers.get_list("Origin"), *request.headers.get_list("Sec-Websocket-Origin")]
+        origins = [
+            *request.headers.get_list("Origin"),
+            *request.headers.get_list("Sec-Websocket-Origin"),
+        ]
         return (
             hmac.compare_digest(first.encode(), self._first.encode())
             and request.headers.get_list("Host") == [self._host]

@@ -77,11 +77,11 @@ class Session:
         document, found = self._document, self._opened.found
         system = found.scan.system
         self._sources = orbit_sources(system)
-        walls = {"u": [float(u) for u in self._places(system).values()]}
-        figures = orbit_figures(system, self._sources, walls)
-        self._walls = [
-            wall for made in figures for wall in made.select({"name": "wall 0"})
-        ], [wall for made in figures for wall in made.select({"name": "wall 1"})]
+        figures = orbit_figures(system, self._sources)
+        self._walls = (
+            [wall for made in figures for wall in made.select({"name": "wall 0"})],
+            [wall for made in figures for wall in made.select({"name": "wall 1"})],
+        )
         self._data = {name: ColumnDataSource(name=name) for name in _DATA}
         for name in ("asked", "told"):
             self._data[name].data = {"message": []}
@@ -99,10 +99,6 @@ class Session:
         document.js_on_event(
             "document_ready", CustomJS(args={"sliders": sliders_of(found.scan)}, code=code)
         )
-
-    @staticmethod
-    def _places(system: System) -> Mapping[str, float]:
-        return system.scene.obstacle(system.parameters)
 
     # ---- messages
 
@@ -221,7 +217,7 @@ class Session:
         self._orbit = orbit
         for name in SOURCES:
             self._sources[name].data = orbit.panels[name]
-        for lines, place in zip(self._walls, self._places(wanted.system).values(), strict=False):
+        for lines, place in zip(self._walls, _places(wanted.system).values(), strict=False):
             for line in lines:
                 line.location = float(place)
         self._tell(trouble=orbit.trouble, orbit=_in_words(wanted, orbit))
@@ -399,6 +395,11 @@ _ACTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], None]] = {
     "save": Session._save,
 }
 """What a page may ask for."""
+
+
+def _places(system: System) -> Mapping[str, float]:
+    """Return where what is struck stands, by name."""
+    return system.scene.obstacle(system.parameters)
 
 
 def _aside(call: Callable[..., object], *arguments: Any) -> None:

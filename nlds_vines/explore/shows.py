@@ -95,7 +95,7 @@ def shows_of(found: Stored) -> list[Show]:
         )  # fmt: skip
         if several:
             shows += [*_of_several(found)]
-    return shows + [*_numbers(found)]
+    return [*shows, *_numbers(found)]
 
 
 def _sections(found: Stored) -> list[Show]:

@@ -38,7 +38,10 @@ def test_a_history_holds_all_of_every_contact(orbit):
     assert t[0] > 60
     assert t[-1] <= 60 + SHOW
     gaps = np.diff(np.flatnonzero(history["force"] > 0))
-    assert len(view.contacts[view.contacts["touch"] < (60 + SHOW) * view.column.system.period]) == (gaps > 1).sum() + 1
+    assert (
+        len(view.contacts[view.contacts["touch"] < (60 + SHOW) * view.column.system.period])
+        == (gaps > 1).sum() + 1
+    )
 
 
 def test_the_multipliers_are_in_the_unit_circle(orbit):
@@ -105,7 +108,10 @@ def test_a_system_of_no_catalogue_is_drawn_from_its_recipe():
 SCAN = load_scan(
     {
         "system": "ssul-set6",
-        "vary": {"omega": {"start": 7.0, "stop": 7.5, "num": 11}, "P": {"start": 700, "stop": 800, "num": 5}},
+        "vary": {
+            "omega": {"start": 7.0, "stop": 7.5, "num": 11},
+            "P": {"start": 700.0, "stop": 800.0, "num": 5},
+        },
         "sampling": {"transient": 40, "periods": 20, "effort": "quick"},
         "record": {"want": ["energy", "regime"]},
     }
@@ -121,9 +127,12 @@ def test_a_part_of_a_map_has_as_many_cells_as_the_map():
 
 
 def test_a_part_of_a_huge_map_stays_small():
-    vary = {"omega": {"start": 5.0, "stop": 8.0, "num": 2000}, "P": {"start": 1.0, "stop": 9.0, "num": 1000}}
+    vary = {
+        "omega": {"start": 5.0, "stop": 8.0, "num": 2000},
+        "P": {"start": 1.0, "stop": 9.0, "num": 1000},
+    }
     part = finer(load_scan({**SCAN.document(), "vary": vary}), ((6.0, 7.0), (2.0, 3.0)))
-    assert FEWEST < min(part.shape)
+    assert min(part.shape) > FEWEST
     assert part.lanes <= 1.01 * MOST_ORBITS
 
 

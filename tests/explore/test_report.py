@@ -19,8 +19,8 @@ from nlds_vines.explore.stored import Stored, stored
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
-from nlds_vines.explore.report.packing import coded, packed, rounded  # noqa: E402
-from nlds_vines.explore.report.report_page import MOST_BYTES, report_page  # noqa: E402
+from nlds_vines.explore.report.packing import coded, packed, rounded
+from nlds_vines.explore.report.report_page import MOST_BYTES, report_page
 
 
 def unpacked(html):
@@ -58,9 +58,15 @@ def test_states_keep_sixteen_bits_of_their_range():
 
 
 def test_a_packed_column_is_unpacked():
-    given = {"a": np.arange(5, dtype="u2"), "b": np.array([1.5, np.nan], "f4"), "c": np.array([-1], "i1")}
+    given = {
+        "a": np.arange(5, dtype="u2"),
+        "b": np.array([1.5, np.nan], "f4"),
+        "c": np.array([-1], "i1"),
+    }
     box = packed(given)
-    _, found = unpacked(f'id="meta">{json.dumps({"entries": box.entries})}</script> id="packed">{box.text}</script>')
+    _, found = unpacked(
+        f'id="meta">{json.dumps({"entries": box.entries})}</script> id="packed">{box.text}</script>'
+    )
     for name, values in given.items():
         np.testing.assert_array_equal(found[name], values)
 
@@ -178,9 +184,14 @@ def branches(folder):
 
 
 @pytest.mark.parametrize("name", ["diagram", "map"])
-def test_branches_and_special_points_are_on_the_page(name, branches, folder, small_map, small_diagram, capsys):
+def test_branches_and_special_points_are_on_the_page(
+    name, branches, folder, small_map, small_diagram, capsys
+):
     output = folder / f"{name}-branches.html"
-    assert main(["report", str(folder / f"{name}.h5"), "--branches", str(branches), "-o", str(output)]) == 0
+    assert (
+        main(["report", str(folder / f"{name}.h5"), "--branches", str(branches), "-o", str(output)])
+        == 0
+    )
     html = output.read_text(encoding="utf-8")
     special = nv.continued(branches).special
     assert len(special)
@@ -190,9 +201,14 @@ def test_branches_and_special_points_are_on_the_page(name, branches, folder, sma
 
 
 def test_branches_of_another_parameter_are_refused(branches, folder, capsys):
-    vary = {"P": {"start": 700.0, "stop": 900.0, "num": 3}, "C": {"start": 0.06, "stop": 0.07, "num": 2}}
+    vary = {
+        "P": {"start": 700.0, "stop": 900.0, "num": 3},
+        "C": {"start": 0.06, "stop": 0.07, "num": 2},
+    }
     path = nv.bifurcation({**MAP, "vary": vary}, folder / "PC.h5")
-    assert main(["report", str(path), "--branches", str(branches), "-o", str(folder / "x.html")]) == 2
+    assert (
+        main(["report", str(path), "--branches", str(branches), "-o", str(folder / "x.html")]) == 2
+    )
     assert "continues along omega" in capsys.readouterr().err
 
 

@@ -80,7 +80,8 @@ def test_a_cell_that_is_not_there_is_refused(page, cell):
 
 
 @pytest.mark.parametrize(
-    "message", [{"do": "nothing"}, {"do": "cell"}, {"do": "finer", "ranges": []}, {"do": "save", "what": "x"}]
+    "message",
+    [{"do": "nothing"}, {"do": "cell"}, {"do": "finer", "ranges": []}, {"do": "save", "what": "x"}],
 )
 def test_a_message_that_means_nothing_changes_nothing(page, message):
     page.ask(message.pop("do"), **message)
@@ -102,7 +103,10 @@ def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(page):
     assert page.told["sliders"]["m1"] > 0
     page.ask("original")
     page.settle()
-    assert page.session._orbit.view.column.system.parameters["P"] == page.session._found.values_of((2, 2))["P"]
+    assert (
+        page.session._orbit.view.column.system.parameters["P"]
+        == page.session._found.values_of((2, 2))["P"]
+    )
 
 
 def test_a_click_in_a_phase_plane_begins_an_orbit_there(page):
@@ -165,7 +169,9 @@ def test_a_scan_is_computed_while_it_is_seen(small_diagram):
     opened = Opened(None, scan)
     page = Page(opened)
     opened.begin()
-    page.settle(lambda p: opened.job.share == 1.0 and opened.kernels == READY and not opened.job.running)
+    page.settle(
+        lambda p: opened.job.share == 1.0 and opened.kernels == READY and not opened.job.running
+    )
     page.settle()
     assert set(page.told["cells"]["labels"]) == {
         "not computed", *stored(small_diagram).arrays["label"].ravel()

@@ -23,7 +23,10 @@ def test_the_arrays_are_those_of_the_archive(small_map):
             np.testing.assert_array_equal(found.arrays[name], expected)
     assert found.shape == (6, 4)
     assert found.starts == ("random 0", "random 1")
-    assert found.values_of((1, 2)) == {"omega": found.scan.axes[0].values[1], "P": found.scan.axes[1].values[2]}
+    assert found.values_of((1, 2)) == {
+        "omega": found.scan.axes[0].values[1],
+        "P": found.scan.axes[1].values[2],
+    }
 
 
 def test_the_columns_stand_start_by_start_and_cell_by_cell(small_map):

@@ -70,7 +70,11 @@ def report_page(
         if report.size <= MOST_BYTES:
             return report
     for count in range(len(optional) - 1, -1, -1):
-        kept = {name: everything[name] for name in everything if name in (*_KEPT, *optional[:count], *extra)}
+        kept = {
+            name: everything[name]
+            for name in everything
+            if name in (*_KEPT, *optional[:count], *extra)
+        }
         report = _page(found, branches, claims, kept, 0)
         if report.size <= MOST_BYTES:
             break

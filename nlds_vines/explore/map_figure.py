@@ -14,6 +14,7 @@ HEIGHT, DIAGRAM_HEIGHT, STRIP = 520, 430, 14
 
 _EVENTS = {
     "tap": "NV.tap(cb_obj.x, cb_obj.y)",
+    "doubletap": "NV.tap(cb_obj.x, cb_obj.y)",  # two quick clicks, often in two cells
     "mousemove": "NV.hover(cb_obj.x, cb_obj.y)",
     "mouseleave": "NV.leave()",
 }

@@ -30,7 +30,7 @@ Sources = Mapping[str, ColumnDataSource]
 
 
 def orbit_sources(system: System) -> dict[str, ColumnDataSource]:
-    """Return the sources of all figures, empty."""
+    """Return the sources of all figures by name, empty; the models are called `history data` ..."""
     history = ["t", "x1", "v1", "force", "harmonic"]
     section = ["x1", "v1"]
     if system.scene.damper:
@@ -41,7 +41,7 @@ def orbit_sources(system: System) -> dict[str, ColumnDataSource]:
         "spectrum": ["order", "amplitude"], "multipliers": ["re", "im"],
     }  # fmt: skip
     return {
-        source: ColumnDataSource({name: np.empty(0) for name in columns}, name=source)
+        source: ColumnDataSource({name: np.empty(0) for name in columns}, name=f"{source} data")
         for source, columns in names.items()
     }
 

@@ -1,36 +1,31 @@
 """A headless browser for tests, where one is installed."""
 
-import shutil
 from contextlib import contextmanager
 
 import pytest
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
+from benchmarks.explore import BROWSERS, browser_path, new_page, opened_browser
 
 
 @contextmanager
-def browser_page(**settings):
-    """Open a page in Chromium; skip the test, with the reason, where there is none."""
-    sync_api = pytest.importorskip(
+def browser_or_skip():
+    """Open Chromium; skip the test, with the reason, where there is none."""
+    pytest.importorskip(
         "playwright.sync_api", reason="playwright is not installed: no test in a browser"
     )
-    path = next(filter(None, map(shutil.which, NAMES)), None)
-    if path is None:
-        pytest.skip(f"no browser is installed ({', '.join(NAMES)}): no test in a browser")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        try:
-            context = browser.new_context(
-                viewport={"width": 1500, "height": 1100}, accept_downloads=True, **settings
-            )
-            page = context.new_page()
-            page.set_default_timeout(60_000)
-            page.faults = []
-            page.on("pageerror", lambda error: page.faults.append(str(error)))
-            page.on(
-                "console",
-                lambda told: page.faults.append(told.text) if told.type == "error" else None,
-            )
-            yield page
-        finally:
-            browser.close()
+    if browser_path() is None:
+        pytest.skip(f"no browser is installed ({', '.join(BROWSERS)}): no test in a browser")
+    with opened_browser() as browser:
+        yield browser
+
+
+def watched_page(browser, **settings):
+    """Return a page that notes its errors as `faults`."""
+    page = new_page(browser, **settings)
+    page.faults = []
+    page.on("pageerror", lambda error: page.faults.append(str(error)))
+    page.on(
+        "console",
+        lambda told: page.faults.append(told.text) if told.type == "error" else None,
+    )
+    return page

@@ -1,9 +1,9 @@
 """The pages in a real browser: click, keys, sliders, a rectangle, files; and without a network."""
 
 import pytest
-from browsers import browser_page
-from test_server import Running
+from browsers import browser_or_skip, watched_page
 
+from benchmarks.explore import Served, drawn
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.explore.stored import stored
@@ -13,24 +13,26 @@ pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
 
 @pytest.fixture(scope="module")
-def server(small_map):
-    running = Running(small_map)
-    yield running
-    _, errors = running.end()
-    assert errors == ""
+def browser():
+    with browser_or_skip() as browser:
+        yield browser
 
 
 @pytest.fixture(scope="module")
-def page(server):
-    with browser_page() as page:
-        page.goto(server.address)
-        drawn(page)
-        yield page
-        assert page.faults == []
+def server(small_map):
+    served = Served(str(small_map))
+    yield served
+    assert served.end() == (130, "")
 
 
-def drawn(page):
-    page.wait_for_function("window.drawn !== undefined")
+@pytest.fixture(scope="module")
+def page(browser, server):
+    page = watched_page(browser, accept_downloads=True)
+    page.goto(server.address)
+    drawn(page)
+    yield page
+    assert page.faults == []
+    page.context.close()
 
 
 def acted(page, act):
@@ -60,7 +62,7 @@ def test_three_cells_are_clicked(page, small_map):
         acted(page, lambda cell=cell: page.mouse.click(*place_of(page, cell)))
         assert page.text_content("#label") == labels[(*cell, 0)]
         assert page.text_content("#trouble") == ""
-    assert page.evaluate("NV.model('history').data.t.length") > 100
+    assert page.evaluate("NV.model('history data').data.t.length") > 100
     assert "P = " in page.text_content("#readout")
 
 
@@ -99,13 +101,13 @@ def test_every_show_is_painted(page, show):
 
 def test_a_slider_moves_the_orbit(page):
     acted(page, lambda: page.mouse.click(*place_of(page, (0, 0))))
-    before = page.evaluate("NV.model('history').data.x1[100]")
+    before = page.evaluate("NV.model('history data').data.x1[100]")
     page.evaluate("document.getElementById('slider-C').scrollIntoView()")
-    acted(page, lambda: page.fill("#slider-C", "700"))
-    assert page.evaluate("NV.model('history').data.x1[100]") != before
+    acted(page, lambda: page.fill("#slider-C", "600"))
+    assert page.evaluate("NV.model('history data').data.x1[100]") != before
     assert page.locator(".slider.changed").count() == 1
     acted(page, lambda: page.click("#original"))
-    assert page.evaluate("NV.model('history').data.x1[100]") == before
+    assert page.evaluate("NV.model('history data').data.x1[100]") == before
 
 
 def test_a_click_in_a_phase_plane_begins_there(page):
@@ -176,17 +178,15 @@ def test_a_second_page_of_the_same_archive_is_its_own(page, server):
     other.close()
 
 
-def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(small_map):
-    running = Running(small_map)
-    with browser_page() as page:
-        page.goto(running.address)
+def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, small_map):
+    served = Served(str(small_map))
+    for _ in range(2):  # the server goes on, and shows the page again
+        page = watched_page(browser)
+        page.goto(served.address)
         drawn(page)
         page.evaluate("EXPLORE.ask('finer', {ranges: [[7.3, 7.7], [700, 900]]})")
-    with browser_page() as page:  # the server goes on
-        page.goto(running.address)
-        drawn(page)
-    status, errors = running.end()
-    assert (status, errors) == (130, "")
+        page.context.close()
+    assert served.end() == (130, "")
 
 
 @pytest.fixture(scope="module", params=["map", "diagram"])
@@ -196,25 +196,25 @@ def report(request, small_map, small_diagram, folder):
     return request.param, output
 
 
-def test_the_report_opens_without_a_network(report, small_map, small_diagram):
+def test_the_report_opens_without_a_network(browser, report, small_map, small_diagram):
     name, path = report
     found = stored({"map": small_map, "diagram": small_diagram}[name])
-    with browser_page(offline=True) as page:
-        asked = []
-        page.on("request", lambda request: asked.append(request.url))
-        page.goto(path.as_uri())
-        page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
-        page.evaluate("NV.choose(3, 0, 0)")
-        cell = (3, 0, 0)[: len(found.scan.axes)]
-        assert page.text_content("#label") == found.arrays["label"][(*cell, 0)]
-        section = page.evaluate("NV.model('section').data.x2")
-        assert section == pytest.approx(found.arrays["section"][(*cell, 0)][:, 2], abs=1e-4)
-        page.keyboard.press("ArrowRight")
-        cell = (4, 0)[: len(found.scan.axes)]
-        assert page.text_content("#label") == found.arrays["label"][(*cell, 0)]
-        assert "from 7.3 to 7.7" in page.text_content("#text")
-        energy = found.arrays["E1max"][(*cell, 0)]
-        assert f"{energy:.4g}" in page.text_content("#evidence")
-        assert asked == [path.as_uri()]
-        assert page.faults == []
-        assert len(page.pdf()) > 10_000
+    page = watched_page(browser, offline=True)
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(path.as_uri())
+    page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
+    page.evaluate("NV.choose(3, 0, 0)")
+    cell = (3, 0, 0)[: len(found.scan.axes)]
+    assert page.text_content("#label") == found.arrays["label"][(*cell, 0)]
+    section = page.evaluate("NV.model('section').data.x2")
+    assert section == pytest.approx(found.arrays["section"][(*cell, 0)][:, 2], abs=1e-4)
+    page.keyboard.press("ArrowRight")
+    cell = (4, 0)[: len(found.scan.axes)]
+    assert page.text_content("#label") == found.arrays["label"][(*cell, 0)]
+    assert "from 7.3 to 7.7" in page.text_content("#text")
+    energy = found.arrays["E1max"][(*cell, 0)]
+    assert f"{energy:.4g}" in page.text_content("#evidence")
+    assert asked == [path.as_uri()]
+    assert page.faults == []
+    assert len(page.pdf()) > 10_000

@@ -2,38 +2,23 @@
 
 import contextlib
 import http.client
-import os
 import signal
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
-import nlds_vines
+from benchmarks.explore import Served
 from nlds_vines.__main__ import main
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
 from nlds_vines.explore.server import _listening
 
-ROOT = Path(nlds_vines.__path__[0]).parent
 
-
-class Running:
-    """The command in a process of its own."""
+class Asked(Served):
+    """The command in a process of its own, asked as a browser would, or a page of others."""
 
     def __init__(self, *arguments):
-        self.process = subprocess.Popen(
-            [
-                sys.executable, "-m", "nlds_vines", "explore", *map(str, arguments),
-                "--no-browser", "--port", "0",
-            ],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-        )  # fmt: skip
-        line = next(line for line in self.process.stdout if line.startswith("open "))
-        self.address = line.split()[1]
+        super().__init__(*map(str, arguments))
         _, _, self.host, self.token, _ = self.address.split("/")
         self.port = int(self.host.rpartition(":")[2])
 
@@ -50,16 +35,10 @@ class Running:
                 text = "" if answer.status == 101 else answer.read().decode()
                 return answer.status, text
 
-    def end(self, number=signal.SIGINT):
-        """End it by a signal; return its status and what it has said of errors."""
-        self.process.send_signal(number)
-        _, errors = self.process.communicate(timeout=60)
-        return self.process.returncode, errors
-
 
 @pytest.fixture(scope="module")
 def server(small_map):
-    running = Running(small_map)
+    running = Asked(small_map)
     yield running
     running.end(signal.SIGKILL)
 
@@ -121,7 +100,7 @@ def test_it_listens_on_this_machine_alone():
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_ends_it(number, status, small_map):
-    running = Running(small_map)
+    running = Asked(small_map)
     assert running.get(f"/{running.token}/")[0] == 200
     found, errors = running.end(number)
     assert found == status

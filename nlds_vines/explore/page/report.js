@@ -8,17 +8,15 @@ const REPORT = (() => {
   let section = null
 
   async function unpack(meta) {
-    const bytes = Uint8Array.from(atob(el("packed").textContent.trim()), (c) => c.charCodeAt(0))
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))
-    const whole = new Uint8Array(await new Response(stream).arrayBuffer())
-    const found = {}
-    let place = 0
-    for (const {name, kind, length} of meta.entries) {
+    const texts = el("packed").textContent.trim().split(/\s+/), found = {}
+    for (const [n, {name, kind, length}] of meta.entries.entries()) {
+      const bytes = Uint8Array.from(atob(texts[n]), (c) => c.charCodeAt(0))
+      const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))
+      const planes = new Uint8Array(await new Response(stream).arrayBuffer())
       const size = SIZES[kind], values = new Uint8Array(length * size)
       for (let b = 0; b < size; b++)
-        for (let i = 0; i < length; i++) values[i * size + b] = whole[place + b * length + i]
+        for (let i = 0; i < length; i++) values[i * size + b] = planes[b * length + i]
       found[name] = new ARRAYS[kind](values.buffer)
-      place += length * size
     }
     return found
   }

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import zlib
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,26 +18,30 @@ BITS = 12
 
 _LAST = 65534  # the code of a component's largest value; the next one means that there is no state
 _NONE = 65535
+_LEVEL = 6  # of `deflate`: beyond, a page takes far longer and becomes little smaller
 
 
 class Packed(NamedTuple):
-    """Columns packed: `entries` say what is in the `text`, in base64."""
+    """A column packed: its name, its kind (f4, u2, u1, i1), how many values, the text in base64."""
 
-    entries: list[dict[str, Any]]
+    name: str
+    kind: str
+    length: int
     text: str
 
+    @property
+    def entry(self) -> dict[str, Any]:
+        """What a browser must know to unpack it."""
+        return {"name": self.name, "kind": self.kind, "length": self.length}
 
-def packed(columns: Mapping[str, np.ndarray]) -> Packed:
-    """Pack columns of float32, int8, uint8 or uint16 by name."""
-    entries, pieces = [], []
-    for name, values in columns.items():
-        kind = values.dtype.str.lstrip("|<")
-        if kind == "f4":
-            values = rounded(values)
-        pieces.append(_shuffled(values))
-        entries.append({"name": name, "kind": kind, "length": int(values.size)})
-    text = base64.b64encode(zlib.compress(b"".join(pieces), 9)).decode()
-    return Packed(entries, text)
+
+def packed(name: str, values: np.ndarray) -> Packed:
+    """Pack a column of float32, int8, uint8 or uint16, of any shape."""
+    kind = values.dtype.str.lstrip("|<")
+    if kind == "f4":
+        values = rounded(values)
+    text = base64.b64encode(zlib.compress(_shuffled(values), _LEVEL)).decode()
+    return Packed(name, kind, int(values.size), text)
 
 
 def rounded(values: np.ndarray) -> np.ndarray:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-import numpy as np
 from bokeh.document import Document
 from bokeh.embed import file_html
 from bokeh.models import ColumnDataSource, CustomJS, Range1d
@@ -22,16 +21,17 @@ from nlds_vines.explore.map_meta import meta_of
 from nlds_vines.explore.opened import middle
 from nlds_vines.explore.report.branch_lines import draw_branches, special_rows
 from nlds_vines.explore.report.claims_rows import ClaimRow
-from nlds_vines.explore.report.packing import coded, packed
+from nlds_vines.explore.report.packing import Packed, coded, packed
 from nlds_vines.explore.stored import Stored
 
 MOST_BYTES = 5_000_000
 """The most bytes of a page, so that it can be sent by mail."""
 
-POINTS = (120, 48, 24, 12, 6, 3, 1, 0)
+POINTS = (1000, 240, 120, 48, 24, 12, 6, 3, 1)
 """How many states of each section a page holds: the most for which it is small enough."""
 
-_KEPT = ("status", "label", "most", "coexisting")  # never left out
+_SECTION_SHARE = 0.4  # of the room, which sections may take from numbers
+_MOST_PACKED = 100  # times smaller than its numbers is a column at best
 _SYMBOLS = {"x": "x", "v": "ẋ", "x1": "x₁", "v1": "ẋ₁", "x2": "x₂", "v2": "ẋ₂"}
 _PLANE = 250  # pixels, height of a phase plane
 _PROVENANCE = (
@@ -59,50 +59,71 @@ def report_page(
 ) -> Report:
     """Return the page of a map, with branches and claims where there are any.
 
-    As many states of the sections, and then as many numbers, as `MOST_BYTES` allow.
+    It holds as many states of the sections, and as many of the recorded numbers, as `MOST_BYTES`
+    allow, the most telling first.
     """
-    everything = columns(found)
-    optional = [name for name in NUMBERS if name in everything]
-    extra = [name for name in everything if name not in (*_KEPT, *optional)]
-    report = None
-    for points in POINTS:
-        report = _page(found, branches, claims, everything, points)
-        if report.size <= MOST_BYTES:
-            return report
-    for count in range(len(optional) - 1, -1, -1):
-        kept = {
-            name: everything[name]
-            for name in everything
-            if name in (*_KEPT, *optional[:count], *extra)
-        }
-        report = _page(found, branches, claims, kept, 0)
-        if report.size <= MOST_BYTES:
-            break
-    assert report is not None
-    return report
+    bare = _page(found, branches, claims, _Content([], 0, []))
+    return _page(found, branches, claims, _chosen(found, MOST_BYTES - bare.size))
+
+
+class _Content(NamedTuple):
+    """The columns of a page, how many states of each section, the ranges of their components."""
+
+    columns: list[Packed]
+    points: int
+    ranges: list[list[float]]
+
+
+def _chosen(found: Stored, room: int) -> _Content:
+    """Return what of an archive fits into so many bytes."""
+    every = [packed(name, values) for name, values in columns(found).items()]
+    numbers = [one for one in every if one.name in NUMBERS]
+    chosen = [one for one in every if one.name not in NUMBERS]
+    room -= sum(map(_bytes, chosen))
+    spare = room - sum(map(_bytes, numbers))
+    section = _sections(found, max(spare, int(_SECTION_SHARE * room)))
+    room -= sum(map(_bytes, section.columns))
+    for one in numbers:
+        if _bytes(one) <= room:
+            chosen.append(one)
+            room -= _bytes(one)
+    return section._replace(columns=[*chosen, *section.columns])
+
+
+def _sections(found: Stored, room: int) -> _Content:
+    """Return the most states of all sections that fit into so many bytes."""
+    for count in POINTS:
+        states = section_points(found, count)
+        if states.size and 2 * states.size < _MOST_PACKED * max(room, 0):
+            codes, ranges = coded(states)
+            one = packed("section", codes)
+            if _bytes(one) <= room:
+                return _Content([one], states.shape[1], ranges)
+    return _Content([], 0, [])
+
+
+def _bytes(one: Packed) -> int:
+    """Return the bytes of a column on a page, with its entry."""
+    return len(one.text) + 80
 
 
 def _page(
-    found: Stored,
-    branches: Continued | None,
-    claims: Sequence[ClaimRow],
-    kept: Mapping[str, np.ndarray],
-    points: int,
+    found: Stored, branches: Continued | None, claims: Sequence[ClaimRow], content: _Content
 ) -> Report:
-    """Return the page with so many states of each section, and the columns that are kept."""
-    states = section_points(found, points) if points else np.empty((0, 0, 0))
-    codes, ranges = coded(states)
-    meta = meta_of(found, states.shape[1])
-    shown = [show for show in meta["shows"] if show["points"] or show["column"] in kept]
-    meta |= {"shows": shown, "cell": list(middle(found)), "ranges": ranges}
+    """Return the page of a map with so much content."""
+    kept = [one.name for one in content.columns]
+    meta = meta_of(found, content.points)
+    points = content.points > 0
+    shows = [s for s in meta["shows"] if (points if s["points"] else s["column"] in kept)]
+    meta |= {"shows": shows, "cell": list(middle(found)), "ranges": content.ranges}
     meta["components"] = list(found.scan.system.scene.components)
-    box = packed({**kept, "section": codes.ravel()})
-    left_out = _left_out(found, states.shape[1], kept)
+    meta |= {"entries": [one.entry for one in content.columns], "rows": found.scan.lanes}
+    left_out = _left_out(found, content.points, kept)
     variables = {
         "css": page_file("page.css"),
         "script": page_file("page.js") + page_file("report.js"),
-        "meta": _script_json({**meta, "entries": box.entries, "rows": found.scan.lanes}),
-        "packed": box.text,
+        "meta": _script_json(meta),
+        "packed": "\n".join(one.text for one in content.columns),
         "provenance": _provenance(found),
         "request": found.scan.to_toml(),
         "left_out": left_out,
@@ -110,11 +131,9 @@ def _page(
         "special": [] if branches is None else special_rows(branches),
         "planes": ("plane 1", "plane 2"),
     }
-    document = _document(found, branches)
-    resources = Resources(mode="inline")
     html = file_html(
-        document, resources, title=found.scan.title, template=frame("report.html"),
-        template_variables=variables,
+        _document(found, branches), Resources(mode="inline"), title=found.scan.title,
+        template=frame("report.html"), template_variables=variables,
     )  # fmt: skip
     return Report(html, left_out)
 
@@ -147,7 +166,7 @@ def _planes(found: Stored) -> list[Any]:
     return figures
 
 
-def _left_out(found: Stored, points: int, kept: Mapping[str, np.ndarray]) -> str:
+def _left_out(found: Stored, points: int, kept: Sequence[str]) -> str:
     """Return what the archive holds and the page does not, in words."""
     words = []
     if "section" in found and points < found.scan.periods:

@@ -10,6 +10,8 @@ In reading order:
     live_orbit       an orbit and all that the page shows of it, as plain arrays
     refining         a part of a map computed finer, in the background
     recipes          what one sees as a portrait recipe, a scan file, a command line
+    opened           what the command was given, shared by all pages
+    map_meta         what the page's script must know of a map beside its numbers
     look             the parts of a page that are files: style, script, frame
     map_figure       the map or diagram as a Bokeh figure
     orbit_figures    the figures of one orbit

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.explore.shows import columns_of_shows, label_words
+from nlds_vines.explore.shows import columns_of_shows, label_places
 from nlds_vines.explore.stored import Stored
 from nlds_vines.model.parameters import PARAMETERS
 
@@ -33,10 +33,7 @@ def columns(found: Stored) -> dict[str, np.ndarray]:
     """
     columns: dict[str, np.ndarray] = {"status": found.lanes("status").ravel().astype(np.int8)}
     if "label" in found:
-        code = {word: i for i, word in enumerate(label_words(found))}
-        words, index = np.unique(found.lanes("label").astype(np.str_), return_inverse=True)
-        codes = np.array([code.get(str(word), 0) for word in words])
-        columns["label"] = codes[index.ravel()].astype(np.uint16)
+        _, columns["label"] = label_places(found)
     for name in NUMBERS:
         if name in found:
             columns[name] = _number(name, found.lanes(name))

@@ -130,18 +130,35 @@ def _numbers(found: Stored) -> list[Show]:
 
 def shared_labels(found: Stored) -> list[str]:
     """Return the final regimes that are most frequent, known ones only."""
-    ends = finals(found.arrays["label"])
-    known = [word for word, _ in by_frequency(ends) if word]
-    return known[:MOST_SHARES]
+
+    def make() -> list[str]:
+        ends = finals(found.arrays["label"])
+        return [word for word, _ in by_frequency(ends) if word][:MOST_SHARES]
+
+    shared: list[str] = found.once("shared labels", make)
+    return shared
 
 
 def label_words(found: Stored) -> list[str]:
     """Return the different labels by their codes: code 0 is a cell that is not computed."""
-    labels = found.arrays["label"]
-    words = {str(word) for word in np.unique(labels.astype(np.str_)) if word}
-    if len(found.starts) > 1:
-        words |= {str(word) for word in np.unique(_frequent(found).astype(np.str_)) if word}
-    return [UNKNOWN, *ordered(words)]
+    words, _ = label_places(found)
+    return words
+
+
+def label_places(found: Stored) -> tuple[list[str], np.ndarray]:
+    """Return the different labels as `label_words` has them, and the code of each orbit's."""
+
+    def make() -> tuple[list[str], np.ndarray]:
+        words, index = np.unique(found.arrays["label"].astype(np.str_), return_inverse=True)
+        several = len(found.starts) > 1
+        more = set(np.unique(_frequent(found).astype(np.str_)).tolist()) if several else set()
+        every = [UNKNOWN, *ordered({*words.tolist(), *more} - {""})]
+        code = {word: i for i, word in enumerate(every)} | {"": 0}
+        codes = np.array([code[word] for word in words.tolist()])
+        return every, codes[index.ravel()].astype(np.uint16)
+
+    found_here: tuple[list[str], np.ndarray] = found.once("labels", make)
+    return found_here
 
 
 def classes_of(found: Stored) -> tuple[tuple[str, str], ...]:
@@ -170,5 +187,10 @@ def columns_of_shows(found: Stored) -> dict[str, np.ndarray]:
 
 def _frequent(found: Stored) -> np.ndarray:
     """Return the most frequent label of each cell; empty where one is not computed yet."""
-    labels = found.arrays["label"]
-    return np.where((labels == "").any(axis=-1), "", most_frequent(labels))
+
+    def make() -> np.ndarray:
+        labels = found.arrays["label"]
+        return np.where((labels == "").any(axis=-1), "", most_frequent(labels))
+
+    frequent: np.ndarray = found.once("frequent", make)
+    return frequent

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,8 @@ class Stored:
     arrays: Mapping[str, np.ndarray]
     about: Mapping[str, Any] = field(default_factory=dict)
     path: Path | None = None
+    _known: dict[str, tuple[int, Any]] = field(default_factory=dict, compare=False, repr=False)
+    _puts: list[Block] = field(default_factory=list, compare=False, repr=False)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -74,6 +76,14 @@ class Stored:
             for axis, place in zip(self.scan.axes, cell, strict=False)
         }
 
+    def once(self, name: str, make: Callable[[], Any]) -> Any:
+        """Return what `make` makes of the results: made again only after more of them came."""
+        puts = len(self._puts)
+        known = self._known.get(name)
+        if known is None or known[0] != puts:
+            self._known[name] = known = puts, make()
+        return known[1]
+
     def put(self, block: Block, arrays: Mapping[str, np.ndarray]) -> None:
         """Take the results of a block of cells, of a scan under way."""
         for name, values in self.arrays.items():
@@ -81,6 +91,7 @@ class Stored:
             if name == "section":
                 found = found[..., -values.shape[-2] :, :]
             values[block.selection] = found
+        self._puts.append(block)
 
 
 def stored(path: str | os.PathLike[str]) -> Stored:

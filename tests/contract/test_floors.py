@@ -171,7 +171,8 @@ def test_no_module_begins_with_an_underscore():
 
 
 def test_a_broken_rule_of_names_is_caught(copy):
-    (copy / "extra.py").write_text("")
+    for number in range(MOST_ENTRIES):
+        (copy / f"extra{number}.py").write_text("")
     (copy / "runs" / "_hidden.py").write_text("")
     (copy / "runs" / "style.py").write_text("")
     assert crowded(copy)

@@ -187,7 +187,7 @@ def _provenance(found: Stored) -> list[tuple[str, str]]:
 
 def _script_json(value: Any) -> str:
     """Return a value as JSON that may stand in a script of a page."""
-    return json.dumps(value).replace("</", "<\\/").replace("<!--", "<\\!--")
+    return json.dumps(value).replace("<", "\\u003c")
 
 
 def write_page(path: Path, report: Report) -> None:

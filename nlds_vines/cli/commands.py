@@ -15,6 +15,8 @@ COMMANDS = {
         "nlds_vines.continuation.command",
         "branches of periodic orbits, and what changes them",
     ),
+    "explore": ("nlds_vines.explore.command", "click a map and see its orbit, in a browser"),
+    "report": ("nlds_vines.explore.report.command", "a map as one page to send"),
     "reproduce": (
         "nlds_vines.reproduce.command",
         "the paper: figures and claims",

@@ -8,7 +8,7 @@ import pytest
 
 import nlds_vines
 
-HEAVY = ("numba", "llvmlite", "h5py", "matplotlib", "scipy", "tqdm")
+HEAVY = ("numba", "llvmlite", "h5py", "matplotlib", "scipy", "tqdm", "bokeh", "tornado")
 
 
 def loaded(folder: Path, *arguments: str) -> tuple[int, set[str]]:
@@ -113,6 +113,25 @@ def test_accuracy_loads_nothing_heavy_before_it_must(arguments, status, tmp_path
     found, modules = loaded(tmp_path, "-m", "nlds_vines", "accuracy", *arguments)
     assert found == status
     assert "nlds_vines" in modules
+    assert not modules & set(HEAVY)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [
+        (["explore", "--help"], 0),
+        (["explore", "--dry-run"], 0),
+        (["explore", "--port", "-1"], 2),
+        (["explore", "--system", "nothing"], 2),
+        (["explore", "no.toml"], 2),
+        (["report", "--help"], 0),
+        (["report", "no.h5"], 2),
+        (["report"], 2),
+    ],
+)
+def test_pages_load_nothing_heavy_before_they_must(arguments, status, tmp_path):
+    found, modules = loaded(tmp_path, "-m", "nlds_vines", *arguments)
+    assert found == status
     assert not modules & set(HEAVY)
 
 

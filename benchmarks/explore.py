@@ -1,0 +1,166 @@
+"""From a click to the drawn orbit on the page of `nlds-vines explore`, measured in a browser.
+
+    python -m benchmarks.explore [FILE.h5] [--clicks 50] [--picture explore.png]
+
+Without a file it computes Figure 8 first.  It starts the command, opens its page in a headless
+Chromium, and clicks cells all over the map.  A time begins with the press of the button, and ends
+with the frame after the one in which Bokeh has drawn the orbit.  Needs the extra `test` and a
+Chromium.  `--picture` keeps what the page looks like, as docs/explore.png is made.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+"""The names under which a Chromium may be installed."""
+
+WARM = 5
+"""Clicks that are not counted: the page is drawn for the first time."""
+
+_SIZE = {"width": 1500, "height": 1130}
+_WITHIN = 60_000  # milliseconds after which something must have gone wrong
+_PLACES = """() => {
+    const fig = NV.model("map"), view = Bokeh.index.find_one_by_id(fig.id)
+    const r = view.el.getBoundingClientRect(), b = view.frame.bbox
+    return [r.x + b.left, r.y + b.top, b.width, b.height]
+}"""
+
+
+def browser_path() -> str | None:
+    """Return the path of a Chromium; None where none is installed."""
+    return next(filter(None, map(shutil.which, BROWSERS)), None)
+
+
+@contextmanager
+def opened_browser() -> Iterator[Any]:
+    """Open a headless Chromium, a browser of Playwright."""
+    from playwright.sync_api import sync_playwright
+
+    path = browser_path()
+    if path is None:
+        raise SystemExit(f"no browser is installed: none of {', '.join(BROWSERS)}")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+def new_page(browser: Any, **settings: Any) -> Any:
+    """Return a page of its own in a browser; `settings` are those of a context of Playwright."""
+    page = browser.new_context(viewport=_SIZE, **settings).new_page()
+    page.set_default_timeout(_WITHIN)
+    return page
+
+
+class Served:
+    """The command `nlds-vines explore` in a process of its own."""
+
+    def __init__(self, *arguments: str) -> None:
+        """Start it, and wait until it has said its address."""
+        self.began = time.perf_counter()
+        command = [sys.executable, "-m", "nlds_vines", "explore", *arguments]
+        root = str(Path(__file__).resolve().parents[1])
+        self.process = subprocess.Popen(
+            [*command, "--no-browser", "--port", "0"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONPATH": root},
+        )
+        assert self.process.stdout is not None
+        lines = (line for line in self.process.stdout if line.startswith("open "))
+        line = next(lines, None)
+        if line is None:
+            raise SystemExit(self.process.communicate()[1])
+        self.address = line.split()[1]
+        self.seconds = time.perf_counter() - self.began
+
+    def end(self, number: int = signal.SIGINT) -> tuple[int, str]:
+        """End it by a signal; return its status and what it has said of errors."""
+        self.process.send_signal(number)
+        _, errors = self.process.communicate(timeout=60)
+        return self.process.returncode, errors
+
+
+def drawn(page: Any) -> None:
+    """Wait until the orbit that was asked for is drawn."""
+    page.wait_for_function("window.drawn !== undefined")
+
+
+def click_times(page: Any, clicks: int) -> list[float]:
+    """Return the milliseconds from the press of a button to the drawn orbit, click by click."""
+    page.evaluate(
+        "addEventListener('pointerdown', () => { window.down = performance.now() }, true)"
+    )
+    left, top, width, height = page.evaluate(_PLACES)
+    times = []
+    for number in range(WARM + clicks):
+        # all over the map, in no order: multiples of irrational numbers
+        x, y = (number * 0.6180339887) % 1.0, (number * 0.7548776662) % 1.0
+        page.evaluate("window.drawn = undefined")
+        page.mouse.click(left + (0.01 + 0.98 * x) * width, top + (0.01 + 0.98 * y) * height)
+        drawn(page)
+        times.append(page.evaluate("window.drawn.time - window.down"))
+    return times[WARM:]
+
+
+def measure(archive: Path, clicks: int, picture: Path | None) -> list[str]:
+    """Return the measured times in words."""
+    served = Served(str(archive))
+    try:
+        with opened_browser() as browser:
+            page = new_page(browser)
+            opened = time.perf_counter()
+            page.goto(served.address)
+            drawn(page)
+            usable = time.perf_counter() - opened
+            times = sorted(click_times(page, clicks))
+            if picture is not None:
+                page.mouse.move(2, 2)
+                page.wait_for_timeout(300)
+                page.screenshot(path=str(picture))
+    finally:
+        served.end()
+    load = os.getloadavg()[0] / (os.cpu_count() or 1)
+    return [
+        f"{archive.name}: {clicks} clicks, load {load:.1f} for each processor",
+        f"  address said after {served.seconds:.2f} s; page usable {usable:.2f} s after it opened",
+        f"  click to drawn orbit: median {statistics.median(times):.0f} ms, "
+        f"fastest {times[0]:.0f} ms, nine of ten within {times[int(0.9 * len(times))]:.0f} ms",
+    ]
+
+
+def main() -> int:
+    """Measure what the arguments name."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.explore", description=__doc__)
+    parser.add_argument("archive", nargs="?", type=Path)
+    parser.add_argument("--clicks", type=int, default=50)
+    parser.add_argument("--picture", type=Path)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        archive = options.archive
+        if archive is None:
+            import nlds_vines as nv
+
+            archive = nv.bifurcation(None, Path(folder) / "figure8.h5")
+        print(*measure(archive, options.clicks, options.picture), sep="\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

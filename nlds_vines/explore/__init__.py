@@ -1,0 +1,24 @@
+"""Explore a map: click a cell and see its orbit, live in a browser; or send it as one page.
+
+In reading order:
+
+    stored           what an archive, or a scan under way, holds of every cell, as plain arrays
+    cell_start       where the orbit of a cell begins
+    shows            what a map or a diagram may show: regimes, shares, numbers; their colours
+    cell_columns     the numbers of every cell as a browser takes them
+    evidence_words   a label and its evidence in words
+    live_orbit       an orbit and all that the page shows of it, as plain arrays
+    refining         a part of a map computed finer, in the background
+    recipes          what one sees as a portrait recipe, a scan file, a command line
+    opened           what the command was given, shared by all pages
+    map_meta         what the page's script must know of a map beside its numbers
+    look             the parts of a page that are files: style, script, frame
+    map_figure       the map or diagram as a Bokeh figure
+    orbit_figures    the figures of one orbit
+    parameter_sliders  a slider for every parameter
+    session          one browser's page: what it shows, what its controls do
+    server           the local server: its address, its token, its end
+    command          `python -m nlds_vines.explore`
+    report/          the map as one file that needs no server
+    page/            style, script and frames of the pages
+"""

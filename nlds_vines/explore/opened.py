@@ -1,0 +1,87 @@
+"""What the command was given, shared by all pages: the map, its computation, the kernels."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.errors import RequestError
+from nlds_vines.explore.cell_start import start_of
+from nlds_vines.explore.live_orbit import Sampling, live_orbit
+from nlds_vines.explore.refining import Job
+from nlds_vines.explore.stored import Stored
+from nlds_vines.kernels.compiling import told_of_compilations
+from nlds_vines.orbits.simulation import IntegrationError
+
+LOADING, COMPILING, READY = "loading the kernels", "compiling the kernels, once", "ready"
+"""What the kernels are doing, for the page."""
+
+LAST_SECONDS = 3.0
+"""Seconds that a block under way has to end when everything ends."""
+
+
+class Opened:
+    """A map that pages show: an archive's, or one that is computed now.
+
+    `listeners` are called, in threads of the work, whenever more is computed or the kernels change
+    their state.
+    """
+
+    def __init__(self, found: Stored | None, scan: Scan | None = None) -> None:
+        """Take what an archive holds, or a `scan` to be computed."""
+        self.listeners: list[Callable[[], object]] = []
+        self.kernels = LOADING
+        self.job: Job | None = None
+        if found is None:
+            assert scan is not None
+            self.job = Job(scan, self._changed)
+            found = self.job.found
+        self.found = found
+        self._warming = threading.Thread(target=self._warm, name="warming", daemon=True)
+
+    def begin(self) -> None:
+        """Load the kernels, or compile them, and then compute what is to be computed."""
+        self._warming.start()
+
+    def close(self) -> bool:
+        """End the computation after the block that is under way; return whether all is at rest.
+
+        Compiling cannot be ended: what is compiled by then is in the cache.
+        """
+        jobs = [self.job] if self.job is not None else []
+        for job in jobs:
+            job.cancel()
+            job.wait(LAST_SECONDS)
+        return not (self._warming.is_alive() or any(job.running for job in jobs))
+
+    def _warm(self) -> None:
+        """Follow one orbit, so that the next one is there at once."""
+        found = self.found
+        cell = middle(found)
+        with told_of_compilations(self._compiles):
+            try:
+                system = found.scan.system.with_(**found.values_of(cell))
+                state = start_of(found, cell, 0, system).state
+                live_orbit(system, state, Sampling.of(found.scan))
+            except (RequestError, IntegrationError):
+                pass  # the page says it where this cell is chosen
+        self.kernels = READY
+        self._changed()
+        if self.job is not None:
+            self.job.begin()
+
+    def _compiles(self, kernel: object) -> None:
+        if self.kernels != COMPILING:
+            self.kernels = COMPILING
+            self._changed()
+
+    def _changed(self) -> None:
+        for listener in list(self.listeners):
+            listener()
+
+
+def middle(found: Stored) -> tuple[int, int]:
+    """Return the cell in the middle of a map."""
+    first, second = found.shape
+    return first // 2, second // 2

@@ -1,0 +1,10 @@
+"""A map or a diagram as one page (.html) that needs no server and no network.
+
+In reading order:
+
+    packing          the numbers of all cells in few bytes
+    branch_lines     branches and special points of a continuation, over the map
+    claims_rows      the claims of the paper and their verdicts, from a folder of `reproduce`
+    report_page      the page put together
+    command          `python -m nlds_vines.explore.report`, `nlds-vines report`
+"""

@@ -1,0 +1,180 @@
+"""Branches and special points of a continuation, as lines over a map or a diagram.
+
+Over a diagram along the parameter of the branches: their displacements or energies, full where they
+are stable; special points by name.  Over a map: the curves of special points in its plane; without
+curves, the special points on the line of the continuation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from bokeh.models import ColumnDataSource
+
+from nlds_vines.continuation.result import Branch, Continued, continued
+from nlds_vines.errors import RequestError
+from nlds_vines.explore.look import FONT, roled
+from nlds_vines.explore.stored import Stored
+from nlds_vines.plotting.style import HUES
+
+KINDS = {
+    "LP": (HUES["vermillion"], "diamond"),
+    "PD": (HUES["blue"], "triangle"),
+    "NS": (HUES["pink"], "square"),
+    "BP": (HUES["orange"], "star"),
+    "GR": (HUES["green"], "circle"),
+    "LIM": (HUES["grey"], "x"),
+}
+"""Colour and marker of each kind of special point."""
+
+ENERGIES = ("E1max", "E2max")
+
+
+class SpecialRow(NamedTuple):
+    """A special point in words: its kind, where it lies, what it changes."""
+
+    kind: str
+    place: str
+    change: str
+
+
+def branches_of(path: Path, found: Stored) -> Continued:
+    """Return the continuation in an archive that belongs to a map.
+
+    Raises `RequestError` for any other file, and where its parameter is no axis of the map.
+    """
+    result = continued(path)
+    names, axes = [item.name for item in result.request.free], [a.name for a in found.scan.axes]
+    if not set(names) & set(axes):
+        raise RequestError(
+            f"{path} continues along {', '.join(names)}, the map varies {', '.join(axes)}: "
+            "no line of the one lies in the other"
+        )
+    if result.request.system.kind != found.scan.system.kind:
+        raise RequestError(
+            f"{path} continues kind {result.request.system.kind!r}, the map is of kind "
+            f"{found.scan.system.kind!r}"
+        )
+    return result
+
+
+def special_rows(result: Continued) -> list[SpecialRow]:
+    """Return the special points in words, and where curves meet."""
+    name = result.request.along.name
+    rows = []
+    for row in result.special:
+        change = f"{row.before} → {row.after}" if row.before != row.after else str(row.before)
+        rows.append(SpecialRow(str(row.kind), f"{name} = {row.value:.8g}", change))
+    names = [item.name for item in result.request.free]
+    for curve in result.curves:
+        for kind, first, second in curve.meetings:
+            place = f"{names[0]} = {first:.6g}, {names[1]} = {second:.6g}"
+            rows.append(SpecialRow(kind, place, f"on the curve of {curve.kind}, {curve.period}T"))
+    return rows
+
+
+def draw_branches(figure: Any, result: Continued, found: Stored) -> None:
+    """Draw a continuation over the figure of a map or a diagram."""
+    if len(found.scan.axes) == 1:
+        components = found.scan.system.scene.components
+        for show in ("x2", "x1", "x", *ENERGIES):
+            if show in components or show in ENERGIES:
+                _draw_values(figure, result, show)
+    elif result.curves:
+        _draw_curves(figure, result, [axis.name for axis in found.scan.axes])
+    else:
+        _draw_points(figure, result, found)
+
+
+def _draw_values(figure: Any, result: Continued, show: str) -> None:
+    """Draw the values of all branches over their parameter; seen where the diagram shows them."""
+    components = result.request.system.scene.components
+
+    def values(branch: Branch) -> np.ndarray:
+        if show in ENERGIES:
+            return branch.E1max if show == "E1max" else branch.E2max
+        return branch.sections[:, :, components.index(show)]
+
+    for stable, dash in ((True, "solid"), (False, (5, 3))):
+        xs, ys = [], []
+        for branch in result.branches:
+            for one in np.atleast_2d(values(branch).T):
+                for part in _runs(branch.stable == stable):
+                    xs.append(branch.parameter[part])
+                    ys.append(one[part])
+        line = figure.multi_line(xs, ys, line_width=1.6, line_dash=dash, visible=False)
+        roled(line, "wall", f"of {show}")
+    rows = [row for row in result.special if row.index + 1 < len(result.branches[row.branch])]
+    at = [_at(values(result.branches[row.branch]), int(row.index)) for row in rows]
+    _mark(figure, [r.kind for r in rows], [r.value for r in rows], at, f"of {show}")
+
+
+def _at(values: np.ndarray, index: int) -> float:
+    """Return a value half-way between two points of a branch: the last of each period."""
+    last = values if values.ndim == 1 else values[:, -1]
+    return float((last[index] + last[index + 1]) / 2)
+
+
+def _runs(chosen: np.ndarray) -> Iterator[slice]:
+    """Yield the runs of chosen points, each with the point after it, so that lines meet."""
+    edges = np.flatnonzero(np.diff(chosen.astype(int), prepend=0, append=0))
+    for first, stop in pairwise(edges):
+        if chosen[first]:
+            yield slice(int(first), int(stop) + 1)
+
+
+def _draw_curves(figure: Any, result: Continued, axes: list[str]) -> None:
+    """Draw the curves of special points in the plane of the map."""
+    names = [item.name for item in result.request.free]
+    if sorted(names) != sorted(axes):
+        raise RequestError(
+            f"the curves lie in the plane of {', '.join(names)}, the map in that of "
+            f"{', '.join(axes)}"
+        )
+    first, second = (names.index(name) for name in axes)
+    for curve in result.curves:
+        shade, _ = KINDS.get(curve.kind, (HUES["black"], "circle"))
+        for width, colour in ((4.5, "#ffffff"), (2.2, shade)):  # seen on any colour
+            figure.line(
+                curve.values[:, first], curve.values[:, second], line_color=colour,
+                line_width=width, legend_label=curve.kind,
+            )  # fmt: skip
+        for name, *place in curve.meetings:
+            _mark(figure, [name], [place[first]], [place[second]])
+
+
+def _draw_points(figure: Any, result: Continued, found: Stored) -> None:
+    """Draw the special points of branches on the line of the map along which they were found."""
+    axes, name = [axis.name for axis in found.scan.axes], result.request.along.name
+    other = next(axis for axis in axes if axis != name)
+    across = float(result.request.system.parameters[other])
+    values = [float(value) for value in result.special.value]
+    places = [values, [across] * len(values)]
+    first, second = places if axes[0] == name else places[::-1]
+    _mark(figure, list(result.special.kind), first, second)
+
+
+def _mark(figure: Any, kinds: list[Any], x: list[Any], y: list[Any], *tags: str) -> None:
+    """Mark special points by their kind's marker and name."""
+    look = [KINDS.get(str(kind), (HUES["black"], "circle")) for kind in kinds]
+    source = ColumnDataSource(
+        {
+            "x": x, "y": y, "name": [str(kind) for kind in kinds],
+            "shade": [shade for shade, _ in look], "marker": [marker for _, marker in look],
+        }
+    )  # fmt: skip
+    seen = not tags
+    dots = figure.scatter(
+        "x", "y", marker="marker", size=9, fill_color="shade", line_color="#ffffff", source=source,
+        visible=seen,
+    )  # fmt: skip
+    words = figure.text(
+        "x", "y", text="name", x_offset=6, y_offset=-4, source=source, visible=seen,
+        text_font=FONT, text_font_size="11px", text_color="#000000", text_outline_color="#ffffff",
+    )  # fmt: skip
+    for made in (dots, words):
+        made.tags = list(tags)

@@ -1,0 +1,196 @@
+"""What a map or a diagram may show, and in which colours; arrays and words, no picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.bifurcation.picture.choices import COEXISTING, NUMBERS, REGIMES, SHARE
+from nlds_vines.explore.stored import Stored
+from nlds_vines.orbits.coexistence import (
+    by_frequency,
+    coexisting,
+    finals,
+    most_frequent,
+    share_of,
+)
+from nlds_vines.plotting.palette import HATCHED, OTHERS, colours, ordered, short
+from nlds_vines.plotting.style import ERRORS
+
+MOST_SHARES = 6
+"""The most regimes of which the share of the starts can be shown."""
+
+UNKNOWN = "not computed"
+"""The word for a cell of a scan under way."""
+
+FAILED_COLOUR, UNKNOWN_COLOUR = OTHERS["failed"], "#00000000"
+
+COUNTS = ("#f1efe9", "#f6c667", "#e07b39", "#a8324a", "#5b1a4a")
+"""Colours of one regime in a cell, two, three ..., five or more: those of the pictures."""
+
+WORDS = {
+    "x": "displacement x of the section",
+    "x1": "displacement x₁ of the section",
+    "x2": "displacement x₂ of the section",
+    "E1max": "energy of the structure, E₁max",
+    "E2max": "energy of the damper, E₂max",
+    "E1peak": "energy of the structure, E₁peak",
+    "E2peak": "energy of the damper, E₂peak",
+    "reduction": "reduction by the damper",
+    "impact_rate": "impacts per forcing period",
+    "clearance": "smallest near miss",
+    "period": "period n",
+    "settling": "forcing periods until settled",
+    "lyapunov": "Lyapunov exponent λ₁",
+    "transient_lyapunov": "exponent before settling",
+    "violation_depth": "deepest violation",
+    "error": "error over a period",
+    "error_at_end": "difference from a refined run",
+    "E1max_error": "difference of E₁max from a refined run",
+}
+"""What each number is, in words."""
+
+
+@dataclass(frozen=True)
+class Show:
+    """One thing that a map may show.
+
+    Attributes:
+        name, title: as in `--show`, and in words.
+        column: the numbers of the cells, a name of `cell_columns`, or of the section's component.
+        of_start: whether there is one number for each start, and one start must be chosen.
+        classes: (word, colour) of each code of a column of codes; empty for numbers.
+        unit: of numbers; logarithmic: how they are coloured.
+        points: whether a diagram draws it as the points of a section.
+    """
+
+    name: str
+    title: str
+    column: str
+    of_start: bool = True
+    classes: tuple[tuple[str, str], ...] = ()
+    unit: str = "1"
+    logarithmic: bool = False
+    points: bool = False
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as a browser takes it."""
+        return {**vars(self), "classes": [list(pair) for pair in self.classes]}
+
+
+def shows_of(found: Stored) -> list[Show]:
+    """Return what the map or the diagram of a scan may show, the usual one first."""
+    several = len(found.starts) > 1
+    maps = len(found.scan.axes) == 2
+    shows = [*_sections(found)] if not maps else []
+    if "label" in found and maps:
+        classes = classes_of(found)
+        if several:
+            shows.append(Show(REGIMES, "regimes, most frequent", "most", False, classes))
+        shows.append(
+            Show(f"{REGIMES} of a start" if several else REGIMES, "regimes of a start" if several
+                 else "regimes", "label", classes=classes)
+        )  # fmt: skip
+        if several:
+            shows += [*_of_several(found)]
+    return [*shows, *_numbers(found)]
+
+
+def _sections(found: Stored) -> list[Show]:
+    """Return the displacements of a recorded section."""
+    if "section" not in found:
+        return []
+    names = [n for n in ("x2", "x1", "x") if n in found.scan.system.scene.components]
+    return [Show(name, WORDS[name], f"section {name}", unit="m", points=True) for name in names]
+
+
+def _of_several(found: Stored) -> list[Show]:
+    """Return what there is to see of several starts in a cell."""
+    last = len(COUNTS)
+    words = [(f"{n} or more" if n == last else str(n), COUNTS[n - 1]) for n in range(1, last + 1)]
+    counts = (("none known", OTHERS[HATCHED]), *words)
+    shows = [Show(COEXISTING, "how many regimes coexist", "coexisting", False, counts)]
+    for label in shared_labels(found):
+        name = f"{SHARE}{label}"
+        shows.append(Show(name, f"share of the starts in {label}", name, False))
+    return shows
+
+
+def _numbers(found: Stored) -> list[Show]:
+    """Return the recorded numbers."""
+    datasets = found.scan.table.datasets
+    return [
+        Show(name, WORDS[name], name, unit=datasets[name].units, logarithmic=name in ERRORS)
+        for name in NUMBERS
+        if name in found
+    ]
+
+
+def shared_labels(found: Stored) -> list[str]:
+    """Return the final regimes that are most frequent, known ones only."""
+
+    def make() -> list[str]:
+        ends = finals(found.arrays["label"])
+        return [word for word, _ in by_frequency(ends) if word][:MOST_SHARES]
+
+    shared: list[str] = found.once("shared labels", make)
+    return shared
+
+
+def label_words(found: Stored) -> list[str]:
+    """Return the different labels by their codes: code 0 is a cell that is not computed."""
+    words, _ = label_places(found)
+    return words
+
+
+def label_places(found: Stored) -> tuple[list[str], np.ndarray]:
+    """Return the different labels as `label_words` has them, and the code of each orbit's."""
+
+    def make() -> tuple[list[str], np.ndarray]:
+        words, index = np.unique(found.arrays["label"].astype(np.str_), return_inverse=True)
+        several = len(found.starts) > 1
+        more = set(np.unique(_frequent(found).astype(np.str_)).tolist()) if several else set()
+        every = [UNKNOWN, *ordered({*words.tolist(), *more} - {""})]
+        code = {word: i for i, word in enumerate(every)} | {"": 0}
+        codes = np.array([code[word] for word in words.tolist()])
+        return every, codes[index.ravel()].astype(np.uint16)
+
+    found_here: tuple[list[str], np.ndarray] = found.once("labels", make)
+    return found_here
+
+
+def classes_of(found: Stored) -> tuple[tuple[str, str], ...]:
+    """Return the words of all labels, in the order of their codes, with their colours."""
+    _, *words = label_words(found)
+    shades = colours(words)
+    return ((UNKNOWN, UNKNOWN_COLOUR), *((short(word), shades[word]) for word in words))
+
+
+def columns_of_shows(found: Stored) -> dict[str, np.ndarray]:
+    """Return the columns that must be computed first: a number for each cell (cells,).
+
+    They are the codes of the most frequent regimes, how many regimes coexist, and shares.
+    """
+    if "label" not in found or len(found.starts) < 2 or len(found.scan.axes) < 2:
+        return {}
+    labels = found.lanes("label")
+    code = {word: i for i, word in enumerate(label_words(found))}
+    words = _frequent(found).ravel()
+    columns = {
+        "most": np.array([code.get(str(word), 0) for word in words]),
+        "coexisting": np.minimum(coexisting(labels), len(COUNTS)),
+    }
+    return columns | {f"{SHARE}{one}": share_of(labels, one) for one in shared_labels(found)}
+
+
+def _frequent(found: Stored) -> np.ndarray:
+    """Return the most frequent label of each cell; empty where one is not computed yet."""
+
+    def make() -> np.ndarray:
+        labels = found.arrays["label"]
+        return np.where((labels == "").any(axis=-1), "", most_frequent(labels))
+
+    frequent: np.ndarray = found.once("frequent", make)
+    return frequent

@@ -1,0 +1,154 @@
+"""What an archive, or a scan under way, holds of every cell: plain arrays, no picture, no orbit."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nlds_vines.archives import archive
+from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.bifurcation.picture.choices import NUMBERS
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.errors import RequestError, at
+from nlds_vines.orbits.status_words import NOT_COMPUTED
+from nlds_vines.toml import parse_toml
+
+MOST_SECTION = 2**24
+"""The most numbers of sections that are kept (128 MB): of a larger map, fewer periods each."""
+
+_PLAIN = (
+    *NUMBERS, "status", "label", "refined_label", "impacts", "residual", "averaging", "watched",
+    "lyapunov_width", "orbit_clearance", "softest_impact", "multipliers", "orbit_point",
+    "violations",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Stored:
+    """The results of a scan, cell by cell.
+
+    Attributes:
+        scan: the request; its axes are those of the map.
+        arrays: datasets by name, shape (cells, starts, ...) as an archive has them; `section`
+            holds the last sampled periods, as many as `MOST_SECTION` allows.
+        about: attributes of the archive: where it comes from; empty for a scan under way.
+        path: of the archive; None for a scan under way.
+    """
+
+    scan: Scan
+    arrays: Mapping[str, np.ndarray]
+    about: Mapping[str, Any] = field(default_factory=dict)
+    path: Path | None = None
+    _known: dict[str, tuple[int, Any]] = field(default_factory=dict, compare=False, repr=False)
+    _puts: list[Block] = field(default_factory=list, compare=False, repr=False)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of cells along the first and the second axis; 1 where there is no second."""
+        first, second = (*self.scan.shape, 1)[:2]
+        return first, second
+
+    @property
+    def starts(self) -> tuple[str, ...]:
+        """The names of the starts."""
+        return self.scan.start.names
+
+    def __contains__(self, name: str) -> bool:
+        """Return whether a dataset is there."""
+        return name in self.arrays
+
+    def lanes(self, name: str) -> np.ndarray:
+        """Return a dataset as (cells, starts, ...), the cells of the last axis side by side."""
+        values = self.arrays[name]
+        return values.reshape(-1, *values.shape[len(self.scan.axes) :])
+
+    def values_of(self, cell: tuple[int, int]) -> dict[str, float]:
+        """Return the varied parameters of a cell by name [SI units]."""
+        return {
+            axis.name: float(axis.values[place])
+            for axis, place in zip(self.scan.axes, cell, strict=False)
+        }
+
+    def once(self, name: str, make: Callable[[], Any]) -> Any:
+        """Return what `make` makes of the results: made again only after more of them came."""
+        puts = len(self._puts)
+        known = self._known.get(name)
+        if known is None or known[0] != puts:
+            self._known[name] = known = puts, make()
+        return known[1]
+
+    def put(self, block: Block, arrays: Mapping[str, np.ndarray]) -> None:
+        """Take the results of a block of cells, of a scan under way."""
+        for name, values in self.arrays.items():
+            found = arrays[name]
+            if name == "section":
+                found = found[..., -values.shape[-2] :, :]
+            values[block.selection] = found
+        self._puts.append(block)
+
+
+def stored(path: str | os.PathLike[str]) -> Stored:
+    """Return what the archive of a scan holds.
+
+    Raises `RequestError`, one line, where there is no such file, where it is damaged, and where it
+    holds anything but a scan.
+    """
+    path = Path(path)
+    with archive.read(path) as view:
+        if view.content != "scan":
+            raise RequestError(f"{path} holds a {view.content}, not a scan: there is no map in it")
+        with at(f"{path}: its scan"):
+            scan = load_scan(parse_toml(view.text("scan"), "the attribute scan"))
+        _refuse_other_shape(path, view, scan)
+        arrays = {name: view[name] for name in _PLAIN if name in view}
+        if "section" in view:
+            arrays["section"] = _sections(view, scan)
+        return Stored(scan, arrays, view.attrs, path)
+
+
+def empty(scan: Scan) -> Stored:
+    """Return the place for the results of a scan under way: every cell is not computed yet."""
+    arrays: dict[str, np.ndarray] = {}
+    for name, dataset in scan.table.datasets.items():
+        shape = scan.table.shape(name)
+        if name == "section":
+            shape = (*shape[:-2], _kept(scan), shape[-1])
+        elif name not in _PLAIN:
+            continue
+        dtype = object if dataset.dtype == "str" else dataset.dtype
+        arrays[name] = np.full(shape, dataset.fill, dtype)
+    arrays["status"][...] = NOT_COMPUTED
+    return Stored(scan, arrays)
+
+
+def _refuse_other_shape(path: Path, view: ArchiveView, scan: Scan) -> None:
+    """Raise `RequestError` where the datasets are not of the shape that the scan says."""
+    names: Iterable[str] = (name for name in (*_PLAIN, "section") if name in view)
+    for name in names:
+        if name not in scan.table.datasets:
+            raise RequestError(f"{path}: dataset {name} does not belong to its scan: damaged")
+        expected = tuple(scan.table.shape(name))
+        if view.shape(name) != expected:
+            raise RequestError(
+                f"{path}: dataset {name} has the shape {view.shape(name)}, its scan says "
+                f"{expected}: it is damaged"
+            )
+
+
+def _sections(view: ArchiveView, scan: Scan) -> np.ndarray:
+    """Return the last periods of all sections, read in parts that fit into memory."""
+    kept = _kept(scan)
+    return np.concatenate([slab[..., -kept:, :] for slab in view.slabs("section")])
+
+
+def _kept(scan: Scan) -> int:
+    """Return how many periods of each section are kept."""
+    each = scan.lanes * len(scan.system.scene.components)
+    return min(scan.periods, max(1, MOST_SECTION // each))

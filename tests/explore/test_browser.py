@@ -1,0 +1,220 @@
+"""The pages in a real browser: click, keys, sliders, a rectangle, files; and without a network."""
+
+import pytest
+from browsers import browser_or_skip, watched_page
+
+from benchmarks.explore import Served, drawn
+from nlds_vines.__main__ import main
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.explore.stored import stored
+from nlds_vines.portrait.request_file import load_portrait
+
+pytest.importorskip("bokeh", reason="Bokeh is not installed")
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with browser_or_skip() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def server(small_map):
+    served = Served(str(small_map))
+    yield served
+    assert served.end() == (130, "")
+
+
+@pytest.fixture(scope="module")
+def page(browser, server):
+    page = watched_page(browser, accept_downloads=True)
+    page.goto(server.address)
+    drawn(page)
+    yield page
+    assert page.faults == []
+    page.context.close()
+
+
+def acted(page, act):
+    """Do something that asks for an orbit, and wait until it is drawn."""
+    page.evaluate("window.drawn = undefined")
+    act()
+    drawn(page)
+
+
+def place_of(page, cell):
+    """Return where a cell of the map is on the screen."""
+    box = page.locator("#stage .bk-Figure").first.bounding_box()
+    return page.evaluate(
+        """([box, cell]) => {
+            const fig = NV.model("map"), view = Bokeh.index.find_one_by_id(fig.id)
+            const f = view.frame, [a, b] = NV.at.meta.axes
+            return [box.x + f.x_scale.compute(a.places[cell[0]]),
+                    box.y + f.y_scale.compute(b.places[cell[1]])]
+        }""",
+        [box, list(cell)],
+    )
+
+
+def test_three_cells_are_clicked(page, small_map):
+    labels = stored(small_map).arrays["label"]
+    for cell in ((0, 0), (4, 2), (2, 3)):
+        acted(page, lambda cell=cell: page.mouse.click(*place_of(page, cell)))
+        assert page.text_content("#label") == labels[(*cell, 0)]
+        assert page.text_content("#trouble") == ""
+    assert page.evaluate("NV.model('history data').data.t.length") > 100
+    assert "P = " in page.text_content("#readout")
+
+
+def test_the_arrow_keys_choose_a_cell(page, small_map):
+    acted(page, lambda: page.mouse.click(*place_of(page, (1, 1))))
+    acted(page, lambda: page.keyboard.press("ArrowRight"))
+    acted(page, lambda: page.keyboard.press("ArrowUp"))
+    assert page.evaluate("NV.at.cell") == [2, 2]
+    assert page.text_content("#label") == stored(small_map).arrays["label"][2, 2, 0]
+
+
+def test_hovering_shows_label_and_evidence(page, small_map):
+    page.mouse.move(*place_of(page, (3, 1)))
+    page.wait_for_function("!document.getElementById('tip').hidden")
+    text = page.text_content("#tip")
+    assert stored(small_map).arrays["label"][3, 1, 0] in text
+    assert "E₁max" in text
+
+
+def test_another_start_is_chosen(page, small_map):
+    acted(page, lambda: page.mouse.click(*place_of(page, (4, 3))))
+    acted(page, lambda: page.select_option("#start", "1"))
+    assert page.text_content("#label") == stored(small_map).arrays["label"][4, 3, 1]
+    acted(page, lambda: page.select_option("#start", "0"))
+
+
+@pytest.mark.parametrize("show", ["coexisting", "E1max", "share:T,1", "regimes of a start"])
+def test_every_show_is_painted(page, show):
+    page.select_option("#show", show)
+    pixels = page.evaluate("Array.from(new Set(NV.model('picture').data.image[0]))")
+    assert pixels
+    assert 0 not in pixels  # no cell is left clear
+    assert page.locator("#legend li").count() >= 1
+    page.select_option("#show", "regimes")
+
+
+def test_a_slider_moves_the_orbit(page):
+    acted(page, lambda: page.mouse.click(*place_of(page, (0, 0))))
+    before = page.evaluate("NV.model('history data').data.x1[100]")
+    page.evaluate("document.getElementById('slider-C').scrollIntoView()")
+    acted(page, lambda: page.fill("#slider-C", "600"))
+    assert page.evaluate("NV.model('history data').data.x1[100]") != before
+    assert page.locator(".slider.changed").count() == 1
+    acted(page, lambda: page.click("#original"))
+    assert page.evaluate("NV.model('history data').data.x1[100]") == before
+
+
+def test_a_click_in_a_phase_plane_begins_there(page):
+    box = page.evaluate("""() => {
+        const view = Bokeh.index.find_one_by_id(NV.model("phase2").id)
+        view.el.scrollIntoView({block: "center"})
+        const r = view.el.getBoundingClientRect(), f = view.frame.bbox
+        return [r.x + f.left + 0.6 * f.width, r.y + f.top + 0.4 * f.height]
+    }""")
+    acted(page, lambda: page.mouse.click(*box))
+    assert page.text_content("#where") == "from a start of your own"
+
+
+def test_a_rectangle_is_computed_finer_and_one_goes_back(page):
+    page.evaluate("scrollTo(0, 0)")
+    (x0, y0), (x1, y1) = place_of(page, (1, 1)), place_of(page, (3, 2))
+    page.mouse.move(x0, y0)
+    page.mouse.down()
+    page.mouse.move((x0 + x1) / 2, (y0 + y1) / 2, steps=4)
+    page.mouse.move(x1, y1, steps=4)
+    page.mouse.up()
+    page.wait_for_function("!document.getElementById('back').disabled")
+    page.wait_for_function("document.getElementById('progress').hidden")
+    inside = page.evaluate("NV.at.meta.axes[0].values")
+    assert 7.35 < inside[0] < inside[-1] < 7.65
+    assert "0" not in {str(c) for c in page.evaluate("Array.from(NV.at.lanes.label)")}
+    page.click("#back")
+    page.wait_for_function("NV.at.meta.axes[0].values[0] === 7.3")
+    page.click("#forward")
+    page.wait_for_function("NV.at.meta.axes[0].values[0] > 7.35")
+    page.click("#back")
+    page.wait_for_function("NV.at.meta.axes[0].values[0] === 7.3")
+
+
+def test_files_are_saved(page, tmp_path):
+    page.evaluate("document.querySelectorAll('details').forEach((d) => { d.open = true })")
+    for what, read in (("portrait", load_portrait), ("scan", load_scan)):
+        with page.expect_download() as download:
+            page.click(f"[data-save={what}]")
+        path = tmp_path / download.value.suggested_filename
+        download.value.save_as(path)
+        assert read(path).title
+    with page.expect_download() as download:
+        page.click("[data-save=picture]")
+    path = tmp_path / "picture.png"
+    download.value.save_as(path)
+    assert path.read_bytes().startswith(b"\x89PNG")
+    assert "nlds-vines portrait" in page.text_content("#command")
+
+
+def test_both_themes_are_there(page):
+    page.click("#theme")
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    assert page.evaluate("NV.model('map').background_fill_color") == "#1a1e25"
+    page.click("#theme")
+    assert page.evaluate("NV.model('map').background_fill_color") == "#ffffff"
+
+
+def test_a_second_page_of_the_same_archive_is_its_own(page, server):
+    acted(page, lambda: page.mouse.click(*place_of(page, (0, 0))))
+    label = page.text_content("#readout")
+    other = page.context.new_page()
+    other.set_default_timeout(60_000)
+    other.goto(server.address)
+    drawn(other)
+    acted(other, lambda: other.mouse.click(*place_of(other, (5, 3))))
+    assert page.text_content("#readout") == label != other.text_content("#readout")
+    other.close()
+
+
+def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, small_map):
+    served = Served(str(small_map))
+    for _ in range(2):  # the server goes on, and shows the page again
+        page = watched_page(browser)
+        page.goto(served.address)
+        drawn(page)
+        page.evaluate("EXPLORE.ask('finer', {ranges: [[7.3, 7.7], [700, 900]]})")
+        page.context.close()
+    assert served.end() == (130, "")
+
+
+@pytest.fixture(scope="module", params=["map", "diagram"])
+def report(request, small_map, small_diagram, folder):
+    output = folder / f"{request.param}.html"
+    assert main(["report", str(folder / f"{request.param}.h5"), "-o", str(output), "--quiet"]) == 0
+    return request.param, output
+
+
+def test_the_report_opens_without_a_network(browser, report, small_map, small_diagram):
+    name, path = report
+    found = stored({"map": small_map, "diagram": small_diagram}[name])
+    page = watched_page(browser, offline=True)
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(path.as_uri())
+    page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
+    page.evaluate("NV.choose(3, 0, 0)")
+    cell = (3, 0, 0)[: len(found.scan.axes)]
+    assert page.text_content("#label") == found.arrays["label"][(*cell, 0)]
+    section = page.evaluate("NV.model('section').data.x2")
+    assert section == pytest.approx(found.arrays["section"][(*cell, 0)][:, 2], abs=1e-4)
+    page.keyboard.press("ArrowRight")
+    cell = (4, 0)[: len(found.scan.axes)]
+    assert page.text_content("#label") == found.arrays["label"][(*cell, 0)]
+    assert "from 7.3 to 7.7" in page.text_content("#text")
+    energy = found.arrays["E1max"][(*cell, 0)]
+    assert f"{energy:.4g}" in page.text_content("#evidence")
+    assert asked == [path.as_uri()]
+    assert page.faults == []
+    assert len(page.pdf()) > 10_000

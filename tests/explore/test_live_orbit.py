@@ -1,0 +1,179 @@
+"""A live orbit: the numbers of `simulate`, its panels, its words; recipes that give it again."""
+
+import shlex
+import tomllib
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.errors import RequestError
+from nlds_vines.explore import recipes
+from nlds_vines.explore.evidence_words import evidence_of, words_of
+from nlds_vines.explore.live_orbit import SHOW, Sampling, live_orbit
+from nlds_vines.explore.parameter_sliders import sliders_of
+from nlds_vines.explore.refining import FEWEST, MOST_ORBITS, Job, finer
+from nlds_vines.portrait.request_file import load_portrait
+
+SAMPLING = Sampling(60, 30, effort="quick")
+
+
+@pytest.fixture(scope="module")
+def orbit():
+    return live_orbit(nv.load_system("ssul-set6", omega=7.1), None, SAMPLING)
+
+
+def test_the_section_is_that_of_simulate(orbit):
+    expected = nv.simulate(nv.load_system("ssul-set6", omega=7.1), 30, transient=60).section
+    found = np.stack([orbit.panels["section"][n] for n in ("x1", "v1", "x2", "v2")], axis=-1)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+    assert orbit.label == "T,1"
+
+
+def test_a_history_holds_all_of_every_contact(orbit):
+    history, view = orbit.panels["history"], orbit.view
+    assert len({len(values) for values in history.values()}) == 1
+    t = history["t"]
+    assert t[0] > 60
+    assert t[-1] <= 60 + SHOW
+    gaps = np.diff(np.flatnonzero(history["force"] > 0))
+    assert (
+        len(view.contacts[view.contacts["touch"] < (60 + SHOW) * view.column.system.period])
+        == (gaps > 1).sum() + 1
+    )
+
+
+def test_the_multipliers_are_in_the_unit_circle(orbit):
+    found = orbit.panels["multipliers"]
+    assert len(found["re"]) == 4
+    assert (np.hypot(found["re"], found["im"]) < 1).all()
+
+
+def test_chaos_has_words_and_no_multipliers():
+    orbit = live_orbit(nv.load_system("ssul-set6", omega=7.41), None, Sampling())
+    assert orbit.regime is not None
+    if orbit.label == "chaos":
+        assert orbit.panels["multipliers"]["re"].size == 0
+        assert words_of(orbit.regime).startswith("chaotic")
+    assert dict(evidence_of(orbit.regime))["watched for"]
+
+
+@pytest.mark.parametrize("name", ["none", "impact-oscillator"])
+def test_a_system_without_damper_has_the_panels_it_can(name):
+    orbit = live_orbit(nv.load_system(name), None, SAMPLING)
+    assert "x2" not in orbit.panels["history"]
+    assert orbit.panels["phase2"]["x"].size == 0
+    assert orbit.panels["phase1"]["x"].size > 100
+
+
+def test_a_start_inside_a_rigid_wall_is_refused():
+    system = nv.load_system("ssul-set6").with_(law="restitution", e=0.8)
+    with pytest.raises(RequestError, match="rigid"):
+        live_orbit(system, (0.5, 0.0, 0.0, 0.0), SAMPLING)
+
+
+def test_the_saved_recipe_is_the_orbit_again(orbit, tmp_path):
+    path = tmp_path / "portrait.toml"
+    path.write_text(recipes.portrait_recipe(orbit.request))
+    assert load_portrait(path).hash == orbit.request.hash
+
+
+@pytest.mark.parametrize("start", [None, (0.01, -0.2, 0.3, -0.4)])
+def test_the_command_line_is_the_orbit_again(start):
+    system = nv.load_system("ssul-set6", omega=7.1, P=750.0)
+    request = live_orbit(system, start, SAMPLING).request
+    words = shlex.split(recipes.portrait_command(request))
+    assert words[:2] == ["nlds-vines", "portrait"]
+    from nlds_vines.cli.parser import Parser
+    from nlds_vines.portrait import command
+
+    parser = Parser(prog="x")
+    command.COMMAND.declare(parser)
+    options = parser.parse_args(words[2:])
+    again = load_portrait(options.source, command._changes(options), "command line")
+    assert again.columns[0].system.parameters == system.parameters
+    assert (again.start, again.samples, again.columns[0].window) == (
+        request.start, request.samples, request.columns[0].window,
+    )  # fmt: skip
+
+
+def test_a_system_of_no_catalogue_is_drawn_from_its_recipe():
+    base = nv.load_system("ssul-set6")
+    own = nv.System(base.kind, dict(base.parameters), "own")
+    request = live_orbit(own, None, SAMPLING).request
+    assert recipes.portrait_command(request) == "nlds-vines portrait portrait.toml"
+
+
+SCAN = load_scan(
+    {
+        "system": "ssul-set6",
+        "vary": {
+            "omega": {"start": 7.0, "stop": 7.5, "num": 11},
+            "P": {"start": 700.0, "stop": 800.0, "num": 5},
+        },
+        "sampling": {"transient": 40, "periods": 20, "effort": "quick"},
+        "record": {"want": ["energy", "regime"]},
+    }
+)  # fmt: skip
+
+
+def test_a_part_of_a_map_has_as_many_cells_as_the_map():
+    part = finer(SCAN, ((7.1, 7.2), (720.0, 740.0)), {"C": 0.05})
+    assert part.shape == (11, 5)
+    assert part.axes[0].values[[0, -1]].tolist() == [7.1, 7.2]
+    assert part.system.parameters["C"] == 0.05
+    assert tomllib.loads(part.to_toml())["vary"].keys() == {"omega", "P"}
+
+
+def test_a_part_of_a_huge_map_stays_small():
+    vary = {
+        "omega": {"start": 5.0, "stop": 8.0, "num": 2000},
+        "P": {"start": 1.0, "stop": 9.0, "num": 1000},
+    }
+    part = finer(load_scan({**SCAN.document(), "vary": vary}), ((6.0, 7.0), (2.0, 3.0)))
+    assert min(part.shape) > FEWEST
+    assert part.lanes <= 1.01 * MOST_ORBITS
+
+
+@pytest.mark.parametrize("low_high", [(7.2, 7.1), (float("nan"), 7.0), (-3.0, -2.0)])
+def test_an_empty_part_is_refused(low_high):
+    with pytest.raises(RequestError, match="omega"):
+        finer(SCAN, (low_high, (700.0, 800.0)))
+
+
+def test_a_job_computes_what_the_scan_means():
+    told = []
+    job = Job(SCAN, lambda: told.append(job.share))
+    job.begin()
+    job.wait()
+    assert (job.done, told[-1], job.error) == (55, 1.0, "")
+    assert (job.found.arrays["label"] != "").all()
+
+
+def test_a_cancelled_job_ends_with_its_block(monkeypatch):
+    monkeypatch.setattr("nlds_vines.bifurcation.blocks.BLOCK_PERIODS", 1)
+    job = Job(SCAN, lambda: job.cancel())
+    job.begin()
+    job.wait()
+    assert 0 < job.done < 55
+    assert not job.running
+
+
+def test_there_is_a_slider_for_every_parameter():
+    entries = sliders_of(SCAN)
+    assert {entry["name"] for entry in entries} == set(SCAN.system.parameters)
+    assert [entry["name"] for entry in entries[:2]] == ["P", "omega"] or [
+        entry["name"] for entry in entries[:2]
+    ] == ["omega", "P"]
+    for entry in entries:
+        assert entry["low"] <= entry["value"] <= entry["high"], entry
+        SCAN.system.with_(**{entry["name"]: entry["low"]})
+        SCAN.system.with_(**{entry["name"]: entry["high"]})
+
+
+def test_a_varied_stiffness_has_a_slider_in_place_of_the_constants():
+    scan = load_scan({"system": "ssul-set6", "vary": {"K": {"start": 1e7, "stop": 9e7, "num": 5}}})
+    names = [entry["name"] for entry in sliders_of(scan)]
+    assert names[0] == "K"
+    assert "E1" not in names

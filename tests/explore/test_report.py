@@ -1,0 +1,218 @@
+"""The page without a server: its size, its numbers, its words; branches and claims on it."""
+
+import base64
+import json
+import re
+import zlib
+
+import numpy as np
+import pytest
+from conftest import MAP
+from support import unfilled
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.explore.cell_columns import columns
+from nlds_vines.explore.shows import label_words
+from nlds_vines.explore.stored import Stored, stored
+
+pytest.importorskip("bokeh", reason="Bokeh is not installed")
+
+from nlds_vines.explore.report.packing import coded, packed, rounded
+from nlds_vines.explore.report.report_page import MOST_BYTES, report_page
+
+
+def unpacked(html):
+    """Return the header of a page and its columns, as a browser unpacks them."""
+    meta = json.loads(re.search(r'id="meta">(.*?)</script>', html, re.DOTALL)[1])
+    texts = re.search(r'id="packed">(.*?)</script>', html, re.DOTALL)[1].split()
+    found = {}
+    for entry, text in zip(meta["entries"], texts, strict=True):
+        dtype, planes = np.dtype(f"<{entry['kind']}"), zlib.decompress(base64.b64decode(text))
+        bytes_ = np.frombuffer(planes, np.uint8).reshape(dtype.itemsize, entry["length"]).T
+        found[entry["name"]] = np.ascontiguousarray(bytes_).view(dtype).ravel()
+    return meta, found
+
+
+def test_numbers_keep_four_digits():
+    values = np.array([1.0, -3.14159265, 1e-30, 1e30, 0.0, np.nan, np.inf, -np.inf], np.float32)
+    found = rounded(values)
+    np.testing.assert_array_equal(np.isfinite(found), np.isfinite(values))
+    known = np.isfinite(values) & (values != 0)
+    assert (np.abs(found[known] / values[known] - 1) <= 2.0**-13).all()
+    assert found[4] == 0
+
+
+def test_states_keep_sixteen_bits_of_their_range():
+    states = np.random.default_rng(1).normal(size=(50, 3, 4))
+    states[7, 1] = np.nan
+    codes, ranges = coded(states)
+    low, high = np.array(ranges).T
+    found = np.where(codes == 65535, np.nan, low + codes * ((high - low) / 65534))
+    np.testing.assert_allclose(found, states, atol=0.51 * np.max(high - low) / 65534)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [np.arange(5, dtype="u2"), np.array([1.5, np.nan], "f4"), np.array([-1, 7], "i1")],
+)
+def test_a_packed_column_is_unpacked(values):
+    one = packed("a", values)
+    meta = json.dumps({"entries": [one.entry]})
+    _, found = unpacked(f'id="meta">{meta}</script> id="packed">{one.text}</script>')
+    np.testing.assert_array_equal(found["a"], values)
+
+
+@pytest.fixture(scope="module")
+def page(small_map):
+    return report_page(stored(small_map)).html
+
+
+def test_the_page_holds_what_the_archive_does(page, small_map):
+    meta, found = unpacked(page)
+    archive = stored(small_map)
+    assert meta["labels"] == label_words(archive)
+    everything = columns(archive)
+    np.testing.assert_array_equal(found["label"], everything["label"])
+    np.testing.assert_allclose(found["E1max"], everything["E1max"], rtol=2e-4)
+    (low, high) = np.array(meta["ranges"]).T
+    states = low + found["section"].reshape(-1, 30, 4) * ((high - low) / 65534)
+    expected = archive.lanes("section").reshape(-1, 30, 4)
+    np.testing.assert_allclose(states, expected, atol=1e-4 * np.max(high - low))
+
+
+def test_the_page_asks_for_nothing_from_outside(page):
+    assert "Content-Security-Policy" in page
+    assert "default-src 'none'" in page
+    assert not re.search(r"<(script|link|img)[^>]*(src|href)=[\"']?(https?:|//)", page)
+
+
+def test_words_of_an_archive_do_no_harm(folder):
+    title = "</script><script>alert(1)</script><b>"
+    path = nv.bifurcation({**MAP, "title": title}, folder / "bad.h5")
+    html = report_page(stored(path)).html
+    assert "<script>alert(1)" not in html
+    assert "&lt;/script&gt;" in html
+
+
+def big(sides, count, want):
+    """Return made-up results of a map of many cells, of three regimes and of numbers that vary."""
+    scan = load_scan(
+        {
+            "system": "ssul-set6",
+            "vary": {
+                "omega": {"start": 5.0, "stop": 8.0, "num": sides},
+                "P": {"start": 400.0, "stop": 900.0, "num": sides},
+            },
+            "start": {"policy": "random", "count": count},
+            "sampling": {"transient": 1, "periods": 12},
+            "record": {"want": want},
+        }
+    )
+    generator, arrays = np.random.default_rng(0), {}
+    for name, array in unfilled(scan).items():
+        if name in ("refined_label",):
+            continue
+        if name == "label":
+            words = np.array(["T,1", "T,0", "3T,2", "chaos"], dtype=object)
+            array[...] = words[generator.integers(0, 4, array.shape)]
+        elif array.dtype.kind == "f":
+            array[...] = generator.normal(size=array.shape)
+        else:
+            array[...] = 0
+        arrays[name] = array
+    return Stored(scan, arrays)
+
+
+@pytest.mark.parametrize(("sides", "count"), [(300, 1), (150, 4)])
+def test_a_large_map_fits_into_a_mail(sides, count):
+    """Of random numbers, which nothing makes smaller: a real map takes less."""
+    want = ["section", "impacts", "energy", "regime", "lyapunov", "settling", "evidence"]
+    report = report_page(big(sides, count, want))
+    assert report.size <= MOST_BYTES
+    _, found = unpacked(report.html)
+    assert found["label"].size == 90_000
+    assert {"E1max", "section"} <= set(found)
+    assert "holds" in report.left_out
+
+
+def test_the_command_writes_the_page_and_says_its_size(small_map, tmp_path, capsys):
+    output = tmp_path / "page.html"
+    assert main(["report", str(small_map), "-o", str(output)]) == 0
+    assert "MB" in capsys.readouterr().out
+    assert "a small map" in output.read_text(encoding="utf-8")
+    assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["no.h5"], "no.h5"),
+        (["{map}", "-o", "{map}"], "made of"),
+        (["{map}", "-o", "no/x.html"], "no folder"),
+        (["{map}", "--branches", "{map}"], "not a continuation"),
+        (["{map}", "--claims", "{folder}"], "archives"),
+        (["{folder}"], "archives"),
+    ],
+)
+def test_a_wrong_request_is_one_line(arguments, words, small_map, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty").mkdir()
+    places = {"{map}": str(small_map), "{folder}": "empty"}
+    before = small_map.read_bytes()
+    assert main(["report", *(places.get(text, text) for text in arguments)]) == 2
+    found = capsys.readouterr().err
+    assert found.count("\n") == 1
+    assert words in found
+    assert small_map.read_bytes() == before
+
+
+@pytest.fixture(scope="module")
+def branches(folder):
+    path = folder / "branches.h5"
+    arguments = ["--along", "omega=7.3:7.6", "--doublings", "1", "--unstable", "30", "--quiet"]
+    assert main(["continuation", *arguments, "-o", str(path)]) == 0
+    return path
+
+
+@pytest.mark.parametrize("name", ["diagram", "map"])
+def test_branches_and_special_points_are_on_the_page(
+    name, branches, folder, small_map, small_diagram, capsys
+):
+    output = folder / f"{name}-branches.html"
+    assert (
+        main(["report", str(folder / f"{name}.h5"), "--branches", str(branches), "-o", str(output)])
+        == 0
+    )
+    html = output.read_text(encoding="utf-8")
+    special = nv.continued(branches).special
+    assert len(special)
+    for row in special:
+        assert f"<td>{row.kind}</td><td>omega = {row.value:.8g}</td>" in html
+    assert html.count("multi_line") or "MultiLine" in html
+
+
+def test_branches_of_another_parameter_are_refused(branches, folder, capsys):
+    vary = {
+        "P": {"start": 700.0, "stop": 900.0, "num": 3},
+        "C": {"start": 0.06, "stop": 0.07, "num": 2},
+    }
+    path = nv.bifurcation({**MAP, "vary": vary}, folder / "PC.h5")
+    assert (
+        main(["report", str(path), "--branches", str(branches), "-o", str(folder / "x.html")]) == 2
+    )
+    assert "continues along omega" in capsys.readouterr().err
+
+
+def test_a_folder_of_reproduce_gives_the_claims(small_diagram, tmp_path):
+    (tmp_path / "archives").mkdir()
+    (tmp_path / "archives" / "figure8.h5").write_bytes(small_diagram.read_bytes())
+    output = tmp_path / "page.html"
+    assert main(["report", str(tmp_path), "-o", str(output), "--quiet"]) == 0
+    html = output.read_text(encoding="utf-8")
+    from nlds_vines.reproduce.claims import CLAIMS
+
+    table = html[html.index('id="claims"') :]
+    assert table.count("<tr><td>") == len(CLAIMS)
+    assert "not computed" in table

@@ -1,0 +1,180 @@
+"""A page without a browser: what its controls do, what it is told, what ends with it."""
+
+import json
+import threading
+import time
+
+import pytest
+
+bokeh = pytest.importorskip("bokeh", reason="Bokeh is not installed")
+
+from bokeh.document import Document  # noqa: E402
+
+from nlds_vines.bifurcation.request_file import load_scan  # noqa: E402
+from nlds_vines.explore.opened import READY, Opened  # noqa: E402
+from nlds_vines.explore.session import Session  # noqa: E402
+from nlds_vines.explore.stored import stored  # noqa: E402
+from nlds_vines.portrait.request_file import load_portrait  # noqa: E402
+
+
+class Page:
+    """A page whose browser is this test."""
+
+    def __init__(self, opened):
+        self.document = Document()
+        self.session = Session(self.document, opened)
+        self.told = {}
+        self.session._data["told"].on_change("data", self._note)
+        self.ask("ready")
+        self.settle()
+
+    def _note(self, attribute, old, new):
+        for text in new["message"]:
+            self.told |= json.loads(text)
+
+    def ask(self, do, **more):
+        self.session._data["asked"].data = {"message": [json.dumps({"do": do, **more})]}
+
+    def settle(self, until=lambda page: not page.session._busy, seconds=60.0):
+        """Run what threads have left for the document until a condition holds."""
+        end = time.monotonic() + seconds
+        while True:
+            for callback in list(self.document.session_callbacks):
+                self.document.remove_next_tick_callback(callback)
+                callback.callback()
+            if until(self):
+                return
+            assert time.monotonic() < end, self.told
+            time.sleep(0.005)
+
+
+@pytest.fixture
+def page(small_map):
+    page = Page(Opened(stored(small_map)))
+    yield page
+    page.session.close()
+
+
+def test_a_click_shows_the_orbit_of_the_cell(page, small_map):
+    found = stored(small_map)
+    for cell in ((0, 0), (5, 3), (3, 2)):
+        page.ask("cell", cell=cell, start=1, number=7)
+        page.settle()
+        assert page.told["orbit"]["label"] == found.arrays["label"][(*cell, 1)]
+        assert page.told["orbit"]["number"] == 7
+        assert page.told["sliders"]["omega"] == found.values_of(cell)["omega"]
+        assert page.told["trouble"] == ""
+
+
+def test_of_many_clicks_the_last_one_is_shown(page, small_map):
+    for number in range(20):
+        page.ask("cell", cell=(number % 6, 0), start=0, number=number)
+    page.settle()
+    assert page.told["orbit"]["number"] == 19
+
+
+@pytest.mark.parametrize("cell", [(6, 0), (-1, 0), (0, 4)])
+def test_a_cell_that_is_not_there_is_refused(page, cell):
+    page.ask("cell", cell=cell, start=0)
+    assert "no cell" in page.told["trouble"]
+
+
+@pytest.mark.parametrize(
+    "message",
+    [{"do": "nothing"}, {"do": "cell"}, {"do": "finer", "ranges": []}, {"do": "save", "what": "x"}],
+)
+def test_a_message_that_means_nothing_changes_nothing(page, message):
+    page.ask(message.pop("do"), **message)
+    page.settle()
+    assert page.told["trouble"]
+    page.ask("cell", cell=(1, 1), start=0)
+    page.settle()
+    assert page.told["orbit"]["label"]
+
+
+def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(page):
+    page.ask("cell", cell=(2, 2), start=0)
+    page.settle()
+    page.ask("slider", name="P", value=333.0)
+    page.settle()
+    assert page.session._orbit.view.column.system.parameters["P"] == 333.0
+    page.ask("slider", name="m1", value=-1.0)
+    assert "m1" in page.told["trouble"]
+    assert page.told["sliders"]["m1"] > 0
+    page.ask("original")
+    page.settle()
+    assert (
+        page.session._orbit.view.column.system.parameters["P"]
+        == page.session._found.values_of((2, 2))["P"]
+    )
+
+
+def test_a_click_in_a_phase_plane_begins_an_orbit_there(page):
+    page.ask("plane", plane="phase2", x=0.3, v=-0.25)
+    page.settle()
+    start = page.session._orbit.request.start
+    assert start[2:] == (0.3, -0.25)
+    assert page.told["orbit"]["where"] == "from a start of your own"
+
+
+def test_a_rectangle_is_computed_and_one_can_go_back(page):
+    page.ask("finer", ranges=[[7.4, 7.5], [800.0, 850.0]])
+    page.settle(lambda p: p.told["job"]["share"] == 1.0 and not p.session._busy)
+    assert page.told["level"]["axes"][0]["values"][0] == 7.4
+    assert (page.session._found.arrays["label"] != "").all()
+    assert page.told["job"]["back"]
+    page.ask("back")
+    assert page.told["level"]["axes"][0]["values"][0] == 7.3
+    assert page.told["job"]["forward"]
+    page.ask("forward")
+    assert page.told["level"]["axes"][0]["values"][0] == 7.4
+
+
+def test_a_closed_page_leaves_nothing_running(small_map, monkeypatch):
+    monkeypatch.setattr("nlds_vines.bifurcation.blocks.BLOCK_PERIODS", 1)
+    opened = Opened(stored(small_map))
+    page = Page(opened)
+    page.ask("finer", ranges=[[7.4, 7.5], [800.0, 850.0]])
+    job = page.session._job
+    page.session.close()
+    job.wait(20.0)
+    assert not job.running
+    assert opened.listeners == []
+    assert not [t for t in threading.enumerate() if t.name == "refining"]
+
+
+def test_what_is_saved_is_what_is_seen(page, tmp_path):
+    page.ask("cell", cell=(1, 2), start=1)
+    page.settle()
+    page.ask("save", what="portrait")
+    path = tmp_path / page.told["file"]["name"]
+    path.write_text(page.told["file"]["text"])
+    assert load_portrait(path).start == page.session._orbit.request.start
+    page.ask("slider", name="C", value=0.05)
+    page.settle()
+    page.ask("save", what="scan")
+    path.write_text(page.told["file"]["text"])
+    assert load_scan(path).system.parameters["C"] == 0.05
+    assert load_scan(path).shape == (6, 4)
+
+
+def test_the_saved_picture_is_one(page):
+    page.ask("save", what="picture")
+    page.settle(lambda p: "file" in p.told)
+    assert page.told["file"]["base64"].startswith("iVBOR")  # PNG
+
+
+def test_a_scan_is_computed_while_it_is_seen(small_diagram):
+    scan = stored(small_diagram).scan
+    opened = Opened(None, scan)
+    page = Page(opened)
+    opened.begin()
+    page.settle(
+        lambda p: opened.job.share == 1.0 and opened.kernels == READY and not opened.job.running
+    )
+    page.settle()
+    assert set(page.told["cells"]["labels"]) == {
+        "not computed", *stored(small_diagram).arrays["label"].ravel()
+    }  # fmt: skip
+    assert opened.close()
+    page.session.close()

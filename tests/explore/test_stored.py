@@ -1,0 +1,141 @@
+"""What a page knows of an archive: the same numbers, cell by cell; foreign files in one line."""
+
+import h5py
+import numpy as np
+import pytest
+
+from nlds_vines.archives.archive import read
+from nlds_vines.bifurcation.blocks import blocks_of
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.errors import RequestError
+from nlds_vines.explore.cell_columns import columns, section_points
+from nlds_vines.explore.cell_start import start_of
+from nlds_vines.explore.live_orbit import Sampling, live_orbit
+from nlds_vines.explore.shows import classes_of, label_words, shows_of
+from nlds_vines.explore.stored import empty, stored
+
+
+def test_the_arrays_are_those_of_the_archive(small_map):
+    found = stored(small_map)
+    with read(small_map) as view:
+        for name in ("label", "E1max", "section", "multipliers", "status"):
+            expected = view[name]
+            np.testing.assert_array_equal(found.arrays[name], expected)
+    assert found.shape == (6, 4)
+    assert found.starts == ("random 0", "random 1")
+    assert found.values_of((1, 2)) == {
+        "omega": found.scan.axes[0].values[1],
+        "P": found.scan.axes[1].values[2],
+    }
+
+
+def test_the_columns_stand_start_by_start_and_cell_by_cell(small_map):
+    found = stored(small_map)
+    column, words = columns(found), label_words(found)
+    for i, j, k in ((0, 0, 0), (5, 3, 1), (2, 1, 0)):
+        row = (i * 4 + j) * 2 + k
+        assert words[column["label"][row]] == found.arrays["label"][i, j, k]
+        assert column["E1max"][row] == np.float32(found.arrays["E1max"][i, j, k])
+    never = found.lanes("settling").ravel() < 0
+    np.testing.assert_array_equal(np.isnan(column["settling"]), never)
+
+
+def test_every_cell_live_has_the_label_of_the_archive(small_map):
+    found = stored(small_map)
+    for cell in np.ndindex(found.shape):
+        for k in range(2):
+            system = found.scan.system.with_(**found.values_of(cell))
+            start = start_of(found, cell, k, system)
+            orbit = live_orbit(system, start.state, Sampling.of(found.scan))
+            assert orbit.label == found.arrays["label"][(*cell, k)]
+
+
+def test_the_start_of_a_sweep_is_the_end_of_the_cell_before(small_sweeps):
+    found = stored(small_sweeps)
+    for k, before in ((0, 3), (1, 5)):  # up and down, at cell 4
+        start = start_of(found, (4, 0), k, found.scan.system.with_(**found.values_of((4, 0))))
+        assert start.state == tuple(found.arrays["section"][before, k, -1])
+    edge = start_of(found, (0, 0), 0, found.scan.system)
+    assert edge.state is None
+    assert "beginning" in edge.words
+
+
+def test_a_sweep_without_states_says_that_it_begins_at_rest(small_sweeps):
+    found = stored(small_sweeps)
+    bare = {name: values for name, values in found.arrays.items() if name == "label"}
+    start = start_of(type(found)(found.scan, bare), (4, 0), 0, found.scan.system)
+    assert start.state is None
+    assert "does not hold" in start.words
+
+
+def test_a_scan_under_way_ends_as_its_archive(small_map):
+    whole = stored(small_map)
+    growing = empty(whole.scan)
+    assert set(columns(growing)["label"]) == {0}
+    computer = Computer(whole.scan, helped=False)
+    for block in blocks_of(whole.scan):
+        growing.put(block, computer.block(block))
+    for name, values in growing.arrays.items():
+        np.testing.assert_array_equal(values, whole.arrays[name])
+
+
+def test_a_long_section_keeps_its_last_states(small_map, monkeypatch):
+    whole = stored(small_map).arrays["section"]
+    monkeypatch.setattr("nlds_vines.explore.stored.MOST_SECTION", 6 * 4 * 2 * 4 * 5)
+    np.testing.assert_array_equal(stored(small_map).arrays["section"], whole[..., -5:, :])
+
+
+def test_a_map_without_a_section_shows_the_point_of_the_periodic_orbit(small_map):
+    found = stored(small_map)
+    arrays = {n: v for n, v in found.arrays.items() if n != "section"}
+    points = section_points(type(found)(found.scan, arrays), 12)
+    np.testing.assert_array_equal(points[:, 0], found.lanes("orbit_point").reshape(-1, 4))
+
+
+@pytest.mark.parametrize("kind", ["missing", "text", "cut", "tuning"])
+def test_any_other_file_is_refused_in_one_line(kind, small_map, tmp_path):
+    path = tmp_path / "other.h5"
+    if kind == "text":
+        path.write_text("no archive")
+    elif kind == "cut":
+        path.write_bytes(small_map.read_bytes()[: small_map.stat().st_size // 2])
+    elif kind == "tuning":
+        path.write_bytes(small_map.read_bytes())
+        with h5py.File(path, "a") as file:
+            file.attrs["content"] = "tuning"
+    with pytest.raises(RequestError) as caught:
+        stored(path)
+    assert "\n" not in str(caught.value)
+    assert "other.h5" in str(caught.value)
+
+
+def test_damage_within_a_dataset_is_told(small_map, tmp_path):
+    bytes_ = bytearray(small_map.read_bytes())
+    with h5py.File(small_map) as file:
+        place = file["E1max"].id.get_chunk_info(0).byte_offset
+    bytes_[place + 4] ^= 0xFF
+    path = tmp_path / "damaged.h5"
+    path.write_bytes(bytes_)
+    with pytest.raises(RequestError, match="E1max is damaged"):
+        stored(path)
+
+
+def test_what_a_map_of_several_starts_shows(small_map):
+    names = [show.name for show in shows_of(stored(small_map))]
+    assert names[:3] == ["regimes", "regimes of a start", "coexisting"]
+    assert {"share:T,1", "E1max", "lyapunov"} <= set(names)
+
+
+def test_what_a_diagram_shows_first_is_its_section(small_diagram):
+    shows = shows_of(stored(small_diagram))
+    assert [show.name for show in shows[:2]] == ["x2", "x1"]
+    assert shows[0].points
+
+
+def test_the_colours_are_those_of_the_pictures(small_map):
+    from nlds_vines.plotting.palette import colours
+
+    found = stored(small_map)
+    words = label_words(found)[1:]
+    shades = colours(words)
+    assert [shade for _, shade in classes_of(found)[1:]] == [shades[word] for word in words]

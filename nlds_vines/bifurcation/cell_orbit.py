@@ -18,7 +18,7 @@ from nlds_vines.errors import RequestError, number, unknown, whole
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.axis import Axis
 from nlds_vines.orbits.simulation import Beginning, IntegrationError, Orbit, checked_record
-from nlds_vines.orbits.starts import random_states, start_states
+from nlds_vines.orbits.starts import given_states, random_states, start_states
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,11 @@ def cell_orbit(
     lane = _lane(scan, start)
     cells = scan.cells()
     system = scan.system.with_(
-        **{axis.name: float(axis.values[i]) for axis, i in zip(scan.axes, place, strict=True)}
+        **{
+            axis.name: float(axis.values[i])
+            for axis, i in zip(scan.axes, place, strict=True)
+            if axis in scan.parameters
+        }
     )
     begin = Beginning(system, scan.method, scan.settings, _record(cells, place), np.zeros(SIZE))
     if scan.start.policy == "random":
@@ -113,6 +117,11 @@ def cell_orbit(
         begin.state[:4] = random_states(cells[place], draws, scan.system.scene)[lane]
     elif scan.start.sweeps:
         begin = _swept(scan, cells, place, scan.start.sweeps[lane], begin)
+    else:
+        initial = scan.initial([np.array([i]) for i in place])
+        begin.state[:4] = given_states(
+            cells[place].reshape(1), scan.start, initial, scan.system.scene
+        )[0]
     return CellOrbit(scan, begin, scan.start.names[lane])
 
 

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
+from nlds_vines.bifurcation.attracted import Attracted
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.orbits import refinement, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
 from nlds_vines.orbits.settings import Settings
-from nlds_vines.orbits.starts import random_states, start_states, user_states
+from nlds_vines.orbits.starts import given_states, random_states, start_states, user_states
 from nlds_vines.orbits.status_words import OK
+from nlds_vines.orbits.wants import ATTRACTOR, plain
 from nlds_vines.runs.progress import Tell
 
 if TYPE_CHECKING:
@@ -26,9 +28,9 @@ STEP = {"up": 1, "down": -1}
 
 
 def wanted_of(scan: Scan, settings: Settings | None = None) -> Wanted:
-    """Return what a scan wants of its orbits; `settings` None means its own."""
+    """Return what a scan wants of orbits to their end; `settings` None means its own."""
     settings = scan.settings if settings is None else settings
-    return Wanted(scan.system.scene, scan.want, scan.method, scan.effort, settings)
+    return Wanted(scan.system.scene, plain(scan.want), scan.method, scan.effort, settings)
 
 
 class Computer:
@@ -50,6 +52,9 @@ class Computer:
         self._cells = scan.cells()
         self._draws = start_states(scan.start) if scan.start.policy == "random" else None
         wanted = wanted_of(scan, settings)
+        self.attracted: Attracted | None = None
+        if ATTRACTOR in scan.want:
+            self.attracted = Attracted(scan, wanted, tell, helped=helped)
         self._kernels, self._finer = Kernels(wanted, tell, helped=helped), None
         if "error" in scan.want:
             finer = wanted.settings.refined(scan.method)
@@ -58,20 +63,36 @@ class Computer:
     def block(self, block: Block) -> dict[str, np.ndarray]:
         """Return the datasets of a block by name, each of shape rectangle + (starts,) + tail."""
         cells = self._cells[block.selection]
-        arrays = self.lanes(*self._chains(cells))
+        sides = (np.arange(first, stop) for first, stop in block.slices)
+        places = np.ravel_multi_index(np.ix_(*sides), self.scan.shape)
+        arrays = self.lanes(*self._chains(cells, places))
         return {
             name: self._in_place(arrays[name], cells.shape, name)
             for name in self.scan.table.datasets
         }
 
-    def lanes(self, chains: np.ndarray, starts: np.ndarray) -> dict[str, np.ndarray]:
+    def lanes(
+        self, chains: np.ndarray, starts: np.ndarray, places: np.ndarray
+    ) -> dict[str, np.ndarray]:
         """Return the results of chains of cells (chains, links) from their starts (chains, 4).
+
+        Arguments: `places` (chains,), the number in the scan of the first cell of each.
 
         They are arrays (chains, links, tail) by name of the dataset; there may be more of them than
         the scan wants.
         """
-        outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
-        return self._arrays(outputs, chains, starts)
+        arrays = {"P": chains["P"].copy()}
+        if self._draws is not None:
+            found = user_states(chains[:, 0], starts, self.scan.system.scene)
+            arrays["start_state"] = found[:, np.newaxis]
+        if self.attracted is not None:
+            arrays |= self.attracted.arrays(chains[:, 0], starts, places)
+        if self.attracted is None or self._kernels.records:
+            outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
+            arrays |= self._arrays(outputs, chains)
+        for name, dataset in self.scan.table.datasets.items():
+            _one_nan(_failed_filled(arrays[name], dataset, arrays["status"]))
+        return arrays
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4) on the current threads.
@@ -87,39 +108,45 @@ class Computer:
             refined=self._finer.run(chains, starts, transient, periods),
         )
 
-    def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return orbits of the scan, each by itself: cells (n, 1) and starts (n, 4).
+    def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return orbits of the scan, each by itself: cells (n, 1), starts (n, 4), places (n,).
 
         Arguments: the numbers (n,) of the `chosen` ones, counted cell after cell.  Those of a sweep
         begin at rest here.
         """
-        cells = self._cells.ravel()[chosen // self.scan.starts][:, np.newaxis]
+        places = chosen // self.scan.starts
+        cells = self._cells[np.unravel_index(places, self.scan.shape)]
         if self._draws is None:
-            return cells, np.zeros((len(cells), 4))
+            return cells[:, np.newaxis], self._given(cells, places), places
         draws = self._draws[chosen % self.scan.starts][:, np.newaxis]
-        return cells, random_states(cells[:, 0], draws, self.scan.system.scene)[:, 0]
+        states = random_states(cells, draws, self.scan.system.scene)[:, 0]
+        return cells[:, np.newaxis], states, places
 
-    def _chains(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the chains of a block of cells and the start (x1, v1, r, s) of each."""
+    def _given(self, cells: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Return the starts (n, 4) of `cells` (n,), given by their places, that are not drawn."""
+        initial = self.scan.initial(np.unravel_index(places, self.scan.shape))
+        return given_states(cells, self.scan.start, initial, self.scan.system.scene)
+
+    def _chains(
+        self, cells: np.ndarray, places: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the chains of a block of cells, the start (x1, v1, r, s) and place of each."""
         if sweeps := self.scan.start.sweeps:
             rows = cells.reshape(-1, cells.shape[-1])
             chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
-            return chains, np.zeros((len(chains), 4))
+            firsts = np.tile(places.reshape(rows.shape)[:, 0], len(sweeps))
+            return chains, np.zeros((len(chains), 4)), firsts
+        each = np.repeat(places.ravel(), self.scan.starts)
         chains = np.repeat(cells.ravel(), self.scan.starts)[:, np.newaxis]
         if self._draws is None:
-            return chains, np.zeros((len(chains), 4))
+            return chains, self._given(chains[:, 0], each), each
         states = random_states(cells, self._draws, self.scan.system.scene)
-        return chains, np.ascontiguousarray(states.reshape(-1, 4))
+        return chains, np.ascontiguousarray(states.reshape(-1, 4)), each
 
-    def _arrays(
-        self, outputs: Outputs, cells: np.ndarray, starts: np.ndarray
-    ) -> dict[str, np.ndarray]:
+    def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
         """Return the datasets by name, in the order of the lanes: (chains, links, tail)."""
         status = outputs.status
-        arrays = {"status": status, "P": cells["P"].copy()}
-        if self._draws is not None:
-            found = user_states(cells[:, 0], starts, self.scan.system.scene)
-            arrays["start_state"] = found[:, np.newaxis]
+        arrays = {"status": status}
         if outputs.section is not None:
             arrays["section"] = outputs.section[:, :, -self.scan.periods :]
         if outputs.energy is not None:
@@ -144,8 +171,6 @@ class Computer:
             arrays |= outputs.verdicts(cells)
         if outputs.refined is not None:
             arrays |= refinement.arrays_of(outputs, outputs.refined, arrays.get("label"))
-        for name, dataset in self.scan.table.datasets.items():
-            _one_nan(_failed_filled(arrays[name], dataset, status))
         return arrays
 
     def _in_place(self, values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import described
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.responses import quantities_of
@@ -31,7 +31,7 @@ def scales_of(
 ) -> tuple[Scale, ...]:
     """Return every dimension that a dataset of a scan may have, with its values."""
     varied = (
-        Scale(axis.name, axis.values, PARAMETERS[axis.name].unit, PARAMETERS[axis.name].meaning)
+        Scale(axis.name, axis.values, described(axis.name).unit, described(axis.name).meaning)
         for axis in axes
     )
     cycles = np.arange(1, periods + 1, dtype=np.int32)
@@ -42,11 +42,11 @@ def scales_of(
         Scale("cycle", cycles, "1", "sampled forcing period, counted after the transient"),
         Scale("component", np.array(scene.components), "1", "component of the state"),
         *([Scale("wall", np.array(walls), "1", "what is struck")] if walls else []),
-        *(_state_scales(len(scene.components)) if "evidence" in want else ()),
+        *(state_scales(len(scene.components)) if "evidence" in want else ()),
     )
 
 
-def _state_scales(count: int) -> Iterator[Scale]:
+def state_scales(count: int) -> Iterator[Scale]:
     """Yield the dimensions that count what belongs to a state of so many components."""
     order = np.arange(1, count + 1, dtype=np.int32)
     yield Scale("multiplier", order, "1", "Floquet multiplier, the largest modulus first")
@@ -76,6 +76,7 @@ def table_of(
         "lyapunov": _lyapunov(lanes),
         "settling": _settling(lanes),
         "evidence": _evidence(lanes, bool(scene.walls)),
+        "attractor": _attractor(lanes, "regime" in want),
         "clearance": _clearance(lanes) if scene.walls else (),
         "error": _error(lanes, want),
     }
@@ -214,6 +215,16 @@ def _evidence(lanes: tuple[str, ...], walls: bool) -> Iterator[Dataset]:
         yield _number(
             lanes, "softest_impact", "m/s", "smallest approach speed of the periodic orbit"
         )
+
+
+def _attractor(lanes: tuple[str, ...], labelled: bool) -> Iterator[Dataset]:
+    """Yield the attractor of each orbit, and its final regime unless the verdict says more."""
+    text = "number of the attractor of the orbit; -1 where it is not known"
+    yield Dataset("attractor", lanes, "int32", "1", text, -1)
+    text = "forcing periods until the orbit is certain to be drawn to its attractor; -1 if never"
+    yield Dataset("arrival", lanes, "int32", "1", text, -1)
+    if not labelled:
+        yield Dataset("label", lanes, "str", "1", "final regime in words: nT,k, chaos ...", "")
 
 
 def _clearance(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:

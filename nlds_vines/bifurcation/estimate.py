@@ -7,12 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from nlds_vines.bifurcation.attracted import learning_orbits
 from nlds_vines.bifurcation.blocks import blocks_of, result_bytes, work_bytes
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.model.axis import Axis
 from nlds_vines.orbits.compilation import notice
+from nlds_vines.orbits.wants import ATTRACTOR
 from nlds_vines.runs.progress import duration, size
 from nlds_vines.runs.threads import use_threads
+
+FEW = 3
+"""Values of each parameter at which the attractors of the sample are learnt."""
 
 SECONDS = 1.0
 """How long the sample runs at least, unless it comes to an end before."""
@@ -26,11 +32,12 @@ MOST_PERIODS = 20_000
 
 @dataclass(frozen=True)
 class Estimate:
-    """The time that a scan takes: `seconds` on so many `threads`."""
+    """The time that a scan takes: `seconds` on so many `threads`, `learning` of it before."""
 
     scan: Scan
     threads: int
     seconds: float
+    learning: float = 0.0
 
     def lines(self) -> list[str]:
         """Return the estimate, one fact a line."""
@@ -44,9 +51,17 @@ class Estimate:
             f"results:  {size(result_bytes(scan))} before compression",
             f"memory:   {size(work_bytes(scan))} of results at a time, "
             + _counted(len(list(blocks_of(scan))), "block"),
+            *self._learning(),
             f"time:     about {duration(self.seconds)} on {self.threads} threads, "
             "from a sample run here",
         ]
+
+    def _learning(self) -> list[str]:
+        """Return a line on the orbits from which attractors are learnt, where they are."""
+        if not self.learning:
+            return []
+        orbits = _counted(learning_orbits(self.scan), "orbit")
+        return [f"learning: attractors from {orbits}, about {duration(self.learning)}"]
 
 
 def _counted(number: int, what: str) -> str:
@@ -66,8 +81,15 @@ def estimate(scan: Scan, threads: int | None = None) -> Estimate:
     short = replace(
         scan, transient=int(scan.transient * cut), periods=max(1, int(scan.periods * cut))
     )
+    short, learning = _thinned(short), 0.0
     computer = Computer(short, tell=notice())
-    chosen = np.arange(scan.lanes) if scan.lanes <= MOST_ORBITS else _some(scan.lanes)
+    if computer.attracted is not None:
+        computer.attracted.learn()  # compiles
+        began = time.perf_counter()
+        Computer(short).attracted.learn()
+        learning = (time.perf_counter() - began) * learning_orbits(scan) / learning_orbits(short)
+    lanes = short.lanes
+    chosen = np.arange(lanes) if lanes <= MOST_ORBITS else _some(lanes)
     chosen = np.random.default_rng(0).permutation(chosen)
     computer.lanes(*computer.orbits(chosen[:1]))  # compiles
     if scan.start.sweeps:
@@ -77,7 +99,20 @@ def estimate(scan: Scan, threads: int | None = None) -> Estimate:
     finally:
         use_threads(threads)
     longer = whole_orbit / (short.transient + short.periods)
-    return Estimate(scan, used, seconds / done * scan.lanes * longer)
+    learning *= longer
+    return Estimate(scan, used, seconds / done * scan.lanes * longer + learning, learning)
+
+
+def _thinned(scan: Scan) -> Scan:
+    """Return a scan whose attractors are learnt in a moment: of each parameter a few values."""
+    if ATTRACTOR not in scan.want:
+        return scan
+    few = {axis: np.linspace(0, axis.values.size - 1, FEW).astype(int) for axis in scan.parameters}
+    axes = (
+        Axis(axis.name, np.unique(axis.values[few[axis]])) if axis in few else axis
+        for axis in scan.axes
+    )
+    return replace(scan, axes=tuple(axes))
 
 
 def _some(lanes: int) -> np.ndarray:

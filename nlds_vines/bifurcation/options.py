@@ -18,6 +18,7 @@ from nlds_vines.cli.option_values import (
 from nlds_vines.cli.parser import Parser
 from nlds_vines.errors import from_text
 from nlds_vines.orbits.settings import EFFORTS, METHODS
+from nlds_vines.orbits.starts import STATE
 from nlds_vines.orbits.wants import WANTS
 
 
@@ -30,9 +31,11 @@ def add_scan_options(parser: Parser) -> None:
         action="append",
         default=[],
         metavar="NAME=START:STOP:NUM",
-        help="once or twice; NUM:log for equal ratios",
+        help="once or twice, x2_0 too; NUM:log for equal ratios",
     )
-    group.add_argument("--start", metavar="POLICY", help="rest, up, down, both or random:N")
+    group.add_argument(
+        "--start", metavar="POLICY", help="rest, up, down, both, random:N or x1,v1,x2,v2"
+    )
     group.add_argument("--transient", type=int, metavar="PERIODS", help="discarded")
     group.add_argument("--periods", type=int, metavar="PERIODS", help="sampled")
     group.add_argument("--record", metavar="A,B,C", help=f"of {', '.join(WANTS)}")
@@ -63,7 +66,10 @@ def changes(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _start(text: str) -> dict[str, Any]:
-    """Return the `[start]` table that rest, up, down or random:N means."""
+    """Return the `[start]` table that rest, up, down, random:N or a state means."""
+    if "," in text:
+        state = [from_text(float, f"--start {text}", word) for word in text.split(",")]
+        return {"policy": STATE, "state": state}
     policy, _, count = text.partition(":")
     if policy != "random":
         return {"policy": text}

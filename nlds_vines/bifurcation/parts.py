@@ -8,6 +8,7 @@ before it takes its name; then they are removed.
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,13 +19,17 @@ import numpy as np
 
 from nlds_vines.archives import archive, durable
 from nlds_vines.archives.provenance import Value, attributes
+from nlds_vines.bifurcation.attracted import Attracted
+from nlds_vines.bifurcation.attractor_table import AttractorTable
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
+from nlds_vines.orbits.attractor_learning import Learnt
+from nlds_vines.orbits.wants import ATTRACTOR
 from nlds_vines.runs.folder import RunFolder, folder_of
 from nlds_vines.runs.manifest import NAME, SCAN, Manifest, refuse_unless_scan
-from nlds_vines.runs.partfile import UNSOUND, Part, fetch, path_of, peek, store
+from nlds_vines.runs.partfile import LEARNT, UNSOUND, Part, fetch, path_of, peek, store
 from nlds_vines.toml import parse_toml
 
 
@@ -77,6 +82,25 @@ class PartFiles:
         self._check(block, content)
         identity = self._identity(block)
         return store(self.path(block), identity, content, seconds=seconds, threads=threads)
+
+    def learnt(self) -> Learnt | None:
+        """Return the attractors that were learnt, None where they are not there.
+
+        Raises one of `UNSOUND` where their part does not verify, or others made it.
+        """
+        try:
+            return Learnt.of(fetch(self.folder / LEARNT, self._of_attractors()).by_us().arrays)
+        except FileNotFoundError:
+            return None
+
+    def write_learnt(self, learnt: Learnt, seconds: float) -> None:
+        """Store the attractors that were learnt, as `write` stores a block."""
+        arrays = {name: np.ascontiguousarray(array) for name, array in learnt.arrays().items()}
+        store(self.folder / LEARNT, self._of_attractors(), arrays, seconds=seconds, threads=1)
+
+    def _of_attractors(self) -> list[Any]:
+        """Return what makes a part that of the attractors of this scan."""
+        return [self.scan.hash, ATTRACTOR]
 
     def _identity(self, block: Block) -> list[Any]:
         """Return what makes a part the part of this block of this scan."""
@@ -152,6 +176,21 @@ class Parts(RunFolder):
         """Return the verified part of a block; raises one of `UNSOUND` where it does not verify."""
         return self.files.load(block).by_us()
 
+    def learn(self, attracted: Attracted, check: Callable[[], object]) -> None:
+        """Let `attracted` know the attractors of the scan: those in the folder, or learnt now."""
+        began = time.perf_counter()
+        try:
+            found = self.files.learnt()
+        except UNSOUND as error:
+            found = None
+            self.discarded.append(f"{LEARNT} is made again: {error}")
+        if found is not None:
+            attracted.know(found)
+            return
+        learnt = attracted.learn(check)
+        with durable.in_one_line(f"write a part in {self.folder}"):
+            self.files.write_learnt(learnt, time.perf_counter() - began)
+
     def write(
         self, block: Block, arrays: Mapping[str, np.ndarray], seconds: float = 0.0, threads: int = 1
     ) -> None:
@@ -183,9 +222,13 @@ class Parts(RunFolder):
 
         def make(path: Path) -> None:
             made = {"seconds": 0.0, "threads": 0} | self.begun_by() | dict(provenance or {})
-            scan, pieces = self.request, self._pieces(blocks, made, check)
+            scan, more = self.request, self._attractors()
+            table, scales = scan.table, list(scan.scales())
+            if more is not None:
+                table, scales = more.joined(), more.scales()
+            pieces = self._pieces(blocks, made, check, more)
             archive.write(
-                path, scan.table, scan.scales(), pieces, lambda: attributes(scan, scan.about | made)
+                path, table, scales, pieces, lambda: attributes(scan, scan.about | made)
             )
 
         self.deliver(make)
@@ -196,10 +239,30 @@ class Parts(RunFolder):
         """The part files themselves, without locks."""
         return PartFiles(self.folder, self.request)
 
+    def _attractors(self) -> AttractorTable | None:
+        """Return the table of the attractors, None where they are not recorded."""
+        if ATTRACTOR not in self.request.want:
+            return None
+        try:
+            learnt = self.files.learnt()
+        except UNSOUND as error:
+            text = f"{self.folder / LEARNT} cannot be used ({error}): use --resume"
+            raise RequestError(text) from error
+        if learnt is None:
+            raise RequestError(f"{self.folder / LEARNT} is missing: use --resume")
+        return AttractorTable(self.request, learnt)
+
     def _pieces(
-        self, blocks: Iterable[Block], made: dict[str, Any], check: Callable[[], object]
+        self,
+        blocks: Iterable[Block],
+        made: dict[str, Any],
+        check: Callable[[], object],
+        more: AttractorTable | None,
     ) -> Iterator[archive.Piece]:
-        """Yield the arrays of the parts; note the seconds they took and their threads in `made`."""
+        """Yield the arrays of the parts; note the seconds they took and their threads in `made`.
+
+        At last come `more`, the attractors, whose shares are counted meanwhile.
+        """
         for block in blocks:
             check()
             try:
@@ -211,3 +274,7 @@ class Parts(RunFolder):
             made["threads"] = max(made["threads"], part.made.threads)
             for name, array in part.arrays.items():
                 yield name, block.selection, array
+            if more is not None:
+                more.count(block, part.arrays[ATTRACTOR])
+        if more is not None:
+            yield from more.pieces()

@@ -14,13 +14,14 @@ from nlds_vines.archives.dataset import Scale, Table
 from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.archives.provenance import Value
 from nlds_vines.bifurcation.datasets import scales_of, table_of
-from nlds_vines.errors import RequestError, choice, string, whole
+from nlds_vines.errors import RequestError, choice, string, unknown, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.layers import request_hash
+from nlds_vines.model.parameters import INITIAL, component_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import EFFORTS, FINENESS, METHODS, Settings, chosen_settings
-from nlds_vines.orbits.starts import Start
-from nlds_vines.orbits.wants import checked_want, refuse_impossible
+from nlds_vines.orbits.starts import STATE, Start
+from nlds_vines.orbits.wants import ATTRACTOR, checked_want, refuse_impossible
 from nlds_vines.toml import toml_text
 
 MOST_LANES = 10**8
@@ -55,7 +56,7 @@ class Scan(Outlined):
     Arguments:
         title: one line for people.
         system: the parameters that do not vary.
-        axes: one or two varied parameters.
+        axes: one or two varied parameters, or initial conditions (`parameters.INITIAL`).
         want: of `orbits.wants.WANTS`, kept in that order; nothing else is computed.
         start: where the orbits of each cell begin.
         transient, periods: forcing periods discarded (>= 0) and sampled (>= 1).
@@ -96,6 +97,11 @@ class Scan(Outlined):
             object.__setattr__(self, "tolerance", settings.tolerance)
         refuse_impossible(self.want, self.system.scene, self.method)
         self._check_axes()
+        if ATTRACTOR in self.want and self.start.sweeps:
+            raise RequestError(
+                f"want {ATTRACTOR!r}: policy {self.start.policy!r} follows the orbits of other "
+                "cells; allowed: rest, random:N, a state, or axes of initial conditions"
+            )
 
     def _check_axes(self) -> None:
         names = [axis.name for axis in self.axes]
@@ -103,13 +109,54 @@ class Scan(Outlined):
             raise RequestError(
                 f"varied parameters: {', '.join(names) or 'none'}; allowed: one, or two different"
             )
+        self._check_initial([name for name in names if name not in self.system.scene.allowed])
         # ranges are intervals and K is monotonic in each constant: the corners cover the grid
         self._grid([axis.values[[0, -1]] for axis in self.axes])
         refuse_too_many(self.shape, self.starts)
 
     def _grid(self, values: list[np.ndarray]) -> np.ndarray:
-        names = (axis.name for axis in self.axes)
-        return self.system.cells(dict(zip(names, np.ix_(*values), strict=True)))
+        """Return the numbers for kernels, the same along an axis of initial conditions."""
+        varied = dict(zip((axis.name for axis in self.axes), np.ix_(*values), strict=True))
+        varied = {name: value for name, value in varied.items() if name not in INITIAL}
+        return np.broadcast_to(self.system.cells(varied), tuple(map(len, values)))
+
+    def _check_initial(self, names: Sequence[str]) -> None:
+        """Refuse axes of these `names`, which are no parameters, unless orbits can begin so."""
+        components = self.system.scene.components
+        if self.start.state and len(self.start.state) != len(components):
+            raise RequestError(
+                f"state has {len(self.start.state)} numbers; kind {self.system.kind!r} has the "
+                f"state {', '.join(components)}"
+            )
+        for name in names:
+            if name not in INITIAL:
+                known = [entry for entry in INITIAL if component_of(entry) in components]
+                raise unknown("axis", name, [*self.system.scene.allowed, *known])
+            if component_of(name) not in components:
+                raise RequestError(
+                    f"{name}: kind {self.system.kind!r} has the state {', '.join(components)}"
+                )
+            if self.start.policy not in ("rest", STATE):
+                raise RequestError(
+                    f"{name} is varied, so orbits begin at rest or in a given state but for that; "
+                    f"not with policy {self.start.policy!r}"
+                )
+
+    @property
+    def parameters(self) -> tuple[Axis, ...]:
+        """The axes that are parameters of the system, in their order."""
+        return tuple(axis for axis in self.axes if axis.name not in INITIAL)
+
+    def initial(self, where: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
+        """Return the components of the state that axes set, by name, each of shape (n,).
+
+        Arguments: the places (n,) of cells along each axis.
+        """
+        return {
+            component_of(axis.name): axis.values[places]
+            for axis, places in zip(self.axes, where, strict=True)
+            if axis.name in INITIAL
+        }
 
     def outline(self) -> Rows:
         """Return the system, the axes, the starts, and what is recorded."""
@@ -156,14 +203,17 @@ class Scan(Outlined):
 
     def document(self) -> dict[str, Any]:
         """Return the scan file that means exactly this scan, complete, as nested tables."""
-        start = {"policy": self.start.policy}
+        start: dict[str, Any] = {"policy": self.start.policy}
         sampling = {name: getattr(self, name) for name in SAMPLING}
-        drawn = {"count": self.start.count, "seed": self.start.seed}
+        if self.start.policy == "random":
+            start |= {"count": self.start.count, "seed": self.start.seed}
+        if self.start.state:
+            start["state"] = list(self.start.state)
         return {
             "title": self.title,
             "system": self.system.to_table(),
             "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.axes},
-            "start": start | drawn if self.start.policy == "random" else start,
+            "start": start,
             "sampling": {name: value for name, value in sampling.items() if value is not None},
             "record": {"want": list(self.want)},
         }

@@ -16,7 +16,7 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System, refuse_contradiction
 from nlds_vines.model.words import setting_in_words, symbol_of, system_in_words
 from nlds_vines.orbits.settings import FINENESS, chosen_settings, laid_over
-from nlds_vines.orbits.starts import Start
+from nlds_vines.orbits.starts import STATE, Start
 from nlds_vines.orbits.wants import checked_want, possible_want, refuse_impossible
 from nlds_vines.packaged_files import resource_text
 from nlds_vines.toml import parse_toml
@@ -26,7 +26,7 @@ FORM = Form(
     tables={
         "set": None,
         "vary": None,
-        "start": {"policy": unchecked, "count": unchecked, "seed": unchecked},
+        "start": {name: unchecked for name in ("policy", "count", "seed", "state")},
         "sampling": SAMPLING,
         "record": {"want": checked_want},
     },
@@ -142,11 +142,16 @@ def _refuse_set_and_varied(
 
 def _start(layers: Layers) -> Start:
     """Return the start policy; the upper one keeps count and seed of the same policy below."""
-    asked, known = layers.above.table("start"), layers.below.table("start")
+    asked, known = (_with_policy(layer.table("start")) for layer in (layers.above, layers.below))
     if asked.get("policy", known.get("policy")) != known.get("policy"):
         known = {}
     with at(layers.place("start")):
         return Start(**{**known, **asked})
+
+
+def _with_policy(start: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the entries of [start], with the policy that a state alone means."""
+    return ({"policy": STATE} if "state" in start else {}) | dict(start)
 
 
 def _sampling(layers: Layers) -> dict[str, Any]:

@@ -109,8 +109,9 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
             done = report.tally.lanes
             with Progress(lanes, "orbit", done=done, quiet=how.quiet) as progress:
                 note = partial(report.tally.follow, progress)
+                computer = _prepared(parts, how, progress.wait, stop)
                 if how.scheduler is None:
-                    _compute(parts, left, how, progress.wait, note, stop)
+                    _compute(parts, computer, left, how, note, stop)
                 else:
                     from nlds_vines.bifurcation import cluster
 
@@ -148,17 +149,27 @@ def _left(parts: Parts, blocks: Sequence[Block], tally: Tally) -> list[Block]:
     return [block for block in blocks if block.index not in done]
 
 
+def _prepared(parts: Parts, how: RunOptions, tell: Tell, stop: interrupts.Stop) -> Computer:
+    """Return what computes blocks here, once the attractors are known that it needs."""
+    computer = Computer(parts.request, tell=tell)
+    if computer.attracted is not None:
+        use_threads(how.threads if how.scheduler is None else None)
+        tell(computer.attracted.in_words(), 0.0)
+        parts.learn(computer.attracted, stop.check)
+        tell("", 0.0)
+    return computer
+
+
 def _compute(
     parts: Parts,
+    computer: Computer,
     blocks: list[Block],
     how: RunOptions,
-    tell: Tell,
     note: Note,
     stop: interrupts.Stop,
 ) -> None:
     """Compute the missing blocks here, one after the other, and store each."""
     used = use_threads(how.threads)
-    computer = Computer(parts.request, tell=tell)
     with _Storing(parts, note) as storing:
         began = time.perf_counter()
         for block in blocks:

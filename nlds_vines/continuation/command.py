@@ -37,6 +37,7 @@ from nlds_vines.continuation.request import STARTS, Continuation
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.errors import RequestError, at, from_text, shown
 from nlds_vines.model.catalogue import as_system
+from nlds_vines.model.parameters import INITIAL
 from nlds_vines.model.system import System
 
 if TYPE_CHECKING:
@@ -332,7 +333,7 @@ def _from_archive(
         (name,) = along
         orbits = orbits_in(view, name, values)
         if "system" not in found and options.continuation is None:
-            others = {axis: values.get(axis, view[axis][0]) for axis in view.axes if axis != name}
+            others = {axis: values.get(axis, view[axis][0]) for axis in view.axes if axis != name and axis not in INITIAL}
             others = {
                 axis: float(view[axis][abs(view[axis] - v).argmin()]) for axis, v in others.items()
             }

@@ -12,7 +12,7 @@ import numpy as np
 
 from nlds_vines.explore.shows import columns_of_shows, label_places
 from nlds_vines.explore.stored import Stored
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import described
 
 NUMBERS = (
     "E1max", "E2max", "reduction", "E1peak", "E2peak", "period", "impacts", "impact_rate",
@@ -62,7 +62,7 @@ def section_points(found: Stored, count: int) -> np.ndarray:
 
 def axes_of(found: Stored) -> list[dict[str, Any]]:
     """Return the axes as a browser takes them: name, symbol, unit, meaning, values."""
-    entries = ((axis, PARAMETERS[axis.name]) for axis in found.scan.axes)
+    entries = ((axis, described(axis.name)) for axis in found.scan.axes)
     return [
         {
             "name": axis.name,

@@ -51,9 +51,9 @@ def finer(scan: Scan, ranges: tuple[Range, ...], settings: dict[str, float] | No
 
 def _within(name: str, low: float, high: float) -> Range:
     """Return the part of a range whose values the parameter may have."""
-    from nlds_vines.model.parameters import PARAMETERS
+    from nlds_vines.model.parameters import described
 
-    entry = PARAMETERS[name]
+    entry = described(name)
     inside = max(low, entry.low), min(high, entry.high)
     if entry.above and inside[0] <= entry.low:
         inside = min(entry.low + 1e-3 * (high - entry.low), high), inside[1]

@@ -134,3 +134,26 @@ PARAMETERS: Mapping[str, Parameter] = _NAMED | {
     f"{name}_2": _of_second(_NAMED[name]) for name in _OF_CONTACTS
 }
 """All parameters of all kinds of dampers, by name."""
+
+INITIAL: Mapping[str, Parameter] = {
+    entry.name: entry
+    for entry in (
+        Parameter("x1_0", "x₁(0)", "m", "initial displacement of the structure"),
+        Parameter("v1_0", "v₁(0)", "m/s", "initial velocity of the structure"),
+        Parameter("x2_0", "x₂(0)", "m", "initial displacement of the damper"),
+        Parameter("v2_0", "v₂(0)", "m/s", "initial velocity of the damper"),
+        Parameter("x_0", "x(0)", "m", "initial displacement of the mass"),
+        Parameter("v_0", "v(0)", "m/s", "initial velocity of the mass"),
+    )
+}
+"""Where an orbit begins at t = 0, a component of the state each: no parameters, but axes of scans."""
+
+
+def described(name: str) -> Parameter:
+    """Return what is known of an axis of a scan: a parameter, or an initial condition."""
+    return INITIAL[name] if name in INITIAL else PARAMETERS[name]
+
+
+def component_of(name: str) -> str:
+    """Return the component of the state that an initial condition sets: x2 of x2_0."""
+    return name.removesuffix("_0")

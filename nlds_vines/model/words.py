@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import INITIAL, PARAMETERS, described
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.system import System
 
@@ -38,10 +38,14 @@ def range_in_words(name: str, values: np.ndarray) -> str:
 
 def with_unit(name: str, text: str) -> str:
     """Return a text with the unit of a parameter after it, if that has one."""
-    unit = PARAMETERS[name].unit if name in PARAMETERS else "1"
+    unit = described(name).unit if _known(name) else "1"
     return text if unit == "1" else f"{text} {unit}"
 
 
 def symbol_of(name: str) -> str:
     """Return the symbol of a parameter; a wrong name as it is, which is refused later."""
-    return PARAMETERS[name].symbol if name in PARAMETERS else name
+    return described(name).symbol if _known(name) else name
+
+
+def _known(name: str) -> bool:
+    return name in PARAMETERS or name in INITIAL

@@ -40,16 +40,17 @@ class Attractor:
     """A closed stable orbit, with the region in which orbits are known to be drawn to it.
 
     Attributes:
-        cell: the kernels' record of its system.
+        cell: the kernels' record of its system; None in a row without an orbit.
         periods: n of nT.
         point: (4,) of its section, x1, v1, r, s.
         matrix: (16,) its monodromy matrix, column by column.
         form: (16,) the matrix P of lengths sqrt(d' P d); rate: by which the matrix shortens these.
         span: the length of the point, of which a region is a part.
         radius: of the region.  The least is what round-off hides: there, the matrix is enough.
+        row: (COLUMNS,) the evidence of the verdict that has found it.
     """
 
-    cell: np.record
+    cell: np.record | None
     periods: int
     point: np.ndarray
     matrix: np.ndarray
@@ -57,6 +58,7 @@ class Attractor:
     rate: float
     span: float
     radius: float
+    row: np.ndarray
 
 
 def attractor_of(parts: Parts, cell: np.record, evidence: np.ndarray, size: int) -> Attractor:
@@ -74,7 +76,8 @@ def attractor_of(parts: Parts, cell: np.record, evidence: np.ndarray, size: int)
     point = evidence[ev.POINT : ev.POINT + 4].copy()
     span = max(_length(form, point), float(np.sqrt(np.diag(form.reshape(4, 4)).max())) * 1e-12)
     least = basins.TINY * span
-    found = Attractor(cell, int(evidence[ev.PERIOD]), point, matrix, form, rate, span, least)
+    periods, row = int(evidence[ev.PERIOD]), evidence.copy()
+    found = Attractor(cell, periods, point, matrix, form, rate, span, least, row)
     return _with_region(parts, found, size)
 
 
@@ -103,17 +106,17 @@ def form_of(matrix: np.ndarray, weights: Sequence[float], rate: float) -> np.nda
     return np.array(list(chain.from_iterable(p)))
 
 
-def known_of(attractors: Iterable[Attractor]) -> Known:
-    """Return what kernels take of attractors, in their order."""
-    rows = list(attractors)
+def known_of(attractors: Iterable[Attractor | None]) -> Known:
+    """Return what kernels take of attractors, in their order; of None a row without a region."""
+    rows = [_NONE if attractor is None else attractor for attractor in attractors]
     return Known(
         periods=np.array([row.periods for row in rows], dtype=np.int64),
-        points=np.array([row.point for row in rows]).reshape(-1, 4),
-        matrices=np.array([row.matrix for row in rows]).reshape(-1, 16),
-        forms=np.array([row.form for row in rows]).reshape(-1, 16),
-        radii=np.array([row.radius for row in rows]),
-        rates=np.array([row.rate for row in rows]),
-        spans=np.array([row.span for row in rows]),
+        points=np.array([row.point for row in rows], float).reshape(-1, 4),
+        matrices=np.array([row.matrix for row in rows], float).reshape(-1, 16),
+        forms=np.array([row.form for row in rows], float).reshape(-1, 16),
+        radii=np.array([row.radius for row in rows], float),
+        rates=np.array([row.rate for row in rows], float),
+        spans=np.array([row.span for row in rows], float),
     )
 
 
@@ -163,13 +166,23 @@ def attractors_in(
     Two are different where an orbit from the point of one does not come to the other.
     """
     found, size = list(known), 4 if parts.damper is True else 2
-    alone = np.array([cell]).view(np.recarray)
-    for row in evidence[is_periodic(evidence)]:
-        point, rows = row[np.newaxis, ev.POINT : ev.POINT + 4], np.array([[0, len(found)]])
-        drawn = follow(parts, alone, point, rows, known_of(found), SAME)
-        if drawn.attractor[0] < 0:
-            found.append(attractor_of(parts, alone[0], row, size))
+    alone, left = np.array([cell]).view(np.recarray), evidence[is_periodic(evidence)]
+    if found:
+        left = left[~_belong(parts, alone, left, found)]
+    while len(left):
+        found.append(attractor_of(parts, alone[0], left[0], size))
+        left = left[1:]
+        left = left[~_belong(parts, alone, left, found[-1:])]
     return found
+
+
+def _belong(
+    parts: Parts, alone: np.recarray, evidence: np.ndarray, known: Sequence[Attractor]
+) -> np.ndarray:
+    """Tell of which orbits (n,) the points belong to known attractors of a system that is alone."""
+    points, rows = evidence[:, ev.POINT : ev.POINT + 4], np.tile([0, len(known)], (len(evidence), 1))
+    cells = np.repeat(alone, len(evidence))
+    return follow(parts, cells, points, rows, known_of(known), SAME).attractor >= 0
 
 
 def _with_region(parts: Parts, found: Attractor, size: int) -> Attractor:
@@ -204,6 +217,12 @@ def _weights(cell: np.record, size: int) -> list[float]:
         max(float(cell.k2), float(cell.m2) * float(cell.omega) ** 2),
         float(cell.m2),
     ]
+
+
+_NONE = Attractor(
+    None, 0, np.zeros(4), np.zeros(16), np.zeros(16), 0.0, 0.0, -1.0, np.full(ev.COLUMNS, np.nan)
+)
+"""In the place of an attractor that is not periodic: nothing is in its region."""
 
 
 def _length(form: np.ndarray, d: np.ndarray) -> float:

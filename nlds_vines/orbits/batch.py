@@ -154,6 +154,11 @@ class Kernels:
         self._parts = parts_of(wanted.method, wanted.scene, wanted.settings)
         self._stages = np.array(EFFORTS[wanted.effort], dtype=np.int64)
 
+    @property
+    def records(self) -> bool:
+        """Whether anything is recorded of orbits that are run to their end."""
+        return bool(self._wanted.want) or self._wanted.scene.limit is not None
+
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4), with their verdicts."""
         outputs = Outputs.of(self._wanted, (len(chains), chains.shape[1]), transient, periods)

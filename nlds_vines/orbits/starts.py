@@ -1,17 +1,20 @@
-"""Where the orbits of a scan begin: the policy, and the states of random starts."""
+"""Where the orbits of a scan begin: the policy, given states, and those of random starts."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, choice, whole
+from nlds_vines.errors import RequestError, choice, number, shown, whole
 from nlds_vines.model.scenes import Scene
 
 POLICIES = ("rest", "up", "down", "both", "random")
-"""Where orbits may begin."""
+"""Where orbits may begin, beside a `STATE` that is given."""
+
+STATE = "state"
+"""The policy of orbits that begin in one given state."""
 
 SWEEPS: Mapping[str, tuple[str, ...]] = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
 """The sweeps along the last axis that a policy makes, in the order of the starts."""
@@ -33,8 +36,9 @@ class Start:
     Arguments:
         policy: `rest`; `up` or `down`, which follow the attractor of the neighbouring cell to
             greater or smaller values of the last axis; `both` of these, as two starts, which
-            shows hysteresis; `random`, from `count` states.
+            shows hysteresis; `random`, from `count` states; `state`, from the one that is given.
         count, seed: for `random` alone; the same count states are drawn for every cell.
+        state: for `state` alone, x1, v1, x2, v2 [m, m/s], or as many numbers as the state has.
 
     Raises `RequestError` for anything else.
     """
@@ -42,10 +46,17 @@ class Start:
     policy: str = "rest"
     count: int = 1
     seed: int = 0
+    state: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Check everything."""
-        choice("policy", self.policy, POLICIES)
+        choice("policy", self.policy, (*POLICIES, STATE))
+        object.__setattr__(self, "state", _numbers(self.state))
+        if bool(self.state) != (self.policy == STATE):
+            raise RequestError(
+                f"policy {self.policy!r} with state = {shown(list(self.state))}: a state belongs to "
+                f"policy {STATE!r}, which needs one"
+            )
         whole("count", self.count, 1, 10**6)
         whole("seed", self.seed, 0, 2**63 - 1)
         if self.policy != "random" and (self.count, self.seed) != (1, 0):
@@ -69,6 +80,41 @@ class Start:
         if self.policy == "random" and self.count > 1:
             return tuple(f"random {i}" for i in range(self.count))
         return self.sweeps or (self.policy,)
+
+
+def _numbers(state: object) -> tuple[float, ...]:
+    """Return a state as floats; `RequestError` for anything but a list of finite numbers."""
+    if isinstance(state, str) or not isinstance(state, Sequence) or len(state) not in (0, 2, 4):
+        raise RequestError(f"state = {shown(state)} must be a list of 4 numbers, or of 2")
+    return tuple(number("state", value) for value in state)
+
+
+def given_states(
+    cells: np.ndarray, start: Start, initial: Mapping[str, np.ndarray], scene: Scene
+) -> np.ndarray:
+    """Return the states of the kernels in which orbits begin that are not drawn.
+
+    Arguments: the `cells` (n,); the `start`, at rest or in a given state; the components that are
+    `initial` conditions of their own, each of shape (n,) [m, m/s]; the `scene`.
+
+    Returns x1, v1, r = x1 - (x2 - rest), s = v1 - v2, shape (n, 4), as `simulate` has them of a
+    start.  What is beyond a rigid wall is put on it by the kernels.
+    """
+    names, states = scene.components, np.zeros((len(cells), 4))
+    values = dict(zip(names, start.state, strict=True)) if start.state else {}
+    if not {*values, *initial}:
+        return states
+    found = {name: np.broadcast_to(values.get(name, 0.0), len(cells)) for name in names}
+    if scene.damper and not start.state:
+        found["x2"] = cells["rest"]
+    found |= initial
+    states[:, 0], states[:, 1] = found[names[0]], found[names[1]]
+    if scene.damper:
+        states[:, 2] = found["x1"] - (found["x2"] - cells["rest"])
+        states[:, 3] = found["v1"] - found["v2"]
+    elif scene.grounded:
+        states[:, 2:] = states[:, :2]
+    return states
 
 
 def start_states(start: Start) -> np.ndarray:

@@ -17,13 +17,17 @@ WANTS = (
     "lyapunov",
     "settling",
     "evidence",
+    "attractor",
     "clearance",
     "error",
 )
 """What `[record] want` may ask for."""
 
-JUDGED = frozenset({"regime", "lyapunov", "settling", "evidence"})
+JUDGED = frozenset({"regime", "lyapunov", "settling", "evidence", "attractor"})
 """Of `WANTS`, what rests on a verdict."""
+
+ATTRACTOR = "attractor"
+"""Of `WANTS`, what an orbit need not be followed to its end for."""
 
 NOTED = 4096
 """Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
@@ -73,6 +77,11 @@ def refuse_impossible(want: Sequence[str], scene: Scene, method: str = "exact") 
                 f"want {word!r} cannot be had: kind {scene.kind!r} ({scene.meaning}) has no "
                 f"wall{why}; allowed: {', '.join(possible_want(WANTS, scene, method))}"
             )
+
+
+def plain(want: Collection[str]) -> tuple[str, ...]:
+    """Return what of a request rests on orbits that are followed to their end, one by one."""
+    return tuple(word for word in want if word != ATTRACTOR)
 
 
 def noted(want: Collection[str], transient: int, periods: int) -> int:

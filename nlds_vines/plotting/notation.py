@@ -9,7 +9,7 @@ import re
 from fractions import Fraction
 
 from nlds_vines.errors import MOST_CHARACTERS, printable
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import INITIAL, PARAMETERS, described
 
 _LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
 _POWER = re.compile(r"(?<=[A-Za-z])\^(-?\d+(?:\.\d+)?)")
@@ -19,7 +19,7 @@ _PLAIN = (1e-3, 1e4)  # sizes of numbers that are written out
 
 def latex_symbol(parameter: str) -> str:
     """Return the symbol of a parameter in LaTeX: the fonts lack the Unicode subscripts."""
-    return "".join(_LATEX.get(letter, letter) for letter in PARAMETERS[parameter].symbol)
+    return "".join(_LATEX.get(letter, letter) for letter in described(parameter).symbol)
 
 
 def power_of_ten(text: str) -> str:
@@ -85,7 +85,7 @@ def _pattern(text: str) -> str:
 _IN_WORDS = ("exponent", "hunt_crossley")  # names that titles spell out
 _NAMES = {
     text: name
-    for name, entry in PARAMETERS.items()
+    for name, entry in {**PARAMETERS, **INITIAL}.items()
     if name not in _IN_WORDS
     for text in (name, entry.symbol)
 }

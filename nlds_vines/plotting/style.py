@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.parameters import described
 from nlds_vines.plotting.notation import latex_symbol, raised
 
 CM = 1 / 2.54
@@ -126,7 +126,7 @@ def axis_label(parameter: str) -> str:
 
     What follows a semicolon in the meaning explains values, and is no name of the axis.
     """
-    entry = PARAMETERS[parameter]
+    entry = described(parameter)
     return _labelled(entry.meaning.partition(";")[0], latex_symbol(parameter), entry.unit)
 
 

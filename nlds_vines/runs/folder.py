@@ -22,7 +22,7 @@ from nlds_vines.archives import archive, durable
 from nlds_vines.archives.provenance import Request, Value
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.manifest import NAME, Manifest
-from nlds_vines.runs.partfile import PATTERN
+from nlds_vines.runs.partfile import LEARNT, PATTERN
 from nlds_vines.runs.shard import Shard
 
 
@@ -198,7 +198,7 @@ class RunFolder:
 
     def _clear(self) -> None:
         """Remove the parts, the manifest last, so that parts never stand without it."""
-        for pattern in (PATTERN, "*.tmp", NAME):
+        for pattern in (PATTERN, LEARNT, "*.tmp", NAME):
             for path in self.folder.glob(pattern):
                 path.unlink()
 

@@ -70,7 +70,7 @@ def _of_scan(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Itera
     """Yield what is wrong with the parts of a scan, of these names."""
     from nlds_vines.bifurcation.parts import PartFiles, scan_of
     from nlds_vines.runs.manifest import NAME
-    from nlds_vines.runs.partfile import UNSOUND
+    from nlds_vines.runs.partfile import LEARNT, UNSOUND
 
     try:
         scan = scan_of(manifest)
@@ -81,6 +81,10 @@ def _of_scan(folder: Path, manifest: Manifest, names: AbstractSet[str]) -> Itera
     if scan.hash != manifest.scan_hash:
         yield f"{folder / NAME} holds another scan than it says, or one of another version"
         return
+    try:
+        files.learnt()
+    except (*UNSOUND, OSError) as error:
+        yield f"part {LEARNT} is damaged: {error}"
     blocks = list(blocks_of(scan))
     for block in files.there(blocks):
         try:

@@ -1,0 +1,124 @@
+"""The table of attractors in a scan's archive: a row for each number, at each parameter value.
+
+How many attractors there are is known only when they have been learnt.  So their dimension,
+`number`, and their datasets join those of the scan when the archive is made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nlds_vines.archives.archive import Piece, whole
+from nlds_vines.archives.dataset import Dataset, Scale, Table
+from nlds_vines.bifurcation.attracted import systems_of
+from nlds_vines.bifurcation.datasets import state_scales
+from nlds_vines.kernels import evidence_rows as ev
+from nlds_vines.orbits.attractor_learning import Learnt
+from nlds_vines.orbits.evidence import multipliers_of, points_of
+
+if TYPE_CHECKING:
+    from nlds_vines.bifurcation.blocks import Block
+    from nlds_vines.bifurcation.request import Scan
+
+NUMBER = "number"
+"""The dimension that counts attractors."""
+
+
+class AttractorTable:
+    """The attractors of a scan as datasets; shares are counted block by block."""
+
+    def __init__(self, scan: Scan, learnt: Learnt) -> None:
+        """Take what was learnt before the cells of a scan were followed."""
+        self._scan, self._learnt = scan, learnt
+        self._counts = np.zeros((*systems_of(scan), learnt.count), np.int64)
+
+    def joined(self) -> Table:
+        """Return the datasets of the archive: those of the scan, and those of the attractors."""
+        own, size = self._scan.table, len(self._scan.system.scene.components)
+        if not self._learnt.count:
+            return own
+        lengths = {NUMBER: self._learnt.count, "multiplier": size, "part": 2, "component": size}
+        return Table.of([*own.datasets.values(), *self._datasets()], {**own.length, **lengths})
+
+    def scales(self) -> list[Scale]:
+        """Return the dimensions of the archive with their values."""
+        found = {scale.name: scale for scale in state_scales(len(self._scan.system.scene.components))}
+        found |= {scale.name: scale for scale in self._scan.scales()}
+        numbers = np.arange(self._learnt.count, dtype=np.int32)
+        return [*found.values(), Scale(NUMBER, numbers, "1", "number of an attractor")]
+
+    def count(self, block: Block, attractor: np.ndarray) -> None:
+        """Count the cells of each attractor in the results of a block, (cells, starts)."""
+        own = self._scan.parameters
+        places = [
+            np.arange(first, stop) if axis in own else np.zeros(stop - first, np.int64)
+            for axis, (first, stop) in zip(self._scan.axes, block.slices, strict=True)
+        ]
+        grids = np.broadcast_arrays(*np.ix_(*places, np.zeros(attractor.shape[-1], np.int64)))
+        known = attractor >= 0
+        where = [
+            grid[known] for grid, axis in zip(grids[:-1], self._scan.axes, strict=True) if axis in own
+        ]
+        np.add.at(self._counts, (*where, attractor[known]), 1)
+
+    def pieces(self) -> Iterator[Piece]:
+        """Yield the datasets, each as one piece, when all blocks have been counted."""
+        if self._learnt.count:
+            values = self._values()
+            yield from whole((entry, values[entry.name]) for entry in self._datasets())
+
+    def _datasets(self) -> Iterator[Dataset]:
+        """Yield the datasets of the attractors."""
+        dims = (*(axis.name for axis in self._scan.parameters), NUMBER)
+
+        def numbers(name: str, tail: tuple[str, ...], units: str, text: str) -> Dataset:
+            return Dataset(name, (*dims, *tail), "float64", units, text, np.nan)
+
+        text = "regime of the attractor; empty where it does not exist"
+        yield Dataset("attractor_label", dims, "str", "1", text, "")
+        text = "n of nT of the attractor; 0 where it is not periodic, -1 where it does not exist"
+        yield Dataset("attractor_period", dims, "int32", "1", text, -1)
+        if self._scan.system.scene.walls:
+            text = "impacts per nT of the attractor; -1 where it is not periodic"
+            yield Dataset("attractor_impacts", dims, "int32", "1", text, -1)
+        text = "a point of the attractor's section; NaN where it is not periodic"
+        yield numbers("attractor_point", ("component",), "m, m/s", text)
+        text = "Floquet multipliers of the attractor"
+        yield numbers("attractor_multipliers", ("multiplier", "part"), "1", text)
+        text = "share of the cells and starts that are drawn to the attractor"
+        yield numbers("attractor_share", (), "1", text)
+
+    def _values(self) -> dict[str, np.ndarray]:
+        """Return the arrays by name."""
+        learnt, scan = self._learnt, self._scan
+        shape, size = systems_of(scan), len(scan.system.scene.components)
+        where = (*np.unravel_index(learnt.systems, shape), learnt.numbers) if shape else (learnt.numbers,)
+
+        def filled(values: np.ndarray, fill: object) -> np.ndarray:
+            table = np.full((*shape, learnt.count, *values.shape[1:]), fill, values.dtype)
+            table[where] = values
+            return table
+
+        periods = learnt.known.periods
+        impacts = np.nan_to_num(learnt.evidence[:, ev.NEAR : ev.FAR + 1]).sum(axis=-1)
+        share = self._counts * (self._counts.size // learnt.count or 1) / scan.lanes
+        exists = filled(np.ones(len(periods), bool), False)
+        return {
+            "attractor_label": filled(learnt.labels.astype(object), ""),
+            "attractor_period": filled(periods, -1),
+            "attractor_impacts": filled(np.where(periods > 0, impacts, -1).astype(np.int64), -1),
+            "attractor_point": filled(points_of(learnt.evidence, size, self._rest()), np.nan),
+            "attractor_multipliers": filled(multipliers_of(learnt.evidence, size)[0], np.nan),
+            "attractor_share": np.where(exists, share, np.nan),
+        }
+
+    def _rest(self) -> np.ndarray:
+        """Return the rest offset of the spring [m] of the system of each row."""
+        scan = self._scan
+        grid = np.ix_(*(axis.values for axis in scan.parameters)) if scan.parameters else ()
+        names = (axis.name for axis in scan.parameters)
+        cells = scan.system.cells(dict(zip(names, grid, strict=True)))
+        return cells["rest"].ravel()[self._learnt.systems]

@@ -46,6 +46,8 @@ _HOMES = {
     "transients": "transients.command",
     "Ensemble": "transients.ensemble",
     "ensemble_of": "transients.ensemble",
+    "basin_measures": "transients.basin_shares",
+    "Basins": "transients.basin_shares",
     "spectrum": "orbits.spectrum",
     "Spectrum": "orbits.spectrum",
     "read": "archives.archive",

@@ -5,6 +5,7 @@ from __future__ import annotations
 COMMANDS = {
     "bifurcation": ("nlds_vines.bifurcation.command", "scan one parameter or two"),
     "transients": ("nlds_vines.transients.command", "how long chaos lasts, where starts end"),
+    "basins": ("nlds_vines.transients.basins_command", "measure basins of attraction"),
     "tuning": ("nlds_vines.tuning.command", "search for the best damper"),
     "portrait": ("nlds_vines.portrait.command", "one orbit in full"),
     "response-curves": (

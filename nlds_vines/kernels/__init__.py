@@ -53,6 +53,7 @@ In reading order:
     driven           variations that parameters drive
     driven_flight    the same along a flight
     cycles           an nT orbit as a point of a branch, with its derivatives
+    basins           orbits followed until they are certain to be drawn to a known attractor
     lanes            many cells, one after another
 
 Words:

@@ -20,6 +20,9 @@ In reading order:
     refinement       errors, from the same orbits computed more finely
     simulation       `nv.simulate`
     classification   `nv.classify`
+    attractors       closed stable orbits, and the region from which orbits certainly come to one
+    attractor_learning   the attractors of systems along a parameter, each with its number
+    basin_measures   shares, basin entropies, uncertainty exponent of a plane
     coexistence      which regimes the starts of a cell reach
     signals          forces, energies, relative displacement
     spectrum         `nv.spectrum`

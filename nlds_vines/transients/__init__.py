@@ -1,4 +1,4 @@
-"""How long chaos lasts: many starts in one cell, followed until they settle.
+"""How long chaos lasts, and where starts end: in one cell, or over a plane of starts.
 
 In reading order:
 
@@ -6,6 +6,8 @@ In reading order:
     ensemble   the starts of one cell of an archive: which settled, when, where
     picture    the curve with its law, and the shares of the final regimes
     command    `python -m nlds_vines.transients` and `nv.transients`
+    basin_shares    basins of attraction measured: `nv.basin_measures`
+    basins_command  `nlds-vines basins`
 """
 
 from nlds_vines.callable_package import make_callable

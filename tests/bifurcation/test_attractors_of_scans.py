@@ -1,0 +1,328 @@
+"""Scans over initial conditions, and the attractors that their cells are drawn to."""
+
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main
+from nlds_vines.bifurcation.attracted import sample_size, sampled_places
+from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.estimate import estimate
+from nlds_vines.errors import RequestError
+from nlds_vines.orbits.coexistence import finals
+from nlds_vines.runs.partfile import LEARNT
+from nlds_vines.transients.survival import share_interval
+from nlds_vines.upkeep.diff import compare
+from nlds_vines.upkeep.verify import problems
+from tests.support import REPO
+
+RIGID = json.loads((REPO / "data" / "reference" / "rigid.json").read_text())
+AMPLITUDE = 0.6  # between the fold, 0.391, and grazing, 1.259
+PLANE = {
+    "title": "a plane",
+    "system": "impact-oscillator",
+    "set": {"omega": 1.5, "P": AMPLITUDE},
+    "vary": {
+        "x_0": {"start": -2.0, "stop": 1.0, "num": 24},
+        "v_0": {"start": -3.0, "stop": 3.0, "num": 20},
+    },
+    "start": {"policy": "rest"},
+    "record": {"want": ["attractor"]},
+}
+ALONG = {
+    **PLANE,
+    "title": "along the amplitude",
+    "set": {"omega": 1.5},
+    "vary": {
+        "P": {"start": 0.3, "stop": 0.6, "num": 4},
+        "v_0": {"start": -3.0, "stop": 3.0, "num": 30},
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def plane(tmp_path_factory):
+    path = tmp_path_factory.mktemp("basins") / "plane.h5"
+    nv.bifurcation(PLANE, path, quiet=True)
+    return path
+
+
+@pytest.fixture(scope="module")
+def along(tmp_path_factory):
+    path = tmp_path_factory.mktemp("basins") / "along.h5"
+    nv.bifurcation(ALONG, path, quiet=True)
+    return path
+
+
+def test_the_attractors_are_those_of_the_closed_form(plane):
+    (case,) = (
+        c for c in RIGID["cases"] if (c["omega"], c["e"], c["n"]) == (1.5, 0.8, 1)
+    )
+    assert case["fold_A"] < AMPLITUDE < case["grazing_A"]
+    (stable,) = (
+        orbit
+        for orbit in case["orbits"]
+        if orbit["A"] == AMPLITUDE and abs(complex(*orbit["multipliers"][0])) < 1
+    )
+    with nv.read(plane) as view:
+        assert view["attractor_label"].tolist() == ["T,0", "T,1"]
+        assert view["attractor_impacts"].tolist() == [0, 1]
+        found = view["attractor_multipliers"][1]
+        shares = view["attractor_share"]
+        attractor = view["attractor"]
+    assert np.allclose(np.sort(found, axis=0), np.sort(stable["multipliers"], axis=0), atol=1e-8)
+    assert shares.tolist() == [(attractor == k).mean() for k in (0, 1)]
+    assert (shares > 0.1).all()
+
+
+def test_labels_are_those_of_plain_following(plane, tmp_path):
+    plain = nv.bifurcation({**PLANE, "record": {"want": ["regime"]}}, tmp_path / "p.h5", quiet=True)
+    with nv.read(plane) as view, nv.read(plain) as other:
+        assert (finals(view["label"]) == finals(other["label"])).all()
+        names = view["attractor_label"][view["attractor"]]
+        assert (names == view["label"]).all()
+        arrival = view["arrival"]
+    assert (arrival >= 0).all()
+    assert np.median(arrival) < 100  # of the 720 periods of plain following
+
+
+@pytest.mark.long
+def test_labels_of_ten_thousand_cells_are_those_of_plain_following():
+    document = {
+        **PLANE,
+        "system": "ssul-set6",
+        "set": {"omega": 7.7},
+        "vary": {
+            "x2_0": {"start": -0.06, "stop": 0.1, "num": 1000},
+            "v2_0": {"start": -1.0, "stop": 1.0, "num": 1000},
+        },
+    }
+    scan = nv.load_scan(document)
+    chosen = np.sort(np.random.default_rng(1).choice(scan.lanes, 10_000, replace=False))
+    found = Computer(scan)
+    early = found.lanes(*found.orbits(chosen))["label"]
+    plain = Computer(replace(scan, want=("regime",)))
+    assert (early == finals(plain.lanes(*plain.orbits(chosen))["label"])).all()
+
+
+def test_other_records_do_not_change_the_attractors(plane, tmp_path):
+    want = ["section", "energy", "regime", "attractor"]
+    path = nv.bifurcation({**PLANE, "record": {"want": want}}, tmp_path / "all.h5", quiet=True)
+    with nv.read(plane) as view, nv.read(path) as other:
+        for name in ("attractor", "arrival", "attractor_share", "attractor_point"):
+            assert np.array_equal(view[name], other[name])
+        assert other["section"].shape == (24, 20, 1, 120, 2)
+        assert "E1max" in other
+        assert "E1max" not in view
+        assert "period" not in view
+
+
+def test_shares_are_those_of_random_starts(plane):
+    """10,000 points drawn in the plane end on T,0 as often as its lattice says."""
+    scan = nv.load_scan(PLANE)
+    computer = Computer(scan)
+    points = np.random.default_rng(5).uniform([-2.0, -3.0], [1.0, 3.0], (10_000, 2))
+    starts = np.zeros((10_000, 4))
+    starts[:, :2] = starts[:, 2:] = points
+    cells = np.repeat(scan.cells().ravel()[:1], 10_000)
+    found = computer.attracted.arrays(cells, starts, np.zeros(10_000, np.int64))["attractor"]
+    low, high = share_interval(int((found == 0).sum()), 10_000, 0.999)
+    with nv.read(plane) as view:
+        share = view["attractor_share"][0]
+    edge = 0.03  # a lattice of 480 cells divides a smooth boundary of about 30 of them
+    assert low - edge < share < high + edge
+
+
+def test_numbers_mean_the_same_along_a_parameter(along):
+    with nv.read(along) as view:
+        labels = view["attractor_label"]
+        assert view.dims("attractor_share") == ("P", "number")
+        shares, attractor = view["attractor_share"], view["attractor"]
+    # T,1 is born in the fold at 0.391
+    assert labels.tolist() == [["T,0", ""], ["T,0", "T,1"], ["T,0", "T,1"], ["T,0", "T,1"]]
+    assert np.isnan(shares[0, 1])
+    assert np.allclose(np.nansum(shares, axis=1), 1.0)
+    assert (attractor[0] == 0).all()
+
+
+def test_an_attractor_keeps_its_number_when_its_label_changes(tmp_path):
+    """2T,1 of Set 6 becomes 4T,2 below 7.72 rad/s by a period doubling."""
+    document = {
+        **PLANE,
+        "system": "ssul-set6",
+        "set": {},
+        "vary": {"omega": {"start": 7.7, "stop": 7.74, "num": 5}},
+        "start": {"policy": "random", "count": 20},
+    }
+    path = nv.bifurcation(document, tmp_path / "set6.h5", quiet=True)
+    with nv.read(path) as view:
+        labels = view["attractor_label"]
+    assert labels[0].tolist() == ["T,0", "4T,2"]
+    assert labels[-1].tolist() == ["T,0", "2T,1"]
+
+
+def test_shards_threads_and_a_resumed_run_make_the_same_archive(plane, tmp_path, capsys):
+    path = tmp_path / "plane.h5"
+    scan = tmp_path / "plane.toml"
+    scan.write_text(nv.load_scan(PLANE).to_toml())
+    command = ["bifurcation", str(scan), "-o", str(path), "--quiet"]
+    assert main([*command, "--shard", "2/2", "--threads", "1"]) == 0
+    parts = tmp_path / "plane.h5.parts"
+    assert problems(parts) == []
+    kept = (parts / LEARNT).read_bytes()
+    assert main([*command, "--shard", "1/2"]) == 0
+    assert (parts / LEARNT).read_bytes() == kept
+    (parts / LEARNT).write_bytes(kept[:-9] + b"123456789")
+    assert any(LEARNT in line for line in problems(parts))
+    assert main(["consolidate", str(path)]) == 2
+    assert f"{LEARNT} cannot be used" in capsys.readouterr().err
+    assert main([*command, "--resume"]) == 0
+    assert f"{LEARNT} is made again" in capsys.readouterr().err
+    assert not parts.exists()
+    assert not compare(plane, path).different
+    assert nv.verify(path) == []
+
+
+def test_the_orbit_of_a_cell_begins_where_the_axes_say(plane):
+    with nv.read(plane) as view:
+        x, v = view["x_0"][3], view["v_0"][7]
+    orbit = nv.orbit_of(plane, x_0=x, v_0=v, quiet=True)
+    same = nv.simulate(
+        "impact-oscillator", 120, start=(x, v), transient=600, quiet=True, record=["section"]
+    ).system.with_(omega=1.5, P=AMPLITUDE)
+    again = nv.simulate(same, 120, start=(x, v), transient=600, quiet=True)
+    assert np.array_equal(orbit.section, again.section)
+
+
+def test_a_given_state_is_where_other_components_begin():
+    document = {
+        "system": "ssul-set6",
+        "vary": {"x2_0": {"values": [0.02, 0.01]}},
+        "start": {"state": [1e-3, 0.1, 9.0, -0.2]},
+        "record": {"want": ["section"]},
+        "sampling": {"transient": 0, "periods": 1},
+    }
+    scan = nv.load_scan(document)
+    assert scan.start.policy == "state"
+    assert nv.load_scan(scan.document()).hash == scan.hash
+    starts = Computer(scan).orbits(np.arange(2))[1]
+    rest = scan.system.rest
+    expected = [[1e-3, 0.1, 1e-3 - (x2 - rest), 0.1 + 0.2] for x2 in (0.01, 0.02)]
+    assert np.array_equal(starts, expected)
+
+
+def test_what_is_not_varied_is_at_rest():
+    scan = nv.load_scan({**PLANE, "system": "ssul-set6", "set": {}, "vary": {"v2_0": {"values": [0.5]}}})
+    assert Computer(scan).orbits(np.arange(1))[1].tolist() == [[0.0, 0.0, 0.0, -0.5]]
+
+
+def test_the_sample_is_spread_evenly():
+    whole = sampled_places((3, 4), 100)
+    assert len(set(zip(*(places.tolist() for places in whole), strict=True))) == 12
+    places = np.stack(sampled_places((1000, 500), 400), axis=-1)
+    assert ((places >= 0) & (places < [1000, 500])).all()
+    boxes = np.unique(places // [100, 50], axis=0)
+    assert len(boxes) == 100  # of 10 x 10 boxes none is empty
+    assert sample_size(nv.load_scan(PLANE)) == 480
+    assert sample_size(nv.load_scan(ALONG)) == 30
+
+
+def test_a_dry_run_tells_what_learning_costs(along):
+    lines = estimate(nv.load_scan(ALONG)).lines()
+    (line,) = (line for line in lines if line.startswith("learning:"))
+    assert "120 orbits" in line
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"vary": {"x3_0": {"values": [0.0]}}}, "unknown axis 'x3_0'; did you mean 'x_0'"),
+        ({"vary": {"x2_0": {"values": [0.0]}}}, "x2_0: kind 'oscillator' has the state x, v"),
+        ({"start": {"policy": "random", "count": 3}}, "x_0 is varied, so orbits begin at rest"),
+        ({"start": {"policy": "up"}}, "x_0 is varied"),
+        ({"vary": {"P": {"values": [0.5]}}, "start": {"policy": "up"}}, "want 'attractor'"),
+        ({"start": {"state": [1.0]}}, "must be a list of 4 numbers, or of 2"),
+        ({"start": {"state": [1.0, 2.0, 3.0, 4.0]}}, "state has 4 numbers"),
+        ({"start": {"state": [1.0, float("nan")]}}, "state = nan"),
+        ({"start": {"policy": "state"}}, "which needs one"),
+        ({"start": {"policy": "rest", "state": [0.0, 0.0]}}, "a state belongs to policy 'state'"),
+        ({"vary": {"x_0": {"values": [float("inf")]}}}, "x_0 = inf"),
+    ],
+)
+def test_a_wrong_request_is_refused(changes, said):
+    with pytest.raises(RequestError, match=".*") as caught:
+        nv.load_scan({**PLANE, **changes})
+    assert said in str(caught.value)
+
+
+def test_a_state_on_the_command_line(capsys):
+    command = ["bifurcation", "--vary", "x2_0=0:0.1:3", "--record", "attractor", "--dry-run"]
+    assert main([*command, "--start", "0,0,0.1"]) == 2
+    assert "must be a list of 4 numbers" in capsys.readouterr().err
+    assert main([*command, "--start", "0,one,0,0"]) == 2
+    assert "must be a number" in capsys.readouterr().err
+
+
+def test_measures_of_a_plane(plane, capsys):
+    found = nv.basin_measures(plane, side=10)
+    assert [basin.label for basin in found.basins] == ["T,0", "T,1"]
+    assert sum(basin.share for basin in found.basins) == pytest.approx(1.0)
+    assert np.isnan(found.basins[0].low)  # a lattice is no sample
+    assert found.entropy.boxes == 4
+    assert found.uncertainty is None  # too small a plane
+    assert found.arrived(1e9) == 1.0
+    assert found.arrived(5, 0) + found.arrived(5, 1) == pytest.approx(found.arrived(5))
+    way, axes = found.basins[0].nearest, (3.0, 6.0)
+    assert found.basins[0].distance == pytest.approx(np.hypot(way[0] / axes[0], way[1] / axes[1]))
+    with nv.read(plane) as view:
+        point = view["attractor_point"][0]
+        x, v = (np.abs(view[n] - p - w).argmin() for n, p, w in zip(("x_0", "v_0"), point, way, strict=True))
+        assert view["attractor"][x, v, 0] == 1
+    assert main(["basins", str(plane), "--box", "10", "--by", "20"]) == 0
+    said = capsys.readouterr().out
+    assert "attractor 0, T,0" in said
+    assert "boundary entropy" in said
+    assert "arrived by 20 T" in said
+
+
+def test_measures_along_a_parameter(along, capsys):
+    assert main(["basins", str(along)]) == 0
+    assert "P = 0.3: 1.0000 T,0 (number 0)" in capsys.readouterr().out
+    assert main(["basins", str(along), "--at", "P=0.51"]) == 0
+    assert "attractor 1, T,1" in capsys.readouterr().out
+    with pytest.raises(RequestError, match="P is missing"):
+        nv.basin_measures(along)
+    with pytest.raises(RequestError, match="unknown varied parameter"):
+        nv.basin_measures(along, omega=1.0)
+
+
+def test_random_starts_have_an_interval(tmp_path):
+    document = {**PLANE, "set": {"omega": 1.5}, "vary": {"P": {"values": [AMPLITUDE]}}}
+    document["start"] = {"policy": "random", "count": 200, "seed": 4}
+    path = nv.bifurcation(document, tmp_path / "random.h5", quiet=True)
+    found = nv.basin_measures(path)
+    for basin in found.basins:
+        assert (basin.low, basin.high) == share_interval(basin.count, 200)
+    assert found.entropy is None
+
+
+def test_an_archive_without_attractors_or_with_a_damaged_table_is_refused(plane, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    other = nv.bifurcation({**PLANE, "record": {"want": ["regime"]}}, tmp_path / "o.h5", quiet=True)
+    with pytest.raises(RequestError, match="holds no attractor: record attractor"):
+        nv.basin_measures(other)
+    for change in (
+        lambda file: file.__delitem__("attractor_share"),
+        lambda file: file["attractor"].__setitem__((0, 0, 0), 7),
+    ):
+        copy = tmp_path / "damaged.h5"
+        shutil.copy(plane, copy)
+        with h5py.File(copy, "r+") as file:
+            change(file)
+        assert nv.verify(copy) != []
+        with pytest.raises(RequestError, match="is damaged"):
+            nv.basin_measures(copy)

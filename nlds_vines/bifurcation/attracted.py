@@ -1,4 +1,4 @@
-"""The record `attractor` of a scan: attractors are learnt first, then cells are followed to them."""
+"""The record `attractor` of a scan: attractors are learnt, then cells are followed to them."""
 
 from __future__ import annotations
 

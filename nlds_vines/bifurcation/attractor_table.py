@@ -45,7 +45,9 @@ class AttractorTable:
 
     def scales(self) -> list[Scale]:
         """Return the dimensions of the archive with their values."""
-        found = {scale.name: scale for scale in state_scales(len(self._scan.system.scene.components))}
+        found = {
+            scale.name: scale for scale in state_scales(len(self._scan.system.scene.components))
+        }
         found |= {scale.name: scale for scale in self._scan.scales()}
         numbers = np.arange(self._learnt.count, dtype=np.int32)
         return [*found.values(), Scale(NUMBER, numbers, "1", "number of an attractor")]
@@ -60,7 +62,9 @@ class AttractorTable:
         grids = np.broadcast_arrays(*np.ix_(*places, np.zeros(attractor.shape[-1], np.int64)))
         known = attractor >= 0
         where = [
-            grid[known] for grid, axis in zip(grids[:-1], self._scan.axes, strict=True) if axis in own
+            grid[known]
+            for grid, axis in zip(grids[:-1], self._scan.axes, strict=True)
+            if axis in own
         ]
         np.add.at(self._counts, (*where, attractor[known]), 1)
 
@@ -95,7 +99,11 @@ class AttractorTable:
         """Return the arrays by name."""
         learnt, scan = self._learnt, self._scan
         shape, size = systems_of(scan), len(scan.system.scene.components)
-        where = (*np.unravel_index(learnt.systems, shape), learnt.numbers) if shape else (learnt.numbers,)
+        where = (
+            (*np.unravel_index(learnt.systems, shape), learnt.numbers)
+            if shape
+            else (learnt.numbers,)
+        )
 
         def filled(values: np.ndarray, fill: object) -> np.ndarray:
             table = np.full((*shape, learnt.count, *values.shape[1:]), fill, values.dtype)

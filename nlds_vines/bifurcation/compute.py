@@ -72,11 +72,12 @@ class Computer:
         }
 
     def lanes(
-        self, chains: np.ndarray, starts: np.ndarray, places: np.ndarray
+        self, chains: np.ndarray, starts: np.ndarray, places: np.ndarray | None = None
     ) -> dict[str, np.ndarray]:
         """Return the results of chains of cells (chains, links) from their starts (chains, 4).
 
-        Arguments: `places` (chains,), the number in the scan of the first cell of each.
+        Arguments: `places` (chains,), the number in the scan of the first cell of each, which
+        attractors need; by default the first one.
 
         They are arrays (chains, links, tail) by name of the dataset; there may be more of them than
         the scan wants.
@@ -86,7 +87,8 @@ class Computer:
             found = user_states(chains[:, 0], starts, self.scan.system.scene)
             arrays["start_state"] = found[:, np.newaxis]
         if self.attracted is not None:
-            arrays |= self.attracted.arrays(chains[:, 0], starts, places)
+            where = np.zeros(len(chains), np.int64) if places is None else places
+            arrays |= self.attracted.arrays(chains[:, 0], starts, where)
         if self.attracted is None or self._kernels.records:
             outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
             arrays |= self._arrays(outputs, chains)

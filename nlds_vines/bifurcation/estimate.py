@@ -85,8 +85,10 @@ def estimate(scan: Scan, threads: int | None = None) -> Estimate:
     computer = Computer(short, tell=notice())
     if computer.attracted is not None:
         computer.attracted.learn()  # compiles
+        again = Computer(short).attracted
+        assert again is not None
         began = time.perf_counter()
-        Computer(short).attracted.learn()
+        again.learn()
         learning = (time.perf_counter() - began) * learning_orbits(scan) / learning_orbits(short)
     lanes = short.lanes
     chosen = np.arange(lanes) if lanes <= MOST_ORBITS else _some(lanes)

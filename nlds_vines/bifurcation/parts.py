@@ -227,9 +227,7 @@ class Parts(RunFolder):
             if more is not None:
                 table, scales = more.joined(), more.scales()
             pieces = self._pieces(blocks, made, check, more)
-            archive.write(
-                path, table, scales, pieces, lambda: attributes(scan, scan.about | made)
-            )
+            archive.write(path, table, scales, pieces, lambda: attributes(scan, scan.about | made))
 
         self.deliver(make)
         return self.path

@@ -26,7 +26,7 @@ FORM = Form(
     tables={
         "set": None,
         "vary": None,
-        "start": {name: unchecked for name in ("policy", "count", "seed", "state")},
+        "start": dict.fromkeys(("policy", "count", "seed", "state"), unchecked),
         "sampling": SAMPLING,
         "record": {"want": checked_want},
     },

@@ -155,8 +155,11 @@ def _prepared(parts: Parts, how: RunOptions, tell: Tell, stop: interrupts.Stop) 
     if computer.attracted is not None:
         use_threads(how.threads if how.scheduler is None else None)
         tell(computer.attracted.in_words(), 0.0)
+        told = len(parts.discarded)
         parts.learn(computer.attracted, stop.check)
         tell("", 0.0)
+        for line in parts.discarded[told:]:
+            print(printable(line), file=sys.stderr)
     return computer
 
 

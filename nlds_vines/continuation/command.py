@@ -333,7 +333,11 @@ def _from_archive(
         (name,) = along
         orbits = orbits_in(view, name, values)
         if "system" not in found and options.continuation is None:
-            others = {axis: values.get(axis, view[axis][0]) for axis in view.axes if axis != name and axis not in INITIAL}
+            others = {
+                axis: values.get(axis, view[axis][0])
+                for axis in view.axes
+                if axis != name and axis not in INITIAL
+            }
             others = {
                 axis: float(view[axis][abs(view[axis] - v).argmin()]) for axis, v in others.items()
             }

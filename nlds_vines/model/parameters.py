@@ -146,7 +146,7 @@ INITIAL: Mapping[str, Parameter] = {
         Parameter("v_0", "v(0)", "m/s", "initial velocity of the mass"),
     )
 }
-"""Where an orbit begins at t = 0, a component of the state each: no parameters, but axes of scans."""
+"""Where an orbit begins at t = 0, a component each: no parameters, but axes of scans."""
 
 
 def described(name: str) -> Parameter:

@@ -88,8 +88,8 @@ class Learnt:
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray]) -> Learnt:
         """Return what `arrays` has stored; KeyError or ValueError for anything else."""
-        own = (arrays[name] for name in ("systems", "numbers", "labels", "evidence"))
-        found = cls(*own, Known(**{name: arrays[name] for name in Known._fields}))
+        own = {name: arrays[name] for name in ("systems", "numbers", "labels", "evidence")}
+        found = cls(**own, known=Known(**{name: arrays[name] for name in Known._fields}))
         if len({len(array) for array in arrays.values()}) != 1:
             raise ValueError("its arrays are of different lengths")
         return found
@@ -231,9 +231,7 @@ def _before(
     return entries
 
 
-def _seeds(
-    cell: np.ndarray, before: Sequence[tuple[int, _Found]], flat: np.ndarray
-) -> np.ndarray:
+def _seeds(cell: np.ndarray, before: Sequence[tuple[int, _Found]], flat: np.ndarray) -> np.ndarray:
     """Return the points (n, 4) of attractors of other systems as starts: x2 is carried over."""
     states = np.zeros((len(before), 4))
     for row, (other, entry) in zip(states, before, strict=True):
@@ -253,7 +251,7 @@ def _came(
     """Return which of the `orbits`, by its place, each attractor of `before` has led to."""
     if own is None or not orbits:
         return []
-    there = np.flatnonzero((own.status == OK) & is_periodic(own.evidence))
+    there = np.flatnonzero((own.status == OK) & is_periodic(own.evidence)).tolist()
     points = own.evidence[there, ev.POINT : ev.POINT + 4]
     rows = np.tile([0, len(orbits)], (len(there), 1))
     drawn = follow(parts, np.repeat(cell, len(there)), points, rows, known_of(orbits), SAME)
@@ -271,8 +269,8 @@ def _numbered(
     """Return the attractors of a system with their numbers, in their order.
 
     An attractor has the number of the one that leads to it; of several, of the first with its
-    label, or else of the first.  Others have new numbers from `used` on, ordered by n and k of nT,k;
-    then what is not periodic, whose numbers are kept in `by_label`.
+    label, or else of the first.  Others have new numbers from `used` on, ordered by n and k of
+    nT,k; then what is not periodic, whose numbers are kept in `by_label`.
     """
     numbers: dict[int, int] = {}
     for same in (True, False):

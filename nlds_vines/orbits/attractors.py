@@ -180,7 +180,10 @@ def _belong(
     parts: Parts, alone: np.recarray, evidence: np.ndarray, known: Sequence[Attractor]
 ) -> np.ndarray:
     """Tell of which orbits (n,) the points belong to known attractors of a system that is alone."""
-    points, rows = evidence[:, ev.POINT : ev.POINT + 4], np.tile([0, len(known)], (len(evidence), 1))
+    points, rows = (
+        evidence[:, ev.POINT : ev.POINT + 4],
+        np.tile([0, len(known)], (len(evidence), 1)),
+    )
     cells = np.repeat(alone, len(evidence))
     return follow(parts, cells, points, rows, known_of(known), SAME).attractor >= 0
 

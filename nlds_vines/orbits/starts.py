@@ -54,8 +54,8 @@ class Start:
         object.__setattr__(self, "state", _numbers(self.state))
         if bool(self.state) != (self.policy == STATE):
             raise RequestError(
-                f"policy {self.policy!r} with state = {shown(list(self.state))}: a state belongs to "
-                f"policy {STATE!r}, which needs one"
+                f"policy {self.policy!r} with state = {shown(list(self.state))}: a state belongs "
+                f"to policy {STATE!r}, which needs one"
             )
         whole("count", self.count, 1, 10**6)
         whole("seed", self.seed, 0, 2**63 - 1)

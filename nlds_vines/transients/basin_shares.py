@@ -145,7 +145,9 @@ def basin_measures(
     return Basins(
         title=archive.text("title") + (f", {chosen}" if chosen else ""),
         basins=tuple(_basins(archive, attractor, where, axes)),
-        entropy=basin_entropy(plane, side) if plane is not None and min(plane.shape) >= side else None,
+        entropy=basin_entropy(plane, side)
+        if plane is not None and min(plane.shape) >= side
+        else None,
         uncertainty=None if plane is None or min(plane.shape) < 32 else uncertainty_exponent(plane),
         attractor=attractor,
         arrival=arrival,
@@ -168,7 +170,7 @@ def shares_along(view: ArchiveView) -> Iterator[str]:
 
 
 def _refuse_without(view: ArchiveView) -> None:
-    """Raise `RequestError` for an archive without attractors, or with a table that is incomplete."""
+    """Raise `RequestError` for an archive without attractors, or with an incomplete table."""
     if ATTRACTOR not in view:
         raise RequestError(f"{view.path} holds no attractor: record {ATTRACTOR}")
     names = ("attractor_label", "attractor_point", "attractor_share")
@@ -187,7 +189,9 @@ def _places(view: ArchiveView, values: dict[str, float]) -> dict[str, int]:
             raise unknown(f"varied parameter of {view.path}:", name, names)
     missing = [name for name in names if name not in values and view[name].size > 1]
     if missing:
-        raise RequestError(f"{view.path} varies {', '.join(names)}: {', '.join(missing)} is missing")
+        raise RequestError(
+            f"{view.path} varies {', '.join(names)}: {', '.join(missing)} is missing"
+        )
     return {
         name: int(np.abs(view[name] - number(name, values.get(name, view[name][0]))).argmin())
         for name in names
@@ -198,7 +202,9 @@ def _basins(
     view: ArchiveView, attractor: np.ndarray, where: dict[str, int], axes: tuple[str, ...]
 ) -> Iterator[Basin]:
     """Yield the basins of all attractors that exist at a value of each parameter."""
-    labels = view.take("attractor_label", **where) if "attractor_label" in view else []
+    labels = np.array([], object)
+    if "attractor_label" in view:
+        labels = view.take("attractor_label", **where)
     total, drawn = attractor.size, attractor.shape[-1] > 1 and not axes
     for k in [*np.flatnonzero([bool(label) for label in labels]).tolist(), -1]:
         count = int(np.count_nonzero(attractor == k))
@@ -217,7 +223,9 @@ def _nearest(
 
     None where the point is not in the plane, or no cell is in another basin.
     """
-    point = dict(zip(view["component"], view.take("attractor_point", number=k, **where), strict=True))
+    point = dict(
+        zip(view["component"], view.take("attractor_point", number=k, **where), strict=True)
+    )
     along = [component_of(name) for name in axes]
     values = [view[name] for name in axes]
     rest = _off_plane(view, along)

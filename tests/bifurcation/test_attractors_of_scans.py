@@ -59,9 +59,7 @@ def along(tmp_path_factory):
 
 
 def test_the_attractors_are_those_of_the_closed_form(plane):
-    (case,) = (
-        c for c in RIGID["cases"] if (c["omega"], c["e"], c["n"]) == (1.5, 0.8, 1)
-    )
+    (case,) = (c for c in RIGID["cases"] if (c["omega"], c["e"], c["n"]) == (1.5, 0.8, 1))
     assert case["fold_A"] < AMPLITUDE < case["grazing_A"]
     (stable,) = (
         orbit
@@ -150,19 +148,17 @@ def test_numbers_mean_the_same_along_a_parameter(along):
 
 
 def test_an_attractor_keeps_its_number_when_its_label_changes(tmp_path):
-    """2T,1 of Set 6 becomes 4T,2 below 7.72 rad/s by a period doubling."""
+    """2T,1 becomes 4T,2 by a period doubling."""
     document = {
         **PLANE,
-        "system": "ssul-set6",
-        "set": {},
-        "vary": {"omega": {"start": 7.7, "stop": 7.74, "num": 5}},
+        "set": {"omega": 2.5},
+        "vary": {"P": {"values": [2.1, 2.2]}},
         "start": {"policy": "random", "count": 20},
     }
-    path = nv.bifurcation(document, tmp_path / "set6.h5", quiet=True)
+    path = nv.bifurcation(document, tmp_path / "flip.h5", quiet=True)
     with nv.read(path) as view:
         labels = view["attractor_label"]
-    assert labels[0].tolist() == ["T,0", "4T,2"]
-    assert labels[-1].tolist() == ["T,0", "2T,1"]
+    assert labels.tolist() == [["T,0", "2T,1"], ["T,0", "4T,2"]]
 
 
 def test_shards_threads_and_a_resumed_run_make_the_same_archive(plane, tmp_path, capsys):
@@ -216,7 +212,9 @@ def test_a_given_state_is_where_other_components_begin():
 
 
 def test_what_is_not_varied_is_at_rest():
-    scan = nv.load_scan({**PLANE, "system": "ssul-set6", "set": {}, "vary": {"v2_0": {"values": [0.5]}}})
+    scan = nv.load_scan(
+        {**PLANE, "system": "ssul-set6", "set": {}, "vary": {"v2_0": {"values": [0.5]}}}
+    )
     assert Computer(scan).orbits(np.arange(1))[1].tolist() == [[0.0, 0.0, 0.0, -0.5]]
 
 
@@ -244,7 +242,7 @@ def test_a_dry_run_tells_what_learning_costs(along):
         ({"vary": {"x2_0": {"values": [0.0]}}}, "x2_0: kind 'oscillator' has the state x, v"),
         ({"start": {"policy": "random", "count": 3}}, "x_0 is varied, so orbits begin at rest"),
         ({"start": {"policy": "up"}}, "x_0 is varied"),
-        ({"vary": {"P": {"values": [0.5]}}, "start": {"policy": "up"}}, "want 'attractor'"),
+        ({"vary": {"e": {"values": [0.5]}}, "start": {"policy": "up"}}, "want 'attractor'"),
         ({"start": {"state": [1.0]}}, "must be a list of 4 numbers, or of 2"),
         ({"start": {"state": [1.0, 2.0, 3.0, 4.0]}}, "state has 4 numbers"),
         ({"start": {"state": [1.0, float("nan")]}}, "state = nan"),
@@ -254,7 +252,7 @@ def test_a_dry_run_tells_what_learning_costs(along):
     ],
 )
 def test_a_wrong_request_is_refused(changes, said):
-    with pytest.raises(RequestError, match=".*") as caught:
+    with pytest.raises(RequestError) as caught:
         nv.load_scan({**PLANE, **changes})
     assert said in str(caught.value)
 
@@ -280,7 +278,10 @@ def test_measures_of_a_plane(plane, capsys):
     assert found.basins[0].distance == pytest.approx(np.hypot(way[0] / axes[0], way[1] / axes[1]))
     with nv.read(plane) as view:
         point = view["attractor_point"][0]
-        x, v = (np.abs(view[n] - p - w).argmin() for n, p, w in zip(("x_0", "v_0"), point, way, strict=True))
+        x, v = (
+            np.abs(view[n] - p - w).argmin()
+            for n, p, w in zip(("x_0", "v_0"), point, way, strict=True)
+        )
         assert view["attractor"][x, v, 0] == 1
     assert main(["basins", str(plane), "--box", "10", "--by", "20"]) == 0
     said = capsys.readouterr().out

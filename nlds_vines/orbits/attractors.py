@@ -17,7 +17,7 @@ from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.arguments import Parts
 from nlds_vines.kernels.basins import Known
 from nlds_vines.kernels.codes import PERIODIC, TRANSIENT_CHAOS
-from nlds_vines.runs.pool import in_pieces
+from nlds_vines.orbits.batch import on_threads
 
 DIRECTIONS = 48
 """Deviations that are followed to see whether a sphere around an attractor comes nearer."""
@@ -150,8 +150,7 @@ def follow(
         parts, cells.view(np.recarray), np.ascontiguousarray(starts), np.ascontiguousarray(rows),
         known, most, drawn.attractor, drawn.arrival, drawn.status,
     )  # fmt: skip
-    basins.follow_to_known(0, 0, *arguments)  # compiled here, not by all threads at once
-    in_pieces(lambda begin, end: basins.follow_to_known(begin, end, *arguments), count, 16, None)
+    on_threads(basins.follow_to_known, arguments, count, 16)
     return drawn
 
 

@@ -122,11 +122,11 @@ def run(
     cells, each = chains.view(np.recarray), chains.shape[1] * (span.first + span.periods)
     arguments = parts, cells, np.ascontiguousarray(starts), span, buffers, status
     least = max(1, PIECE_PERIODS // max(1, each))
-    _on_threads(lanes.run_lanes, arguments, len(chains), least)
+    on_threads(lanes.run_lanes, arguments, len(chains), least)
     return status
 
 
-def _on_threads(
+def on_threads(
     kernel: Callable[..., None],
     arguments: tuple[Any, ...],
     count: int,
@@ -179,7 +179,7 @@ class Kernels:
         cells, stages = chains.view(np.recarray), self._stages
         arguments = self._parts, cells, finished, stages, outputs.evidence, outputs.status
         # one may take longer than a hundred others: what is not periodic is followed further
-        _on_threads(lanes.judge_lanes, arguments, cells.size, 1, 1)
+        on_threads(lanes.judge_lanes, arguments, cells.size, 1, 1)
 
     def compile(self, kernel: str) -> None:
         """Have one of `compilation.kernels_of` compiled, unless the cache has it: for no orbit."""

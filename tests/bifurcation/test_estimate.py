@@ -22,7 +22,7 @@ def clock(monkeypatch):
     """Let an orbit take a millisecond for 50 periods, and 2 ms beyond 6.5 rad/s; note the calls."""
     calls, now = [], [0.0]
 
-    def lanes(self, chains, starts):
+    def lanes(self, chains, starts, places):
         periods = self.scan.transient + self.scan.periods
         each = np.where(chains["omega"][:, 0] > 6.5, 2e-3, 1e-3)
         now[0] += float(each.sum()) * periods / 50

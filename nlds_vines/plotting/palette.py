@@ -79,7 +79,7 @@ def colour_of(label: str) -> str:
     """
     label = label.removesuffix(INADMISSIBLE)
     if label.startswith(TRANSIENT):
-        return _mixed(colour_of(final(label)), "#000000", _DARKER)
+        return mixed(colour_of(final(label)), "#000000", _DARKER)
     periodic = period_and_impacts(label)
     return _tinted(*periodic) if periodic else OTHERS[_kind(label)]
 
@@ -95,7 +95,7 @@ def ink_of(label: str) -> str:
     periodic = period_and_impacts(label)
     colour = _tinted(*periodic, white=_MOST_WHITE / 2) if periodic else colour_of(label)
     luma = _luma(colour)
-    return colour if luma <= _INK else _mixed(colour, "#000000", 1.0 - _INK / luma)
+    return colour if luma <= _INK else mixed(colour, "#000000", 1.0 - _INK / luma)
 
 
 def hatch_of(label: str) -> str:
@@ -134,11 +134,11 @@ def _tinted(n: int, k: int, white: float = _MOST_WHITE) -> str:
     if n >= len(RAMP):
         return plain
     if rate <= 1.0:
-        return _mixed(plain, "#ffffff", white * (1.0 - rate))
-    return _mixed(plain, "#000000", _MOST_BLACK * (1.0 - 1.0 / rate))
+        return mixed(plain, "#ffffff", white * (1.0 - rate))
+    return mixed(plain, "#000000", _MOST_BLACK * (1.0 - 1.0 / rate))
 
 
-def _mixed(colour: str, other: str, share: float) -> str:
+def mixed(colour: str, other: str, share: float) -> str:
     """Return a colour with a share, from 0 to 1, of another one mixed in."""
     pairs = zip(_channels(colour), _channels(other), strict=True)
     return "#" + "".join(f"{round(c + (o - c) * share):02x}" for c, o in pairs)

@@ -8,9 +8,11 @@ import numpy as np
 
 from nlds_vines.bifurcation.picture.quantities import Quantity
 from nlds_vines.errors import RequestError, unknown
+from nlds_vines.orbits.wants import ATTRACTOR
 from nlds_vines.plotting.bands import is_list
 
 REGIMES, COEXISTING, SHARES, SHARE = "regimes", "coexisting", "shares", "share:"
+BASINS = "basins"
 """The choices beside numbers; `SHARE` is followed by a label, as in `share:T,0`."""
 
 NUMBERS = (
@@ -81,6 +83,10 @@ def check_show(
     Arguments: `show`, as `drawing.draw` takes it; the `values` of each axis; how many starts a cell
     has; the quantities that are recorded, and whether labels are.
     """
+    if show == BASINS:
+        if ATTRACTOR not in known:
+            raise RequestError(f"show = {show!r} needs attractors: record {ATTRACTOR}")
+        return
     needs_labels = show in (REGIMES, *_OF_SEVERAL_STARTS) or show.startswith(SHARE)
     if needs_labels and not labelled:
         raise RequestError(f"show = {show!r} needs regimes: record regime as well")

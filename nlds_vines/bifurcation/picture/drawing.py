@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.bifurcation.picture.choices import check_show, is_map, usual_show
+from nlds_vines.bifurcation.picture import basin_map
+from nlds_vines.bifurcation.picture.choices import BASINS, check_show, is_map, usual_show
 from nlds_vines.bifurcation.picture.diagram import diagram, draw_into
 from nlds_vines.bifurcation.picture.quantities import quantities_in
 from nlds_vines.bifurcation.picture.regime_map import fill_map, regime_map
@@ -48,8 +49,8 @@ def draw(
 
     Arguments: the archive; what to `show`: of a diagram quantities separated by commas
     (`quantities.quantities`), or the words of `choices.GROUPS`, or `regimes` for the strips alone;
-    of a map what `regime_map` tells; None for what is usual; the `page`; axes to draw one panel
-    into, None for a figure of its own.
+    of a map what `regime_map` tells; `basins` where attractors are recorded; None for what is
+    usual; the `page`; axes to draw one panel into, None for a figure of its own.
 
     Raises `RequestError` where the archive does not hold what to `show`.
     """
@@ -59,6 +60,11 @@ def draw(
     labelled, known = "label" in view, quantities_in(view)
     if show is not None:
         check_show(show, values, view["start"].size, known, labelled)
+    plain = len(values) == 1 or is_map(values)
+    if show == BASINS or (show is None and plain and basin_map.drawable(view)):
+        if ax is None:
+            return basin_map.basin_picture(view, page)
+        return into(ax, lambda: basin_map.fill(ax, view, page))
     if not is_map(values):
         if ax is None:
             return diagram(view, show, page)

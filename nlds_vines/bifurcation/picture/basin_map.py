@@ -1,0 +1,219 @@
+"""Basins of attraction: a colour for each attractor, over a plane of starts and along a parameter.
+
+The colour is that of the attractor's regime, the same in every picture.  Of several attractors of
+one regime the later ones are darker, then paler.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.bifurcation.picture.map_cells import (
+    FOOT,
+    HEAD,
+    add_map_legend,
+    fill_cells,
+    label_axes,
+    map_panel,
+)
+from nlds_vines.bifurcation.picture.region_names import name_regions
+from nlds_vines.errors import RequestError
+from nlds_vines.model.parameters import INITIAL, component_of
+from nlds_vines.plotting.bands import inner_edges
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
+from nlds_vines.plotting.palette import HATCHED, OTHERS, colour_of, mixed, ordered, patch_look
+from nlds_vines.plotting.panels import write_letters_above, write_title
+from nlds_vines.plotting.style import CM, axis_label
+
+_SHADES = (("#000000", 0.0), ("#000000", 0.35), ("#ffffff", 0.45), ("#000000", 0.6))
+"""What is mixed into the colour of a regime, by how much: of its first attractor, the second ..."""
+
+_NOT_KNOWN = "not known"
+_BETWEEN = 1.6 * CM  # inches between the map and the shares below it, with the label of the map
+_LINES = 1.6 * CM  # inches for a legend below a map on a page of one column
+
+
+class _Look(NamedTuple):
+    """What an attractor is called, and its colour."""
+
+    name: str
+    colour: str
+
+
+def drawable(view: ArchiveView) -> bool:
+    """Tell whether an archive has basins that can be drawn: planes, or shares along a parameter."""
+    return not _why_not(view)
+
+
+def _why_not(view: ArchiveView) -> str:
+    if "attractor" not in view:
+        return "record attractor"
+    if "attractor_share" not in view:
+        return "no attractor was found"
+    varied = [name for name in view.axes if name not in INITIAL]
+    if len(varied) == 1 or (len(view.axes) == 2 and not varied):
+        return ""
+    return "vary two initial conditions, or one parameter"
+
+
+@styled()
+def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
+    """Return the basins of a scan: over two initial conditions, or their shares along a parameter.
+
+    Over a parameter and an initial condition there are both, one above the other.  Raises
+    `RequestError` for any other scan.
+    """
+    if why := _why_not(view):
+        raise RequestError(f"{view.path}: show = 'basins': {why}")
+    varied = [name for name in view.axes if name not in INITIAL]
+    map_, shares = len(view.axes) == 2, len(varied) == 1
+    below = 0.0 if page.beside else _LINES
+    foot = FOOT + below
+    height = HEAD + foot + page.map_height * (map_ + shares) + _BETWEEN * (map_ and shares)
+    figure = Figure(figsize=(page.width, height))
+    panels = []
+    if map_:
+        panels.append(map_panel(figure, height - HEAD - page.map_height, page))
+        fill_basins(panels[0], view, page, legend=not shares)
+    if shares:
+        panels.append(map_panel(figure, foot, page))
+        handles = fill_shares(panels[-1], view)
+        add_map_legend(panels[0], handles, "attractor", page)
+    if len(panels) > 1 and view.axes[0] == varied[0]:
+        panels[1].set_xlim(panels[0].get_xlim())
+    if len(panels) > 1:
+        write_letters_above(panels)
+    write_title(figure, view.text("title"), page.left / page.width)
+    return figure
+
+
+def fill(axes: Axes, view: ArchiveView, page: Page) -> None:
+    """Draw one panel of it into axes: the map, or else the shares; errors as `basin_picture`."""
+    if why := _why_not(view):
+        raise RequestError(f"{view.path}: show = 'basins': {why}")
+    if len(view.axes) == 2:
+        fill_basins(axes, view, page)
+    else:
+        add_map_legend(axes, fill_shares(axes, view), "attractor", page)
+
+
+def fill_basins(axes: Axes, view: ArchiveView, page: Page, *, legend: bool = True) -> None:
+    """Fill every cell of a map with the colour of its attractor, and mark their points."""
+    looks = _looks(view)
+    labels, numbers = _labels_of_cells(view), view["attractor"][..., 0]
+    keys = [(int(k), str(label)) for k, label in zip(numbers.flat, labels.flat, strict=True)]
+    present = sorted(set(keys))
+    place = {key: i for i, key in enumerate(present)}
+    classes = np.array([place[key] for key in keys]).reshape(numbers.shape)
+    shades = [looks[key].colour for key in present]
+    norm = BoundaryNorm(np.arange(len(present) + 1) - 0.5, len(present))
+    fill_cells(axes, view, classes, cmap=ListedColormap(shades), norm=norm)
+    label_axes(axes, view)
+    names = np.array([looks[key].name for key in present], object)[classes]
+    known = {looks[key].name: looks[key].colour for key in present if key[0] >= 0}
+    name_regions(axes, view, names, known)
+    handles: list[Any] = [*_patches([looks[key] for key in present])]
+    if not [name for name in view.axes if name not in INITIAL]:
+        handles += _mark_points(axes, view, looks)
+    if legend:
+        add_map_legend(axes, handles, "attractor", page)
+
+
+def fill_shares(axes: Axes, view: ArchiveView) -> list[Patch]:
+    """Draw the shares of the attractors along the one parameter, one upon the other.
+
+    Returns the entries of a legend.
+    """
+    (name,) = (axis for axis in view.axes if axis not in INITIAL)
+    looks, labels, shares = _looks(view), view["attractor_label"], view["attractor_share"]
+    edges = inner_edges(view[name])
+    floor = np.zeros(len(labels))
+    for k in range(labels.shape[1]):
+        height = np.nan_to_num(shares[:, k])
+        colours = [looks[k, str(label)].colour if label else "none" for label in labels[:, k]]
+        axes.bar(edges[:-1], height, np.diff(edges), floor, color=colours, align="edge", lw=0)
+        floor += height
+    unknown = OTHERS[HATCHED]
+    axes.bar(edges[:-1], 1 - floor, np.diff(edges), floor, color=unknown, align="edge", lw=0)
+    axes.set_xlim(edges[0], edges[-1])
+    axes.set_ylim(0, 1)
+    axes.set_xlabel(axis_label(name))
+    axes.set_ylabel("share of the starts")
+    seen = {looks[k, str(labels[i, k])] for i, k in np.argwhere(labels != "")}
+    rest = [_Look(_NOT_KNOWN, unknown)] if (floor < 1 - 1e-12).any() else []
+    return _patches([*seen, *rest])
+
+
+def _labels_of_cells(view: ArchiveView) -> np.ndarray:
+    """Return the regime of each cell's attractor, empty where it is not known."""
+    numbers, labels = view["attractor"][..., 0], view["attractor_label"]
+    varied = [place for place, name in enumerate(view.axes) if name not in INITIAL]
+    where = [np.indices(numbers.shape)[place] for place in varied]
+    found = labels[(*where, np.maximum(numbers, 0))]
+    return np.where(numbers >= 0, found, "")
+
+
+def _looks(view: ArchiveView) -> Mapping[tuple[int, str], _Look]:
+    """Return name and colour by number and regime; with the number where one regime has several."""
+    labels = view["attractor_label"]
+    table = labels.reshape(-1, labels.shape[-1])
+    numbers: dict[str, list[int]] = {}
+    for k in range(table.shape[1]):
+        for label in dict.fromkeys(str(label) for label in table[:, k] if label):
+            numbers.setdefault(label, []).append(k)
+    found = {(-1, ""): _Look(_NOT_KNOWN, OTHERS[HATCHED])}
+    for label, own in numbers.items():
+        for i, k in enumerate(own):
+            name = label if len(own) == 1 else f"{label} ({k})"
+            found[k, label] = _Look(name, mixed(colour_of(label), *_SHADES[i % len(_SHADES)]))
+    return found
+
+
+def _patches(looks: Iterable[_Look]) -> list[Patch]:
+    """Return the entries of a legend, by period; what is not known stands last."""
+    by_name = {look.name: look for look in looks}
+    places = {
+        label: i for i, label in enumerate(ordered(map(_label, by_name.keys() - {_NOT_KNOWN})))
+    }
+    last = len(places)
+    names = sorted(by_name, key=lambda name: (places.get(_label(name), last), name))
+    return [
+        Patch(label=name, **patch_look(_label(name), by_name[name].colour))
+        if name != _NOT_KNOWN
+        else Patch(label=name, facecolor=by_name[name].colour, linewidth=0)
+        for name in names
+    ]
+
+
+def _label(name: str) -> str:
+    """Return the regime of a name: T,1 of `T,1 (3)`."""
+    return name.partition(" (")[0]
+
+
+def _mark_points(
+    axes: Axes, view: ArchiveView, looks: Mapping[tuple[int, str], _Look]
+) -> list[Line2D]:
+    """Mark the points of attractors in the plane, or above it; return the entry of the legend."""
+    names = view["component"].tolist()
+    columns = [names.index(component_of(name)) for name in view.axes]
+    spans = [(view[name][0], view[name][-1]) for name in view.axes]
+    style: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgecolor": "black"}
+    style |= {"markersize": 5.0, "markeredgewidth": 0.9}
+    found = False
+    for k, label in enumerate(view["attractor_label"]):
+        point = view["attractor_point"][k, columns]
+        if all(a <= value <= b for value, (a, b) in zip(point, spans, strict=True)):
+            colour = mixed(looks[k, str(label)].colour, "#ffffff", 0.5)
+            axes.plot(*point, markerfacecolor=colour, zorder=5, **style)
+            found = True
+    text = "points of attractors" if len(names) == 2 else "points of attractors,\nprojected"
+    return [Line2D([], [], markerfacecolor="white", label=text, **style)] if found else []

@@ -5,7 +5,6 @@ from __future__ import annotations
 COMMANDS = {
     "bifurcation": ("nlds_vines.bifurcation.command", "scan one parameter or two"),
     "transients": ("nlds_vines.transients.command", "how long chaos lasts, where starts end"),
-    "basins": ("nlds_vines.transients.basins_command", "measure basins of attraction"),
     "tuning": ("nlds_vines.tuning.command", "search for the best damper"),
     "portrait": ("nlds_vines.portrait.command", "one orbit in full"),
     "response-curves": (
@@ -24,6 +23,7 @@ COMMANDS = {
     ),
     "accuracy": ("nlds_vines.accuracy.command", "error against run time of every method"),
     "plot": ("nlds_vines.upkeep.plot", "draw a finished archive"),
+    "basins": ("nlds_vines.upkeep.basin_report", "measure basins of attraction"),
     "status": ("nlds_vines.upkeep.status", "how a scan under way stands"),
     "consolidate": ("nlds_vines.upkeep.consolidate", "join the parts of shards into an archive"),
     "verify": ("nlds_vines.upkeep.verify", "check archives and parts from end to end"),

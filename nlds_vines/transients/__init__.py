@@ -6,8 +6,7 @@ In reading order:
     ensemble   the starts of one cell of an archive: which settled, when, where
     picture    the curve with its law, and the shares of the final regimes
     command    `python -m nlds_vines.transients` and `nv.transients`
-    basin_shares    basins of attraction measured: `nv.basin_measures`
-    basins_command  `nlds-vines basins`
+    basin_shares   basins of attraction measured: `nv.basin_measures`
 """
 
 from nlds_vines.callable_package import make_callable

@@ -2,6 +2,7 @@
 
 In reading order:
 
+    basin_report  basins of attraction in an archive measured
     status        how a scan under way stands
     plot          a finished archive drawn
     verify        archives and parts checked from end to end

@@ -25,12 +25,13 @@ from nlds_vines.bifurcation.picture.map_cells import (
     label_axes,
     map_panel,
 )
+from nlds_vines.bifurcation.picture.regime_map import drawn_as, example_of, in_order
 from nlds_vines.bifurcation.picture.region_names import name_regions
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import INITIAL, component_of
 from nlds_vines.plotting.bands import inner_edges
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.palette import HATCHED, OTHERS, colour_of, mixed, ordered, patch_look
+from nlds_vines.plotting.palette import HATCHED, OTHERS, colour_of, mixed, patch_look
 from nlds_vines.plotting.panels import write_letters_above, write_title
 from nlds_vines.plotting.style import CM, axis_label
 
@@ -172,25 +173,29 @@ def _looks(view: ArchiveView) -> Mapping[tuple[int, str], _Look]:
             numbers.setdefault(label, []).append(k)
     found = {(-1, ""): _Look(_NOT_KNOWN, OTHERS[HATCHED])}
     for label, own in numbers.items():
+        long = drawn_as(label) != label  # these share one colour, and one name
         for i, k in enumerate(own):
-            name = label if len(own) == 1 else f"{label} ({k})"
-            found[k, label] = _Look(name, mixed(colour_of(label), *_SHADES[i % len(_SHADES)]))
+            name = drawn_as(label) if long or len(own) == 1 else f"{label} ({k})"
+            shade = _SHADES[0 if long else i % len(_SHADES)]
+            found[k, label] = _Look(name, mixed(colour_of(label), *shade))
     return found
 
 
 def _patches(looks: Iterable[_Look]) -> list[Patch]:
     """Return the entries of a legend, by period; what is not known stands last."""
-    by_name = {look.name: look for look in looks}
+    by_name = {look.name: look.colour for look in looks}
     places = {
-        label: i for i, label in enumerate(ordered(map(_label, by_name.keys() - {_NOT_KNOWN})))
+        word: i for i, word in enumerate(in_order(map(_label, by_name.keys() - {_NOT_KNOWN})))
     }
-    last = len(places)
-    names = sorted(by_name, key=lambda name: (places.get(_label(name), last), name))
+
+    def place(name: str) -> tuple[int, str]:
+        return places.get(_label(name), len(places)), name
+
     return [
-        Patch(label=name, **patch_look(_label(name), by_name[name].colour))
+        Patch(label=name, **patch_look(example_of(_label(name)), by_name[name]))
         if name != _NOT_KNOWN
-        else Patch(label=name, facecolor=by_name[name].colour, linewidth=0)
-        for name in names
+        else Patch(label=name, facecolor=by_name[name], linewidth=0)
+        for name in sorted(by_name, key=place)
     ]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -53,7 +53,7 @@ from nlds_vines.plotting.style import CM, FLAGGED, GREY
 _GAP = 0.55 * CM  # inches between two maps
 _LINE = 0.42 * CM  # inches, height of a name in a legend
 _MOST_BELOW = 12  # names in a legend below a map
-_LONG = f"{len(RAMP)}T and longer"  # the name of the regimes that share the ramp's last colour
+LONG = f"{len(RAMP)}T and longer"  # the name of the regimes that share the ramp's last colour
 _EXAMPLE = f"{len(RAMP)}T,1"  # one of these regimes
 _COUNTS = ("#f1efe9", "#f6c667", "#e07b39", "#a8324a", "#5b1a4a")
 """Colours of one regime in a cell, two, three ..., and of as many as there are colours or more."""
@@ -137,9 +137,9 @@ def _draw_regimes(
     Large regions have their names inside.  Hatched are regimes that were reached through chaos, and
     what is not known.  A dot marks a cell where the label of a start changes under refinement.
     """
-    names = np.vectorize(_name, otypes=[object])(labels)
+    names = np.vectorize(drawn_as, otypes=[object])(labels)
     words = [word for word, _ in by_frequency(names)]
-    shades = {word: colour_of(_example(word)) for word in words}
+    shades = {word: colour_of(example_of(word)) for word in words}
     _fill_classes(axes, view, names, words, [shades[word] for word in words])
     marks = [*_hatch(axes, view, names), *_mark_flagged(axes, view)]
     ends = list(dict.fromkeys(final(word) for word in words))
@@ -147,7 +147,7 @@ def _draw_regimes(
     if page.beside:
         height = axes.bbox.height / axes.figure.dpi
         room = int(height / _LINE) - 1 - 2 * len(marks)  # names that fit
-    named = _ordered(ends if len(ends) <= room else ends[: room - 1])
+    named = in_order(ends if len(ends) <= room else ends[: room - 1])
     handles = [_patch(word, view) for word in named]
     if len(ends) > len(named):
         handles.append(Patch(color="none", label=f"and {len(ends) - len(named)} more"))
@@ -158,7 +158,7 @@ def _draw_regimes(
 
 def _patch(word: str, view: ArchiveView) -> Patch:
     """Return the entry of a legend of a regime."""
-    look = patch_look(_example(word), colour_of(_example(word)))
+    look = patch_look(example_of(word), colour_of(example_of(word)))
     return Patch(label=in_legend(short(word), view), **look)
 
 
@@ -222,19 +222,19 @@ def _fill_classes(
     fill_cells(axes, view, classes, cmap=ListedColormap(list(shades)), norm=norm)
 
 
-def _name(label: str) -> str:
+def drawn_as(label: str) -> str:
     """Return the name under which a label is drawn: labels of the same colour share one."""
     end = final(label)
     found = period_and_impacts(end)
-    return label.replace(end, _LONG) if found and found[0] >= len(RAMP) else label
+    return label.replace(end, LONG) if found and found[0] >= len(RAMP) else label
 
 
-def _example(word: str) -> str:
+def example_of(word: str) -> str:
     """Return a label of the regimes that are drawn under a name."""
-    return word.replace(_LONG, _EXAMPLE)
+    return word.replace(LONG, _EXAMPLE)
 
 
-def _ordered(words: Sequence[str]) -> list[str]:
+def in_order(words: Iterable[str]) -> list[str]:
     """Return names in the order of a legend: by period, then those that are not periodic."""
-    found = ordered(_example(word) for word in words)
-    return [word.replace(_EXAMPLE, _LONG) for word in found]
+    found = ordered(example_of(word) for word in words)
+    return [word.replace(_EXAMPLE, LONG) for word in found]

@@ -28,7 +28,7 @@ from nlds_vines.explore.look import frame, page_file
 from nlds_vines.explore.map_figure import map_figures
 from nlds_vines.explore.map_meta import diagram_points, meta_of
 from nlds_vines.explore.opened import READY, Opened, middle
-from nlds_vines.explore.orbit_figures import SOURCES, WIDE, orbit_figures, orbit_sources
+from nlds_vines.explore.orbit_figures import WIDE, joined, orbit_figures, orbit_sources
 from nlds_vines.explore.parameter_sliders import sliders_of
 from nlds_vines.explore.refining import Job, finer
 from nlds_vines.explore.stored import Stored
@@ -38,7 +38,7 @@ from nlds_vines.orbits.simulation import IntegrationError
 PROGRESS_SECONDS = 0.4
 """Seconds between two pictures of a map that is being computed."""
 
-_DATA = ("asked", "told", "lanes", "cells", "points")
+_DATA = ("asked", "told", "values", "lanes", "cells", "points")
 
 
 class Wanted(NamedTuple):
@@ -76,8 +76,7 @@ class Session:
         """Put figures and sources into the document."""
         document, found = self._document, self._opened.found
         system = found.scan.system
-        self._sources = orbit_sources(system)
-        figures = orbit_figures(system, self._sources)
+        figures = orbit_figures(system, orbit_sources(system))
         self._walls = (
             [wall for made in figures for wall in made.select({"name": "wall 0"})],
             [wall for made in figures for wall in made.select({"name": "wall 1"})],
@@ -215,12 +214,12 @@ class Session:
             self._tell(trouble=trouble, orbit=_no_orbit(wanted))
             return
         self._orbit = orbit
-        for name in SOURCES:
-            self._sources[name].data = orbit.panels[name]
+        layout, values = joined(orbit.panels)
+        self._data["values"].data = {"values": values}
         for lines, place in zip(self._walls, _places(wanted.system).values(), strict=False):
             for line in lines:
                 line.location = float(place)
-        self._tell(trouble=orbit.trouble, orbit=_in_words(wanted, orbit))
+        self._tell(trouble=orbit.trouble, orbit=_in_words(wanted, orbit) | {"layout": layout})
 
     # ---- maps
 
@@ -422,5 +421,5 @@ def _in_words(wanted: Wanted, orbit: LiveOrbit) -> dict[str, Any]:
 
 
 def _no_orbit(wanted: Wanted) -> dict[str, Any]:
-    words = {"label": "no orbit", "words": "", "where": f"from {wanted.start.words}"}
+    words = {"label": "no orbit", "words": "", "where": f"from {wanted.start.words}", "layout": []}
     return {"number": wanted.number, **words, "evidence": [], "command": ""}

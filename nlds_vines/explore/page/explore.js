@@ -32,6 +32,7 @@ const EXPLORE = (() => {
     cells: (meta) => NV.refresh(meta, columns("lanes"), columns("cells"), points(meta)),
     state: (text) => { el("state").textContent = text },
     orbit: (orbit) => {
+      fill(orbit.layout)
       el("label").textContent = orbit.label
       el("words").textContent = orbit.words
       el("where").textContent = orbit.where
@@ -57,6 +58,14 @@ const EXPLORE = (() => {
       for (const [name, value] of Object.entries(values)) SLIDERS.set(name, value)
     },
     file: (file) => save(file),
+  }
+  function fill(layout) { // the sources of the figures, from the one array that was sent
+    const {values} = model("values").data, found = new Map()
+    for (const [source, name, first, stop] of layout) {
+      if (!found.has(source)) found.set(source, {})
+      found.get(source)[name] = new Float32Array(values.buffer, values.byteOffset + 4 * first, stop - first)
+    }
+    for (const [source, data] of found) NV.put(model(source), {data})
   }
   function drawn(which) { // after the frame in which Bokeh has drawn what it was told
     requestAnimationFrame(() => requestAnimationFrame(() => {

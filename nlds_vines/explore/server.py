@@ -11,6 +11,7 @@ import logging
 import secrets
 import signal
 import socket
+import threading
 import webbrowser
 from collections.abc import Callable
 from typing import Any
@@ -145,7 +146,7 @@ class PageServer:
             self._server.start()
             self._loop.add_callback(opened)
             if browser:
-                self._loop.call_later(0.1, webbrowser.open, self.address)
+                self._loop.call_later(0.1, self._show)
             self._loop.start()
         finally:
             self.stop()
@@ -157,6 +158,10 @@ class PageServer:
         """Close all connections and the port."""
         if not self._server._stopped:
             self._server.stop(wait=False)
+
+    def _show(self) -> None:
+        """Have a browser show the page; one that runs in a terminal holds nothing up."""
+        threading.Thread(target=webbrowser.open, args=(self.address,), daemon=True).start()
 
     def _handle(self, number: int, frame: object) -> None:
         self._status = INTERRUPTED if number == signal.SIGINT else TERMINATED

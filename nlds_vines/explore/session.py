@@ -38,6 +38,9 @@ from nlds_vines.orbits.simulation import IntegrationError
 PROGRESS_SECONDS = 0.4
 """Seconds between two pictures of a map that is being computed."""
 
+PROGRESS_SHARE = 10.0
+"""How many times longer than sending a map is computed before it is sent again."""
+
 _DATA = ("asked", "told", "values", "lanes", "cells", "points")
 
 
@@ -65,7 +68,7 @@ class Session:
         self._wanted: Wanted | None = None
         self._listens = False  # whether the page's script is there
         self._busy = self._closed = False
-        self._drawn_at = 0.0
+        self._next = 0.0  # when the map that is computed may be sent again
         self._make()
         opened.listeners.append(self._more)
         document.on_session_destroyed(lambda _: self.close())
@@ -285,9 +288,10 @@ class Session:
         found, now = self._found, time.monotonic()
         jobs = [job for job in (self._job, self._opened.job) if job is not None]
         job = next((job for job in jobs if job.found is found), None)
-        if job is not None and (job.done == job.total or now - self._drawn_at > PROGRESS_SECONDS):
-            self._drawn_at = now
+        if job is not None and (job.done == job.total or now > self._next):
             payload = self._payload(found)
+            took = time.monotonic() - now
+            self._next = now + max(PROGRESS_SECONDS, PROGRESS_SHARE * took)
             self._later(lambda: self._put(payload, True) if self._found is found else None)
         self._later(self._say_state)
 

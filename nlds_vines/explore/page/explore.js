@@ -59,8 +59,15 @@ const EXPLORE = (() => {
     },
     file: (file) => save(file),
   }
+  const SOURCES = ["history", "phase1", "phase2", "section", "spectrum", "multipliers"].map((n) => `${n} data`)
   function fill(layout) { // the sources of the figures, from the one array that was sent
     const {values} = model("values").data, found = new Map()
+    if (!layout.length) { // no orbit: nothing of the one before remains
+      for (const source of SOURCES) {
+        const names = Object.keys(model(source).data)
+        NV.put(model(source), {data: Object.fromEntries(names.map((name) => [name, new Float32Array(0)]))})
+      }
+    }
     for (const [source, name, first, stop] of layout) {
       if (!found.has(source)) found.set(source, {})
       found.get(source)[name] = new Float32Array(values.buffer, values.byteOffset + 4 * first, stop - first)

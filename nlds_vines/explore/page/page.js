@@ -416,7 +416,15 @@ const NV = (() => {
     el("theme").textContent = name === "dark" ? "light" : "dark"
     if (Bokeh.documents.length) paintTheme()
   }
+  function calm() { // a figure shows that it has the focus where keys are used, not after a click
+    for (const fig of Bokeh.documents[0].roots().filter((r) => r.type === "Figure")) {
+      const view = Bokeh.index.find_one_by_id(fig.id), style = document.createElement("style")
+      style.textContent = ".bk-events:focus:not(:focus-visible) { outline: none; }"
+      if (view && view.canvas_view) view.canvas_view.shadow_el.append(style)
+    }
+  }
   function startPage() {
+    calm()
     theme()
     darkness.addEventListener("change", () => theme())
     addEventListener("beforeprint", () => theme("light"))

@@ -40,8 +40,9 @@ def columns(found: Stored) -> dict[str, np.ndarray]:
         if name in found:
             columns[name] = _number(name, found.lanes(name))
     if len(columns) == 1:
-        known = columns["status"] != NOT_COMPUTED
-        columns["computed"] = (known + (known & (columns["status"] != OK))).astype(np.uint8)
+        status = columns["status"]
+        places = [status == NOT_COMPUTED, status == OK]
+        columns["computed"] = np.select(places, [0, 1], 2).astype(np.uint8)
     if "multipliers" in found:
         largest = found.lanes("multipliers")[:, :, 0]
         columns["multiplier"] = np.hypot(largest[..., 0], largest[..., 1]).ravel().astype("f4")

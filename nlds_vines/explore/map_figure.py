@@ -58,7 +58,7 @@ def _add_mark(main: Any, axes: int) -> None:
     for name, dimension in (("cross x", "height"), ("cross y", "width"))[:axes]:
         line = Span(
             location=None, dimension=dimension, line_width=1, line_alpha=0.55, name=name,
-           
+
         )  # fmt: skip
         main.add_layout(roled(line, "ink"))
     mark = ColumnDataSource({"x": [np.nan], "y": [np.nan]}, name="mark")

@@ -14,6 +14,7 @@ from nlds_vines.bifurcation.request_file import load_scan  # noqa: E402
 from nlds_vines.explore.opened import READY, Opened  # noqa: E402
 from nlds_vines.explore.session import Session  # noqa: E402
 from nlds_vines.explore.stored import stored  # noqa: E402
+from nlds_vines.orbits.simulation import IntegrationError  # noqa: E402
 from nlds_vines.portrait.request_file import load_portrait  # noqa: E402
 
 
@@ -128,6 +129,17 @@ def test_a_rectangle_is_computed_and_one_can_go_back(page):
     assert page.told["job"]["forward"]
     page.ask("forward")
     assert page.told["level"]["axes"][0]["values"][0] == 7.4
+
+
+def test_an_orbit_that_fails_is_told_and_nothing_of_the_one_before_remains(page, monkeypatch):
+    def fails(*_):
+        raise IntegrationError("it stuck to the wall")
+
+    monkeypatch.setattr("nlds_vines.explore.session.live_orbit", fails)
+    page.ask("cell", cell=(1, 1), start=0)
+    page.settle()
+    assert page.told["trouble"] == "it stuck to the wall"
+    assert (page.told["orbit"]["label"], page.told["orbit"]["layout"]) == ("no orbit", [])
 
 
 def test_a_closed_page_leaves_nothing_running(small_map, monkeypatch):

@@ -61,9 +61,10 @@ const EXPLORE = (() => {
   }
   const SOURCES = ["history", "phase1", "phase2", "section", "spectrum", "multipliers"].map((n) => `${n} data`)
   function fill(layout) { // the sources of the figures, from the one array that was sent
+    // a system without a damper has fewer figures, and no source that none of them reads
     const {values} = model("values").data, found = new Map()
     if (!layout.length) { // no orbit: nothing of the one before remains
-      for (const source of SOURCES) {
+      for (const source of SOURCES.filter(model)) {
         const names = Object.keys(model(source).data)
         NV.put(model(source), {data: Object.fromEntries(names.map((name) => [name, new Float32Array(0)]))})
       }
@@ -72,7 +73,7 @@ const EXPLORE = (() => {
       if (!found.has(source)) found.set(source, {})
       found.get(source)[name] = new Float32Array(values.buffer, values.byteOffset + 4 * first, stop - first)
     }
-    for (const [source, data] of found) NV.put(model(source), {data})
+    for (const [source, data] of found) if (model(source)) NV.put(model(source), {data})
   }
   function drawn(which) { // after the frame in which Bokeh has drawn what it was told
     requestAnimationFrame(() => requestAnimationFrame(() => {

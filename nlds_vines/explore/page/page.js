@@ -156,7 +156,7 @@ const NV = (() => {
     const fig = model("map"), [a] = at.meta.axes, show = at.show
     const x0 = fig.x_range.start, x1 = fig.x_range.end, y0 = fig.y_range.start, y1 = fig.y_range.end
     const W = Math.max(200, Math.round(fig.inner_width || 700)), H = Math.max(120, Math.round(fig.inner_height || 300))
-    const pixels = new Uint32Array(W * H), size = show.points ? 1 : 3, S = at.meta.starts.length
+    const pixels = new Uint32Array(W * H), size = !show.points ? 3 : a.n < W / 1.5 ? 2 : 1, S = at.meta.starts.length
     const column = show.points ? at.points[show.column.slice(8)] : at.lanes[show.column]
     const per = show.points ? at.points.count : 1
     for (let k = 0; k < S; k++) {

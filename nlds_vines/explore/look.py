@@ -38,6 +38,7 @@ def plain_figure(name: str, height: int, **settings: Any) -> Any:
         "toolbar_location": None,
         "sizing_mode": "stretch_width",
         "output_backend": "canvas",
+        "border_fill_color": None,
         "min_border_left": LEFT,
         "min_border_right": RIGHT,
     } | settings

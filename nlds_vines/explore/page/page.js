@@ -388,7 +388,7 @@ const NV = (() => {
   function paintTheme() {
     const c = Object.fromEntries([...ROLES, "card", "grid", "line"].map((n) => [n, colour(n)]))
     for (const fig of Bokeh.documents[0].roots().filter((r) => r.type === "Figure")) {
-      put(fig, {background_fill_color: c.card, border_fill_color: c.card, outline_line_color: c.line})
+      put(fig, {background_fill_color: c.card, outline_line_color: c.line})
       for (const side of [...fig.left, ...fig.below, ...fig.right, ...fig.above].filter((m) => m.axis_line_color !== undefined))
         put(side, {axis_line_color: c.line, major_tick_line_color: c.muted, minor_tick_line_color: null,
           major_label_text_color: c.muted, axis_label_text_color: c.text})
@@ -399,6 +399,13 @@ const NV = (() => {
       for (const r of fig.renderers) { role(r, c); if (r.glyph) role(r, c, r.glyph) }
     }
     paintSoon()
+  }
+  function paintNow() { // nothing is printed that is not painted when the event ends
+    paint()
+    for (const fig of Bokeh.documents[0].roots().filter((r) => r.type === "Figure")) {
+      const view = Bokeh.index.find_one_by_id(fig.id)
+      if (view) view.paint()
+    }
   }
   function role(m, c, target = m) {
     const tag = (m.tags || []).find((t) => ROLES.includes(t))
@@ -427,7 +434,7 @@ const NV = (() => {
     calm()
     theme()
     darkness.addEventListener("change", () => theme())
-    addEventListener("beforeprint", () => theme("light"))
+    addEventListener("beforeprint", () => { theme("light"); paintNow() })
     addEventListener("afterprint", () => theme())
     el("theme").addEventListener("click", () => {
       wanted = document.documentElement.dataset.theme === "dark" ? "light" : "dark"

@@ -247,4 +247,19 @@ def test_the_report_opens_without_a_network(browser, report, small_map, small_di
     assert f"{energy:.4g}" in page.text_content("#evidence")
     assert asked == [path.as_uri()]
     assert page.faults == []
+
+
+def test_a_dark_report_is_printed_light(browser, small_map, folder):
+    path = folder / "printed.html"
+    assert main(["report", str(small_map), "-o", str(path), "--quiet"]) == 0
+    page = watched_page(browser, color_scheme="dark")
+    page.goto(path.as_uri())
+    page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    page.evaluate("""addEventListener("beforeprint", () => {
+        window.printed = [document.documentElement.dataset.theme, NV.model("map").background_fill_color]
+    })""")
     assert len(page.pdf()) > 10_000
+    assert page.evaluate("window.printed") == ["light", "#ffffff"]
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    assert page.faults == []

@@ -17,6 +17,7 @@ In reading order:
     orbit_figures    the figures of one orbit
     parameter_sliders  a slider for every parameter
     session          one browser's page: what it shows, what its controls do
+    local_port       the port of the server, on this machine alone
     server           the local server: its address, its token, its end
     command          `python -m nlds_vines.explore`
     report/          the map as one file that needs no server

@@ -27,14 +27,8 @@ from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
 from tornado.web import RequestHandler
 
-from nlds_vines.errors import RequestError
+from nlds_vines.explore.local_port import ADDRESS
 from nlds_vines.runs.interrupts import INTERRUPTED, TERMINATED
-
-ADDRESS = "127.0.0.1"
-"""The only address that is listened on."""
-
-PORT = 5006
-"""The port unless another is asked for; 0 takes one that is free."""
 
 LEFT_SECONDS = 2.0
 """Seconds after which a page that was closed counts as left, and its work ends."""
@@ -109,14 +103,10 @@ class Gate(BokehTornado):
 class PageServer:
     """A server of one page on this machine."""
 
-    def __init__(self, fill: Callable[[Document], object], port: int = PORT) -> None:
-        """Bind the port; `fill` fills the document of a page that is opened.
-
-        Raises `RequestError` where the port is taken.
-        """
+    def __init__(self, fill: Callable[[Document], object], listening: socket.socket) -> None:
+        """Take the socket of `local_port.listening`; `fill` fills the document of a new page."""
         logging.getLogger("bokeh").setLevel(logging.ERROR)
         logging.getLogger("tornado").setLevel(logging.ERROR)
-        listening = _listening(port)
         self.port = int(listening.getsockname()[1])
         self.token = secrets.token_urlsafe(24)
         self._loop = IOLoop.current()
@@ -132,11 +122,10 @@ class PageServer:
         """The address of the page."""
         return f"http://{ADDRESS}:{self.port}/{self.token}/"
 
-    def serve(self, browser: bool, opened: Callable[[], object] = lambda: None) -> int:
+    def serve(self, browser: bool) -> int:
         """Serve until Ctrl-C or SIGTERM; return the exit status that belongs to it.
 
-        Arguments: whether a `browser` is told to show the page; `opened` is called once the server
-        listens.
+        Arguments: whether a `browser` is told to show the page.
         """
         before = {
             number: signal.signal(number, self._handle)
@@ -144,7 +133,6 @@ class PageServer:
         }
         try:
             self._server.start()
-            self._loop.add_callback(opened)
             if browser:
                 self._loop.call_later(0.1, self._show)
             self._loop.start()
@@ -166,20 +154,3 @@ class PageServer:
     def _handle(self, number: int, frame: object) -> None:
         self._status = INTERRUPTED if number == signal.SIGINT else TERMINATED
         self._loop.add_callback_from_signal(self._loop.stop)
-
-
-def _listening(port: int) -> socket.socket:
-    """Return a socket that listens on a port of this machine alone."""
-    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind((ADDRESS, port))
-        found.listen(64)
-    except OSError as error:
-        found.close()
-        raise RequestError(
-            f"--port {port} of {ADDRESS} cannot be used: {error.strerror}; "
-            "--port 0 takes one that is free"
-        ) from None
-    found.setblocking(False)
-    return found

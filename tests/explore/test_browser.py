@@ -257,7 +257,8 @@ def test_a_dark_report_is_printed_light(browser, small_map, folder):
     page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
     assert page.evaluate("document.documentElement.dataset.theme") == "dark"
     page.evaluate("""addEventListener("beforeprint", () => {
-        window.printed = [document.documentElement.dataset.theme, NV.model("map").background_fill_color]
+        const {theme} = document.documentElement.dataset
+        window.printed = [theme, NV.model("map").background_fill_color]
     })""")
     assert len(page.pdf()) > 10_000
     assert page.evaluate("window.printed") == ["light", "#ffffff"]

@@ -55,7 +55,7 @@ def job_state(job: Job | None, found: Stored) -> Answer:
     running = job.share < 1 and not job.cancelled and not job.error
     text = job.error
     if running:
-        text = f"{job.done} of {job.total} orbits"
+        text = job.note or f"{job.done} of {job.total} orbits"
     elif job.cancelled and job.share < 1 and job.found is found:
         text = f"cancelled at {job.share:.0%}"
     return {"running": running, "share": job.share, "text": text}

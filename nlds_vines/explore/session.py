@@ -262,7 +262,7 @@ class Session:
         if text == READY:
             text = ""
             if job is not None and job.share < 1:
-                text = job.error or f"computing the map: {job.share:.0%}"
+                text = job.error or job.note or f"computing the map: {job.share:.0%}"
         self._tell(state=text)
         self._tell_job()
 

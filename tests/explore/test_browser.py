@@ -249,6 +249,21 @@ def test_the_report_opens_without_a_network(browser, report, small_map, small_di
     assert page.faults == []
 
 
+def test_a_diagram_of_two_sweeps_names_their_colours(browser, small_sweeps, folder):
+    path = folder / "sweeps.html"
+    assert main(["report", str(small_sweeps), "-o", str(path), "--quiet"]) == 0
+    page = watched_page(browser, offline=True)
+    page.goto(path.as_uri())
+    page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
+    entries = page.locator("#legend li").all_text_contents()
+    assert entries[:2] == ["up", "down"]
+    page.evaluate("NV.choose(5, 0, 1)")
+    assert page.input_value("#start") == "1"
+    assert page.text_content("#label") == stored(small_sweeps).arrays["label"][5, 1]
+    assert len(set(page.evaluate("Array.from(NV.model('picture').data.image[0])"))) == 3
+    assert page.faults == []
+
+
 def test_a_dark_report_is_printed_light(browser, small_map, folder):
     path = folder / "printed.html"
     assert main(["report", str(small_map), "-o", str(path), "--quiet"]) == 0

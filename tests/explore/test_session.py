@@ -11,7 +11,7 @@ bokeh = pytest.importorskip("bokeh", reason="Bokeh is not installed")
 from bokeh.document import Document  # noqa: E402
 
 from nlds_vines.bifurcation.request_file import load_scan  # noqa: E402
-from nlds_vines.explore.opened import READY, Opened  # noqa: E402
+from nlds_vines.explore.opened import COMPILING, LOADING, READY, Opened  # noqa: E402
 from nlds_vines.explore.session import Session  # noqa: E402
 from nlds_vines.explore.stored import stored  # noqa: E402
 from nlds_vines.orbits.simulation import IntegrationError  # noqa: E402
@@ -174,6 +174,19 @@ def test_the_saved_picture_is_one(page):
     page.ask("save", what="picture")
     page.settle(lambda p: "file" in p.told)
     assert page.told["file"]["base64"].startswith("iVBOR")  # PNG
+
+
+def test_the_page_says_what_the_kernels_do(small_map):
+    opened = Opened(stored(small_map))
+    page = Page(opened)
+    assert page.told["state"] == LOADING
+    opened._compiles(None)
+    page.settle()
+    assert page.told["state"] == COMPILING
+    opened._warm()
+    page.settle()
+    assert page.told["state"] == ""
+    page.session.close()
 
 
 def test_a_scan_is_computed_while_it_is_seen(small_diagram):

@@ -125,7 +125,8 @@ const EXPLORE = (() => {
         ? Math.log(value / entry.low) / Math.log(entry.high / entry.low)
         : (value - entry.low) / (entry.high - entry.low)
       if (document.activeElement !== one.range) one.range.value = Math.round(1000 * Math.min(1, Math.max(0, s)))
-      one.exact.value = Number(value.toPrecision(7))
+      const near = Number(value.toPrecision(7)), size = Math.abs(near)
+      one.exact.value = size >= 1e7 || (size > 0 && size < 1e-4) ? near.toExponential() : String(near)
       one.box.classList.toggle("changed", value !== entry.value && !entry.axis)
     }
     function send(name, value) {

@@ -207,9 +207,18 @@ const NV = (() => {
 
   const MOST_NAMED = 14 // regimes in a legend: the most frequent
 
+  function entry(list, shade, text, hatched = false) {
+    const item = document.createElement("li"), chip = document.createElement("span")
+    chip.className = hatched ? "chip hatched" : "chip"
+    chip.style.backgroundColor = shade
+    item.append(chip, text)
+    list.append(item)
+  }
   function legend(s) {
     const list = el("legend"), show = at.show
     list.replaceChildren()
+    if (!isMap() && at.meta.starts.length > 1)
+      at.meta.starts.slice(0, MOST_NAMED).forEach((name, k) => entry(list, startColour(k), name))
     const counted = isMap() ? show : {classes: at.meta.classes, column: "label", of_start: true}
     if (counted.classes && counted.classes.length) {
       const column = at.lanes[counted.column] || at.cells[counted.column]
@@ -222,11 +231,8 @@ const NV = (() => {
       const frequent = [...count].sort((a, b) => b[1] - a[1]).slice(0, MOST_NAMED).map(([code]) => code)
       counted.classes.forEach(([word, c], code) => {
         if (!frequent.includes(code)) return
-        const item = document.createElement("li"), chip = document.createElement("span")
-        chip.className = hatchOf(word) ? "chip hatched" : "chip"
-        chip.style.backgroundColor = c
-        item.append(chip, `${word}  ${(100 * count.get(code) / total).toFixed(count.get(code) / total < 0.0995 ? 1 : 0)} %`)
-        list.append(item)
+        const share = count.get(code) / total
+        entry(list, c, `${word}  ${(100 * share).toFixed(share < 0.0995 ? 1 : 0)} %`, hatchOf(word))
       })
       if (count.size > frequent.length) {
         const item = document.createElement("li")
@@ -260,6 +266,7 @@ const NV = (() => {
   function choose(i, j, start = at.start) {
     at.cell = [i, j]
     at.start = start
+    el("start").value = String(start)
     mark()
     listeners.chosen(i, j, start)
   }

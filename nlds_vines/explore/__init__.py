@@ -16,7 +16,10 @@ In reading order:
     map_figure       the map or diagram as a Bokeh figure
     orbit_figures    the figures of one orbit
     parameter_sliders  a slider for every parameter
-    session          one browser's page: what it shows, what its controls do
+    chosen           what is chosen on a page: map, cell, start, parameters
+    answers          what a page is told: orbits in words, maps, how a computation stands
+    session          one browser's page: what happens when something on it is used
+    local_port       the port of the server, on this machine alone
     server           the local server: its address, its token, its end
     command          `python -m nlds_vines.explore`
     report/          the map as one file that needs no server

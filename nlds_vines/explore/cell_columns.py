@@ -13,6 +13,7 @@ import numpy as np
 from nlds_vines.explore.shows import columns_of_shows, label_places
 from nlds_vines.explore.stored import Stored
 from nlds_vines.model.parameters import described
+from nlds_vines.orbits.status_words import NOT_COMPUTED, OK
 
 NUMBERS = (
     "E1max", "E2max", "reduction", "E1peak", "E2peak", "period", "impacts", "impact_rate",
@@ -29,7 +30,8 @@ def columns(found: Stored) -> dict[str, np.ndarray]:
     """Return the columns by name: codes as they are, numbers as float32.
 
     `label` holds codes of `shows.label_words`, `status` those of the archive; `multiplier` is the
-    modulus of the largest Floquet multiplier.  Columns of `shows` have a row for each cell only.
+    modulus of the largest Floquet multiplier; `computed`, codes of `shows.COMPUTED`, is there where
+    nothing else is.  Columns of `shows` have a row for each cell only.
     """
     columns: dict[str, np.ndarray] = {"status": found.lanes("status").ravel().astype(np.int8)}
     if "label" in found:
@@ -37,6 +39,10 @@ def columns(found: Stored) -> dict[str, np.ndarray]:
     for name in NUMBERS:
         if name in found:
             columns[name] = _number(name, found.lanes(name))
+    if len(columns) == 1:
+        status = columns["status"]
+        places = [status == NOT_COMPUTED, status == OK]
+        columns["computed"] = np.select(places, [0, 1], 2).astype(np.uint8)
     if "multipliers" in found:
         largest = found.lanes("multipliers")[:, :, 0]
         columns["multiplier"] = np.hypot(largest[..., 0], largest[..., 1]).ravel().astype("f4")

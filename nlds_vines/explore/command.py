@@ -9,6 +9,7 @@ import argparse
 import os
 import sys
 from collections.abc import Mapping
+from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,16 +18,17 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.cli.option_values import add_system_options, system_changes
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.cli.running import DONE, WRONG_REQUEST, Command, say
+from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown, whole
+from nlds_vines.explore.local_port import PORT, listening
 from nlds_vines.model.system import System
 
 if TYPE_CHECKING:
-    from nlds_vines.bifurcation.request import Scan
-    from nlds_vines.explore.stored import Stored
+    import socket
 
-PORT = 5006
-"""The port unless another is asked for."""
+    from nlds_vines.bifurcation.request import Scan
+    from nlds_vines.explore.opened import Opened
+    from nlds_vines.explore.stored import Stored
 
 _NAME = "explore"
 _CELLS = 401  # of the diagram of a system that is named alone
@@ -105,24 +107,33 @@ def _described(scan: Scan | None) -> str:
 
 
 def _serve(found: Stored | None, scan: Scan | None, port: int, browser: bool) -> int:
-    """Serve the page of an archive or of a scan until it is ended; return the exit status."""
-    from nlds_vines.explore.opened import Opened
-    from nlds_vines.explore.server import PageServer
-    from nlds_vines.explore.session import Session
+    """Serve the page of an archive or of a scan until it is ended; return the exit status.
 
-    opened = Opened(found, scan)
-    server = PageServer(lambda document: Session(document, opened), port)
-    say(f"{opened.found.scan.title}", f"open {server.address}", "Ctrl-C ends it")
-    status, at_rest = WRONG_REQUEST, False
-    try:
-        status = server.serve(browser, opened.begin)
-    finally:
-        at_rest = opened.close()
+    Performance: the kernels are loaded while Bokeh is imported.
+    """
+    with closing(listening(port)) as place:
+        from nlds_vines.explore.opened import Opened
+
+        opened, at_rest = Opened(found, scan), False
+        opened.begin()
+        try:
+            status = _served(opened, place, browser)
+        finally:
+            at_rest = opened.close()
     if not at_rest:  # it compiles: nobody waits for that
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)
     return status
+
+
+def _served(opened: Opened, place: socket.socket, browser: bool) -> int:
+    from nlds_vines.explore.server import PageServer
+    from nlds_vines.explore.session import Session
+
+    server = PageServer(lambda document: Session(document, opened), place)
+    say(opened.found.scan.title, f"open {server.address}", "Ctrl-C ends it")
+    return server.serve(browser)
 
 
 def _declare(parser: Parser) -> None:

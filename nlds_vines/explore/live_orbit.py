@@ -34,8 +34,8 @@ MOST_CYCLES = 24
 HIGHEST = 12.0
 """The highest frequency of the spectrum, in multiples of the forcing frequency."""
 
-MOST_POINTS = 1600
-"""Points of a curve over time: two for each pixel of a wide panel."""
+MOST_POINTS = 1000
+"""Points of a curve over time: more than a wide panel has pixels."""
 
 _FLOOR = 1e-12  # of a spectrum, relative to its largest line: below is round-off
 
@@ -175,7 +175,7 @@ def _phases(view: View) -> dict[str, Arrays]:
     """Return the phase trajectories: one cycle of a periodic orbit, or `MOST_CYCLES`."""
     cycles = min(view.cycle, len(view.section), MOST_CYCLES)
     states = view.states[-cycles * view.samples :]
-    step = max(1, len(states) // (4 * MOST_POINTS))
+    step = max(1, len(states) // (6 * MOST_POINTS))
     states = np.concatenate([states[::step], states[-1:]])
     damper = states[:, 2:4] if states.shape[1] == 4 else np.empty((0, 2))
     return {

@@ -5,14 +5,14 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import Any
 
-from bokeh.models import InlineStyleSheet, Model
+from bokeh.models import Model
 from bokeh.plotting import figure
 from jinja2 import Environment, Template
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Helvetica, Arial, sans-serif"
 """The font of figures: that of the page."""
 
-LEFT, RIGHT = 66, 12
+LEFT, RIGHT = 76, 12
 """Room [pixels] beside the axes, fixed so that figures above one another are aligned."""
 
 
@@ -38,12 +38,12 @@ def plain_figure(name: str, height: int, **settings: Any) -> Any:
         "toolbar_location": None,
         "sizing_mode": "stretch_width",
         "output_backend": "canvas",
+        "border_fill_color": None,
         "min_border_left": LEFT,
         "min_border_right": RIGHT,
     } | settings
     made = figure(name=name, height=height, **options)
     made.toolbar.logo = None
-    made.stylesheets = [InlineStyleSheet(css=":host, :host * { outline: none !important; }")]
     made.min_border_top = made.min_border_bottom = 4
     for axis in made.axis:
         axis.axis_label_text_font = axis.major_label_text_font = FONT

@@ -56,7 +56,10 @@ def map_figures(axes: int, starts: int, labelled: bool, refining: bool) -> list[
 def _add_mark(main: Any, axes: int) -> None:
     """Add the mark of the chosen cell: thin lines across, and a ring in a map."""
     for name, dimension in (("cross x", "height"), ("cross y", "width"))[:axes]:
-        line = Span(location=None, dimension=dimension, line_width=1, line_alpha=0.55, name=name)
+        line = Span(
+            location=None, dimension=dimension, line_width=1, line_alpha=0.55, name=name,
+
+        )  # fmt: skip
         main.add_layout(roled(line, "ink"))
     mark = ColumnDataSource({"x": [np.nan], "y": [np.nan]}, name="mark")
     rings = (("#ffffff", 4.0), ("#000000", 1.6))

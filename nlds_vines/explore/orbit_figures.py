@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from bokeh.models import ColumnDataSource, CustomJS, DataRange1d, Range1d, Span
 
-from nlds_vines.explore.live_orbit import has
+from nlds_vines.explore.live_orbit import Arrays, has
 from nlds_vines.explore.look import plain_figure, roled
 from nlds_vines.model.system import System
 
@@ -20,9 +20,6 @@ WIDE = {
     "spectrum": False, "multipliers": False,
 }  # fmt: skip
 """The figures in their order, and whether each is as wide as the page."""
-
-SOURCES = ("history", "phase1", "phase2", "section", "spectrum", "multipliers")
-"""The sources of the figures, by name of their arrays."""
 
 _TIME, _PLANE, _LOW = 132, 230, 196  # heights in pixels
 
@@ -44,6 +41,23 @@ def orbit_sources(system: System) -> dict[str, ColumnDataSource]:
         source: ColumnDataSource({name: np.empty(0) for name in columns}, name=f"{source} data")
         for source, columns in names.items()
     }
+
+
+def joined(panels: Mapping[str, Arrays]) -> tuple[list[list[Any]], np.ndarray]:
+    """Return all arrays of an orbit as one, so that a browser gets them in one message.
+
+    Returns where each stands, (source, column, first, stop), and the values as float32.
+    """
+    layout: list[list[Any]] = []
+    pieces = []
+    place = 0
+    for source, columns in panels.items():
+        for name, values in columns.items():
+            layout.append([f"{source} data", name, place, place + len(values)])
+            pieces.append(values)
+            place += len(values)
+    with np.errstate(over="ignore"):
+        return layout, np.concatenate(pieces).astype(np.float32)
 
 
 def orbit_figures(system: System, sources: Sources) -> list[Any]:

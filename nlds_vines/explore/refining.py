@@ -73,7 +73,7 @@ class Job:
         """Prepare to compute `scan`; `changed` is called, in that thread, after every block."""
         self.found: Stored = empty(scan)
         self.done, self.total = 0, scan.lanes
-        self.error = ""
+        self.error = self.note = ""  # why it ended; what it does before the first block
         self._changed, self._stop = changed, threading.Event()
         self._thread = threading.Thread(target=self._run, name="refining", daemon=True)
 
@@ -105,15 +105,22 @@ class Job:
         if self._thread.is_alive():
             self._thread.join(seconds)
 
+    def _tell(self, text: str) -> None:
+        """Take what must be done first: kernels that are compiled."""
+        self.note = text
+        if not self._stop.is_set():
+            self._changed()
+
     def _run(self) -> None:
         scan = self.found.scan
         try:
-            computer = Computer(scan, helped=False)
+            computer = Computer(scan, tell=self._tell, helped=False)
             for block in blocks_of(scan):
                 if self._stop.is_set():
                     break
                 self.found.put(block, computer.block(block))
                 self.done += block.cells * scan.starts
+                self.note = ""
                 if not self._stop.is_set():
                     self._changed()
         except (RequestError, MemoryError) as error:

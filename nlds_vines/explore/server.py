@@ -11,6 +11,7 @@ import logging
 import secrets
 import signal
 import socket
+import threading
 import webbrowser
 from collections.abc import Callable
 from typing import Any
@@ -20,19 +21,14 @@ from bokeh.application.handlers.function import FunctionHandler
 from bokeh.document import Document
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
+from bokeh.server.views.ws import WSHandler
 from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
 from tornado.web import RequestHandler
 
-from nlds_vines.errors import RequestError
+from nlds_vines.explore.local_port import ADDRESS
 from nlds_vines.runs.interrupts import INTERRUPTED, TERMINATED
-
-ADDRESS = "127.0.0.1"
-"""The only address that is listened on."""
-
-PORT = 5006
-"""The port unless another is asked for; 0 takes one that is free."""
 
 LEFT_SECONDS = 2.0
 """Seconds after which a page that was closed counts as left, and its work ends."""
@@ -46,6 +42,19 @@ class Refused(RequestHandler):
         self.set_status(403)
         self.set_header("Content-Type", "text/plain; charset=utf-8")
         self.finish("refused: open the address that nlds-vines explore has printed\n")
+
+
+class PromptSocket(WSHandler):
+    """Bokeh's connection with a page, which sends at once.
+
+    A page is told in several small messages.  None waits until the one before is confirmed, which
+    takes 40 ms.
+    """
+
+    def open(self) -> None:
+        """Open the connection."""
+        self.set_nodelay(True)
+        super().open()
 
 
 class Gate(BokehTornado):
@@ -70,6 +79,13 @@ class Gate(BokehTornado):
             return super().find_handler(request, **settings)
         return self.get_handler_delegate(request, Refused)
 
+    def get_handler_delegate(
+        self, request: HTTPServerRequest, target_class: Any, *others: Any, **more: Any
+    ) -> Any:
+        """Return what handles a request; connections with pages are prompt."""
+        chosen = PromptSocket if target_class is WSHandler else target_class
+        return super().get_handler_delegate(request, chosen, *others, **more)
+
     def allows(self, request: HTTPServerRequest) -> bool:
         """Return whether a request names host, token and, if any, origin as it must."""
         first = request.path.removeprefix("/").partition("/")[0]
@@ -87,14 +103,10 @@ class Gate(BokehTornado):
 class PageServer:
     """A server of one page on this machine."""
 
-    def __init__(self, fill: Callable[[Document], object], port: int = PORT) -> None:
-        """Bind the port; `fill` fills the document of a page that is opened.
-
-        Raises `RequestError` where the port is taken.
-        """
+    def __init__(self, fill: Callable[[Document], object], listening: socket.socket) -> None:
+        """Take the socket of `local_port.listening`; `fill` fills the document of a new page."""
         logging.getLogger("bokeh").setLevel(logging.ERROR)
         logging.getLogger("tornado").setLevel(logging.ERROR)
-        listening = _listening(port)
         self.port = int(listening.getsockname()[1])
         self.token = secrets.token_urlsafe(24)
         self._loop = IOLoop.current()
@@ -110,11 +122,10 @@ class PageServer:
         """The address of the page."""
         return f"http://{ADDRESS}:{self.port}/{self.token}/"
 
-    def serve(self, browser: bool, opened: Callable[[], object] = lambda: None) -> int:
+    def serve(self, browser: bool) -> int:
         """Serve until Ctrl-C or SIGTERM; return the exit status that belongs to it.
 
-        Arguments: whether a `browser` is told to show the page; `opened` is called once the server
-        listens.
+        Arguments: whether a `browser` is told to show the page.
         """
         before = {
             number: signal.signal(number, self._handle)
@@ -122,9 +133,8 @@ class PageServer:
         }
         try:
             self._server.start()
-            self._loop.add_callback(opened)
             if browser:
-                self._loop.call_later(0.1, webbrowser.open, self.address)
+                self._loop.call_later(0.1, self._show)
             self._loop.start()
         finally:
             self.stop()
@@ -137,23 +147,10 @@ class PageServer:
         if not self._server._stopped:
             self._server.stop(wait=False)
 
+    def _show(self) -> None:
+        """Have a browser show the page; one that runs in a terminal holds nothing up."""
+        threading.Thread(target=webbrowser.open, args=(self.address,), daemon=True).start()
+
     def _handle(self, number: int, frame: object) -> None:
         self._status = INTERRUPTED if number == signal.SIGINT else TERMINATED
         self._loop.add_callback_from_signal(self._loop.stop)
-
-
-def _listening(port: int) -> socket.socket:
-    """Return a socket that listens on a port of this machine alone."""
-    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind((ADDRESS, port))
-        found.listen(64)
-    except OSError as error:
-        found.close()
-        raise RequestError(
-            f"--port {port} of {ADDRESS} cannot be used: {error.strerror}; "
-            "--port 0 takes one that is free"
-        ) from None
-    found.setblocking(False)
-    return found

@@ -1,8 +1,13 @@
 """Archives of small scans, computed once for all tests of the pages."""
 
 import pytest
+from support import unfilled
 
 import nlds_vines as nv
+from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.bifurcation.parts import Parts
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.orbits.status_words import OK
 
 WANT = ["section", "impacts", "energy", "regime", "lyapunov", "settling", "evidence"]
 
@@ -28,6 +33,18 @@ MAP = document(
 )
 DIAGRAM = document({"omega": {"start": 7.3, "stop": 7.7, "num": 9}}, {"policy": "rest"})
 SWEEPS = document({"omega": {"start": 7.3, "stop": 7.7, "num": 9}}, {"policy": "both"})
+
+
+def made_up(document, path):
+    """Write an archive of a scan without computing it: nothing in it is known."""
+    scan = load_scan(document)
+    found = unfilled(scan)
+    found["label"][...] = "undetermined"
+    found["status"][...] = OK
+    block = Block(0, tuple((0, size) for size in scan.shape))
+    with Parts.open(path, scan) as parts:
+        parts.write(block, found)
+        return parts.consolidate([block], {})
 
 
 @pytest.fixture(scope="session")

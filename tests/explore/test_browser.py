@@ -1,7 +1,12 @@
 """The pages in a real browser: click, keys, sliders, a rectangle, files; and without a network."""
 
+import os
+import time
+from pathlib import Path
+
 import pytest
 from browsers import browser_or_skip, watched_page
+from conftest import MAP, made_up
 
 from benchmarks.explore import Served, drawn
 from nlds_vines.__main__ import main
@@ -178,14 +183,39 @@ def test_a_second_page_of_the_same_archive_is_its_own(page, server):
     other.close()
 
 
-def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, small_map):
-    served = Served(str(small_map))
-    for _ in range(2):  # the server goes on, and shows the page again
-        page = watched_page(browser)
-        page.goto(served.address)
-        drawn(page)
-        page.evaluate("EXPLORE.ask('finer', {ranges: [[7.3, 7.7], [700, 900]]})")
-        page.context.close()
+def processor_seconds(process):
+    """Return the processor time that a process has used."""
+    fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="no /proc tells processor times")
+def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, folder):
+    vary = {
+        "omega": {"start": 5.0, "stop": 8.0, "num": 200},
+        "P": {"start": 9, "stop": 10, "num": 200},
+    }
+    path = made_up({**MAP, "vary": vary}, folder / "large.h5")
+    served = Served(str(path))
+    page = watched_page(browser)
+    page.goto(served.address)
+    drawn(page)
+    page.evaluate("EXPLORE.ask('finer', {ranges: [[7.3, 7.7], [700, 900]]})")
+    page.wait_for_function("document.getElementById('progress').value > 0")
+    assert page.is_visible("#cancel")
+    page.context.close()
+    end = time.monotonic() + 60
+    used = processor_seconds(served.process)
+    while True:  # some thirty seconds of work are left
+        time.sleep(1)
+        used, before = processor_seconds(served.process), used
+        if used - before < 0.2:
+            break
+        assert time.monotonic() < end, "it goes on although nobody looks"
+    again = watched_page(browser)
+    again.goto(served.address)
+    drawn(again)
+    again.context.close()
     assert served.end() == (130, "")
 
 
@@ -217,4 +247,35 @@ def test_the_report_opens_without_a_network(browser, report, small_map, small_di
     assert f"{energy:.4g}" in page.text_content("#evidence")
     assert asked == [path.as_uri()]
     assert page.faults == []
+
+
+def test_a_diagram_of_two_sweeps_names_their_colours(browser, small_sweeps, folder):
+    path = folder / "sweeps.html"
+    assert main(["report", str(small_sweeps), "-o", str(path), "--quiet"]) == 0
+    page = watched_page(browser, offline=True)
+    page.goto(path.as_uri())
+    page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
+    entries = page.locator("#legend li").all_text_contents()
+    assert entries[:2] == ["up", "down"]
+    page.evaluate("NV.choose(5, 0, 1)")
+    assert page.input_value("#start") == "1"
+    assert page.text_content("#label") == stored(small_sweeps).arrays["label"][5, 1]
+    assert len(set(page.evaluate("Array.from(NV.model('picture').data.image[0])"))) == 3
+    assert page.faults == []
+
+
+def test_a_dark_report_is_printed_light(browser, small_map, folder):
+    path = folder / "printed.html"
+    assert main(["report", str(small_map), "-o", str(path), "--quiet"]) == 0
+    page = watched_page(browser, color_scheme="dark")
+    page.goto(path.as_uri())
+    page.wait_for_function("document.documentElement.dataset.ready === 'yes'")
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    page.evaluate("""addEventListener("beforeprint", () => {
+        const {theme} = document.documentElement.dataset
+        window.printed = [theme, NV.model("map").background_fill_color]
+    })""")
     assert len(page.pdf()) > 10_000
+    assert page.evaluate("window.printed") == ["light", "#ffffff"]
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    assert page.faults == []

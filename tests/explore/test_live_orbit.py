@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
+from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore import recipes
@@ -149,6 +150,21 @@ def test_a_job_computes_what_the_scan_means():
     job.wait()
     assert (job.done, told[-1], job.error) == (55, 1.0, "")
     assert (job.found.arrays["label"] != "").all()
+
+
+def test_a_job_says_that_kernels_are_compiled(monkeypatch):
+    class Compiling(Computer):
+        def __init__(self, scan, tell, helped):
+            tell("compiling the kernels of ssul")
+            super().__init__(scan, helped=helped)
+
+    monkeypatch.setattr("nlds_vines.explore.refining.Computer", Compiling)
+    told = []
+    job = Job(SCAN, lambda: told.append(job.note))
+    job.begin()
+    job.wait()
+    assert told[0] == "compiling the kernels of ssul"
+    assert told[-1] == ""
 
 
 def test_a_cancelled_job_ends_with_its_block(monkeypatch):

@@ -185,12 +185,14 @@ def test_branches_and_special_points_are_on_the_page(
         main(["report", str(folder / f"{name}.h5"), "--branches", str(branches), "-o", str(output)])
         == 0
     )
+    assert capsys.readouterr().err == ""
     html = output.read_text(encoding="utf-8")
     special = nv.continued(branches).special
     assert len(special)
     for row in special:
         assert f"<td>{row.kind}</td><td>omega = {row.value:.8g}</td>" in html
-    assert html.count("multi_line") or "MultiLine" in html
+    assert ('"name":"MultiLine"' in html) == (name == "diagram")
+    assert html.count('"name":"Scatter"') > 2
 
 
 def test_branches_of_another_parameter_are_refused(branches, folder, capsys):

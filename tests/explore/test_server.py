@@ -11,7 +11,7 @@ from nlds_vines.__main__ import main
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
-from nlds_vines.explore.server import _listening
+from nlds_vines.explore.local_port import listening
 
 
 class Asked(Served):
@@ -94,8 +94,8 @@ def test_no_file_is_served(server):
 
 
 def test_it_listens_on_this_machine_alone():
-    with contextlib.closing(_listening(0)) as listening:
-        assert listening.getsockname()[0] == "127.0.0.1"
+    with contextlib.closing(listening(0)) as place:
+        assert place.getsockname()[0] == "127.0.0.1"
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])

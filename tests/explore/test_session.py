@@ -11,9 +11,10 @@ bokeh = pytest.importorskip("bokeh", reason="Bokeh is not installed")
 from bokeh.document import Document  # noqa: E402
 
 from nlds_vines.bifurcation.request_file import load_scan  # noqa: E402
-from nlds_vines.explore.opened import READY, Opened  # noqa: E402
+from nlds_vines.explore.opened import COMPILING, LOADING, READY, Opened  # noqa: E402
 from nlds_vines.explore.session import Session  # noqa: E402
 from nlds_vines.explore.stored import stored  # noqa: E402
+from nlds_vines.orbits.simulation import IntegrationError  # noqa: E402
 from nlds_vines.portrait.request_file import load_portrait  # noqa: E402
 
 
@@ -130,6 +131,17 @@ def test_a_rectangle_is_computed_and_one_can_go_back(page):
     assert page.told["level"]["axes"][0]["values"][0] == 7.4
 
 
+def test_an_orbit_that_fails_is_told_and_nothing_of_the_one_before_remains(page, monkeypatch):
+    def fails(*_):
+        raise IntegrationError("it stuck to the wall")
+
+    monkeypatch.setattr("nlds_vines.explore.session.live_orbit", fails)
+    page.ask("cell", cell=(1, 1), start=0)
+    page.settle()
+    assert page.told["trouble"] == "it stuck to the wall"
+    assert (page.told["orbit"]["label"], page.told["orbit"]["layout"]) == ("no orbit", [])
+
+
 def test_a_closed_page_leaves_nothing_running(small_map, monkeypatch):
     monkeypatch.setattr("nlds_vines.bifurcation.blocks.BLOCK_PERIODS", 1)
     opened = Opened(stored(small_map))
@@ -162,6 +174,19 @@ def test_the_saved_picture_is_one(page):
     page.ask("save", what="picture")
     page.settle(lambda p: "file" in p.told)
     assert page.told["file"]["base64"].startswith("iVBOR")  # PNG
+
+
+def test_the_page_says_what_the_kernels_do(small_map):
+    opened = Opened(stored(small_map))
+    page = Page(opened)
+    assert page.told["state"] == LOADING
+    opened._compiles(None)
+    page.settle()
+    assert page.told["state"] == COMPILING
+    opened._warm()
+    page.settle()
+    assert page.told["state"] == ""
+    page.session.close()
 
 
 def test_a_scan_is_computed_while_it_is_seen(small_diagram):

@@ -13,6 +13,7 @@ from nlds_vines.explore.cell_start import start_of
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.shows import classes_of, label_words, shows_of
 from nlds_vines.explore.stored import empty, stored
+from nlds_vines.orbits.status_words import NOT_COMPUTED, OK, STATUS
 
 
 def test_the_arrays_are_those_of_the_archive(small_map):
@@ -139,3 +140,14 @@ def test_the_colours_are_those_of_the_pictures(small_map):
     words = label_words(found)[1:]
     shades = colours(words)
     assert [shade for _, shade in classes_of(found)[1:]] == [shades[word] for word in words]
+
+
+def test_a_map_of_sections_alone_shows_what_is_computed(small_map):
+    found = stored(small_map)
+    arrays = {name: found.arrays[name].copy() for name in ("section", "status")}
+    failed = next(code for code in STATUS if code not in (OK, NOT_COMPUTED))
+    arrays["status"][0, 0, 0], arrays["status"][1, 0, 0] = NOT_COMPUTED, failed
+    bare = type(found)(found.scan, arrays)
+    assert [show.name for show in shows_of(bare)] == ["status"]
+    codes = columns(bare)["computed"].reshape(6, 4, 2)
+    assert (codes[0, 0, 0], codes[1, 0, 0], codes[2, 2, 1]) == (0, 2, 1)

@@ -32,6 +32,7 @@ const EXPLORE = (() => {
     cells: (meta) => NV.refresh(meta, columns("lanes"), columns("cells"), points(meta)),
     state: (text) => { el("state").textContent = text },
     orbit: (orbit) => {
+      fill(orbit.layout)
       el("label").textContent = orbit.label
       el("words").textContent = orbit.words
       el("where").textContent = orbit.where
@@ -57,6 +58,22 @@ const EXPLORE = (() => {
       for (const [name, value] of Object.entries(values)) SLIDERS.set(name, value)
     },
     file: (file) => save(file),
+  }
+  const SOURCES = ["history", "phase1", "phase2", "section", "spectrum", "multipliers"].map((n) => `${n} data`)
+  function fill(layout) { // the sources of the figures, from the one array that was sent
+    // a system without a damper has fewer figures, and no source that none of them reads
+    const {values} = model("values").data, found = new Map()
+    if (!layout.length) { // no orbit: nothing of the one before remains
+      for (const source of SOURCES.filter(model)) {
+        const names = Object.keys(model(source).data)
+        NV.put(model(source), {data: Object.fromEntries(names.map((name) => [name, new Float32Array(0)]))})
+      }
+    }
+    for (const [source, name, first, stop] of layout) {
+      if (!found.has(source)) found.set(source, {})
+      found.get(source)[name] = new Float32Array(values.buffer, values.byteOffset + 4 * first, stop - first)
+    }
+    for (const [source, data] of found) if (model(source)) NV.put(model(source), {data})
   }
   function drawn(which) { // after the frame in which Bokeh has drawn what it was told
     requestAnimationFrame(() => requestAnimationFrame(() => {
@@ -108,7 +125,8 @@ const EXPLORE = (() => {
         ? Math.log(value / entry.low) / Math.log(entry.high / entry.low)
         : (value - entry.low) / (entry.high - entry.low)
       if (document.activeElement !== one.range) one.range.value = Math.round(1000 * Math.min(1, Math.max(0, s)))
-      one.exact.value = Number(value.toPrecision(7))
+      const near = Number(value.toPrecision(7)), size = Math.abs(near)
+      one.exact.value = size >= 1e7 || (size > 0 && size < 1e-4) ? near.toExponential() : String(near)
       one.box.classList.toggle("changed", value !== entry.value && !entry.axis)
     }
     function send(name, value) {

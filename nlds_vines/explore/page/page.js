@@ -156,7 +156,7 @@ const NV = (() => {
     const fig = model("map"), [a] = at.meta.axes, show = at.show
     const x0 = fig.x_range.start, x1 = fig.x_range.end, y0 = fig.y_range.start, y1 = fig.y_range.end
     const W = Math.max(200, Math.round(fig.inner_width || 700)), H = Math.max(120, Math.round(fig.inner_height || 300))
-    const pixels = new Uint32Array(W * H), size = show.points ? 1 : 3, S = at.meta.starts.length
+    const pixels = new Uint32Array(W * H), size = !show.points ? 3 : a.n < W / 1.5 ? 2 : 1, S = at.meta.starts.length
     const column = show.points ? at.points[show.column.slice(8)] : at.lanes[show.column]
     const per = show.points ? at.points.count : 1
     for (let k = 0; k < S; k++) {
@@ -207,9 +207,18 @@ const NV = (() => {
 
   const MOST_NAMED = 14 // regimes in a legend: the most frequent
 
+  function entry(list, shade, text, hatched = false) {
+    const item = document.createElement("li"), chip = document.createElement("span")
+    chip.className = hatched ? "chip hatched" : "chip"
+    chip.style.backgroundColor = shade
+    item.append(chip, text)
+    list.append(item)
+  }
   function legend(s) {
     const list = el("legend"), show = at.show
     list.replaceChildren()
+    if (!isMap() && at.meta.starts.length > 1)
+      at.meta.starts.slice(0, MOST_NAMED).forEach((name, k) => entry(list, startColour(k), name))
     const counted = isMap() ? show : {classes: at.meta.classes, column: "label", of_start: true}
     if (counted.classes && counted.classes.length) {
       const column = at.lanes[counted.column] || at.cells[counted.column]
@@ -222,11 +231,8 @@ const NV = (() => {
       const frequent = [...count].sort((a, b) => b[1] - a[1]).slice(0, MOST_NAMED).map(([code]) => code)
       counted.classes.forEach(([word, c], code) => {
         if (!frequent.includes(code)) return
-        const item = document.createElement("li"), chip = document.createElement("span")
-        chip.className = hatchOf(word) ? "chip hatched" : "chip"
-        chip.style.backgroundColor = c
-        item.append(chip, `${word}  ${(100 * count.get(code) / total).toFixed(count.get(code) / total < 0.0995 ? 1 : 0)} %`)
-        list.append(item)
+        const share = count.get(code) / total
+        entry(list, c, `${word}  ${(100 * share).toFixed(share < 0.0995 ? 1 : 0)} %`, hatchOf(word))
       })
       if (count.size > frequent.length) {
         const item = document.createElement("li")
@@ -260,6 +266,7 @@ const NV = (() => {
   function choose(i, j, start = at.start) {
     at.cell = [i, j]
     at.start = start
+    el("start").value = String(start)
     mark()
     listeners.chosen(i, j, start)
   }
@@ -388,7 +395,7 @@ const NV = (() => {
   function paintTheme() {
     const c = Object.fromEntries([...ROLES, "card", "grid", "line"].map((n) => [n, colour(n)]))
     for (const fig of Bokeh.documents[0].roots().filter((r) => r.type === "Figure")) {
-      put(fig, {background_fill_color: c.card, border_fill_color: c.card, outline_line_color: c.line})
+      put(fig, {background_fill_color: c.card, outline_line_color: c.line})
       for (const side of [...fig.left, ...fig.below, ...fig.right, ...fig.above].filter((m) => m.axis_line_color !== undefined))
         put(side, {axis_line_color: c.line, major_tick_line_color: c.muted, minor_tick_line_color: null,
           major_label_text_color: c.muted, axis_label_text_color: c.text})
@@ -399,6 +406,13 @@ const NV = (() => {
       for (const r of fig.renderers) { role(r, c); if (r.glyph) role(r, c, r.glyph) }
     }
     paintSoon()
+  }
+  function paintNow() { // nothing is printed that is not painted when the event ends
+    paint()
+    for (const fig of Bokeh.documents[0].roots().filter((r) => r.type === "Figure")) {
+      const view = Bokeh.index.find_one_by_id(fig.id)
+      if (view) view.paint()
+    }
   }
   function role(m, c, target = m) {
     const tag = (m.tags || []).find((t) => ROLES.includes(t))
@@ -416,10 +430,18 @@ const NV = (() => {
     el("theme").textContent = name === "dark" ? "light" : "dark"
     if (Bokeh.documents.length) paintTheme()
   }
+  function calm() { // a figure shows that it has the focus where keys are used, not after a click
+    for (const fig of Bokeh.documents[0].roots().filter((r) => r.type === "Figure")) {
+      const view = Bokeh.index.find_one_by_id(fig.id), style = document.createElement("style")
+      style.textContent = ".bk-events:focus:not(:focus-visible) { outline: none; }"
+      if (view && view.canvas_view) view.canvas_view.shadow_el.append(style)
+    }
+  }
   function startPage() {
+    calm()
     theme()
     darkness.addEventListener("change", () => theme())
-    addEventListener("beforeprint", () => theme("light"))
+    addEventListener("beforeprint", () => { theme("light"); paintNow() })
     addEventListener("afterprint", () => theme())
     el("theme").addEventListener("click", () => {
       wanted = document.documentElement.dataset.theme === "dark" ? "light" : "dark"

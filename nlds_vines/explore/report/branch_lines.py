@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource
 
 from nlds_vines.continuation.result import Branch, Continued, continued
@@ -174,7 +175,8 @@ def _mark(figure: Any, kinds: list[Any], x: list[Any], y: list[Any], *tags: str)
     )  # fmt: skip
     words = figure.text(
         "x", "y", text="name", x_offset=6, y_offset=-4, source=source, visible=seen,
-        text_font=FONT, text_font_size="11px", text_color="#000000", text_outline_color="#ffffff",
+        text_font=value(FONT), text_font_size="11px", text_color="#000000",
+        text_outline_color="#ffffff",
     )  # fmt: skip
     for made in (dots, words):
         made.tags = list(tags)

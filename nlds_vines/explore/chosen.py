@@ -1,0 +1,101 @@
+"""What is chosen on a page: the map of several, the cell, the start, what sliders say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.errors import RequestError
+from nlds_vines.explore.cell_start import CellStart, start_of
+from nlds_vines.explore.opened import middle
+from nlds_vines.explore.refining import Range, finer
+from nlds_vines.explore.stored import Stored
+from nlds_vines.model.system import System
+
+
+class Chosen:
+    """The state of a page.
+
+    Attributes: `levels`, the maps seen so far, and the `place` of the one that is seen; `cell` and
+    `start` in it; `free`, the parameters that sliders have set [SI units]; `own`, a start of the
+    user's, None for that of the cell.
+    """
+
+    def __init__(self, found: Stored) -> None:
+        """Begin with the cell in the middle of a map."""
+        self.levels, self.place = [found], 0
+        self.cell, self.start = middle(found), 0
+        self.free: dict[str, float] = {}
+        self.own: CellStart | None = None
+
+    @property
+    def found(self) -> Stored:
+        """The map that is seen."""
+        return self.levels[self.place]
+
+    @property
+    def scan(self) -> Scan:
+        """Its request."""
+        return self.found.scan
+
+    def choose(self, cell: Sequence[int], start: int) -> None:
+        """Take a cell and a start, which replace what sliders say of the axes."""
+        (first, second), sides = cell, self.found.shape
+        if not (0 <= first < sides[0] and 0 <= second < sides[1]):
+            raise RequestError(f"there is no cell {first}, {second}")
+        if not 0 <= start < len(self.found.starts):
+            raise RequestError(f"there is no start {start}")
+        self.cell, self.start, self.own = (first, second), start, None
+        for axis in self.scan.axes:
+            self.free.pop(axis.name, None)
+
+    def system(self) -> System:
+        """Return the system of the cell, with what sliders say.
+
+        Raises `RequestError` where the system refuses that.
+        """
+        return self.scan.system.with_(**{**self.found.values_of(self.cell), **self.free})
+
+    def begins(self, system: System) -> CellStart:
+        """Return where the orbit begins."""
+        return self.own or start_of(self.found, self.cell, self.start, system)
+
+    def slider_values(self) -> dict[str, float]:
+        """Return all parameters as sliders show them."""
+        return {
+            **self.scan.system.parameters,
+            **self.found.values_of(self.cell),
+            **self.free,
+        }
+
+    def part(self, ranges: Sequence[Range] | None = None) -> Scan:
+        """Return the scan of a part of the map, by default of all, with what sliders say.
+
+        Without ranges and sliders it is the very scan of the map.
+        """
+        varied = {axis.name for axis in self.scan.axes}
+        settings = {name: value for name, value in self.free.items() if name not in varied}
+        if ranges is None and not settings:
+            return self.scan
+        ends = [(float(axis.values[0]), float(axis.values[-1])) for axis in self.scan.axes]
+        return finer(self.scan, tuple(ends if ranges is None else ranges), settings)
+
+    def add(self, found: Stored) -> None:
+        """Show another map after the one that is seen, at the cell next to the chosen values."""
+        values = self.slider_values()
+        nearest = [int(abs(axis.values - values[axis.name]).argmin()) for axis in found.scan.axes]
+        self.levels = [*self.levels[: self.place + 1], found]
+        self.place += 1
+        first, second = (*nearest, 0)[:2]
+        self.cell = first, second
+
+    def step(self, by: int) -> bool:
+        """Go to the map before or after; return whether there is one."""
+        place = self.place + by
+        if not 0 <= place < len(self.levels):
+            return False
+        self.place = place
+        first, second = self.found.shape
+        self.cell = min(self.cell[0], first - 1), min(self.cell[1], second - 1)
+        self.start = min(self.start, len(self.found.starts) - 1)
+        return True

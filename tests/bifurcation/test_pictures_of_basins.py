@@ -1,0 +1,137 @@
+"""Pictures of basins: colours by regime, names by number, shares that add up."""
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+
+import nlds_vines as nv
+from nlds_vines.archives import archive
+from nlds_vines.archives.dataset import Dataset, Scale, Table
+from nlds_vines.bifurcation.picture.drawing import draw
+from nlds_vines.errors import RequestError
+from nlds_vines.plotting.palette import colour_of
+
+TEXT = "of a test"
+
+
+def made(path, axes, numbers, labels, shares=None, points=None):
+    """Write an archive of made-up attractors; return it open."""
+    names = tuple(axes)
+    varied = tuple(name for name in names if not name.endswith("_0"))
+    lanes = (*names, "start")
+    row = (*varied, "number")
+    tables = {
+        "status": (lanes, "int8", np.zeros(numbers.shape, np.int8)),
+        "attractor": (lanes, "int32", numbers),
+        "label": (lanes, "str", np.full(numbers.shape, "T,1", object)),
+        "attractor_label": (row, "str", np.array(labels, object)),
+        "attractor_share": (
+            row,
+            "float64",
+            np.zeros(np.shape(labels)) if shares is None else shares,
+        ),
+    }
+    if points is not None:
+        tables["attractor_point"] = ((*row, "component"), "float64", points)
+    lengths = {name: len(values) for name, values in axes.items()}
+    lengths |= {"start": numbers.shape[-1], "number": np.shape(labels)[-1], "component": 2}
+    datasets = [Dataset(n, dims, kind, "1", TEXT, "" if kind == "str" else 0)
+                for n, (dims, kind, _) in tables.items()]  # fmt: skip
+    scales = [Scale(name, np.array(values, float), "m", TEXT) for name, values in axes.items()]
+    scales += [Scale("start", np.array(["rest"] * numbers.shape[-1]), "1", TEXT)]
+    scales += [Scale("number", np.arange(lengths["number"]), "1", TEXT)]
+    scales += [Scale("component", np.array(["x", "v"]), "1", TEXT)]
+    pieces = [(n, (slice(None),) * len(dims), values) for n, (dims, _, values) in tables.items()]
+    about = {"title": "made up", "scan": "", "scan_hash": "0", "schema": 1}
+    archive.write(path, Table.of(datasets, lengths), scales, pieces, lambda: about)
+    return nv.read(path)
+
+
+@pytest.fixture
+def plane(tmp_path):
+    numbers = np.zeros((20, 30, 1), np.int32)
+    numbers[10:] = 1
+    numbers[:, 20:] = 2
+    numbers[0, 0] = -1
+    axes = {"x_0": np.linspace(0, 1, 20), "v_0": np.linspace(0, 2, 30)}
+    points = np.array([[0.25, 0.5], [0.75, 0.5], [0.5, 9.0]])
+    with made(tmp_path / "p.h5", axes, numbers, ["T,1", "T,1", "3T,2"], points=points) as view:
+        yield view
+
+
+def legend_of(figure):
+    return [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+
+
+def test_two_attractors_of_one_label_have_two_names_and_two_colours(plane):
+    figure = draw(plane)
+    names = legend_of(figure)
+    assert names == ["T,1 (0)", "T,1 (1)", "3T,2", "not known", "points of attractors"]
+    (mesh,) = figure.axes[0].collections
+    shades = {to_hex(colour) for colour in mesh.cmap.colors}
+    assert len(shades) == 4
+    assert {colour_of("T,1"), colour_of("3T,2")} <= shades
+    lines = [line.get_xydata().tolist() for line in figure.axes[0].lines]
+    assert lines == [[[0.25, 0.5]], [[0.75, 0.5]]]  # the third lies outside
+
+
+def test_other_pictures_are_drawn_on_request(plane):
+    assert legend_of(draw(plane, "regimes")) == ["T,1"]
+    figure = draw(plane, "basins", ax=draw(plane, "regimes").axes[0])
+    assert "3T,2" in legend_of(figure)
+
+
+def test_shares_stand_upon_each_other(tmp_path):
+    axes = {"omega": [1.0, 2.0, 3.0]}
+    labels = [["T,0", ""], ["T,0", "4T,2"], ["T,0", "2T,1"]]
+    shares = np.array([[1.0, np.nan], [0.25, 0.5], [0.4, 0.6]])
+    with made(
+        tmp_path / "s.h5",
+        axes,
+        np.zeros(
+            (
+                3,
+                5,
+            ),
+            np.int32,
+        ),
+        labels,
+        shares,
+    ) as view:
+        figure = draw(view)
+    assert legend_of(figure) == ["T,0", "2T,1", "4T,2", "not known"]
+    bars = [(bar.get_y(), bar.get_height()) for bar in figure.axes[0].patches]
+    assert np.allclose(bars[:3], [(0, 1), (0, 0.25), (0, 0.4)])
+    assert np.allclose(bars[3:6], [(1, 0), (0.25, 0.5), (0.4, 0.6)])
+    assert np.allclose(bars[6:], [(1, 0), (0.75, 0.25), (1, 0)])
+    assert to_hex(figure.axes[0].patches[4].get_facecolor()) == colour_of("4T,2")
+
+
+def test_a_parameter_and_a_start_have_a_map_and_shares(tmp_path):
+    axes = {"omega": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "x_0": np.linspace(0, 1, 6)}
+    labels = [["T,0", "9T,1"]] * 3 + [["T,0", "7T,1"]] * 3
+    numbers = np.zeros((6, 6, 1), np.int32)
+    numbers[:, 3:] = 1
+    with made(tmp_path / "m.h5", axes, numbers, labels, np.full((6, 2), 0.5)) as view:
+        figure = draw(view)
+    assert len(figure.axes) == 2
+    assert figure.axes[0].get_xlim() == figure.axes[1].get_xlim()
+    assert legend_of(figure) == ["T,0", "6T and longer"]
+
+
+def test_what_has_no_basins_is_told(tmp_path):
+    axes = {"omega": np.linspace(1, 2, 6), "P": np.linspace(1, 2, 6)}
+    with made(
+        tmp_path / "n.h5", axes, np.zeros((6, 6, 1), np.int32), np.full((6, 6, 1), "T,0")
+    ) as view:
+        assert legend_of(draw(view)) == ["T,1"]  # the usual map
+        with pytest.raises(RequestError, match="vary two initial conditions, or one parameter"):
+            draw(view, "basins")
+    scan = {
+        "system": "none",
+        "vary": {"omega": {"values": [1.0, 2.0]}},
+        "record": {"want": ["energy"]},
+    }
+    path = nv.bifurcation(scan, tmp_path / "e.h5", quiet=True)
+    with pytest.raises(RequestError, match="needs attractors: record attractor"):
+        path.plot("basins")

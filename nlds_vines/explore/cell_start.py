@@ -12,7 +12,7 @@ import numpy as np
 from nlds_vines.bifurcation.compute import STEP
 from nlds_vines.explore.stored import Stored
 from nlds_vines.model.system import System
-from nlds_vines.orbits.starts import random_states, start_states
+from nlds_vines.orbits.starts import given_states, random_states, start_states
 
 
 class CellStart(NamedTuple):
@@ -31,7 +31,14 @@ def start_of(found: Stored, cell: tuple[int, int], start: int, system: System) -
         return CellStart(_user(system, state), f"{found.starts[start]} (seed {scan.start.seed})")
     if scan.start.sweeps:
         return _swept(found, cell, start)
-    return CellStart(None, "rest")
+    places = [np.array([place]) for place in cell[: len(scan.axes)]]
+    initial = scan.initial(places)
+    if not initial and not scan.start.state:
+        return CellStart(None, "rest")
+    cells = np.atleast_1d(system.cells())
+    state = given_states(cells, scan.start, initial, system.scene)[0]
+    words = ", ".join(f"{name}_0 = {values[0]:g}" for name, values in initial.items())
+    return CellStart(_user(system, state), words or "the given state")
 
 
 def _user(system: System, state: np.ndarray) -> tuple[float, ...]:

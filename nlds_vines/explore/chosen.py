@@ -10,6 +10,7 @@ from nlds_vines.explore.cell_start import CellStart, start_of
 from nlds_vines.explore.opened import middle
 from nlds_vines.explore.refining import Range, finer
 from nlds_vines.explore.stored import Stored
+from nlds_vines.model.parameters import INITIAL, component_of
 from nlds_vines.model.system import System
 
 
@@ -54,11 +55,17 @@ class Chosen:
 
         Raises `RequestError` where the system refuses that.
         """
-        return self.scan.system.with_(**{**self.found.values_of(self.cell), **self.free})
+        free = {name: value for name, value in self.free.items() if name not in INITIAL}
+        return self.scan.system.with_(**{**self.found.parameters_of(self.cell), **free})
 
     def begins(self, system: System) -> CellStart:
         """Return where the orbit begins."""
-        return self.own or start_of(self.found, self.cell, self.start, system)
+        start = self.own or start_of(self.found, self.cell, self.start, system)
+        moved = {component_of(name): v for name, v in self.free.items() if name in INITIAL}
+        if not moved or start.state is None:
+            return start
+        pairs = zip(system.scene.components, start.state, strict=True)
+        return CellStart(tuple(moved.get(name, v) for name, v in pairs), "the start of the sliders")
 
     def slider_values(self) -> dict[str, float]:
         """Return all parameters as sliders show them."""

@@ -61,7 +61,7 @@ class Opened:
         cell = middle(found)
         with told_of_compilations(self._compiles):
             try:
-                system = found.scan.system.with_(**found.values_of(cell))
+                system = found.scan.system.with_(**found.parameters_of(cell))
                 state = start_of(found, cell, 0, system).state
                 live_orbit(system, state, Sampling.of(found.scan))
             except (RequestError, IntegrationError):

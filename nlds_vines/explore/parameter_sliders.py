@@ -6,7 +6,7 @@ from math import isfinite
 from typing import Any
 
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.model.parameters import CONTACT, PARAMETERS, Parameter
+from nlds_vines.model.parameters import CONTACT, Parameter, described
 
 LOGARITHMIC = ("K", "E1", "E2", "A", "B", "kc", "k2", "c1", "c2", "cc", "hunt_crossley")
 """The parameters, and those of a second wall, that are known to an order of magnitude or spread
@@ -29,7 +29,7 @@ def sliders_of(scan: Scan) -> list[dict[str, Any]]:
         known = {name: value for name, value in known.items() if name not in CONTACT}
     entries = []
     for name, value in known.items():
-        entry = PARAMETERS[name]
+        entry = described(name)
         if name in varied and varied[name].size > 1:
             low, high, logarithmic = float(varied[name][0]), float(varied[name][-1]), False
             value = min(max(value, low), high)

@@ -17,6 +17,7 @@ from nlds_vines.bifurcation.picture.choices import NUMBERS
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError, at
+from nlds_vines.model.parameters import INITIAL
 from nlds_vines.orbits.status_words import NOT_COMPUTED
 from nlds_vines.toml import parse_toml
 
@@ -70,11 +71,15 @@ class Stored:
         return values.reshape(-1, *values.shape[len(self.scan.axes) :])
 
     def values_of(self, cell: tuple[int, int]) -> dict[str, float]:
-        """Return the varied parameters of a cell by name [SI units]."""
+        """Return the varied parameters and initial conditions of a cell by name [SI units]."""
         return {
             axis.name: float(axis.values[place])
             for axis, place in zip(self.scan.axes, cell, strict=False)
         }
+
+    def parameters_of(self, cell: tuple[int, int]) -> dict[str, float]:
+        """Return those of `values_of` that are parameters of the system."""
+        return {name: v for name, v in self.values_of(cell).items() if name not in INITIAL}
 
     def once(self, name: str, make: Callable[[], Any]) -> Any:
         """Return what `make` makes of the results: made again only after more of them came."""

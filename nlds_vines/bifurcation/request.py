@@ -17,7 +17,7 @@ from nlds_vines.bifurcation.datasets import scales_of, table_of
 from nlds_vines.errors import RequestError, choice, string, unknown, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.layers import request_hash
-from nlds_vines.model.parameters import INITIAL, component_of
+from nlds_vines.model.parameters import INITIAL, PARAMETERS, component_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import EFFORTS, FINENESS, METHODS, Settings, chosen_settings
 from nlds_vines.orbits.starts import STATE, Start
@@ -129,6 +129,8 @@ class Scan(Outlined):
                 f"state {', '.join(components)}"
             )
         for name in names:
+            if name in PARAMETERS:
+                continue  # the system says what it has in place of it
             if name not in INITIAL:
                 known = [entry for entry in INITIAL if component_of(entry) in components]
                 raise unknown("axis", name, [*self.system.scene.allowed, *known])

@@ -83,7 +83,7 @@ def test_scales_agree_with_sizes_and_name_the_starts():
     request = scan(start={"policy": "random", "count": 3, "seed": 1})
     assert {scale.name: scale.values.size for scale in request.scales()} == request.table.length
     assert request.start.names == ("random 0", "random 1", "random 2")
-    assert scan(start={"policy": "down"}).start.names == ("down",)
+    assert scan(want=["regime"], start={"policy": "down"}).start.names == ("down",)
 
 
 def test_components_follow_the_scene():
@@ -96,7 +96,7 @@ def test_types_units_and_fills_are_those_of_the_contract():
     types = {name: dataset.dtype for name, dataset in table.items()}
     assert types == {
         **dict.fromkeys(table, "float64"),
-        **dict.fromkeys(("period", "impacts", "settling"), "int32"),
+        **dict.fromkeys(("period", "impacts", "settling", "attractor", "arrival"), "int32"),
         **dict.fromkeys(("regime", "status", "label_kept"), "int8"),
         **dict.fromkeys(("label", "refined_label"), "str"),
     }

@@ -21,7 +21,7 @@ from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.system import CELL, System
 from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.starts import Start, random_states, start_states
-from nlds_vines.orbits.wants import WANTS, possible_want
+from nlds_vines.orbits.wants import WANTS, plain, possible_want
 from nlds_vines.toml import toml_text
 
 REPO = Path(__file__).resolve().parents[2]
@@ -250,10 +250,14 @@ def scans(draw) -> Scan:
     start = draw(
         st.one_of(
             st.builds(Start, st.sampled_from(["rest", "up", "down"])),
+            st.builds(
+                Start, st.just("state"), state=st.tuples(*[NUMBERS] * len(system.scene.components))
+            ),
             st.builds(Start, st.just("random"), st.integers(1, 99), st.integers(0, 2**63 - 1)),
         )
     )
     notes = {draw(st.sampled_from(own)): draw(WORDS)}
+    possible = plain(possible) if start.sweeps else possible
     return Scan(
         title=draw(WORDS),
         system=dataclasses.replace(

@@ -11,10 +11,10 @@ from nlds_vines.archives import archive
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.orbits.wants import WANTS
+from nlds_vines.orbits.wants import WANTS, plain
 
 
-def make_scan(want=WANTS, vary=None, start=None, system="ssul-set6", **settings):
+def make_scan(want=plain(WANTS), vary=None, start=None, system="ssul-set6", **settings):
     return load_scan(
         {
             "title": "a test",

@@ -9,7 +9,7 @@ from made_up import MAP, arrays, cut, make_scan, results, same, write
 from nlds_vines.archives import archive
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.wants import WANTS
+from nlds_vines.orbits.wants import WANTS, plain
 
 
 @pytest.fixture
@@ -42,7 +42,7 @@ def test_arrays_do_not_depend_on_how_the_scan_was_cut(tmp_path):
     assert same(found[0], found[2])
 
 
-@pytest.mark.parametrize("want", WANTS)
+@pytest.mark.parametrize("want", plain(WANTS))
 def test_only_what_was_asked_for_is_there(path, want):
     scan = make_scan(want=[want])
     write(path, scan)
@@ -54,7 +54,7 @@ def test_only_what_was_asked_for_is_there(path, want):
 
 @pytest.mark.parametrize("system", ["ssul-set6", "tmd", "none"])
 def test_xarray_opens_it_with_dimensions_units_and_flags(path, system):
-    want = WANTS if system == "ssul-set6" else ("section", "energy", "regime")
+    want = plain(WANTS) if system == "ssul-set6" else ("section", "energy", "regime")
     scan = make_scan(want=want, system=system, vary=MAP)
     write(path, scan)
     with xr.open_dataset(path, engine="h5netcdf") as dataset:

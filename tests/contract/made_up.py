@@ -14,7 +14,10 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.orbits.wants import WANTS, plain
 
 
-def make_scan(want=plain(WANTS), vary=None, start=None, system="ssul-set6", **settings):
+PLAIN = plain(WANTS)
+
+
+def make_scan(want=PLAIN, vary=None, start=None, system="ssul-set6", **settings):
     return load_scan(
         {
             "title": "a test",

@@ -15,19 +15,23 @@ WORK = HERE / "_build" / "examples"  # where examples run, and leave their archi
 
 sys.path[:0] = [str(ROOT), str(HERE / "site")]
 os.environ["PYTHONPATH"] = str(ROOT)  # for the notebook, which runs in a process of its own
+os.environ["IPYTHONDIR"] = str(HERE / "_build" / "ipython")  # its settings, not those of the user
 os.environ.setdefault("PYDEVD_DISABLE_FILE_VALIDATION", "1")  # its debugger warns about Python
 
-from pictures import written_pictures  # noqa: E402 - found by what is set above
+from nlds_vines.archives.provenance import version as version_of  # noqa: E402 - found by the above
 
-from nlds_vines.archives.provenance import version  # noqa: E402 - likewise
-
+settings = Path(os.environ["IPYTHONDIR"], "profile_default", "ipython_kernel_config.py")
+settings.parent.mkdir(parents=True, exist_ok=True)
+settings.write_text(
+    "c.IPKernelApp.log_level = 'ERROR'  # it warns that it listens on this machine\n"
+)
 shutil.rmtree(WORK, ignore_errors=True)
 shutil.copytree(HERE / "gallery", WORK, ignore=shutil.ignore_patterns("__pycache__"))
 
 project = "nlds_vines"
 author = "The nlds_vines authors"
 copyright = "the nlds_vines authors, MIT licence"
-release = version("nlds-vines")
+release = version_of("nlds-vines")
 
 extensions = [
     "myst_nb",  # the pages, in Markdown, and the notebook, executed
@@ -44,6 +48,12 @@ html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
 exclude_patterns = ["_build", "gallery", "site", "reproduction/archives"]
+exclude_patterns += [
+    "_gallery/*.ipynb",
+    "_gallery/*.py",
+    "_gallery/*.json",
+    "_gallery/*.zip",
+]  # downloads
 templates_path: list[str] = []
 
 myst_enable_extensions = ["dollarmath", "deflist"]
@@ -64,7 +74,7 @@ sphinx_gallery_conf = {
     "examples_dirs": str(WORK),
     "gallery_dirs": "_gallery",
     "filename_pattern": r"\.py$",
-    "image_scrapers": ("matplotlib", written_pictures),
+    "image_scrapers": ("matplotlib", "pictures.written_pictures"),
     "download_all_examples": False,
     "show_memory": False,
     "show_signature": False,
@@ -73,3 +83,13 @@ sphinx_gallery_conf = {
     "min_reported_time": 1000,
     "write_computation_times": False,
 }
+
+
+def _plain_bars(app, what, name, thing, options, lines):
+    """Escape bars in docstrings, where |mu| is a modulus, and not a word to be replaced."""
+    lines[:] = [line.replace("|", r"\|") for line in lines]
+
+
+def setup(app):
+    """Register what docstrings need."""
+    app.connect("autodoc-process-docstring", _plain_bars)

@@ -98,7 +98,7 @@ def classify(
         tolerance: of `exact`, as `simulate` takes it.
 
     Raises `RequestError` for a wrong argument, `IntegrationError` where the orbit ends early.
-    docs/regimes.md holds the decision table.  Cost: as `simulate` for a periodic orbit, once
+    docs/labels.md holds the decision table.  Cost: as `simulate` for a periodic orbit, once
     compiled; some 0.05 s for a chaotic one.
     """
     before, sampled = whole("transient", transient, 0), whole("periods", periods, 1)

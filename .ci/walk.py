@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Does what pages tell a reader to do, word for word and in order, in the current folder.
 
-    .ci/walk README.md docs/tutorial.md
+    .ci/walk.py README.md docs/tutorial.md
 
 Commands stand in ```sh blocks, and run in one shell for each page.  Python (```python) runs as a
 program of its own, and must print what the ```text block after it shows.  Each line of a ```console

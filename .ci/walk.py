@@ -19,6 +19,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from itertools import zip_longest
 from pathlib import Path
 
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -32,7 +33,7 @@ def steps(text: str) -> Iterator[tuple[str, str, str]]:
     Lines of a ```console block are (shown, line, "").
     """
     blocks = list(BLOCK.finditer(text))
-    for block, after in zip(blocks, [*blocks[1:], None], strict=True):
+    for block, after in zip_longest(blocks, blocks[1:]):
         language, body = block.groups()
         if language == "sh":
             yield from (("sh", line, "") for line in body.splitlines() if line.strip())

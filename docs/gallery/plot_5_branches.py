@@ -2,8 +2,8 @@
 Branches: why a regime ends
 ===========================
 
-The orbit ``T,1`` is followed from 7 to 8 rad/s, also where it is not stable (dashed), and so are the
-orbits of twice its period that leave it at period doublings (PD).
+The orbit ``T,1`` is followed from 7 to 8 rad/s, also where it is not stable (dotted).  So are the
+orbits of twice its period, which leave it at period doublings (PD).
 """
 
 import matplotlib.pyplot as plt

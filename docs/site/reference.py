@@ -164,7 +164,7 @@ def of_tunings() -> str:
     """Return the table of the datasets of tunings."""
     tuning = load_tuning({"system": "ssul-set6", "surface": {"parameters": ["k2", "C"]}})
     one = np.zeros(1)
-    columns = defaultdict(lambda: one, {name: one for name in tuning.names})
+    columns = defaultdict(lambda: one, dict.fromkeys(tuning.names, one))
     found = Findings(columns, np.zeros(1, int), np.ones((1, 1)), (one, one, np.ones((1, 1))), one)
     rows = (_row(entry) for entry, _ in contents(tuning, found))
     return table(("dataset", "dimensions", "unit", "meaning"), rows)

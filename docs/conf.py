@@ -87,11 +87,13 @@ sphinx_gallery_conf = {
 }
 
 
-def _plain_bars(app, what, name, thing, options, lines):
-    """Escape bars in docstrings, where |mu| is a modulus, and not a word to be replaced."""
+def _as_written(app, what, name, thing, options, lines):
+    """Keep a docstring from being read as markup: |mu| is a modulus, and a colon names no type."""
     lines[:] = [line.replace("|", r"\|") for line in lines]
+    if what in ("property", "attribute"):
+        lines[:1] = [line.replace(": ", " - ", 1) for line in lines[:1]]
 
 
 def setup(app):
-    """Register what docstrings need."""
-    app.connect("autodoc-process-docstring", _plain_bars)
+    """Register what docstrings need, before they are looked at for `Arguments:`."""
+    app.connect("autodoc-process-docstring", _as_written, priority=400)

@@ -8,15 +8,21 @@ from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 
 
+def _mathml(text: str, as_block: bool = False) -> str:
+    """Return a formula as MathML, its primes as primes and not as apostrophes."""
+    formula = tex2mathml(text.strip(), as_block=as_block)
+    return formula.replace(">''<", ">″<").replace(">'<", ">′<")
+
+
 def _inline(writer: Any, node: nodes.math) -> None:
     """Write a formula in a line of text."""
-    writer.body.append(tex2mathml(node.astext()))
+    writer.body.append(_mathml(node.astext()))
     raise nodes.SkipNode
 
 
 def _block(writer: Any, node: nodes.math_block) -> None:
     """Write a formula on lines of its own."""
-    formula = tex2mathml(node.astext().strip(), as_block=True)
+    formula = _mathml(node.astext(), as_block=True)
     writer.body.append(f'<div class="formula">{formula}</div>')
     raise nodes.SkipNode
 

@@ -112,8 +112,13 @@ COMPUTE = {name for name, (module, _) in COMMANDS.items() if "upkeep" not in mod
 
 
 def commands(text):
-    """Return the words of every line of a text, in code blocks, that begins with a computation."""
-    return [words for words in sister_commands(text) if words[0] in COMPUTE]
+    """Return the words of every line of a text that begins with a computation.
+
+    `python -m nlds_vines.bifurcation` is the same as `nlds-vines bifurcation`.
+    """
+    lines = re.findall(r"^(?:nlds-vines |python -m nlds_vines\.)(.*)$", text, re.MULTILINE)
+    found = [[name.replace("_", "-"), *rest] for name, *rest in map(shlex.split, lines)]
+    return [words for words in found if words[0] in COMPUTE]
 
 
 PATTERNS = {"long-scans.md", "tutorial.md"}  # pages whose commands have tests of their own

@@ -275,6 +275,14 @@ def test_all_of_python_is_told():
         assert name == "__version__" or re.search(rf"`(nv\.)?{name}\b", text), name
 
 
+def test_every_public_name_has_its_docstring_on_the_site():
+    text = text_of("api.md")
+    for name in nlds_vines.__all__:
+        assert name == "__version__" or re.search(
+            rf"^\.\. auto\w+:: nlds_vines[\w.]*\.{name}$", text, re.M
+        )
+
+
 def test_the_gate_walks_the_readme_and_the_tutorial():
     gate = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     for page in WALKED:

@@ -27,9 +27,9 @@ from nlds_vines.continuation.branch_table import datasets_of as of_branches
 from nlds_vines.continuation.curve_table import curve_datasets
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.laws import LAWS
+from nlds_vines.model.laws import LAWS, of_second
 from nlds_vines.model.parameters import PARAMETERS, Parameter
-from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.orbits.wants import WANTS
@@ -62,10 +62,18 @@ def _code(names: Iterable[str]) -> str:
 def kinds() -> str:
     """Return the table of kinds with the parameters that are their own."""
     rows = (
-        (f"`{kind}`", scene.meaning, ", ".join(scene.own), scene.base)
+        (f"`{kind}`", scene.meaning, ", ".join(scene.own), ", ".join(_in_place_of_force(scene)))
         for kind, scene in SCENES.items()
     )
     return table(("kind", "what it is", "parameters", "in place of P"), rows)
+
+
+def _in_place_of_force(scene: Scene) -> list[str]:
+    """Return the parameters that a kind may be given beside its own and those of its contacts."""
+    of_contacts = {
+        name for law in LAWS.values() for name in (*law.allowed, *of_second(law.allowed))
+    }
+    return [name for name in scene.allowed if name not in {*scene.own, *of_contacts}]
 
 
 def laws() -> str:
@@ -97,7 +105,9 @@ def _allowed(entry: Parameter) -> str:
 
 def _where(name: str) -> str:
     """Return the kinds, or the contact laws, that have a parameter."""
-    of_kinds = [kind for kind, scene in SCENES.items() if name in (*scene.own, scene.base)]
+    of_kinds = [
+        kind for kind, scene in SCENES.items() if name in (*scene.own, *_in_place_of_force(scene))
+    ]
     if len(of_kinds) == len(SCENES):
         return "all kinds"
     if of_kinds:

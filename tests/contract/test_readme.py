@@ -377,12 +377,17 @@ def key_rows():
 
 
 FORMS = {
-    form.kind: form
-    for form in (
-        import_module(f"nlds_vines.{wing}.request_file").FORM
-        for wing in ("bifurcation", "tuning", "portrait", "reproduce", "continuation")
+    module.FORM.kind: module.FORM
+    for module in (
+        import_module(f"nlds_vines.{path.parent.name}.request_file")
+        for path in sorted((ROOT / "nlds_vines").glob("*/request_file.py"))
     )
+    if hasattr(module, "FORM")
 }
+
+
+def test_files_of_five_kinds_are_told():
+    assert {"scan", "tuning", "portrait", "figure", "continuation"} <= set(FORMS)
 
 
 @pytest.mark.parametrize("kind", FORMS)

@@ -129,8 +129,9 @@ def of_scans() -> str:
     """
     entries: dict[str, Dataset] = {}
     asked, kinds_of = defaultdict(set), defaultdict(set)
+    variants = [(kind, scene.under(law)) for kind, scene in SCENES.items() for law in LAWS]
     for want in (*((word,) for word in WANTS), WANTS):
-        for kind, scene in SCENES.items():
+        for kind, scene in variants:
             found = table_of((Axis.spaced("omega", 5.0, 6.0, 2),), scene, Start(), 2, want).datasets
             entries = {**found, **entries}
             for name in found:

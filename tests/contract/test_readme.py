@@ -185,7 +185,7 @@ def test_an_archive_is_verified_repeated_and_compared(own):
 
 
 def test_the_console_script_has_the_commands_that_are_told():
-    named = set(re.findall(r"nlds-vines ([a-z]\w*)", TEXT))
+    named = set(re.findall(r"nlds-vines ([a-z][\w-]*)", TEXT))
     assert named <= set(COMMANDS)
     assert "consolidate" in named
 
@@ -386,8 +386,8 @@ FORMS = {
 }
 
 
-def test_files_of_five_kinds_are_told():
-    assert {"scan", "tuning", "portrait", "figure", "continuation"} <= set(FORMS)
+def test_files_of_all_wings_are_read():
+    assert {"scan", "tuning", "portrait", "continuation"} < set(FORMS)
 
 
 @pytest.mark.parametrize("kind", FORMS)

@@ -30,6 +30,7 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.laws import LAWS, of_second
 from nlds_vines.model.parameters import PARAMETERS, Parameter
 from nlds_vines.model.scenes import SCENES, Scene
+from nlds_vines.model.scenes.base import BASES
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.orbits.wants import WANTS
@@ -128,20 +129,38 @@ def of_scans() -> str:
     The dimensions of the varied parameters are called `axes`.
     """
     entries: dict[str, Dataset] = {}
-    asked, kinds_of = defaultdict(set), defaultdict(set)
-    variants = [(kind, scene.under(law)) for kind, scene in SCENES.items() for law in LAWS]
-    for want in (*((word,) for word in WANTS), WANTS):
-        for kind, scene in variants:
-            found = table_of((Axis.spaced("omega", 5.0, 6.0, 2),), scene, Start(), 2, want).datasets
-            entries = {**found, **entries}
-            for name in found:
+    asked, kinds_of, shaken_only = defaultdict(set), defaultdict(set), defaultdict(lambda: True)
+    for scene in sorted(_variants(), key=lambda scene: -len(_table_of(scene, WANTS))):
+        for want in (*((word,) for word in WANTS), WANTS):
+            for name, entry in _table_of(scene, want).items():
+                if name not in entries or (shaken_only[name] and not scene.shaken):
+                    entries[name] = entry  # words of the ground only where nothing else has them
                 asked[name] |= set(want) if len(want) == 1 else set()
-                kinds_of[name].add(kind)
+                kinds_of[name].add(scene.kind)
+                shaken_only[name] &= bool(scene.shaken)
     rows = (
-        _row(entry, _records(asked[name]), _among(kinds_of[name]))
+        _row(
+            entry,
+            _records(asked[name]),
+            _among(kinds_of[name]) + (", where the ground moves" if shaken_only[name] else ""),
+        )
         for name, entry in sorted(entries.items(), key=lambda item: _place_of(asked[item[0]]))
     )
     return table(("dataset", "dimensions", "unit", "meaning", "record", "of"), rows)
+
+
+def _variants() -> Iterator[Scene]:
+    """Yield the scenes of all kinds, under every law, driven by a force and by the ground."""
+    for scene in SCENES.values():
+        for law in LAWS:
+            yield scene.under(law)
+            yield scene.under(law, given=BASES)
+
+
+def _table_of(scene: Scene, want: Sequence[str]) -> Mapping[str, Dataset]:
+    """Return the datasets of a scan of a scene from random starts."""
+    axes = (Axis.spaced("omega", 5.0, 6.0, 2),)
+    return table_of(axes, scene, Start("random", 2), 2, want).datasets
 
 
 def _records(words: set[str]) -> str:
@@ -153,7 +172,9 @@ def _records(words: set[str]) -> str:
 
 def _place_of(words: set[str]) -> int:
     """Return what to sort datasets by: the first record that asks for them, `always` last."""
-    return len(WANTS) if len(words) in (0, len(WANTS)) else min(WANTS.index(w) for w in words)
+    if len(words) == len(WANTS):
+        return len(WANTS)
+    return min((WANTS.index(w) for w in words), default=WANTS.index("error"))
 
 
 def _among(found: set[str]) -> str:
@@ -161,6 +182,7 @@ def _among(found: set[str]) -> str:
     sets = {
         "all kinds": set(SCENES),
         "kinds with a damper": {kind for kind, scene in SCENES.items() if scene.damper},
+        "kinds with a structure": {kind for kind, scene in SCENES.items() if scene.absolute},
         "kinds with a wall": {kind for kind, scene in SCENES.items() if scene.walls},
     }
     return next((text for text, kinds in sets.items() if kinds == found), _code(sorted(found)))
@@ -209,7 +231,7 @@ def _section(name: str, command: Command) -> str:
     parser = Parser(prog=f"nlds-vines {name}", add_help=False)
     command.declare(parser)
     actions = parser._actions
-    places = " ".join(_place(action) for action in actions if not action.option_strings)
+    places = " ".join(_place(action) for action in _places_of(actions))
     rows = [row for action in actions if (row := _option(action)) is not None]
     usage = " ".join(filter(None, ("nlds-vines", name, places, "[options]" if rows else "")))
     options = table(("option", "meaning"), rows) + "\n" if rows else ""
@@ -219,6 +241,11 @@ def _section(name: str, command: Command) -> str:
     )
 
 
+def _places_of(actions: Iterable[argparse.Action]) -> Iterator[argparse.Action]:
+    """Yield the arguments of a command that are no options."""
+    return (a for a in actions if not a.option_strings and a.help != argparse.SUPPRESS)
+
+
 def _place(action: argparse.Action) -> str:
     text = str(action.metavar or action.dest)
     return f"[{text}]" if action.nargs in ("?", "*") else text
@@ -226,6 +253,8 @@ def _place(action: argparse.Action) -> str:
 
 def _option(action: argparse.Action) -> Row | None:
     """Return the row of an option, or of an argument that has a help; None for another."""
+    if action.help == argparse.SUPPRESS:
+        return None
     if not action.option_strings:
         return (f"`{action.metavar or action.dest}`", action.help) if action.help else None
     value = f" {action.metavar}" if action.metavar else ""

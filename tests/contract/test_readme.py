@@ -217,7 +217,9 @@ def test_every_command_has_help(program):
         ("portrait", "portrait.md"),
         ("tuning", "tuning.md"),
         ("continuation", "branches.md"),
-        ("response_curves", "own-damper.md"),
+        ("response_curves", "response-curves.md"),
+        ("explore", "explore.md"),
+        ("explore.report", "explore.md"),
     ],
 )
 def test_every_option_is_told(command, page, capsys):

@@ -91,6 +91,7 @@ def _scan(layers: Layers) -> Scan:
 def _made_up_title(layers: Layers, system: System, axes: tuple[Axis, ...]) -> str:
     """Return a title made of the system, the parameters that are set, and those that vary."""
     varied = [axis.name for axis in axes]
+    system = system.with_axes(varied)  # without a force, where the ground's motion varies
     fixed = sorted((layers.table("set").keys() & system.parameters.keys()) - set(varied))
     settings = "".join(f", {setting_in_words(name, system.parameters[name])}" for name in fixed)
     symbols = ", ".join(symbol_of(name) for name in varied)

@@ -65,8 +65,13 @@ def check_output(archive: Path, *others: Path | None) -> None:
             f"output {shown(str(archive))} must end in .h5: archives are HDF5 files, of which "
             "`nlds-vines export` makes CSV"
         )
+    refuse_same(*others, archive)
+
+
+def refuse_same(*paths: Path | None) -> None:
+    """Raise `RequestError` where two files of a run are the same; None is no file."""
     seen: list[Path] = []
-    for path in (path for path in (*others, archive) if path is not None):
+    for path in (path for path in paths if path is not None):
         if any(_same(path, other) for other in seen):
             raise RequestError(f"output {shown(str(path))} is another file of this run")
         seen.append(path)

@@ -117,7 +117,26 @@ _QUANTITIES = {
     "error": ("error over a period", ""),
     "error_at_end": ("difference from a refined run", ""),
     "E1max_error": ("difference from a refined run", r"E_1^{\,\mathrm{max}}"),
+    "transmissibility": ("transmissibility", ""),
+    "power_c1": ("dissipated power", "c_1"),
+    "power_c2": ("dissipated power", "c_2"),
+    "power_contact": ("dissipated by contacts", ""),
+    "power_in": ("power put in", ""),
 }
+_MOTIONS = {
+    "x1": "displacement",
+    "v1": "velocity",
+    "a1": "acceleration",
+    "stroke": "stroke",
+    "foot": "displacement from the foot",
+    "force": "contact force",
+    "impulse": "impulse",
+}
+for _name, _motion in _MOTIONS.items():
+    _QUANTITIES[f"{_name}_max"] = f"largest {_motion}", ""
+    _QUANTITIES[f"{_name}_rms"] = f"rms {_motion}", ""
+    _QUANTITIES[f"{_name}_max_reduction"] = f"reduction, largest {_motion}", ""
+    _QUANTITIES[f"{_name}_rms_reduction"] = f"reduction, rms {_motion}", ""
 _LONGEST = 48  # characters of a label along an axis
 
 

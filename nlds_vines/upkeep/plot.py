@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_output, check_plot, refuse_picture
+from nlds_vines.cli.paths import check_plot, refuse_picture, refuse_same
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
@@ -63,9 +63,11 @@ def plot(
     Raises `RequestError` for a file that is no archive, and where it does not hold what to show.
     """
     from nlds_vines.archives.archive import read
+    from nlds_vines.plotting.notebook import let_figures_be_shown
     from nlds_vines.plotting.page import page_of, sheet
     from nlds_vines.plotting.save import drawn
 
+    let_figures_be_shown()
     page = page_of(columns)
     with read(archive) as view, sheet(style):
         return drawn(view, lambda opened: _draw(opened, show, page, ax))
@@ -189,7 +191,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         return DONE
     path = archive.with_suffix(".png") if options.output is None else Path(options.output)
     check_plot(path, "output")
-    check_output(path, archive)
+    refuse_same(archive, path)
     refuse_picture(path, RunOptions(overwrite=options.overwrite))
     _save(archive, path, options)
     say(path)

@@ -32,7 +32,10 @@ from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.panels import add_panel, size_of, write_letters_above, write_title
 from nlds_vines.plotting.style import CM, axis_label
 
-CURVES = ("E1max", "E2max", "impact_rate", "clearance", "period", "error")
+CURVES = (
+    *("E1max", "E2max", "x1_max", "a1_max", "stroke_max"),
+    *("impact_rate", "clearance", "period", "error"),
+)
 """The recorded numbers that are drawn, from the top, where no section is recorded."""
 
 _FOOT, _HEAD = 1.1 * CM, 0.75 * CM  # heights in inches: of the labels below, of the title

@@ -353,6 +353,23 @@ def test_the_tables_of_the_reference_are_the_programs_own(page):
     assert reference.filled(text.replace("| `k1` |", "| `k7` |").replace("--quiet", "-q")) == text
 
 
+def test_a_structure_that_is_shaken_has_more_datasets():
+    rows_of = {line.split("|")[1].strip(): line for line in rows(text_of("datasets.md"))}
+    shaken = nlds_vines.load_system("ssul-set6", base_displacement=0.01)
+    scan = Scan("all", shaken, (Axis.spaced("omega", 5.0, 6.0, 2),), ("response",))
+    usual = Scan("all", catalogue()["ssul-set6"], scan.axes, ("response",))
+    more = set(scan.table.datasets) - set(usual.table.datasets)
+    assert {"P", "foot_max", "foot_rms", "transmissibility"} <= more
+    for name in more:
+        assert "where the ground moves" in rows_of[f"`{name}`"], name
+    for name in usual.table.datasets:
+        assert "where the ground moves" not in rows_of[f"`{name}`"], name
+
+
+def test_what_help_hides_is_not_told():
+    assert "SUPPRESS" not in text_of("commands.md")
+
+
 def test_every_made_table_is_on_a_page():
     marks = {name for page in reference.pages() for _, name, _ in marks_of(page)}
     assert marks == set(reference.MADE)

@@ -165,7 +165,7 @@ def test_python_takes_systems_names_files_and_documents(here):
         (["--start", "both"], "allowed: rest, up, down"),
         (["page.toml", "--plot", "a.gif"], "must end in one of"),
         (["page.toml", "-o", "page.toml"], "must end in .h5"),
-        (["-o", "same.h5", "--plot", "same.h5"], "must end in one of"),
+        (["-o", "same.h5", "--plot", "same.h5"], "is another file of this run"),
         (["nothing.toml"], "cannot be read"),
         (["--periods", "0"], "periods = 0"),
     ],

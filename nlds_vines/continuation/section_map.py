@@ -256,14 +256,13 @@ def compile_for(scene: Scene) -> None:
     They are called for cells of zeros, which they refuse at once.
     """
     parts, size = parts_of("exact", scene), len(scene.components)
-    cells = np.zeros(4, cell_type(scene)).view(np.recarray)
+    cells = np.zeros(1, cell_type(scene)).view(np.recarray)
     cycles.fill_norms(parts, cells[0], np.zeros(size))
-    state, points, counts = np.zeros(4), np.zeros((1, 4)), np.zeros(3, np.int64)
+    state, points, counts = np.zeros(4), np.zeros((1, 4)), np.zeros(2, np.int64)
     matrix, slopes, pairs = np.zeros((size, size)), np.zeros((1, 4)), np.zeros((size, 2))
     cycles.trace(
-        parts, cells, cells.view(np.float64).reshape(4, -1), np.zeros((1, 3)), state, points,
-        counts, matrix, slopes, pairs, np.zeros(cycles.FOUND),
-    )  # fmt: skip
+        parts, cells, cells, state, points, counts, matrix, slopes, pairs, np.zeros(cycles.FOUND)
+    )
     violation = None if scene.limit is None else np.zeros((0, 3))
     none, pair = np.zeros(0, np.int64), np.zeros((0, 2))
     cycles.measure_cycles(0, 0, parts, cells, np.zeros((0, 4)), none, pair, pair, violation)

@@ -105,8 +105,8 @@ class Job:
         if self._thread.is_alive():
             self._thread.join(seconds)
 
-    def _tell(self, text: str) -> None:
-        """Take what must be done first: kernels that are compiled."""
+    def _tell(self, text: str, seconds: float) -> None:
+        """Take what must be done first: kernels that are compiled, for so many seconds by now."""
         self.note = text
         if not self._stop.is_set():
             self._changed()

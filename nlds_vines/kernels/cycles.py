@@ -208,8 +208,9 @@ def measure_cycles(begin, end, parts, cells, starts, periods, energy, strokes, v
             state[i] = starts[lane, i]
         impacts = Impacts(rows, np.zeros(1, np.int64))
         buffers = CellBuffers(
-            None, None, None, impacts, energy[lane], None, None, broken_limit(violation, lane)
-        )
+            None, None, None, impacts, energy[lane], None, None, broken_limit(violation, lane),
+            None, None,
+        )  # fmt: skip
         run_cell(parts, cells[lane], state, Span(0, periods[lane], 1), buffers)
         for i in range(min(impacts.filled[0], ROOM)):
             strokes[lane, 0] = max(strokes[lane, 0], rows[i, SPEED])

@@ -13,7 +13,6 @@ from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.orbits.wants import WANTS, plain
 
-
 PLAIN = plain(WANTS)
 
 

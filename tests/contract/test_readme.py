@@ -1,4 +1,7 @@
-"""The README and the pages of `docs` do what they say: blocks run, commands and links exist."""
+"""The README and the pages of `docs` do what they say: blocks run, commands and links exist.
+
+What the README and the tutorial tell a reader to do is done in the gate, by `.ci/walk.py`.
+"""
 
 import contextlib
 import io
@@ -7,10 +10,12 @@ import shlex
 import subprocess
 import sys
 from importlib import import_module
-from importlib.util import find_spec
+from importlib.machinery import SourceFileLoader
+from importlib.util import find_spec, module_from_spec, spec_from_loader
 from itertools import pairwise
 from pathlib import Path
 
+import matplotlib
 import pytest
 
 import nlds_vines
@@ -35,6 +40,20 @@ TEXT = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
+def loaded(path):
+    """Return the module in a file of the repository that is no part of the package."""
+    spec = spec_from_loader(path.stem, SourceFileLoader(path.stem, str(path)))
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+walk = loaded(ROOT / ".ci" / "walk.py")
+reference = loaded(DOCS / "site" / "reference.py")
+kinds = loaded(DOCS / "site" / "kinds.py")
+WALKED = ("README.md", "docs/tutorial.md")
+
+
 def text_of(name):
     """Return the text of a page of `docs`."""
     return (DOCS / name).read_text(encoding="utf-8")
@@ -55,8 +74,11 @@ def rows(text):
 @pytest.fixture
 def own(tmp_path, monkeypatch):
     """Work in a folder that holds the scan file of the pages, and the request files of a clone."""
-    (scan,) = blocks("toml")
-    (tmp_path / "own.toml").write_text(scan)
+    for page in PAGES:
+        for kind, name, text in walk.steps(page.read_text(encoding="utf-8")):
+            if kind == "file":
+                assert not (tmp_path / name).exists(), "two pages save different files so"
+                (tmp_path / name).write_text(text)
     (tmp_path / "scans").symlink_to(ROOT / "scans")
     (tmp_path / "docs").mkdir()
     monkeypatch.chdir(tmp_path)
@@ -69,29 +91,50 @@ def test_the_scan_file_means_what_its_comments_say(own):
     assert (scan.shape, scan.transient, scan.periods) == ((41, 2), 300, 60)
 
 
-def test_the_python_examples_print_what_is_shown(own):
+@pytest.mark.parametrize("page", ["export.md", "own-figure.md", "python.md", "branches.md"])
+def test_the_python_examples_print_what_is_shown(page, own):
     names = {}
-    for program, shown in zip(blocks("python"), blocks("text"), strict=True):
-        with contextlib.redirect_stdout(io.StringIO()) as printed:
-            exec(compile(program, "python.md", "exec"), names)
-        assert printed.getvalue() == shown
+    programs = [step for step in walk.steps(text_of(page)) if step[0] == "python"]
+    assert programs
+    with matplotlib.rc_context({"backend": "Agg"}):
+        for _, program, shown in programs:
+            with contextlib.redirect_stdout(io.StringIO()) as printed:
+                exec(compile(program, page, "exec"), names)
+            assert printed.getvalue() == shown
 
 
-def commands(text=TEXT):
-    """Return the words of every `python -m nlds_vines...` in a text, in code blocks or beside."""
-    found = re.findall(r"python -m (nlds_vines\.[^`\n&]+)", text)
-    return [shlex.split(line) for line in found]
+def test_no_other_page_has_python_that_nobody_runs():
+    with_python = {page.name for page in PAGES if "\n```python\n" in page.read_text("utf-8")}
+    run_above = {"export.md", "own-figure.md", "python.md", "branches.md"}
+    assert with_python == run_above | {"tutorial.md"}
+
+
+COMPUTE = {name for name, (module, _) in COMMANDS.items() if "upkeep" not in module}
+
+
+def commands(text):
+    """Return the words of every line of a text that begins with a computation.
+
+    `python -m nlds_vines.bifurcation` is the same as `nlds-vines bifurcation`.
+    """
+    lines = re.findall(r"^(?:nlds-vines |python -m nlds_vines\.)(.*)$", text, re.MULTILINE)
+    found = [[name.replace("_", "-"), *rest] for name, *rest in map(shlex.split, lines)]
+    return [words for words in found if words[0] in COMPUTE]
+
+
+PATTERNS = {"long-scans.md", "tutorial.md"}  # pages whose commands have tests of their own
+
+
+ARCHIVES = {"figure8.h5", "regimes.h5"}  # of earlier commands: they must be there
 
 
 def test_every_command_is_understood(own):
-    found = commands()
-    assert {words[0].removeprefix("nlds_vines.") for words in found} == {
-        module.removeprefix("nlds_vines.").removesuffix(".command")
-        for module, _ in COMMANDS.values()
-        if "upkeep" not in module and "report" not in module  # they need an archive
-    }
-    for module, *arguments in found:
-        assert import_module(f"{module}.command").main([*arguments, "--dry-run"]) == 0, arguments
+    texts = [page.read_text(encoding="utf-8") for page in PAGES if page.name not in PATTERNS]
+    found = [words for text in texts for words in commands(text.replace("\n.venv/bin/", "\n"))]
+    assert {words[0] for words in found} == COMPUTE
+    for words in found:
+        if not ARCHIVES & set(words):
+            assert console([*words, "--dry-run"]) == 0, words
 
 
 def test_every_benchmark_exists():
@@ -192,7 +235,9 @@ def test_every_command_has_help(program):
         ("portrait", "portrait.md"),
         ("tuning", "tuning.md"),
         ("continuation", "branches.md"),
-        ("response_curves", "own-damper.md"),
+        ("response_curves", "response-curves.md"),
+        ("explore", "explore.md"),
+        ("explore.report", "explore.md"),
     ],
 )
 def test_every_option_is_told(command, page, capsys):
@@ -215,14 +260,16 @@ def test_all_kinds_and_names_are_told():
 
 def test_all_parameters_policies_and_records_are_told():
     text = text_of("own-damper.md")
-    for name in (*PARAMETERS, *WANTS):
+    for name in PARAMETERS:
+        assert f"| `{name}` |" in text_of("parameters.md"), name
+    for name in WANTS:
         assert re.search(rf"\b{name}\b", text), name
     for name in POLICIES:
         assert f"`{name}`" in text
 
 
 def test_every_dataset_and_status_is_told():
-    text = text_of("archive.md")
+    text = text_of("datasets.md")
     for kind, scene in SCENES.items():
         system = next(s for s in systems() if s.kind == kind)
         want = possible_want(WANTS, scene, "rk4")
@@ -250,15 +297,149 @@ def test_all_of_python_is_told():
         assert name == "__version__" or re.search(rf"`(nv\.)?{name}\b", text), name
 
 
-def test_the_gate_runs_the_two_commands():
-    readme = README.read_text(encoding="utf-8")
+def test_every_public_name_has_its_docstring_on_the_site():
+    text = text_of("api.md")
+    for name in nlds_vines.__all__:
+        assert name == "__version__" or re.search(
+            rf"^\.\. auto\w+:: nlds_vines[\w.]*\.{name}$", text, re.M
+        )
+
+
+def test_the_gate_walks_the_readme_and_the_tutorial():
     gate = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
-    for name in ("main job", "tests"):
-        marker = f"<!-- gate: {name} -->\n```sh\n"
-        command, after = readme.split(marker)[1].split("\n", 1)
-        assert after.startswith("```")
-        assert command.startswith("python3 -m venv ")
-        assert f'run_command "{name}"' in gate
+    for page in WALKED:
+        assert re.search(rf"^\.ci/walk\.py {page}", gate, re.MULTILINE), page
+    lines = [line for kind, line, _ in walk.steps(text_of("../README.md")) if kind == "sh"]
+    assert lines[0].startswith("python3 -m venv ")
+    assert any("-m pytest" in line for line in lines)
+    assert any("-m sphinx -W" in line for line in lines)
+
+
+def written_by(line):
+    """Return the files that a command of the console script names as its output."""
+    words = shlex.split(line)
+    found = [words[i + 1] for i, word in enumerate(words) if word in ("-o", "--plot")]
+    if words[-2:] == [".venv/bin/nlds-vines", "bifurcation"]:
+        return ["figure8.h5", "figure8.png"]
+    if "continuation" in words and "-o" not in words:
+        found.append("branches.h5")
+    return found
+
+
+def test_no_two_commands_write_the_same_file():
+    lines = [
+        line
+        for page in WALKED
+        for kind, line, _ in walk.steps(text_of(f"../{page}"))
+        if kind == "sh" and "--dry-run" not in line
+    ]
+    found = [name for line in lines for name in written_by(line)]
+    assert len(found) >= 14
+    assert len(set(found)) == len(found)
+
+
+def test_what_is_walked_is_understood(own):
+    for line in sister_commands(text_of("tutorial.md")):
+        if line[0] not in ("verify", "rerun"):
+            assert console([*line, *([] if "--dry-run" in line else ["--dry-run"])]) == 0, line
+
+
+def test_a_walk_notices_what_goes_wrong(tmp_path):
+    """A command that fails, a text that is not printed, a file that is written twice."""
+    pages = {
+        "```sh\ntrue\nfalse\n```\n": "status 1",
+        "```sh\necho one\n```\n\n```console\ntwo\n```\n": "was not printed: 'two'",
+        "```sh\ndate +%N >a\ndate +%N >a\n```\n": "changed a",
+        "```python\nprint(1)\n```\n\n```text\n2\n```\n": "it should print",
+        "```sh\nx=1\n```\n\n```sh\necho $x\n```\n\n```console\n1\n```\n": "",
+    }
+    for text, complaint in pages.items():
+        (tmp_path / "page.md").write_text(text)
+        command = [sys.executable, ROOT / ".ci" / "walk.py", "page.md"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == bool(complaint), done.stdout + done.stderr
+        assert complaint in done.stderr
+
+
+@pytest.mark.parametrize("page", list(reference.pages()), ids=lambda page: page.name)
+def test_the_tables_of_the_reference_are_the_programs_own(page):
+    text = page.read_text(encoding="utf-8")
+    assert reference.filled(text) == text, "run python docs/site/reference.py"
+    assert reference.filled(text.replace("| `k1` |", "| `k7` |").replace("--quiet", "-q")) == text
+
+
+def test_a_structure_that_is_shaken_has_more_datasets():
+    rows_of = {line.split("|")[1].strip(): line for line in rows(text_of("datasets.md"))}
+    shaken = nlds_vines.load_system("ssul-set6", base_displacement=0.01)
+    scan = Scan("all", shaken, (Axis.spaced("omega", 5.0, 6.0, 2),), ("response",))
+    usual = Scan("all", catalogue()["ssul-set6"], scan.axes, ("response",))
+    more = set(scan.table.datasets) - set(usual.table.datasets)
+    assert {"P", "foot_max", "foot_rms", "transmissibility"} <= more
+    for name in more:
+        assert "where the ground moves" in rows_of[f"`{name}`"], name
+    for name in usual.table.datasets:
+        assert "where the ground moves" not in rows_of[f"`{name}`"], name
+
+
+def test_what_help_hides_is_not_told():
+    assert "SUPPRESS" not in text_of("commands.md")
+
+
+def test_every_made_table_is_on_a_page():
+    marks = {name for page in reference.pages() for _, name, _ in marks_of(page)}
+    assert marks == set(reference.MADE)
+
+
+def marks_of(page):
+    """Return the marks of a page between which tables are made."""
+    return reference.MARKED.findall(page.read_text(encoding="utf-8"))
+
+
+def test_every_kind_is_drawn():
+    assert set(kinds.DRAWINGS) == set(SCENES)
+    assert len(kinds.figure().axes) >= len(SCENES)
+
+
+def key_rows():
+    """Return what keys.md tells: (table, key, kind of file), "" for the table of what has none."""
+    place = first = ""
+    for row in re.findall(
+        r"^\|([^|\n]*)\|([^|\n]*)\|([^|\n]*)\|", text_of("keys.md"), re.MULTILINE
+    ):
+        table, keys, files = (cell.strip() for cell in row)
+        if set(table + keys) == {"-"} or table == "table":
+            continue
+        place = table.strip("`[]") or place
+        first = keys or first
+        for key in re.findall(r"`(\w+)`", first) or [first]:
+            yield from ((place, key, file) for file in files.split(", "))
+
+
+FORMS = {
+    module.FORM.kind: module.FORM
+    for module in (
+        import_module(f"nlds_vines.{path.parent.name}.request_file")
+        for path in sorted((ROOT / "nlds_vines").glob("*/request_file.py"))
+    )
+    if hasattr(module, "FORM")
+}
+
+
+def test_files_of_all_wings_are_read():
+    assert {"scan", "tuning", "portrait", "continuation"} < set(FORMS)
+
+
+@pytest.mark.parametrize("kind", FORMS)
+def test_every_key_is_told(kind):
+    told = {(table, key) for table, key, file in key_rows() if file in (kind, "all")}
+    for table, keys in FORMS[kind].tables.items():
+        assert any(place == table for place, _ in told), table
+        for key in keys or ():
+            assert (table, key) in told, (table, key)
+        for place, key in told:
+            assert place != table or not keys or key in keys, f"{kind} has no {key} in {table}"
+    for name in FORMS[kind].lists:
+        assert any(place == name for place, _ in told), name
 
 
 def anchors(page):
@@ -284,16 +465,19 @@ def test_the_paths_in_contributing_exist():
         assert (ROOT / name).exists() or (ROOT / "nlds_vines" / name).exists(), name
 
 
-def test_the_readme_leads_to_every_page():
+def test_the_contents_lead_to_every_page():
+    text = text_of("index.md")
+    for page in (*DOCS.glob("*.md"), *DOCS.glob("*.ipynb")):
+        assert page.stem == "index" or re.search(rf"^{page.stem}$", text, re.MULTILINE), page.name
     links = re.findall(r"\]\(docs/([^)#]+)", README.read_text(encoding="utf-8"))
-    assert {page.name for page in DOCS.glob("*.md")} <= set(links)
+    assert {"index.md", "tutorial.md", "trust.md"} <= set(links)
 
 
 def test_the_readme_measures_what_the_page_measures():
     measured = rows(README.read_text(encoding="utf-8")) & rows(text_of("accuracy-and-speed.md"))
     table = README.read_text(encoding="utf-8").split("## Accuracy and speed")[1]
     settings = [row for row in rows(table) if re.search(r"\d[.]\de-\d", row)]
-    assert len(settings) >= 5
+    assert len(settings) == 5
     assert set(settings) <= measured
 
 

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.picture.choices import check_show, usual_show
+from nlds_vines.bifurcation.picture.quantities import quantities
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.coexistence import by_frequency, coexisting, finals, most_frequent, share_of
 
@@ -19,7 +21,6 @@ CELLS = np.array(
     ],
     dtype=object,
 )
-MAP = ("label", "E1max", "settling")
 
 
 def test_a_transient_ends_where_it_says():
@@ -57,31 +58,40 @@ def test_any_shape_and_order_of_starts():
     assert by_frequency(grid)[0] == ("T,0", 5)
 
 
+RANGE = np.linspace(5.0, 8.0, 9)
+
+
+def known(*names):
+    """Quantities of these names, as a scan of two parameters records them."""
+    dims = ("omega", "P", "start")
+    return quantities([Dataset(name, dims, "float64", "1", name, np.nan) for name in names], ())
+
+
 def test_what_a_map_shows_unasked():
-    assert usual_show(("E1max", "label")) == "regimes"
-    assert usual_show(("impact_rate", "E2max")) == "E2max"
-    assert usual_show(("section", "status")) is None
+    assert usual_show(known("E1max"), True) == "regimes"
+    assert usual_show(known("impact_rate", "E2max"), False) == "E2max"
+    assert usual_show(known("status"), False) is None
 
 
 @pytest.mark.parametrize("show", ["regimes", "coexisting", "shares", "share:T,0", "E1max"])
 def test_what_can_be_shown_is_not_refused(show):
-    check_show(show, 2, 4, MAP)
+    check_show(show, [RANGE, RANGE], 4, known("E1max"), True)
 
 
 @pytest.mark.parametrize(
-    ("show", "axes", "starts", "names", "message"),
+    ("show", "axes", "starts", "labelled", "message"),
     [
-        ("regimes", 1, 4, MAP, "vary two parameters"),
-        ("regime", 2, 4, MAP, "did you mean 'regimes'"),
-        ("share:", 2, 4, MAP, "share:LABEL"),
-        ("lyapunov", 2, 4, MAP, "not recorded"),
-        ("regimes", 2, 4, ("E1max",), "record regime"),
-        ("shares", 2, 1, MAP, "several starts"),
-        ("share:T,0", 2, 1, MAP, "several starts"),
-        ("coexisting", 2, 1, MAP, "several starts"),
+        ("shares", 1, 4, True, "vary two parameters"),
+        ("regime", 2, 4, True, "did you mean 'regimes'"),
+        ("share:", 2, 4, True, "share:LABEL"),
+        ("lyapunov", 2, 4, True, "not recorded"),
+        ("regimes", 2, 4, False, "record regime"),
+        ("shares", 2, 1, True, "several starts"),
+        ("share:T,0", 2, 1, True, "several starts"),
+        ("coexisting", 2, 1, True, "several starts"),
     ],
 )
-def test_what_cannot_be_shown_is_refused_in_one_line(show, axes, starts, names, message):
+def test_what_cannot_be_shown_is_refused_in_one_line(show, axes, starts, labelled, message):
     with pytest.raises(RequestError, match=message) as error:
-        check_show(show, axes, starts, names)
+        check_show(show, [RANGE] * axes, starts, known("E1max"), labelled)
     assert "\n" not in str(error.value)

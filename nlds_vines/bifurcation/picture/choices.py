@@ -102,7 +102,7 @@ def check_show(
     if (is_share or show in _OF_SEVERAL_STARTS) and starts < 2:
         raise RequestError(f"show = {show!r} needs several starts: random:N or both")
     numbers = [name for name, quantity in known.items() if quantity.single]
-    if not needs_labels and show not in numbers:
+    if not (is_share or show in (REGIMES, *_OF_SEVERAL_STARTS, *numbers)):
         raise _not_recorded(show, [REGIMES, *_OF_SEVERAL_STARTS, f"{SHARE}LABEL", *numbers])
 
 

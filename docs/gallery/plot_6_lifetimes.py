@@ -1,0 +1,12 @@
+"""
+How long chaos lasts
+====================
+
+Four hundred random starts at 7.575 rad/s: the share of them that has not settled, against time, and
+the exponential law of their lifetimes.
+"""
+
+import nlds_vines as nv
+
+system = nv.load_system("ssul-set6", omega=7.575, K=2.5e7)
+ensemble = nv.transients(system, starts=400, output="lifetimes.h5", plot="lifetimes.png")

@@ -15,5 +15,6 @@ In reading order:
     regime_map     two varied parameters: regimes, and how many coexist, by colour
     number_map     two varied parameters: a recorded number by shade
     share_map      two varied parameters: the share of the starts that end in a regime
+    basin_map      basins of attraction, and their shares along a parameter
     drawing        from the path of an archive to the path of its picture
 """

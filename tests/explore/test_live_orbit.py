@@ -155,7 +155,7 @@ def test_a_job_computes_what_the_scan_means():
 def test_a_job_says_that_kernels_are_compiled(monkeypatch):
     class Compiling(Computer):
         def __init__(self, scan, tell, helped):
-            tell("compiling the kernels of ssul")
+            tell("compiling the kernels of ssul", 0.0)
             super().__init__(scan, helped=helped)
 
     monkeypatch.setattr("nlds_vines.explore.refining.Computer", Compiling)

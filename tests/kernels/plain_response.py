@@ -83,9 +83,10 @@ class Twin:
         until = periods * 2 * np.pi / self.omega
         y0 = np.concatenate([start, np.zeros(9)])
         run = solve_ivp(
-            self.slopes, (0, until), y0, "DOP853", rtol=1e-12, atol=1e-15,
+            self.slopes, (0, until), y0, "DOP853", rtol=1e-12, atol=1e-13,
             max_step=until / periods / 600, dense_output=True,
         )  # fmt: skip
+        assert run.success, run.message  # where a force jumps, it may get stuck
         sums = run.y[4:, -1]
         found = dict(zip([f"{n}_rms" for n in NAMES], np.sqrt(sums[:4] / until), strict=True))
         found["foot_rms"] = np.sqrt(sums[5] / until)

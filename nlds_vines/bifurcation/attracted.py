@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nlds_vines.bifurcation.beginning import begun
 from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.codes import OK
 from nlds_vines.orbits.attractor_learning import Judge, Learnt, learn
 from nlds_vines.orbits.attractors import SAME, follow, is_periodic
 from nlds_vines.orbits.batch import Wanted
-from nlds_vines.orbits.starts import Start, given_states, random_states, start_states
+from nlds_vines.orbits.starts import Start, random_states, start_states
 from nlds_vines.runs.progress import Tell
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ class Attracted:
 
     def __init__(self, scan: Scan, wanted: Wanted, tell: Tell | None, *, helped: bool) -> None:
         """Prepare for a scan; arguments as those of `compute.Computer`."""
-        self._scan, self._learnt = scan, None
+        self._scan, self._learnt, self._tell = scan, None, tell
         self._judge = Judge(wanted, scan.transient, scan.periods, tell, helped=helped)
         count = sample_size(scan)
         self._places = sampled_places(_sides(scan), count) if _sides(scan) else ()
@@ -111,7 +112,7 @@ class Attracted:
         zeros = np.zeros(len(self._places[0]) if self._places else 1, np.int64)
         where = [zeros if axis in own else next(places) for axis in self._scan.axes]
         cells = np.repeat(cell, len(zeros))
-        return given_states(cells, self._scan.start, self._scan.initial(where), scene)
+        return begun(self._scan, cells, self._scan.initial(where), self._tell)
 
     def arrays(
         self, cells: np.ndarray, starts: np.ndarray, places: np.ndarray

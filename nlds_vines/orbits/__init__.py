@@ -15,6 +15,7 @@ In reading order:
     elsewhere        kernels compiled by a process of their own
     compilation      which kernels are compiled, and who is told
     batch            many orbits in one call of the kernels
+    entries          orbits that begin at any phase, to the next section
     ahead            the program of that process
     evidence         from the kernels' numbers to datasets and labels
     refinement       errors, from the same orbits computed more finely

@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.bifurcation.archived import begins_at_sections
 from nlds_vines.bifurcation.picture.map_cells import (
     FOOT,
     HEAD,
@@ -123,7 +124,7 @@ def fill_basins(axes: Axes, view: ArchiveView, page: Page, *, legend: bool = Tru
     known = {looks[key].name: looks[key].colour for key in present if key[0] >= 0}
     name_regions(axes, view, names, known)
     handles: list[Any] = [*_patches([looks[key] for key in present])]
-    if not [name for name in view.axes if name not in INITIAL]:
+    if begins_at_sections(view) and not [name for name in view.axes if name not in INITIAL]:
         handles += _mark_points(axes, view, looks)
     if legend:
         add_map_legend(axes, handles, "attractor", page)

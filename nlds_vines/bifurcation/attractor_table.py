@@ -92,8 +92,16 @@ class AttractorTable:
         yield numbers("attractor_point", ("component",), "m, m/s", text)
         text = "Floquet multipliers of the attractor"
         yield numbers("attractor_multipliers", ("multiplier", "part"), "1", text)
+        for i, body in enumerate(self._bodies(), start=1):
+            text = f"largest energy E{i} of the {body} on the attractor"
+            yield numbers(f"attractor_E{i}max", (), "J", text)
         text = "share of the cells and starts that are drawn to the attractor"
         yield numbers("attractor_share", (), "1", text)
+
+    def _bodies(self) -> tuple[str, ...]:
+        """Return what has an energy."""
+        damper = self._scan.system.scene.damper
+        return ("primary structure", "damper") if damper else ("primary structure",)
 
     def _values(self) -> dict[str, np.ndarray]:
         """Return the arrays by name."""
@@ -120,6 +128,8 @@ class AttractorTable:
             "attractor_impacts": filled(np.where(periods > 0, impacts, -1).astype(np.int64), -1),
             "attractor_point": filled(points_of(learnt.evidence, size, self._rest()), np.nan),
             "attractor_multipliers": filled(multipliers_of(learnt.evidence, size)[0], np.nan),
+            "attractor_E1max": filled(learnt.energies[:, 0], np.nan),
+            "attractor_E2max": filled(learnt.energies[:, 1], np.nan),
             "attractor_share": np.where(exists, share, np.nan),
         }
 

@@ -65,4 +65,5 @@ def _meant_by(document: Mapping[str, Any]) -> tuple[Scan, str]:
 
 def begins_at_sections(view: ArchiveView) -> bool:
     """Tell whether all orbits of a scan begin at phase zero, as points of attractors lie."""
-    return PHASE not in view.axes and not scan_of(view).start.phase
+    start = parse_toml(view.text("scan"), "the attribute scan").get("start", {})
+    return PHASE not in view.axes and not start.get(PHASE)

@@ -138,7 +138,7 @@ def basin_measures(
         with read(archive) as view:
             return basin_measures(view, side, **values)
     _refuse_without(archive)
-    where = _places(archive, values)
+    where = places_of(archive, values)
     attractor, arrival = (archive.take(name, **where) for name in (ATTRACTOR, "arrival"))
     axes = tuple(name for name in archive.axes if name in INITIAL)
     plane = attractor[..., 0] if len(axes) == 2 else None
@@ -182,7 +182,7 @@ def _refuse_without(view: ArchiveView) -> None:
         raise RequestError(f"{view.path} is damaged: its table lacks attractors of its cells")
 
 
-def _places(view: ArchiveView, values: dict[str, float]) -> dict[str, int]:
+def places_of(view: ArchiveView, values: dict[str, float]) -> dict[str, int]:
     """Return the index of the nearest value of each varied parameter."""
     names = [name for name in view.axes if name not in INITIAL]
     for name in values:

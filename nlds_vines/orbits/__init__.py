@@ -23,6 +23,7 @@ In reading order:
     classification   `nv.classify`
     attractors       closed stable orbits, and the region from which orbits certainly come to one
     attractor_learning   the attractors of systems along a parameter, each with its number
+    attractor_additions   those that the sample has missed
     basin_measures   shares, basin entropies, uncertainty exponent of a plane
     coexistence      which regimes the starts of a cell reach
     signals          forces, energies, relative displacement

@@ -162,7 +162,7 @@ class Judge:
         return Verdicts(found.status[:, 0], found.evidence[:, 0], finals(labels)[:, 0])
 
 
-class _Found(NamedTuple):
+class Found(NamedTuple):
     """An attractor of one system: its number, its label, and its orbit, None if not periodic.
 
     Then `start` (4,) is that of an orbit that comes to it.
@@ -189,29 +189,29 @@ def learn(
     Cost: a plain verdict for each start of the sample in each system, and some hundred orbits of a
     few periods for each attractor.
     """
-    flat, found, by_label = cells.ravel(), list[list[_Found]](), dict[str, int]()
+    flat, found, by_label = cells.ravel(), list[list[Found]](), dict[str, int]()
     verdicts = _samples(judge, flat, starts, check)
     used = 0
     for system, sample in enumerate(verdicts):
         check()
         before = _before(found, cells.shape, system)
         cell = flat[system : system + 1]
-        seeds = _seeds(cell, before, flat)
+        seeds = seeds_of(cell, before, flat)
         own = judge(np.repeat(cell, len(seeds)), seeds) if len(seeds) else None
         rows = sample.evidence[sample.status == OK]
         if own is not None:
             rows = np.concatenate([own.evidence[own.status == OK], rows])
         orbits = attractors_in(judge.parts, cell[0], rows)
-        labels = dict(_not_periodic(sample, starts(cell)))
+        labels = dict(not_periodic(sample, starts(cell)))
         if own is not None:
-            labels = dict(_not_periodic(own, seeds)) | labels
-        came = _came(judge.parts, cell, own, orbits, before)
-        found.append(_numbered(orbits, labels, came, by_label, used))
+            labels = dict(not_periodic(own, seeds)) | labels
+        came = came_to(judge.parts, cell, own, orbits, before)
+        found.append(numbered(orbits, labels, came, by_label, used))
         used = max([used, *(entry.number + 1 for entry in found[-1])])
-    return _learnt(judge, flat, found)
+    return learnt_of(judge, flat, found)
 
 
-def _not_periodic(found: Verdicts, starts: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+def not_periodic(found: Verdicts, starts: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the labels of orbits that are not periodic, each with the first start (4,) to it."""
     for label in NOT_PERIODIC:
         places = np.flatnonzero(found.labels == label)
@@ -244,14 +244,14 @@ def _samples(
 
 
 def _before(
-    found: Sequence[Sequence[_Found]], shape: tuple[int, ...], system: int
-) -> list[tuple[int, _Found]]:
+    found: Sequence[Sequence[Found]], shape: tuple[int, ...], system: int
+) -> list[tuple[int, Found]]:
     """Return the periodic attractors of the systems one step before, each number once.
 
     With each of them comes the number of its system; the last parameter is stepped back first.
     """
     place, known = np.unravel_index(system, shape) if shape else (), dict[int, int]()
-    entries = list[tuple[int, _Found]]()
+    entries = list[tuple[int, Found]]()
     for axis in reversed(range(len(shape))):
         if place[axis]:
             there = list(place)
@@ -263,23 +263,22 @@ def _before(
     return entries
 
 
-def _seeds(cell: np.ndarray, before: Sequence[tuple[int, _Found]], flat: np.ndarray) -> np.ndarray:
+def seeds_of(cell: np.ndarray, before: Sequence[tuple[int, Found]], flat: np.ndarray) -> np.ndarray:
     """Return the points (n, 4) of attractors of other systems as starts: x2 is carried over."""
     states = np.zeros((len(before), 4))
     for row, (other, entry) in zip(states, before, strict=True):
-        assert entry.orbit is not None
-        row[:] = entry.orbit.point
+        row[:] = entry.start
         row[2] += cell["rest"][0] - flat["rest"][other]
     return states
 
 
-def _came(
+def came_to(
     parts: Parts,
     cell: np.ndarray,
     own: Verdicts | None,
     orbits: Sequence[Attractor],
-    before: Sequence[tuple[int, _Found]],
-) -> list[tuple[int, _Found]]:
+    before: Sequence[tuple[int, Found]],
+) -> list[tuple[int, Found]]:
     """Return which of the `orbits`, by its place, each attractor of `before` has led to."""
     if own is None or not orbits:
         return []
@@ -291,13 +290,13 @@ def _came(
     return [(place, before[i][1]) for i, place in pairs if place >= 0]
 
 
-def _numbered(
+def numbered(
     orbits: Sequence[Attractor],
     labels: Mapping[str, np.ndarray],
-    came: Sequence[tuple[int, _Found]],
+    came: Sequence[tuple[int, Found]],
     by_label: dict[str, int],
     used: int,
-) -> list[_Found]:
+) -> list[Found]:
     """Return the attractors of a system with their numbers, in their order.
 
     An attractor has the number of the one that leads to it; of several, of the first with its
@@ -318,16 +317,16 @@ def _numbered(
     for place in sorted(set(range(len(orbits))) - numbers.keys(), key=order):
         numbers[place], used = used, used + 1
     found = [
-        _Found(numbers[i], label_of(orbit), orbit, orbit.point) for i, orbit in enumerate(orbits)
+        Found(numbers[i], label_of(orbit), orbit, orbit.point) for i, orbit in enumerate(orbits)
     ]
     for label in sorted(labels):
         if label not in by_label:
             by_label[label], used = used, used + 1
-        found.append(_Found(by_label[label], label, None, labels[label]))
+        found.append(Found(by_label[label], label, None, labels[label]))
     return sorted(found, key=lambda entry: entry.number)
 
 
-def _learnt(judge: Judge, flat: np.ndarray, found: Sequence[Sequence[_Found]]) -> Learnt:
+def learnt_of(judge: Judge, flat: np.ndarray, found: Sequence[Sequence[Found]]) -> Learnt:
     """Return the attractors of all systems, whose cells are `flat`, as arrays."""
     rows = [(system, entry) for system, entries in enumerate(found) for entry in entries]
     nothing = np.full(ev.COLUMNS, np.nan)
@@ -344,7 +343,7 @@ def _learnt(judge: Judge, flat: np.ndarray, found: Sequence[Sequence[_Found]]) -
     )
 
 
-def _energies(judge: Judge, flat: np.ndarray, system: int, entry: _Found) -> np.ndarray:
+def _energies(judge: Judge, flat: np.ndarray, system: int, entry: Found) -> np.ndarray:
     """Return the largest energies (2,) of an attractor of a system."""
     periods = 0 if entry.orbit is None else entry.orbit.periods
     return judge.energies(flat[system : system + 1], entry.start, periods)

@@ -335,8 +335,8 @@ MUTANTS = (
         "nlds_vines/kernels/fixed_step.py",
         (
             "fixed_step: the middle of a step has the phase of its start",
-            "middle[j] = cos_sin_of_turn((j + 0.5) / n)[0]",
-            "middle[j] = cos_sin_of_turn(j / n)[0]",
+            "middle[j] = cos_sin_of_turn(turned(begun, (j + 0.5) / n))[0]",
+            "middle[j] = cos_sin_of_turn(turned(begun, j / n))[0]",
             _T_EXACT_FACTS + "test_sections_within_a_period",
         ),
         (

@@ -15,6 +15,10 @@ _T_CUBICS = "tests/kernels/test_cubics.py::"
 _T_EXACT = "tests/kernels/test_exact.py::"
 _T_FLIGHT = "tests/kernels/test_flight.py::"
 _T_PEAKS = "tests/kernels/test_peaks.py::"
+_T_PHASE = (
+    "tests/bifurcation/test_phase_of_starts.py::"
+    "test_a_start_on_an_orbit_comes_to_the_orbits_next_section"
+)
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 _PLAIN_PEAKS = "tests/kernels/plain_peaks.py::"
 
@@ -72,6 +76,18 @@ MUTANTS = (
     ),
     *of(
         "nlds_vines/kernels/flight.py",
+        (
+            "flight: the rest of a period has the phases of a whole one",
+            "    return lambda begun, share: begun + (1.0 - begun) * share",
+            "    return lambda begun, share: share",
+            _T_PHASE + "[sticking]",
+        ),
+        (
+            "flight: the cells of the rest of a period turn as those of a whole one",
+            "(lambda begun: 1.0 - begun)",
+            "(lambda begun: 1.0)",
+            _T_PHASE + "[restitution]",
+        ),
         (
             "flight: the forced response without its sine",
             "w[at_cell + c] = response[16 + c] * cosine + response[20 + c] * sine",

@@ -6,7 +6,9 @@ In reading order:
     request        `Scan`: what to compute, checked
     request_file   a scan file (TOML) read into a `Scan`
     datasets       the datasets of a scan's archive
+    beginning      where orbits begin that are not drawn
     attracted      the attractors that cells are followed to
+    missed         the attractors that the sample has missed
     attractor_table   these as datasets of the archive
     blocks         the rectangles of cells that are computed and stored as one
     room           whether memory and disk suffice

@@ -11,6 +11,7 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError, at, shown
 from nlds_vines.model.layers import request_hash
+from nlds_vines.model.parameters import PHASE
 from nlds_vines.orbits.settings import FINENESS
 from nlds_vines.runs.manifest import refuse_unless_scan
 from nlds_vines.toml import parse_toml
@@ -60,3 +61,9 @@ def _meant_by(document: Mapping[str, Any]) -> tuple[Scan, str]:
     found = scan.document()
     known = {name: value for name, value in found["sampling"].items() if name not in FINENESS}
     return scan, request_hash({**found, "sampling": known})
+
+
+def begins_at_sections(view: ArchiveView) -> bool:
+    """Tell whether all orbits of a scan begin at phase zero, as points of attractors lie."""
+    start = parse_toml(view.text("scan"), "the attribute scan").get("start", {})
+    return PHASE not in view.axes and not start.get(PHASE)

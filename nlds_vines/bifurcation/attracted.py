@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nlds_vines.bifurcation.beginning import begun
 from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.codes import OK
+from nlds_vines.orbits.attractor_additions import Additions, Left, added
 from nlds_vines.orbits.attractor_learning import Judge, Learnt, learn
 from nlds_vines.orbits.attractors import SAME, follow, is_periodic
 from nlds_vines.orbits.batch import Wanted
-from nlds_vines.orbits.starts import Start, given_states, random_states, start_states
+from nlds_vines.orbits.starts import Start, random_states, start_states
 from nlds_vines.runs.progress import Tell
 
 if TYPE_CHECKING:
@@ -69,7 +71,7 @@ class Attracted:
 
     def __init__(self, scan: Scan, wanted: Wanted, tell: Tell | None, *, helped: bool) -> None:
         """Prepare for a scan; arguments as those of `compute.Computer`."""
-        self._scan, self._learnt = scan, None
+        self._scan, self._learnt, self._tell = scan, None, tell
         self._judge = Judge(wanted, scan.transient, scan.periods, tell, helped=helped)
         count = sample_size(scan)
         self._places = sampled_places(_sides(scan), count) if _sides(scan) else ()
@@ -94,12 +96,30 @@ class Attracted:
     def learn(self, check: Callable[[], object] = lambda: None) -> Learnt:
         """Learn the attractors, unless they are known; `check` as `attractor_learning.learn`."""
         if self._learnt is None:
-            scan, shape = self._scan, systems_of(self._scan)
-            names = (axis.name for axis in scan.parameters)
-            grid = np.ix_(*(axis.values for axis in scan.parameters)) if shape else ()
-            cells = scan.system.cells(dict(zip(names, grid, strict=True))).reshape(shape)
-            self._learnt = learn(self._judge, cells, self._sample, check)
+            self._learnt = learn(self._judge, self._cells(), self._sample, check)
         return self._learnt
+
+    def more(
+        self,
+        learnt: Learnt,
+        cells: np.ndarray,
+        starts: np.ndarray,
+        places: np.ndarray,
+        check: Callable[[], object],
+    ) -> Additions:
+        """Return the attractors of orbits that came to none of those `learnt`, beside these.
+
+        Arguments: `cells`, `starts` and `places` as `arrays` takes them; `check` as `learn`.
+        """
+        left = Left(cells, starts, self._systems(places))
+        return added(self._judge, self._cells(), learnt, left, check)
+
+    def _cells(self) -> np.ndarray:
+        """Return the cells of all systems, an axis for each parameter."""
+        scan, shape = self._scan, systems_of(self._scan)
+        names = (axis.name for axis in scan.parameters)
+        grid = np.ix_(*(axis.values for axis in scan.parameters)) if shape else ()
+        return scan.system.cells(dict(zip(names, grid, strict=True))).reshape(shape)
 
     def _sample(self, cell: np.ndarray) -> np.ndarray:
         """Return the sample of starts (n, 4) in a system, whose cell is an array (1,)."""
@@ -111,7 +131,7 @@ class Attracted:
         zeros = np.zeros(len(self._places[0]) if self._places else 1, np.int64)
         where = [zeros if axis in own else next(places) for axis in self._scan.axes]
         cells = np.repeat(cell, len(zeros))
-        return given_states(cells, self._scan.start, self._scan.initial(where), scene)
+        return begun(self._scan, cells, self._scan.initial(where), self._tell)
 
     def arrays(
         self, cells: np.ndarray, starts: np.ndarray, places: np.ndarray

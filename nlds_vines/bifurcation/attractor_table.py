@@ -6,7 +6,7 @@ How many attractors there are is known only when they have been learnt.  So thei
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,8 +15,8 @@ from nlds_vines.archives.archive import Piece, whole
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.bifurcation.attracted import systems_of
 from nlds_vines.bifurcation.datasets import state_scales
+from nlds_vines.bifurcation.missed import Completed
 from nlds_vines.kernels import evidence_rows as ev
-from nlds_vines.orbits.attractor_learning import Learnt
 from nlds_vines.orbits.evidence import multipliers_of, points_of
 
 if TYPE_CHECKING:
@@ -30,9 +30,10 @@ NUMBER = "number"
 class AttractorTable:
     """The attractors of a scan as datasets; shares are counted block by block."""
 
-    def __init__(self, scan: Scan, learnt: Learnt) -> None:
-        """Take what was learnt before the cells of a scan were followed."""
-        self._scan, self._learnt = scan, learnt
+    def __init__(self, scan: Scan, found: Completed) -> None:
+        """Take what is known of attractors when all cells of a scan have been followed."""
+        self._scan, self._learnt, self._found = scan, found.learnt, found
+        learnt = found.learnt
         self._counts = np.zeros((*systems_of(scan), learnt.count), np.int64)
 
     def joined(self) -> Table:
@@ -51,6 +52,10 @@ class AttractorTable:
         found |= {scale.name: scale for scale in self._scan.scales()}
         numbers = np.arange(self._learnt.count, dtype=np.int32)
         return [*found.values(), Scale(NUMBER, numbers, "1", "number of an attractor")]
+
+    def patched(self, block: Block, arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+        """Return the datasets of a block with the attractors that were found at last."""
+        return self._found.patched(self._scan, block, arrays)
 
     def count(self, block: Block, attractor: np.ndarray) -> None:
         """Count the cells of each attractor in the results of a block, (cells, starts)."""
@@ -92,8 +97,16 @@ class AttractorTable:
         yield numbers("attractor_point", ("component",), "m, m/s", text)
         text = "Floquet multipliers of the attractor"
         yield numbers("attractor_multipliers", ("multiplier", "part"), "1", text)
+        for i, body in enumerate(self._bodies(), start=1):
+            text = f"largest energy E{i} of the {body} on the attractor"
+            yield numbers(f"attractor_E{i}max", (), "J", text)
         text = "share of the cells and starts that are drawn to the attractor"
         yield numbers("attractor_share", (), "1", text)
+
+    def _bodies(self) -> tuple[str, ...]:
+        """Return what has an energy."""
+        damper = self._scan.system.scene.damper
+        return ("primary structure", "damper") if damper else ("primary structure",)
 
     def _values(self) -> dict[str, np.ndarray]:
         """Return the arrays by name."""
@@ -120,6 +133,8 @@ class AttractorTable:
             "attractor_impacts": filled(np.where(periods > 0, impacts, -1).astype(np.int64), -1),
             "attractor_point": filled(points_of(learnt.evidence, size, self._rest()), np.nan),
             "attractor_multipliers": filled(multipliers_of(learnt.evidence, size)[0], np.nan),
+            "attractor_E1max": filled(learnt.energies[:, 0], np.nan),
+            "attractor_E2max": filled(learnt.energies[:, 1], np.nan),
             "attractor_share": np.where(exists, share, np.nan),
         }
 

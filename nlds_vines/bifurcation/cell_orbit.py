@@ -12,13 +12,14 @@ import numpy as np
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.bifurcation.archived import scan_of
+from nlds_vines.bifurcation.beginning import begun
 from nlds_vines.bifurcation.compute import STEP
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError, number, unknown, whole
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.axis import Axis
 from nlds_vines.orbits.simulation import Beginning, IntegrationError, Orbit, checked_record
-from nlds_vines.orbits.starts import given_states, random_states, start_states
+from nlds_vines.orbits.starts import random_states, start_states
 
 
 @dataclass(frozen=True)
@@ -119,9 +120,7 @@ def cell_orbit(
         begin = _swept(scan, cells, place, scan.start.sweeps[lane], begin)
     else:
         initial = scan.initial([np.array([i]) for i in place])
-        begin.state[:4] = given_states(
-            cells[place].reshape(1), scan.start, initial, scan.system.scene
-        )[0]
+        begin.state[:4] = begun(scan, cells[place].reshape(1), initial)[0]
     return CellOrbit(scan, begin, scan.start.names[lane])
 
 

@@ -9,11 +9,12 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.attracted import Attracted
+from nlds_vines.bifurcation.beginning import begun
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.orbits import refinement, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
 from nlds_vines.orbits.settings import Settings
-from nlds_vines.orbits.starts import given_states, random_states, start_states, user_states
+from nlds_vines.orbits.starts import random_states, start_states, user_states
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.orbits.wants import ATTRACTOR, plain
 from nlds_vines.runs.progress import Tell
@@ -49,7 +50,7 @@ class Computer:
         Arguments: `tell` and `helped` as `batch.Kernels` takes them.
         """
         self.scan = scan
-        self._cells = scan.cells()
+        self._cells, self._tell = scan.cells(), tell
         self._draws = start_states(scan.start) if scan.start.policy == "random" else None
         wanted = wanted_of(scan, settings)
         self.attracted: Attracted | None = None
@@ -127,7 +128,7 @@ class Computer:
     def _given(self, cells: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Return the starts (n, 4) of `cells` (n,), given by their places, that are not drawn."""
         initial = self.scan.initial(np.unravel_index(places, self.scan.shape))
-        return given_states(cells, self.scan.start, initial, self.scan.system.scene)
+        return begun(self.scan, cells, initial, self._tell)
 
     def _chains(
         self, cells: np.ndarray, places: np.ndarray

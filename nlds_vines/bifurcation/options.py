@@ -34,7 +34,9 @@ def add_scan_options(parser: Parser) -> None:
         help="once or twice, x2_0 too; NUM:log for equal ratios",
     )
     group.add_argument(
-        "--start", metavar="POLICY", help="rest, up, down, both, random:N or x1,v1,x2,v2"
+        "--start",
+        metavar="POLICY",
+        help="rest, up, down, both, random:N or x1,v1,x2,v2; @PHASE after it",
     )
     group.add_argument("--transient", type=int, metavar="PERIODS", help="discarded")
     group.add_argument("--periods", type=int, metavar="PERIODS", help="sampled")
@@ -66,7 +68,13 @@ def changes(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _start(text: str) -> dict[str, Any]:
-    """Return the `[start]` table that rest, up, down, random:N or a state means."""
+    """Return the `[start]` table that rest, up, down, random:N or a state means.
+
+    After an @ stands the phase of the force there.
+    """
+    text, at, phase = text.partition("@")
+    if at:
+        return {**_start(text), "phase": from_text(float, f"--start {text}@{phase}", phase)}
     if "," in text:
         state = [from_text(float, f"--start {text}", word) for word in text.split(",")]
         return {"policy": STATE, "state": state}

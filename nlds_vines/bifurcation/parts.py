@@ -22,6 +22,7 @@ from nlds_vines.archives.provenance import Value, attributes
 from nlds_vines.bifurcation.attracted import Attracted
 from nlds_vines.bifurcation.attractor_table import AttractorTable
 from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.bifurcation.missed import completed
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
@@ -222,7 +223,7 @@ class Parts(RunFolder):
 
         def make(path: Path) -> None:
             made = {"seconds": 0.0, "threads": 0} | self.begun_by() | dict(provenance or {})
-            scan, more = self.request, self._attractors()
+            scan, more = self.request, self._attractors(blocks, check)
             table, scales = scan.table, list(scan.scales())
             if more is not None:
                 table, scales = more.joined(), more.scales()
@@ -237,8 +238,13 @@ class Parts(RunFolder):
         """The part files themselves, without locks."""
         return PartFiles(self.folder, self.request)
 
-    def _attractors(self) -> AttractorTable | None:
-        """Return the table of the attractors, None where they are not recorded."""
+    def _attractors(
+        self, blocks: Sequence[Block], check: Callable[[], object]
+    ) -> AttractorTable | None:
+        """Return the table of the attractors, None where they are not recorded.
+
+        Of the cells that came to none of those learnt, the attractors are found now.
+        """
         if ATTRACTOR not in self.request.want:
             return None
         try:
@@ -248,7 +254,16 @@ class Parts(RunFolder):
             raise RequestError(text) from error
         if learnt is None:
             raise RequestError(f"{self.folder / LEARNT} is missing: use --resume")
-        return AttractorTable(self.request, learnt)
+        there = ((block, self._part(block).arrays) for block in blocks)
+        return AttractorTable(self.request, completed(self.request, learnt, there, check))
+
+    def _part(self, block: Block) -> Part:
+        """Return the verified part of a block; `RequestError` where it cannot be used."""
+        try:
+            return self._fresh.get(block.index) or self.load(block)
+        except UNSOUND as error:
+            text = f"{self.files.path(block)} cannot be used ({error}): use --resume"
+            raise RequestError(text) from error
 
     def _pieces(
         self,
@@ -263,16 +278,14 @@ class Parts(RunFolder):
         """
         for block in blocks:
             check()
-            try:
-                part = self._fresh.pop(block.index, None) or self.load(block)
-            except UNSOUND as error:
-                text = f"{self.files.path(block)} cannot be used ({error}): use --resume"
-                raise RequestError(text) from error
+            part = self._part(block)
+            self._fresh.pop(block.index, None)
             made["seconds"] = round(made["seconds"] + part.made.seconds, 6)
             made["threads"] = max(made["threads"], part.made.threads)
-            for name, array in part.arrays.items():
+            arrays = part.arrays if more is None else more.patched(block, part.arrays)
+            for name, array in arrays.items():
                 yield name, block.selection, array
             if more is not None:
-                more.count(block, part.arrays[ATTRACTOR])
+                more.count(block, arrays[ATTRACTOR])
         if more is not None:
             yield from more.pieces()

@@ -17,10 +17,10 @@ from nlds_vines.bifurcation.datasets import scales_of, table_of
 from nlds_vines.errors import RequestError, choice, string, unknown, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.layers import request_hash
-from nlds_vines.model.parameters import INITIAL, PARAMETERS, component_of
+from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, component_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import EFFORTS, FINENESS, METHODS, Settings, chosen_settings
-from nlds_vines.orbits.starts import STATE, Start
+from nlds_vines.orbits.starts import AT_ANY_PHASE, Start
 from nlds_vines.orbits.wants import ATTRACTOR, checked_want, refuse_impossible
 from nlds_vines.toml import toml_text
 
@@ -109,6 +109,9 @@ class Scan(Outlined):
             raise RequestError(
                 f"varied parameters: {', '.join(names) or 'none'}; allowed: one, or two different"
             )
+        for axis in self.axes:
+            if axis.name in INITIAL:
+                INITIAL[axis.name].check(axis.values[[0, -1]])
         self._check_initial([name for name in names if name not in self.system.scene.allowed])
         # ranges are intervals and K is monotonic in each constant: the corners cover the grid
         self._grid([axis.values[[0, -1]] for axis in self.axes])
@@ -123,6 +126,7 @@ class Scan(Outlined):
     def _check_initial(self, names: Sequence[str]) -> None:
         """Refuse axes of these `names`, which are no parameters, unless orbits can begin so."""
         components = self.system.scene.components
+        allowed = (*components, PHASE)
         if self.start.state and len(self.start.state) != len(components):
             raise RequestError(
                 f"state has {len(self.start.state)} numbers; kind {self.system.kind!r} has the "
@@ -132,13 +136,13 @@ class Scan(Outlined):
             if name in PARAMETERS:
                 continue  # the system says what it has in place of it
             if name not in INITIAL:
-                known = [entry for entry in INITIAL if component_of(entry) in components]
+                known = [entry for entry in INITIAL if component_of(entry) in allowed]
                 raise unknown("axis", name, [*self.system.scene.allowed, *known])
-            if component_of(name) not in components:
+            if component_of(name) not in allowed:
                 raise RequestError(
                     f"{name}: kind {self.system.kind!r} has the state {', '.join(components)}"
                 )
-            if self.start.policy not in ("rest", STATE):
+            if self.start.policy not in AT_ANY_PHASE:
                 raise RequestError(
                     f"{name} is varied, so orbits begin at rest or in a given state but for that; "
                     f"not with policy {self.start.policy!r}"
@@ -150,7 +154,7 @@ class Scan(Outlined):
         return tuple(axis for axis in self.axes if axis.name not in INITIAL)
 
     def initial(self, where: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
-        """Return the components of the state that axes set, by name, each of shape (n,).
+        """Return the components of the state, and the phase, that axes set: (n,) each, by name.
 
         Arguments: the places (n,) of cells along each axis.
         """
@@ -211,6 +215,8 @@ class Scan(Outlined):
             start |= {"count": self.start.count, "seed": self.start.seed}
         if self.start.state:
             start["state"] = list(self.start.state)
+        if self.start.phase:
+            start["phase"] = self.start.phase
         return {
             "title": self.title,
             "system": self.system.to_table(),

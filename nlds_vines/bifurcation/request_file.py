@@ -26,7 +26,7 @@ FORM = Form(
     tables={
         "set": None,
         "vary": None,
-        "start": dict.fromkeys(("policy", "count", "seed", "state"), unchecked),
+        "start": dict.fromkeys(("policy", "count", "seed", "state", "phase"), unchecked),
         "sampling": SAMPLING,
         "record": {"want": checked_want},
     },

@@ -82,7 +82,8 @@ class Crossing(Outlined):
     """The orbit of a branch at one value of the parameter.
 
     Attributes: number of the `branch`; its `label`; the `state` at phase zero in the user's
-    coordinates; complex `multipliers`; `unstable`: how many lie outside the unit circle.
+    coordinates; complex `multipliers`; `unstable`: how many lie outside the unit circle;
+    `sections`: (n, components), the states one, two ... periods later, the last being `state`.
     """
 
     branch: int
@@ -90,6 +91,7 @@ class Crossing(Outlined):
     state: np.ndarray
     multipliers: np.ndarray
     unstable: int
+    sections: np.ndarray
 
     @property
     def stable(self) -> bool:
@@ -249,7 +251,11 @@ class Continued(Outlined):
                 cycles.append(cycle)
                 state = states_of(self.request.system, (along.name,), cycle.place[np.newaxis])[0]
                 label, mu = label_of_cycle(cycle), cycle.multipliers
-                found.append(Crossing(i, label, state, mu, cycle.unstable))
+                places = np.column_stack(
+                    [cycle.points[:, : len(state)], np.full(cycle.n, float(value))]
+                )
+                sections = states_of(self.request.system, (along.name,), places)
+                found.append(Crossing(i, label, state, mu, cycle.unstable, sections))
         return found
 
     def places_at(self, branch: Branch, value: float) -> Iterator[tuple[int, np.ndarray]]:

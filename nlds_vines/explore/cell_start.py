@@ -5,14 +5,17 @@ Sweeps begin on the attractor of the cell before; it is known where its section 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
+from nlds_vines.bifurcation.beginning import begun
 from nlds_vines.bifurcation.compute import STEP
 from nlds_vines.explore.stored import Stored
+from nlds_vines.model.parameters import INITIAL, component_of
 from nlds_vines.model.system import System
-from nlds_vines.orbits.starts import given_states, random_states, start_states
+from nlds_vines.orbits.starts import random_states, start_states
 
 
 class CellStart(NamedTuple):
@@ -22,8 +25,17 @@ class CellStart(NamedTuple):
     words: str
 
 
-def start_of(found: Stored, cell: tuple[int, int], start: int, system: System) -> CellStart:
-    """Return where the orbit number `start` of a cell begins, for a `system` like that cell's."""
+def start_of(
+    found: Stored,
+    cell: tuple[int, int],
+    start: int,
+    system: System,
+    moved: Mapping[str, float] | None = None,
+) -> CellStart:
+    """Return where the orbit number `start` of a cell begins, for a `system` like that cell's.
+
+    Arguments: `moved`, the initial conditions that are other ones than those of the cell, by name.
+    """
     scan = found.scan
     if scan.start.policy == "random":
         draws = start_states(scan.start)[start : start + 1]
@@ -31,13 +43,15 @@ def start_of(found: Stored, cell: tuple[int, int], start: int, system: System) -
         return CellStart(_user(system, state), f"{found.starts[start]} (seed {scan.start.seed})")
     if scan.start.sweeps:
         return _swept(found, cell, start)
-    places = [np.array([place]) for place in cell[: len(scan.axes)]]
-    initial = scan.initial(places)
-    if not initial and not scan.start.state:
+    values = {name: v for name, v in found.values_of(cell).items() if name in INITIAL}
+    values |= moved or {}
+    if not values and not scan.start.state and not scan.start.phase:
         return CellStart(None, "rest")
-    cells = np.atleast_1d(system.cells())
-    state = given_states(cells, scan.start, initial, system.scene)[0]
-    words = ", ".join(f"{name}_0 = {values[0]:g}" for name, values in initial.items())
+    initial = {component_of(name): np.array([value]) for name, value in values.items()}
+    state = begun(scan, np.atleast_1d(system.cells()), initial)[0]
+    words = ", ".join(f"{name} = {value:g}" for name, value in values.items())
+    if moved:
+        words = "the start of the sliders"
     return CellStart(_user(system, state), words or "the given state")
 
 

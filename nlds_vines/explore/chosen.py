@@ -60,9 +60,10 @@ class Chosen:
 
     def begins(self, system: System) -> CellStart:
         """Return where the orbit begins."""
-        start = self.own or start_of(self.found, self.cell, self.start, system)
-        moved = {component_of(name): v for name, v in self.free.items() if name in INITIAL}
-        if not moved or start.state is None:
+        free = {name: v for name, v in self.free.items() if name in INITIAL}
+        start = self.own or start_of(self.found, self.cell, self.start, system, free)
+        moved = {component_of(name): v for name, v in free.items()}
+        if self.own is None or not moved or start.state is None:
             return start
         pairs = zip(system.scene.components, start.state, strict=True)
         return CellStart(tuple(moved.get(name, v) for name, v in pairs), "the start of the sliders")

@@ -50,6 +50,7 @@ In reading order:
     period_search    the stable periodic orbit that it ends in
     verdict          what an orbit is, with the evidence
     cells            one cell: parameters, orbit, outputs, verdict
+    part_period      an orbit that begins at any phase, to the next section
     driven           variations that parameters drive
     driven_flight    the same along a flight
     cycles           an nT orbit as a point of a branch, with its derivatives

@@ -62,7 +62,7 @@ def held_at(wall, ps, damper, n):
     if is_a(wall, RigidWall):
         return lambda wall, ps, damper, n: stuck_of(ps, damper, n)
     if is_a(wall, LinearWall):
-        return lambda wall, ps, damper, n: pressed_of(ps, damper, wall)
+        return lambda wall, ps, damper, n: pressed_of(ps, damper, wall, None)
     return lambda wall, ps, damper, n: None
 
 

@@ -8,14 +8,14 @@ of order four and shares no formula with the exact flight: an independent check 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
 from .elementary import cos_sin_of_turn
-from .flight import rate_of
+from .flight import rate_of, turned
 from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_energy, note_violation, opposite, powers_at
 from .roots import guarded, narrowed, secant
 from .scene import accelerations, joined
@@ -30,24 +30,30 @@ class FixedGrid(NamedTuple):
     rate: float  # bound on the rates of the linear motion [1/s]
     cosine: np.ndarray  # (n + 1,) cos of the phase at the start of each step and at the end
     middle: np.ndarray  # (n,) cos of the phase half a step later
+    begun: Any = None  # as of a `flight.Grid`
 
 
 @jit
 def fixed_grid_of(ps, damper, n):
     """Prepare one period in n steps."""
+    return fixed_grid_with(ps, damper, 2.0 * math.pi / ps.omega / n, n, None)
+
+
+@jit
+def fixed_grid_with(ps, damper, h, n, begun):
+    """Prepare n steps of h [s]: a period, or the rest of one of which a share has `begun`."""
     cosine, middle = np.empty(n + 1), np.empty(n)
     for j in range(n):
-        cosine[j] = cos_sin_of_turn(j / n)[0]
-        middle[j] = cos_sin_of_turn((j + 0.5) / n)[0]
+        cosine[j] = cos_sin_of_turn(turned(begun, j / n))[0]
+        middle[j] = cos_sin_of_turn(turned(begun, (j + 0.5) / n))[0]
     cosine[n] = 1.0
-    h = 2.0 * math.pi / ps.omega / n
-    return FixedGrid(n, h, 1.0 / n, rate_of(ps, joined(damper)), cosine, middle)
+    return FixedGrid(n, h, 1.0 / n, rate_of(ps, joined(damper)), cosine, middle, begun)
 
 
 @jit
 def phase_in_step(grid, j, x):
     """Return (cos, sin) of the forcing's phase at place x of step j."""
-    return cos_sin_of_turn((j + x) * grid.turn)
+    return cos_sin_of_turn(turned(grid.begun, (j + x) * grid.turn))
 
 
 @jit

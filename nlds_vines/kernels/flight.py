@@ -62,20 +62,24 @@ class Grid(NamedTuple):
 
     n: int  # cells in a period
     h: float  # length of a cell [s]
-    turn: float  # 1 / n: the turn of the forcing's phase over a cell
+    turn: float  # 1 / n, if nothing has begun: the turn of the forcing's phase over a cell
     rate: float  # bound on the growth of the scaled state per second [1/s]
     push: float  # P / sqrt(m1): bound on the growth of the energy scale S
     bend: float  # |d2r/dt2| <= bend * S + P / m1
     table: np.ndarray  # (CELLS + 6 n + 6,), the table above; in inner kernels a bare row
     load: Any  # place in the table of what a constant load does; None where there is none
     low: Any = None  # place of the matrices of `once_rounded`; None where errors may add up
+    begun: Any = None  # share of the forcing's period before the first cell; None: none
 
 
 @jit
 def bare_grid(grid):
     """Return the grid with its table as a bare row."""
     w = bare(grid.table)
-    return Grid(grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, grid.low)
+    return Grid(
+        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, grid.low,
+        grid.begun,
+    )  # fmt: skip
 
 
 @jit
@@ -235,12 +239,15 @@ def at(w, x):
 @jit
 def grid_of(ps, damper, n):
     """Prepare one period of flight in `n` cells (see `cells_of`)."""
-    return grid_with(ps, damper, 2.0 * math.pi / ps.omega / n, n, n)
+    return grid_with(ps, damper, 2.0 * math.pi / ps.omega / n, n, n, None)
 
 
 @jit
-def grid_with(ps, damper, h, n, tabulated):
-    """Prepare flight by cells of h [s], n in a period, so many of them `tabulated` by phase."""
+def grid_with(ps, damper, h, n, tabulated, begun):
+    """Prepare flight by cells of h [s], n in a period, so many of them `tabulated` by phase.
+
+    Where a share of the forcing's period has `begun` before, the n cells are the rest of it.
+    """
     load = place_of_load(ps.load, CELLS + 6 * tabulated + 6)
     w = np.zeros(CELLS + 6 * tabulated + 6 + room_for_load(load))
     unit = np.zeros(6)
@@ -262,7 +269,7 @@ def grid_with(ps, damper, h, n, tabulated):
     w[CELLS + 6 * tabulated + 4] = 1.0  # cos at the start of the next period
     for j in range(tabulated):
         at_cell = CELLS + 6 * j
-        cosine, sine = cos_sin_of_turn(j / n)
+        cosine, sine = cos_sin_of_turn(turned(begun, j / n))
         w[at_cell + 4], w[at_cell + 5] = cosine, sine
         for c in range(4):
             w[at_cell + c] = response[16 + c] * cosine + response[20 + c] * sine
@@ -271,7 +278,22 @@ def grid_with(ps, damper, h, n, tabulated):
     w[OF_E2] = dampers_share(ps, own)
     w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, own)
     push = greatest_push(ps.load, ps.force) * math.sqrt(ps.m1)
-    return Grid(n, h, 1.0 / n, rate_of(ps, own), push, bend_of(ps, damper), w, load, None)
+    turn = share_left(begun) / n
+    return Grid(n, h, turn, rate_of(ps, own), push, bend_of(ps, damper), w, load, None, begun)
+
+
+@chosen
+def share_left(begun):
+    """Return the share of the forcing's period that a grid's cells are."""
+    return (lambda begun: 1.0) if begun is None else (lambda begun: 1.0 - begun)
+
+
+@chosen
+def turned(begun, share):
+    """Return the turn of the forcing's phase after a share of a grid's cells."""
+    if begun is None:
+        return lambda begun, share: share
+    return lambda begun, share: begun + (1.0 - begun) * share
 
 
 @chosen

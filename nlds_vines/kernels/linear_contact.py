@@ -37,6 +37,7 @@ from .flight import (
     cell_polynomial,
     grid_with,
     rate_of,
+    turned,
 )
 from .impact_variations import columns_of, put_columns
 from .observe import note_depth, note_energy, note_force
@@ -90,19 +91,19 @@ def pressed_bodies(ps, damper, wall):
 
 
 @jit
-def local_grid(ps, damper):
+def local_grid(ps, damper, begun):
     """Return a grid of which only the motion over a cell is known, not the phases of a period."""
     h = min(SHORT / rate_of(ps, joined(damper)), 2.0 * math.pi / ps.omega / FEWEST)
-    return grid_with(ps, damper, h, 1, 0)
+    return grid_with(ps, damper, h, 1, 0, begun)
 
 
 @jit
-def pressed_of(ps, damper, wall):
-    """Return the `Pressed` of a cell at a wall."""
+def pressed_of(ps, damper, wall, begun):
+    """Return the `Pressed` of a cell at a wall; `begun` as `flight.grid_with` takes it."""
     one, joint, share = pressed_bodies(ps, damper, wall)
     return Pressed(
-        one, joint, share * wall.gap, rounded_once(one, joint, local_grid(one, joint)),
-        local_grid(ps, damper), np.zeros(COEF + TERMS),
+        one, joint, share * wall.gap, rounded_once(one, joint, local_grid(one, joint, begun)),
+        local_grid(ps, damper, begun), np.zeros(COEF + TERMS),
     )  # fmt: skip
 
 
@@ -246,7 +247,7 @@ def press(
     w, watched = grid.table, held.watched
     while event == STOPPED:
         end = min(1.0, (left - took) / grid.h)
-        phase = cos_sin_of_turn(place + took / period)
+        phase = cos_sin_of_turn(turned(grid.begun, place) + took / period)
         cell_polynomial(grid, x1, v1, r, s, phase[0], phase[1])
         watch_release(wall.pulls, wall, sign, balance, w, watched)
         where = first_zero(watched, end)
@@ -314,7 +315,7 @@ def leave(ps, damper, wall, sign, limit_log, energy, loose, watched, place, left
     w = grid.table
     while True:
         end = min(1.0, (left - took) / grid.h)
-        phase = cos_sin_of_turn(place + took / period)
+        phase = cos_sin_of_turn(turned(grid.begun, place) + took / period)
         cell_polynomial(grid, x1, v1, r, s, phase[0], phase[1])
         watch_depth(None, wall, sign, wall.gap, w, watched)
         event, where = CLEARED, first_zero(watched, end)

@@ -105,7 +105,9 @@ def rounded_once(ps, damper, grid):
     put_sum(w, TAYLOR + 4 * TERMS, low + PUSH)
     put_sum(w, TAYLOR + 5 * TERMS, low + PUSH + 4)
     put_sum_of_load(grid.load, w, low + PUSH + 8)
-    return Grid(grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, low)
+    return Grid(
+        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, low, grid.begun
+    )  # fmt: skip
 
 
 @jit

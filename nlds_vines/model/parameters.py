@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, pi
 
 import numpy as np
 
@@ -135,6 +135,9 @@ PARAMETERS: Mapping[str, Parameter] = _NAMED | {
 }
 """All parameters of all kinds of dampers, by name."""
 
+PHASE = "phase"
+"""The phase of the force at the start, an initial condition that is no component of the state."""
+
 INITIAL: Mapping[str, Parameter] = {
     entry.name: entry
     for entry in (
@@ -144,9 +147,10 @@ INITIAL: Mapping[str, Parameter] = {
         Parameter("v2_0", "v₂(0)", "m/s", "initial velocity of the damper"),
         Parameter("x_0", "x(0)", "m", "initial displacement of the mass"),
         Parameter("v_0", "v(0)", "m/s", "initial velocity of the mass"),
+        Parameter(PHASE, "φ", "rad", "phase of the force at the start", low=0, high=2 * pi),
     )
 }
-"""Where an orbit begins at t = 0, a component each: no parameters, but axes of scans."""
+"""Where an orbit begins, a component each, and at which phase: no parameters, but axes."""
 
 
 def described(name: str) -> Parameter:
@@ -155,5 +159,5 @@ def described(name: str) -> Parameter:
 
 
 def component_of(name: str) -> str:
-    """Return the component of the state that an initial condition sets: x2 of x2_0."""
+    """Return the component of the state that an initial condition sets, x2 of x2_0; or `PHASE`."""
     return name.removesuffix("_0")

@@ -15,6 +15,7 @@ In reading order:
     elsewhere        kernels compiled by a process of their own
     compilation      which kernels are compiled, and who is told
     batch            many orbits in one call of the kernels
+    entries          orbits that begin at any phase, to the next section
     ahead            the program of that process
     evidence         from the kernels' numbers to datasets and labels
     refinement       errors, from the same orbits computed more finely
@@ -22,6 +23,7 @@ In reading order:
     classification   `nv.classify`
     attractors       closed stable orbits, and the region from which orbits certainly come to one
     attractor_learning   the attractors of systems along a parameter, each with its number
+    attractor_additions   those that the sample has missed
     basin_measures   shares, basin entropies, uncertainty exponent of a plane
     coexistence      which regimes the starts of a cell reach
     signals          forces, energies, relative displacement

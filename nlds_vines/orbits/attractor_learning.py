@@ -8,7 +8,7 @@ which that ends has the same number there.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -42,6 +42,9 @@ TOGETHER = 500
 WANT = ("regime",)
 """What the kernels of a verdict record."""
 
+_OF_ITSELF = ("systems", "numbers", "labels", "evidence", "energies")
+"""The arrays of what is learnt, beside those for the kernels."""
+
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
@@ -52,6 +55,8 @@ class Learnt:
         numbers: (m,) of the attractors: the same number is the same attractor of other systems.
         labels: (m,) the regimes, strings.
         evidence: (m, COLUMNS) of their verdicts, NaN for what is not periodic.
+        energies: (m, 2) their largest E1 and E2 [J]: over the orbit, or over the sampled periods of
+            the first orbit found of what is not periodic.
         known: what the kernels take of them; what is not periodic has no region.
     """
 
@@ -59,6 +64,7 @@ class Learnt:
     numbers: np.ndarray
     labels: np.ndarray
     evidence: np.ndarray
+    energies: np.ndarray
     known: Known
 
     @property
@@ -82,13 +88,13 @@ class Learnt:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return all of it as arrays by name, to be stored."""
-        own = {"systems": self.systems, "numbers": self.numbers, "evidence": self.evidence}
+        own = {name: getattr(self, name) for name in _OF_ITSELF if name != "labels"}
         return own | {"labels": self.labels.astype(np.str_)} | self.known._asdict()
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray]) -> Learnt:
         """Return what `arrays` has stored; KeyError or ValueError for anything else."""
-        own = {name: arrays[name] for name in ("systems", "numbers", "labels", "evidence")}
+        own = {name: arrays[name] for name in _OF_ITSELF}
         found = cls(**own, known=Known(**{name: arrays[name] for name in Known._fields}))
         if len({len(array) for array in arrays.values()}) != 1:
             raise ValueError("its arrays are of different lengths")
@@ -117,8 +123,9 @@ class Judge:
         helped: bool = True,
     ) -> None:
         """Take scene, method, effort and settings of what is `wanted`, and the forcing periods."""
-        alone = Wanted(wanted.scene, WANT, wanted.method, wanted.effort, wanted.settings)
+        alone = replace(wanted, want=WANT)
         self._kernels = Kernels(alone, tell, helped=helped)
+        self._of_energy = Kernels(replace(wanted, want=("energy",)), tell, helped=False)
         self._span = transient, periods
         self.scene: Scene = wanted.scene
         self.parts: Parts = parts_of(wanted.method, wanted.scene, wanted.settings)
@@ -135,6 +142,17 @@ class Judge:
         columns = ([getattr(one, name) for one in some] for name in vars(some[0]))
         return Verdicts(*map(np.concatenate, columns))
 
+    def energies(self, cell: np.ndarray, start: np.ndarray, n: int) -> np.ndarray:
+        """Return the largest E1 and E2 (2,) [J] of an orbit in a system, whose cell is (1,).
+
+        Arguments: its `start` (4,); its period is `n` T, 0: it has none, and is looked at over the
+        sampled periods.
+        """
+        span = (0, n) if n else self._span
+        energy = self._of_energy.run(cell[:, np.newaxis], start[np.newaxis], *span).energy
+        assert energy is not None
+        return np.array(energy[0, 0])
+
     def _some(self, cells: np.ndarray, starts: np.ndarray) -> Verdicts:
         found = self._kernels.run(cells[:, np.newaxis], starts, *self._span)
         assert found.evidence is not None
@@ -144,12 +162,16 @@ class Judge:
         return Verdicts(found.status[:, 0], found.evidence[:, 0], finals(labels)[:, 0])
 
 
-class _Found(NamedTuple):
-    """An attractor of one system: its number, its label, and its orbit, None if not periodic."""
+class Found(NamedTuple):
+    """An attractor of one system: its number, its label, and its orbit, None if not periodic.
+
+    Then `start` (4,) is that of an orbit that comes to it.
+    """
 
     number: int
     label: str
     orbit: Attractor | None
+    start: np.ndarray
 
 
 def learn(
@@ -167,24 +189,34 @@ def learn(
     Cost: a plain verdict for each start of the sample in each system, and some hundred orbits of a
     few periods for each attractor.
     """
-    flat, found, by_label = cells.ravel(), list[list[_Found]](), dict[str, int]()
-    verdicts: Iterator[Verdicts] = _samples(judge, flat, starts, check)
+    flat, found, by_label = cells.ravel(), list[list[Found]](), dict[str, int]()
+    verdicts = _samples(judge, flat, starts, check)
     used = 0
     for system, sample in enumerate(verdicts):
         check()
         before = _before(found, cells.shape, system)
         cell = flat[system : system + 1]
-        seeds = _seeds(cell, before, flat)
+        seeds = seeds_of(cell, before, flat)
         own = judge(np.repeat(cell, len(seeds)), seeds) if len(seeds) else None
         rows = sample.evidence[sample.status == OK]
         if own is not None:
             rows = np.concatenate([own.evidence[own.status == OK], rows])
         orbits = attractors_in(judge.parts, cell[0], rows)
-        labels = sorted({*sample.labels, *(() if own is None else own.labels)} & {*NOT_PERIODIC})
-        came = _came(judge.parts, cell, own, orbits, before)
-        found.append(_numbered(orbits, labels, came, by_label, used))
+        labels = dict(not_periodic(sample, starts(cell)))
+        if own is not None:
+            labels = dict(not_periodic(own, seeds)) | labels
+        came = came_to(judge.parts, cell, own, orbits, before)
+        found.append(numbered(orbits, labels, came, by_label, used))
         used = max([used, *(entry.number + 1 for entry in found[-1])])
-    return _learnt(found)
+    return learnt_of(judge, flat, found)
+
+
+def not_periodic(found: Verdicts, starts: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield the labels of orbits that are not periodic, each with the first start (4,) to it."""
+    for label in NOT_PERIODIC:
+        places = np.flatnonzero(found.labels == label)
+        if places.size:
+            yield label, starts[places[0]]
 
 
 def label_of(orbit: Attractor) -> str:
@@ -212,14 +244,14 @@ def _samples(
 
 
 def _before(
-    found: Sequence[Sequence[_Found]], shape: tuple[int, ...], system: int
-) -> list[tuple[int, _Found]]:
+    found: Sequence[Sequence[Found]], shape: tuple[int, ...], system: int
+) -> list[tuple[int, Found]]:
     """Return the periodic attractors of the systems one step before, each number once.
 
     With each of them comes the number of its system; the last parameter is stepped back first.
     """
     place, known = np.unravel_index(system, shape) if shape else (), dict[int, int]()
-    entries = list[tuple[int, _Found]]()
+    entries = list[tuple[int, Found]]()
     for axis in reversed(range(len(shape))):
         if place[axis]:
             there = list(place)
@@ -231,23 +263,22 @@ def _before(
     return entries
 
 
-def _seeds(cell: np.ndarray, before: Sequence[tuple[int, _Found]], flat: np.ndarray) -> np.ndarray:
+def seeds_of(cell: np.ndarray, before: Sequence[tuple[int, Found]], flat: np.ndarray) -> np.ndarray:
     """Return the points (n, 4) of attractors of other systems as starts: x2 is carried over."""
     states = np.zeros((len(before), 4))
     for row, (other, entry) in zip(states, before, strict=True):
-        assert entry.orbit is not None
-        row[:] = entry.orbit.point
+        row[:] = entry.start
         row[2] += cell["rest"][0] - flat["rest"][other]
     return states
 
 
-def _came(
+def came_to(
     parts: Parts,
     cell: np.ndarray,
     own: Verdicts | None,
     orbits: Sequence[Attractor],
-    before: Sequence[tuple[int, _Found]],
-) -> list[tuple[int, _Found]]:
+    before: Sequence[tuple[int, Found]],
+) -> list[tuple[int, Found]]:
     """Return which of the `orbits`, by its place, each attractor of `before` has led to."""
     if own is None or not orbits:
         return []
@@ -259,18 +290,19 @@ def _came(
     return [(place, before[i][1]) for i, place in pairs if place >= 0]
 
 
-def _numbered(
+def numbered(
     orbits: Sequence[Attractor],
-    labels: Sequence[str],
-    came: Sequence[tuple[int, _Found]],
+    labels: Mapping[str, np.ndarray],
+    came: Sequence[tuple[int, Found]],
     by_label: dict[str, int],
     used: int,
-) -> list[_Found]:
+) -> list[Found]:
     """Return the attractors of a system with their numbers, in their order.
 
     An attractor has the number of the one that leads to it; of several, of the first with its
     label, or else of the first.  Others have new numbers from `used` on, ordered by n and k of
-    nT,k; then what is not periodic, whose numbers are kept in `by_label`.
+    nT,k; then what is not periodic, by `labels` with a start to each, whose numbers are kept in
+    `by_label`.
     """
     numbers: dict[int, int] = {}
     for same in (True, False):
@@ -284,16 +316,18 @@ def _numbered(
 
     for place in sorted(set(range(len(orbits))) - numbers.keys(), key=order):
         numbers[place], used = used, used + 1
-    found = [_Found(numbers[i], label_of(orbit), orbit) for i, orbit in enumerate(orbits)]
-    for label in labels:
+    found = [
+        Found(numbers[i], label_of(orbit), orbit, orbit.point) for i, orbit in enumerate(orbits)
+    ]
+    for label in sorted(labels):
         if label not in by_label:
             by_label[label], used = used, used + 1
-        found.append(_Found(by_label[label], label, None))
+        found.append(Found(by_label[label], label, None, labels[label]))
     return sorted(found, key=lambda entry: entry.number)
 
 
-def _learnt(found: Sequence[Sequence[_Found]]) -> Learnt:
-    """Return the attractors of all systems as arrays."""
+def learnt_of(judge: Judge, flat: np.ndarray, found: Sequence[Sequence[Found]]) -> Learnt:
+    """Return the attractors of all systems, whose cells are `flat`, as arrays."""
     rows = [(system, entry) for system, entries in enumerate(found) for entry in entries]
     nothing = np.full(ev.COLUMNS, np.nan)
     orbits = [entry.orbit for _, entry in rows]
@@ -304,5 +338,12 @@ def _learnt(found: Sequence[Sequence[_Found]]) -> Learnt:
         evidence=np.array(
             [nothing if orbit is None else orbit.row for orbit in orbits], float
         ).reshape(-1, ev.COLUMNS),
+        energies=np.array([_energies(judge, flat, *row) for row in rows], float).reshape(-1, 2),
         known=known_of(orbits),
     )
+
+
+def _energies(judge: Judge, flat: np.ndarray, system: int, entry: Found) -> np.ndarray:
+    """Return the largest energies (2,) of an attractor of a system."""
+    periods = 0 if entry.orbit is None else entry.orbit.periods
+    return judge.energies(flat[system : system + 1], entry.start, periods)

@@ -25,7 +25,7 @@ OF_LANES: Mapping[Callable[..., Any], str] = {
 }
 """What is called from Python to run many orbits, and the name of the kernel that it is part of."""
 
-SECONDS = {"orbit": 12, "verdict": 18, "error": 8, "branches": 15}
+SECONDS = {"orbit": 12, "verdict": 18, "error": 8, "branches": 15, "entry": 8}
 """Time [s] that compiling each kernel takes, of an SSul NES; for a message."""
 
 LONGEST = 600.0

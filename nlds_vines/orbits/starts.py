@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nlds_vines.errors import RequestError, choice, number, shown, whole
+from nlds_vines.model.parameters import INITIAL, PHASE
 from nlds_vines.model.scenes import Scene
 
 POLICIES = ("rest", "up", "down", "both", "random")
@@ -15,6 +16,9 @@ POLICIES = ("rest", "up", "down", "both", "random")
 
 STATE = "state"
 """The policy of orbits that begin in one given state."""
+
+AT_ANY_PHASE = ("rest", STATE)
+"""The policies that leave it open where orbits begin, state by state, and at which phase."""
 
 SWEEPS: Mapping[str, tuple[str, ...]] = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
 """The sweeps along the last axis that a policy makes, in the order of the starts."""
@@ -39,6 +43,8 @@ class Start:
             shows hysteresis; `random`, from `count` states; `state`, from the one that is given.
         count, seed: for `random` alone; the same count states are drawn for every cell.
         state: for `state` alone, x1, v1, x2, v2 [m, m/s], or as many numbers as the state has.
+        phase: of the force at the start [rad], for `rest` and `state`; orbits count from the next
+            section on, at phase 0.
 
     Raises `RequestError` for anything else.
     """
@@ -47,6 +53,7 @@ class Start:
     count: int = 1
     seed: int = 0
     state: tuple[float, ...] = ()
+    phase: float = 0.0
 
     def __post_init__(self) -> None:
         """Check everything."""
@@ -56,6 +63,13 @@ class Start:
             raise RequestError(
                 f"policy {self.policy!r} with state = {shown(list(self.state))}: a state belongs "
                 f"to policy {STATE!r}, which needs one"
+            )
+        object.__setattr__(self, "phase", number("phase", self.phase))
+        INITIAL[PHASE].check(np.array([self.phase]))
+        if self.phase and self.policy not in AT_ANY_PHASE:
+            raise RequestError(
+                f"phase = {self.phase!r} with policy {self.policy!r}: orbits that begin at another "
+                f"phase than 0 have policy {' or '.join(map(repr, AT_ANY_PHASE))}"
             )
         whole("count", self.count, 1, 10**6)
         whole("seed", self.seed, 0, 2**63 - 1)

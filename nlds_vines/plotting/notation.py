@@ -9,9 +9,9 @@ import re
 from fractions import Fraction
 
 from nlds_vines.errors import MOST_CHARACTERS, printable
-from nlds_vines.model.parameters import INITIAL, PARAMETERS, described
+from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, described
 
-_LATEX = {"ω": r"\omega", "ν": r"\nu", "₁": "_1", "₂": "_2"}
+_LATEX = {"ω": r"\omega", "ν": r"\nu", "φ": r"\varphi", "₁": "_1", "₂": "_2"}
 _POWER = re.compile(r"(?<=[A-Za-z])\^(-?\d+(?:\.\d+)?)")
 _SCIENTIFIC = re.compile(r"(?<![\w.])([-+]?\d+(?:\.\d+)?)e([-+]?\d+)(?![\w.])")
 _PLAIN = (1e-3, 1e4)  # sizes of numbers that are written out
@@ -88,5 +88,6 @@ _NAMES = {
     for name, entry in {**PARAMETERS, **INITIAL}.items()
     if name not in _IN_WORDS
     for text in (name, entry.symbol)
+    if text != PHASE  # a word of many titles
 }
 _SYMBOL = re.compile("|".join(map(_pattern, sorted(_NAMES, key=len, reverse=True))))

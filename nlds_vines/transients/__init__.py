@@ -7,6 +7,7 @@ In reading order:
     picture    the curve with its law, and the shares of the final regimes
     command    `python -m nlds_vines.transients` and `nv.transients`
     basin_shares   basins of attraction measured: `nv.basin_measures`
+    edge_states    orbits between two basins, from a continuation
 """
 
 from nlds_vines.callable_package import make_callable

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows
+from nlds_vines.bifurcation.archived import begins_at_sections, scan_of
 from nlds_vines.errors import RequestError, number, unknown
 from nlds_vines.model.parameters import INITIAL, component_of, described
 from nlds_vines.orbits.basin_measures import (
@@ -137,7 +138,7 @@ def basin_measures(
         with read(archive) as view:
             return basin_measures(view, side, **values)
     _refuse_without(archive)
-    where = _places(archive, values)
+    where = places_of(archive, values)
     attractor, arrival = (archive.take(name, **where) for name in (ATTRACTOR, "arrival"))
     axes = tuple(name for name in archive.axes if name in INITIAL)
     plane = attractor[..., 0] if len(axes) == 2 else None
@@ -181,7 +182,7 @@ def _refuse_without(view: ArchiveView) -> None:
         raise RequestError(f"{view.path} is damaged: its table lacks attractors of its cells")
 
 
-def _places(view: ArchiveView, values: dict[str, float]) -> dict[str, int]:
+def places_of(view: ArchiveView, values: dict[str, float]) -> dict[str, int]:
     """Return the index of the nearest value of each varied parameter."""
     names = [name for name in view.axes if name not in INITIAL]
     for name in values:
@@ -205,13 +206,14 @@ def _basins(
     labels = np.array([], object)
     if "attractor_label" in view:
         labels = view.take("attractor_label", **where)
+    plane = len(axes) == 2 and begins_at_sections(view)
     total, drawn = attractor.size, attractor.shape[-1] > 1 and not axes
     for k in [*np.flatnonzero([bool(label) for label in labels]).tolist(), -1]:
         count = int(np.count_nonzero(attractor == k))
         if k < 0 and not count:
             continue
         low, high = share_interval(count, total) if drawn else (float("nan"),) * 2
-        near = _nearest(view, attractor, where, axes, k) if len(axes) == 2 and k >= 0 else None
+        near = _nearest(view, attractor, where, axes, k) if plane and k >= 0 else None
         label = str(labels[k]) if k >= 0 else "not known"
         yield Basin(k, label, count, total, low, high, *(near or ()))
 
@@ -246,8 +248,6 @@ def _nearest(
 
 def _off_plane(view: ArchiveView, along: list[str]) -> dict[str, float]:
     """Return the components of the starts that the axes of a plane do not set."""
-    from nlds_vines.bifurcation.archived import scan_of
-
     scan = scan_of(view)
     names = scan.system.scene.components
     given = scan.start.state or [scan.system.rest or 0.0 if n == "x2" else 0.0 for n in names]

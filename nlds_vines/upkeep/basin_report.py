@@ -7,11 +7,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from nlds_vines.cli.option_values import assignments, comma_separated
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, from_text, shown
+
+if TYPE_CHECKING:
+    from nlds_vines.archives.view import ArchiveView
 
 _NAME = "basins"
 _SIDE = 20
@@ -24,6 +28,9 @@ examples:
   nlds-vines bifurcation --vary omega=7.2:7.9:71 --start random:200 --record attractor -o shares.h5
   nlds-vines basins shares.h5
       the shares at each frequency; --at omega=7.7 gives their intervals
+  nlds-vines continuation --along omega=7.2:7.9 -o branches.h5
+  nlds-vines basins plane.h5 --edges branches.h5
+      edge states as well: orbits with one unstable multiplier, between two basins
 exit status: 0 done; 2 the request is wrong
 """
 
@@ -41,12 +48,20 @@ def _carry_out(options: argparse.Namespace) -> int:
 
     with read(path) as view:
         varied = [name for name in view.axes if name not in INITIAL and view[name].size > 1]
-        if len(varied) == 1 and not values:
+        if len(varied) == 1 and not values and options.edges is None:
             say(view.text("title"), *shares_along(view))
             return DONE
         found = basin_measures(view, options.box, **values)
-    say(found.title, *found.lines(tuple(times)))
+        edges = [] if options.edges is None else _of_edges(view, options.edges, values)
+    say(found.title, *found.lines(tuple(times)), *edges)
     return DONE
+
+
+def _of_edges(view: ArchiveView, path: str, values: dict[str, float]) -> list[str]:
+    """Return the lines on the edge states of a continuation."""
+    from nlds_vines.transients.edge_states import edge_states, lines_of
+
+    return [*lines_of(edge_states(view, path, values), view["component"].tolist())]
 
 
 def _declare(parser: Parser) -> None:
@@ -54,6 +69,7 @@ def _declare(parser: Parser) -> None:
     add("archive", metavar="FILE.h5", help="of a scan that recorded attractor")
     add("--at", metavar="NAME=VALUE,...", help="the values of varied parameters")
     add("--box", type=int, default=_SIDE, metavar="CELLS", help=f"side of a box [{_SIDE}]")
+    add("--edges", metavar="BRANCHES.h5", help="a continuation: its orbits on basin boundaries")
     add("--by", metavar="PERIODS,...", help="forcing periods by which orbits have arrived")
 
 

@@ -19,6 +19,7 @@ from nlds_vines.errors import RequestError, shown
 from nlds_vines.runs.manifest import CONTINUATION, RESPONSE_CURVES, SCAN, SURVEY, TUNING
 
 if TYPE_CHECKING:
+    import numpy as np
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -47,6 +48,7 @@ def plot(
     *,
     columns: int = 2,
     style: str | None = None,
+    edges: str | os.PathLike[str] | None = None,
 ) -> Figure:
     """Return the picture of an archive as a matplotlib figure; nothing is computed or written.
 
@@ -59,6 +61,8 @@ def plot(
         columns: 1 for a picture as wide as a column of a paper (8.4 cm), 2 for 16 cm.
         style: a style sheet of matplotlib's, by name or path.  What the user has set in
             `matplotlib.rcParams` or in a `matplotlibrc` stays as well.
+        edges: the archive of a continuation of the same system: of a plane of basins, the points
+            of its edge states are marked (`nlds-vines basins`).
 
     Raises `RequestError` for a file that is no archive, and where it does not hold what to show.
     """
@@ -70,17 +74,25 @@ def plot(
     let_figures_be_shown()
     page = page_of(columns)
     with read(archive) as view, sheet(style):
-        return drawn(view, lambda opened: _draw(opened, show, page, ax))
+        return drawn(view, lambda opened: _draw(opened, show, page, ax, edges))
 
 
-def _draw(view: ArchiveView, show: str | None, page: Page, ax: Axes | None) -> Figure:
+def _draw(
+    view: ArchiveView,
+    show: str | None,
+    page: Page,
+    ax: Axes | None,
+    edges: str | os.PathLike[str] | None = None,
+) -> Figure:
     """Return the picture of an open archive by what it holds."""
     from nlds_vines.plotting.page import TWO_COLUMNS, into
 
     if view.content == SCAN and not (show is None and _is_ensemble(view)):
         from nlds_vines.bifurcation.picture.drawing import draw
 
-        return draw(view, show, page, ax)
+        return draw(view, show, page, ax, None if edges is None else _points(view, edges))
+    if edges is not None:
+        raise RequestError(f"{view.path} holds a {view.content}: edges are for basins alone")
     if show is not None:
         raise RequestError(f"{view.path} holds a {view.content}: show is for scans alone")
     if page is not TWO_COLUMNS:
@@ -92,6 +104,13 @@ def _draw(view: ArchiveView, show: str | None, page: Page, ax: Axes | None) -> F
     if view.content not in _PANELS:
         raise RequestError(f"{view.path} holds a {view.content}: its picture has several panels")
     return into(ax, lambda: _PANELS[view.content](ax, view))
+
+
+def _points(view: ArchiveView, edges: str | os.PathLike[str]) -> np.ndarray:
+    """Return the section points of the edge states that are to be marked."""
+    from nlds_vines.transients.edge_states import points_in
+
+    return points_in(view, edges)
 
 
 def _is_ensemble(view: ArchiveView) -> bool:
@@ -203,7 +222,9 @@ def _save(archive: Path, path: Path, options: argparse.Namespace) -> None:
     from nlds_vines.plotting.page import sheet
     from nlds_vines.plotting.save import save_figure
 
-    figure = plot(archive, options.show, columns=options.columns, style=options.style)
+    figure = plot(
+        archive, options.show, columns=options.columns, style=options.style, edges=options.edges
+    )
     with read(archive) as view, sheet(options.style):
         save_figure(figure, path, view.text("title"), ("scan_hash", view.text("scan_hash")))
 
@@ -215,6 +236,7 @@ def _declare(parser: Parser) -> None:
     add("--show", metavar="WHAT", help="of a scan: what to show; ? names the recorded quantities")
     add("--columns", default=2, metavar="N", help="width: 1 or 2 columns of a paper [2]")
     add("--style", metavar="SHEET", help="a style sheet of matplotlib's, by name or path")
+    add("--edges", metavar="BRANCHES.h5", help="of basins: mark the edge states of a continuation")
     add("--overwrite", action="store_true", help="replace a picture")
 
 

@@ -81,6 +81,36 @@ def test_the_attractors_are_those_of_the_closed_form(plane):
     assert (shares > 0.1).all()
 
 
+def test_the_largest_energies_of_attractors_are_those_of_their_orbits(plane, tmp_path):
+    with nv.read(plane) as view:
+        energies, points = view["attractor_E1max"], view["attractor_point"]
+        assert "attractor_E2max" not in view
+    system = nv.load_system("impact-oscillator", omega=1.5, P=AMPLITUDE)
+    for energy, point in zip(energies, points, strict=True):
+        settled = nv.simulate(
+            system, 10, start=tuple(point), transient=200, record=["energy"], quiet=True
+        )
+        assert energy == pytest.approx(settled.E1max, rel=1e-9)
+    assert energies[0] != pytest.approx(energies[1], rel=0.01)
+
+
+def test_chaos_has_the_energies_of_an_orbit_of_it(tmp_path):
+    document = {
+        **PLANE,
+        "system": "ssul-set6",
+        "set": {"omega": 7.36},
+        "vary": {"v2_0": {"start": -0.5, "stop": 0.5, "num": 12}},
+        "record": {"want": ["attractor", "energy"]},
+    }
+    path = nv.bifurcation(document, tmp_path / "chaos.h5", quiet=True)
+    with nv.read(path) as view:
+        number = view["attractor_label"].tolist().index("chaos")
+        cells = view["attractor"][:, 0] == number
+        for name in ("E1max", "E2max"):
+            first = view[name][cells, 0][0]
+            assert view[f"attractor_{name}"][number] == first  # all cells are the sample here
+
+
 def test_labels_are_those_of_plain_following(plane, tmp_path):
     plain = nv.bifurcation({**PLANE, "record": {"want": ["regime"]}}, tmp_path / "p.h5", quiet=True)
     with nv.read(plane) as view, nv.read(plain) as other:

@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.bifurcation.archived import begins_at_sections
 from nlds_vines.bifurcation.picture.map_cells import (
     FOOT,
     HEAD,
@@ -67,11 +68,14 @@ def _why_not(view: ArchiveView) -> str:
 
 
 @styled()
-def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
+def basin_picture(
+    view: ArchiveView, page: Page = TWO_COLUMNS, edges: np.ndarray | None = None
+) -> Figure:
     """Return the basins of a scan: over two initial conditions, or their shares along a parameter.
 
-    Over a parameter and an initial condition there are both, one above the other.  Raises
-    `RequestError` for any other scan.
+    Over a parameter and an initial condition there are both, one above the other.  `edges` are
+    the section points (count, components) of edge states that are marked in a plane of initial
+    conditions.  Raises `RequestError` for any other scan.
     """
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
@@ -84,7 +88,7 @@ def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     panels = []
     if map_:
         panels.append(map_panel(figure, height - HEAD - page.map_height, page))
-        fill_basins(panels[0], view, page, legend=not shares)
+        fill_basins(panels[0], view, page, edges, legend=not shares)
     if shares:
         panels.append(map_panel(figure, foot, page))
         handles = fill_shares(panels[-1], view)
@@ -97,18 +101,28 @@ def basin_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     return figure
 
 
-def fill(axes: Axes, view: ArchiveView, page: Page) -> None:
+def fill(axes: Axes, view: ArchiveView, page: Page, edges: np.ndarray | None = None) -> None:
     """Draw one panel of it into axes: the map, or else the shares; errors as `basin_picture`."""
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
     if len(view.axes) == 2:
-        fill_basins(axes, view, page)
+        fill_basins(axes, view, page, edges)
     else:
         add_map_legend(axes, fill_shares(axes, view), "attractor", page)
 
 
-def fill_basins(axes: Axes, view: ArchiveView, page: Page, *, legend: bool = True) -> None:
-    """Fill every cell of a map with the colour of its attractor, and mark their points."""
+def fill_basins(
+    axes: Axes,
+    view: ArchiveView,
+    page: Page,
+    edges: np.ndarray | None = None,
+    *,
+    legend: bool = True,
+) -> None:
+    """Fill every cell of a map with the colour of its attractor, and mark their points.
+
+    Those of `edges` (count, components), too, as `basin_picture` has them.
+    """
     looks = _looks(view)
     labels, numbers = _labels_of_cells(view), view["attractor"][..., 0]
     keys = [(int(k), str(label)) for k, label in zip(numbers.flat, labels.flat, strict=True)]
@@ -123,8 +137,9 @@ def fill_basins(axes: Axes, view: ArchiveView, page: Page, *, legend: bool = Tru
     known = {looks[key].name: looks[key].colour for key in present if key[0] >= 0}
     name_regions(axes, view, names, known)
     handles: list[Any] = [*_patches([looks[key] for key in present])]
-    if not [name for name in view.axes if name not in INITIAL]:
+    if begins_at_sections(view) and not [name for name in view.axes if name not in INITIAL]:
         handles += _mark_points(axes, view, looks)
+        handles += _mark_edges(axes, view, edges)
     if legend:
         add_map_legend(axes, handles, "attractor", page)
 
@@ -208,17 +223,41 @@ def _mark_points(
     axes: Axes, view: ArchiveView, looks: Mapping[tuple[int, str], _Look]
 ) -> list[Line2D]:
     """Mark the points of attractors in the plane, or above it; return the entry of the legend."""
-    names = view["component"].tolist()
-    columns = [names.index(component_of(name)) for name in view.axes]
-    spans = [(view[name][0], view[name][-1]) for name in view.axes]
     style: dict[str, Any] = {"marker": "o", "linestyle": "none", "markeredgecolor": "black"}
     style |= {"markersize": 5.0, "markeredgewidth": 0.9}
     found = False
     for k, label in enumerate(view["attractor_label"]):
-        point = view["attractor_point"][k, columns]
-        if all(a <= value <= b for value, (a, b) in zip(point, spans, strict=True)):
+        for point in _within(view, view["attractor_point"][k : k + 1]):
             colour = mixed(looks[k, str(label)].colour, "#ffffff", 0.5)
             axes.plot(*point, markerfacecolor=colour, zorder=5, **style)
             found = True
-    text = "points of attractors" if len(names) == 2 else "points of attractors,\nprojected"
+    text = "points of attractors" + _projected(view)
     return [Line2D([], [], markerfacecolor="white", label=text, **style)] if found else []
+
+
+def _mark_edges(axes: Axes, view: ArchiveView, edges: np.ndarray | None) -> list[Line2D]:
+    """Mark the points of edge states as `_mark_points`; return the entry of the legend."""
+    points = [] if edges is None else _within(view, edges)
+    style: dict[str, Any] = {"marker": "D", "linestyle": "none", "markeredgecolor": "black"}
+    style |= {"markersize": 4.5, "markeredgewidth": 0.9, "markerfacecolor": "#ffd700"}
+    for point in points:
+        axes.plot(*point, zorder=6, **style)
+    text = "points of edge states" + _projected(view)
+    return [Line2D([], [], label=text, **style)] if len(points) else []
+
+
+def _within(view: ArchiveView, points: np.ndarray) -> list[np.ndarray]:
+    """Return points (count, components) as they lie in the plane of a map, where it has them."""
+    names = view["component"].tolist()
+    columns = [names.index(component_of(name)) for name in view.axes]
+    spans = [(view[name][0], view[name][-1]) for name in view.axes]
+    return [
+        point
+        for point in points[:, columns]
+        if all(a <= value <= b for value, (a, b) in zip(point, spans, strict=True))
+    ]
+
+
+def _projected(view: ArchiveView) -> str:
+    """Return what is said of points that need not lie in the plane of a map."""
+    return "" if view["component"].size == 2 else ",\nprojected"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -41,6 +42,7 @@ def draw(
     show: str | None = None,
     page: Page = TWO_COLUMNS,
     ax: Axes | None = None,
+    edges: np.ndarray | None = None,
 ) -> Figure:
     """Return the picture of an open archive: a diagram of one varied parameter, a map of two.
 
@@ -50,7 +52,8 @@ def draw(
     Arguments: the archive; what to `show`: of a diagram quantities separated by commas
     (`quantities.quantities`), or the words of `choices.GROUPS`, or `regimes` for the strips alone;
     of a map what `regime_map` tells; `basins` where attractors are recorded; None for what is
-    usual; the `page`; axes to draw one panel into, None for a figure of its own.
+    usual; the `page`; axes to draw one panel into, None for a figure of its own; of basins, the
+    section points (count, components) of `edges` that are marked.
 
     Raises `RequestError` where the archive does not hold what to `show`.
     """
@@ -63,8 +66,10 @@ def draw(
     plain = len(values) == 1 or is_map(values)
     if show == BASINS or (show is None and plain and basin_map.drawable(view)):
         if ax is None:
-            return basin_map.basin_picture(view, page)
-        return into(ax, lambda: basin_map.fill(ax, view, page))
+            return basin_map.basin_picture(view, page, edges)
+        return into(ax, lambda: basin_map.fill(ax, view, page, edges))
+    if edges is not None:
+        raise RequestError(f"{view.path}: edge states are shown with show = 'basins' alone")
     if not is_map(values):
         if ax is None:
             return diagram(view, show, page)

@@ -1,0 +1,94 @@
+"""Attractors that the sample has missed get numbers when all cells have been followed."""
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main
+from nlds_vines.bifurcation import attracted
+from nlds_vines.upkeep.diff import compare
+
+PLANE = {
+    "title": "a plane",
+    "system": "impact-oscillator",
+    "set": {"omega": 1.5, "P": 0.6},
+    "vary": {
+        "x_0": {"start": -2.0, "stop": 1.0, "num": 24},
+        "v_0": {"start": -3.0, "stop": 3.0, "num": 20},
+    },
+    "record": {"want": ["attractor"]},
+}
+ALONG = {
+    **PLANE,
+    "title": "along the amplitude",
+    "set": {"omega": 1.5},
+    "vary": {
+        "P": {"start": 0.3, "stop": 0.6, "num": 4},
+        "v_0": {"start": -3.0, "stop": 3.0, "num": 30},
+    },
+}
+
+
+@pytest.fixture
+def sample_of_one(monkeypatch):
+    """Let the attractors of each system be learnt from one orbit."""
+    monkeypatch.setattr(attracted, "SAMPLE", 1)
+    monkeypatch.setattr(attracted, "LEAST", 1)
+
+
+def arrays_of(path):
+    with nv.read(path) as view:
+        return {name: view[name] for name in view.names if name != "status"}
+
+
+def test_what_one_orbit_has_missed_has_a_number_at_last(sample_of_one, tmp_path, monkeypatch):
+    one = arrays_of(nv.bifurcation(PLANE, tmp_path / "one.h5", quiet=True))
+    monkeypatch.undo()
+    all_of = arrays_of(nv.bifurcation(PLANE, tmp_path / "all.h5", quiet=True))
+    assert sorted(one["attractor_label"].tolist()) == ["T,0", "T,1"]
+    assert (one["attractor"] >= 0).all()
+    assert (one["arrival"] >= 0).all()
+    same = np.array([all_of["attractor_label"].tolist().index(x) for x in one["attractor_label"]])
+    assert (same[one["attractor"]] == all_of["attractor"]).all()
+    assert np.array_equal(one["label"], all_of["label"])
+    assert np.allclose(one["attractor_point"], all_of["attractor_point"][same], atol=1e-9)
+    assert np.allclose(one["attractor_E1max"], all_of["attractor_E1max"][same], rtol=1e-9)
+    assert one["attractor_share"].tolist() == all_of["attractor_share"][same].tolist()
+    assert nv.verify(tmp_path / "one.h5") == []
+
+
+def test_it_keeps_its_number_along_a_parameter(sample_of_one, tmp_path):
+    found = arrays_of(nv.bifurcation(ALONG, tmp_path / "along.h5", quiet=True))
+    labels = found["attractor_label"]
+    assert (found["attractor"] >= 0).all()
+    for k in range(labels.shape[1]):
+        assert len(set(labels[:, k].tolist()) - {""}) == 1
+    assert sorted(set(labels.ravel().tolist())) == ["", "T,0", "T,1"]
+    assert labels.shape[1] == 2
+    names = labels[np.arange(4)[:, np.newaxis], found["attractor"][..., 0]]
+    assert np.array_equal(names, found["label"][..., 0])
+
+
+def test_shards_and_resumes_make_the_same_archive(sample_of_one, tmp_path):
+    nv.bifurcation(ALONG, tmp_path / "whole.h5", quiet=True)
+    scan, path = tmp_path / "scan.toml", tmp_path / "parts.h5"
+    scan.write_text(nv.load_scan(ALONG).to_toml())
+    command = ["bifurcation", str(scan), "-o", str(path), "--quiet"]
+    assert main([*command, "--shard", "2/2", "--threads", "1"]) == 0
+    assert main([*command, "--shard", "1/2"]) == 0
+    assert main(["consolidate", str(path), "--quiet"]) == 0
+    assert not compare(tmp_path / "whole.h5", path).different
+
+
+def test_chaos_that_was_missed_has_a_number(sample_of_one, tmp_path):
+    document = {
+        **PLANE,
+        "system": "ssul-set6",
+        "set": {"omega": 7.36},
+        "vary": {"v2_0": {"start": -0.5, "stop": 0.5, "num": 12}},
+    }
+    found = arrays_of(nv.bifurcation(document, tmp_path / "chaos.h5", quiet=True))
+    names = found["attractor_label"][found["attractor"][..., 0]]
+    assert set(found["label"].ravel().tolist()) - {"chaos"}
+    assert np.array_equal(names, [str(x).split(" to ")[-1] for x in found["label"][:, 0]])
+    assert np.isfinite(found["attractor_E1max"]).all()

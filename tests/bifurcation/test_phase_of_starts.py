@@ -1,0 +1,221 @@
+"""Orbits of scans that begin at any phase of the force."""
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main
+from nlds_vines.bifurcation.cell_orbit import cell_orbit
+from nlds_vines.errors import RequestError
+from nlds_vines.explore.cell_start import start_of
+from nlds_vines.explore.chosen import Chosen
+from nlds_vines.explore.stored import stored
+from nlds_vines.kernels.codes import DIVERGED
+from nlds_vines.kernels.part_period import enter
+from nlds_vines.orbits.entries import TURN, Entries
+from nlds_vines.orbits.settings import chosen_settings
+from nlds_vines.orbits.simulation import start_state
+from nlds_vines.orbits.starts import user_states
+from nlds_vines.upkeep.diff import compare
+
+SAMPLES = 48
+CASES = {  # with impacts in the middle of periods
+    "hertz": ("ssul-set6", {"omega": 5.5}),
+    "soft": ("ssul-set6", {"K": 1e5, "omega": 4.0}),
+    "two walls": ("ssbl", {}),
+    "restitution": ("ssul-set6", {"law": "restitution", "e": 0.7, "omega": 5.5}),
+    "sticking": ("impact-oscillator", {"omega": 0.3, "P": 1.6, "e": 0.3}),
+    "linear": ("ssul-set6", {"law": "linear", "kc": 1e6, "cc": 50.0, "omega": 5.5}),
+    "no wall": ("tmd", {}),
+}
+PERIODS = 12
+PLANE = {
+    "title": "a plane of phases",
+    "system": "impact-oscillator",
+    "set": {"omega": 1.5, "P": 0.6},
+    "vary": {
+        "phase": {"start": 0.0, "stop": TURN, "num": 16},
+        "v_0": {"start": -3.0, "stop": 3.0, "num": 20},
+    },
+    "start": {"policy": "rest"},
+    "record": {"want": ["attractor"]},
+}
+
+
+def at_section(system, states, phases, method="exact", **settings):
+    """Return the states at the next section, in the user's coordinates."""
+    cells = np.repeat(np.atleast_1d(system.cells()), len(states))
+    rest = float(cells["rest"][0])
+    starts = np.array([start_state(system, rest, state)[:4] for state in states])
+    entries = Entries(system.scene, method, chosen_settings(method, settings))
+    found = entries.at_section(cells, starts, np.asarray(phases))
+    return user_states(cells, found, system.scene)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_start_on_an_orbit_comes_to_the_orbits_next_section(case):
+    """Also within contacts, and with impacts in between: every state of three periods is one."""
+    name, changes = CASES[case]
+    system = nv.load_system(name, **changes)
+    walls = bool(system.scene.walls)
+    record = ("section", "trajectory", *["impacts"] * walls)
+    fine = {"tolerance": "fine", "quiet": True, "samples": SAMPLES, "record": record}
+    orbit = nv.simulate(system, PERIODS, **fine)
+    states = orbit.trajectory.reshape(PERIODS, SAMPLES, -1)
+    size = np.abs(orbit.trajectory).max(axis=0)
+    phases = TURN * np.arange(1, SAMPLES) / SAMPLES
+    chosen = range(PERIODS - 3, PERIODS)
+    if walls and case != "sticking":
+        touches = orbit.impacts["touch"] / system.period
+        middle = (touches % 1 > 0.2) & (touches % 1 < 0.8)
+        chosen = np.unique(touches[middle].astype(int))[:3].tolist()
+        assert len(chosen) == 3
+    if case in ("soft", "sticking"):
+        times = system.period * (np.arange(1, PERIODS * SAMPLES) / SAMPLES)
+        inside = [(times > one["touch"]) & (times < one["release"]) for one in orbit.impacts]
+        assert np.any(inside, axis=0).sum() >= 3
+    for period in chosen:
+        found = at_section(system, states[period, :-1], phases, tolerance=1e-12)
+        assert np.abs((found - orbit.section[period]) / size).max() < 1e-11
+
+
+def test_the_method_rk4_begins_at_a_phase_too():
+    system = nv.load_system("impact-oscillator", omega=1.5, P=2.0)
+    orbit = nv.simulate(system, 1, record=("trajectory", "section"), samples=SAMPLES, quiet=True)
+    phases = TURN * np.arange(1, SAMPLES) / SAMPLES
+    states = orbit.trajectory[:-1]
+    errors = [
+        np.abs(at_section(system, states, phases, "rk4", period_steps=n) - orbit.section[0]).max()
+        for n in (128, 256)
+    ]
+    assert 0 < errors[1] < errors[0] / 12  # order four
+    assert errors[1] < 1e-6
+
+
+def test_what_is_at_a_section_stays_there():
+    system, state = nv.load_system("impact-oscillator", omega=1.5), [[0.3, -0.2]] * 2
+    assert at_section(system, state, [0.0, TURN]).tolist() == state
+    near = at_section(system, state, [np.nextafter(TURN, 0.0), TURN - 1e-9])
+    assert np.allclose(near, state, atol=1e-8)
+
+
+def test_an_orbit_that_does_not_come_so_far_diverges():
+    system = nv.load_system("impact-oscillator", omega=1.5, P=0.0, c=0.0)
+    assert np.isnan(at_section(system, [[-4.9e149, 0.0]], [TURN - 1.178])).all()
+    document = {**PLANE, "system": system, "set": {}, "record": {"want": ["attractor", "energy"]}}
+    document["vary"] = {"phase": {"values": [TURN - 1.178]}}
+    scan = nv.load_scan({**document, "start": {"state": [-4.9e149, 0.0]}})
+    from nlds_vines.bifurcation.compute import Computer
+
+    found = Computer(scan).lanes(*Computer(scan).orbits(np.array([0])))
+    assert found["status"].ravel().tolist() == [DIVERGED]
+
+
+@pytest.fixture(scope="module")
+def plane(tmp_path_factory):
+    path = tmp_path_factory.mktemp("phases") / "plane.h5"
+    nv.bifurcation(PLANE, path, quiet=True)
+    return path
+
+
+def test_a_plane_of_phases_has_the_basins_of_plain_following(plane, tmp_path):
+    """From each cell an orbit is followed by `simulate`, after a first part on its own."""
+    with nv.read(plane) as view:
+        attractor, label = view["attractor"][..., 0], view["label"][..., 0]
+        phases, speeds = view["phase"], view["v_0"]
+        assert view["attractor_label"].tolist() == ["T,0", "T,1"]
+    assert {0, 1} == set(attractor.ravel().tolist())
+    # both ends are phase zero, where nothing is flown
+    assert (attractor[0] == attractor[-1]).all()
+    system = nv.load_system("impact-oscillator", omega=1.5, P=0.6)
+    for i in (0, 5, 11):
+        states = np.array([[0.0, v] for v in speeds])
+        there = at_section(system, states, np.full(len(speeds), phases[i]))
+        found = [nv.classify(system, start=tuple(y), quiet=True).label for y in there]
+        assert found == label[i].tolist()
+
+
+def test_an_archive_knows_its_phases(plane, tmp_path, capsys):
+    assert nv.verify(plane) == []
+    again = tmp_path / "again.h5"
+    assert main(["rerun", str(plane), "-o", str(again), "--quiet"]) == 0
+    assert not compare(plane, again).different
+    orbit = nv.orbit_of(plane, phase=2.0, v_0=-1.2, quiet=True)
+    cell = cell_orbit(plane, {"phase": 2.0, "v_0": -1.2})
+    with nv.read(plane) as view:
+        i, j = (np.abs(view[n] - x).argmin() for n, x in (("phase", 2.0), ("v_0", -1.2)))
+        phase, speed = float(view["phase"][i]), float(view["v_0"][j])
+        label = str(view["label"][i, j, 0])
+    there = at_section(orbit.system, [[0.0, speed]], [phase])
+    assert cell.begin.state[:2].tolist() == there[0].tolist()
+    assert nv.classify(orbit.system, start=tuple(there[0]), quiet=True).label == label
+    # an attractor's point is at phase zero: how far a basin is left lies in no such plane
+    assert all(not basin.nearest for basin in nv.basin_measures(plane).basins)
+    # the page begins there as well, and its slider moves the phase
+    page = stored(plane)
+    start = start_of(page, (i, j), 0, orbit.system)
+    assert start.state == tuple(there[0].tolist())
+    assert start.words == f"phase = {phase:g}, v_0 = {speed:g}"
+    chosen = Chosen(page)
+    chosen.choose((i, j), 0)
+    chosen.free["phase"] = 1.0
+    moved = at_section(orbit.system, [[0.0, speed]], [1.0])
+    assert chosen.begins(orbit.system).state == tuple(moved[0].tolist())
+
+
+def test_blocks_and_resumes_do_not_change_a_bit(plane, tmp_path):
+    scan = nv.load_scan(PLANE)
+    from nlds_vines.bifurcation.blocks import Block
+    from nlds_vines.bifurcation.compute import Computer
+
+    one = Computer(scan).block(Block(0, ((3, 5), (7, 9))))
+    with nv.read(plane) as view:
+        assert np.array_equal(one["attractor"], view["attractor"][3:5, 7:9])
+        assert np.array_equal(one["arrival"], view["arrival"][3:5, 7:9])
+
+
+def test_a_phase_of_the_start_is_that_of_an_axis(tmp_path):
+    along = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}, "record": {"want": ["section"]}}
+    both = {**along, "vary": {"phase": {"values": [1.25]}, **along["vary"]}}
+    given = nv.load_scan({**along, "start": {"policy": "rest", "phase": 1.25}})
+    assert nv.load_scan(given.document()) == given
+    one = nv.bifurcation(given, tmp_path / "one.h5", quiet=True)
+    two = nv.bifurcation(both, tmp_path / "two.h5", quiet=True)
+    with nv.read(one) as view, nv.read(two) as other:
+        assert np.array_equal(view["section"], other["section"][0])
+    state = nv.load_scan({**along, "start": {"state": [0.1, 0.2], "phase": 1.25}})
+    assert (state.start.state, state.start.phase) == ((0.1, 0.2), 1.25)
+    assert "phase" not in nv.load_scan(along).document()["start"]
+
+
+def test_a_scan_at_phase_zero_compiles_nothing_for_phases(tmp_path):
+    before = len(enter.signatures) if hasattr(enter, "signatures") else 0
+    document = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}, "record": {"want": ["section"]}}
+    nv.bifurcation(document, tmp_path / "zero.h5", quiet=True)
+    assert (len(enter.signatures) if hasattr(enter, "signatures") else 0) == before
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"vary": {"phase": {"start": 0.0, "stop": 7.0, "num": 3}}}, "phase = 7.0 is not allowed"),
+        ({"vary": {"phase": {"start": -1.0, "stop": 1.0, "num": 3}}}, "from 0 to 6.28319"),
+        ({"start": {"policy": "random", "count": 3}}, "phase is varied, so orbits begin at rest"),
+        ({"start": {"policy": "rest", "phase": 9.0}}, "phase = 9.0 is not allowed"),
+        ({"vary": {"v_0": {"values": [1.0]}}, "start": {"policy": "up", "phase": 1.0}}, "'rest'"),
+    ],
+)
+def test_a_wrong_phase_is_refused(change, said):
+    with pytest.raises(RequestError, match=said):
+        nv.load_scan({**PLANE, **change})
+
+
+def test_the_command_takes_phases(tmp_path, capsys):
+    from nlds_vines.bifurcation.options import _start
+
+    assert _start("rest@1.5") == {"policy": "rest", "phase": 1.5}
+    assert _start("0.1,0@1.5") == {"policy": "state", "state": [0.1, 0.0], "phase": 1.5}
+    asked = ["--system", "impact-oscillator", "--vary", "phase=0:6:3", "--vary", "v_0=-1:1:4"]
+    asked += ["--record", "attractor", "-o", str(tmp_path / "x.h5"), "--dry-run"]
+    assert main(["bifurcation", *asked]) == 0
+    assert "12 (3 x 4 cells" in capsys.readouterr().out

@@ -1,0 +1,94 @@
+"""Edge states of a continuation beside basins: on their boundary, in report and picture."""
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main
+from nlds_vines.errors import RequestError
+from nlds_vines.transients.edge_states import edge_states
+
+OF_OSCILLATOR = ["--system", "impact-oscillator", "--set", "omega=1.5"]
+PLANE = {
+    "title": "a plane",
+    "system": "impact-oscillator",
+    "set": {"omega": 1.5, "P": 0.6},
+    "vary": {
+        "x_0": {"start": -2.0, "stop": 1.0, "num": 60},
+        "v_0": {"start": -3.0, "stop": 3.0, "num": 60},
+    },
+    "record": {"want": ["attractor"]},
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    found = tmp_path_factory.mktemp("edges")
+    nv.bifurcation(PLANE, found / "plane.h5", quiet=True)
+    along = ["--along", "P=0.35:0.7", "--from", "T,1", "-o", str(found / "branches.h5")]
+    assert main(["continuation", *OF_OSCILLATOR, *along, "--quiet"]) in (0, 1)
+    return found
+
+
+def test_the_edge_state_divides_the_basins(folder):
+    with nv.read(folder / "plane.h5") as view:
+        (edge,) = edge_states(view, folder / "branches.h5")
+        x, v = edge.sections[0]
+        i = np.abs(view["x_0"] - x).argmin()
+        column = view["attractor"][i, :, 0]
+        j = np.abs(view["v_0"] - v).argmin()
+    assert edge.label == "T,1"
+    assert abs(edge.multiplier) > 1
+    assert {0, 1} == set(column[j - 1 : j + 2].tolist())
+    orbit = nv.simulate(
+        nv.load_system("impact-oscillator", omega=1.5, P=0.6), 1, start=(x, v), quiet=True
+    )
+    assert np.allclose(orbit.section[0], [x, v], atol=1e-9)
+    assert len(orbit.impacts) == 1
+
+
+def test_report_and_picture_show_it(folder, capsys):
+    plane, branches = str(folder / "plane.h5"), str(folder / "branches.h5")
+    assert main(["basins", plane, "--edges", branches]) == 0
+    assert "edge state T,1 of branch" in capsys.readouterr().out
+    figure = nv.plot(plane, edges=branches)
+    texts = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert texts[-1] == "points of edge states"
+    with nv.read(plane) as view:
+        (edge,) = edge_states(view, branches)
+    marked = [line.get_xydata()[0].tolist() for line in figure.axes[0].lines]
+    assert edge.sections[0].tolist() in marked
+    out = str(folder / "edges.png")
+    assert main(["plot", plane, "--edges", branches, "-o", out]) == 0
+
+
+def test_a_longer_orbit_has_all_its_sections():
+    path = nv.continue_orbit("ssul-set6", "omega", (7.75, 7.85), start="2T,1")
+    edge = path.orbits_at(7.8)[0]
+    assert edge.sections.shape == (2, 4)
+    assert np.allclose(edge.sections[-1], edge.state, atol=1e-9)
+    system = nv.load_system("ssul-set6", omega=7.8)
+    orbit = nv.simulate(system, 1, start=tuple(edge.state), tolerance="fine", quiet=True)
+    assert np.allclose(orbit.section[0], edge.sections[0], atol=1e-8)
+
+
+def test_what_does_not_fit_is_refused(folder, tmp_path):
+    branches = folder / "branches.h5"
+    other = nv.bifurcation(
+        {**PLANE, "set": {"omega": 1.6, "P": 0.6}}, tmp_path / "other.h5", quiet=True
+    )
+    with nv.read(other) as view, pytest.raises(RequestError, match=r"omega = 1\.5, not 1\.6"):
+        edge_states(view, branches)
+    beyond = nv.bifurcation(
+        {**PLANE, "set": {"omega": 1.5, "P": 1.1}}, tmp_path / "beyond.h5", quiet=True
+    )
+    with nv.read(beyond) as view, pytest.raises(RequestError, match=r"P = 1\.1; allowed: 0\.35"):
+        edge_states(view, branches)
+    with pytest.raises(RequestError, match="holds a scan, not a continuation"):
+        nv.plot(other, edges=other)
+    line = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}}
+    path = nv.bifurcation(line, tmp_path / "line.h5", quiet=True)
+    with pytest.raises(RequestError, match="over two initial conditions"):
+        nv.plot(path, edges=branches)
+    with pytest.raises(RequestError, match="edges are for basins alone"):
+        nv.plot(branches, edges=branches)

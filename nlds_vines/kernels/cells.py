@@ -31,6 +31,7 @@ from .scene import (
     structure_under,
     wall_like,
 )
+from .spans import grid_of_spans
 from .variations import flow_of
 from .verdict import judge
 
@@ -87,6 +88,8 @@ def grid_maker(rk4, near, far):
         return lambda rk4, near, far: fixed_grid_of
     if is_a(near, LinearWall) or is_a(far, LinearWall):
         return lambda rk4, near, far: grid_once_rounded
+    if is_a(near, RigidWall) or is_a(far, RigidWall):
+        return lambda rk4, near, far: grid_of_spans
     return lambda rk4, near, far: grid_of
 
 

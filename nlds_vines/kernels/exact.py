@@ -8,9 +8,10 @@ from .codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
 from .flight import CELLS, bare_grid, cell_polynomial, phase_at
 from .observe import LEVEL
-from .once_rounded import after_cell, after_piece
+from .once_rounded import after_piece
 from .peaks import may_set_a_record, note_peaks, record_breakers, work_at
 from .scene import greatest_push, scale_of
+from .spans import SPAN, in_span
 from .touch import (
     CLEAR,
     LOST,
@@ -21,8 +22,6 @@ from .touch import (
     tightened,
     touch_of,
 )
-
-SPAN = 4  # cells for which one bound of the motion is used: it costs a square root
 
 
 class Bounds(NamedTuple):
@@ -175,7 +174,7 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
         ahead = grid.push * grid.h * (last - j)
         scale = scale_of(ps, damper, x1, v1, r, s) + ahead
         bounds = bounds_of(ps, grid, scale)
-        slack = 0.125 * bounds.bend
+        slack, start = 0.125 * bounds.bend, (j, (x1, v1, r, s))
         while j < last and event == SECTION:
             # The state at the end of the cell, as if nothing happened before.
             now, phase = (x1, v1, r, s), phase_of(grid, j, x)
@@ -183,8 +182,9 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
             if filled:
                 fill(grid, phase, now, False)
                 y = after_piece(grid.low, damper, grid.load, grid.table, end, now, phase)
+                start = j + 1, y
             else:
-                y = after_cell(grid.low, damper, grid.table, j, now)
+                y = in_span(grid.powers, grid.low, grid.load, damper, grid.table, start, j, now)
             # The first touch, unless the two ends prove that there is none.
             place = end
             clear = x == 0.0 and proves_no_touch(near, far, r, y[2], slack)

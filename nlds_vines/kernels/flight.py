@@ -48,6 +48,7 @@ MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status
 #                           w[CELLS + 6 j ...] = forced response over it (4), cos, sin at its start
 #   grid.load  TERMS        the state's that a constant load alone would move, where there is one
 #   grid.low                matrices of twice the precision, where they are wanted (`once_rounded`)
+#   grid.powers             powers of the matrix, where they are wanted (`spans`)
 STEP = 0
 OF_E2 = 16
 FACTOR = 24
@@ -69,13 +70,17 @@ class Grid(NamedTuple):
     table: np.ndarray  # (CELLS + 6 n + 6,), the table above; in inner kernels a bare row
     load: Any  # place in the table of what a constant load does; None where there is none
     low: Any = None  # place of the matrices of `once_rounded`; None where errors may add up
+    powers: Any = None  # place of the powers of `spans`; None where they would not pay
 
 
 @jit
 def bare_grid(grid):
     """Return the grid with its table as a bare row."""
     w = bare(grid.table)
-    return Grid(grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, grid.low)
+    return Grid(
+        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, grid.low,
+        grid.powers,
+    )  # fmt: skip
 
 
 @jit
@@ -271,7 +276,7 @@ def grid_with(ps, damper, h, n, tabulated):
     w[OF_E2] = dampers_share(ps, own)
     w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, own)
     push = greatest_push(ps.load, ps.force) * math.sqrt(ps.m1)
-    return Grid(n, h, 1.0 / n, rate_of(ps, own), push, bend_of(ps, damper), w, load, None)
+    return Grid(n, h, 1.0 / n, rate_of(ps, own), push, bend_of(ps, damper), w, load, None, None)
 
 
 @chosen

@@ -19,6 +19,7 @@ from .once_rounded import grid_once_rounded
 from .orbit import bounded, on_ground, orbit_of, set_mode
 from .response import begin_tally, report, tally_for
 from .restitution import stuck_of
+from .rigid_flight import grid_of_spans
 from .runge_kutta import SCRATCH
 from .scene import (
     LinearWall,
@@ -31,7 +32,6 @@ from .scene import (
     structure_under,
     wall_like,
 )
-from .spans import grid_of_spans
 from .variations import flow_of
 from .verdict import judge
 

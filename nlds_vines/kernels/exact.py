@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 from .codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
-from .flight import CELLS, bare_grid, cell_polynomial, phase_at
+from .flight import CELLS, SPAN, bare_grid, cell_polynomial, phase_at
 from .observe import LEVEL
 from .once_rounded import after_piece
 from .peaks import may_set_a_record, note_peaks, record_breakers, work_at
+from .rigid_flight import after_jump, in_span, knows_end, note_end, note_speeds
 from .scene import greatest_push, scale_of
-from .spans import SPAN, in_span
 from .touch import (
     CLEAR,
     LOST,
@@ -157,6 +157,18 @@ def fill(grid, phase, y, filled):
 
 
 @jit
+def rest_of_cell(damper, grid, x, y, phase):
+    """Return the state at the end of a cell, x cells after the state y, and whether COEF is filled.
+
+    phase: (cos, sin) at y.
+    """
+    if knows_end(grid.powers, grid.table):
+        return after_jump(grid.powers, grid.table, x, y), False
+    fill(grid, phase, y, False)
+    return after_piece(grid.low, damper, grid.load, grid.table, x, y, phase), True
+
+
+@jit
 def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j, x, x1, v1, r, s):
     """Fly from place x of cell j to the next touch or to the start of the cell `stop`.
 
@@ -178,10 +190,9 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
         while j < last and event == SECTION:
             # The state at the end of the cell, as if nothing happened before.
             now, phase = (x1, v1, r, s), phase_of(grid, j, x)
-            end, filled = 1.0 - x, x > 0.0
-            if filled:
-                fill(grid, phase, now, False)
-                y = after_piece(grid.low, damper, grid.load, grid.table, end, now, phase)
+            end, filled = 1.0 - x, False
+            if x > 0.0:
+                y, filled = rest_of_cell(damper, grid, end, now, phase)
                 start = j + 1, y
             else:
                 y = in_span(grid.powers, grid.low, grid.load, damper, grid.table, start, j, now)
@@ -196,7 +207,9 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
                 if event == SECTION:
                     place = end
                 else:
+                    note_end(grid.powers, grid.table, y)
                     y = after_piece(grid.low, damper, grid.load, grid.table, place, now, phase)
+                    note_speeds(grid.powers, grid.table, y)
             # Note what is wanted up to the touch or the end of the cell.
             if energy is not None:
                 drive, _ = phase_of(grid, j, 1.0 if event == SECTION else x + place)

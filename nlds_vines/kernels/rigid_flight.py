@@ -1,11 +1,14 @@
-"""Cells of a span, each computed from the state at the start of the span.
+"""Flight between rigid walls, where impacts take no time, so that flights are what an orbit costs.
 
 From cell to cell a state waits for the one before. Over a span of a few cells the powers of a
-cell's matrix give all the states from the first one, so that a processor works on them at once.
-This is done where impacts take no time; elsewhere contacts cost so much that it would not show.
+cell's matrix give all the states from the first one, and a processor works on them at once. And
+after an impact the cell ends as it would have without one, but for what becomes of the jump of v1
+and s: no new polynomial is needed.
 
 From `Grid.powers` on the table of such a grid has for each power: the matrix (16 numbers), column
 by column, and what cos and sin of the phase at the start of the span, and a load, add (4 each).
+From UNSTRUCK on it has of the last touch how its cell would have ended without it (4), v1 and s
+there, and 1 while that holds.
 """
 
 from __future__ import annotations
@@ -14,19 +17,22 @@ import numpy as np
 
 from .compiling import chosen, jit
 from .elementary import cos_sin_of_turn
-from .flight import CELLS, STEP, TAYLOR, TERMS, Grid, grid_of
+from .flight import CELLS, SPAN, STEP, TAYLOR, TERMS, Grid, grid_of, response_to
 from .fours import four_at, number_of
 from .once_rounded import after_cell, put_sum, put_sum_of_load
 
-SPAN = 4  # cells of a span, for which one bound of the motion is used: it costs a square root
 POWER = 28  # numbers of a power
+UNSTRUCK = SPAN * POWER  # after the powers: what is noted of the last touch, 7 numbers
+
+
+# ---- the grid ------------------------------------------------------------------------------------
 
 
 @jit
 def with_powers(grid):
     """Return a grid as it is, with the powers of its cells' matrix."""
     first = len(grid.table)
-    w, push, y = np.zeros(first + SPAN * POWER), np.zeros(12), np.zeros(4)
+    w, push, y = np.zeros(first + UNSTRUCK + 8), np.zeros(12), np.zeros(4)
     w[:first] = grid.table
     put_sum(grid.table, TAYLOR + 4 * TERMS, push, 0)
     put_sum(grid.table, TAYLOR + 5 * TERMS, push, 4)
@@ -56,6 +62,9 @@ def with_powers(grid):
 def grid_of_spans(ps, damper, n):
     """Prepare one period of flight in `n` cells, whose spans are computed from their starts."""
     return with_powers(grid_of(ps, damper, n))
+
+
+# ---- a cell of a span ----------------------------------------------------------------------------
 
 
 @chosen
@@ -88,3 +97,60 @@ def with_load(load, w, k, forced):
     if load is None:
         return lambda load, w, k, forced: forced
     return lambda load, w, k, forced: forced + four_at(w, k + 24)
+
+
+# ---- the cell of an impact -----------------------------------------------------------------------
+
+
+@chosen
+def note_end(powers, w, y):
+    """Note with which state y a cell would have ended whose flight touches."""
+
+    def noted(powers, w, y):
+        i = powers + UNSTRUCK
+        w[i], w[i + 1], w[i + 2], w[i + 3] = y
+
+    return (lambda powers, w, y: None) if powers is None else noted
+
+
+@chosen
+def note_speeds(powers, w, y):
+    """Note the speeds of the state y of a touch whose `note_end` is done."""
+
+    def noted(powers, w, y):
+        i = powers + UNSTRUCK
+        w[i + 4], w[i + 5], w[i + 6] = y[1], y[3], 1.0
+
+    return (lambda powers, w, y: None) if powers is None else noted
+
+
+@chosen
+def unless_at_once(powers, w, took):
+    """Forget how the cell would have ended where a contact took time [s]."""
+
+    def forgotten(powers, w, took):
+        if took > 0.0:
+            w[powers + UNSTRUCK + 6] = 0.0
+
+    return (lambda powers, w, took: None) if powers is None else forgotten
+
+
+@chosen
+def knows_end(powers, w):
+    """Tell whether it is known how the cell would have ended without the impact just before."""
+    if powers is None:
+        return lambda powers, w: False
+    return lambda powers, w: w[powers + UNSTRUCK + 6] > 0.0
+
+
+@chosen
+def after_jump(powers, w, x, y):
+    """Return the state at the end of the cell, x cells after the state y that an impact left."""
+
+    def jumped(powers, w, x, y):
+        i = powers + UNSTRUCK
+        jump = response_to(w, x, 1) * (y[1] - w[i + 4]) + response_to(w, x, 3) * (y[3] - w[i + 5])
+        y = four_at(w, i) + jump
+        return number_of(y, 0), number_of(y, 1), number_of(y, 2), number_of(y, 3)
+
+    return (lambda powers, w, x, y: y) if powers is None else jumped

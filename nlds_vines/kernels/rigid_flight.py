@@ -146,11 +146,13 @@ def knows_end(powers, w):
 @chosen
 def after_jump(powers, w, x, y):
     """Return the state at the end of the cell, x cells after the state y that an impact left."""
+    return (lambda powers, w, x, y: y) if powers is None else with_jump
 
-    def jumped(powers, w, x, y):
-        i = powers + UNSTRUCK
-        jump = response_to(w, x, 1) * (y[1] - w[i + 4]) + response_to(w, x, 3) * (y[3] - w[i + 5])
-        y = four_at(w, i) + jump
-        return number_of(y, 0), number_of(y, 1), number_of(y, 2), number_of(y, 3)
 
-    return (lambda powers, w, x, y: y) if powers is None else jumped
+@jit
+def with_jump(powers, w, x, y):
+    """Return the end without the impact, and what has become of the jump of v1 and s."""
+    i = powers + UNSTRUCK
+    jump = response_to(w, x, 1) * (y[1] - w[i + 4]) + response_to(w, x, 3) * (y[3] - w[i + 5])
+    y = four_at(w, i) + jump
+    return number_of(y, 0), number_of(y, 1), number_of(y, 2), number_of(y, 3)

@@ -27,7 +27,7 @@ from nlds_vines.orbits.simulation import simulate
 
 HERTZ = load_system("ssul-set6")
 SOFT = 1e6  # N/m: an impact at 1 m/s under the linear law is then about as long as Hertz' here
-SETTLED, TIMED, ROUNDS = 400, 20_000, 7
+SETTLED, TIMED, ROUNDS = 400, 100_000, 7
 CHANGES: Mapping[str, Mapping[str, Any]] = {
     "hertz": {},
     "hertz, hunt_crossley = 0.2 s/m": {"hunt_crossley": 0.2},

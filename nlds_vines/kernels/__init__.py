@@ -16,6 +16,7 @@ In reading order:
     observe          what is noted along an orbit: impacts, energies, sections, a limit
     flight           the exact flight: a period in cells, each a matrix and a Taylor polynomial
     once_rounded     cells without a bias, where all else is linear
+    rigid_flight     what makes flights between rigid walls cheaper
     touch            the first touch in a cell, certified; near misses; a limit
     peaks            the largest energies in a cell
     exact            from one event to the next by these three

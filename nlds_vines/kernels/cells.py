@@ -19,6 +19,7 @@ from .once_rounded import grid_once_rounded
 from .orbit import bounded, on_ground, orbit_of, set_mode
 from .response import begin_tally, report, tally_for
 from .restitution import stuck_of
+from .rigid_flight import grid_of_spans
 from .runge_kutta import SCRATCH
 from .scene import (
     LinearWall,
@@ -87,6 +88,8 @@ def grid_maker(rk4, near, far):
         return lambda rk4, near, far: fixed_grid_of
     if is_a(near, LinearWall) or is_a(far, LinearWall):
         return lambda rk4, near, far: grid_once_rounded
+    if is_a(near, RigidWall) or is_a(far, RigidWall):
+        return lambda rk4, near, far: grid_of_spans
     return lambda rk4, near, far: grid_of
 
 

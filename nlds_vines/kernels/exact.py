@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 from .codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
-from .flight import CELLS, bare_grid, cell_polynomial, phase_at
+from .flight import CELLS, SPAN, bare_grid, cell_polynomial, phase_at
 from .observe import LEVEL
-from .once_rounded import after_cell, after_piece
+from .once_rounded import after_piece
 from .peaks import may_set_a_record, note_peaks, record_breakers, work_at
+from .rigid_flight import after_jump, in_span, knows_end, note_end, note_speeds
 from .scene import greatest_push, scale_of
 from .touch import (
     CLEAR,
@@ -21,8 +22,6 @@ from .touch import (
     tightened,
     touch_of,
 )
-
-SPAN = 4  # cells for which one bound of the motion is used: it costs a square root
 
 
 class Bounds(NamedTuple):
@@ -158,6 +157,18 @@ def fill(grid, phase, y, filled):
 
 
 @jit
+def rest_of_cell(damper, grid, x, y, phase):
+    """Return the state at the end of a cell, x cells after the state y, and whether COEF is filled.
+
+    phase: (cos, sin) at y.
+    """
+    if knows_end(grid.powers, grid.table):
+        return after_jump(grid.powers, grid.table, x, y), False
+    fill(grid, phase, y, False)
+    return after_piece(grid.low, damper, grid.load, grid.table, x, y, phase), True
+
+
+@jit
 def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j, x, x1, v1, r, s):
     """Fly from place x of cell j to the next touch or to the start of the cell `stop`.
 
@@ -175,16 +186,16 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
         ahead = grid.push * grid.h * (last - j)
         scale = scale_of(ps, damper, x1, v1, r, s) + ahead
         bounds = bounds_of(ps, grid, scale)
-        slack = 0.125 * bounds.bend
+        slack, start = 0.125 * bounds.bend, (j, (x1, v1, r, s))
         while j < last and event == SECTION:
             # The state at the end of the cell, as if nothing happened before.
             now, phase = (x1, v1, r, s), phase_of(grid, j, x)
-            end, filled = 1.0 - x, x > 0.0
-            if filled:
-                fill(grid, phase, now, False)
-                y = after_piece(grid.low, damper, grid.load, grid.table, end, now, phase)
+            end, filled = 1.0 - x, False
+            if x > 0.0:
+                y, filled = rest_of_cell(damper, grid, end, now, phase)
+                start = j + 1, y
             else:
-                y = after_cell(grid.low, damper, grid.table, j, now)
+                y = in_span(grid.powers, grid.low, grid.load, damper, grid.table, start, j, now)
             # The first touch, unless the two ends prove that there is none.
             place = end
             clear = x == 0.0 and proves_no_touch(near, far, r, y[2], slack)
@@ -196,7 +207,9 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
                 if event == SECTION:
                     place = end
                 else:
+                    note_end(grid.powers, grid.table, y)
                     y = after_piece(grid.low, damper, grid.load, grid.table, place, now, phase)
+                    note_speeds(grid.powers, grid.table, y)
             # Note what is wanted up to the touch or the end of the cell.
             if energy is not None:
                 drive, _ = phase_of(grid, j, 1.0 if event == SECTION else x + place)

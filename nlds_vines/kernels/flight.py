@@ -27,6 +27,7 @@ ORDER = 14  # of the Taylor polynomials
 TERMS = 4 * (ORDER + 1)  # coefficients of the four state components
 REACH = 0.7  # longest cell in units of 1/rate: 0.7^15 / 15! = 4e-15, and the rate is a bound
 SHORT = 0.4  # of those of a scene where all is linear, in which no error is to add up: 8e-19
+SPAN = 4  # cells for which one bound of the motion is used: it costs a square root
 FEWEST_CELLS = 8  # in a period: cheap, and short enough for the proofs of `touch` to succeed often
 MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status is TOO_STIFF
 
@@ -48,6 +49,7 @@ MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status
 #                           w[CELLS + 6 j ...] = forced response over it (4), cos, sin at its start
 #   grid.load  TERMS        the state's that a constant load alone would move, where there is one
 #   grid.low                matrices of twice the precision, where they are wanted (`once_rounded`)
+#   grid.powers             powers of the matrix, where they are wanted (`rigid_flight`)
 STEP = 0
 OF_E2 = 16
 FACTOR = 24
@@ -70,6 +72,7 @@ class Grid(NamedTuple):
     load: Any  # place in the table of what a constant load does; None where there is none
     low: Any = None  # place of the matrices of `once_rounded`; None where errors may add up
     begun: Any = None  # share of the forcing's period before the first cell; None: none
+    powers: Any = None  # place of the powers of `rigid_flight`; None where they would not pay
 
 
 @jit
@@ -78,7 +81,7 @@ def bare_grid(grid):
     w = bare(grid.table)
     return Grid(
         grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, grid.low,
-        grid.begun,
+        grid.begun, grid.powers,
     )  # fmt: skip
 
 
@@ -279,7 +282,7 @@ def grid_with(ps, damper, h, n, tabulated, begun):
     w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, own)
     push = greatest_push(ps.load, ps.force) * math.sqrt(ps.m1)
     turn = share_left(begun) / n
-    return Grid(n, h, turn, rate_of(ps, own), push, bend_of(ps, damper), w, load, None, begun)
+    return Grid(n, h, turn, rate_of(ps, own), push, bend_of(ps, damper), w, load, None, begun, None)
 
 
 @chosen

@@ -68,19 +68,19 @@ def put_column(w, i, y):
 
 
 @jit
-def put_sum(w, first, place):
-    """Write the value at the end of a cell of the polynomial that begins at `first`."""
+def put_sum(w, first, out, place):
+    """Add to out[place : place + 4] the value at the end of a cell of the polynomial at `first`."""
     for k in range(ORDER, -1, -1):
         for c in range(4):
-            w[place + c] += w[first + 4 * k + c]
+            out[place + c] += w[first + 4 * k + c]
 
 
 @chosen
-def put_sum_of_load(load, w, place):
-    """Write that of a constant load, where there is one."""
+def put_sum_of_load(load, w, out, place):
+    """Add that of a constant load, where there is one."""
     if load is None:
-        return lambda load, w, place: None
-    return lambda load, w, place: put_sum(w, load, place)
+        return lambda load, w, out, place: None
+    return lambda load, w, out, place: put_sum(w, load, out, place)
 
 
 @jit
@@ -102,11 +102,12 @@ def rounded_once(ps, damper, grid):
             if k <= KEPT:
                 put_column(w, low + MATRIX * k + 8 * i, y)
         put_column(w, low + 8 * i, (a, b, c, d))
-    put_sum(w, TAYLOR + 4 * TERMS, low + PUSH)
-    put_sum(w, TAYLOR + 5 * TERMS, low + PUSH + 4)
-    put_sum_of_load(grid.load, w, low + PUSH + 8)
+    put_sum(w, TAYLOR + 4 * TERMS, w, low + PUSH)
+    put_sum(w, TAYLOR + 5 * TERMS, w, low + PUSH + 4)
+    put_sum_of_load(grid.load, w, w, low + PUSH + 8)
     return Grid(
-        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, low, grid.begun
+        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, low, grid.begun,
+        None,
     )  # fmt: skip
 
 

@@ -62,6 +62,7 @@ from .response import (
     tally_share,
 )
 from .restitution import Stuck
+from .rigid_flight import unless_at_once
 from .scene import Ground, joined
 
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
@@ -115,6 +116,14 @@ def phase_on(rk4, grid, j, x):
     if rk4 is None:
         return lambda rk4, grid, j, x: phase_at(grid, j, x)
     return lambda rk4, grid, j, x: phase_in_step(grid, j, x)
+
+
+@chosen
+def note_time_taken(rk4, grid, took):
+    """Let the exact flight know what a contact took [s]."""
+    if rk4 is None:
+        return lambda rk4, grid, took: unless_at_once(grid.powers, grid.table, took)
+    return lambda rk4, grid, took: None
 
 
 @jit
@@ -274,6 +283,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     phase_on(rk4, grid, j, x), event, took, touched, (q, s, x1, v1), k,
                     held_near, held_far, (j + x) / grid.n,
                 )  # fmt: skip
+                note_time_taken(rk4, grid, took)
                 r = sign * (gap + depth_at(near, far, mode, q))
                 x1, v1 = structure_at(damper, x1, v1, r, s)
                 place = j + x + took / grid.h

@@ -17,7 +17,7 @@ from nlds_vines.continuation.marks import MARKS, WORDS
 from nlds_vines.continuation.result import Continued, SpecialCurve
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.page import styled
-from nlds_vines.plotting.panels import write_title
+from nlds_vines.plotting.panels import grow, write_title
 from nlds_vines.plotting.style import CM, LEFT, axis_label
 
 _DASHES = {1: (), 2: (4, 1.5), 4: (4, 1.5, 1, 1.5), 8: (1, 1.5)}
@@ -107,17 +107,7 @@ def _add_legend(figure: Figure, found: Continued) -> None:
             look["dashes"] = dashes
         period = "T" if n == 1 else f"{n}T"
         handles.append(Line2D([], [], label=f"{kind} of {period} ({WORDS[kind]})", **look))
-    _make_room(figure, _LINE * -(-len(handles) // _COLUMNS))
+    grow(figure, _LINE * -(-len(handles) // _COLUMNS))
     top = 1.0 - _LEGEND / figure.get_figheight()
     place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (LEFT, top)}
     figure.legend(handles=handles, ncols=_COLUMNS, columnspacing=1.2, borderaxespad=0.0, **place)
-
-
-def _make_room(figure: Figure, extra: float) -> None:
-    """Make a figure so many inches higher at its top; its axes keep their sizes."""
-    before = figure.get_figheight()
-    after = before + extra
-    figure.set_figheight(after)
-    for axes in figure.axes:
-        box = axes.get_position()
-        axes.set_position((box.x0, box.y0 * before / after, box.width, box.height * before / after))

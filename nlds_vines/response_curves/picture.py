@@ -18,7 +18,13 @@ from nlds_vines.archives.view import ArchiveView
 from nlds_vines.plotting.bands import bands
 from nlds_vines.plotting.notation import setting_label, typeset
 from nlds_vines.plotting.page import styled
-from nlds_vines.plotting.panels import add_panel, letter, text_width, write_title
+from nlds_vines.plotting.panels import (
+    add_panel,
+    letter,
+    text_width,
+    write_letters,
+    write_title,
+)
 from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import CM, STYLE, WIDTH, axis_label, quantity_label
 from nlds_vines.response_curves.request import Curve, CurvePage, Panel, label_of
@@ -39,8 +45,8 @@ _LEFT, _RIGHT, _GAP = 1.45 * CM, 0.35 * CM, 0.6 * CM  # inches: left, right, bet
 _HEAD, _FOOT, _NAME, _LEGEND = 0.65 * CM, 1.05 * CM, 0.5 * CM, 0.42 * CM
 """Heights [inches] of the title, of the labels below, of a panel's title, of a legend's row."""
 
-_REDUCTION, _SEAM = 3.6 * CM, 0.25 * CM
-"""Height [inches] of the panel of the reduction, and of the gap above it."""
+_REDUCTION, _SEAM = 3.6 * CM, 0.5 * CM
+"""Height [inches] of the panel of the reduction, and of the gap above it, where a letter stands."""
 
 _LEAST_REDUCTION = -100.0  # percent: where a damper harms more, it leaves the panel
 _HANDLE = 36  # points that the line of a legend's entry and the space around it take
@@ -84,7 +90,7 @@ def draw_page(page: CurvePage, found: Sequence[CurveValues]) -> Figure:
     frames[0].set_ylim(0, _ABOVE * max(frame.dataLim.y1 for frame in frames))
     if page.reduction:
         _draw_reduction(frames[1], by_panel[0], page)
-        _write_corner_letters(frames)
+        write_letters(frames)
     _label_axes(frames, page)
     if len(page.panels) > 1:
         for index, (frame, panel) in enumerate(zip(frames, page.panels, strict=True)):
@@ -102,7 +108,7 @@ def _make_frames(request: CurvePage) -> tuple[Figure, list[Axes]]:
     below = _REDUCTION + _SEAM if request.reduction else 0.0
     handles = _handles(request)
     per_row = _per_row([str(handle.get_label()) for handle in handles])
-    head = _HEAD + ceil(len(handles) / per_row) * _LEGEND + 0.15 * CM
+    head = _HEAD + ceil(len(handles) / per_row) * _LEGEND + (_SEAM if below else 0.15 * CM)
     row_height = _HEIGHTS[columns] + (_NAME if len(request.panels) > 1 else 0.0)
     figure = Figure(figsize=(WIDTH, head + rows * row_height + below + _FOOT))
     frames: list[Axes] = []
@@ -217,13 +223,6 @@ def _draw_reduction(
     frame.set_ylim(max(low, _LEAST_REDUCTION), min(high, 105))
     frame.set_ylabel("reduction [%]")
     _limit(frame, request)
-
-
-def _write_corner_letters(frames: Sequence[Axes]) -> None:
-    """Write (a), (b) into the upper left corners, where a response curve is low."""
-    for index, frame in enumerate(frames):
-        place: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
-        frame.annotate(letter(index), (0, 1), (5, -5), ha="left", va="top", zorder=9, **place)
 
 
 def _limit(frame: Axes, request: CurvePage) -> None:

@@ -19,7 +19,7 @@ from nlds_vines.transients.ensemble import Ensemble, Share
 from nlds_vines.transients.survival import Decay, Survival
 
 _LEFT, _RIGHT = 0.135, RIGHT + 0.05  # of the width: room for the names of regimes on the left
-_PANEL, _BAR, _BETWEEN, _FOOT, _HEAD = 7.2 * CM, 0.58 * CM, 1.55 * CM, 1.1 * CM, 0.9 * CM  # inches
+_PANEL, _BAR, _BETWEEN, _FOOT, _HEAD = 7.2 * CM, 0.58 * CM, 1.55 * CM, 1.1 * CM, 1.1 * CM  # inches
 _CURVE, _LAW = NAVY, HUES["vermillion"]
 _WIDEST = 1.5  # upper end of the axis of shares: room for words beside a full bar
 
@@ -31,7 +31,7 @@ def draw_ensemble(found: Ensemble, title: str) -> Figure:
     The curve is the Kaplan-Meier estimate with its interval; ticks mark the times up to which
     starts that had not settled were watched.  Without any lifetime only the shares are drawn.
     """
-    bars = (len(found.shares) + 0.7) * _BAR
+    bars = (len(found.shares) + 0.2) * _BAR
     curve = _PANEL + _BETWEEN if found.counted.any() else 0.0
     height = _HEAD + curve + bars + _FOOT
     figure = Figure(figsize=(WIDTH, height))
@@ -42,7 +42,7 @@ def draw_ensemble(found: Ensemble, title: str) -> Figure:
         _draw_survival(panels[0], found)
     panels.append(add_panel(figure, (left, _FOOT, across, bars)))
     _draw_shares(panels[-1], found.shares, found.level)
-    write_letters(panels, side="right")
+    write_letters(panels)
     write_title(figure, title, _LEFT)
     return figure
 
@@ -130,7 +130,7 @@ def _draw_shares(axes: Axes, shares: Sequence[Share], level: float) -> None:
         axes.annotate(text, (max(entry.share, entry.high), place), (5, 0), **look)
     axes.set_yticks(places, [entry.label for entry in shares])
     axes.tick_params(axis="y", length=0)
-    axes.set_ylim(len(shares) - 0.4, -1.0)
+    axes.set_ylim(len(shares) - 0.4, -0.6)
     axes.set_xlim(0, _WIDEST)
     axes.set_xticks(np.linspace(0, 1, 6))
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=None))

@@ -29,7 +29,7 @@ from nlds_vines.bifurcation.picture.strips_above import (
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import edges
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.panels import add_panel, size_of, write_letters_above, write_title
+from nlds_vines.plotting.panels import add_panel, size_of, write_letters, write_title
 from nlds_vines.plotting.style import CM, axis_label
 
 CURVES = (
@@ -183,7 +183,7 @@ def _draw_tiers(tiers: Sequence[Tier], found: Sequence[Axes], cut: Slice) -> lis
     found[-1].set_xlabel(axis_label(cut.axis))
     panels = [axes for tier, axes in zip(tiers, found, strict=True) if tier.quantity]
     _share_scales([tier for tier in tiers if tier.quantity], panels)
-    write_letters_above(panels)
+    write_letters(panels)
     return panels
 
 

@@ -23,7 +23,7 @@ MAP_WIDTH = 0.665
 """Width of a single map, as a fraction of the figure's: what is left beside a legend or a bar."""
 
 _TITLE_EDGE = 0.15 * CM  # inches between an edge of a figure and its title
-_TITLE_LINE = 0.43 * CM  # inches, height of a line of a title
+_TITLE_LINE = 0.48 * CM  # inches, height of a line of a title
 _CLAUSE = re.compile(r"(?<=[,;:]) ")  # where a title may be broken
 _BAR_GAP, _BAR_WIDTH = 0.02, 0.023  # fractions of the figure's width
 

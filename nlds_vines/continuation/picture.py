@@ -19,10 +19,11 @@ from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.bifurcation.picture.regime_strip import Strip, draw_strip
 from nlds_vines.continuation.borders import borders_of
 from nlds_vines.continuation.marks import MARKS, WORDS
-from nlds_vines.continuation.plane_picture import plane_diagram
+from nlds_vines.continuation.plane_picture import fill_plane, plane_diagram
 from nlds_vines.continuation.result import Branch, Continued, continued
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import Band, bands, drawable
+from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.palette import colours
 from nlds_vines.plotting.panels import add_panel, write_letters, write_title
@@ -79,6 +80,33 @@ def draw_continuation(
         return draw(found)
     with read(over) as scan:
         return draw(found, scan)
+
+
+def _panels(view: ArchiveView) -> dict[str, str]:
+    """Return what the panels of an archive's picture show, by name."""
+    found = continued(view.path)
+    if found.request.plane is None:
+        return panels_of(found)
+    return {"plane": "curves of special points in the plane of two parameters"}
+
+
+def _picture(view: ArchiveView, names: Sequence[str], page: Page) -> Figure:
+    found = continued(view.path)
+    if found.request.plane is not None:
+        return plane_diagram(found, page=page)
+    return branch_diagram(found, None, page, names)
+
+
+def _fill_axes(axes: Axes, view: ArchiveView, name: str) -> None:
+    found = continued(view.path)
+    if found.request.plane is None:
+        fill_branches(axes, found, name)
+    else:
+        fill_plane(axes, found)
+
+
+PICTURE = Picture(_panels, _picture, _fill_axes)
+"""What draws the archive of a continuation."""
 
 
 @styled()

@@ -34,16 +34,17 @@ def write_title(figure: Figure, text: str, left: float = LEFT, below: str = "") 
     Arguments: the title, plain text (`notation.typeset`); a line `below` it, with formulas.  Where
     the title is too long for one line, the figure grows at its top.
     """
-    lines = _lines_of(text, (1 - left) * figure.get_figwidth() - _TITLE_EDGE)
-    grow(figure, _TITLE_LINE * (len(lines) - 1))
-    words = "\n".join([*lines, *filter(None, [below])])
+    parts, width = [typeset(text), *filter(None, [below])], (1 - left) * figure.get_figwidth()
+    lines = [line for part in parts for line in _lines_of(part, width - _TITLE_EDGE)]
+    grow(figure, _TITLE_LINE * (len(lines) - len(parts)))
+    words = "\n".join(lines)
     figure.text(left, 1 - _TITLE_EDGE / figure.get_figheight(), words, va="top")
 
 
 def _lines_of(text: str, width: float) -> list[str]:
     """Return the lines of a title of at most so many inches, broken after a comma or a colon."""
     size = FontProperties(size=rcParams["font.size"]).get_size_in_points()
-    first, *others = _CLAUSE.split(typeset(text))
+    first, *others = _CLAUSE.split(text)
     lines = [first]
     for clause in others:
         longer = f"{lines[-1]} {clause}"

@@ -28,6 +28,7 @@ from nlds_vines.bifurcation.picture.strips_above import (
 )
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import edges
+from nlds_vines.plotting.chosen_panels import several_panels
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.panels import add_panel, size_of, write_letters, write_title
 from nlds_vines.plotting.style import CM, axis_label
@@ -95,7 +96,9 @@ def draw_into(axes: Axes, view: ArchiveView, show: str | None = None) -> None:
     """
     cuts, known = slices_of(view), quantities_in(view)
     rows = _usual_rows(view, cuts, known)[:1] if show is None else rows_of(show, known)
-    if len(rows) > 1 or (len(cuts) > 1 and (not rows or not known[rows[0]].single)):
+    if len(rows) > 1:
+        raise several_panels(str(show), known)
+    if len(cuts) > 1 and (not rows or not known[rows[0]].single):
         raise RequestError(f"show = {show!r} needs several panels: give no axes, or one number")
     axes.set_xlim(*edges(cuts[0].values)[[0, -1]])
     if rows:

@@ -184,7 +184,8 @@ def _inside(found: Continued, scan: ArchiveView) -> np.ndarray:
 
 def _fill(panel: Axes, found: Continued, name: str, scan: ArchiveView | None = None) -> None:
     """Draw all branches with their special points into a panel, over the dots of a scan."""
-    panel.set_ylabel(quantity_label(name, "J" if name == _ENERGY else "m"))
+    unit, body = "J" if name == _ENERGY else "m", found.request.system.scene.body
+    panel.set_ylabel(quantity_label(name, unit, body=body))
     if scan is not None:
         _draw_scan(panel, found, scan, name)
     energy = name == _ENERGY

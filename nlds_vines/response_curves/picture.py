@@ -112,7 +112,8 @@ def panels_of(request: CurvePage) -> dict[str, str]:
         letter(place)[1:-1] if several else "energies": panel.title or "largest energies"
         for place, panel in enumerate(request.panels)
     }
-    return {**found, **({"reduction": "reduction by each damper"} if request.reduction else {})}
+    reduced = request.reduction and any(curve.scan.system.scene.damper for curve in request.curves)
+    return {**found, **({"reduction": "reduction by each damper"} if reduced else {})}
 
 
 def _fill_panel(frame: Axes, request: CurvePage, found: Sequence[CurveValues], place: int) -> None:
@@ -235,7 +236,7 @@ def _draw_panel(
         frame.plot(found.values, found.E1max, **look)
         if request.damper_energy and curve.scan.system.scene.damper:
             frame.plot(found.values, found.E2max, **{**look, "linestyle": DOTTED})
-    up = quantity_label("E1max", "J")
+    up = quantity_label("E1max", "J", body=request.body)
     if request.damper_energy:
         up = r"largest energies $E_1^{\,\mathrm{max}}, E_2^{\,\mathrm{max}}$ [J]"
     frame.set_ylabel(up)

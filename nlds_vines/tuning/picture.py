@@ -33,6 +33,7 @@ from nlds_vines.plotting.style import (
     NO_VALUE,
     SHADES,
     axis_label,
+    body_of,
     quantity_label,
 )
 
@@ -108,7 +109,7 @@ def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
         _write_out_ticks(axes.xaxis)
     axes.tick_params(top=True, right=True, which="both")
     axes.set_xlabel(axis_label(name))
-    axes.set_ylabel(quantity_label("E1max", view.units("objective")))
+    axes.set_ylabel(_objective(view))
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderpad=0)
 
 
@@ -218,9 +219,11 @@ def _draw_contours(axes: Axes, lines: QuadContourSet, view: ArchiveView) -> None
 
 
 def _objective(view: ArchiveView) -> str:
-    """Return what stands along the bar: the objective with its unit."""
-    text, unit = view.long_name("optimum_objective"), view.units("surface")
-    return quantity_label("E1max", unit) if "E1max" in text else f"{text} [{unit}]"
+    """Return what stands along an axis or a bar: the objective with its unit."""
+    text, unit = view.long_name("optimum_objective"), view.units("objective")
+    if "E1max" in text:
+        return quantity_label("E1max", unit, body=body_of(view.attrs.get("kind")))
+    return f"{text} [{raised(unit)}]" if unit != "1" else text
 
 
 def _logarithmic_ticks() -> LogLocator:

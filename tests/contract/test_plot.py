@@ -250,3 +250,18 @@ def test_a_label_has_one_colour_whatever_else_is_in_the_picture():
     assert len({colour_of(label) for label in labels}) == len(labels)
     assert colour_of("transient chaos to T,0") != colour_of("T,0")
     assert colour_of("T,1, inadmissible") == colour_of("T,1")
+
+
+def test_words_fit_the_kind_of_one_mass(tmp_path):
+    scan = {
+        "system": "bilinear-oscillator",
+        "vary": {"omega": {"values": [0.8, 0.9]}},
+        "sampling": {"transient": 20, "periods": 5},
+    }
+    path = nv.bifurcation(scan, tmp_path / "one.h5")
+    labels = [axes.get_ylabel() for axes in path.plot("x,E1max").axes]
+    assert [label.split(" $")[0] for label in labels if "$" in label] == [
+        *("oscillator", "energy of the oscillator"),
+    ]  # fmt: skip
+    with path.read() as view:
+        assert "the oscillator's energy" in view.long_name("E1max")

@@ -67,10 +67,10 @@ def table_of(
         "section": _section(lanes),
         "impacts": _impacts(lanes, len(scene.walls)),
         "energy": (
-            *_energy(lanes, scene.damper, "max", "steady-state maximum"),
+            *_energy(lanes, scene, "max", "steady-state maximum"),
             *(_reduction(lanes) if scene.damper else ()),
         ),
-        "peak": _energy(lanes, scene.damper, "peak", "maximum, the transient included,"),
+        "peak": _energy(lanes, scene, "peak", "maximum, the transient included,"),
         "response": _response(lanes, scene),
         "regime": _regime(lanes, bool(scene.walls)),
         "lyapunov": _lyapunov(lanes),
@@ -127,9 +127,10 @@ def _impacts(lanes: tuple[str, ...], walls: int) -> Iterator[Dataset]:
         yield Dataset("impacts_by_wall", (*lanes, "wall"), "int32", "1", text, -1)
 
 
-def _energy(lanes: tuple[str, ...], damper: bool, suffix: str, which: str) -> tuple[Dataset, ...]:
+def _energy(lanes: tuple[str, ...], scene: Scene, suffix: str, which: str) -> tuple[Dataset, ...]:
     text = "{} of the {}'s energy E{}, equation (6)"
-    bodies = ("primary structure", "damper") if damper else ("primary structure",)
+    first = "primary structure" if scene.body == "structure" else scene.body
+    bodies = (first, "damper") if scene.damper else (first,)
     return tuple(
         Dataset(f"E{i}{suffix}", lanes, "float64", "J", text.format(which, body, i), np.nan)
         for i, body in enumerate(bodies, start=1)

@@ -153,7 +153,7 @@ def datasets_of(request: Continuation) -> list[Dataset]:
     name, free = request.along.name, PARAMETERS[request.along.name]
     point, special, branch = ("point",), ("special",), ("branch",)
     pair = ("multiplier", "part")
-    si = "m, m/s"
+    si, energy = "m, m/s", f"largest energy of the {request.system.scene.body}"
     nan = np.nan
     return [
         Dataset("branch_of_point", point, "int32", "1", "branch that a point belongs to", 0),
@@ -172,7 +172,7 @@ def datasets_of(request: Continuation) -> list[Dataset]:
         Dataset(
             "determinant_error", point, "float64", "1", "product of multipliers, relative", nan
         ),
-        Dataset("E1max", point, "float64", "J", "largest energy of the structure", nan),
+        Dataset("E1max", point, "float64", "J", energy, nan),
         Dataset("E2max", point, "float64", "J", "largest energy of the damper", nan),
         Dataset("clearance", point, "float64", "m", "nearest miss", np.inf),
         Dataset("softest_impact", point, "float64", "m/s", "smallest approach speed", np.inf),
@@ -184,7 +184,7 @@ def datasets_of(request: Continuation) -> list[Dataset]:
         Dataset("special_state", (*special, "component"), "float64", si, "orbit there", nan),
         Dataset("special_index", special, "int32", "1", "point of its branch before it", 0),
         Dataset("special_period", special, "int32", "1", "n of nT", 0),
-        Dataset("special_E1max", special, "float64", "J", "largest energy of the structure", nan),
+        Dataset("special_E1max", special, "float64", "J", energy, nan),
         Dataset("before", special, "str", "1", "label before it along the branch", ""),
         Dataset("after", special, "str", "1", "label after it along the branch", ""),
         Dataset("wall", special, "str", "1", "wall of a grazing impact", ""),

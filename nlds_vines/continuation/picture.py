@@ -6,6 +6,7 @@ It may lie over the diagram of a scan, whose orbits are dots.
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,37 +16,43 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nlds_vines.archives.archive import ArchiveView, read
-from nlds_vines.bifurcation.picture.regime_strip import draw_strip
+from nlds_vines.bifurcation.picture.regime_strip import Strip, draw_strip
 from nlds_vines.continuation.borders import borders_of
 from nlds_vines.continuation.marks import MARKS, WORDS
-from nlds_vines.continuation.plane_picture import plane_diagram
+from nlds_vines.continuation.plane_picture import fill_plane, plane_diagram
 from nlds_vines.continuation.result import Branch, Continued, continued
 from nlds_vines.errors import RequestError
-from nlds_vines.plotting.bands import bands, drawable
-from nlds_vines.plotting.page import styled
+from nlds_vines.plotting.bands import Band, bands, drawable
+from nlds_vines.plotting.chosen_panels import Picture
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.palette import colours
-from nlds_vines.plotting.panels import write_letters, write_title
+from nlds_vines.plotting.panels import add_panel, write_letters, write_title
 from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import (
     CM,
     DOT,
     GREY,
     HUES,
-    LEFT,
     NAVY,
-    RIGHT,
-    WIDTH,
     axis_label,
     quantity_label,
 )
 
 _STABLE: dict[str, Any] = {"color": NAVY, "linewidth": 1.1}
 _UNSTABLE: dict[str, Any] = {"color": "#6b6b6b", "linewidth": 0.6, "dashes": (4, 2)}
-_PANEL, _FOOT, _HEAD = 5.6 * CM, 1.15 * CM, 1.5 * CM  # heights in inches
-_NAMES, _STRIP = 2.2 * CM, 0.42 * CM  # of a strip of regimes, and of the names above it
-_LEGEND, _LINE = 0.55 * CM, 0.45 * CM  # inches from the upper edge to the legend; a line of it
-_COLUMNS = 5  # of the legend
+_PANEL = 1.27  # of the height of a panel of other diagrams
+_FOOT, _HEAD, _GAP = 1.15 * CM, 0.75 * CM, 0.46 * CM  # inches; a letter stands in the gap
+_STRIP, _MARGIN = 0.42 * CM, 0.15 * CM  # inches: of a strip of regimes, above its names
+_LEGEND, _LINE = 0.65 * CM, 0.43 * CM  # inches from the upper edge to the legend; a line of it
 _MARK, _DOT = 4.0, 0.7  # points
+_POINT: dict[str, Any] = {
+    "linestyle": "none",
+    "markersize": _MARK,
+    "markeredgewidth": 0.4,
+    "markeredgecolor": "white",
+    "zorder": 5,
+}
+_ENERGY = "E1max"
 _TICK = 0.06  # height of a border's tick, of the panel's
 
 
@@ -75,44 +82,86 @@ def draw_continuation(
         return draw(found, scan)
 
 
+def _panels(view: ArchiveView) -> dict[str, str]:
+    """Return what the panels of an archive's picture show, by name."""
+    found = continued(view.path)
+    if found.request.plane is None:
+        return panels_of(found)
+    return {"plane": "curves of special points in the plane of two parameters"}
+
+
+def _picture(view: ArchiveView, names: Sequence[str], page: Page) -> Figure:
+    found = continued(view.path)
+    if found.request.plane is not None:
+        return plane_diagram(found, page=page)
+    return branch_diagram(found, None, page, names)
+
+
+def _fill_axes(axes: Axes, view: ArchiveView, name: str) -> None:
+    found = continued(view.path)
+    if found.request.plane is None:
+        fill_branches(axes, found, name)
+    else:
+        fill_plane(axes, found)
+
+
+PICTURE = Picture(_panels, _picture, _fill_axes)
+"""What draws the archive of a continuation."""
+
+
 @styled()
-def branch_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
+def branch_diagram(
+    found: Continued,
+    scan: ArchiveView | None = None,
+    page: Page = TWO_COLUMNS,
+    shown: Sequence[str] = (),
+) -> Figure:
     """Return the diagram of branches: a coordinate of the section, and the energy E1max.
 
-    Arguments: what was `found`; a `scan` along the same parameter, as an open archive.
+    Arguments: what was `found`; a `scan` along the same parameter, as an open archive; the `page`;
+    the panels that are `shown`, of `panels_of`, by default all.
 
     Raises `RequestError` for a scan along another parameter.
     """
-    name = found.request.along.name
+    name, shown = found.request.along.name, shown or list(panels_of(found))
     if scan is not None and scan.axes != (name,):
         raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {name} alone")
-    named = scan is not None and "label" in scan
-    kinds = [kind for kind in MARKS if kind in found.special.kind]
-    handles = _handles(kinds, scan is not None)
-    lines = -(-len(handles) // _COLUMNS)  # of the legend; above names of regimes is room for two
-    head = _HEAD + (_NAMES + _STRIP if named else _LINE * (lines - 1))
-    height = head + 2 * _PANEL + _FOOT
-    figure = Figure(figsize=(WIDTH, height))
-    grid = {"left": LEFT, "right": RIGHT, "bottom": _FOOT / height, "top": 1 - head / height}
-    axes = figure.subplots(2, sharex=True, squeeze=False, gridspec_kw={**grid, "hspace": 0.07})
-    panels = list(axes[:, 0])
-    component = _component(found)
-    for panel in panels:
-        panel.tick_params(top=True)
-    if scan is not None:
-        _draw_scan(panels, found, scan, component)
-    _draw_branches(panels, found, component)
-    panels[0].set_ylabel(quantity_label(component, "m"))
-    panels[1].set_ylabel(quantity_label("E1max", "J"))
-    panels[1].set_xlabel(axis_label(name))
+    regimes = [] if scan is None or "label" not in scan else _regimes(found, scan)
+    handles = _handles(found, scan is not None)
+    lines = -(-len(handles) // (page.columns + page.beside))
+    head = _HEAD + _LINE * lines + _room_above(found, regimes, page)
+    panel = _PANEL * page.panel
+    figure = Figure(figsize=(page.width, head + len(shown) * (_GAP + panel) + _FOOT))
+    panels: list[Axes] = []
+    for place, quantity in enumerate(shown):
+        bottom = _FOOT + (len(shown) - 1 - place) * (panel + _GAP)
+        shared = panels[0] if panels else None
+        panels.append(add_panel(figure, (page.left, bottom, page.across, panel), sharex=shared))
+        _fill(panels[-1], found, quantity, scan)
+        panels[-1].tick_params(top=True, labelbottom=place == len(shown) - 1)
+    panels[-1].set_xlabel(axis_label(name))
     panels[0].set_xlim(found.request.along.low, found.request.along.high)
-    if scan is not None and named:
-        _draw_strip(figure, panels[0], found, scan)
-        _mark_borders(panels[1], found, scan)
-    _add_legend(figure, handles)
+    if scan is not None and regimes:
+        _draw_regimes(figure, panels[0], regimes)
+        _mark_borders(panels[-1], found, scan)
+    _add_legend(figure, handles, page)
     write_letters(panels)
-    write_title(figure, found.request.title)
+    write_title(figure, found.request.title, page.left / page.width)
     return figure
+
+
+def panels_of(found: Continued) -> dict[str, str]:
+    """Return what the panels of a diagram show, by name: a displacement, and the energy."""
+    component = _component(found)
+    return {component: f"{component} at the section [m]", _ENERGY: "largest energy [J]"}
+
+
+def fill_branches(axes: Axes, found: Continued, name: str) -> None:
+    """Draw one panel of a diagram of branches into axes, with its legend."""
+    _fill(axes, found, name)
+    axes.set_xlabel(axis_label(found.request.along.name))
+    axes.set_xlim(found.request.along.low, found.request.along.high)
+    axes.legend(handles=_handles(found, False))
 
 
 def _component(found: Continued) -> str:
@@ -133,45 +182,37 @@ def _inside(found: Continued, scan: ArchiveView) -> np.ndarray:
     return np.asarray(inside)
 
 
-def _draw_scan(panels: list[Axes], found: Continued, scan: ArchiveView, component: str) -> None:
-    """Draw the orbits of a scan as dots."""
-    name = found.request.along.name
-    inside = _inside(found, scan)
-    values = scan[name][inside]
-    dot: dict[str, Any] = {
-        "color": HUES["sky"],
-        "markersize": _DOT,
-        "rasterized": True,
-        "zorder": 1,
-        **DOT,
-    }
-    if "section" in scan:
-        index = list(scan["component"]).index(component)
-        states = scan.take("section", component=index)[inside].reshape(len(values), -1)
-        panels[0].plot(np.repeat(values, states.shape[1]), drawable(states).ravel(), **dot)
-    if "E1max" in scan:
-        energy = drawable(scan["E1max"][inside]).reshape(len(values), -1)
-        across = np.repeat(values, energy.shape[1])
-        panels[1].plot(across, energy.ravel(), **{**dot, "markersize": 2 * _DOT})
-
-
-def _draw_branches(panels: list[Axes], found: Continued, component: str) -> None:
-    """Draw all branches with their special points."""
-    index = found.request.system.scene.components.index(component)
+def _fill(panel: Axes, found: Continued, name: str, scan: ArchiveView | None = None) -> None:
+    """Draw all branches with their special points into a panel, over the dots of a scan."""
+    unit, body = "J" if name == _ENERGY else "m", found.request.system.scene.body
+    panel.set_ylabel(quantity_label(name, unit, body=body))
+    if scan is not None:
+        _draw_scan(panel, found, scan, name)
+    energy = name == _ENERGY
+    index = 0 if energy else found.request.system.scene.components.index(name)
     for branch in found.branches:
-        for phase in range(branch.period):
-            _draw_curve(panels[0], branch, branch.sections[:, phase, index])
-        _draw_curve(panels[1], branch, branch.E1max)
-    for row, energy in zip(found.special, found.tables["special_E1max"], strict=True):
-        look: dict[str, Any] = {
-            "markersize": _MARK,
-            "linestyle": "none",
-            "markeredgewidth": 0.4,
-            "zorder": 5,
-        }
-        look |= {"markeredgecolor": "white", **MARKS[row.kind]}
-        panels[0].plot(row.value, row.state[index], **look)
-        panels[1].plot(row.value, energy, **look)
+        for phase in range(1 if energy else branch.period):
+            values = branch.E1max if energy else branch.sections[:, phase, index]
+            _draw_curve(panel, branch, values)
+    for row, largest in zip(found.special, found.tables["special_E1max"], strict=True):
+        look = {**_POINT, **MARKS[row.kind]}
+        panel.plot(row.value, largest if energy else row.state[index], **look)
+
+
+def _draw_scan(panel: Axes, found: Continued, scan: ArchiveView, name: str) -> None:
+    """Draw the orbits of a scan as dots."""
+    inside = _inside(found, scan)
+    values = scan[found.request.along.name][inside]
+    if name == _ENERGY and name in scan:
+        states, size = scan[name][inside], 2 * _DOT
+    elif name != _ENERGY and "section" in scan:
+        component = list(scan["component"]).index(name)
+        states, size = scan.take("section", component=component)[inside], _DOT
+    else:
+        return
+    rows = drawable(states).reshape(len(values), -1)
+    look: dict[str, Any] = {"color": HUES["sky"], "markersize": size, "rasterized": True, **DOT}
+    panel.plot(np.repeat(values, rows.shape[1]), rows.ravel(), zorder=1, **look)
 
 
 def _draw_curve(panel: Axes, branch: Branch, values: np.ndarray) -> None:
@@ -184,14 +225,27 @@ def _draw_curve(panel: Axes, branch: Branch, values: np.ndarray) -> None:
     panel.plot(branch.parameter, np.where(branch.stable, shown, np.nan), zorder=3, **_STABLE)
 
 
-def _draw_strip(figure: Figure, panel: Axes, found: Continued, scan: ArchiveView) -> None:
-    """Draw the strip of a scan's regimes, of its first start, above a panel."""
-    height = figure.get_figheight()
-    bottom = panel.get_position().y1 + 0.1 * CM / height
-    axes = figure.add_axes((LEFT, bottom, RIGHT - LEFT, _STRIP / height), sharex=panel)
-    limits, inside = panel.get_xlim(), _inside(found, scan)
-    labels = scan.take("label", start=0)[inside]
-    draw_strip(axes, bands(scan[scan.axes[0]][inside], labels), colours(labels.tolist()))
+def _regimes(found: Continued, scan: ArchiveView) -> list[Band]:
+    """Return the regimes of a scan, of its first start, along the interval."""
+    inside = _inside(found, scan)
+    return bands(scan[scan.axes[0]][inside], scan.take("label", start=0)[inside])
+
+
+def _room_above(found: Continued, regimes: Sequence[Band], page: Page) -> float:
+    """Return the inches that the strip of regimes and the names above it take."""
+    if not regimes:
+        return 0.0
+    ends = (found.request.along.low, found.request.along.high)
+    return _STRIP + Strip(regimes, ends, 72 * page.across).room / 72 + _MARGIN
+
+
+def _draw_regimes(figure: Figure, panel: Axes, regimes: list[Band]) -> None:
+    """Draw the strip of a scan's regimes above a panel and its letter."""
+    box, (wide, height) = panel.get_position(), figure.get_size_inches()
+    place = (box.x0 * wide, box.y1 * height + _GAP, box.width * wide, _STRIP)
+    limits = panel.get_xlim()
+    axes = add_panel(figure, place, sharex=panel)
+    draw_strip(axes, regimes, colours(band.label for band in regimes))
     panel.set_xlim(limits)
 
 
@@ -211,29 +265,29 @@ def _mark_borders(panel: Axes, found: Continued, scan: ArchiveView) -> None:
     panel.set_ylim(low, high)
 
 
-def _handles(kinds: list[str], over: bool) -> list[Line2D]:
-    """Return the entries of the legend: curves, marks of these kinds, the dots of a scan."""
+def _handles(found: Continued, over: bool) -> list[Line2D]:
+    """Return the entries of the legend: curves, marks of the kinds found, the dots of a scan."""
     handles = [
         Line2D([], [], label="stable", **_STABLE),
         Line2D([], [], label="unstable", **_UNSTABLE),
     ]
     mark: dict[str, Any] = {"linestyle": "none", "markersize": _MARK, "markeredgewidth": 0}
+    kinds = [kind for kind in MARKS if kind in found.special.kind]
     handles += [Line2D([], [], label=f"{k} {WORDS[k]}", **mark, **MARKS[k]) for k in kinds]
     if over:
-        dot: dict[str, Any] = {
-            "marker": "o",
-            "markersize": 2.5,
-            "color": HUES["sky"],
-            "linestyle": "none",
-        }
-        handles.append(Line2D([], [], label="scan", **dot))
+        handles.append(Line2D([], [], label="scan", color=HUES["sky"], markersize=3.0, **DOT))
     return handles
 
 
-def _add_legend(figure: Figure, handles: list[Line2D]) -> None:
+def _add_legend(figure: Figure, handles: list[Line2D], page: Page) -> None:
     """Add the legend below the title."""
-    place: dict[str, Any] = {
-        "loc": "upper left",
-        "bbox_to_anchor": (LEFT, 1 - _LEGEND / figure.get_figheight()),
-    }
-    figure.legend(handles=handles, ncols=_COLUMNS, columnspacing=1.2, handletextpad=0.4, **place)
+    figure.legend(
+        handles=handles,
+        ncols=page.columns + page.beside,
+        loc="upper left",
+        bbox_to_anchor=(page.left / page.width, 1 - _LEGEND / figure.get_figheight()),
+        columnspacing=1.2,
+        handletextpad=0.4,
+        borderaxespad=0,
+        borderpad=0,
+    )

@@ -11,14 +11,14 @@ from matplotlib.patheffects import Normal, Stroke
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.choices import REGIMES
-from nlds_vines.bifurcation.picture.map_cells import single_map
+from nlds_vines.bifurcation.picture.map_cells import FOOT, HEAD, map_panel
 from nlds_vines.bifurcation.picture.regime_map import regime_map
 from nlds_vines.continuation.marks import MARKS, WORDS
 from nlds_vines.continuation.result import Continued, SpecialCurve
 from nlds_vines.errors import RequestError
-from nlds_vines.plotting.page import styled
-from nlds_vines.plotting.panels import write_title
-from nlds_vines.plotting.style import CM, LEFT, axis_label
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
+from nlds_vines.plotting.panels import grow, write_title
+from nlds_vines.plotting.style import CM, axis_label
 
 _DASHES = {1: (), 2: (4, 1.5), 4: (4, 1.5, 1, 1.5), 8: (1, 1.5)}
 """The dashes of a curve by n of nT; of any other n, those of 8."""
@@ -28,12 +28,15 @@ _HALO = [Stroke(linewidth=2.2, foreground="white"), Normal()]
 
 _SIZE, _MARK = 7, 4.0  # points
 _LEGEND, _LINE = 0.65 * CM, 0.45 * CM  # inches from the upper edge to the legend; a line of it
-_COLUMNS = 3
 
 
 @styled()
-def plane_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
+def plane_diagram(
+    found: Continued, scan: ArchiveView | None = None, page: Page = TWO_COLUMNS
+) -> Figure:
     """Return the curves of a continuation in their plane, over the map of a `scan` if one is given.
+
+    Arguments: what was `found`; the `scan`, as an open archive; the `page`.
 
     Where two kinds meet, a dot has the name of the meeting.
 
@@ -44,10 +47,10 @@ def plane_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
     if scan is not None and set(scan.axes) != set(names):
         raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {names[0]}, {names[1]}")
     if scan is None:
-        figure, axes = _empty(found)
+        figure, axes = _empty(found, page)
         across = 0
     else:
-        figure = regime_map(scan, REGIMES)
+        figure = regime_map(scan, REGIMES, page)
         axes, across = figure.axes[0], names.index(scan.axes[0])
         for text in list(figure.texts):
             text.remove()
@@ -56,24 +59,34 @@ def plane_diagram(found: Continued, scan: ArchiveView | None = None) -> Figure:
         _draw(axes, curve, across)
     axes.set_xlim(limits[0])
     axes.set_ylim(limits[1])
-    _add_legend(figure, found)
-    write_title(figure, found.request.title)
+    _add_legend(figure, found, page)
+    write_title(figure, found.request.title, page.left / page.width)
     return figure
 
 
-def _empty(found: Continued) -> tuple[Figure, Axes]:
+def fill_plane(axes: Axes, found: Continued) -> None:
+    """Draw the curves of a continuation in their plane into axes, with their legend."""
+    _label(axes, found)
+    for curve in found.curves:
+        _draw(axes, curve, 0)
+    axes.legend(handles=_handles(found))
+
+
+def _empty(found: Continued, page: Page) -> tuple[Figure, Axes]:
     """Return a figure with empty axes over both intervals."""
+    figure = Figure(figsize=(page.width, HEAD + page.map_height + FOOT))
+    axes = map_panel(figure, FOOT, page)
+    _label(axes, found)
+    return figure, axes
 
-    class View:
-        axes = tuple(item.name for item in found.request.free)
 
-    figure, axes = single_map(View())  # type: ignore[arg-type]  # only the names are asked for
+def _label(axes: Axes, found: Continued) -> None:
+    """Give axes the intervals and names of both parameters."""
     (along, plane) = found.request.free
     axes.set_xlim(along.low, along.high)
     axes.set_ylim(plane.low, plane.high)
     axes.set_xlabel(axis_label(along.name))
     axes.set_ylabel(axis_label(plane.name))
-    return figure, axes
 
 
 def _draw(axes: Axes, curve: SpecialCurve, across: int) -> None:
@@ -97,8 +110,8 @@ def _draw(axes: Axes, curve: SpecialCurve, across: int) -> None:
         )  # fmt: skip
 
 
-def _add_legend(figure: Figure, found: Continued) -> None:
-    """Name the kinds and periods of the curves below the title, where room is made for them."""
+def _handles(found: Continued) -> list[Line2D]:
+    """Return the entries of a legend: the kinds and periods of the curves."""
     kinds = dict.fromkeys((curve.kind, curve.period) for curve in found.curves)
     handles = []
     for kind, n in kinds:
@@ -107,17 +120,13 @@ def _add_legend(figure: Figure, found: Continued) -> None:
             look["dashes"] = dashes
         period = "T" if n == 1 else f"{n}T"
         handles.append(Line2D([], [], label=f"{kind} of {period} ({WORDS[kind]})", **look))
-    _make_room(figure, _LINE * -(-len(handles) // _COLUMNS))
-    top = 1.0 - _LEGEND / figure.get_figheight()
-    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (LEFT, top)}
-    figure.legend(handles=handles, ncols=_COLUMNS, columnspacing=1.2, borderaxespad=0.0, **place)
+    return handles
 
 
-def _make_room(figure: Figure, extra: float) -> None:
-    """Make a figure so many inches higher at its top; its axes keep their sizes."""
-    before = figure.get_figheight()
-    after = before + extra
-    figure.set_figheight(after)
-    for axes in figure.axes:
-        box = axes.get_position()
-        axes.set_position((box.x0, box.y0 * before / after, box.width, box.height * before / after))
+def _add_legend(figure: Figure, found: Continued, page: Page) -> None:
+    """Name the kinds and periods of the curves below the title, where room is made for them."""
+    handles, columns = _handles(found), page.columns - 1
+    grow(figure, _LINE * -(-len(handles) // columns))
+    corner = page.left / page.width, 1.0 - _LEGEND / figure.get_figheight()
+    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": corner}
+    figure.legend(handles=handles, ncols=columns, columnspacing=1.2, borderaxespad=0.0, **place)

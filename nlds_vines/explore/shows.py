@@ -17,7 +17,7 @@ from nlds_vines.orbits.coexistence import (
     share_of,
 )
 from nlds_vines.plotting.palette import HATCHED, OTHERS, RAMP, colours, ordered, short
-from nlds_vines.plotting.style import ERRORS
+from nlds_vines.plotting.style import ERRORS, STRUCTURE
 
 MOST_SHARES = 6
 """The most regimes of which the share of the starts can be shown."""
@@ -123,9 +123,10 @@ def _of_several(found: Stored) -> list[Show]:
 
 def _numbers(found: Stored) -> list[Show]:
     """Return the recorded numbers."""
-    datasets = found.scan.table.datasets
+    datasets, body = found.scan.table.datasets, found.scan.system.scene.body
+    words = {name: text.replace(STRUCTURE, body) for name, text in WORDS.items()}
     return [
-        Show(name, WORDS[name], name, unit=datasets[name].units, logarithmic=name in ERRORS)
+        Show(name, words[name], name, unit=datasets[name].units, logarithmic=name in ERRORS)
         for name in NUMBERS
         if name in found
     ]

@@ -62,12 +62,17 @@ def literal(text: str) -> str:
 def typeset(text: str) -> str:
     """Return a text of a request with its symbols, powers of ten and units as they are printed.
 
-    A symbol of one letter counts only before " = ", " from " and " tuned ": `P = 600 N`, and not
-    the P of a name.
+    A symbol of one letter counts only before " = ", " from " and " tuned ", and in a list of
+    symbols that a title or a clause ends with: `P = 600 N`, `map: ω, C`, and not the P of a name.
     """
     found = _POWER.sub(lambda m: f"$^{{{_fraction(m[1])}}}$", literal(text))
     found = _SCIENTIFIC.sub(lambda m: f"${power_of_ten(m[0])}$", found)
-    return _SYMBOL.sub(lambda m: f"${latex_symbol(_NAMES[m[0]])}$", found)
+    found = _LIST.sub(lambda m: ", ".join(map(_in_latex, m[0].split(", "))), found)
+    return _SYMBOL.sub(lambda m: _in_latex(m[0]), found)
+
+
+def _in_latex(text: str) -> str:
+    return f"${latex_symbol(_NAMES[text])}$"
 
 
 def _fraction(power: str) -> str:
@@ -91,3 +96,5 @@ _NAMES = {
     if text != PHASE  # a word of many titles
 }
 _SYMBOL = re.compile("|".join(map(_pattern, sorted(_NAMES, key=len, reverse=True))))
+_ANY = "|".join(re.escape(text) for text in sorted(_NAMES, key=len, reverse=True))
+_LIST = re.compile(rf"(?:(?<=: )(?:{_ANY})|^(?:{_ANY})(?=, ))(?:, (?:{_ANY}))*(?=$| from | tuned )")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -20,21 +22,56 @@ from nlds_vines.plotting.style import CM, LEFT
 MAP_WIDTH = 0.665
 """Width of a single map, as a fraction of the figure's: what is left beside a legend or a bar."""
 
-_TITLE_EDGE = 0.15 * CM  # inches between the upper edge of a figure and its title
-_LETTER_OFFSET = 5  # points between the corner of a panel and its letter
-_PAPER = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.8}
-"""The ground of a letter: curves below it stay visible, and the letter stays legible."""
-
+_TITLE_EDGE = 0.15 * CM  # inches between an edge of a figure and its title
+_TITLE_LINE = 0.48 * CM  # inches, height of a line of a title
+_CLAUSE = re.compile(r"(?<=[,;:]) ")  # where a title may be broken
 _BAR_GAP, _BAR_WIDTH = 0.02, 0.023  # fractions of the figure's width
 
 
 def write_title(figure: Figure, text: str, left: float = LEFT, below: str = "") -> None:
     """Write the title of a picture at its top, `left` as a fraction of the figure's width.
 
-    Arguments: the title, plain text (`notation.typeset`); a line `below` it, with formulas.
+    Arguments: the title, plain text (`notation.typeset`); a line `below` it, with formulas.  Where
+    the title is too long for one line, the figure grows at its top.
     """
-    lines = "\n".join(filter(None, [typeset(text), below]))
-    figure.text(left, 1 - _TITLE_EDGE / figure.get_figheight(), lines, va="top")
+    parts, width = [typeset(text), *filter(None, [below])], (1 - left) * figure.get_figwidth()
+    lines = [line for part in parts for line in _lines_of(part, width - _TITLE_EDGE)]
+    grow(figure, _TITLE_LINE * (len(lines) - len(parts)))
+    words = "\n".join(lines)
+    figure.text(left, 1 - _TITLE_EDGE / figure.get_figheight(), words, va="top")
+
+
+def _lines_of(text: str, width: float) -> list[str]:
+    """Return the lines of a title of at most so many inches, broken after a comma or a colon."""
+    size = FontProperties(size=rcParams["font.size"]).get_size_in_points()
+    first, *others = _CLAUSE.split(text)
+    lines = [first]
+    for clause in others:
+        longer = f"{lines[-1]} {clause}"
+        if text_width(longer, size) <= 72 * width:
+            lines[-1] = longer
+        else:
+            lines.append(clause)
+    return lines
+
+
+def grow(figure: Figure, extra: float) -> None:
+    """Make a figure so many inches higher at its top; all that is in it keeps size and place."""
+    if not extra:
+        return
+    before = figure.get_figheight()
+    share = before / (before + extra)
+    boxes = [axes.get_position() for axes in figure.axes]
+    to_figure = figure.transFigure.inverted()
+    anchors = [one.get_bbox_to_anchor().transformed(to_figure) for one in figure.legends]
+    figure.set_figheight(before + extra)
+    for axes, box in zip(figure.axes, boxes, strict=True):
+        axes.set_position((box.x0, box.y0 * share, box.width, box.height * share))
+    for legend, box in zip(figure.legends, anchors, strict=True):
+        anchor = (box.x0, box.y0 * share, box.width, box.height * share)
+        legend.set_bbox_to_anchor(anchor, transform=figure.transFigure)
+    for words in figure.texts:
+        words.set_y(words.get_position()[1] * share)
 
 
 def add_panel(figure: Figure, box: Sequence[float], **options: Any) -> Axes:
@@ -49,21 +86,13 @@ def letter(index: int) -> str:
     return f"({chr(ord('a') + index % 26) * (1 + index // 26)})"
 
 
-def write_letters(
-    panels: Sequence[Axes], side: str = "left", letters: Sequence[str] | None = None
-) -> None:
-    """Write (a), (b) ... into the upper corners of panels; a single panel gets none.
-
-    Arguments: `side` is "left" or "right", the corner of the panel where curves leave room; what
-    is written in place of one `letter` after another.
-    """
+def write_letters(panels: Sequence[Axes]) -> None:
+    """Write (a), (b) ... above the left corners of panels, where they hide nothing."""
     if len(panels) < 2:
         return
-    corner, step = ((0, 1), 1) if side == "left" else ((1, 1), -1)
     look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
-    look |= {"ha": side, "va": "top", "bbox": _PAPER, "zorder": 9}
-    for text, axes in zip(letters or map(letter, range(len(panels))), panels, strict=True):
-        axes.annotate(text, corner, (step * _LETTER_OFFSET, -_LETTER_OFFSET), **look)
+    for place, axes in enumerate(panels):
+        axes.annotate(letter(place), (0, 1), (0, 2.5), ha="left", va="bottom", **look)
 
 
 def add_colour_bar(
@@ -86,16 +115,10 @@ def size_of(axes: Axes) -> tuple[float, float]:
     return point * float(axes.bbox.width), point * float(axes.bbox.height)
 
 
-def write_letters_above(panels: Sequence[Axes]) -> None:
-    """Write (a), (b) ... above the left corners of panels, where they hide nothing."""
-    if len(panels) < 2:
-        return
-    look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
-    for place, axes in enumerate(panels):
-        axes.annotate(letter(place), (0, 1), (0, 2.5), ha="left", va="bottom", **look)
-
-
 def text_width(text: str, size: float) -> float:
     """Return the width of a text in points, at a font size in points, without drawing it."""
     font = FontProperties(family=rcParams["font.family"], size=size)
-    return float(TextPath((0, 0), text, prop=font).get_extents().width)
+    with warnings.catch_warnings():
+        # a title may be in a script that no font here has: it is drawn as boxes
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        return float(TextPath((0, 0), text, prop=font).get_extents().width)

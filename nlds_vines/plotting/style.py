@@ -11,6 +11,8 @@ from types import MappingProxyType
 from typing import Any
 
 from nlds_vines.model.parameters import described
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.scenes.base import FOOT
 from nlds_vines.plotting.notation import latex_symbol, raised
 
 CM = 1 / 2.54
@@ -86,6 +88,9 @@ FLAGGED = "label changes under refinement"
 FLAG_COLOUR = "#c00000"
 """The colour of such marks."""
 
+STRUCTURE = "structure"
+"""The word for the body that is forced; kinds of one mass have another (`Scene.body`)."""
+
 _POLICIES = {"rest": NAVY, "up": HUES["blue"], "down": HUES["vermillion"]}
 _STARTS = (
     NAVY,
@@ -94,7 +99,7 @@ _STARTS = (
 )
 
 _QUANTITIES = {
-    "x": ("oscillator", "x"),
+    "x": ("structure", "x"),
     "x1": ("structure", "x_1"),
     "x2": ("damper", "x_2"),
     "v": ("velocity", "v"),
@@ -149,13 +154,21 @@ def axis_label(parameter: str) -> str:
     return _labelled(entry.meaning.partition(";")[0], latex_symbol(parameter), entry.unit)
 
 
-def quantity_label(name: str, unit: str, long_name: str = "") -> str:
+def quantity_label(name: str, unit: str, long_name: str = "", body: str = STRUCTURE) -> str:
     """Return meaning, symbol and unit of a component of the state or of a recorded number.
 
-    One that has no label of its own here is labelled by the beginning of its `long_name`.
+    One that has no label of its own here is labelled by the beginning of its `long_name`.  `body`
+    is the word for the body that is forced.
     """
     meaning, symbol = _QUANTITIES.get(name, (_clause(long_name) or name, ""))
+    meaning = meaning.replace(STRUCTURE, body)
     return _labelled(meaning, symbol, unit)
+
+
+def body_of(kind: object) -> str:
+    """Return the word for the body that is forced in systems of a kind, as archives name it."""
+    scene = SCENES.get(str(kind).removesuffix(FOOT))
+    return STRUCTURE if scene is None else scene.body
 
 
 def start_colours(starts: Sequence[str]) -> list[str]:

@@ -33,6 +33,7 @@ OVER_TIME = ("displacement", "velocity", "relative", "force", "energy", "energy1
 _TIME, _SPECTRUM = 2.5, 3.4  # cm, heights of a panel over time and of a spectrum
 _PLANE, _TALLEST = 0.7, 4.8  # height of a phase plane over its width, and in cm at most
 _CROWDED = 0.88  # of these heights, where several columns make more rows
+_OWN_SCALE = 5.0  # ratio of two ranges of force beyond which the smaller would be hard to read
 _LETTER = 5  # points between the corner of a panel and its letter
 _LETTER_BOX = 0.32, 0.26  # inches, room that a letter takes in its corner
 _LINES = {1: 1.0, 2: 2.2, 3: 3.3}  # height of a name of so many lines over that of one
@@ -143,6 +144,17 @@ def write_letters(places: Sequence[Sequence[Place]], several: bool) -> None:
         )  # fmt: skip
 
 
+def fit_forces(row: Sequence[Place]) -> None:
+    """Give the panels of forces in a row the same limits, or their own where they differ widely."""
+    places = [place for place in row if place.panel == "force"]
+    ends = np.array([place.axes.get_ylim() for place in places]).reshape(-1, 2)
+    spans = ends[:, 1] - ends[:, 0]
+    if spans.max(initial=0.0) > _OWN_SCALE * spans.min(initial=np.inf):
+        return
+    for place in places:
+        place.axes.set_ylim(ends.min(), ends.max())
+
+
 def _free_corner(axes: Axes) -> tuple[int, int]:
     """Return the corner (right, top), each 0 or 1, with the fewest points of curves in it.
 
@@ -197,11 +209,12 @@ def _same_times(row: Row, below: Row) -> bool:
 def _share_axes(places: Sequence[Sequence[Place]]) -> None:
     """Let panels over time share their times, and the panels of a row their values.
 
-    Phase planes of one kind share both axes: so orbits of several windows can be compared.
+    Phase planes of one kind share both axes: so orbits of several windows can be compared.  Forces
+    may differ by orders of magnitude: `fit_forces` decides when they are drawn.
     """
     for row in places:
         for place in row[1:]:
-            if place.panel == row[0].panel:
+            if place.panel == row[0].panel and place.panel != "force":
                 place.axes.sharey(row[0].axes)
                 if place.panel.startswith("phase"):
                     place.axes.sharex(row[0].axes)

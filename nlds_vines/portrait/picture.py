@@ -28,6 +28,7 @@ from nlds_vines.portrait.page_layout import (
     LEFT,
     OVER_TIME,
     Place,
+    fit_forces,
     make_page,
     write_letters,
 )
@@ -92,6 +93,7 @@ def portrait(request: PortraitRequest, views: Sequence[View]) -> Figure:
                 _finish(place, row, request)
             else:
                 place.axes.set_axis_off()
+        fit_forces(row)
         _leave_room(row)
         if row[0].panel == "spectrum":
             limit_spectra(row)
@@ -356,7 +358,8 @@ def _draw_boundaries(place: Place, states: np.ndarray) -> None:
 
 def _leave_room(row: Sequence[Place]) -> None:
     """Leave room for the letters above the curves of panels over time."""
-    for place in row if row[0].alone else row[:1]:  # the others share its values
+    own = row[0].alone or row[0].panel == "force"
+    for place in row if own else row[:1]:  # the others share its values
         if place.panel in OVER_TIME:
             low, high = place.axes.get_ylim()
             place.axes.set_ylim(low, high + 0.28 * (high - low))

@@ -8,6 +8,7 @@ In reading order:
     curves_table   the datasets of the archive
     run            from request to archive, curve by curve
     result         `ResponseCurves`: an archive read
+    curve_picture  how curves look, and the entries of a legend
     picture        a page of curves drawn
     command        `python -m nlds_vines.response_curves` and `nv.response_curves`
 """

@@ -44,7 +44,7 @@ def _along(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[C
     harms = "reduction by the damper, 1 - E1max / E1max of the structure alone; negative: it harms"
     table = [
         Dataset("status", dims, "int8", "1", "how an orbit ended", 0, flags),
-        Dataset("E1max", dims, "float64", "J", "largest energy of the structure", np.nan),
+        Dataset("E1max", dims, "float64", "J", f"largest energy of the {page.body}", np.nan),
         Dataset("E2max", dims, "float64", "J", "largest energy of the damper", np.nan),
         Dataset("reduction", dims, "float64", "1", harms, np.nan),
         Dataset("impacts", dims, "int32", "1", "impacts per nT; -1: not recorded", -1),

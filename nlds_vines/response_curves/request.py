@@ -106,6 +106,12 @@ class CurvePage:
             _refuse_unlike(curve.scan, first)
 
     @property
+    def body(self) -> str:
+        """The word for the body that is forced: where curves differ in it, the structure."""
+        bodies = {curve.scan.system.scene.body for curve in self.curves}
+        return bodies.pop() if len(bodies) == 1 else "structure"
+
+    @property
     def curves(self) -> tuple[Curve, ...]:
         """All curves, panel by panel."""
         return tuple(curve for panel in self.panels for curve in panel.curves)

@@ -36,6 +36,7 @@ from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.orbits.settings import EFFORTS, METHODS
 from nlds_vines.orbits.starts import Start
+from nlds_vines.transients.survival import DELAY
 
 if TYPE_CHECKING:
     from nlds_vines.transients.ensemble import Ensemble
@@ -44,9 +45,6 @@ _NAME = "transients"
 _SYSTEM = "ssul-set6"
 STARTS, TRANSIENT, PERIODS = 1000, 4000, 120
 """Random starts; forcing periods of each that are discarded, and that are sampled then."""
-
-DELAY = 50.0
-"""Forcing periods until lifetimes count: by then orbits are on the chaotic set, or past it."""
 
 _WANT = ("regime", "settling", "lyapunov", "evidence")
 _EXAMPLES = f"""\

@@ -10,51 +10,68 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, PercentFormatter
 
-from nlds_vines.errors import RequestError
-from nlds_vines.plotting.page import styled
+from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.plotting.chosen_panels import Picture
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.palette import OTHERS, colours, patch_look
-from nlds_vines.plotting.panels import add_panel, write_letters, write_title
-from nlds_vines.plotting.style import CM, HUES, NAVY, RIGHT, STYLE, WIDTH
-from nlds_vines.transients.ensemble import Ensemble, Share
-from nlds_vines.transients.survival import Decay, Survival
+from nlds_vines.plotting.panels import add_panel, size_of, write_letters, write_title
+from nlds_vines.plotting.style import CM, HUES, NAVY, STYLE
+from nlds_vines.transients.ensemble import Ensemble, ensemble_of
+from nlds_vines.transients.survival import DELAY, Decay, Survival
 
-_LEFT, _RIGHT = 0.135, RIGHT + 0.05  # of the width: room for the names of regimes on the left
-_PANEL, _BAR, _BETWEEN, _FOOT, _HEAD = 7.2 * CM, 0.58 * CM, 1.55 * CM, 1.1 * CM, 0.9 * CM  # inches
+_LEFT, _RIGHT = 2.16 * CM, 0.72 * CM  # inches: room for the names of regimes, and for a tick label
+_PANEL, _NARROW_PANEL, _BAR = 7.2 * CM, 5.4 * CM, 0.58 * CM  # inches, heights
+_FOOT, _HEAD, _LINE = 1.1 * CM, 1.1 * CM, 0.4 * CM  # inches, heights; of a line of a label
+_ENTRIES, _ENTRY = 4, 0.42 * CM  # entries of a legend below the curve, inches of each
 _CURVE, _LAW = NAVY, HUES["vermillion"]
-_WIDEST = 1.5  # upper end of the axis of shares: room for words beside a full bar
+_WIDEST, _NARROW_WIDEST = 1.5, 2.1  # upper end of the axis of shares: words beside a full bar
+_NARROW = 260  # points, width of axes below which bars and labels are those of one column
+_SURVIVAL, _SHARES = "survival", "shares"
 
 
 @styled()
-def draw_ensemble(found: Ensemble, title: str) -> Figure:
+def draw_ensemble(
+    found: Ensemble, title: str, page: Page = TWO_COLUMNS, shown: Sequence[str] = ()
+) -> Figure:
     """Return the survival curve of an ensemble, with its law, above the shares of its regimes.
 
     The curve is the Kaplan-Meier estimate with its interval; ticks mark the times up to which
     starts that had not settled were watched.  Without any lifetime only the shares are drawn.
+
+    Arguments: the ensemble, the title, the `page`, the panels that are `shown` (by default all).
     """
-    bars = (len(found.shares) + 0.7) * _BAR
-    curve = _PANEL + _BETWEEN if found.counted.any() else 0.0
-    height = _HEAD + curve + bars + _FOOT
-    figure = Figure(figsize=(WIDTH, height))
-    left, across = _LEFT * WIDTH, (_RIGHT - _LEFT) * WIDTH
-    panels = []
-    if curve:
-        panels.append(add_panel(figure, (left, _FOOT + bars + _BETWEEN, across, _PANEL)))
-        _draw_survival(panels[0], found)
-    panels.append(add_panel(figure, (left, _FOOT, across, bars)))
-    _draw_shares(panels[-1], found.shares, found.level)
-    write_letters(panels, side="right")
-    write_title(figure, title, _LEFT)
+    names = shown or list(panels_of(found))
+    below = 0.0 if page.beside else _LINE  # a label of two lines
+    heights = {
+        _SURVIVAL: _PANEL if page.beside else _NARROW_PANEL,
+        _SHARES: (len(found.shares) + 0.2) * _BAR,
+    }
+    feet = {
+        _SURVIVAL: _FOOT + (0.0 if page.beside else _ENTRIES * _ENTRY),
+        _SHARES: _FOOT + below,
+    }
+    room = sum(heights[name] + feet[name] for name in names)
+    figure = Figure(figsize=(page.width, _HEAD + room + _LINE * (len(names) - 1)))
+    panels, top = [], figure.get_figheight() - _HEAD
+    for name in names:
+        bottom = top - heights[name]
+        box = (_LEFT, bottom, page.width - _LEFT - _RIGHT, heights[name])
+        panels.append(add_panel(figure, box))
+        _PANELS[name](panels[-1], found, page)
+        top = bottom - feet[name] - _LINE
+    write_letters(panels)
+    write_title(figure, title, _LEFT / page.width if page.beside else page.left / page.width)
     return figure
 
 
-def survival_into(axes: Axes, found: Ensemble) -> None:
-    """Draw the survival curve of an ensemble into axes; `RequestError` where nothing settled."""
-    if not found.counted.any():
-        raise RequestError("no start of this ensemble has a lifetime: there is no curve to draw")
-    _draw_survival(axes, found)
+def panels_of(found: Ensemble) -> dict[str, str]:
+    """Return what the panels of an ensemble's picture show, by name."""
+    curve = {_SURVIVAL: "share of the starts that have not settled yet, over time"}
+    shares = {_SHARES: "share of the starts that ended in each regime"}
+    return {**(curve if found.counted.any() else {}), **shares}
 
 
-def _draw_survival(axes: Axes, found: Ensemble) -> None:
+def _draw_survival(axes: Axes, found: Ensemble, page: Page = TWO_COLUMNS) -> None:
     """Draw the share that has not settled yet against time, on a logarithmic scale."""
     estimate, last = found.survival, float(found.times.max())
     time, share, low, high = _steps(estimate, last)
@@ -74,7 +91,13 @@ def _draw_survival(axes: Axes, found: Ensemble) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g}"))
     axes.set_xlabel("time $t/T$ [forcing periods]")
     axes.set_ylabel("share of starts not settled [%]")
-    axes.legend(loc="lower left", frameon=True, framealpha=0.85, edgecolor="none")
+    if page.beside:
+        axes.legend(loc="lower left", frameon=True, framealpha=0.85, edgecolor="none")
+        return
+    below = 72 * (_FOOT - 0.05 * CM) / size_of(axes)[1]
+    aside = 72 * (_LEFT - page.left) / size_of(axes)[0]
+    look: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (-aside, -below)}
+    axes.legend(borderaxespad=0, borderpad=0, **look)
 
 
 def _steps(estimate: Survival, last: float) -> tuple[np.ndarray, ...]:
@@ -115,8 +138,9 @@ def _draw_law(axes: Axes, law: Decay, share: float, last: float) -> None:
     axes.plot(time, middle, color=_LAW, linewidth=1.0, linestyle="--", label=label)
 
 
-def _draw_shares(axes: Axes, shares: Sequence[Share], level: float) -> None:
+def _draw_shares(axes: Axes, found: Ensemble, _page: Page = TWO_COLUMNS) -> None:
     """Draw the share of every final regime as a bar, its part through chaos as a narrow bar."""
+    shares = found.shares
     places = np.arange(len(shares))
     colour = colours(entry.label for entry in shares)
     for place, entry in zip(places, shares, strict=True):
@@ -130,8 +154,25 @@ def _draw_shares(axes: Axes, shares: Sequence[Share], level: float) -> None:
         axes.annotate(text, (max(entry.share, entry.high), place), (5, 0), **look)
     axes.set_yticks(places, [entry.label for entry in shares])
     axes.tick_params(axis="y", length=0)
-    axes.set_ylim(len(shares) - 0.4, -1.0)
-    axes.set_xlim(0, _WIDEST)
+    axes.set_ylim(len(shares) - 0.4, -0.6)
+    narrow = size_of(axes)[0] < _NARROW
+    axes.set_xlim(0, _NARROW_WIDEST if narrow else _WIDEST)
     axes.set_xticks(np.linspace(0, 1, 6))
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=None))
-    axes.set_xlabel(f"share of the starts [%], with its {level:.0%} interval; brown: through chaos")
+    words = f"share of the starts [%], with its {found.level:.0%} interval"
+    axes.set_xlabel(f"{words};{chr(10) if narrow else ' '}brown: through chaos")
+
+
+_PANELS = {_SURVIVAL: _draw_survival, _SHARES: _draw_shares}
+
+
+def _read(view: ArchiveView) -> Ensemble:
+    return ensemble_of(view, delay=DELAY)
+
+
+PICTURE = Picture(
+    panels=lambda view: panels_of(_read(view)),
+    draw=lambda view, names, page: draw_ensemble(_read(view), view.text("title"), page, names),
+    fill=lambda axes, view, name: _PANELS[name](axes, _read(view)),
+)
+"""What draws the archive of an ensemble."""

@@ -14,6 +14,9 @@ import numpy as np
 
 from nlds_vines.errors import RequestError
 
+DELAY = 50.0
+"""Forcing periods until lifetimes count: by then orbits are on the chaotic set, or past it."""
+
 LEVEL = 0.95
 """Confidence of all intervals, by default."""
 

@@ -10,6 +10,8 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.collections import QuadMesh
+from matplotlib.colorbar import Colorbar
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
@@ -20,29 +22,30 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.plotting.bands import drawable, evenly_spaced, inner_edges
+from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import latex_symbol, raised
-from nlds_vines.plotting.page import styled
-from nlds_vines.plotting.panels import MAP_WIDTH, add_colour_bar, write_title
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
+from nlds_vines.plotting.panels import add_colour_bar, add_panel, size_of, write_title
 from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import (
     CM,
-    LEFT,
     NAVY,
     NO_VALUE,
-    RIGHT,
     SHADES,
-    WIDTH,
     axis_label,
+    body_of,
     quantity_label,
 )
 
-_HEIGHT = 11.6 * CM  # inches
-_FRAME = (LEFT + 0.02, 0.115, MAP_WIDTH, 0.735)  # left, bottom, width, height, of the figure's
+_FOOT, _HEAD, _LINE = 1.35 * CM, 1.25 * CM, 0.45 * CM  # inches; of a line above the frame
+_ASIDE = 0.3 * CM  # inches that numbers of four digits take more than others do
 _WIDE = 8.0  # ratio of the largest to the smallest value from which shades are logarithmic
 _SMALL = 7.5  # points, numbers on contours
 _APART = 0.3  # inches, the least distance of two of them
 _OUTLINE = "#202020"
 _CONTOUR: dict[str, Any] = {"colors": "white", "linewidths": 0.5}
+_WIDE_LEGEND = 200  # points, width of axes above which two entries stand side by side
+_DECADE = 60  # points of a decade below which 2 and 5 have no room between 1 and 10
 _FEW_LINES = 8  # contours where shades are linear
 _OPTIMUM = "optimum_"
 _MARK = "#d7191c"  # a red that neither the shades nor the contours have
@@ -54,25 +57,31 @@ def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
 
 
 @styled()
-def tuning_picture(view: ArchiveView) -> Figure:
+def tuning_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     """Return the picture of a tuning: its surface, or the curve along its only free parameter."""
     free = _free(view)
     if "surface" in view or len(free) != 1:
-        return tuning_surface(view)
-    figure = Figure(figsize=(WIDTH, _HEIGHT))
-    axes = figure.add_axes((LEFT + 0.02, _FRAME[1], RIGHT - LEFT, _FRAME[3]))
+        return tuning_surface(view, page)
+    figure, axes = _frame(page, page.across - _ASIDE, 0)
     _draw_curve(axes, view, free[0])
-    write_title(figure, view.text("title"), _FRAME[0])
+    write_title(figure, view.text("title"), page.left / page.width)
     return figure
 
 
-def surface_into(axes: Axes, view: ArchiveView) -> None:
+def _frame(page: Page, width: float, more: int) -> tuple[Figure, Axes]:
+    """Return a figure and its axes, so many inches wide, below title, legend and `more` lines."""
+    figure = Figure(figsize=(page.width, _HEAD + more * _LINE + page.map_height + _FOOT))
+    return figure, add_panel(figure, (page.left + _ASIDE, _FOOT, width, page.map_height))
+
+
+def _fill(axes: Axes, view: ArchiveView, name: str) -> None:
     """Draw the surface of a tuning into axes, or the curve along its only free parameter."""
     free = _free(view)
     if "surface" not in view and len(free) == 1:
         _draw_curve(axes, view, free[0])
     else:
-        _fill_surface(axes, view)
+        mesh, label = _fill_surface(axes, view)
+        _explain(axes.figure.colorbar(mesh, ax=axes, label=label))
 
 
 def _free(view: ArchiveView) -> list[str]:
@@ -100,7 +109,7 @@ def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
         _write_out_ticks(axes.xaxis)
     axes.tick_params(top=True, right=True, which="both")
     axes.set_xlabel(axis_label(name))
-    axes.set_ylabel(quantity_label("E1max", view.units("objective")))
+    axes.set_ylabel(_objective(view))
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderpad=0)
 
 
@@ -110,7 +119,7 @@ def _best(view: ArchiveView) -> str:
 
 
 @styled()
-def tuning_surface(view: ArchiveView) -> Figure:
+def tuning_surface(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:
     """Return the surface of a tuning: shades and contours of E1max over two free parameters.
 
     The other parameters are those of the best optimum, which a star marks.  Circles mark optima
@@ -118,23 +127,38 @@ def tuning_surface(view: ArchiveView) -> Figure:
 
     Raises `RequestError` for a tuning without a surface.
     """
-    figure = Figure(figsize=(WIDTH, _HEIGHT))
-    axes = figure.add_axes(_FRAME)
-    _fill_surface(axes, view)
-    write_title(figure, view.text("title"), _FRAME[0], _held(view))
+    _refuse_without_surface(view)
+    held, several = _held(view), view["optimum_objective"].size > 1
+    more = bool(held) + (several and not page.beside)
+    figure, axes = _frame(page, page.map_width - _ASIDE, more)
+    mesh, label = _fill_surface(axes, view)
+    _explain(add_colour_bar(figure, mesh, axes.get_position(), label))
+    write_title(figure, view.text("title"), page.left / page.width, held)
     return figure
 
 
-def _fill_surface(axes: Axes, view: ArchiveView) -> None:
-    """Draw surface, optima and labels into axes; `RequestError` for a tuning without a surface."""
-    if "surface" not in view:
-        raise RequestError(f"{view.path} holds no surface: tune with --surface A,B")
-    figure = axes.get_figure(root=True)
-    assert isinstance(figure, Figure)
-    _draw_surface(figure, axes, view)
+def _fill_surface(axes: Axes, view: ArchiveView) -> tuple[QuadMesh, str]:
+    """Draw surface, optima and labels into axes, and return the shades and what they are.
+
+    Raises `RequestError` for a tuning without a surface.
+    """
+    _refuse_without_surface(view)
+    mesh = _draw_surface(axes, view)
     _mark_optima(axes, view)
     for name, axis in zip(_names(view), (axes.xaxis, axes.yaxis), strict=True):
         axis.set_label_text(axis_label(name))
+    return mesh, _objective(view)
+
+
+def _refuse_without_surface(view: ArchiveView) -> None:
+    if "surface" not in view:
+        raise RequestError(f"{view.path} holds no surface: tune with --surface A,B")
+
+
+def _explain(bar: Colorbar) -> None:
+    """Write out the numbers on a bar of logarithmic shades."""
+    if isinstance(bar.norm, LogNorm):
+        _write_out_ticks(bar.ax.yaxis)
 
 
 def _names(view: ArchiveView) -> list[str]:
@@ -154,8 +178,8 @@ def _held(view: ArchiveView) -> str:
     return f"with {', '.join(held)} as in the best" if held else ""
 
 
-def _draw_surface(figure: Figure, axes: Axes, view: ArchiveView) -> None:
-    """Draw the objective in shades, a few contours over them, and the bar that explains them."""
+def _draw_surface(axes: Axes, view: ArchiveView) -> QuadMesh:
+    """Draw the objective in shades, which are returned, and a few contours over them."""
     across, up = (view[dim] for dim in view.dims("surface"))
     found = np.ma.masked_invalid(drawable(view["surface"])).T
     norm = _norm(found)
@@ -172,10 +196,7 @@ def _draw_surface(figure: Figure, axes: Axes, view: ArchiveView) -> None:
         axes.set_yscale("log")
         _write_out_ticks(axes.yaxis)
     _draw_contours(axes, axes.contour(across, up, found, levels=levels, **_CONTOUR), view)
-    label = _objective(view)
-    bar = add_colour_bar(figure, mesh, axes.get_position(), label)
-    if isinstance(norm, LogNorm):
-        _write_out_ticks(bar.ax.yaxis)
+    return mesh
 
 
 def _draw_contours(axes: Axes, lines: QuadContourSet, view: ArchiveView) -> None:
@@ -198,9 +219,11 @@ def _draw_contours(axes: Axes, lines: QuadContourSet, view: ArchiveView) -> None
 
 
 def _objective(view: ArchiveView) -> str:
-    """Return what stands along the bar: the objective with its unit."""
-    text, unit = view.long_name("optimum_objective"), view.units("surface")
-    return quantity_label("E1max", unit) if "E1max" in text else f"{text} [{unit}]"
+    """Return what stands along an axis or a bar: the objective with its unit."""
+    text, unit = view.long_name("optimum_objective"), view.units("objective")
+    if "E1max" in text:
+        return quantity_label("E1max", unit, body=body_of(view.attrs.get("kind")))
+    return f"{text} [{raised(unit)}]" if unit != "1" else text
 
 
 def _logarithmic_ticks() -> LogLocator:
@@ -209,8 +232,11 @@ def _logarithmic_ticks() -> LogLocator:
 
 
 def _write_out_ticks(axis: Axis) -> None:
-    """Mark 1, 2, 5, 10, ... on a logarithmic axis, without powers of ten."""
-    axis.set_major_locator(_logarithmic_ticks())
+    """Mark 1, 2, 5, 10, ... on a logarithmic axis, or decades alone where there is little room."""
+    low, high = axis.get_view_interval()
+    length = size_of(axis.axes)[axis is axis.axes.yaxis]
+    few = length < _DECADE * np.log10(high / low)
+    axis.set_major_locator(LogLocator() if few else _logarithmic_ticks())
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 
@@ -234,4 +260,13 @@ def _mark_optima(axes: Axes, view: ArchiveView) -> None:
         axes.plot(x[1:], y[1:], marker="o", markersize=6, label=label, **ring, **style)
     # above the frame, where it hides nothing
     place: dict[str, Any] = {"bbox_to_anchor": (0.0, 1.0), "borderpad": 0, "borderaxespad": 0.4}
-    axes.legend(loc="lower left", ncols=2, handletextpad=0.2, **place)
+    columns = 2 if size_of(axes)[0] > _WIDE_LEGEND else 1
+    axes.legend(loc="lower left", ncols=columns, handletextpad=0.2, **place)
+
+
+PICTURE = Picture(
+    panels=lambda view: {"objective": view.long_name("optimum_objective")},
+    draw=lambda view, names, page: tuning_picture(view, page),
+    fill=_fill,
+)
+"""What draws the archive of a tuning."""

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from nlds_vines.archives.archive import ArchiveView
+    from nlds_vines.plotting.chosen_panels import Picture
     from nlds_vines.plotting.page import Page
 
 _NAME = "plot"
@@ -55,9 +56,10 @@ def plot(
     Arguments:
         archive: the path of an archive: a scan, transients, a tuning, a survey, branches.
         show: of a scan what `bifurcation.picture.drawing.draw` takes: quantities of a diagram such
-            as `x2,v2,E1max`, regimes or a number of a map; None for what is usual.
-        ax: axes to draw one panel into, of a scan, transients, a tuning or a survey of one case;
-            the figure returned is theirs.
+            as `x2,v2,E1max`, regimes or a number of a map; of any other archive panels of its
+            picture, as `--show ?` names them; None for what is usual.
+        ax: axes to draw one panel into, the one to `show` or else the first; the figure returned
+            is theirs.
         columns: 1 for a picture as wide as a column of a paper (8.4 cm), 2 for 16 cm.
         style: a style sheet of matplotlib's, by name or path.  What the user has set in
             `matplotlib.rcParams` or in a `matplotlibrc` stays as well.
@@ -85,25 +87,17 @@ def _draw(
     edges: str | os.PathLike[str] | None = None,
 ) -> Figure:
     """Return the picture of an open archive by what it holds."""
-    from nlds_vines.plotting.page import TWO_COLUMNS, into
+    from nlds_vines.plotting.chosen_panels import drawn_by
 
-    if view.content == SCAN and not (show is None and _is_ensemble(view)):
+    if view.content == SCAN and not _is_ensemble(view, show):
         from nlds_vines.bifurcation.picture.drawing import draw
 
         return draw(view, show, page, ax, None if edges is None else _points(view, edges))
     if edges is not None:
         raise RequestError(f"{view.path} holds a {view.content}: edges are for basins alone")
-    if show is not None:
-        raise RequestError(f"{view.path} holds a {view.content}: show is for scans alone")
-    if page is not TWO_COLUMNS:
-        raise RequestError(f"{view.path}: columns = 1 is for diagrams and maps of scans alone")
     if view.content not in _PICTURES:
         raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
-    if ax is None:
-        return _PICTURES[view.content](view)
-    if view.content not in _PANELS:
-        raise RequestError(f"{view.path} holds a {view.content}: its picture has several panels")
-    return into(ax, lambda: _PANELS[view.content](ax, view))
+    return drawn_by(_PICTURES[view.content](), view, show, page, ax)
 
 
 def _points(view: ArchiveView, edges: str | os.PathLike[str]) -> np.ndarray:
@@ -113,88 +107,70 @@ def _points(view: ArchiveView, edges: str | os.PathLike[str]) -> np.ndarray:
     return points_in(view, edges)
 
 
-def _is_ensemble(view: ArchiveView) -> bool:
-    """Return whether a scan is an ensemble of starts in one cell, as `transients` makes it."""
+def _is_ensemble(view: ArchiveView, show: str | None) -> bool:
+    """Return whether a scan is an ensemble of starts in one cell, as `transients` makes it.
+
+    Its recorded quantities can be shown as those of any scan.
+    """
     one = all(view[name].size == 1 for name in view.axes)
-    return one and view["start"].size > 2 and "settling" in view and "label" in view
+    if not (one and view["start"].size > 2 and "settling" in view and "label" in view):
+        return False
+    return show is None or bool({*show.split(",")} & {*_ensembles().panels(view)})
 
 
-def _of_ensemble(view: ArchiveView) -> Figure:
-    from nlds_vines.transients.command import DELAY
-    from nlds_vines.transients.ensemble import ensemble_of
-    from nlds_vines.transients.picture import draw_ensemble
+def _ensembles() -> Picture:
+    from nlds_vines.transients.picture import PICTURE
 
-    return draw_ensemble(ensemble_of(view, delay=DELAY), view.text("title"))
+    return PICTURE
 
 
-def _of_tuning(view: ArchiveView) -> Figure:
-    from nlds_vines.tuning.picture import tuning_picture
+def _tunings() -> Picture:
+    from nlds_vines.tuning.picture import PICTURE
 
-    return tuning_picture(view)
-
-
-def _of_survey(view: ArchiveView) -> Figure:
-    from nlds_vines.accuracy.picture import draw_survey
-
-    return draw_survey(view)
+    return PICTURE
 
 
-def _of_continuation(view: ArchiveView) -> Figure:
-    from nlds_vines.continuation.picture import draw_continuation
+def _surveys() -> Picture:
+    from nlds_vines.accuracy.picture import PICTURE
 
-    return draw_continuation(view.path)
+    return PICTURE
 
 
-def _of_curves(view: ArchiveView) -> Figure:
-    from nlds_vines.response_curves.picture import curves_picture
+def _continuations() -> Picture:
+    from nlds_vines.continuation.picture import PICTURE
 
-    return curves_picture(view)
+    return PICTURE
+
+
+def _curves() -> Picture:
+    from nlds_vines.response_curves.picture import PICTURE
+
+    return PICTURE
 
 
 _PICTURES = {
-    SCAN: _of_ensemble,
-    TUNING: _of_tuning,
-    SURVEY: _of_survey,
-    CONTINUATION: _of_continuation,
-    RESPONSE_CURVES: _of_curves,
+    SCAN: _ensembles,
+    TUNING: _tunings,
+    SURVEY: _surveys,
+    CONTINUATION: _continuations,
+    RESPONSE_CURVES: _curves,
 }
 """What draws an archive that is no ordinary scan, by the kind of its content."""
 
 
-def _ensemble_into(ax: Axes, view: ArchiveView) -> None:
-    from nlds_vines.transients.command import DELAY
-    from nlds_vines.transients.ensemble import ensemble_of
-    from nlds_vines.transients.picture import survival_into
-
-    survival_into(ax, ensemble_of(view, delay=DELAY))
-
-
-def _tuning_into(ax: Axes, view: ArchiveView) -> None:
-    from nlds_vines.tuning.picture import surface_into
-
-    surface_into(ax, view)
-
-
-def _survey_into(ax: Axes, view: ArchiveView) -> None:
-    from nlds_vines.accuracy.picture import case_into
-
-    case_into(ax, view)
-
-
-_PANELS = {SCAN: _ensemble_into, TUNING: _tuning_into, SURVEY: _survey_into}
-"""What draws the main panel of an archive that is no ordinary scan into given axes."""
-
-
 def names_of(archive: str | os.PathLike[str]) -> list[str]:
-    """Return what of a scan can be shown, one line each: the name, the meaning, the unit."""
+    """Return what of an archive can be shown, one line each: the name, the meaning, the unit."""
     from nlds_vines.archives.archive import read
     from nlds_vines.bifurcation.picture.quantities import quantities_in
 
     with read(archive) as view:
-        if view.content != SCAN:
-            return [f"{view.path} holds a {view.content}: it has one picture"]
-        known = quantities_in(view)
-        return [f"{name:<26}{q.long_name}{_unit(q.units)}" for name, q in known.items()]
+        known: dict[str, str] = {}
+        if view.content in _PICTURES and (view.content != SCAN or _is_ensemble(view, None)):
+            known |= _PICTURES[view.content]().panels(view)
+        if view.content == SCAN:
+            recorded = quantities_in(view).items()
+            known |= {name: f"{q.long_name}{_unit(q.units)}" for name, q in recorded}
+    return [f"{name:<26}{meaning}" for name, meaning in known.items()]
 
 
 def _unit(units: str) -> str:
@@ -233,7 +209,7 @@ def _declare(parser: Parser) -> None:
     add = parser.add_argument
     add("archive", metavar="FILE.h5", help="an archive that is complete")
     add("-o", "--output", metavar="FILE", help="picture: .png, .pdf or .svg [FILE.png]")
-    add("--show", metavar="WHAT", help="of a scan: what to show; ? names the recorded quantities")
+    add("--show", metavar="WHAT", help="panels; of a scan: quantities; ? names them")
     add("--columns", default=2, metavar="N", help="width: 1 or 2 columns of a paper [2]")
     add("--style", metavar="SHEET", help="a style sheet of matplotlib's, by name or path")
     add("--edges", metavar="BRANCHES.h5", help="of basins: mark the edge states of a continuation")

@@ -80,8 +80,11 @@ def test_transients_are_drawn_as_their_command_does(tmp_path):
     assert console(["transients", *arguments, *where]) == 0
     assert console(["plot", str(path), "-o", str(tmp_path / "again.png")]) == 0
     assert (tmp_path / "again.png").read_bytes() == picture.read_bytes()
-    with pytest.raises(RequestError, match="columns = 1 is for diagrams and maps"):
-        nv.plot(path, columns=1)
+    narrow = nv.plot(path, columns=1)
+    assert narrow.get_figwidth() == pytest.approx(8.4 / 2.54)
+    assert len(narrow.axes) == len(nv.plot(path).axes) == 2
+    assert nv.plot(path, "shares").axes[0].get_xlabel().startswith("share of the starts")
+    assert nv.plot(path, "settling").axes[0].get_ylabel() == "forcing periods until settled"
     with pytest.raises(RequestError, match="unknown columns '3'"):
         nv.plot(path, columns=3)
 
@@ -93,8 +96,67 @@ def test_it_draws_into_given_axes(small):
     assert not one.get_lines()
     assert other.get_ylabel().endswith("[J]")
     assert other.get_lines()
-    with pytest.raises(RequestError, match="several panels"):
+    with pytest.raises(RequestError, match=r"'x1,x2' names several panels, axes take one of: E"):
         nv.plot(small, "x1,x2", ax=one)
+
+
+def _archive(kind, folder):
+    """Return a small archive of a kind, and the names of the panels of its picture."""
+    path = folder / f"{kind}.h5"
+    quiet = ["-o", str(path), "--quiet"]
+    sampling = ["--transient", "40", "--periods", "20"]
+    if kind == "transients":
+        command = [kind, "--system", "tmd", "--starts", "4", *sampling]
+        names = ["survival", "shares"]
+    elif kind == "tuning":
+        search = ["--generations", "2", "--population", "6", "--polish", "5"]
+        command = [kind, "--system", "tmd", "--surface", "k2,c2", "--surface-size", "3", *search]
+        names = ["objective"]
+    elif kind == "accuracy":
+        command = [kind, "--no-peers", "--periods", "2"]
+        names = ["ssul-set6"]
+    elif kind == "continuation":
+        command = [kind, "--along", "omega=7:7.2"]
+        names = ["x2", "E1max"]
+    else:
+        values = ["--vary", "omega=6:6.5:3"]
+        command = [kind, "--system", "tmd", "--system", "ssul-set6", *values, *sampling]
+        names = ["energies", "reduction"]
+    assert console([*command, *quiet]) == 0
+    return path, names
+
+
+@pytest.mark.parametrize(
+    "kind", ["transients", "tuning", "accuracy", "continuation", "response-curves"]
+)
+def test_panels_of_every_kind_are_chosen_narrow_and_in_given_axes(kind, tmp_path, capsys):
+    path, names = _archive(kind, tmp_path)
+    capsys.readouterr()
+    assert console(["plot", str(path), "--show", "?"]) == 0
+    listed = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert listed[: len(names)] == names
+    wide, narrow = nv.plot(path), nv.plot(path, columns=1)
+    assert narrow.get_figwidth() == pytest.approx(8.4 / 2.54)
+    assert [one.get_ylabel() for one in narrow.axes] == [one.get_ylabel() for one in wide.axes]
+    for name in names:
+        alone = nv.plot(path, name, columns=1).axes[0]
+        figure = Figure(layout="constrained")
+        one, other = figure.subplots(1, 2)
+        assert nv.plot(path, name, ax=other) is figure
+        assert not one.has_data()
+        assert len(other.get_lines()) == len(alone.get_lines())
+        assert other.get_ylabel() == alone.get_ylabel()
+        assert other.has_data()
+        figure.draw_without_rendering()
+    figure = Figure()
+    main = nv.plot(path, ax=figure.add_subplot()).axes[0]
+    assert main.get_ylabel() == nv.plot(path, names[0]).axes[0].get_ylabel()
+    with pytest.raises(RequestError, match=rf"unknown show 'nosuch'.* allowed: {names[0]}"):
+        nv.plot(path, "nosuch" if kind != "transients" else "survival,nosuch")
+    if len(names) > 1:
+        both = ",".join(names)
+        with pytest.raises(RequestError, match=f"'{both}' names several panels, axes take one of"):
+            nv.plot(path, both, ax=main)
 
 
 def test_what_users_set_in_matplotlib_stays(small):
@@ -188,3 +250,18 @@ def test_a_label_has_one_colour_whatever_else_is_in_the_picture():
     assert len({colour_of(label) for label in labels}) == len(labels)
     assert colour_of("transient chaos to T,0") != colour_of("T,0")
     assert colour_of("T,1, inadmissible") == colour_of("T,1")
+
+
+def test_words_fit_the_kind_of_one_mass(tmp_path):
+    scan = {
+        "system": "bilinear-oscillator",
+        "vary": {"omega": {"values": [0.8, 0.9]}},
+        "sampling": {"transient": 20, "periods": 5},
+    }
+    path = nv.bifurcation(scan, tmp_path / "one.h5")
+    labels = [axes.get_ylabel() for axes in path.plot("x,E1max").axes]
+    assert [label.split(" $")[0] for label in labels if "$" in label] == [
+        *("oscillator", "energy of the oscillator"),
+    ]  # fmt: skip
+    with path.read() as view:
+        assert "the oscillator's energy" in view.long_name("E1max")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
 import nlds_vines as nv
@@ -16,7 +17,7 @@ from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 from nlds_vines.orbits import simulation
 from nlds_vines.portrait.command import main
-from nlds_vines.portrait.page_layout import Place, make_page, rows_of, write_letters
+from nlds_vines.portrait.page_layout import Place, fit_forces, make_page, rows_of, write_letters
 from nlds_vines.portrait.picture import portrait as draw
 from nlds_vines.portrait.request import PANELS, USUAL, Column, PortraitRequest, Window
 from nlds_vines.portrait.request_file import load_portrait
@@ -75,6 +76,16 @@ def test_a_letter_of_a_phase_plane_stands_in_a_corner_without_curves():
 
 def _place(panel, axes):
     return Place(panel, None, axes, True, True)
+
+
+@pytest.mark.parametrize(("other", "own"), [(4.0, False), (6.0, True)])
+def test_forces_of_very_different_sizes_have_scales_of_their_own(other, own):
+    figure = Figure()
+    row = [_place("force", axes) for axes in figure.subplots(1, 2)]
+    for place, height in zip(row, (1.0, other), strict=True):
+        place.axes.set_ylim(0.0, height)
+    fit_forces(row)
+    assert [place.axes.get_ylim()[1] for place in row] == ([1.0, other] if own else [other, other])
 
 
 def test_lines_of_a_legend_are_visible_however_thin_the_curves():

@@ -33,7 +33,7 @@ from nlds_vines.model.parameters import INITIAL, component_of
 from nlds_vines.plotting.bands import inner_edges
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.palette import HATCHED, OTHERS, colour_of, mixed, patch_look
-from nlds_vines.plotting.panels import write_letters_above, write_title
+from nlds_vines.plotting.panels import write_letters, write_title
 from nlds_vines.plotting.style import CM, axis_label
 
 _SHADES = (("#000000", 0.0), ("#000000", 0.35), ("#ffffff", 0.45), ("#000000", 0.6))
@@ -96,7 +96,7 @@ def basin_picture(
     if len(panels) > 1 and view.axes[0] == varied[0]:
         panels[1].set_xlim(panels[0].get_xlim())
     if len(panels) > 1:
-        write_letters_above(panels)
+        write_letters(panels)
     write_title(figure, view.text("title"), page.left / page.width)
     return figure
 

@@ -28,8 +28,9 @@ from nlds_vines.bifurcation.picture.strips_above import (
 )
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import edges
+from nlds_vines.plotting.chosen_panels import several_panels
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.panels import add_panel, size_of, write_letters_above, write_title
+from nlds_vines.plotting.panels import add_panel, size_of, write_letters, write_title
 from nlds_vines.plotting.style import CM, axis_label
 
 CURVES = (
@@ -95,7 +96,9 @@ def draw_into(axes: Axes, view: ArchiveView, show: str | None = None) -> None:
     """
     cuts, known = slices_of(view), quantities_in(view)
     rows = _usual_rows(view, cuts, known)[:1] if show is None else rows_of(show, known)
-    if len(rows) > 1 or (len(cuts) > 1 and (not rows or not known[rows[0]].single)):
+    if len(rows) > 1:
+        raise several_panels(str(show), known)
+    if len(cuts) > 1 and (not rows or not known[rows[0]].single):
         raise RequestError(f"show = {show!r} needs several panels: give no axes, or one number")
     axes.set_xlim(*edges(cuts[0].values)[[0, -1]])
     if rows:
@@ -183,7 +186,7 @@ def _draw_tiers(tiers: Sequence[Tier], found: Sequence[Axes], cut: Slice) -> lis
     found[-1].set_xlabel(axis_label(cut.axis))
     panels = [axes for tier, axes in zip(tiers, found, strict=True) if tier.quantity]
     _share_scales([tier for tier in tiers if tier.quantity], panels)
-    write_letters_above(panels)
+    write_letters(panels)
     return panels
 
 

@@ -7,14 +7,14 @@ nothing here.  The displacements and velocities of a section go by the names of 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.plotting.bands import drawable
-from nlds_vines.plotting.style import quantity_label
+from nlds_vines.plotting.style import STRUCTURE, body_of, quantity_label
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
@@ -34,6 +34,7 @@ class Quantity:
         dataset: where it is; index: the places in dimensions of the dataset that are taken.
         units, long_name: of the quantity; fill: the value of orbits that have none.
         single: whether an orbit has one value of it, and not several.
+        body: the word for the body that is forced.
     """
 
     name: str
@@ -43,11 +44,12 @@ class Quantity:
     fill: float
     single: bool
     index: Mapping[str, int] = field(default_factory=dict)
+    body: str = STRUCTURE
 
     @property
     def label(self) -> str:
         """What stands along its axis: meaning, symbol and unit."""
-        return quantity_label(self.name, self.units, self.long_name)
+        return quantity_label(self.name, self.units, self.long_name, self.body)
 
     def of(self, view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:
         """Return its values (..., starts, many), NaN where there is none; `at` fixes axes."""
@@ -73,7 +75,11 @@ def quantities(datasets: Iterable[Dataset], components: Sequence[str]) -> dict[s
 def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
     """Return what can be drawn of an archive, by name."""
     components = list(view["component"]) if "component" in view else []
-    return quantities(map(view.describe, view.names), components)
+    found, body = (
+        quantities(map(view.describe, view.names), components),
+        body_of(view.attrs.get("kind")),
+    )
+    return {name: replace(quantity, body=body) for name, quantity in found.items()}
 
 
 def _coordinate(section: Dataset, place: int, name: str) -> Quantity:

@@ -47,7 +47,7 @@ from nlds_vines.plotting.palette import (
     period_and_impacts,
     short,
 )
-from nlds_vines.plotting.panels import write_letters_above, write_title
+from nlds_vines.plotting.panels import write_letters, write_title
 from nlds_vines.plotting.style import CM, FLAGGED, GREY
 
 _GAP = 0.55 * CM  # inches between two maps
@@ -125,7 +125,7 @@ def _draw_both(view: ArchiveView, page: Page) -> Figure:
     if page.beside:
         upper.tick_params(labelbottom=False)
         upper.set_xlabel("")
-    write_letters_above((upper, lower))
+    write_letters((upper, lower))
     return figure
 
 

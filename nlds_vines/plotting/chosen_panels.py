@@ -1,0 +1,54 @@
+"""Pictures whose panels can be chosen: all of them on a page, some, or one in axes of the user."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.errors import RequestError, choice
+from nlds_vines.plotting.page import Page, into
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What draws archives of one kind.
+
+    Attributes:
+        panels: what the panels of an archive's picture show, by name, the main one first.
+        draw: the figure of an archive with some of the panels, on a page.
+        fill: draws one panel of an archive into given axes.
+    """
+
+    panels: Callable[[ArchiveView], Mapping[str, str]]
+    draw: Callable[[ArchiveView, Sequence[str], Page], Figure]
+    fill: Callable[[Axes, ArchiveView, str], None]
+
+
+def drawn_by(
+    picture: Picture, view: ArchiveView, show: str | None, page: Page, ax: Axes | None
+) -> Figure:
+    """Return the figure of an archive.
+
+    Arguments: what draws it; the archive; the names of panels to `show`, separated by commas, None
+    for all; the page; axes to draw one panel into, without `show` the main one.
+
+    Raises `RequestError` for a panel that there is not, and for several in given axes.
+    """
+    known = picture.panels(view)
+    words = [word.strip() for word in (show or "").split(",")]
+    names = list(known) if show is None else [choice("show", word, known) for word in words]
+    if ax is None:
+        return picture.draw(view, list(dict.fromkeys(names)), page)
+    if show is not None and len(names) > 1:
+        raise several_panels(show, known)
+    return into(ax, lambda: picture.fill(ax, view, names[0]))
+
+
+def several_panels(show: str, known: Mapping[str, object]) -> RequestError:
+    """Return the error of axes that were given for several panels, of those that are `known`."""
+    names = ", ".join(known)
+    return RequestError(f"show = {show!r} names several panels, axes take one of: {names}")

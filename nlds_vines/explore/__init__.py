@@ -3,7 +3,6 @@
 In reading order:
 
     stored           what an archive, or a scan under way, holds of every cell, as plain arrays
-    cell_start       where the orbit of a cell begins
     shows            what a map or a diagram may show: regimes, shares, numbers; their colours
     cell_columns     the numbers of every cell as a browser takes them
     evidence_words   a label and its evidence in words

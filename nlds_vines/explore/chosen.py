@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from nlds_vines.bifurcation.cell_start import CellStart
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.cell_start import CellStart, start_of
 from nlds_vines.explore.opened import middle
 from nlds_vines.explore.refining import Range, finer
 from nlds_vines.explore.stored import Stored
@@ -56,11 +56,11 @@ class Chosen:
         Raises `RequestError` where the system refuses that.
         """
         free = {name: value for name, value in self.free.items() if name not in INITIAL}
-        return self.scan.system.with_(**{**self.found.parameters_of(self.cell), **free})
+        return self.found.system_of(self.cell, free)
 
     def begins(self, system: System) -> CellStart:
         """Return where the orbit begins."""
-        start = self.own or start_of(self.found, self.cell, self.start, system)
+        start = self.own or self.found.start_of(self.cell, self.start, system)
         moved = {component_of(name): v for name, v in self.free.items() if name in INITIAL}
         if not moved or start.state is None:
             return start

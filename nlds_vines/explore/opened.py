@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.cell_start import start_of
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.refining import Job
 from nlds_vines.explore.stored import Stored
@@ -61,8 +60,8 @@ class Opened:
         cell = middle(found)
         with told_of_compilations(self._compiles):
             try:
-                system = found.scan.system.with_(**found.parameters_of(cell))
-                state = start_of(found, cell, 0, system).state
+                system = found.system_of(cell)
+                state = found.start_of(cell, 0, system).state
                 live_orbit(system, state, Sampling.of(found.scan))
             except (RequestError, IntegrationError):
                 pass  # the page says it where this cell is chosen

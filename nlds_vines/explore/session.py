@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 from bokeh.document import Document
 from bokeh.models import ColumnDataSource, CustomJS
 
+from nlds_vines.bifurcation.cell_start import CellStart
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError, number, shown
 from nlds_vines.explore import recipes
 from nlds_vines.explore.answers import Payload, in_words, job_state, payload
-from nlds_vines.explore.cell_start import CellStart
 from nlds_vines.explore.chosen import Chosen
 from nlds_vines.explore.live_orbit import LiveOrbit, Sampling, live_orbit
 from nlds_vines.explore.look import frame, page_file

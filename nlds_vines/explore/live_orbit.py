@@ -1,7 +1,7 @@
 """An orbit and all that the page shows of it, as plain arrays.
 
 One run of the orbit, as a portrait has it, and one verdict, as `classify` has it: the label is that
-of the archive for the same start and the same sampling.
+of the archive for the same start and the same sampling.  The kernels are imported by the first one.
 """
 
 from __future__ import annotations
@@ -9,18 +9,19 @@ from __future__ import annotations
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.system import System
-from nlds_vines.orbits.classification import Regime, classify
 from nlds_vines.orbits.signals import contact_forces, harmonic_force, relative_displacement
-from nlds_vines.orbits.simulation import IntegrationError
 from nlds_vines.portrait.request import Column, PortraitRequest, Window, panels_of
 from nlds_vines.portrait.result import View
-from nlds_vines.portrait.run import views_of
+
+if TYPE_CHECKING:
+    from nlds_vines.orbits.classification import Regime
 
 SAMPLES = 256
 """States of a period: some five in a contact, whose peak the list of impacts gives exactly."""
@@ -91,6 +92,8 @@ def live_orbit(
     Raises `RequestError` for a start that is not possible, `IntegrationError` where the orbit ends
     early.  Cost: 4 ms for a periodic orbit of an SSul NES, once compiled; up to 0.1 s for chaos.
     """
+    from nlds_vines.portrait.run import views_of
+
     request = request_of(system, start, sampling, title)
     with _one_at_a_time:
         (view,) = views_of(request)
@@ -118,6 +121,9 @@ def _verdict(
     system: System, start: Sequence[float] | None, sampling: Sampling
 ) -> tuple[Regime | None, str]:
     """Return the verdict on an orbit, or None and why there is none."""
+    from nlds_vines.orbits.classification import classify
+    from nlds_vines.orbits.simulation import IntegrationError
+
     try:
         found = classify(
             system,

@@ -116,6 +116,14 @@ def _add_walls(made: Any, walls: Iterable[float]) -> None:
         made.add_layout(roled(line, "wall"))
 
 
+def walls_of(figures: Iterable[Any]) -> list[list[Any]]:
+    """Return the lines of each thing that is struck, in the order of the scene's obstacles."""
+    found: dict[str, list[Any]] = {}
+    for line in (line for made in figures for line in made.center if line.name):
+        found.setdefault(line.name, []).append(line)
+    return list(found.values())
+
+
 def _force(sources: Sources) -> Any:
     made = plain_figure("force", _TIME)
     roled(made.line("t", "harmonic", source=sources["history"], line_width=1.0), "blue")

@@ -27,12 +27,11 @@ from nlds_vines.explore.live_orbit import LiveOrbit, Sampling, live_orbit
 from nlds_vines.explore.look import frame, page_file
 from nlds_vines.explore.map_figure import map_figures
 from nlds_vines.explore.opened import READY, Opened
-from nlds_vines.explore.orbit_figures import WIDE, joined, orbit_figures, orbit_sources
+from nlds_vines.explore.orbit_figures import WIDE, joined, orbit_figures, orbit_sources, walls_of
 from nlds_vines.explore.parameter_sliders import sliders_of
 from nlds_vines.explore.refining import Job
 from nlds_vines.explore.stored import Stored
 from nlds_vines.model.system import System
-from nlds_vines.orbits.simulation import IntegrationError
 
 PROGRESS_SECONDS = 0.4
 """Seconds between two pictures of a map that is being computed."""
@@ -75,17 +74,15 @@ class Session:
         document, found = self._document, self._opened.found
         system = found.scan.system
         figures = orbit_figures(system, orbit_sources(system))
-        self._walls = (
-            [wall for made in figures for wall in made.select({"name": "wall 0"})],
-            [wall for made in figures for wall in made.select({"name": "wall 1"})],
-        )
+        self._walls = walls_of(figures)
         self._data = {name: ColumnDataSource(name=name) for name in _DATA}
         for name in ("asked", "told"):
             self._data[name].data = {"message": []}
         self._data["asked"].on_change("data", self._hear)
         maps = map_figures(len(found.scan.axes), len(found.starts), "label" in found, True)
-        for root in (*maps, *figures, *self._data.values()):
-            document.add_root(root)
+        with document.models.freeze():  # each root alone would make all models be counted again
+            for root in (*maps, *figures, *self._data.values()):
+                document.add_root(root)
         document.title = found.scan.title
         document.template = frame("explore.html")
         script = page_file("page.js") + page_file("explore.js")
@@ -179,6 +176,8 @@ class Session:
 
     def _compute(self, wanted: Wanted, sampling: Sampling) -> None:
         """Follow an orbit, in a thread of its own."""
+        from nlds_vines.orbits.simulation import IntegrationError
+
         orbit, trouble = None, ""
         try:
             orbit = live_orbit(wanted.system, wanted.start.state, sampling)

@@ -1,14 +1,12 @@
 """The pages in a real browser: click, keys, sliders, a rectangle, files; and without a network."""
 
-import os
 import time
-from pathlib import Path
 
 import pytest
 from browsers import browser_or_skip, watched_page
 from conftest import MAP, made_up
 
-from benchmarks.explore import Served, drawn
+from benchmarks.explore import KNOWN, Served, drawn
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.explore.stored import stored
@@ -183,13 +181,7 @@ def test_a_second_page_of_the_same_archive_is_its_own(page, server):
     other.close()
 
 
-def processor_seconds(process):
-    """Return the processor time that a process has used."""
-    fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="no /proc tells processor times")
+@pytest.mark.skipif(not KNOWN.exists(), reason="no /proc tells processor times")
 def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, folder):
     vary = {
         "omega": {"start": 5.0, "stop": 8.0, "num": 200},
@@ -205,10 +197,10 @@ def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, folde
     assert page.is_visible("#cancel")
     page.context.close()
     end = time.monotonic() + 60
-    used = processor_seconds(served.process)
+    used = served.processor_seconds()
     while True:  # some thirty seconds of work are left
         time.sleep(1)
-        used, before = processor_seconds(served.process), used
+        used, before = served.processor_seconds(), used
         if used - before < 0.2:
             break
         assert time.monotonic() < end, "it goes on although nobody looks"

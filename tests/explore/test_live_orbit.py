@@ -158,7 +158,7 @@ def test_a_job_says_that_kernels_are_compiled(monkeypatch):
             tell("compiling the kernels of ssul", 0.0)
             super().__init__(scan, helped=helped)
 
-    monkeypatch.setattr("nlds_vines.explore.refining.Computer", Compiling)
+    monkeypatch.setattr("nlds_vines.bifurcation.compute.Computer", Compiling)
     told = []
     job = Job(SCAN, lambda: told.append(job.note))
     job.begin()

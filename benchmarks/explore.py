@@ -1,6 +1,6 @@
 """From a click to the drawn orbit on the page of `nlds-vines explore`, measured in a browser.
 
-    python -m benchmarks.explore [FILE.h5] [--clicks 50] [--picture explore.png]
+    python -m benchmarks.explore [FILE.h5] [--clicks 50] [--history whole] [--picture PNG]
 
 Without a file it computes Figure 8 first.  It starts the command, opens its page in a headless
 Chromium, and clicks cells all over the map.  A time begins with the press of the button, and ends
@@ -127,7 +127,7 @@ def click_times(page: Any, clicks: int) -> list[float]:
     return times[WARM:]
 
 
-def measure(archive: Path, clicks: int, picture: Path | None) -> list[str]:
+def measure(archive: Path, clicks: int, picture: Path | None, history: str) -> list[str]:
     """Return the measured times in words."""
     served = Served(str(archive))
     try:
@@ -138,6 +138,10 @@ def measure(archive: Path, clicks: int, picture: Path | None) -> list[str]:
             drawn(page)
             usable = time.perf_counter() - opened
             used = f"{served.processor_seconds():.2f} s" if KNOWN.exists() else "unknown"
+            if history:
+                page.evaluate("window.drawn = undefined")
+                page.select_option("#history", history)
+                drawn(page)
             times = sorted(click_times(page, clicks))
             if picture is not None:
                 page.mouse.move(2, 2)
@@ -160,6 +164,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.explore", description=__doc__)
     parser.add_argument("archive", nargs="?", type=Path)
     parser.add_argument("--clicks", type=int, default=50)
+    parser.add_argument("--history", default="", help="of the menu: short, long, whole")
     parser.add_argument("--picture", type=Path)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -168,7 +173,7 @@ def main() -> int:
             import nlds_vines as nv
 
             archive = nv.bifurcation(None, Path(folder) / "figure8.h5")
-        print(*measure(archive, options.clicks, options.picture), sep="\n")
+        print(*measure(archive, options.clicks, options.picture, options.history), sep="\n")
     return 0
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from nlds_vines.bifurcation.cell_start import CellStart
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
+from nlds_vines.explore.histories import SETTLED
 from nlds_vines.explore.opened import middle
 from nlds_vines.explore.refining import Range, finer
 from nlds_vines.explore.stored import Stored
@@ -18,8 +19,8 @@ class Chosen:
     """The state of a page.
 
     Attributes: `levels`, the maps seen so far, and the `place` of the one that is seen; `cell` and
-    `start` in it; `free`, the parameters that sliders have set [SI units]; `own`, a start of the
-    user's, None for that of the cell.
+    `start` in it; the `history` of the orbit that is shown; `free`, the parameters that sliders
+    have set [SI units]; `own`, a start of the user's, None for that of the cell.
     """
 
     def __init__(self, found: Stored) -> None:
@@ -28,6 +29,7 @@ class Chosen:
         self.cell, self.start = middle(found), 0
         self.free: dict[str, float] = {}
         self.own: CellStart | None = None
+        self.history = SETTLED
 
     @property
     def found(self) -> Stored:

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from bokeh.models import ColumnDataSource, CustomJS, DataRange1d, Range1d, Span
 
-from nlds_vines.explore.live_orbit import Arrays, has
+from nlds_vines.explore.histories import Arrays
+from nlds_vines.explore.live_orbit import has
 from nlds_vines.explore.look import plain_figure, roled
 from nlds_vines.model.system import System
 

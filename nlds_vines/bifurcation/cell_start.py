@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from nlds_vines.orbits.starts import given_states, random_states, start_states, user_states
+from nlds_vines.orbits.starts import (
+    given_states,
+    put_on_walls,
+    random_states,
+    start_states,
+    user_states,
+)
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan
@@ -101,6 +107,7 @@ def recorded_start(
         words = f"{scan.start.names[lane]} (seed {scan.start.seed})"
     cell = np.atleast_1d(system.cells())
     state = own_state(scan, cell, place, lane)[np.newaxis]
+    state = put_on_walls(cell, state, system.scene)
     return _named(user_states(cell, state, system.scene)[0], words or "the given state")
 
 

@@ -3,7 +3,7 @@
 import time
 
 import pytest
-from browsers import browser_or_skip, watched_page
+from browsers import acted, browser_or_skip, place_of, rectangle_computed, watched_page
 from conftest import MAP, made_up
 
 from benchmarks.explore import KNOWN, Served, drawn
@@ -36,27 +36,6 @@ def page(browser, server):
     yield page
     assert page.faults == []
     page.context.close()
-
-
-def acted(page, act):
-    """Do something that asks for an orbit, and wait until it is drawn."""
-    page.evaluate("window.drawn = undefined")
-    act()
-    drawn(page)
-
-
-def place_of(page, cell):
-    """Return where a cell of the map is on the screen."""
-    box = page.locator("#stage .bk-Figure").first.bounding_box()
-    return page.evaluate(
-        """([box, cell]) => {
-            const fig = NV.model("map"), view = Bokeh.index.find_one_by_id(fig.id)
-            const f = view.frame, [a, b] = NV.at.meta.axes
-            return [box.x + f.x_scale.compute(a.places[cell[0]]),
-                    box.y + f.y_scale.compute(b.places[cell[1]])]
-        }""",
-        [box, list(cell)],
-    )
 
 
 def test_three_cells_are_clicked(page, small_map):
@@ -113,6 +92,17 @@ def test_a_slider_moves_the_orbit(page):
     assert page.evaluate("NV.model('history data').data.x1[100]") == before
 
 
+def test_the_history_begins_at_the_start_where_that_is_chosen(page):
+    acted(page, lambda: page.mouse.click(*place_of(page, (1, 2))))
+    seen = "[NV.model('displacement').x_range.start, NV.model('displacement').x_range.end]"
+    assert page.evaluate("NV.model('history data').data.t[0]") > 60
+    acted(page, lambda: page.select_option("#history", "whole"))
+    page.wait_for_function(f"{seen}[0] < 1")
+    assert page.evaluate(seen)[1] > 70
+    acted(page, lambda: page.select_option("#history", "settled"))
+    page.wait_for_function(f"{seen}[0] >= 60")
+
+
 def test_a_click_in_a_phase_plane_begins_there(page):
     box = page.evaluate("""() => {
         const view = Bokeh.index.find_one_by_id(NV.model("phase2").id)
@@ -126,14 +116,7 @@ def test_a_click_in_a_phase_plane_begins_there(page):
 
 def test_a_rectangle_is_computed_finer_and_one_goes_back(page):
     page.evaluate("scrollTo(0, 0)")
-    (x0, y0), (x1, y1) = place_of(page, (1, 1)), place_of(page, (3, 2))
-    page.mouse.move(x0, y0)
-    page.mouse.down()
-    page.mouse.move((x0 + x1) / 2, (y0 + y1) / 2, steps=4)
-    page.mouse.move(x1, y1, steps=4)
-    page.mouse.up()
-    page.wait_for_function("!document.getElementById('back').disabled")
-    page.wait_for_function("document.getElementById('progress').hidden")
+    rectangle_computed(page, (1, 1), (3, 2))
     inside = page.evaluate("NV.at.meta.axes[0].values")
     assert 7.35 < inside[0] < inside[-1] < 7.65
     assert "0" not in {str(c) for c in page.evaluate("Array.from(NV.at.lanes.label)")}

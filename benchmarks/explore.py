@@ -1,6 +1,6 @@
 """From a click to the drawn orbit on the page of `nlds-vines explore`, measured in a browser.
 
-    python -m benchmarks.explore [FILE.h5] [--clicks 50] [--picture explore.png]
+    python -m benchmarks.explore [FILE.h5] [--clicks 50] [--history whole] [--picture PNG]
 
 Without a file it computes Figure 8 first.  It starts the command, opens its page in a headless
 Chromium, and clicks cells all over the map.  A time begins with the press of the button, and ends
@@ -29,6 +29,9 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 
 WARM = 5
 """Clicks that are not counted: the page is drawn for the first time."""
+
+KNOWN = Path("/proc/self/stat")
+"""Where a system tells processor times, if it does."""
 
 _SIZE = {"width": 1500, "height": 1130}
 _WITHIN = 60_000  # milliseconds after which something must have gone wrong
@@ -90,6 +93,11 @@ class Served:
         self.address = line.split()[1]
         self.seconds = time.perf_counter() - self.began
 
+    def processor_seconds(self) -> float:
+        """Return the processor time that it has used, also on a machine that others load."""
+        found = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(found[11]) + int(found[12])) / os.sysconf("SC_CLK_TCK")
+
     def end(self, number: int = signal.SIGINT) -> tuple[int, str]:
         """End it by a signal; return its status and what it has said of errors."""
         self.process.send_signal(number)
@@ -119,7 +127,7 @@ def click_times(page: Any, clicks: int) -> list[float]:
     return times[WARM:]
 
 
-def measure(archive: Path, clicks: int, picture: Path | None) -> list[str]:
+def measure(archive: Path, clicks: int, picture: Path | None, history: str) -> list[str]:
     """Return the measured times in words."""
     served = Served(str(archive))
     try:
@@ -129,6 +137,11 @@ def measure(archive: Path, clicks: int, picture: Path | None) -> list[str]:
             page.goto(served.address)
             drawn(page)
             usable = time.perf_counter() - opened
+            used = f"{served.processor_seconds():.2f} s" if KNOWN.exists() else "unknown"
+            if history:
+                page.evaluate("window.drawn = undefined")
+                page.select_option("#history", history)
+                drawn(page)
             times = sorted(click_times(page, clicks))
             if picture is not None:
                 page.mouse.move(2, 2)
@@ -139,7 +152,8 @@ def measure(archive: Path, clicks: int, picture: Path | None) -> list[str]:
     load = os.getloadavg()[0] / (os.cpu_count() or 1)
     return [
         f"{archive.name}: {clicks} clicks, load {load:.1f} for each processor",
-        f"  address said after {served.seconds:.2f} s; page usable {usable:.2f} s after it opened",
+        f"  address said after {served.seconds:.2f} s; page usable {usable:.2f} s after it opened: "
+        f"{served.seconds + usable:.2f} s; processor time of the command until then: {used}",
         f"  click to drawn orbit: median {statistics.median(times):.0f} ms, "
         f"fastest {times[0]:.0f} ms, nine of ten within {times[int(0.9 * len(times))]:.0f} ms",
     ]
@@ -150,6 +164,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.explore", description=__doc__)
     parser.add_argument("archive", nargs="?", type=Path)
     parser.add_argument("--clicks", type=int, default=50)
+    parser.add_argument("--history", default="", help="of the menu: short, long, whole")
     parser.add_argument("--picture", type=Path)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -158,7 +173,7 @@ def main() -> int:
             import nlds_vines as nv
 
             archive = nv.bifurcation(None, Path(folder) / "figure8.h5")
-        print(*measure(archive, options.clicks, options.picture), sep="\n")
+        print(*measure(archive, options.clicks, options.picture, options.history), sep="\n")
     return 0
 
 

@@ -9,18 +9,28 @@ _T_ENERGIES = "tests/reference/test_energies.py::"
 _T_DETERMINISM = "tests/contract/test_determinism.py::"
 _T_SCAN = "tests/bifurcation/test_scan.py::"
 _T_REFINEMENT = "tests/orbits/test_refinement.py::"
+_T_CELL_ORBIT = "tests/bifurcation/test_cell_orbit.py::"
 _T_TUNING = "tests/tuning/test_tuning.py::"
 
 MUTANTS = (
     *of(
-        "nlds_vines/bifurcation/compute.py",
+        "nlds_vines/bifurcation/cell_start.py",
         (
-            "compute: a downward sweep goes up",
+            "cell_start: a downward sweep goes up",
             'STEP = {"up": 1, "down": -1}',
             'STEP = {"up": 1, "down": 1}',
             _PLAIN_SWEEPS
             + "test_every_link_begins_where_the_one_before_ended[a linear damper, k2-down]",
         ),
+        (
+            "cell_start: every orbit of a cell has the first draw",
+            "if draws is None else draws)[lanes]",
+            "if draws is None else draws)[0 * lanes]",
+            _T_CELL_ORBIT + "test_the_states_that_were_drawn_are_stored",
+        ),
+    ),
+    *of(
+        "nlds_vines/bifurcation/compute.py",
         (
             "compute: results of a downward sweep are not turned round",
             "ordered = (one[:, :: STEP[sweep]] for one, sweep in zip(passes, sweeps, strict=True))",

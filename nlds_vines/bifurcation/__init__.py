@@ -19,6 +19,7 @@ In reading order:
     run            block after block, from request to archive
     cluster        blocks on the workers of a Dask cluster
     archived       the scan that an archive holds
+    cell_start     where the orbits of a cell begin
     cell_orbit     from a cell of an archive to its orbit, the same to the last bit
     estimate       how long a scan takes, from a sample of it
     result         the archive as a path that can be read and drawn

@@ -12,14 +12,12 @@ import numpy as np
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.bifurcation.archived import scan_of
-from nlds_vines.bifurcation.beginning import begun
-from nlds_vines.bifurcation.compute import STEP
+from nlds_vines.bifurcation.cell_start import Place, own_state, swept_before, system_at
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError, number, unknown, whole
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.axis import Axis
 from nlds_vines.orbits.simulation import Beginning, IntegrationError, Orbit, checked_record
-from nlds_vines.orbits.starts import random_states, start_states
 
 
 @dataclass(frozen=True)
@@ -105,31 +103,21 @@ def cell_orbit(
     place = _place(archive.path, scan, values)
     lane = _lane(scan, start)
     cells = scan.cells()
-    system = scan.system.with_(
-        **{
-            axis.name: float(axis.values[i])
-            for axis, i in zip(scan.axes, place, strict=True)
-            if axis in scan.parameters
-        }
-    )
-    begin = Beginning(system, scan.method, scan.settings, _record(cells, place), np.zeros(SIZE))
-    if scan.start.policy == "random":
-        draws = start_states(scan.start)
-        begin.state[:4] = random_states(cells[place], draws, scan.system.scene)[lane]
-    elif scan.start.sweeps:
-        begin = _swept(scan, cells, place, scan.start.sweeps[lane], begin)
+    system, cell = system_at(scan, place), _record(cells, place)
+    begin = Beginning(system, scan.method, scan.settings, cell, np.zeros(SIZE))
+    if scan.start.sweeps:
+        begin = _swept(scan, cells, place, lane, begin)
     else:
-        initial = scan.initial([np.array([i]) for i in place])
-        begin.state[:4] = begun(scan, cells[place].reshape(1), initial)[0]
+        begin.state[:4] = own_state(scan, cells[place].reshape(1), place, lane)
     return CellOrbit(scan, begin, scan.start.names[lane])
 
 
-def _record(cells: np.ndarray, place: tuple[int, ...]) -> Any:
+def _record(cells: np.ndarray, place: Place) -> Any:
     """Return the kernels' record of one cell."""
     return cells[place].reshape(1).view(np.recarray)[0]
 
 
-def _place(where: object, scan: Scan, values: Mapping[str, float]) -> tuple[int, ...]:
+def _place(where: object, scan: Scan, values: Mapping[str, float]) -> Place:
     """Return the index of the cell nearest to the values of the varied parameters."""
     names = [axis.name for axis in scan.axes]
     for name in values:
@@ -166,15 +154,12 @@ def _lane(scan: Scan, start: int | str) -> int:
     return whole("start", int(start) if isinstance(start, str) else start, 0, len(names) - 1)
 
 
-def _swept(
-    scan: Scan, cells: np.ndarray, place: tuple[int, ...], sweep: str, begin: Beginning
-) -> Beginning:
+def _swept(scan: Scan, cells: np.ndarray, place: Place, lane: int, begin: Beginning) -> Beginning:
     """Return the beginning of an orbit that follows those of the cells before it in a sweep."""
-    row, step = place[:-1], STEP[sweep]
-    first = 0 if step > 0 else cells.shape[-1] - 1
-    before = begin._replace(cell=_record(cells, (*row, first)))
-    for i in range(first + step, place[-1] + step, step):
-        cell = _record(cells, (*row, i))
+    first, *others = *swept_before(scan, place, lane), place
+    before = begin._replace(cell=_record(cells, first))
+    for one in others:
+        cell = _record(cells, one)
         try:
             state = before.after(scan.transient + scan.periods).state
             state[2] += cell.rest - before.cell.rest  # the displacement is carried over

@@ -9,12 +9,12 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.attracted import Attracted
-from nlds_vines.bifurcation.beginning import begun
+from nlds_vines.bifurcation.cell_start import STEP, own_states
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.orbits import refinement, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
 from nlds_vines.orbits.settings import Settings
-from nlds_vines.orbits.starts import random_states, start_states, user_states
+from nlds_vines.orbits.starts import start_states, user_states
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.orbits.wants import ATTRACTOR, plain
 from nlds_vines.runs.progress import Tell
@@ -22,10 +22,6 @@ from nlds_vines.runs.progress import Tell
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.blocks import Block
     from nlds_vines.bifurcation.request import Scan
-
-
-STEP = {"up": 1, "down": -1}
-"""The step of a sweep along the last axis, whose values ascend."""
 
 
 def wanted_of(scan: Scan, settings: Settings | None = None) -> Wanted:
@@ -117,18 +113,11 @@ class Computer:
         Arguments: the numbers (n,) of the `chosen` ones, counted cell after cell.  Those of a sweep
         begin at rest here.
         """
-        places = chosen // self.scan.starts
-        cells = self._cells[np.unravel_index(places, self.scan.shape)]
-        if self._draws is None:
-            return cells[:, np.newaxis], self._given(cells, places), places
-        draws = self._draws[chosen % self.scan.starts][:, np.newaxis]
-        states = random_states(cells, draws, self.scan.system.scene)[:, 0]
+        places, lanes = np.divmod(chosen, self.scan.starts)
+        where = np.unravel_index(places, self.scan.shape)
+        cells = self._cells[where]
+        states = own_states(self.scan, cells, where, lanes, self._draws, self._tell)
         return cells[:, np.newaxis], states, places
-
-    def _given(self, cells: np.ndarray, places: np.ndarray) -> np.ndarray:
-        """Return the starts (n, 4) of `cells` (n,), given by their places, that are not drawn."""
-        initial = self.scan.initial(np.unravel_index(places, self.scan.shape))
-        return begun(self.scan, cells, initial, self._tell)
 
     def _chains(
         self, cells: np.ndarray, places: np.ndarray
@@ -139,12 +128,8 @@ class Computer:
             chains = np.concatenate([rows[:, :: STEP[sweep]] for sweep in sweeps])
             firsts = np.tile(places.reshape(rows.shape)[:, 0], len(sweeps))
             return chains, np.zeros((len(chains), 4)), firsts
-        each = np.repeat(places.ravel(), self.scan.starts)
-        chains = np.repeat(cells.ravel(), self.scan.starts)[:, np.newaxis]
-        if self._draws is None:
-            return chains, self._given(chains[:, 0], each), each
-        states = random_states(cells, self._draws, self.scan.system.scene)
-        return chains, np.ascontiguousarray(states.reshape(-1, 4)), each
+        numbers = places.reshape(-1, 1) * self.scan.starts + np.arange(self.scan.starts)
+        return self.orbits(numbers.ravel())
 
     def _arrays(self, outputs: Outputs, cells: np.ndarray) -> dict[str, np.ndarray]:
         """Return the datasets by name, in the order of the lanes: (chains, links, tail)."""

@@ -24,6 +24,12 @@ def optional_path(value: str | os.PathLike[str] | None) -> Path | None:
     return None if value is None else Path(value)
 
 
+def request_path(source: object) -> Path | None:
+    """Return the path of the request file that a source names, if it is one."""
+    is_path = isinstance(source, os.PathLike) or str(source).endswith(".toml")
+    return Path(str(source)) if is_path else None
+
+
 def check_writable(what: str, path: Path) -> None:
     """Raise `RequestError` unless a file of this path can be written; nothing is left behind.
 

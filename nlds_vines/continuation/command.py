@@ -30,6 +30,7 @@ from nlds_vines.cli.paths import (
     optional_path,
     refuse_existing,
     refuse_picture,
+    request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
@@ -265,7 +266,7 @@ def _job(options: argparse.Namespace) -> Job:
     request = load_continuation(source, _changes(options), "command line")
     return Job(
         request=request,
-        source=Path(source) if source is not None and source.endswith(".toml") else None,
+        source=request_path(source),
         archive=_DEFAULT if options.output is None else Path(options.output),
         plot=optional_path(options.plot),
         over=optional_path(options.over),

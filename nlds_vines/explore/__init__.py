@@ -3,10 +3,10 @@
 In reading order:
 
     stored           what an archive, or a scan under way, holds of every cell, as plain arrays
-    cell_start       where the orbit of a cell begins
     shows            what a map or a diagram may show: regimes, shares, numbers; their colours
     cell_columns     the numbers of every cell as a browser takes them
     evidence_words   a label and its evidence in words
+    histories        time histories, settled or from the start
     live_orbit       an orbit and all that the page shows of it, as plain arrays
     refining         a part of a map computed finer, in the background
     recipes          what one sees as a portrait recipe, a scan file, a command line
@@ -18,6 +18,8 @@ In reading order:
     parameter_sliders  a slider for every parameter
     chosen           what is chosen on a page: map, cell, start, parameters
     answers          what a page is told: orbits in words, maps, how a computation stands
+    orbit_queue      orbits computed aside, one at a time
+    page_document    figures and sources of a page in their frame
     session          one browser's page: what happens when something on it is used
     local_port       the port of the server, on this machine alone
     server           the local server: its address, its token, its end

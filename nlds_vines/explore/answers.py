@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nlds_vines.bifurcation.cell_start import CellStart
 from nlds_vines.explore import recipes
 from nlds_vines.explore.cell_columns import columns
-from nlds_vines.explore.cell_start import CellStart
 from nlds_vines.explore.evidence_words import evidence_of, words_of
 from nlds_vines.explore.live_orbit import LiveOrbit
 from nlds_vines.explore.map_meta import diagram_points, meta_of

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from nlds_vines.bifurcation.cell_start import CellStart
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.cell_start import CellStart, start_of
+from nlds_vines.explore.histories import SETTLED
 from nlds_vines.explore.opened import middle
 from nlds_vines.explore.refining import Range, finer
 from nlds_vines.explore.stored import Stored
@@ -18,8 +19,8 @@ class Chosen:
     """The state of a page.
 
     Attributes: `levels`, the maps seen so far, and the `place` of the one that is seen; `cell` and
-    `start` in it; `free`, the parameters that sliders have set [SI units]; `own`, a start of the
-    user's, None for that of the cell.
+    `start` in it; the `history` of the orbit that is shown; `free`, the parameters that sliders
+    have set [SI units]; `own`, a start of the user's, None for that of the cell.
     """
 
     def __init__(self, found: Stored) -> None:
@@ -28,6 +29,7 @@ class Chosen:
         self.cell, self.start = middle(found), 0
         self.free: dict[str, float] = {}
         self.own: CellStart | None = None
+        self.history = SETTLED
 
     @property
     def found(self) -> Stored:
@@ -56,12 +58,12 @@ class Chosen:
         Raises `RequestError` where the system refuses that.
         """
         free = {name: value for name, value in self.free.items() if name not in INITIAL}
-        return self.scan.system.with_(**{**self.found.parameters_of(self.cell), **free})
+        return self.found.system_of(self.cell, free)
 
     def begins(self, system: System) -> CellStart:
         """Return where the orbit begins."""
         free = {name: v for name, v in self.free.items() if name in INITIAL}
-        start = self.own or start_of(self.found, self.cell, self.start, system, free)
+        start = self.own or self.found.start_of(self.cell, self.start, system, free)
         moved = {component_of(name): v for name, v in free.items()}
         if self.own is None or not moved or start.state is None:
             return start

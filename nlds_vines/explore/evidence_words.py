@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.orbits.classification import Regime
+if TYPE_CHECKING:
+    from nlds_vines.orbits.classification import Regime
 
 
 def words_of(regime: Regime) -> str:

@@ -1,7 +1,7 @@
 """An orbit and all that the page shows of it, as plain arrays.
 
 One run of the orbit, as a portrait has it, and one verdict, as `classify` has it: the label is that
-of the archive for the same start and the same sampling.
+of the archive for the same start and the same sampling.  The kernels are imported by the first one.
 """
 
 from __future__ import annotations
@@ -9,24 +9,22 @@ from __future__ import annotations
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
+from nlds_vines.explore.histories import MOST_POINTS, SETTLED, SHOW, Arrays, history_of
 from nlds_vines.model.system import System
-from nlds_vines.orbits.classification import Regime, classify
-from nlds_vines.orbits.signals import contact_forces, harmonic_force, relative_displacement
-from nlds_vines.orbits.simulation import IntegrationError
 from nlds_vines.portrait.request import Column, PortraitRequest, Window, panels_of
 from nlds_vines.portrait.result import View
-from nlds_vines.portrait.run import views_of
+
+if TYPE_CHECKING:
+    from nlds_vines.orbits.classification import Regime
 
 SAMPLES = 256
 """States of a period: some five in a contact, whose peak the list of impacts gives exactly."""
-
-SHOW = 12
-"""Forcing periods of a time history."""
 
 MOST_CYCLES = 24
 """Forcing periods of a phase trajectory that is not periodic: more only fill the plane."""
@@ -34,12 +32,7 @@ MOST_CYCLES = 24
 HIGHEST = 12.0
 """The highest frequency of the spectrum, in multiples of the forcing frequency."""
 
-MOST_POINTS = 1000
-"""Points of a curve over time: more than a wide panel has pixels."""
-
 _FLOOR = 1e-12  # of a spectrum, relative to its largest line: below is round-off
-
-Arrays = dict[str, np.ndarray]
 
 _one_at_a_time = threading.Lock()  # two orbits at a time gain nothing, and slow each other
 
@@ -84,18 +77,28 @@ class LiveOrbit:
 
 
 def live_orbit(
-    system: System, start: Sequence[float] | None, sampling: Sampling, title: str = ""
+    system: System,
+    start: Sequence[float] | None,
+    sampling: Sampling,
+    title: str = "",
+    history: str = SETTLED,
 ) -> LiveOrbit:
     """Follow the orbit of a system from a start (x1, v1, x2, v2) and return what is seen of it.
 
+    Arguments: `history`, one of `histories.HISTORIES`.
+
     Raises `RequestError` for a start that is not possible, `IntegrationError` where the orbit ends
-    early.  Cost: 4 ms for a periodic orbit of an SSul NES, once compiled; up to 0.1 s for chaos.
+    early.  Cost: 4 ms for a periodic orbit of an SSul NES, once compiled; up to 0.1 s for chaos; a
+    history from the start takes 0.02 s more for each thousand periods.
     """
+    from nlds_vines.portrait.run import views_of
+
     request = request_of(system, start, sampling, title)
     with _one_at_a_time:
         (view,) = views_of(request)
         regime, trouble = _verdict(system, start, sampling)
-    return LiveOrbit(request, view, regime, trouble, panels(view, regime))
+        found = {"history": history_of(request, view, history)} | panels(view, regime)
+    return LiveOrbit(request, view, regime, trouble, found)
 
 
 def request_of(
@@ -118,6 +121,9 @@ def _verdict(
     system: System, start: Sequence[float] | None, sampling: Sampling
 ) -> tuple[Regime | None, str]:
     """Return the verdict on an orbit, or None and why there is none."""
+    from nlds_vines.orbits.classification import classify
+    from nlds_vines.orbits.simulation import IntegrationError
+
     try:
         found = classify(
             system,
@@ -134,41 +140,17 @@ def _verdict(
 
 
 def panels(view: View, regime: Regime | None) -> dict[str, Arrays]:
-    """Return the arrays of every figure by name, all of one length within a figure.
+    """Return the arrays of figures without time by name, all of one length within a figure.
 
-    `history` (t in forcing periods, x1, x2, u, force, harmonic), `phase1`, `phase2` (displacement,
-    velocity), `section`, `spectrum`, `multipliers`; without a damper its own are empty.
+    `phase1`, `phase2` (displacement, velocity), `section`, `spectrum`, `multipliers`; without a
+    damper its own are empty.
     """
     return {
-        "history": _history(view),
         **_phases(view),
         "section": _section(view),
         "spectrum": _spectrum(view),
         "multipliers": _multipliers(regime),
     }
-
-
-def _history(view: View) -> Arrays:
-    """Return displacements and forces over the first periods of the window."""
-    system, count = view.column.system, SHOW * view.samples
-    states, time = view.states[:count], view.time[:count]
-    force = sum(contact_forces(system, states).values(), np.zeros(len(states)))
-    kept = _kept(len(states), force != 0)
-    found = {"t": time / system.period, "x1": states[:, 0], "v1": states[:, 1]}
-    if system.scene.damper:
-        found |= {"x2": states[:, 2], "u": relative_displacement(system, states)}
-    found |= {"force": force, "harmonic": harmonic_force(system, time)}
-    return {name: values[kept] for name, values in found.items()}
-
-
-def _kept(count: int, always: np.ndarray) -> np.ndarray:
-    """Return which of `count` samples are drawn: every n-th, and all of a contact."""
-    kept = np.zeros(count, bool)
-    kept[:: max(1, -(-count // MOST_POINTS))] = True
-    touching = always.copy()
-    touching[1:] |= always[:-1]
-    touching[:-1] |= always[1:]
-    return kept | touching
 
 
 def _phases(view: View) -> dict[str, Arrays]:

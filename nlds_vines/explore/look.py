@@ -7,7 +7,7 @@ from typing import Any
 
 from bokeh.models import Model
 from bokeh.plotting import figure
-from jinja2 import Environment, Template
+from jinja2 import Environment, FunctionLoader, Template
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Helvetica, Arial, sans-serif"
 """The font of figures: that of the page."""
@@ -22,8 +22,8 @@ def page_file(name: str) -> str:
 
 
 def frame(name: str) -> Template:
-    """Return the frame of a page, which Bokeh fills."""
-    return Environment(autoescape=False).from_string(page_file(name))
+    """Return the frame of a page, which Bokeh fills; it may include other files of the pages."""
+    return Environment(autoescape=False, loader=FunctionLoader(page_file)).get_template(name)
 
 
 def plain_figure(name: str, height: int, **settings: Any) -> Any:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 from collections.abc import Callable
 
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.cell_start import start_of
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.refining import Job
 from nlds_vines.explore.stored import Stored
-from nlds_vines.kernels.compiling import told_of_compilations
-from nlds_vines.orbits.simulation import IntegrationError
 
 LOADING, COMPILING, READY = "loading the kernels", "compiling the kernels, once", "ready"
 """What the kernels are doing, for the page."""
@@ -41,7 +39,12 @@ class Opened:
         self._warming = threading.Thread(target=self._warm, name="warming", daemon=True)
 
     def begin(self) -> None:
-        """Load the kernels, or compile them, and then compute what is to be computed."""
+        """Load the kernels, or compile them, and then compute what is to be computed.
+
+        Meanwhile the collector of garbage rests: it would search the modules that are imported,
+        for a sixth of the time until the page can be used.
+        """
+        gc.disable()
         self._warming.start()
 
     def close(self) -> bool:
@@ -56,20 +59,31 @@ class Opened:
         return not (self._warming.is_alive() or any(job.running for job in jobs))
 
     def _warm(self) -> None:
-        """Follow one orbit, so that the next one is there at once."""
-        found = self.found
-        cell = middle(found)
-        with told_of_compilations(self._compiles):
-            try:
-                system = found.scan.system.with_(**found.parameters_of(cell))
-                state = start_of(found, cell, 0, system).state
-                live_orbit(system, state, Sampling.of(found.scan))
-            except (RequestError, IntegrationError):
-                pass  # the page says it where this cell is chosen
+        """Load the kernels, and compute what is to be computed."""
+        try:
+            self._follow_one()
+        finally:
+            gc.freeze()  # modules and kernels stay: no click waits until they are searched
+            gc.enable()
         self.kernels = READY
         self._changed()
         if self.job is not None:
             self.job.begin()
+
+    def _follow_one(self) -> None:
+        """Follow one orbit, so that the next one is there at once."""
+        from nlds_vines.kernels.compiling import told_of_compilations
+        from nlds_vines.orbits.simulation import IntegrationError
+
+        found = self.found
+        cell = middle(found)
+        with told_of_compilations(self._compiles):
+            try:
+                system = found.system_of(cell)
+                state = found.start_of(cell, 0, system).state
+                live_orbit(system, state, Sampling.of(found.scan))
+            except (RequestError, IntegrationError):
+                pass  # the page says it where this cell is chosen
 
     def _compiles(self, kernel: object) -> None:
         if self.kernels != COMPILING:

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from bokeh.models import ColumnDataSource, CustomJS, DataRange1d, Range1d, Span
 
-from nlds_vines.explore.live_orbit import Arrays, has
+from nlds_vines.explore.histories import Arrays
+from nlds_vines.explore.live_orbit import has
 from nlds_vines.explore.look import plain_figure, roled
 from nlds_vines.model.system import System
 
@@ -114,6 +115,14 @@ def _add_walls(made: Any, walls: Iterable[float]) -> None:
     for i, u in enumerate(walls):
         line = Span(location=float(u), dimension="width", line_width=1.5, name=f"wall {i}")
         made.add_layout(roled(line, "wall"))
+
+
+def walls_of(figures: Iterable[Any]) -> list[list[Any]]:
+    """Return the lines of each thing that is struck, in the order of the scene's obstacles."""
+    found: dict[str, list[Any]] = {}
+    for line in (line for made in figures for line in made.center if line.name):
+        found.setdefault(line.name, []).append(line)
+    return list(found.values())
 
 
 def _force(sources: Sources) -> Any:

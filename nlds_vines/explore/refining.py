@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 
 from nlds_vines.bifurcation.blocks import blocks_of
-from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.stored import Stored, empty
@@ -112,6 +111,8 @@ class Job:
             self._changed()
 
     def _run(self) -> None:
+        from nlds_vines.bifurcation.compute import Computer
+
         scan = self.found.scan
         try:
             computer = Computer(scan, tell=self._tell, helped=False)

@@ -19,6 +19,7 @@ from typing import Any
 from bokeh.application import Application
 from bokeh.application.handlers.function import FunctionHandler
 from bokeh.document import Document
+from bokeh.resources import Resources
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
 from bokeh.server.views.ws import WSHandler
@@ -72,6 +73,12 @@ class Gate(BokehTornado):
             check_unused_sessions_milliseconds=500,
             unused_session_lifetime_milliseconds=int(1000 * LEFT_SECONDS),
         )
+
+    def resources(self, absolute_url: str | bool | None = None) -> Resources:
+        """Return the scripts of the page: figures alone, no tables, formulae or controls."""
+        found = super().resources(absolute_url)
+        found.components = ["bokeh"]
+        return found
 
     def find_handler(self, request: HTTPServerRequest, **settings: Any) -> Any:
         """Return Bokeh's handler of a request that is allowed, otherwise `Refused`."""

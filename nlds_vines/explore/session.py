@@ -1,54 +1,40 @@
 """One browser's page: what happens when something on it is used.
 
 The page's script sends one message a time through the source `asked`, and is told through `told`.
-Orbits are computed aside, one at a time; of several that are asked for meanwhile only the last
-one is.  When the page is closed, everything that it began ends.
+When the page is closed, everything that it began ends.
 """
 
 from __future__ import annotations
 
 import json
-import threading
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from bokeh.document import Document
-from bokeh.models import ColumnDataSource, CustomJS
 
+from nlds_vines.bifurcation.cell_start import CellStart
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.errors import RequestError, number, shown
+from nlds_vines.errors import RequestError, choice, number, shown
 from nlds_vines.explore import recipes
 from nlds_vines.explore.answers import Payload, in_words, job_state, payload
-from nlds_vines.explore.cell_start import CellStart
 from nlds_vines.explore.chosen import Chosen
-from nlds_vines.explore.live_orbit import LiveOrbit, Sampling, live_orbit
-from nlds_vines.explore.look import frame, page_file
-from nlds_vines.explore.map_figure import map_figures
+from nlds_vines.explore.histories import HISTORIES
+from nlds_vines.explore.live_orbit import LiveOrbit, Sampling
 from nlds_vines.explore.opened import READY, Opened
-from nlds_vines.explore.orbit_figures import WIDE, joined, orbit_figures, orbit_sources
-from nlds_vines.explore.parameter_sliders import sliders_of
+from nlds_vines.explore.orbit_figures import joined
+from nlds_vines.explore.orbit_queue import OrbitQueue, Wanted, aside
+from nlds_vines.explore.page_document import fill
 from nlds_vines.explore.refining import Job
 from nlds_vines.explore.stored import Stored
 from nlds_vines.model.system import System
-from nlds_vines.orbits.simulation import IntegrationError
 
 PROGRESS_SECONDS = 0.4
 """Seconds between two pictures of a map that is being computed."""
 
 PROGRESS_SHARE = 10.0
 """How many times longer than sending a map is computed before it is sent again."""
-
-_DATA = ("asked", "told", "values", "lanes", "cells", "points")
-
-
-class Wanted(NamedTuple):
-    """An orbit that the page has asked for: its system, its start, the message's number."""
-
-    system: System
-    start: CellStart
-    number: int
 
 
 class Session:
@@ -60,42 +46,14 @@ class Session:
         self._chosen = Chosen(opened.found)
         self._job: Job | None = None
         self._orbit: LiveOrbit | None = None
-        self._wanted: Wanted | None = None
+        self._queue = OrbitQueue(self._later, self._show_orbit)
         self._listens = False  # whether the page's script is there
-        self._busy = self._closed = False
+        self._closed = False
         self._next = 0.0  # when the map that is computed may be sent again
-        self._make()
+        self._data, self._walls = fill(document, opened.found)
+        self._data["asked"].on_change("data", self._hear)
         opened.listeners.append(self._more)
         document.on_session_destroyed(lambda _: self.close())
-
-    # ---- the document
-
-    def _make(self) -> None:
-        """Put figures and sources into the document."""
-        document, found = self._document, self._opened.found
-        system = found.scan.system
-        figures = orbit_figures(system, orbit_sources(system))
-        self._walls = (
-            [wall for made in figures for wall in made.select({"name": "wall 0"})],
-            [wall for made in figures for wall in made.select({"name": "wall 1"})],
-        )
-        self._data = {name: ColumnDataSource(name=name) for name in _DATA}
-        for name in ("asked", "told"):
-            self._data[name].data = {"message": []}
-        self._data["asked"].on_change("data", self._hear)
-        maps = map_figures(len(found.scan.axes), len(found.starts), "label" in found, True)
-        for root in (*maps, *figures, *self._data.values()):
-            document.add_root(root)
-        document.title = found.scan.title
-        document.template = frame("explore.html")
-        script = page_file("page.js") + page_file("explore.js")
-        document.template_variables.update(
-            css=page_file("page.css"), script=script, figures=WIDE, data=_DATA
-        )
-        code = "EXPLORE.start(sliders)"
-        document.js_on_event(
-            "document_ready", CustomJS(args={"sliders": sliders_of(found.scan)}, code=code)
-        )
 
     # ---- messages
 
@@ -161,36 +119,23 @@ class Session:
         self._chosen.own = CellStart(tuple(state), "a start of your own")
         self._follow(message)
 
+    def _history(self, message: Mapping[str, Any]) -> None:
+        """Show other periods of the orbit."""
+        self._chosen.history = choice("history", message["name"], HISTORIES)
+        self._follow(message)
+
     # ---- orbits
 
     def _follow(self, message: Mapping[str, Any]) -> None:
         """Ask for the orbit of what is chosen now."""
         system = self._chosen.system()
         begins = self._chosen.begins(system)
-        self._wanted = Wanted(system, begins, int(message.get("number", 0)))
         self._tell(sliders=self._chosen.slider_values())
-        if not self._busy:
-            self._begin()
-
-    def _begin(self) -> None:
-        wanted, self._wanted, self._busy = self._wanted, None, True
-        assert wanted is not None
-        _aside(self._compute, wanted, Sampling.of(self._found.scan))
-
-    def _compute(self, wanted: Wanted, sampling: Sampling) -> None:
-        """Follow an orbit, in a thread of its own."""
-        orbit, trouble = None, ""
-        try:
-            orbit = live_orbit(wanted.system, wanted.start.state, sampling)
-        except (RequestError, IntegrationError, MemoryError) as error:
-            trouble = str(error) or type(error).__name__
-        self._later(partial(self._show_orbit, wanted, orbit, trouble))
+        sampling, number = Sampling.of(self._found.scan), int(message.get("number", 0))
+        self._queue.ask(Wanted(system, begins, sampling, number, self._chosen.history))
 
     def _show_orbit(self, wanted: Wanted, orbit: LiveOrbit | None, trouble: str) -> None:
-        """Show an orbit, or say why there is none, and begin with the next that is wanted."""
-        self._busy = False
-        if self._wanted is not None:
-            self._begin()
+        """Show an orbit, or say why there is none."""
         words = in_words(wanted.number, wanted.start, orbit)
         if orbit is not None:
             self._orbit, trouble = orbit, orbit.trouble
@@ -284,7 +229,7 @@ class Session:
         elif what == "portrait":
             self._send(recipes.PORTRAIT, recipes.portrait_recipe(self._orbit.request))
         elif what == "picture":
-            _aside(self._draw, self._orbit)
+            aside(self._draw, self._orbit)
         else:
             raise RequestError(f"the page asks to save {shown(what)}")
 
@@ -316,6 +261,7 @@ _ACTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], None]] = {
     "slider": Session._slide,
     "original": Session._original,
     "plane": Session._plane,
+    "history": Session._history,
     "finer": Session._finer,
     "recompute": Session._recompute,
     "cancel": Session._cancel,
@@ -330,8 +276,3 @@ _ACTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], None]] = {
 def _places(system: System) -> Mapping[str, float]:
     """Return where what is struck stands, by name."""
     return system.scene.obstacle(system.parameters)
-
-
-def _aside(call: Callable[..., object], *arguments: Any) -> None:
-    """Call something in a thread of its own, which does not keep the process alive."""
-    threading.Thread(target=call, args=arguments, daemon=True).start()

@@ -16,7 +16,7 @@ from nlds_vines.orbits.coexistence import (
     most_frequent,
     share_of,
 )
-from nlds_vines.plotting.palette import HATCHED, OTHERS, RAMP, colours, ordered, short
+from nlds_vines.plotting.palette import COUNTS, HATCHED, OTHERS, RAMP, colours, ordered, short
 from nlds_vines.plotting.style import ERRORS, STRUCTURE
 
 MOST_SHARES = 6
@@ -26,9 +26,6 @@ UNKNOWN = "not computed"
 """The word for a cell of a scan under way."""
 
 FAILED_COLOUR, UNKNOWN_COLOUR = OTHERS["failed"], "#00000000"
-
-COUNTS = ("#f1efe9", "#f6c667", "#e07b39", "#a8324a", "#5b1a4a")
-"""Colours of one regime in a cell, two, three ..., five or more: those of the pictures."""
 
 COMPUTED = ((UNKNOWN, UNKNOWN_COLOUR), ("computed", RAMP[0]), ("failed", FAILED_COLOUR))
 """What is shown of a map that holds nothing else that a cell could show."""

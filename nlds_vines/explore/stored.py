@@ -13,11 +13,18 @@ import numpy as np
 from nlds_vines.archives import archive
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.blocks import Block
+from nlds_vines.bifurcation.cell_start import (
+    CellStart,
+    Place,
+    recorded_start,
+    system_at,
+    values_at,
+)
 from nlds_vines.bifurcation.picture.choices import NUMBERS
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError, at
-from nlds_vines.model.parameters import INITIAL
+from nlds_vines.model.system import System
 from nlds_vines.orbits.status_words import NOT_COMPUTED
 from nlds_vines.toml import parse_toml
 
@@ -72,14 +79,29 @@ class Stored:
 
     def values_of(self, cell: tuple[int, int]) -> dict[str, float]:
         """Return the varied parameters and initial conditions of a cell by name [SI units]."""
-        return {
-            axis.name: float(axis.values[place])
-            for axis, place in zip(self.scan.axes, cell, strict=False)
-        }
+        return values_at(self.scan, self._place(cell))
 
-    def parameters_of(self, cell: tuple[int, int]) -> dict[str, float]:
-        """Return those of `values_of` that are parameters of the system."""
-        return {name: v for name, v in self.values_of(cell).items() if name not in INITIAL}
+    def system_of(
+        self, cell: tuple[int, int], settings: Mapping[str, float] | None = None
+    ) -> System:
+        """Return the system of a cell; `settings` are parameters with other values than there."""
+        return system_at(self.scan, self._place(cell), settings)
+
+    def start_of(
+        self,
+        cell: tuple[int, int],
+        start: int,
+        system: System,
+        moved: Mapping[str, float] | None = None,
+    ) -> CellStart:
+        """Return where the orbit number `start` of a cell begins, of a `system` like the cell's.
+
+        Arguments: `moved`, the initial conditions that are other ones than those of the cell.
+        """
+        return recorded_start(self.scan, self.arrays, self._place(cell), start, system, moved)
+
+    def _place(self, cell: tuple[int, int]) -> Place:
+        return cell[: len(self.scan.axes)]
 
     def once(self, name: str, make: Callable[[], Any]) -> Any:
         """Return what `make` makes of the results: made again only after more of them came."""

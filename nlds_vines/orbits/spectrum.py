@@ -239,7 +239,12 @@ def _checked_values(values: Any, samples: int) -> np.ndarray:
 
 
 def _weights(window: str, count: int) -> np.ndarray:
-    """Return the window's weights, periodic ones as a discrete transform needs them."""
+    """Return the window's weights, periodic ones as a discrete transform needs them.
+
+    Performance: SciPy's signals take longer to import than the first orbit to be followed.
+    """
+    if window == "rectangular":
+        return np.ones(count)
     from scipy.signal import windows
 
     make: Callable[..., np.ndarray] = getattr(windows, TAPERS[window].scipy)

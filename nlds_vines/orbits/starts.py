@@ -185,6 +185,18 @@ def user_states(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarr
     return np.stack([x1, v1, x1 - r + cells["rest"], v1 - s], axis=-1)
 
 
+def put_on_walls(cells: np.ndarray, states: np.ndarray, scene: Scene) -> np.ndarray:
+    """Return states of the kernels (n, 4), those beyond a rigid wall put on it, as kernels do."""
+    found = states.copy()
+    moved = [0, 2] if scene.grounded else [2]  # the walls limit x1, or r
+    for name, sign in (("near", 1.0), ("far", -1.0)):
+        if name in scene.walls and scene.law_at(name).instant:
+            place = sign * cells[name][:, np.newaxis]
+            nearest = np.minimum if sign > 0 else np.maximum
+            found[:, moved] = nearest(found[:, moved], place)
+    return found
+
+
 def _length(cells: np.ndarray) -> np.ndarray:
     """Return the unit of length [m] of random starts, positive and finite in every cell.
 

@@ -27,6 +27,9 @@ OTHERS: Mapping[str, str] = {
 }
 """Colours of regimes that are not periodic."""
 
+COUNTS = ("#f1efe9", "#f6c667", "#e07b39", "#a8324a", "#5b1a4a")
+"""Colours of one regime in a cell, two, three ..., and of as many as there are colours or more."""
+
 HATCHED = "undetermined"
 """The label that is drawn with a hatch beside its colour: a gap in knowledge looks like a gap."""
 

@@ -26,12 +26,12 @@ def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:
     """
     found: dict[int, View] = {}
     for run in request.runs():
-        orbit = _orbit(request, run, quiet)
+        orbit = followed(request, run, quiet=quiet)
         found |= {id(column): _view(request, run, orbit, column) for column in run}
     return [found[id(column)] for column in request.columns]
 
 
-def _orbit(request: PortraitRequest, run: Sequence[Column], quiet: bool) -> Orbit:
+def followed(request: PortraitRequest, run: Sequence[Column], *, quiet: bool = False) -> Orbit:
     """Return the orbit from the first to the last period in the columns of a run."""
     system, (begin, end) = run[0].system, span(run)
     if request.cell is not None:

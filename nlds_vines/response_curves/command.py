@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,11 +20,11 @@ from nlds_vines.cli.paths import (
     optional_path,
     refuse_existing,
     refuse_picture,
+    request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import at, shown
-from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.response_curves.curve_options import Source, add_curve_options, changes, page_from
 from nlds_vines.response_curves.request import CurvePage, label_of
@@ -77,7 +76,7 @@ def response_curves(
     """
     page = page_from(source, (), tables, "response_curves")
     how = RunOptions(threads, resume, overwrite, quiet=quiet)
-    return Job(page, _source_path(source), Path(output), optional_path(plot), how).run()
+    return Job(page, request_path(source), Path(output), optional_path(plot), how).run()
 
 
 @dataclass(frozen=True)
@@ -135,7 +134,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     page = page_from(options.source, options.systems, changes(options), "command line")
     archive = _archive_path(options.output, options.source)
     plot = optional_path(options.plot)
-    job = Job(page, _source_path(options.source), archive, plot, run_options(options))
+    job = Job(page, request_path(options.source), archive, plot, run_options(options))
     if options.dry_run:
         say(*job.plan())
         return DONE
@@ -154,14 +153,6 @@ def _archive_path(output: str | None, source: str | None) -> Path:
     if output is not None:
         return Path(output)
     return _DEFAULT if source is None else Path(f"{Path(source).stem}.h5")
-
-
-def _source_path(source: object) -> Path | None:
-    """Return the path of the request file, if the source is one."""
-    if isinstance(source, System | Sequence) and not isinstance(source, str):
-        return None
-    is_path = isinstance(source, os.PathLike) or str(source).endswith(".toml")
-    return Path(str(source)) if is_path else None
 
 
 def _declare(parser: Parser) -> None:

@@ -22,6 +22,7 @@ from nlds_vines.cli.paths import (
     optional_path,
     refuse_existing,
     refuse_picture,
+    request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
@@ -82,7 +83,7 @@ def tune(
     """
     job = _Job(
         tuning=_drawable(load_tuning(source, tables, "tune"), plot),
-        source=_source_path(source),
+        source=request_path(source),
         archive=Path(output),
         plot=optional_path(plot),
         how=RunOptions(threads, resume, overwrite, quiet=quiet),
@@ -177,7 +178,7 @@ def _job(options: argparse.Namespace) -> _Job:
     tuning = load_tuning(options.tuning, changes(options), "command line")
     return _Job(
         tuning=_drawable(tuning, options.plot),
-        source=_source_path(options.tuning),
+        source=request_path(options.tuning),
         archive=_DEFAULT if options.output is None else Path(options.output),
         plot=optional_path(options.plot),
         how=run_options(options),
@@ -193,12 +194,6 @@ def _drawable(tuning: Tuning, plot: object) -> Tuning:
     if plot is None or tuning.surface is not None or len(names) == 1:
         return tuning
     return load_tuning(tuning, {"surface": {"parameters": names[:2]}})
-
-
-def _source_path(source: object) -> Path | None:
-    """Return the path of the tuning file, if the source is one."""
-    is_path = isinstance(source, os.PathLike) or str(source).endswith(".toml")
-    return Path(str(source)) if is_path else None
 
 
 def _declare(parser: Parser) -> None:

@@ -14,7 +14,6 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.estimate import estimate
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.cell_columns import axes_of
-from nlds_vines.explore.cell_start import start_of
 from nlds_vines.explore.parameter_sliders import sliders_of
 from nlds_vines.explore.stored import stored
 from nlds_vines.orbits.coexistence import finals
@@ -366,8 +365,7 @@ def test_an_archive_without_attractors_or_with_a_damaged_table_is_refused(plane,
 def test_the_page_of_an_archive_begins_orbits_where_the_axes_say(plane):
     found = stored(plane)
     cell = (3, 7)
-    system = found.scan.system.with_(**found.parameters_of(cell))
-    start = start_of(found, cell, 0, system)
+    start = found.start_of(cell, 0, found.system_of(cell))
     with nv.read(plane) as view:
         assert start.state == (view["x_0"][3], view["v_0"][7])
     assert start.words == f"x_0 = {start.state[0]:g}, v_0 = {start.state[1]:g}"

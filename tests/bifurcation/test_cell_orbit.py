@@ -62,6 +62,7 @@ def test_the_states_that_were_drawn_are_stored(archive):
         states = view["start_state"]
         assert view.dims("start_state") == ("omega", "K", "start", "component")
         assert np.isfinite(states).all()
+        assert len(np.unique(states[0, 1], axis=0)) == 3
         for start in range(3):
             orbit = nv.orbit_of(view, omega=7.3, K=3e7, start=start)
             again = nv.simulate(orbit.system, 40, transient=150, start=states[0, 1, start])

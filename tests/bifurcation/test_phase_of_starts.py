@@ -7,7 +7,6 @@ import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.cell_orbit import cell_orbit
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.cell_start import start_of
 from nlds_vines.explore.chosen import Chosen
 from nlds_vines.explore.stored import stored
 from nlds_vines.kernels.codes import DIVERGED
@@ -153,7 +152,7 @@ def test_an_archive_knows_its_phases(plane, tmp_path, capsys):
     assert all(not basin.nearest for basin in nv.basin_measures(plane).basins)
     # the page begins there as well, and its slider moves the phase
     page = stored(plane)
-    start = start_of(page, (i, j), 0, orbit.system)
+    start = page.start_of((i, j), 0, orbit.system)
     assert start.state == tuple(there[0].tolist())
     assert start.words == f"phase = {phase:g}, v_0 = {speed:g}"
     chosen = Chosen(page)

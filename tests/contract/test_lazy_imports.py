@@ -58,6 +58,25 @@ def test_plot_loads_nothing_heavy_before_it_must(arguments, status, tmp_path):
     assert not modules & set(HEAVY)
 
 
+def test_the_page_of_explore_is_made_before_kernels_are_loaded(tmp_path):
+    pytest.importorskip("bokeh", reason="Bokeh is not installed")
+    parts = ", ".join(f"nlds_vines.explore.{part}" for part in ("opened", "server", "session"))
+    found, modules = loaded(tmp_path, "-c", f"import {parts}")
+    assert found == 0
+    assert "bokeh" in modules
+    assert not modules & {"numba", "scipy", "matplotlib"}
+
+
+@pytest.mark.parametrize(("window", "needed"), [("rectangular", False), ("hann", True)])
+def test_a_spectrum_loads_scipy_for_a_taper_alone(window, needed, tmp_path):
+    make = f"spectrum_of([1.0, 2.0, 1.0, 0.0] * 4, 4, 1.0, window={window!r})"
+    found, modules = loaded(
+        tmp_path, "-c", f"from nlds_vines.orbits.spectrum import spectrum_of; {make}"
+    )
+    assert found == 0
+    assert ("scipy" in modules) == needed
+
+
 @pytest.mark.parametrize("command", ["status", "consolidate", "verify", "rerun", "diff"])
 @pytest.mark.parametrize(("arguments", "status"), [(["--help"], 0), (["no.h5", "no.h5"], 2)])
 def test_sister_commands_load_nothing_heavy(command, arguments, status, tmp_path):

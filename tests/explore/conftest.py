@@ -34,6 +34,17 @@ MAP = document(
 DIAGRAM = document({"omega": {"start": 7.3, "stop": 7.7, "num": 9}}, {"policy": "rest"})
 SWEEPS = document({"omega": {"start": 7.3, "stop": 7.7, "num": 9}}, {"policy": "both"})
 
+BASIN = {
+    "title": "a small basin",
+    "system": "impact-oscillator",
+    "set": {"omega": 1.5, "P": 0.6},
+    "vary": {
+        "x_0": {"start": -2.0, "stop": 1.25, "num": 14},  # the last one is beyond the stop
+        "v_0": {"start": -3.0, "stop": 3.0, "num": 13},
+    },
+    "record": {"want": ["attractor"]},
+}
+
 
 def made_up(document, path):
     """Write an archive of a scan without computing it: nothing in it is known."""
@@ -60,6 +71,11 @@ def small_map(folder):
 @pytest.fixture(scope="session")
 def small_diagram(folder):
     return nv.bifurcation(DIAGRAM, folder / "diagram.h5")
+
+
+@pytest.fixture(scope="session")
+def small_basin(folder):
+    return nv.bifurcation(BASIN, folder / "basin.h5")
 
 
 @pytest.fixture(scope="session")

@@ -1,14 +1,12 @@
 """The pages in a real browser: click, keys, sliders, a rectangle, files; and without a network."""
 
-import os
 import time
-from pathlib import Path
 
 import pytest
-from browsers import browser_or_skip, watched_page
+from browsers import acted, browser_or_skip, place_of, rectangle_computed, watched_page
 from conftest import MAP, made_up
 
-from benchmarks.explore import Served, drawn
+from benchmarks.explore import KNOWN, Served, drawn
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.explore.stored import stored
@@ -38,27 +36,6 @@ def page(browser, server):
     yield page
     assert page.faults == []
     page.context.close()
-
-
-def acted(page, act):
-    """Do something that asks for an orbit, and wait until it is drawn."""
-    page.evaluate("window.drawn = undefined")
-    act()
-    drawn(page)
-
-
-def place_of(page, cell):
-    """Return where a cell of the map is on the screen."""
-    box = page.locator("#stage .bk-Figure").first.bounding_box()
-    return page.evaluate(
-        """([box, cell]) => {
-            const fig = NV.model("map"), view = Bokeh.index.find_one_by_id(fig.id)
-            const f = view.frame, [a, b] = NV.at.meta.axes
-            return [box.x + f.x_scale.compute(a.places[cell[0]]),
-                    box.y + f.y_scale.compute(b.places[cell[1]])]
-        }""",
-        [box, list(cell)],
-    )
 
 
 def test_three_cells_are_clicked(page, small_map):
@@ -115,6 +92,17 @@ def test_a_slider_moves_the_orbit(page):
     assert page.evaluate("NV.model('history data').data.x1[100]") == before
 
 
+def test_the_history_begins_at_the_start_where_that_is_chosen(page):
+    acted(page, lambda: page.mouse.click(*place_of(page, (1, 2))))
+    seen = "[NV.model('displacement').x_range.start, NV.model('displacement').x_range.end]"
+    assert page.evaluate("NV.model('history data').data.t[0]") > 60
+    acted(page, lambda: page.select_option("#history", "whole"))
+    page.wait_for_function(f"{seen}[0] < 1")
+    assert page.evaluate(seen)[1] > 70
+    acted(page, lambda: page.select_option("#history", "settled"))
+    page.wait_for_function(f"{seen}[0] >= 60")
+
+
 def test_a_click_in_a_phase_plane_begins_there(page):
     box = page.evaluate("""() => {
         const view = Bokeh.index.find_one_by_id(NV.model("phase2").id)
@@ -128,14 +116,7 @@ def test_a_click_in_a_phase_plane_begins_there(page):
 
 def test_a_rectangle_is_computed_finer_and_one_goes_back(page):
     page.evaluate("scrollTo(0, 0)")
-    (x0, y0), (x1, y1) = place_of(page, (1, 1)), place_of(page, (3, 2))
-    page.mouse.move(x0, y0)
-    page.mouse.down()
-    page.mouse.move((x0 + x1) / 2, (y0 + y1) / 2, steps=4)
-    page.mouse.move(x1, y1, steps=4)
-    page.mouse.up()
-    page.wait_for_function("!document.getElementById('back').disabled")
-    page.wait_for_function("document.getElementById('progress').hidden")
+    rectangle_computed(page, (1, 1), (3, 2))
     inside = page.evaluate("NV.at.meta.axes[0].values")
     assert 7.35 < inside[0] < inside[-1] < 7.65
     assert "0" not in {str(c) for c in page.evaluate("Array.from(NV.at.lanes.label)")}
@@ -183,13 +164,7 @@ def test_a_second_page_of_the_same_archive_is_its_own(page, server):
     other.close()
 
 
-def processor_seconds(process):
-    """Return the processor time that a process has used."""
-    fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="no /proc tells processor times")
+@pytest.mark.skipif(not KNOWN.exists(), reason="no /proc tells processor times")
 def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, folder):
     vary = {
         "omega": {"start": 5.0, "stop": 8.0, "num": 200},
@@ -205,10 +180,10 @@ def test_a_browser_that_is_closed_in_a_computation_leaves_nothing(browser, folde
     assert page.is_visible("#cancel")
     page.context.close()
     end = time.monotonic() + 60
-    used = processor_seconds(served.process)
+    used = served.processor_seconds()
     while True:  # some thirty seconds of work are left
         time.sleep(1)
-        used, before = processor_seconds(served.process), used
+        used, before = served.processor_seconds(), used
         if used - before < 0.2:
             break
         assert time.monotonic() < end, "it goes on although nobody looks"

@@ -12,7 +12,8 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore import recipes
 from nlds_vines.explore.evidence_words import evidence_of, words_of
-from nlds_vines.explore.live_orbit import SHOW, Sampling, live_orbit
+from nlds_vines.explore.histories import HISTORIES, LONG, MOST_POINTS, SHOW
+from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.parameter_sliders import sliders_of
 from nlds_vines.explore.refining import FEWEST, MOST_ORBITS, Job, finer
 from nlds_vines.portrait.request_file import load_portrait
@@ -43,6 +44,28 @@ def test_a_history_holds_all_of_every_contact(orbit):
         len(view.contacts[view.contacts["touch"] < (60 + SHOW) * view.column.system.period])
         == (gaps > 1).sum() + 1
     )
+
+
+@pytest.mark.parametrize(("name", "periods"), [("short", SHOW), ("long", LONG), ("whole", 72)])
+def test_a_history_from_the_start_begins_there_and_covers_the_orbit(name, periods):
+    system, start = nv.load_system("ssul-set6", omega=7.1), (0.01, -0.2, 0.3, -0.4)
+    found = live_orbit(system, start, SAMPLING, history=name).panels["history"]
+    assert len({len(values) for values in found.values()}) == 1
+    assert found["t"][0] < 0.1
+    assert found["t"][-1] == pytest.approx(periods, abs=periods / MOST_POINTS)
+    plain = nv.simulate(system, periods, start=start, record=["trajectory"], samples=256)
+    for place, column in ((0, "x1"), (2, "x2")):
+        values = plain.trajectory[:, place]
+        ends = [values.min(), values.max()]
+        np.testing.assert_allclose([found[column].min(), found[column].max()], ends, rtol=0.02)
+    first = found["x1"][:2]
+    assert first.min() <= plain.trajectory[0, 0] <= first.max()
+    assert found["force"].max() > 0
+    assert len(found["t"]) < 4 * MOST_POINTS
+
+
+def test_every_history_has_a_name_in_words():
+    assert set(HISTORIES) == {"settled", "short", "long", "whole"}
 
 
 def test_the_multipliers_are_in_the_unit_circle(orbit):
@@ -158,7 +181,7 @@ def test_a_job_says_that_kernels_are_compiled(monkeypatch):
             tell("compiling the kernels of ssul", 0.0)
             super().__init__(scan, helped=helped)
 
-    monkeypatch.setattr("nlds_vines.explore.refining.Computer", Compiling)
+    monkeypatch.setattr("nlds_vines.bifurcation.compute.Computer", Compiling)
     told = []
     job = Job(SCAN, lambda: told.append(job.note))
     job.begin()

@@ -36,7 +36,7 @@ class Page:
     def ask(self, do, **more):
         self.session._data["asked"].data = {"message": [json.dumps({"do": do, **more})]}
 
-    def settle(self, until=lambda page: not page.session._busy, seconds=60.0):
+    def settle(self, until=lambda page: not page.session._queue.busy, seconds=60.0):
         """Run what threads have left for the document until a condition holds."""
         end = time.monotonic() + seconds
         while True:
@@ -118,9 +118,30 @@ def test_a_click_in_a_phase_plane_begins_an_orbit_there(page):
     assert page.told["orbit"]["where"] == "from a start of your own"
 
 
+def test_a_history_from_the_start_is_shown_until_another_is_chosen(page):
+    def times():
+        first, stop = next(
+            place for source, name, *place in page.told["orbit"]["layout"] if name == "t"
+        )
+        return page.session._data["values"].data["values"][first:stop]
+
+    page.ask("history", name="whole")
+    page.settle()
+    assert times()[0] < 1
+    assert times()[-1] > 60
+    page.ask("cell", cell=(1, 1), start=0)
+    page.settle()
+    assert times()[0] < 1
+    page.ask("history", name="settled")
+    page.settle()
+    assert times()[0] > 60
+    page.ask("history", name="all of it")
+    assert "history" in page.told["trouble"]
+
+
 def test_a_rectangle_is_computed_and_one_can_go_back(page):
     page.ask("finer", ranges=[[7.4, 7.5], [800.0, 850.0]])
-    page.settle(lambda p: p.told["job"]["share"] == 1.0 and not p.session._busy)
+    page.settle(lambda p: p.told["job"]["share"] == 1.0 and not p.session._queue.busy)
     assert page.told["level"]["axes"][0]["values"][0] == 7.4
     assert (page.session._found.arrays["label"] != "").all()
     assert page.told["job"]["back"]
@@ -132,10 +153,10 @@ def test_a_rectangle_is_computed_and_one_can_go_back(page):
 
 
 def test_an_orbit_that_fails_is_told_and_nothing_of_the_one_before_remains(page, monkeypatch):
-    def fails(*_):
+    def fails(*_, **__):
         raise IntegrationError("it stuck to the wall")
 
-    monkeypatch.setattr("nlds_vines.explore.session.live_orbit", fails)
+    monkeypatch.setattr("nlds_vines.explore.orbit_queue.live_orbit", fails)
     page.ask("cell", cell=(1, 1), start=0)
     page.settle()
     assert page.told["trouble"] == "it stuck to the wall"

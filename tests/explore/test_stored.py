@@ -9,7 +9,6 @@ from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.cell_columns import columns, section_points
-from nlds_vines.explore.cell_start import start_of
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
 from nlds_vines.explore.shows import classes_of, label_words, shows_of
 from nlds_vines.explore.stored import empty, stored
@@ -45,8 +44,8 @@ def test_every_cell_live_has_the_label_of_the_archive(small_map):
     found = stored(small_map)
     for cell in np.ndindex(found.shape):
         for k in range(2):
-            system = found.scan.system.with_(**found.values_of(cell))
-            start = start_of(found, cell, k, system)
+            system = found.system_of(cell)
+            start = found.start_of(cell, k, system)
             orbit = live_orbit(system, start.state, Sampling.of(found.scan))
             assert orbit.label == found.arrays["label"][(*cell, k)]
 
@@ -54,9 +53,9 @@ def test_every_cell_live_has_the_label_of_the_archive(small_map):
 def test_the_start_of_a_sweep_is_the_end_of_the_cell_before(small_sweeps):
     found = stored(small_sweeps)
     for k, before in ((0, 3), (1, 5)):  # up and down, at cell 4
-        start = start_of(found, (4, 0), k, found.scan.system.with_(**found.values_of((4, 0))))
+        start = found.start_of((4, 0), k, found.system_of((4, 0)))
         assert start.state == tuple(found.arrays["section"][before, k, -1])
-    edge = start_of(found, (0, 0), 0, found.scan.system)
+    edge = found.start_of((0, 0), 0, found.scan.system)
     assert edge.state is None
     assert "beginning" in edge.words
 
@@ -64,7 +63,7 @@ def test_the_start_of_a_sweep_is_the_end_of_the_cell_before(small_sweeps):
 def test_a_sweep_without_states_says_that_it_begins_at_rest(small_sweeps):
     found = stored(small_sweeps)
     bare = {name: values for name, values in found.arrays.items() if name == "label"}
-    start = start_of(type(found)(found.scan, bare), (4, 0), 0, found.scan.system)
+    start = type(found)(found.scan, bare).start_of((4, 0), 0, found.scan.system)
     assert start.state is None
     assert "does not hold" in start.words
 

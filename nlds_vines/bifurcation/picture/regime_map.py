@@ -35,6 +35,7 @@ from nlds_vines.orbits.coexistence import by_frequency, coexisting, final, most_
 from nlds_vines.orbits.labels import KEPT, TRANSIENT
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.palette import (
+    COUNTS,
     HATCHED,
     OTHERS,
     PASSED,
@@ -55,9 +56,6 @@ _LINE = 0.42 * CM  # inches, height of a name in a legend
 _MOST_BELOW = 12  # names in a legend below a map
 LONG = f"{len(RAMP)}T and longer"  # the name of the regimes that share the ramp's last colour
 _EXAMPLE = f"{len(RAMP)}T,1"  # one of these regimes
-_COUNTS = ("#f1efe9", "#f6c667", "#e07b39", "#a8324a", "#5b1a4a")
-"""Colours of one regime in a cell, two, three ..., and of as many as there are colours or more."""
-
 _CHAOTIC = "reached through chaos"
 
 
@@ -198,10 +196,10 @@ def _mark_flagged(axes: Axes, view: ArchiveView) -> list[Any]:
 
 def _draw_counts(axes: Axes, view: ArchiveView, labels: np.ndarray, page: Page) -> None:
     """Fill every cell with the colour of how many of the found regimes coexist there."""
-    most = len(_COUNTS)
+    most = len(COUNTS)
     counts = np.minimum(coexisting(labels), most)
     words = sorted(set(counts.ravel().tolist()))
-    shades = {0: OTHERS[HATCHED], **dict(enumerate(_COUNTS, start=1))}
+    shades = {0: OTHERS[HATCHED], **dict(enumerate(COUNTS, start=1))}
     _fill_classes(axes, view, counts, words, [shades[word] for word in words])
     names = {0: "none known", most: f"{most} or more"}
     frame: dict[str, Any] = {"edgecolor": GREY, "linewidth": 0.4}  # the first is nearly white

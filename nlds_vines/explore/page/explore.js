@@ -163,6 +163,11 @@ const EXPLORE = (() => {
     })
     for (const name of ["back", "forward", "cancel", "original", "recompute"])
       el(name).addEventListener("click", () => ask(name))
+    el("history").value = "settled" // some browsers keep the choice of a page that is loaded again
+    el("history").addEventListener("change", (e) => {
+      Bokeh.index.find_one_by_id(model("displacement").id).reset_range() // other periods are shown
+      ask("history", {name: e.target.value})
+    })
     el("here").addEventListener("click", finerHere)
     for (const button of document.querySelectorAll("[data-save]"))
       button.addEventListener("click", () => ask("save", {what: button.dataset.save}))

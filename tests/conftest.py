@@ -7,13 +7,17 @@ import pytest
 
 FIRST = (
     "contract/test_plain.py",  # compiles nothing: meanwhile others compile what many files need
+    "property/test_no_missed_impact.py",
+    "contract/test_same_bits.py",
     "continuation/test_closed_forms.py",
     "kernels/test_contact_laws.py",
-    "contract/test_same_bits.py",
+    "contract/test_specialisation.py",
+    "property/test_limit.py",
+    "contract/test_determinism.py",
     "continuation/test_branches.py",
     "orbits/test_attractors.py",
 )
-"""Files below `tests` that take minutes, most of them to compile what no other needs."""
+"""Files below `tests` that take a minute or more."""
 
 TESTS = Path(__file__).parent
 

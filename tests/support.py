@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.kernels import variations
 from nlds_vines.kernels.arguments import CellBuffers, Span
 from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.codes import OK, RELEASED
@@ -165,6 +166,16 @@ def follow_ssbl(
     """Follow an SSbl damper from rest, whether or not the package has a scene of that name."""
     cell = kernel_cell(**numbers, near=numbers["D"], far=numbers["C"], rest=numbers["D"])
     return run_cell_rows(cell, np.zeros(4), periods, method, settings)
+
+
+def period_map(flow: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the state a period after y (4,), and its derivative (4, 4)."""
+    state, tangent = variations.new_state(), np.zeros(16)
+    variations.place_state(flow, np.asarray(y, float), state)
+    variations.set_identity(tangent)
+    section = variations.no_section(flow.space)
+    assert variations.advance(flow, section, 1, tangent, state) == OK
+    return state[:4].copy(), tangent.reshape(4, 4).T.copy()
 
 
 def linear_flow(p: Mapping[str, float]) -> np.ndarray:

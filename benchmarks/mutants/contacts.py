@@ -11,6 +11,7 @@ _T_IMPACT_ERROR = "tests/kernels/test_impact_error.py::"
 _PLAIN_INSIDE = "tests/kernels/plain_inside.py::"
 _T_ORDER = "tests/reference/test_order.py::"
 _T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
+_PLAIN_LAWS = "tests/kernels/plain_contact_laws.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 _T_RESTITUTION = "tests/kernels/test_restitution.py::"
 _T_RIGID = "tests/kernels/test_rigid_flight.py::"
@@ -114,13 +115,13 @@ MUTANTS = (
             "force law: variations feel no damping",
             "return damping * elastic(wall, wall.K, q, z) if 1.0 + damping * s > 0.0 else 0.0",
             "return 0.0",
-            _T_LAWS + "test_variations_are_the_derivative_of_the_flow[hunt-crossley]",
+            _PLAIN_LAWS + "test_variations_are_the_derivative_of_the_flow[hunt-crossley]",
         ),
         (
             "force law: the power of the stiffness is that of the force",
             "steep = power(q, wall.high - wall.root, wall.fraction)",
             "steep = power(q, wall.high, wall.fraction)",
-            _T_LAWS + "test_variations_are_the_derivative_of_the_flow[n = 1.2]",
+            _PLAIN_LAWS + "test_variations_are_the_derivative_of_the_flow[n = 1.2]",
         ),
     ),
     *of(
@@ -144,7 +145,7 @@ MUTANTS = (
             "linear contact: a variation is not moved on where the force jumps",
             "late = (way * wall.cc) * r",
             "late = 0.0 * r",
-            _T_LAWS + "test_variations_are_the_derivative_of_the_flow[damped]",
+            _PLAIN_LAWS + "test_variations_are_the_derivative_of_the_flow[damped]",
         ),
         (
             "linear contact: the dashpot is forgotten where the force is to vanish",

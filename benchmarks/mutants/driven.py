@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from benchmarks.mutants.mutant import of
 
-_T = "tests/continuation/test_derivatives.py::"
+_T = "tests/continuation/plain_derivatives.py::"
 _EACH = _T + "test_the_derivative_by_each_parameter_is_that_of_differences"
 
 MUTANTS = (

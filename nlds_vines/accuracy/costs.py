@@ -38,18 +38,20 @@ def parts(system: System) -> Iterator[Part]:
 
     The others are other scenes at the same frequency.
     """
-    yield Part(f"{system.name}, nothing recorded", system, _recording(system), TIMED)
-    yield Part("+ four variations", system, _varying(system), TIMED)
+    start = _settled(system)
+    yield Part(f"{system.name}, nothing recorded", system, _recording(system, start), TIMED)
+    yield Part("+ four variations", system, _varying(system, start), TIMED)
     for word in RECORDED:
         if word == "regime":
             yield Part("+ regime", system, _judging(system), DIAGRAM * (TIMED // DIAGRAM))
         elif word == "trajectory" or word in possible_want((word,), system.scene):
             periods = FEWER if word == "trajectory" else TIMED
-            yield Part(f"+ {word}", system, _recording(system, word), periods)
+            yield Part(f"+ {word}", system, _recording(system, start, word), periods)
     for name in SCENES:
         other = _at_frequency(name, system.parameters["omega"])
         if other.name != system.name:
-            yield Part(f"{name}, nothing recorded", other, _recording(other), TIMED)
+            run = _recording(other, _settled(other))
+            yield Part(f"{name}, nothing recorded", other, run, TIMED)
 
 
 def report(system: System) -> Iterator[str]:
@@ -110,11 +112,10 @@ def _at_frequency(name: str, omega: float) -> System:
     return load_system(name, omega=omega)
 
 
-def _recording(system: System, *record: str) -> Callable[[int], object]:
-    """Return a function that follows a settled orbit and records what is asked for, or nothing."""
+def _recording(system: System, start: list[float] | None, *record: str) -> Callable[[int], object]:
+    """Return a function that follows an orbit and records what is asked for, or nothing."""
     from nlds_vines.orbits.simulation import simulate
 
-    start = _settled(system)
     return lambda periods: simulate(system, periods, start=start, record=record)
 
 
@@ -131,13 +132,12 @@ def _settled(system: System) -> list[float] | None:
     return state
 
 
-def _varying(system: System) -> Callable[[int], object]:
-    """Return a function that follows a settled orbit with four variations, as a verdict does."""
+def _varying(system: System, settled: list[float] | None) -> Callable[[int], object]:
+    """Return a function that follows an orbit with four variations, as a verdict does."""
     from nlds_vines.kernels import course, variations
     from nlds_vines.orbits.kernel_inputs import flow_on
 
     flow, tangent, start = flow_on(system), np.zeros(16), np.zeros(4)
-    settled = _settled(system)
     if settled is not None:
         start[: len(settled)] = settled
     if len(settled or ()) == 4:  # the spring's shortening and its rate

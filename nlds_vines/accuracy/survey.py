@@ -18,17 +18,16 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nlds_vines.accuracy.columns import DIMS, Row, table_of
-from nlds_vines.archives import archive, durable
+from nlds_vines.archives import archive
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.provenance import attributes
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import RequestError, printable
 from nlds_vines.orbits.compilation import silent
 from nlds_vines.runs import interrupts
-from nlds_vines.runs.folder import RunFolder
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.manifest import SURVEY
-from nlds_vines.runs.partfile import UNSOUND, fetch, identity, path_of, store
+from nlds_vines.runs.numbered_parts import NumberedParts
 from nlds_vines.runs.progress import Progress
 from nlds_vines.toml import toml_text
 
@@ -65,7 +64,7 @@ class Survey:
 
 
 @dataclass
-class SurveyRun(RunFolder):
+class SurveyRun(NumberedParts):
     """A survey under way: one sealed part for each task."""
 
     content: ClassVar[str] = SURVEY
@@ -80,17 +79,10 @@ class SurveyRun(RunFolder):
         What does not verify is removed, and measured again.
         """
         for index in range(len(self.request.tasks)):
-            path = path_of(self.folder, index)
-            try:
-                part = fetch(path, identity(self.request.hash, index)).by_us()
-            except FileNotFoundError:
-                continue
-            except UNSOUND as error:
-                self.discarded.append(f"{path.name} is measured again: {error}")
-                path.unlink()
-                continue
-            self.kept[index] = part.arrays
-            self.seconds += part.made.seconds
+            part = self.part(index)
+            if part is not None:
+                self.kept[index] = part.arrays
+                self.seconds += part.made.seconds
         return len(self.kept)
 
     def abandon(self) -> None:
@@ -104,9 +96,7 @@ class SurveyRun(RunFolder):
             began = time.monotonic()
             arrays = table_of(self.request.columns, self.request.tasks[index].rows())
             spent = time.monotonic() - began
-            path, whose = path_of(self.folder, index), identity(self.request.hash, index)
-            with durable.in_one_line(f"write a part in {self.folder}"):
-                store(path, whose, arrays, seconds=spent, threads=1)
+            self.write_part(index, arrays, seconds=spent)
             self.kept[index] = arrays
             self.seconds += spent
         return self.kept[index]

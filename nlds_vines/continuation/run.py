@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
-from nlds_vines.archives import archive, durable
+from nlds_vines.archives import archive
 from nlds_vines.archives.dataset import Table
 from nlds_vines.archives.provenance import attributes
 from nlds_vines.cli.run_options import RunOptions
@@ -23,16 +23,15 @@ from nlds_vines.continuation.start_orbits import seeds_of
 from nlds_vines.continuation.track import Arrays
 from nlds_vines.errors import printable
 from nlds_vines.runs import interrupts
-from nlds_vines.runs.folder import RunFolder
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.runs.manifest import CONTINUATION
-from nlds_vines.runs.partfile import PATTERN, UNSOUND, fetch, identity, path_of, store
+from nlds_vines.runs.numbered_parts import NumberedParts
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.threads import use_threads
 
 
 @dataclass
-class TrackFolder(RunFolder):
+class TrackFolder(NumberedParts):
     """The tracks of a continuation under way, in the order in which they are found."""
 
     content: ClassVar[str] = CONTINUATION
@@ -44,18 +43,7 @@ class TrackFolder(RunFolder):
 
     def begin(self) -> int:
         """Count the tracks of an earlier run, up to the first that does not verify; return it."""
-        paths = sorted(self.folder.glob(PATTERN))
-        for path in paths:
-            try:
-                if path != path_of(self.folder, self._there):
-                    raise ValueError("the one before it is missing")
-                fetch(path, self._identity(self._there)).by_us()
-            except UNSOUND as error:
-                self.discarded.append(f"{path.name} and what follows is computed again: {error}")
-                break
-            self._there += 1
-        for path in paths[self._there :]:
-            path.unlink()
+        self._there = sum(1 for _ in self.parts_in_order())
         return self._there
 
     def recall(self) -> Arrays | None:
@@ -63,19 +51,13 @@ class TrackFolder(RunFolder):
         if self._read == self._there:
             return None
         self._read += 1
-        path = path_of(self.folder, self._read - 1)
-        return fetch(path, self._identity(self._read - 1)).arrays
+        return self.verified(self._read - 1).arrays
 
     def keep(self, arrays: Arrays) -> None:
         """Store the arrays of a new track or curve."""
         now = time.monotonic()
-        with durable.in_one_line(f"write a part in {self.folder}"):
-            path, ident = path_of(self.folder, self._there), self._identity(self._there)
-            store(path, ident, arrays, seconds=now - self._stored, threads=1)
+        self.write_part(self._there, arrays, seconds=now - self._stored)
         self._there, self._read, self._stored = self._there + 1, self._read + 1, now
-
-    def _identity(self, index: int) -> list[object]:
-        return identity(self.request.hash, index)
 
 
 def compute(

@@ -93,9 +93,13 @@ class Learnt:
 
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray]) -> Learnt:
-        """Return what `arrays` has stored; KeyError or ValueError for anything else."""
+        """Return what `arrays` has stored; KeyError or ValueError for anything else.
+
+        Kernels get copies: arrays that cannot be written to are of another type, and would have
+        them compiled again.
+        """
         own = {name: arrays[name] for name in _OF_ITSELF}
-        found = cls(**own, known=Known(**{name: arrays[name] for name in Known._fields}))
+        found = cls(**own, known=Known(**{name: arrays[name].copy() for name in Known._fields}))
         if len({len(array) for array in arrays.values()}) != 1:
             raise ValueError("its arrays are of different lengths")
         return found

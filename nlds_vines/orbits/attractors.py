@@ -17,7 +17,7 @@ from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.arguments import Parts
 from nlds_vines.kernels.basins import Known
 from nlds_vines.kernels.codes import PERIODIC, TRANSIENT_CHAOS
-from nlds_vines.orbits.batch import on_threads
+from nlds_vines.orbits.batch import on_threads, records_of
 
 DIRECTIONS = 48
 """Deviations that are followed to see whether a sphere around an attractor comes nearer."""
@@ -147,7 +147,7 @@ def follow(
     count = len(cells)
     drawn = Drawn(*(np.empty(count, np.int64) for _ in range(3)))
     arguments = (
-        parts, cells.view(np.recarray), np.ascontiguousarray(starts), np.ascontiguousarray(rows),
+        parts, records_of(cells), np.ascontiguousarray(starts), np.ascontiguousarray(rows),
         known, most, drawn.attractor, drawn.arrival, drawn.status,
     )  # fmt: skip
     on_threads(basins.follow_to_known, arguments, count, 16)

@@ -111,6 +111,14 @@ class Outputs:
         return evidence.arrays_of(self.status, self.evidence, counts, cells, size)
 
 
+def records_of(cells: np.ndarray) -> np.recarray:
+    """Return cells as kernels take them; those that cannot be written to are copied.
+
+    For Numba they are of another type: everything would be compiled once more.
+    """
+    return np.require(cells, requirements=("C", "W")).view(np.recarray)
+
+
 def run(
     parts: Parts, chains: np.ndarray, starts: np.ndarray, span: Span, buffers: LaneBuffers
 ) -> np.ndarray:
@@ -119,7 +127,7 @@ def run(
     Fills the buffers.  The periods before `span` are the transient.
     """
     status = np.zeros(chains.shape, np.int64)
-    cells, each = chains.view(np.recarray), chains.shape[1] * (span.first + span.periods)
+    cells, each = records_of(chains), chains.shape[1] * (span.first + span.periods)
     arguments = parts, cells, np.ascontiguousarray(starts), span, buffers, status
     least = max(1, PIECE_PERIODS // max(1, each))
     on_threads(lanes.run_lanes, arguments, len(chains), least)
@@ -176,7 +184,7 @@ class Kernels:
     def _judge(self, outputs: Outputs, chains: np.ndarray, transient: int, periods: int) -> None:
         """Judge the orbits that were run."""
         finished = Finished(outputs.ends, outputs.section, max(transient - NOTED, 0))
-        cells, stages = chains.view(np.recarray), self._stages
+        cells, stages = records_of(chains), self._stages
         arguments = self._parts, cells, finished, stages, outputs.evidence, outputs.status
         # one may take longer than a hundred others: what is not periodic is followed further
         on_threads(lanes.judge_lanes, arguments, cells.size, 1, 1)

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from nlds_vines.archives import archive, durable
+from nlds_vines.archives import archive
 from nlds_vines.archives.dataset import Table
 from nlds_vines.archives.provenance import attributes
 from nlds_vines.bifurcation.blocks import blocks_of
@@ -22,10 +22,9 @@ from nlds_vines.errors import printable
 from nlds_vines.response_curves.curves_table import ARRAYS, contents, scales_of
 from nlds_vines.response_curves.request import CurvePage
 from nlds_vines.runs import interrupts
-from nlds_vines.runs.folder import RunFolder
 from nlds_vines.runs.interrupts import Interrupted, Stop
 from nlds_vines.runs.manifest import RESPONSE_CURVES
-from nlds_vines.runs.partfile import UNSOUND, fetch, identity, path_of, store
+from nlds_vines.runs.numbered_parts import NumberedParts
 from nlds_vines.runs.progress import Progress
 from nlds_vines.runs.threads import use_threads
 
@@ -34,7 +33,7 @@ Arrays = Mapping[str, np.ndarray]
 
 
 @dataclass
-class CurveFolder(RunFolder):
+class CurveFolder(NumberedParts):
     """The curves of a page under way, a part for each."""
 
     content: ClassVar[str] = RESPONSE_CURVES
@@ -43,20 +42,8 @@ class CurveFolder(RunFolder):
 
     def recall(self, index: int) -> Arrays | None:
         """Return the arrays of a curve that an earlier run has computed; None if none has."""
-        path = path_of(self.folder, index)
-        if not path.exists():
-            return None
-        try:
-            return fetch(path, identity(self.request.hash, index)).by_us().arrays
-        except UNSOUND as error:
-            self.discarded.append(f"{path.name} is computed again: {error}")
-            return None
-
-    def keep(self, index: int, arrays: Arrays, seconds: float, threads: int) -> None:
-        """Store the arrays of a curve."""
-        with durable.in_one_line(f"write a part in {self.folder}"):
-            ident = identity(self.request.hash, index)
-            store(path_of(self.folder, index), ident, arrays, seconds=seconds, threads=threads)
+        part = self.part(index)
+        return None if part is None else part.arrays
 
 
 def run(page: CurvePage, output: Path, how: RunOptions | None = None) -> None:
@@ -95,7 +82,8 @@ def _curve(folder: CurveFolder, index: int, progress: Progress, stop: Stop, thre
     arrays = folder.recall(index)
     if arrays is None:
         arrays = _computed(curve.scan, progress, stop)
-        folder.keep(index, arrays, time.monotonic() - began, threads)
+        seconds = time.monotonic() - began
+        folder.write_part(index, arrays, seconds=seconds, threads=threads)
     progress.note(curve.scan.lanes, f"curve {index + 1} of {len(folder.request.curves)}")
     return arrays
 

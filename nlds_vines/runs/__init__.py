@@ -2,14 +2,15 @@
 
 In reading order:
 
-    manifest     which request the parts belong to, and who began it
-    partfile     one sealed part file
-    shard        the share of one of several machines
-    folder       the folder of a run, and its locks
-    interrupts   Ctrl-C and SIGTERM, which end a run between two pieces of work
-    progress     how much is done, how fast, how long to go
-    machine      processors, free memory and disk
-    threads      how many threads the kernels use, and whether the environment allows them
-    pool         lanes handed out to these threads, piece by piece
-    certificate  by which the processes of one run know each other
+    manifest        which request the parts belong to, and who began it
+    partfile        one sealed part file
+    shard           the share of one of several machines
+    folder          the folder of a run, and its locks
+    numbered_parts  the folder of a run whose parts have numbers
+    interrupts      Ctrl-C and SIGTERM, which end a run between two pieces of work
+    progress        how much is done, how fast, how long to go
+    machine         processors, free memory and disk
+    threads         how many threads the kernels use, and whether the environment allows them
+    pool            lanes handed out to these threads, piece by piece
+    certificate     by which the processes of one run know each other
 """

@@ -7,19 +7,16 @@ So it is resumed by running it again, with values of the journal in place of tho
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from nlds_vines.archives import durable
 from nlds_vines.errors import RequestError
-from nlds_vines.runs.folder import RunFolder
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.manifest import TUNING
-from nlds_vines.runs.partfile import PATTERN, UNSOUND, Part, fetch, identity, path_of, store
+from nlds_vines.runs.numbered_parts import NumberedParts
 from nlds_vines.runs.progress import Progress
 from nlds_vines.tuning.objective import HOW, RESULTS, Objective, Trials
 from nlds_vines.tuning.request import Tuning
@@ -29,7 +26,7 @@ FLUSH_EVERY = 1.0
 
 
 @dataclass
-class Journal(RunFolder):
+class Journal(NumberedParts):
     """The evaluations of one tuning: rows of numbers, those asked for and then those found.
 
     `length` is the number of those on the disk; they took `seconds`, on up to `threads` threads.
@@ -52,10 +49,7 @@ class Journal(RunFolder):
 
         Arguments: `threads` of this run.  Returns the number of evaluations read.
         """
-        paths = sorted(self.folder.glob(PATTERN))
-        found = list(self._sound(paths))
-        for path in paths[len(found) :]:
-            path.unlink()
+        found = list(self.parts_in_order())
         rows = [part.arrays["rows"] for part in found]
         self._known = np.concatenate(rows) if rows else np.empty((0, 0))
         self._parts, self.length = len(found), len(self._known)
@@ -88,28 +82,12 @@ class Journal(RunFolder):
         """Write the rows that wait to the disk."""
         if self._waiting:
             rows, spent = np.concatenate(self._waiting), time.monotonic() - self._flushed
-            path, identity = path_of(self.folder, self._parts), self._identity(self._parts)
-            with durable.in_one_line(f"write a part in {self.folder}"):
-                store(path, identity, {"rows": rows}, seconds=spent, threads=self.threads)
+            self.write_part(self._parts, {"rows": rows}, seconds=spent, threads=self.threads)
             self._waiting.clear()
             self.length += len(rows)
             self.seconds += spent
             self._parts += 1
         self._flushed = time.monotonic()
-
-    def _sound(self, paths: list[Path]) -> Iterator[Part]:
-        """Yield the parts in order up to the first that does not verify; note it in `discarded`."""
-        for index, path in enumerate(paths):
-            try:
-                if path != path_of(self.folder, index):
-                    raise ValueError("the one before it is missing")
-                yield fetch(path, self._identity(index)).by_us()
-            except UNSOUND as error:
-                self.discarded.append(f"{path.name} and what follows is computed again: {error}")
-                return
-
-    def _identity(self, index: int) -> list[Any]:
-        return identity(self.request.hash, index)
 
 
 STAGES: Mapping[str, int] = {"global": 0, "polish": 1, "robustness": 2, "surface": 3}

@@ -52,6 +52,17 @@ def start_of(case, orbit):
     return [float(x0 + u), float(v0 + w)]
 
 
+def free_motion(system):
+    """Return the state at phase zero of the linear response: it need not be looked for."""
+    omega = system.parameters["omega"]
+    found = response(system, np.array(omega))
+    numbers = [complex(X) for X in (found.X1, found.X2) if X is not None]
+    state = [number for X in numbers for number in (X.real, (1j * omega * X).real)]
+    if system.rest is not None:
+        state[2] += system.rest
+    return state
+
+
 @pytest.mark.parametrize("case", CASES, ids=named)
 def test_special_points_of_a_rigid_oscillator(case):
     """Folds, flips and grazing lie where closed forms have them, on the branch of one orbit."""
@@ -112,7 +123,8 @@ def test_an_orbit_with_an_impact_grazes_another_rigid_stop():
     """Along the curve of T,1 to T,2: without the second stop, the orbit turns where that was."""
     numbers = {"m": 1.0, "k": 1.0, "c": 0.6, "C": 1.0, "C_2": 1.05, "omega": 0.7, "P": 0.3}
     system = System("oscillator-2", {**numbers, "e": 0.6}, law="restitution")
-    path = continue_orbit(system, "P", (0.05, 0.9), plane=("omega", 0.65, 0.75))
+    plane = ("omega", 0.65, 0.75)
+    path = continue_orbit(system, "P", (0.05, 0.9), free_motion(system), period=1, plane=plane)
     found = [curve for curve in path.curves if curve.kind == "GR"]
     assert len(found) == 2  # T,0 to T,1, and T,1 to T,2, each found from both of its sides
     alone = SectionMap(system.with_(C_2=2.0), ("P", "omega"), Settings(1e-12))
@@ -134,8 +146,10 @@ GRAZES = {
 
 @pytest.mark.parametrize("name", GRAZES)
 def test_the_motion_without_impacts_grazes_where_the_linear_response_fills_the_gap(name):
+    """From that motion, and with one damper from rest: then orbits are judged first."""
     system, along, between = GRAZES[name]
-    path = continue_orbit(system, along, between)
+    begin = {} if name == "ssul" else {"start": free_motion(system), "period": 1}
+    path = continue_orbit(system, along, between, **begin)
     rows = path.special[(path.special.kind == "GR") & (path.special.branch == 0)]
     row = next(row for row in rows if "T,0" in (row.before, row.after))
     there = system.with_(**{along: row.value})
@@ -151,7 +165,7 @@ def test_a_branch_ends_where_its_orbit_touches_the_limit(kind):
     if kind == "ssvi-b":
         del p["L"]
     system = System(kind, p)
-    path = continue_orbit(system, "P", (1.0, 5000.0))
+    path = continue_orbit(system, "P", (1.0, 5000.0), free_motion(system), period=1)
     (row,) = path.special[path.special.kind == "LIM"]
     assert path.branches[0].ends[1] == "limit"
     there = system.with_(P=row.value)

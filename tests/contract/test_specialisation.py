@@ -18,7 +18,7 @@ from nlds_vines.bifurcation.compute import Computer, wanted_of
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import impact, lanes
 from nlds_vines.model.catalogue import load_system
-from nlds_vines.orbits.batch import Outputs
+from nlds_vines.orbits.batch import Outputs, records_of
 from nlds_vines.orbits.hertz_arc import choices_for
 from nlds_vines.orbits.settings import REFINED_NODES, Settings
 
@@ -292,6 +292,17 @@ def test_an_error_that_was_not_asked_for_costs_nothing(monkeypatch):
     assert tolerances[0] == tolerances[1] == usual > tolerances[2] == tolerances[3]
     assert nodes[0] == nodes[1] == min(choices_for(usual)) < nodes[2] == nodes[3] == REFINED_NODES
     assert steps[0] == steps[1] == Settings().steps < steps[2] == steps[3]
+
+
+def test_cells_that_cannot_be_written_to_take_the_same_machine_code():
+    """As a scan has them: for Numba, such an array is of another type."""
+    vary = {"omega": {"values": [6.0, 7.5]}}
+    cells = load_scan({"system": "ssul-set6", "vary": vary}).cells()[:, np.newaxis]
+    assert not cells.flags.writeable
+    usual = records_of(np.zeros_like(cells))
+    assert numba.typeof(cells.view(np.recarray)) != numba.typeof(usual)
+    assert numba.typeof(records_of(cells)) == numba.typeof(usual)
+    assert np.array_equal(records_of(cells), cells)
 
 
 def test_a_limit_is_always_reported():

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numba
 import numpy as np
 import pytest
 
@@ -9,6 +10,7 @@ from nlds_vines import load_system
 from nlds_vines.kernels import basins
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
+from nlds_vines.orbits.attractor_learning import Learnt
 from nlds_vines.orbits.attractors import attractors_in, follow, form_of, known_of
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.kernel_inputs import parts_of
@@ -142,6 +144,17 @@ def test_two_orbits_of_one_label_are_two_attractors():
     assert labels.count("T,2") == labels.count("T,3") == 2
     drawn = case.followed(case.attractors)
     assert set(drawn.attractor) == set(range(len(case.attractors)))
+
+
+def test_what_a_part_has_kept_needs_no_other_kernel():
+    """Arrays of a part cannot be written to, which for Numba is another type."""
+    none, known = np.zeros(1, np.int64), known_of([None])
+    learnt = Learnt(none, none, np.array(["T,0"], object), np.zeros((1, 3)), known_of([None]))
+    arrays = learnt.arrays()
+    for array in arrays.values():
+        array.setflags(write=False)
+    assert numba.typeof(arrays["forms"]) != numba.typeof(known.forms)
+    assert numba.typeof(tuple(Learnt.of(arrays).known)) == numba.typeof(tuple(known))
 
 
 def test_lengths_of_a_matrix_of_slow_decay():

@@ -7,6 +7,13 @@ from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
 
 
+@pytest.fixture(autouse=True)
+def short(monkeypatch):
+    """Let orbits be followed for some periods only before and while something is measured."""
+    monkeypatch.setattr(costs, "TRANSIENT", 60)
+    monkeypatch.setattr(costs, "FEWER", 20)
+
+
 @pytest.mark.parametrize("kind", ["none", "tmd", "ssul", "ssvi-b"])
 def test_every_part_can_be_followed(kind):
     """Notices: a settled state that is no start."""

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 from .codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
-from .flight import CELLS, SPAN, bare_grid, cell_polynomial, phase_at
+from .flight import CELLS, bare_grid, cell_polynomial, phase_at
 from .observe import LEVEL
 from .once_rounded import after_piece
 from .peaks import may_set_a_record, note_peaks, record_breakers, work_at
-from .rigid_flight import after_jump, in_span, knows_end, note_end, note_speeds
+from .rigid_flight import after_jump, in_span, knows_end, note_end, note_speeds, span_of
 from .scene import greatest_push, scale_of
 from .touch import (
     CLEAR,
@@ -182,7 +182,7 @@ def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j,
         energy[0], energy[1] = max(energy[0], before[0]), max(energy[1], before[1])
     while j < stop and event == SECTION:
         # Bounds of the motion over the next cells.
-        last = min(j + SPAN, stop)
+        last = min(j + span_of(grid.powers), stop)
         ahead = grid.push * grid.h * (last - j)
         scale = scale_of(ps, damper, x1, v1, r, s) + ahead
         bounds = bounds_of(ps, grid, scale)

@@ -27,7 +27,6 @@ ORDER = 14  # of the Taylor polynomials
 TERMS = 4 * (ORDER + 1)  # coefficients of the four state components
 REACH = 0.7  # longest cell in units of 1/rate: 0.7^15 / 15! = 4e-15, and the rate is a bound
 SHORT = 0.4  # of those of a scene where all is linear, in which no error is to add up: 8e-19
-SPAN = 4  # cells for which one bound of the motion is used: it costs a square root
 FEWEST_CELLS = 8  # in a period: cheap, and short enough for the proofs of `touch` to succeed often
 MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status is TOO_STIFF
 

@@ -1,6 +1,6 @@
 """Flight between rigid walls, where impacts take no time, so that flights are what an orbit costs.
 
-From cell to cell a state waits for the one before. Over a span of a few cells the powers of a
+From cell to cell a state waits for the one before. Over a span of some cells the powers of a
 cell's matrix give all the states from the first one, and a processor works on them at once. And
 after an impact the cell ends as it would have without one, but for what becomes of the jump of v1
 and s: no new polynomial is needed.
@@ -17,12 +17,13 @@ import numpy as np
 
 from .compiling import chosen, jit
 from .elementary import cos_sin_of_turn
-from .flight import CELLS, SPAN, STEP, TAYLOR, TERMS, Grid, grid_of, response_to
+from .flight import CELLS, STEP, TAYLOR, TERMS, Grid, grid_of, response_to
 from .fours import four_at, number_of
 from .once_rounded import after_cell, put_sum, put_sum_of_load
 
+SPAN, LONG_SPAN = 4, 12  # cells of a span, in general and between rigid walls
 POWER = 28  # numbers of a power
-UNSTRUCK = SPAN * POWER  # after the powers: what is noted of the last touch, 7 numbers
+UNSTRUCK = LONG_SPAN * POWER  # after the powers: what is noted of the last touch, 7 numbers
 
 
 # ---- the grid ------------------------------------------------------------------------------------
@@ -44,7 +45,7 @@ def with_powers(grid):
             y[c] = 1.0 if i == c else 0.0
         cosine, sine = 1.0 if i == 4 else 0.0, 1.0 if i == 5 else 0.0
         load = 1.0 if i == 6 else 0.0
-        for k in range(SPAN):
+        for k in range(LONG_SPAN):
             x1, v1, r, s = y[0], y[1], y[2], y[3]
             for c in range(4):
                 free = (w[STEP + c] * x1 + w[STEP + 4 + c] * v1) + (
@@ -66,6 +67,14 @@ def grid_of_spans(ps, damper, n):
 
 
 # ---- a cell of a span ----------------------------------------------------------------------------
+
+
+@chosen
+def span_of(powers):
+    """Return for how many cells one bound of the motion is used: it costs a square root."""
+    if powers is None:
+        return lambda powers: SPAN
+    return lambda powers: LONG_SPAN
 
 
 @chosen

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from support import kernel_cell
 
-from nlds_vines.kernels.flight import CELLS, SPAN, at, cell_polynomial, cells_of, grid_of, step
+from nlds_vines.kernels.flight import CELLS, at, cell_polynomial, cells_of, grid_of, step
 from nlds_vines.kernels.rigid_flight import (
+    LONG_SPAN,
     after_jump,
     from_start,
     grid_of_spans,
@@ -40,10 +41,11 @@ def test_the_cells_of_a_span_follow_from_its_start_as_one_from_the_other(kind):
     """Notices: a wrong power, cos and sin that do not turn from cell to cell, a load left out."""
     ps, damper, n = scene(kind)
     plain, grid = grid_of(ps, damper, n), grid_of_spans(ps, damper, n)
+    assert n >= LONG_SPAN
     for begin in states():
-        for first in (0, 3, n - SPAN):
+        for first in range(n - LONG_SPAN + 1):
             y = begin
-            for j in range(first, first + SPAN):
+            for j in range(first, first + LONG_SPAN):
                 y = step(damper, plain.table, j, *y)
                 found = from_start(
                     grid.powers, None, grid.load, damper, grid.table, (first, begin), j, y

@@ -18,7 +18,7 @@ from nlds_vines.kernels.rigid_flight import (
 from nlds_vines.kernels.scene import damper_in, ground_under, structure_of, with_load
 
 NUMBERS = {"m1": 1000.0, "k1": 3.95e4, "c1": 452.0, "m2": 60.0, "k2": 669.0, "c2": 50.8}
-FORCED = {**NUMBERS, "P": 800.0, "omega": 6.28}
+FORCED = {**NUMBERS, "P": 800.0, "omega": 3.0}
 
 
 def scene(kind):

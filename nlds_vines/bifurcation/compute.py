@@ -148,6 +148,8 @@ class Computer:
         if outputs.violation is not None:
             names = ("first_violation", "violation_depth", "violations")
             arrays |= dict(zip(names, np.moveaxis(outputs.violation, -1, 0), strict=True))
+        if outputs.speeds is not None:
+            arrays["impact_speed"] = outputs.speeds
         if outputs.clearance is not None:
             arrays["clearance"] = outputs.clearance[..., 0]
         if outputs.cycle is not None:

@@ -18,7 +18,7 @@ from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.responses import quantities_of
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import NOT_COMPUTED, STATUS
-from nlds_vines.orbits.wants import RETRACED, WANTS
+from nlds_vines.orbits.wants import RETRACED, SPEEDS, WANTS
 
 
 def struck(scene: Scene) -> tuple[str, ...]:
@@ -40,6 +40,7 @@ def scales_of(
         *varied,
         Scale("start", np.array(start.names, dtype=np.str_), "1", "start of the orbit"),
         Scale("cycle", cycles, "1", "sampled forcing period, counted after the transient"),
+        *([_speed_scale(periods)] if scene.walls and "speeds" in want else []),
         Scale("component", np.array(scene.components), "1", "component of the state"),
         *([Scale("wall", np.array(walls), "1", "what is struck")] if walls else []),
         *(state_scales(len(scene.components)) if "evidence" in want else ()),
@@ -66,6 +67,7 @@ def table_of(
     makers = {
         "section": _section(lanes),
         "impacts": _impacts(lanes, len(scene.walls)),
+        "speeds": _speeds(lanes) if scene.walls else (),
         "energy": (
             *_energy(lanes, scene, "max", "steady-state maximum"),
             *(_reduction(lanes) if scene.damper else ()),
@@ -94,6 +96,8 @@ def _lengths(
     size = len(scene.components)
     found = {axis.name: axis.values.size for axis in axes}
     found |= {"start": start.orbits, "cycle": periods, "component": size}
+    if "speeds" in want:
+        found |= {"impact": SPEEDS * periods}
     if struck(scene):
         found |= {"wall": len(struck(scene))}
     if "evidence" in want:
@@ -125,6 +129,16 @@ def _impacts(lanes: tuple[str, ...], walls: int) -> Iterator[Dataset]:
     if walls > 1:
         text = "impacts by what is struck, counted as `impacts`"
         yield Dataset("impacts_by_wall", (*lanes, "wall"), "int32", "1", text, -1)
+
+
+def _speed_scale(periods: int) -> Scale:
+    order = np.arange(1, SPEEDS * periods + 1, dtype=np.int32)
+    return Scale("impact", order, "1", "impact after the transient, counted from the first")
+
+
+def _speeds(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
+    text = f"approach speed of each impact; there is room for {SPEEDS} a sampled period"
+    return (Dataset("impact_speed", (*lanes, "impact"), "float64", "m/s", text, np.nan),)
 
 
 def _energy(lanes: tuple[str, ...], scene: Scene, suffix: str, which: str) -> tuple[Dataset, ...]:

@@ -17,6 +17,7 @@ from .arguments import CellBuffers
 from .cells import judge_cell, run_cell
 from .codes import OK
 from .compiling import chosen, is_a, jit
+from .observe import Speeds
 from .orbit import SIZE
 from .recurrence import TOLERANCE, impacts_of, period_of
 from .scene import Ground
@@ -62,6 +63,14 @@ def lane_of(values, chain, link):
     return lambda values, chain, link: values[chain, link]
 
 
+@chosen
+def speeds_of(speeds, chain, link):
+    """Return the room for the approach speeds of one lane, or None."""
+    if speeds is None:
+        return lambda speeds, chain, link: None
+    return lambda speeds, chain, link: Speeds(speeds[chain, link], np.zeros(1, np.int64))
+
+
 @jit(dissolved=True)
 def buffers_of(parts, buffers, periods, chain, link):
     """Return the `CellBuffers` of one lane: its rows of the `LaneBuffers`, and scratch."""
@@ -70,7 +79,7 @@ def buffers_of(parts, buffers, periods, chain, link):
         early_rows(section, periods, chain, link),
         section_rows(section, cycle, parts.damper, periods, chain, link),
         period_rows(buffers.counts, cycle, parts.near, parts.far, periods),
-        None,
+        speeds_of(buffers.speeds, chain, link),
         lane_of(buffers.energy, chain, link),
         lane_of(buffers.peak, chain, link),
         lane_of(buffers.clearance, chain, link),

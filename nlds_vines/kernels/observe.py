@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import runge_kutta as rk
-from .compiling import jit
+from .compiling import chosen, is_a, jit
 from .contact_field import cos_sin
 from .force_law import depth_of, force_of
 from .roots import narrowed, secant
@@ -26,6 +26,13 @@ class Impacts(NamedTuple):
 
     data: np.ndarray  # (capacity, COLUMNS)
     filled: np.ndarray  # (1,) rows begun, also beyond the capacity
+
+
+class Speeds(NamedTuple):
+    """Impacts one by one, of which only the approach speed is noted."""
+
+    data: np.ndarray  # (capacity,) [m/s]
+    filled: np.ndarray  # (1,) impacts, also beyond the capacity
 
 
 PRECISE = 1.0e-7  # error of the place of a peak in a step or cell: its height errs by the square
@@ -93,6 +100,32 @@ def note_touch(ps, damper, impacts, wall, time, x1, v1, r, s):
         impacts.data[i, SPEED], impacts.data[i, FORCE], impacts.data[i, DEPTH] = abs(s), 0.0, 0.0
         e1, e2 = energies(ps, damper, x1, v1, r, s)
         impacts.data[i, GAIN1], impacts.data[i, GAIN2] = -e1, -e2
+
+
+@jit
+def note_speed(impacts, s):
+    """Note the approach speed of an impact."""
+    i = impacts.filled[0]
+    impacts.filled[0] = i + 1
+    if i < len(impacts.data):
+        impacts.data[i] = abs(s)
+
+
+@chosen
+def note_impact(ps, damper, impacts, wall, time, x1, v1, r, s):
+    """Note what is wanted of a touch."""
+    # hot: once per impact
+    if is_a(impacts, Speeds):
+        return lambda ps, damper, impacts, wall, time, x1, v1, r, s: note_speed(impacts, s)
+    return note_touch
+
+
+@chosen
+def rows_of(impacts):
+    """Return the rows to which a contact adds what it has been, None where there are none."""
+    if is_a(impacts, Speeds):
+        return lambda impacts: None
+    return lambda impacts: impacts
 
 
 @jit

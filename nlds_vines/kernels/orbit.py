@@ -50,9 +50,10 @@ from .observe import (
     ORIGIN,
     note_depth,
     note_force,
+    note_impact,
     note_release,
     note_section,
-    note_touch,
+    rows_of,
 )
 from .response import (
     bare_tally,
@@ -146,7 +147,7 @@ def at_touch(ps, damper, by_period, impacts, p, mode, time, x1, v1, r, s):
     if by_period is not None:
         by_period[p, mode - TOUCH_NEAR] += 1
     if impacts is not None:
-        note_touch(ps, damper, impacts, mode - TOUCH_NEAR, time, x1, v1, r, s)
+        note_impact(ps, damper, impacts, mode - TOUCH_NEAR, time, x1, v1, r, s)
 
 
 @jit
@@ -225,7 +226,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     energy = bare_if_any(buffers.energy)
     slowest = buffers.slowest
     impacts, by_period, section = buffers.impacts, buffers.by_period, buffers.section
-    tally = bare_tally(buffers.tally)
+    rows, tally = rows_of(impacts), bare_tally(buffers.tally)
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
     for i in range(SIZE - AHEAD):
         k[rk.AHEAD + i] = state[AHEAD + i]
@@ -274,7 +275,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 begin_contact(limit_log, sign, gap, began + (j + x) * grid.h)
                 touched = q, s, x1, v1
                 event, q, s, x1, v1, took, depth = follow_at(
-                    rk4, ps, damper, near, far, mode, arc, limit_log, energy, impacts, tangent,
+                    rk4, ps, damper, near, far, mode, arc, limit_log, energy, rows, tangent,
                     steps, grid.rate, phase_on(rk4, grid, j, x), left, (q, s, x1, v1), k,
                     held_near, held_far, (j + x) / grid.n,
                 )  # fmt: skip
@@ -289,7 +290,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 place = j + x + took / grid.h
                 time = began + place * grid.h
                 force = force_in(near, far, mode, depth)
-                after_contact(ps, damper, impacts, event, depth, force, time, x1, v1, r, s)
+                after_contact(ps, damper, rows, event, depth, force, time, x1, v1, r, s)
                 if not bounded(x1, v1, r, s):
                     return DIVERGED
                 if event == EXHAUSTED:

@@ -23,7 +23,7 @@ from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import EFFORTS, TOLERANCE, Settings
-from nlds_vines.orbits.wants import JUDGED, NOTED, noted
+from nlds_vines.orbits.wants import JUDGED, NOTED, SPEEDS, noted
 from nlds_vines.runs.pool import in_pieces
 from nlds_vines.runs.progress import Tell
 
@@ -65,6 +65,7 @@ class Outputs:
     ends: np.ndarray | None
     response: np.ndarray | None
     foot: bool | None
+    speeds: np.ndarray | None
     status: np.ndarray
     retraced: np.ndarray | None = None
     refined: Outputs | None = None
@@ -91,6 +92,7 @@ class Outputs:
             ends=rows(judged or "error" in want, 2, SIZE),
             response=rows("response" in want, RESPONSE_COLUMNS),
             foot=responses.moving_foot(scene) if "response" in want else None,
+            speeds=rows("speeds" in want and walls, SPEEDS * periods, value=np.nan),
             status=np.zeros(shape, np.int64),
         )
 

@@ -10,6 +10,7 @@ from nlds_vines.model.scenes import Scene
 WANTS = (
     "section",
     "impacts",
+    "speeds",
     "energy",
     "peak",
     "response",
@@ -37,7 +38,10 @@ RETRACED = 64
 
 In a row, so that an orbit of up to so many periods shows all of its impacts."""
 
-_AT_WALLS = ("impacts", "clearance")
+SPEEDS = 4
+"""Impacts for each sampled period of whose approach speeds there is room."""
+
+_AT_WALLS = ("impacts", "speeds", "clearance")
 _ALL_EXACT = "method 'exact' discretises nothing of it, method 'rk4' does"
 
 

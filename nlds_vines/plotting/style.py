@@ -106,6 +106,7 @@ _QUANTITIES = {
     "v1": ("velocity of the structure", "v_1"),
     "v2": ("velocity of the damper", "v_2"),
     "softest_impact": ("smallest approach speed", ""),
+    "impact_speed": ("approach speed", ""),
     "impacts": ("impacts per $n$T", ""),
     "reduction": ("reduction by the damper", ""),
     "E1max": ("energy of the structure", r"E_1^{\,\mathrm{max}}"),

@@ -33,6 +33,7 @@ from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.panels import add_panel, size_of, write_letters, write_title
 from nlds_vines.plotting.style import CM, axis_label
 
+_SPEED = "impact_speed"
 CURVES = (
     *("E1max", "E2max", "x1_max", "a1_max", "stroke_max"),
     *("impact_rate", "clearance", "period", "error"),
@@ -118,6 +119,8 @@ def _usual_rows(
     """Return what the panels show by default, from the top."""
     below = [name for name in list(EXPONENTS)[:1] if name in known]
     places = [name for name in GROUPS["displacement"] if name in known]
+    if _SPEED in known:
+        places += [_SPEED]
     if not places:
         numbers = [name for name in CURVES if name in known]
         if len(cuts) > 1 and len(numbers) > 1:  # the strips tell the periods

@@ -1,0 +1,76 @@
+"""The record of approach speeds in scans, beside the impacts of single orbits; kernels plain."""
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.orbits.wants import SPEEDS
+
+CASES = {
+    "hertz": ("ssul-set6", {}, (6.28, 7.4)),
+    "two walls": ("ssbl", {"P": 2000.0}, (6.28, 7.0)),
+    "restitution": ("ssul-set6", {"law": "restitution", "e": 0.7}, (6.28, 7.4)),
+    "linear": ("ssul-set6", {"law": "linear", "kc": 1e6, "cc": 300.0}, (6.28, 7.4)),
+}
+TRANSIENT, PERIODS = 5, 6
+
+
+def scanned(path, name, changes, values):
+    """Return the archive of a scan over omega."""
+    return nv.bifurcation(
+        {
+            "system": name,
+            "set": changes,
+            "vary": {"omega": {"values": list(values)}},
+            "sampling": {"transient": TRANSIENT, "periods": PERIODS},
+            "record": {"want": ["speeds", "impacts"]},
+        },
+        path,
+        quiet=True,
+    )
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_speeds_of_a_scan_are_those_of_its_orbits(case, tmp_path):
+    """Notices: impacts of the transient, speeds in the wrong order, one wall left out."""
+    name, changes, values = CASES[case]
+    system = nv.load_system(name, **changes)
+    archive = scanned(tmp_path / "speeds.h5", name, changes, values)
+    with nv.read(archive) as view:
+        found = view["impact_speed"]
+        assert found.shape == (len(values), 1, SPEEDS * PERIODS)
+        for i, value in enumerate(values):
+            orbit = nv.simulate(
+                system.with_(omega=value), PERIODS, transient=TRANSIENT, record=("impacts",)
+            )
+            speeds = orbit.impacts["speed"]
+            assert len(speeds) > 0
+            assert found[i, 0, : len(speeds)].tolist() == speeds.tolist()
+            assert np.isnan(found[i, 0, len(speeds) :]).all()
+
+
+def test_what_there_is_no_room_for_is_counted(tmp_path):
+    """A damper that chatters: its first speeds are kept, all of its impacts are counted."""
+    changes = {"law": "restitution", "e": 0.9, "C": 0.0, "c2": 0.0}
+    archive = scanned(tmp_path / "chatter.h5", "ssul-set6", changes, (0.5, 6.28))
+    with nv.read(archive) as view:
+        counts = view["impact_rate"][:, 0] * PERIODS
+        kept = np.isfinite(view["impact_speed"][:, 0]).sum(axis=-1)
+    assert kept.tolist() == np.minimum(counts, SPEEDS * PERIODS).tolist()
+    assert counts.max() > SPEEDS * PERIODS
+
+
+def test_a_diagram_of_speeds_has_a_dot_for_each_impact(tmp_path):
+    archive = scanned(tmp_path / "speeds.h5", "ssul-set6", {}, (6.2, 6.3, 7.4))
+    with nv.read(archive) as view:
+        speeds = view["impact_speed"][:, 0]
+    (axes,) = [one for one in nv.plot(archive).axes if "speed" in one.get_ylabel()]
+    assert axes.get_ylabel() == "approach speed [m/s]"
+    drawn = np.concatenate([np.asarray(line.get_ydata(), float) for line in axes.lines])
+    drawn = drawn[np.isfinite(drawn)]
+    assert sorted(drawn) == sorted(speeds[np.isfinite(speeds)])
+
+
+def test_a_scene_without_walls_has_no_speeds(tmp_path):
+    with pytest.raises(nv.RequestError, match="no wall"):
+        scanned(tmp_path / "tmd.h5", "tmd", {}, (6.0, 6.2))

@@ -14,7 +14,7 @@ import numpy as np
 from nlds_vines.archives.archive import Piece, whole
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.bifurcation.attracted import systems_of
-from nlds_vines.bifurcation.datasets import state_scales
+from nlds_vines.bifurcation.datasets import bodies_of, state_scales
 from nlds_vines.bifurcation.missed import Completed
 from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.orbits.evidence import multipliers_of, points_of
@@ -97,16 +97,11 @@ class AttractorTable:
         yield numbers("attractor_point", ("component",), "m, m/s", text)
         text = "Floquet multipliers of the attractor"
         yield numbers("attractor_multipliers", ("multiplier", "part"), "1", text)
-        for i, body in enumerate(self._bodies(), start=1):
+        for i, body in enumerate(bodies_of(self._scan.system.scene), start=1):
             text = f"largest energy E{i} of the {body} on the attractor"
             yield numbers(f"attractor_E{i}max", (), "J", text)
         text = "share of the cells and starts that are drawn to the attractor"
         yield numbers("attractor_share", (), "1", text)
-
-    def _bodies(self) -> tuple[str, ...]:
-        """Return what has an energy."""
-        damper = self._scan.system.scene.damper
-        return ("primary structure", "damper") if damper else ("primary structure",)
 
     def _values(self) -> dict[str, np.ndarray]:
         """Return the arrays by name."""

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.model.parameters import PHASE
-from nlds_vines.orbits.entries import Entries
 from nlds_vines.orbits.starts import given_states
 from nlds_vines.runs.progress import Tell
 
@@ -31,5 +30,7 @@ def begun(
     states = given_states(cells, scan.start, own, scan.system.scene)
     if PHASE not in initial and not scan.start.phase:
         return states
+    from nlds_vines.orbits.entries import Entries  # with kernels, which take long to load
+
     entries = Entries(scan.system.scene, scan.method, scan.settings, tell)
     return entries.at_section(cells, states, phases)

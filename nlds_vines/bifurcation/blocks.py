@@ -13,7 +13,7 @@ from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
 from nlds_vines.model.system import cell_type
-from nlds_vines.orbits.wants import RETRACED, noted
+from nlds_vines.orbits.wants import RETRACED, noted, speeds_noted
 from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:
@@ -92,7 +92,8 @@ def lane_bytes(scan: Scan) -> int:
     error there are two such orbits, and the periods that are retraced.
     """
     rows = noted(scan.want, scan.transient, scan.periods)
-    orbit = 8 * rows * len(scan.system.scene.components) + _LANE_BYTES
+    speeds = speeds_noted(scan.want, scan.system.scene, scan.periods)
+    orbit = 8 * (rows * len(scan.system.scene.components) + speeds) + _LANE_BYTES
     if "error" not in scan.want:
         return orbit
     retraced = cell_type(scan.system.scene).itemsize + _STATES_BYTES

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from nlds_vines.bifurcation.beginning import begun
-from nlds_vines.model.parameters import INITIAL, component_of
+from nlds_vines.model.parameters import INITIAL, PHASE, component_of
 from nlds_vines.orbits.starts import put_on_walls, random_states, start_states, user_states
 from nlds_vines.runs.progress import Tell
 
@@ -113,7 +113,10 @@ def recorded_start(
         values |= moved or {}
         if not values and not scan.start.state and not scan.start.phase:
             return CellStart(None, "rest")
-        words = ", ".join(f"{name} = {value:g}" for name, value in values.items())
+        told = dict(values)
+        if scan.start.phase and PHASE not in values:
+            told[PHASE] = scan.start.phase
+        words = ", ".join(f"{name} = {value:g}" for name, value in told.items())
         words = "the start of the sliders" if moved else words
         initial = {component_of(name): np.array([value]) for name, value in values.items()}
         state = begun(scan, cell, initial)

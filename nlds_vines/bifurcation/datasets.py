@@ -26,6 +26,12 @@ def struck(scene: Scene) -> tuple[str, ...]:
     return tuple(scene.struck[wall] for wall in scene.walls) if len(scene.walls) > 1 else ()
 
 
+def bodies_of(scene: Scene) -> tuple[str, ...]:
+    """Return what has an energy, in words."""
+    first = "primary structure" if scene.body == "structure" else scene.body
+    return (first, "damper") if scene.damper else (first,)
+
+
 def scales_of(
     axes: Sequence[Axis], scene: Scene, start: Start, periods: int, want: Collection[str]
 ) -> tuple[Scale, ...]:
@@ -143,11 +149,9 @@ def _speeds(lanes: tuple[str, ...]) -> tuple[Dataset, ...]:
 
 def _energy(lanes: tuple[str, ...], scene: Scene, suffix: str, which: str) -> tuple[Dataset, ...]:
     text = "{} of the {}'s energy E{}, equation (6)"
-    first = "primary structure" if scene.body == "structure" else scene.body
-    bodies = (first, "damper") if scene.damper else (first,)
     return tuple(
         Dataset(f"E{i}{suffix}", lanes, "float64", "J", text.format(which, body, i), np.nan)
-        for i, body in enumerate(bodies, start=1)
+        for i, body in enumerate(bodies_of(scene), start=1)
     )
 
 

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan
 
 ARRIVAL = "arrival"
-NEEDED = (ATTRACTOR, ARRIVAL, "label", "status")
-"""The datasets that tell which cells are left."""
 
 _PERIODIC = re.compile(r"\d*T,\d+")
 
@@ -66,7 +64,7 @@ def completed(
 ) -> Completed:
     """Return the attractors of a scan, with those of cells that came to none of what was `learnt`.
 
-    Arguments: the `blocks`, each with its datasets of `NEEDED`; `check` as `attractors.learn`.
+    Arguments: the `blocks`, each with its datasets; `check` as `attractor_learning.learn`.
 
     Cost: a plain verdict for each such cell whose regime is known.
     """

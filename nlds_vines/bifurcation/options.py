@@ -16,7 +16,7 @@ from nlds_vines.cli.option_values import (
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
-from nlds_vines.errors import from_text
+from nlds_vines.errors import RequestError, from_text
 from nlds_vines.orbits.settings import EFFORTS, METHODS
 from nlds_vines.orbits.starts import STATE
 from nlds_vines.orbits.wants import WANTS
@@ -74,6 +74,8 @@ def _start(text: str) -> dict[str, Any]:
     """
     text, at, phase = text.partition("@")
     if at:
+        if not text:
+            raise RequestError(f"--start @{phase}: a state or rest stands before the @")
         return {**_start(text), "phase": from_text(float, f"--start {text}@{phase}", phase)}
     if "," in text:
         state = [from_text(float, f"--start {text}", word) for word in text.split(",")]

@@ -132,6 +132,8 @@ class Scan(Outlined):
                 f"state has {len(self.start.state)} numbers; kind {self.system.kind!r} has the "
                 f"state {', '.join(components)}"
             )
+        if PHASE in names and self.start.phase:
+            raise RequestError(f"phase is varied, and phase = {self.start.phase!r} given: choose")
         for name in names:
             if name in PARAMETERS:
                 continue  # the system says what it has in place of it

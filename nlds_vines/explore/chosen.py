@@ -11,7 +11,7 @@ from nlds_vines.explore.histories import SETTLED
 from nlds_vines.explore.opened import middle
 from nlds_vines.explore.refining import Range, finer
 from nlds_vines.explore.stored import Stored
-from nlds_vines.model.parameters import INITIAL, component_of
+from nlds_vines.model.parameters import INITIAL, PHASE, component_of
 from nlds_vines.model.system import System
 
 
@@ -64,7 +64,7 @@ class Chosen:
         """Return where the orbit begins."""
         free = {name: v for name, v in self.free.items() if name in INITIAL}
         start = self.own or self.found.start_of(self.cell, self.start, system, free)
-        moved = {component_of(name): v for name, v in free.items()}
+        moved = {component_of(name): v for name, v in free.items() if name != PHASE}
         if self.own is None or not moved or start.state is None:
             return start
         pairs = zip(system.scene.components, start.state, strict=True)

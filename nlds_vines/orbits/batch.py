@@ -23,7 +23,7 @@ from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import EFFORTS, TOLERANCE, Settings
-from nlds_vines.orbits.wants import JUDGED, NOTED, SPEEDS, noted
+from nlds_vines.orbits.wants import JUDGED, NOTED, noted, speeds_noted
 from nlds_vines.runs.pool import in_pieces
 from nlds_vines.runs.progress import Tell
 
@@ -76,6 +76,7 @@ class Outputs:
         want, scene = set(wanted.want), wanted.scene
         walls, judged = bool(scene.walls), bool(want & JUDGED)
         kept = noted(want, transient, periods)
+        speeds = speeds_noted(want, scene, periods)
 
         def rows(wanted: bool, *tail: int, dtype: Any = float, value: float = 0) -> Any:
             return np.full((*shape, *tail), value, dtype) if wanted else None
@@ -92,7 +93,7 @@ class Outputs:
             ends=rows(judged or "error" in want, 2, SIZE),
             response=rows("response" in want, RESPONSE_COLUMNS),
             foot=responses.moving_foot(scene) if "response" in want else None,
-            speeds=rows("speeds" in want and walls, SPEEDS * periods, value=np.nan),
+            speeds=rows(speeds > 0, speeds, value=np.nan),
             status=np.zeros(shape, np.int64),
         )
 

@@ -7,7 +7,7 @@ import numpy as np
 from nlds_vines.kernels import part_period
 from nlds_vines.kernels.codes import BAD_PARAMETERS, OK, TOO_STIFF
 from nlds_vines.model.scenes import Scene
-from nlds_vines.orbits.batch import on_threads
+from nlds_vines.orbits.batch import on_threads, records_of
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.elsewhere import Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
@@ -40,10 +40,9 @@ class Entries:
         parameters that cannot be computed are left to what follows.
         """
         states, status = np.array(starts, float), np.zeros(len(cells), np.int64)
-        records = np.ascontiguousarray(cells).view(np.recarray)
         begun = np.array(phases, float) / TURN
         with self._compilation.followed({part_period.enter: "entry"}):
-            arguments = self._parts, records, begun, states, status
+            arguments = self._parts, records_of(cells), begun, states, status
             on_threads(part_period.enter, arguments, len(cells), _LEAST)
         states[~np.isin(status, (OK, BAD_PARAMETERS, TOO_STIFF))] = np.nan
         return states

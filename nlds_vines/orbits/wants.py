@@ -97,3 +97,8 @@ def noted(want: Collection[str], transient: int, periods: int) -> int:
     sampled = periods if judged or "section" in want or "error" in want else 0
     before = NOTED if judged else int("error" in want)
     return sampled + min(transient, before)
+
+
+def speeds_noted(want: Collection[str], scene: Scene, periods: int) -> int:
+    """Return of how many impacts of an orbit the speeds are kept at most."""
+    return SPEEDS * periods if "speeds" in want and scene.walls else 0

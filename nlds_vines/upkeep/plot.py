@@ -115,7 +115,9 @@ def _is_ensemble(view: ArchiveView, show: str | None) -> bool:
     one = all(view[name].size == 1 for name in view.axes)
     if not (one and view["start"].size > 2 and "settling" in view and "label" in view):
         return False
-    return show is None or bool({*show.split(",")} & {*_ensembles().panels(view)})
+    return show is None or bool(
+        {word.strip() for word in show.split(",")} & {*_ensembles().panels(view)}
+    )
 
 
 def _ensembles() -> Picture:

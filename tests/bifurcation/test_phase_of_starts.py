@@ -218,3 +218,15 @@ def test_the_command_takes_phases(tmp_path, capsys):
     asked += ["--record", "attractor", "-o", str(tmp_path / "x.h5"), "--dry-run"]
     assert main(["bifurcation", *asked]) == 0
     assert "12 (3 x 4 cells" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("start", "line"),
+    [
+        (["--start", "@1.5"], "--start @1.5: a state or rest stands before the @"),
+        (["--start", "rest@1.5", "--vary", "phase=0:6:4"], "phase is varied, and phase = 1.5"),
+    ],
+)
+def test_a_phase_is_given_once_and_with_a_start(start, line, capsys):
+    assert main(["bifurcation", "--dry-run", *start]) == 2
+    assert line in capsys.readouterr().err

@@ -291,8 +291,8 @@ MUTANTS = (
         ),
         (
             "exact: a flight from inside a cell is taken for one from its start",
-            "            end, filled = 1.0 - x, x > 0.0\n",
-            "            end, filled = 1.0 - x, False\n",
+            "            if x > 0.0:\n                y, filled",
+            "            if x > 2.0:\n                y, filled",
             _PLAIN_ORBIT + "test_a_flight_may_begin_anywhere_in_a_cell",
         ),
         (

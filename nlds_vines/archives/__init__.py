@@ -6,6 +6,7 @@ In reading order:
     durable      files that survive a power cut; seals, locks
     provenance   where an archive comes from: request, versions, sources, machine
     layout       how an array is laid out on the disk: chunks, slabs, checksums
+    heaps        heaps of strings, looked at before HDF5 reads them
     structure    whether a file is laid out as an archive is, and leads nowhere else
     outline      what an object says of itself, in Python and in a notebook
     frames       an archive for xarray, pandas, and as CSV

@@ -21,6 +21,7 @@ import numpy as np
 
 from nlds_vines.archives import durable
 from nlds_vines.archives.dataset import Dataset, Scale, Table
+from nlds_vines.archives.heaps import heaps_are_whole
 from nlds_vines.archives.layout import chunk_shape, crc32_of, slabs
 from nlds_vines.archives.provenance import SCHEMA, Value
 from nlds_vines.archives.structure import Member, problems_of
@@ -119,6 +120,8 @@ def _opened(path: Path) -> h5py.File:
     """Open an archive whose layout is not checked yet."""
     try:
         durable.open_regular(path).close()
+        if not heaps_are_whole(path):
+            raise ValueError("HDF5 might read it for ever")
         file = h5py.File(path, "r")
     except FileNotFoundError as error:
         raise RequestError(f"{path}: there is no such file") from error

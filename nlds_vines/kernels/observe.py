@@ -120,14 +120,6 @@ def note_impact(ps, damper, impacts, wall, time, x1, v1, r, s):
     return note_touch
 
 
-@chosen
-def rows_of(impacts):
-    """Return the rows to which a contact adds what it has been, None where there are none."""
-    if is_a(impacts, Speeds):
-        return lambda impacts: None
-    return lambda impacts: impacts
-
-
 @jit
 def note_depth(impacts, depth):
     """Raise the greatest depth of the impact under way."""

@@ -48,12 +48,12 @@ from .impact import Arc
 from .limit import begin_contact
 from .observe import (
     ORIGIN,
+    Speeds,
     note_depth,
     note_force,
     note_impact,
     note_release,
     note_section,
-    rows_of,
 )
 from .response import (
     bare_tally,
@@ -148,6 +148,14 @@ def at_touch(ps, damper, by_period, impacts, p, mode, time, x1, v1, r, s):
         by_period[p, mode - TOUCH_NEAR] += 1
     if impacts is not None:
         note_impact(ps, damper, impacts, mode - TOUCH_NEAR, time, x1, v1, r, s)
+
+
+@chosen
+def rows_of(impacts):
+    """Return the rows to which a contact adds what it has been, None where there are none."""
+    if is_a(impacts, Speeds):
+        return lambda impacts: None
+    return lambda impacts: impacts
 
 
 @jit

@@ -74,7 +74,7 @@ def test_dimensions_are_axes_start_and_tail():
     found = request.table.length
     axes = {"omega": 2, "P": 3, "start": 5}
     of_state = dict.fromkeys(("component", "multiplier", "exponent"), 4)
-    assert found == axes | of_state | {"cycle": 4, "part": 2}
+    assert found == axes | of_state | {"cycle": 4, "impact": 16, "part": 2}
     assert "part" not in scan(want=["section"]).table.length
     assert scan("ssbl", ["impacts"]).table.length["wall"] == 2
 

@@ -142,3 +142,22 @@ def test_parts_of_another_version_of_the_program_are_computed_again(path, begun,
             parts.consolidate(blocks)
         assert finished(parts, blocks) == set()
         assert "another version" in parts.discarded[0]
+
+
+@pytest.mark.parametrize("size", [0, 1 << 63, (1 << 64) - 1])
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_heap_in_which_hdf5_would_run_in_a_circle_is_told(path, number, size, capsys):
+    """HDF5 does not come back from the first of these, which a flipped bit is enough for."""
+    whole = write(path.with_name("whole.h5"), make_scan())
+    data = bytearray(whole.read_bytes())
+    entry = data.index(b"GCOL") + 16
+    data[entry : entry + 2] = number.to_bytes(2, "little")
+    data[entry + 8 : entry + 16] = size.to_bytes(8, "little")
+    whole.write_bytes(data)
+    if size == 0 and number == 1:  # an entry of no bytes: the ones after it are out of place
+        assert main(["verify", str(whole)]) == 1
+        return
+    with pytest.raises(RequestError, match=r"whole\.h5 cannot be opened: .*damaged"):
+        archive.read(whole)
+    assert main(["verify", str(whole)]) == 1
+    assert "cannot be opened" in "".join(capsys.readouterr())

@@ -149,7 +149,9 @@ def test_two_orbits_of_one_label_are_two_attractors():
 def test_what_a_part_has_kept_needs_no_other_kernel():
     """Arrays of a part cannot be written to, which for Numba is another type."""
     none, known = np.zeros(1, np.int64), known_of([None])
-    learnt = Learnt(none, none, np.array(["T,0"], object), np.zeros((1, 3)), known_of([None]))
+    learnt = Learnt(
+        none, none, np.array(["T,0"], object), np.zeros((1, 3)), np.zeros((1, 2)), known_of([None])
+    )
     arrays = learnt.arrays()
     for array in arrays.values():
         array.setflags(write=False)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from planes import ALONG, AMPLITUDE, PLANE
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
@@ -24,27 +25,6 @@ from nlds_vines.upkeep.verify import problems
 from tests.support import REPO
 
 RIGID = json.loads((REPO / "data" / "reference" / "rigid.json").read_text())
-AMPLITUDE = 0.6  # between the fold, 0.391, and grazing, 1.259
-PLANE = {
-    "title": "a plane",
-    "system": "impact-oscillator",
-    "set": {"omega": 1.5, "P": AMPLITUDE},
-    "vary": {
-        "x_0": {"start": -2.0, "stop": 1.0, "num": 24},
-        "v_0": {"start": -3.0, "stop": 3.0, "num": 20},
-    },
-    "start": {"policy": "rest"},
-    "record": {"want": ["attractor"]},
-}
-ALONG = {
-    **PLANE,
-    "title": "along the amplitude",
-    "set": {"omega": 1.5},
-    "vary": {
-        "P": {"start": 0.3, "stop": 0.6, "num": 4},
-        "v_0": {"start": -3.0, "stop": 3.0, "num": 30},
-    },
-}
 
 
 @pytest.fixture(scope="module")

@@ -2,31 +2,12 @@
 
 import numpy as np
 import pytest
+from planes import ALONG, PLANE
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation import attracted
 from nlds_vines.upkeep.diff import compare
-
-PLANE = {
-    "title": "a plane",
-    "system": "impact-oscillator",
-    "set": {"omega": 1.5, "P": 0.6},
-    "vary": {
-        "x_0": {"start": -2.0, "stop": 1.0, "num": 24},
-        "v_0": {"start": -3.0, "stop": 3.0, "num": 20},
-    },
-    "record": {"want": ["attractor"]},
-}
-ALONG = {
-    **PLANE,
-    "title": "along the amplitude",
-    "set": {"omega": 1.5},
-    "vary": {
-        "P": {"start": 0.3, "stop": 0.6, "num": 4},
-        "v_0": {"start": -3.0, "stop": 3.0, "num": 30},
-    },
-}
 
 
 @pytest.fixture

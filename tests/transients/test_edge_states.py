@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from planes import PLANE
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
@@ -9,22 +10,16 @@ from nlds_vines.errors import RequestError
 from nlds_vines.transients.edge_states import edge_states
 
 OF_OSCILLATOR = ["--system", "impact-oscillator", "--set", "omega=1.5"]
-PLANE = {
-    "title": "a plane",
-    "system": "impact-oscillator",
-    "set": {"omega": 1.5, "P": 0.6},
-    "vary": {
-        "x_0": {"start": -2.0, "stop": 1.0, "num": 60},
-        "v_0": {"start": -3.0, "stop": 3.0, "num": 60},
-    },
-    "record": {"want": ["attractor"]},
+FINER = {
+    "x_0": {"start": -2.0, "stop": 1.0, "num": 60},
+    "v_0": {"start": -3.0, "stop": 3.0, "num": 60},
 }
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     found = tmp_path_factory.mktemp("edges")
-    nv.bifurcation(PLANE, found / "plane.h5", quiet=True)
+    nv.bifurcation({**PLANE, "vary": FINER}, found / "plane.h5", quiet=True)
     along = ["--along", "P=0.35:0.7", "--from", "T,1", "-o", str(found / "branches.h5")]
     assert main(["continuation", *OF_OSCILLATOR, *along, "--quiet"]) in (0, 1)
     return found

@@ -12,8 +12,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from benchmarks.shooting import lines
 from nlds_vines.__main__ import main as command
 from nlds_vines.archives.archive import read
+from nlds_vines.archives.durable import write_text
 from nlds_vines.cli.markdown import table
 from nlds_vines.continuation.borders import borders_of, report, strays
 from nlds_vines.continuation.command import continue_orbit
@@ -109,7 +111,17 @@ def page(found: Continued, scan: Path, picture: str) -> Iterator[str]:
         yield ""
         yield "Ticks at the foot are borders: grey where the start has only changed basins."
         yield ""
-        yield from report(found, view, borders_of(found, view))
+        borders = borders_of(found, view)
+        yield from report(found, view, borders)
+    yield ""
+    yield "## Each of these points again"
+    yield ""
+    yield (
+        "By shooting: the equation of motion written anew, SciPy's DOP853 from touch to touch "
+        "(`benchmarks/shooting.py`). The last column is relative."
+    )
+    yield ""
+    yield from lines(found, borders)
     yield ""
     yield "## What branches cost"
     yield ""
@@ -133,7 +145,7 @@ def main() -> None:
             return
         draw(scan, folder, options.output.parent / picture)
         draw_plane(folder, options.output.parent / "plane.png")
-        options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        write_text(options.output, "\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

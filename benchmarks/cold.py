@@ -6,8 +6,9 @@
 
 The default scan is cut down to two short orbits, so that compiling is nearly all of it. Each run is
 timed in turn with a yardstick: a fixed piece of Numba compiling in a fresh process, which no change
-of the program touches. Wall time counts, over that of the yardstick before and after it, the median
-of several rounds; CPU time, helpers included, and the greatest memory of a process stand beside it.
+of the program touches. Wall time counts, over that of the yardstick before and after it, and CPU
+time, helpers included, over the yardstick's, which a busy machine disturbs less: medians of several
+rounds. The greatest memory of a process stands beside them.
 """
 
 from __future__ import annotations
@@ -86,15 +87,16 @@ def cost(*arguments: str, package: Path | None = None) -> Cost:
     return Cost(wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * unit)
 
 
-def measured(packages: list[Path], rounds: int) -> list[list[tuple[Cost, float]]]:
-    """Return for each package and round the cost, and the yardstick's wall time [s] around it."""
-    found: list[list[tuple[Cost, float]]] = [[] for _ in packages]
+def measured(packages: list[Path], rounds: int) -> list[list[tuple[Cost, Cost]]]:
+    """Return for each package and round the cost, and the yardstick's around it."""
+    found: list[list[tuple[Cost, Cost]]] = [[] for _ in packages]
     before = cost("-c", YARDSTICK)
     for _ in range(rounds):
         for package, costs in zip(packages, found, strict=True):
             taken = cost("-m", "nlds_vines.bifurcation", *TINY, package=package)
             after = cost("-c", YARDSTICK)
-            costs.append((taken, (before.wall + after.wall) / 2))
+            yard = Cost((before.wall + after.wall) / 2, (before.cpu + after.cpu) / 2, after.memory)
+            costs.append((taken, yard))
             before = after
     return found
 
@@ -115,13 +117,15 @@ def main() -> None:
     packages = [path.resolve() for path in options.package or [here]]
     first = None
     for path, rounds in zip(packages, measured(packages, options.rounds), strict=True):
-        ratio = median(taken.wall / yard for taken, yard in rounds)
-        first = first or ratio
+        ratio = median(taken.wall / yard.wall for taken, yard in rounds)
+        work = median(taken.cpu / yard.cpu for taken, yard in rounds)
+        first = first or (ratio, work)
         wall, cpu = median(t.wall for t, _ in rounds), median(t.cpu for t, _ in rounds)
         memory = max(taken.memory for taken, _ in rounds)
         print(
-            f"{path}: {ratio:.2f} yardsticks ({ratio / first:.2f} of the first), {wall:.1f} s, "
-            f"{cpu:.1f} s of CPU, {memory / 1e6:.0f} MB"
+            f"{path}: {ratio:.2f} yardsticks ({ratio / first[0]:.2f} of the first), "
+            f"of CPU {work:.2f} ({work / first[1]:.2f}); {wall:.1f} s, {cpu:.1f} s of CPU, "
+            f"{memory / 1e6:.0f} MB"
         )
 
 

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.speed import spent
+from nlds_vines.archives.durable import write_text
 from nlds_vines.cli.markdown import table
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
@@ -185,7 +186,7 @@ def main() -> None:
     if options.o is None:
         print(text)
     else:
-        options.o.write_text(text, encoding="utf-8")
+        write_text(options.o, text)
 
 
 if __name__ == "__main__":

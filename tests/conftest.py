@@ -1,25 +1,41 @@
-"""In which order the files run: those that take minutes first, so that none is alone at the end."""
+"""The tiers of tests: what a change needs, what kernels need, what takes long.
 
+A test of the default tier compiles nothing but the configurations of `configurations.py`, which
+many tests share, and takes less than three seconds of the processor unless it is marked
+`slow("why")`.  What breaks this is listed at the end, with the mark that it wants.
+"""
+
+import fcntl
+import json
+import os
+import resource
+import subprocess
+import sys
 from collections import Counter
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
+import numba
 import pytest
 
+TESTS = Path(__file__).parent
+
 FIRST = (
-    "contract/test_plain.py",  # compiles nothing: meanwhile others compile what many files need
-    "property/test_no_missed_impact.py",
+    "contract/test_plain.py",
     "contract/test_same_bits.py",
-    "continuation/test_closed_forms.py",
     "kernels/test_contact_laws.py",
     "contract/test_specialisation.py",
     "property/test_limit.py",
-    "contract/test_determinism.py",
     "continuation/test_branches.py",
-    "orbits/test_attractors.py",
 )
-"""Files below `tests` that take a minute or more."""
+"""Files below `tests` that take longest, in whatever tier: they run first."""
 
-TESTS = Path(__file__).parent
+SECONDS = 3.0
+"""CPU time of a test without a mark; it is listed at three times as much, as machines are busy."""
+
+MANY = 300
+"""Tests of a run for which the configurations are compiled beforehand, on all processors."""
 
 
 def pytest_collection_modifyitems(items):
@@ -29,3 +45,96 @@ def pytest_collection_modifyitems(items):
     rank = {TESTS / name: place for place, name in enumerate(FIRST)}
     count = Counter(item.path for item in items)
     items.sort(key=lambda item: (rank.get(item.path, len(FIRST)), -count[item.path], item.path))
+
+
+def pytest_collection_finish(session):
+    """Compile what the default tier needs, where many of its tests are to run."""
+    if sum(not in_a_tier(item) for item in session.items) > MANY and not numba.config.DISABLE_JIT:
+        shared_files()
+
+
+def in_a_tier(item):
+    """Tell whether a test is of another tier than the default one."""
+    return any(item.get_closest_marker(name) for name in ("kernels", "long"))
+
+
+@contextmanager
+def alone(path):
+    """Let one process at a time be within the block."""
+    with path.open("a") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+@cache
+def shared_files():
+    """Return the files of what the configurations compile, which are compiled by then."""
+    from nlds_vines.kernels import stored_code
+
+    place = stored_code.folder() or TESTS
+    with alone(place / "configurations.lock"):
+        done = subprocess.run(
+            [sys.executable, str(TESTS / "configurations.py")],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS.parent), str(TESTS)])},
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return frozenset(json.loads(done.stdout))
+
+
+compiled = {}
+"""Kernels that were compiled since the test before, with what they were compiled for before."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def followed():
+    """Note which of the program's kernels that Python calls are compiled."""
+    from nlds_vines.kernels.compiling import Inner, told_of_compilations
+
+    def note(kernel):
+        ours = str(kernel.place[0]).startswith("nlds_vines.")
+        if ours and not isinstance(kernel, Inner):
+            compiled.setdefault(kernel, set(kernel.overloads))
+
+    with told_of_compilations(note):
+        yield
+
+
+def spent():
+    """Return the CPU time [s] of this process and of those that have ended in it."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(one.ru_utime + one.ru_stime for one in used)
+
+
+@pytest.fixture(autouse=True)
+def within_its_tier(request):
+    """Note of a test of the default tier that it compiles what no other needs, or takes long."""
+    began = spent()
+    yield
+    seconds, fresh = spent() - began, dict(compiled)
+    compiled.clear()
+    if in_a_tier(request.node):
+        return
+    for kernel, before in fresh.items():
+        files = {kernel.file(kinds) for kinds in set(kernel.overloads) - before} - {None}
+        if not files <= shared_files():
+            strange = f"compiles {'.'.join(kernel.place)} for other arguments: `kernels`?"
+            request.node.user_properties.append(("beyond its tier", strange))
+    if not fresh and not request.node.get_closest_marker("slow") and seconds > 3 * SECONDS:
+        words = f"{seconds:.1f} s of the processor: `slow`, with the reason, or `kernels`?"
+        request.node.user_properties.append(("beyond its tier", words))
+
+
+def pytest_terminal_summary(terminalreporter):
+    """List the tests of the default tier that want a mark."""
+    reports = [one for some in terminalreporter.stats.values() for one in some]
+    found = {
+        f"{report.nodeid}: {words}"
+        for report in reports
+        for name, words in getattr(report, "user_properties", ())
+        if name == "beyond its tier"
+    }
+    if found:
+        terminalreporter.section("beyond the default tier: they want a mark")
+        for line in sorted(found):
+            terminalreporter.line(line)

@@ -82,6 +82,19 @@ def restless(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     return np.where(omega > end, 0, n), k, np.where(omega > end, "chaos", label)
 
 
+def in_turns(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return motion as published, with 3T,3 at a second frequency."""
+    n, k, label = motion(system, omega)
+    here = np.abs(omega - 7.8) < 1e-9
+    return np.where(here, 3, n), np.where(here, 3, k), np.where(here, "3T,3", label)
+
+
+def softer_alone(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return motion as published up to 2.8e7 N/m^1.5, T,1 everywhere with a harder contact."""
+    hard = bool(system.scene.walls) and system.K > 2.8e7
+    return (simple if hard else motion)(system, omega)
+
+
 def simple(system: System, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return T,1 everywhere."""
     one = np.ones(omega.size, int)

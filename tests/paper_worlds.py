@@ -81,5 +81,8 @@ RESULTS = {
     "unlike": paper.made_up(unlike, damper=0.01),
     "without impacts": paper.made_up(regimes=paper.without_impacts),
     "without period": paper.made_up(regimes=paper.without_period),
+    "spoiled": paper.made_up(regimes=paper.without_period, reduction=-0.5),
+    "in turns": paper.made_up(regimes=paper.in_turns),
+    "other K": paper.made_up(regimes=paper.softer_alone),
     "heavy": paper.made_up(m2=160.0, k2=1e8),
 }

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks import extremes
-from nlds_vines.archives.durable import in_one_line
+from nlds_vines.archives.durable import write_text
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_writable
 from nlds_vines.cli.running import DONE, Command
@@ -45,8 +45,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     lines = list(extremes.page(found))
     print(*lines, sep="\n")
     if path is not None:
-        with in_one_line(f"write {path}"):
-            path.write_text("\n".join([*lines, *_made_by(options.argv)]), encoding="utf-8")
+        write_text(path, "\n".join([*lines, *_made_by(options.argv)]))
     return DONE if all(finding.passed for _, finding in found) else BROKEN
 
 

@@ -8,6 +8,7 @@
     limits      mutants of a limit that is watched inside contacts
     orbits      mutants of what is noted, of orbits, cells, lanes, variations, growth
     driven      mutants of variations that parameters drive
+    branches    mutants of branches, their special points, their ends, and what leaves them
     verdicts    mutants of shooting, recurrence, settling, verdicts, elementary functions
     archives    mutants of archives, of parts of runs under way, and of their checks
     results     mutants of sweeps, starts, errors, searches
@@ -22,6 +23,7 @@ from __future__ import annotations
 
 from benchmarks.mutants import (
     archives,
+    branches,
     contacts,
     driven,
     flights,
@@ -36,7 +38,9 @@ from benchmarks.mutants.mutant import Mutant
 
 __all__ = ["MUTANTS", "Mutant"]
 
-_LISTS = (flights, touches, contacts, limits, orbits, driven, verdicts, archives, results, labels)
+_LISTS = (
+    flights, touches, contacts, limits, orbits, driven, branches, verdicts, archives, results, labels
+)  # fmt: skip
 
 MUTANTS: tuple[Mutant, ...] = tuple(mutant for module in _LISTS for mutant in module.MUTANTS)
 """All mutants."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from benchmarks.mutants.mutant import of
 
+_T_LAYOUT = "tests/archives/test_layout.py::"
 _T_DURABLE = "tests/archives/test_durable.py::"
 _T_KEEPING = "tests/contract/test_keeping.py::"
 _T_PARTS = "tests/contract/test_parts.py::"
@@ -28,8 +29,8 @@ MUTANTS = (
         ),
         (
             "durable: a file is written in place",
-            'temporary = path.with_name(f"{path.name}.{secrets.token_hex(8)}.tmp")',
-            "temporary = path",
+            "    temporary = beside(path)\n    digest",
+            "    temporary = path\n    digest",
             _T_DURABLE + "test_a_file_is_on_the_disk_before_it_takes_its_name_and_the_name_follows",
         ),
         (
@@ -49,6 +50,19 @@ MUTANTS = (
             "os.posix_fallocate(file.fileno(), 0, size)",
             "os.posix_fallocate(file.fileno(), 0, 1)",
             _T_DURABLE + "test_room_is_asked_for_to_the_last_byte",
+        ),
+        (
+            "durable: an archive is replaced by what is none",
+            "    if is_archive and not archive:",
+            "    if False:",
+            "tests/contract/test_no_file_is_lost.py::test_python_replaces_no_file_unasked_either",
+        ),
+        (
+            "durable: a file that may not be written is replaced",
+            "    if not mode & 0o222:",
+            "    if False:",
+            "tests/contract/test_no_file_is_lost.py::"
+            "test_what_is_written_meanwhile_is_seen_by_the_writer_itself",
         ),
         (
             "durable: a lock that another removed counts",
@@ -202,8 +216,8 @@ MUTANTS = (
         ),
         (
             "folder: two runs may share a folder",
-            'self._lock("lock", busy, shared=self.shard is not None)',
-            'self._lock("lock", busy, shared=True)',
+            'self._lock("lock", self._busy, shared=self.shard is not None)',
+            'self._lock("lock", self._busy, shared=True)',
             _T_PARTS + "test_a_second_run_is_refused_and_a_dead_ones_lock_is_gone",
         ),
     ),
@@ -256,6 +270,114 @@ MUTANTS = (
             '            yield f"part {files.path(block).name} is damaged: {error}"',
             "            str(error)",
             _T_DAMAGE + "test_three_hundred_flipped_bits_are_all_found_and_told",
+        ),
+    ),
+    *of(
+        "nlds_vines/archives/structure.py",
+        (
+            "structure: a byte of a file stands for any number",
+            "_MOST_COMPRESSED = 1100",
+            "_MOST_COMPRESSED = 11000",
+            _T_LAYOUT + "test_a_byte_of_a_file_stands_for_1100_values_at_most",
+        ),
+        (
+            "structure: the bound of compression itself is refused",
+            "member.bytes > _MOST_COMPRESSED * member.stored",
+            "member.bytes >= _MOST_COMPRESSED * member.stored",
+            _T_LAYOUT + "test_a_byte_of_a_file_stands_for_1100_values_at_most",
+        ),
+        (
+            "structure: a scale may stand still",
+            "(values[1:] > values[:-1]).all()",
+            "(values[1:] >= values[:-1]).all()",
+            _T_LAYOUT + "test_scales_are_finite_and_rise",
+        ),
+        (
+            "structure: a scale may be infinite",
+            "np.isfinite(values).all() and",
+            "not np.isnan(values).any() and",
+            _T_LAYOUT + "test_scales_are_finite_and_rise",
+        ),
+        (
+            "structure: a scale may have sides",
+            "if len(scale.shape) != 1:",
+            "if len(scale.shape) < 1:",
+            _T_LAYOUT + "test_a_scale_has_one_dimension",
+        ),
+        (
+            "structure: a dataset may be shorter than its scale",
+            "math.prod(members[scales[0]].shape) != length",
+            "math.prod(members[scales[0]].shape) < length",
+            _T_LAYOUT + "test_a_dataset_is_as_long_as_its_scales",
+        ),
+        (
+            "structure: a dimension may have two scales",
+            "if len(scales) != 1 or scales[0] not in members:",
+            "if len(scales) < 1 or scales[0] not in members:",
+            _T_LAYOUT + "test_each_dimension_has_one_scale_of_its_own_file",
+        ),
+    ),
+    *of(
+        "nlds_vines/archives/heaps.py",
+        (
+            "heaps: an entry may end behind its heap",
+            "if size < _ENTRY.size or entry + size > end:",
+            "if size < _ENTRY.size or entry + size > end + 1:",
+            _T_LAYOUT + "test_a_heap_whose_entries_do_not_end_with_it_is_damaged",
+        ),
+        (
+            "heaps: an entry may be shorter than its own words",
+            "if size < _ENTRY.size or entry + size > end:",
+            "if size < 1 or entry + size > end:",
+            _T_LAYOUT + "test_a_heap_whose_entries_do_not_end_with_it_is_damaged",
+        ),
+        (
+            "heaps: a heap may end behind its file",
+            "if not entry <= end <= len(data):",
+            "if not entry <= end <= len(data) + 1:",
+            _T_LAYOUT + "test_a_heap_whose_entries_do_not_end_with_it_is_damaged",
+        ),
+        (
+            "heaps: a heap may be shorter than its own words",
+            "if not entry <= end <= len(data):",
+            "if not end <= len(data):",
+            _T_LAYOUT + "test_a_heap_whose_entries_do_not_end_with_it_is_damaged",
+        ),
+        (
+            "heaps: the free rest counts from behind its words",
+            "size = size if number == 0 else",
+            "size = size if number < 0 else",
+            _T_LAYOUT + "test_a_heap_whose_entries_fill_it_is_whole",
+        ),
+        (
+            "heaps: the first heap stands for all",
+            "place = data.find(_SIGN, place + len(_SIGN))",
+            "place = -1",
+            _T_LAYOUT + "test_a_heap_whose_entries_do_not_end_with_it_is_damaged",
+        ),
+    ),
+    *of(
+        "nlds_vines/archives/view.py",
+        (
+            "view: the checksum of strings is that of their last slab",
+            "crc = crc32_of(values_of(dataset, slab), crc)",
+            "crc = crc32_of(values_of(dataset, slab))",
+            _T_LAYOUT + "test_a_checksum_is_of_all_slabs_in_their_order",
+        ),
+        (
+            "view: strings without a checksum are trusted",
+            'whole_crc(dataset) != dataset.attrs.get("crc32"):',
+            'whole_crc(dataset) != dataset.attrs.get("crc32", whole_crc(dataset)):',
+            _T_LAYOUT + "test_one_changed_string_is_noticed",
+        ),
+    ),
+    *of(
+        "nlds_vines/explore/session.py",
+        (
+            "session: a closed page computes on",
+            "            self._job.cancel()\n\n\n_ACTIONS",
+            "            pass\n\n\n_ACTIONS",
+            "tests/explore/test_session.py::test_a_closed_page_leaves_nothing_running",
         ),
     ),
 )

@@ -12,6 +12,7 @@ _PLAIN_INSIDE = "tests/kernels/plain_inside.py::"
 _T_ORDER = "tests/reference/test_order.py::"
 _T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
 _PLAIN_LAWS = "tests/kernels/plain_contact_laws.py::"
+_PLAIN_LOADS = "tests/kernels/plain_loads.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 _T_RESTITUTION = "tests/kernels/test_restitution.py::"
 _T_RIGID = "tests/kernels/test_rigid_flight.py::"
@@ -49,6 +50,13 @@ MUTANTS = (
             "s = -s\n",
             _T_RESTITUTION
             + "test_an_impact_keeps_momentum_and_takes_its_share_of_energy[0.6-ssul-set6]",
+        ),
+        (
+            "restitution: with e = 0 every impact ends in rest, for variations",
+            "    if stuck:\n        v = v",
+            "    if s == 0.0:\n        v = v",
+            "tests/kernels/test_bouncing_ball.py::"
+            "test_an_inelastic_ball_that_is_left_at_once_forgets_its_speed_alone[3.7]",
         ),
         (
             "restitution: the structure feels no impact",
@@ -107,14 +115,14 @@ MUTANTS = (
         ),
         (
             "force law: damping attracts",
-            "max(0.0, 1.0 + damping * s)",
-            "1.0 + damping * s",
+            "acts = 1.0 if pushes else 0.0",
+            "acts = 1.0",
             _T_LAWS + "test_a_damped_contact_never_attracts",
         ),
         (
             "force law: variations feel no damping",
-            "return damping * elastic(wall, wall.K, q, z) if 1.0 + damping * s > 0.0 else 0.0",
-            "return 0.0",
+            "return lambda wall, damping, q, z, s: damping.a * elastic(wall, wall.K, q, z)",
+            "return lambda wall, damping, q, z, s: 0.0",
             _PLAIN_LAWS + "test_variations_are_the_derivative_of_the_flow[hunt-crossley]",
         ),
         (
@@ -230,6 +238,30 @@ MUTANTS = (
         ),
     ),
     *of(
+        "nlds_vines/kernels/impact_variations.py",
+        (
+            "impact variations: the impact feels no load",
+            "push = under(ps.load, push - (a1 * z + a2 * s))",
+            "push = push - (a1 * z + a2 * s)",
+            _PLAIN_LOADS + "test_its_variations_are_those_of_small_steps[30.0]",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/contact.py",
+        (
+            "contact: a wall that has let go does not push again",
+            "        pushes = pushes != switches\n",
+            "        pushes = pushes and not switches\n",
+            _PLAIN_LAWS + "test_variations_where_a_wall_lets_go_or_pushes_again[-0.1-start1]",
+        ),
+        (
+            "contact: a wall lets go at the end of a step",
+            "    return True, x * h\n",
+            "    rk.step(rk4, tangent, ps, damper, now, c, d, landing, h, k)\n    return True, h\n",
+            _PLAIN_LAWS + "test_a_wall_lets_go_at_an_instant[1e-09]",
+        ),
+    ),
+    *of(
         "nlds_vines/kernels/inside_variations.py",
         (
             "inside variations: the wall does not push at the place",
@@ -260,8 +292,8 @@ MUTANTS = (
         "nlds_vines/kernels/impact.py",
         (
             "impact: the common motion feels no force",
-            "return b, 0.5 * S_u * a * b * per, dt, v * dt, (1.0 - damper.share) * push * dt",
-            "return b, 0.5 * S_u * a * b * per, dt, v * dt, 0.0 * push * dt",
+            "return a, 0.5 * S_u * a * b * per, dt, v * dt, (1.0 - damper.share) * push * dt",
+            "return a, 0.5 * S_u * a * b * per, dt, v * dt, 0.0 * push * dt",
             _T_IMPACT + "test_a_short_impact_errs_by_less_than_the_tolerance[1e-09]",
         ),
         (
@@ -272,9 +304,21 @@ MUTANTS = (
         ),
         (
             "impact: what the nodes miss is left out",
-            "ratio, time = 1.0 + (sum_of(sb) + number_of(more, 0)), sum_of(st) + late",
+            "ratio, time = 1.0 + (sum_of(sb) + number_of(beyond, 0)), sum_of(st) + late",
             "ratio, time = 1.0 + sum_of(sb), sum_of(st) + late",
             _T_IMPACT_ERROR + "test_the_estimate_is_never_below_a_third_of_the_error[12-300]",
+        ),
+        (
+            "impact: what solves it feels no load",
+            "push = under(ps.load, push - (ps.stiffness * x1 + ps.damping * (v + damper.share * s)))",
+            "push = push - (ps.stiffness * x1 + ps.damping * (v + damper.share * s))",
+            _PLAIN_LOADS + "test_a_short_impact_is_that_of_small_steps[30.0-1e-06]",
+        ),
+        (
+            "impact: the virial need not add up",
+            "doubt += abs(sum_of(virial)) / (LASTING * deep * s)",
+            "doubt += 0.0",
+            _PLAIN_LOADS + "test_an_impact_is_doubted_whose_solution_lacks_a_force",
         ),
         (
             "impact: whatever the nodes find is believed",

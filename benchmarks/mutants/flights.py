@@ -78,13 +78,13 @@ MUTANTS = (
         "nlds_vines/kernels/flight.py",
         (
             "flight: the rest of a period has the phases of a whole one",
-            "    return lambda begun, share: begun + (1.0 - begun) * share",
+            "    return lambda begun, share: begun.phase + begun.share * share",
             "    return lambda begun, share: share",
             _T_PHASE + "[sticking]",
         ),
         (
             "flight: the cells of the rest of a period turn as those of a whole one",
-            "(lambda begun: 1.0 - begun)",
+            "(lambda begun: begun.share)",
             "(lambda begun: 1.0)",
             _T_PHASE + "[restitution]",
         ),

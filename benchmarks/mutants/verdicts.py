@@ -225,4 +225,28 @@ MUTANTS = (
             _T_EIGENVALUES + "test_scale_does_not_matter",
         ),
     ),
+    *of(
+        "nlds_vines/kernels/growth.py",
+        (
+            "growth: half as many pieces",
+            "BATCHES = 16",
+            "BATCHES = 8",
+            "tests/kernels/test_growth.py::test_a_mean_is_as_wide_as_the_means_of_sixteen_pieces_tell",
+        ),
+        (
+            "growth: twice as many pieces",
+            "BATCHES = 16",
+            "BATCHES = 32",
+            "tests/kernels/test_growth.py::test_a_mean_is_as_wide_as_the_means_of_sixteen_pieces_tell",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/verdict.py",
+        (
+            "verdict: variations of a cycle are aligned by one",
+            "ALIGNING = 2",
+            "ALIGNING = 1",
+            "tests/kernels/plain_verdict.py::test_the_fastest_decay_of_a_cycle_is_found_once_its_variations_are_aligned",
+        ),
+    ),
 )

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.accuracy.request import Mode, mode_of
+from nlds_vines.archives.durable import write_text
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.cli.option_values import add_system_options, chosen_system, settings_of
 from nlds_vines.cli.parser import Parser
@@ -22,12 +23,14 @@ from nlds_vines.cli.paths import (
     check_plot,
     check_writable,
     optional_path,
+    refuse_begun,
     refuse_existing,
-    refuse_picture,
+    refuse_replacing,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
+from nlds_vines.runs.manifest import SURVEY
 
 if TYPE_CHECKING:
     from nlds_vines.accuracy.rivals import Rival
@@ -161,16 +164,18 @@ class _Job:
 
     def run(self, dry_run: bool) -> int:
         """Measure, draw and print."""
-        if dry_run:
-            say(*(task.name for task in self.mode.survey().tasks))
-            return DONE
         refuse_existing(self.archive, self.how)
+        refuse_replacing("page", self.markdown, self.how, self.command)
         if not self.how.resume:
-            refuse_picture(self.plot, self.how)
+            refuse_replacing("picture", self.plot, self.how)
+        survey = self.mode.survey()
+        refuse_replacing("picture", self.plot, self.how, survey.hash)
+        if dry_run:
+            refuse_begun(self.archive, survey, SURVEY, self.how)
+            say(*(task.name for task in survey.tasks))
+            return DONE
         from nlds_vines.accuracy.survey import run
 
-        survey = self.mode.survey()
-        refuse_picture(self.plot, self.how, survey.hash)
         run(survey, self.archive, self.how)
         self._report()
         return DONE
@@ -178,7 +183,6 @@ class _Job:
     def _report(self) -> None:
         """Draw the picture, write the page, print the tables: all from the archive."""
         from nlds_vines.archives.archive import read
-        from nlds_vines.archives.durable import in_one_line, whole
         from nlds_vines.plotting.save import save_figure
 
         with read(self.archive) as view:
@@ -187,8 +191,7 @@ class _Job:
             if self.markdown is not None:
                 where = os.path.relpath(self.plot, self.markdown.parent)
                 text = self.mode.page(view, where, self.command)
-                with in_one_line(f"write {self.markdown}"), whole(self.markdown) as temporary:
-                    temporary.write_text(text, encoding="utf-8")
+                write_text(self.markdown, text)
             for line in self.mode.lines(view):
                 say(line)
 

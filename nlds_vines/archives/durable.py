@@ -2,7 +2,8 @@
 
 A writer may be killed, or the power cut, between any two system calls.  So no file is written in
 place: the bytes go to a temporary file, are forced to the disk (fsync), and take their name by a
-rename, which is forced to the disk as well (fsync of the folder).
+rename, which is forced to the disk as well (fsync of the folder).  What is computed into memory or
+by another library goes through `whole`, which also says what must not be replaced.
 
 A seal is the SHA-256 of all bytes before it, appended to the file.  It detects every flipped bit,
 in data, headers and padding alike.  HDF5 ignores bytes after its own end of file, so a sealed
@@ -28,6 +29,9 @@ from nlds_vines.errors import RequestError
 
 Buffer = bytes | memoryview
 
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+"""The first bytes of every archive."""
+
 _MARK = b"\nnlds_vines seal sha256 "
 _SEAL_BYTES = len(_MARK) + hashlib.sha256().digest_size * 2 + 1
 _SLAB = 1 << 20  # bytes hashed at a time, so that a file may be larger than the memory
@@ -49,16 +53,24 @@ def in_one_line(doing: str) -> Iterator[None]:
         raise RequestError(f"cannot {doing}: {reason}") from error
 
 
+def beside(path: Path) -> Path:
+    """Return a path for a temporary file beside `path`, which nobody can foresee or has prepared.
+
+    It is short, as the name of `path` may be a long one.
+    """
+    return path.with_name(f"{secrets.token_hex(8)}.tmp")
+
+
 def write(path: Path, *pieces: Buffer) -> None:
     """Write `pieces` one after the other and a seal to the file `path`, and force it to the disk.
 
     Each of two writers of the same name has a temporary file of its own, and the last rename wins.
     Raises OSError, and then leaves the file as it was.
     """
-    temporary = path.with_name(f"{path.name}.{secrets.token_hex(8)}.tmp")
+    temporary = beside(path)
     digest = hashlib.sha256()
     try:
-        with temporary.open("wb") as file:
+        with temporary.open("xb") as file:
             for piece in pieces:
                 digest.update(piece)
                 file.write(piece)
@@ -70,6 +82,36 @@ def write(path: Path, *pieces: Buffer) -> None:
         with suppress(OSError):  # the file may not exist yet
             temporary.unlink()
         raise
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text as the file `path`, as `whole`; `RequestError` of one line where that fails."""
+    with in_one_line(f"write {path}"), whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="")
+
+
+def protection(path: Path, *, archive: bool = False) -> str | None:
+    """Return in words what forbids that the file `path` is replaced; None where nothing does.
+
+    Arguments: `archive` says that it is an archive which is to take its place: nothing else
+    replaces an archive, or what has an archive's name.  What may not be written is not replaced,
+    although a rename could.  Raises OSError where the file cannot be looked at.
+    """
+    try:
+        with open_regular(path) as file:
+            is_archive = file.read(len(_HDF5)) == _HDF5
+            mode = os.fstat(file.fileno()).st_mode
+    except FileNotFoundError:
+        return None
+    except PermissionError:  # it cannot be read, and so may be an archive
+        is_archive, mode = True, path.stat().st_mode
+    except ValueError as error:
+        return str(error)
+    if not mode & 0o222:
+        return "it is read-only"
+    if is_archive and not archive:
+        return "it is an archive, which nothing else replaces"
+    return None
 
 
 def open_regular(path: Path) -> BinaryIO:
@@ -133,19 +175,22 @@ def replace_target(temporary: Path, path: Path) -> None:
     except OSError as error:
         if error.errno != errno.EXDEV:
             raise
-        with whole(target) as near:
+        with whole(target, archive=True) as near:
             shutil.copyfile(temporary, near)
 
 
 @contextmanager
-def whole(path: Path) -> Iterator[Path]:
+def whole(path: Path, *, archive: bool = False) -> Iterator[Path]:
     """Return the path of a temporary file that becomes `path` at the end of the `with` block.
 
     The file is forced to the disk.  A symbolic link stays, and what it points to is replaced.  If
-    the block fails, everything is as it was.
+    the block fails, everything is as it was.  Arguments: `archive` as in `protection`; raises
+    `RequestError` where that forbids to replace the file.
     """
     target = Path(os.path.realpath(path))
-    temporary = target.with_name(f"{secrets.token_hex(8)}.tmp")  # short: the name may be a long one
+    if reason := protection(target, archive=archive):
+        raise RequestError(f"cannot write {path}: {reason}")
+    temporary = beside(target)
     try:
         yield temporary
         with temporary.open("rb") as file:
@@ -169,9 +214,9 @@ def reserve(path: Path, size: int) -> None:
 
     HDF5 may lose data silently, or crash, when the disk fills while it writes: it is not begun.
     """
-    trial = path.with_name(path.name + ".room.tmp")
+    trial = beside(path)
     try:
-        with trial.open("wb") as file:
+        with trial.open("xb") as file:
             if hasattr(os, "posix_fallocate"):  # not on every system
                 os.posix_fallocate(file.fileno(), 0, size)
     finally:
@@ -210,7 +255,7 @@ def lock(path: Path, *, shared: bool = False, patience: float = 0.3) -> int | No
     kind = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
     until = time.monotonic() + patience
     while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
         if not _try_lock(descriptor, kind):
             os.close(descriptor)
             if time.monotonic() > until:

@@ -67,18 +67,22 @@ def _columns(
     }
 
 
-def write_csv(view: View, path: str | os.PathLike[str], names: tuple[str, ...]) -> None:
+def write_csv(
+    view: View, path: str | os.PathLike[str], names: tuple[str, ...], overwrite: bool
+) -> None:
     """Write a table of an archive as comma-separated values; numbers keep all their digits.
 
-    The first line has the names of the columns.  An existing file is replaced.
+    The first line has the names of the columns.  A file that exists is replaced with `overwrite`
+    alone, and an archive never.  Raises `RequestError` otherwise.
     """
+    if os.path.lexists(path) and not overwrite:
+        raise RequestError(f"{path} exists: overwrite=True replaces it, another name keeps it")
     found = columns_of(view, names)
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(found)
     writer.writerows(zip(*(column.tolist() for column in found.values()), strict=True))
-    with durable.in_one_line(f"write {path}"), durable.whole(Path(path)) as temporary:
-        temporary.write_text(text.getvalue(), "utf-8", newline="")
+    durable.write_text(Path(path), text.getvalue())
 
 
 def frame_of(view: View, names: tuple[str, ...]) -> Any:

@@ -136,9 +136,12 @@ class ArchiveView(Outlined):
         """
         return frames.frame_of(self, names)
 
-    def to_csv(self, path: str | os.PathLike[str], *names: str) -> None:
-        """Write datasets as comma-separated values, in the rows and columns of `to_pandas`."""
-        frames.write_csv(self, path, names)
+    def to_csv(self, path: str | os.PathLike[str], *names: str, overwrite: bool = False) -> None:
+        """Write datasets as comma-separated values, in the rows and columns of `to_pandas`.
+
+        Raises `RequestError` for a file that exists, unless `overwrite`, and always for an archive.
+        """
+        frames.write_csv(self, path, names, overwrite)
 
     def slabs(self, name: str) -> Iterator[np.ndarray]:
         """Yield a dataset in parts along its first dimension, each of which fits into memory."""

@@ -25,8 +25,9 @@ from nlds_vines.cli.paths import (
     check_output,
     check_plot,
     optional_path,
+    refuse_begun,
     refuse_existing,
-    refuse_picture,
+    refuse_replacing,
 )
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
@@ -34,6 +35,7 @@ from nlds_vines.errors import RequestError, at, shown
 from nlds_vines.model.catalogue import looks_like_path
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
+from nlds_vines.runs.manifest import SCAN
 from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:
@@ -163,7 +165,7 @@ class Job:
     def refuse(self) -> None:
         """Raise `RequestError` where the archive exists, or the scan does not fit the machine."""
         refuse_existing(self.archive, self.how)
-        refuse_picture(self.plot, self.how, self.scan.hash)
+        refuse_replacing("picture", self.plot, self.how, self.scan.hash)
         refuse_without_room(self.scan, self.archive)
 
     def run(self) -> Report:
@@ -199,7 +201,8 @@ def carry_out(name: str, job: Job, dry_run: bool) -> int:
 
 
 def _dry_run(job: Job) -> int:
-    refuse_without_room(job.scan, job.archive)
+    job.refuse()
+    refuse_begun(job.archive, job.scan, SCAN, job.how)
     from nlds_vines.bifurcation.blocks import share_in_words
     from nlds_vines.bifurcation.estimate import estimate
 

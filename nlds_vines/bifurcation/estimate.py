@@ -11,8 +11,10 @@ from nlds_vines.bifurcation.attracted import learning_orbits
 from nlds_vines.bifurcation.blocks import blocks_of, result_bytes, work_bytes
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.kernels.compiling import told_of_compilations
 from nlds_vines.model.axis import Axis
-from nlds_vines.orbits.compilation import notice
+from nlds_vines.orbits.compilation import SECONDS as COMPILING
+from nlds_vines.orbits.compilation import kernels_of
 from nlds_vines.orbits.wants import ATTRACTOR
 from nlds_vines.runs.progress import duration, size
 from nlds_vines.runs.threads import use_threads
@@ -32,11 +34,14 @@ MOST_PERIODS = 20_000
 
 @dataclass(frozen=True)
 class Estimate:
-    """The time that a scan takes: `seconds` on so many `threads`, `learning` of it before."""
+    """The time that a scan takes: `seconds` on so many `threads`, `learning` of it before.
+
+    None where it cannot be known, as nothing is compiled yet.
+    """
 
     scan: Scan
     threads: int
-    seconds: float
+    seconds: float | None
     learning: float = 0.0
 
     def lines(self) -> list[str]:
@@ -52,9 +57,19 @@ class Estimate:
             f"memory:   {size(work_bytes(scan))} of results at a time, "
             + _counted(len(list(blocks_of(scan))), "block"),
             *self._learning(),
-            f"time:     about {duration(self.seconds)} on {self.threads} threads, "
-            "from a sample run here",
+            f"time:     {self._time()}",
         ]
+
+    def _time(self) -> str:
+        """Return the time in words."""
+        if self.seconds is not None:
+            time = duration(self.seconds)
+            return f"about {time} on {self.threads} threads, from a sample run here"
+        seconds = sum(COMPILING[kernel] for kernel in kernels_of(self.scan.want))
+        return (
+            f"not known before the first run of this kind, which compiles (about {seconds} s); "
+            "after it, --dry-run tells"
+        )
 
     def _learning(self) -> list[str]:
         """Return a line on the orbits from which attractors are learnt, where they are."""
@@ -72,19 +87,38 @@ def _counted(number: int, what: str) -> str:
 def estimate(scan: Scan, threads: int | None = None) -> Estimate:
     """Return the estimate for this machine, from a run of orbits of the scan as they are.
 
+    Nothing is compiled for it: where that would be necessary, the time is not known.
     More and more of them, spread over the cells, are run until `SECONDS` are over.  In a sweep,
     as many at once as there are chains of cells.
     """
     used = use_threads(threads)
+    try:
+        with told_of_compilations(_refuse):
+            return _estimate(scan, used)
+    except _NotCompiledError:
+        return Estimate(scan, used, None)
+    finally:
+        use_threads(threads)
+
+
+class _NotCompiledError(Exception):
+    """A kernel would have to be compiled."""
+
+
+def _refuse(kernel: object) -> None:
+    raise _NotCompiledError
+
+
+def _estimate(scan: Scan, used: int) -> Estimate:
     whole_orbit = scan.transient + scan.periods
     cut = min(1.0, MOST_PERIODS / whole_orbit)
     short = replace(
         scan, transient=int(scan.transient * cut), periods=max(1, int(scan.periods * cut))
     )
     short, learning = _thinned(short), 0.0
-    computer = Computer(short, tell=notice())
+    computer = Computer(short)
     if computer.attracted is not None:
-        computer.attracted.learn()  # compiles
+        computer.attracted.learn()  # loads what is compiled
         again = Computer(short).attracted
         assert again is not None
         began = time.perf_counter()
@@ -93,13 +127,10 @@ def estimate(scan: Scan, threads: int | None = None) -> Estimate:
     lanes = short.lanes
     chosen = np.arange(lanes) if lanes <= MOST_ORBITS else _some(lanes)
     chosen = np.random.default_rng(0).permutation(chosen)
-    computer.lanes(*computer.orbits(chosen[:1]))  # compiles
+    computer.lanes(*computer.orbits(chosen[:1]))  # likewise
     if scan.start.sweeps:
         use_threads(min(used, scan.lanes // scan.shape[-1]))
-    try:
-        seconds, done = _timed(computer, chosen, 8 * used)
-    finally:
-        use_threads(threads)
+    seconds, done = _timed(computer, chosen, 8 * used)
     longer = whole_orbit / (short.transient + short.periods)
     learning *= longer
     return Estimate(scan, used, seconds / done * scan.lanes * longer + learning, learning)

@@ -6,7 +6,6 @@ blocks nor which of them were computed when.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -16,6 +15,7 @@ import numpy as np
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.orbits.attractor_learning import NOT_PERIODIC, Learnt
 from nlds_vines.orbits.coexistence import finals
+from nlds_vines.orbits.labels import PERIODIC
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.orbits.wants import ATTRACTOR
 
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from nlds_vines.bifurcation.request import Scan
 
 ARRIVAL = "arrival"
-
-_PERIODIC = re.compile(r"\d*T,\d+")
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,5 +90,5 @@ def _left(scan: Scan, block: Block, arrays: Mapping[str, np.ndarray]) -> np.ndar
     if not left.any():
         return np.zeros(0, np.int64)
     labels = finals(arrays["label"][left].astype(object))
-    is_one = [word in NOT_PERIODIC or bool(_PERIODIC.fullmatch(str(word))) for word in labels]
+    is_one = [word in NOT_PERIODIC or bool(PERIODIC.fullmatch(str(word))) for word in labels]
     return _lanes_of(scan, block)[left][np.array(is_one, bool)]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _BLOCKS = 2  # blocks in memory: one is computed while the one before is stored
 _CELL_COPIES = 2  # of the grid of cells: the grid itself, and the chains cut from it
-_PROGRAM = 300_000_000  # bytes of the program itself, once compiled (`orbits.elsewhere.MEMORY`)
+_PROGRAM = 300_000_000  # bytes of the program itself, once compiled (`orbits.compilation.MEMORY`)
 
 
 def refuse_without_room(scan: Scan, archive: Path) -> None:

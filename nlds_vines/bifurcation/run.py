@@ -27,6 +27,7 @@ from nlds_vines.bifurcation.watched import of_chaos
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import printable
 from nlds_vines.orbits.coexistence import CHAOS
+from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
@@ -90,7 +91,7 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
     --resume, and `RequestError` where the archive cannot be written.
     """
     how = RunOptions() if how is None else how
-    began = time.perf_counter()
+    began, waited = time.perf_counter(), Compilation.waited
     watched = most_watched(scan.transient, scan.periods, scan.effort)
     report = Report(Path(output), how.shard, watched)
     if how.scheduler is None or how.scheduler.startswith("local:"):
@@ -118,7 +119,7 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
                     cluster.compute(parts, left, how.scheduler, how.threads, note, stop)
             if how.shard is None:
                 parts.consolidate(blocks, check=stop.check)
-    report.seconds = time.perf_counter() - began
+    report.seconds = time.perf_counter() - began - (Compilation.waited - waited)
     return report
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
-import stat
 import tempfile
-from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from nlds_vines.archives.durable import open_regular, protection
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.errors import RequestError, refuse_bytes, shown
+
+if TYPE_CHECKING:
+    from nlds_vines.archives.provenance import Request
 
 PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 """The ends of the names of pictures, by which their kinds are chosen."""
@@ -17,6 +20,10 @@ PLOT_SUFFIXES = (".png", ".pdf", ".svg")
 
 ARCHIVE_SUFFIXES = (".h5", ".hdf5", ".nc")
 """The ends of the names of archives: HDF5 files, which netCDF-4 reads, too."""
+
+
+_MOST_BYTES = 1 << 28
+"""Bytes of a picture or a page (256 MB): what is larger is none of ours."""
 
 
 def optional_path(value: str | os.PathLike[str] | None) -> Path | None:
@@ -30,33 +37,33 @@ def request_path(source: object) -> Path | None:
     return Path(str(source)) if is_path else None
 
 
-def check_writable(what: str, path: Path) -> None:
+def check_writable(what: str, path: Path, *, archive: bool = False) -> None:
     """Raise `RequestError` unless a file of this path can be written; nothing is left behind.
 
-    Of a symbolic link, what it points to must be writable as well.
+    Of a symbolic link, what it points to must be writable as well.  Arguments: `archive` says
+    whether the file is to be one: nothing else replaces an archive, or takes an archive's name.
     """
     refuse_bytes(what, str(path))
+    if not archive and path.suffix.lower() in ARCHIVE_SUFFIXES:
+        raise RequestError(f"{what} {shown(str(path))}: such a name is for archives alone")
     for place in dict.fromkeys([path, Path(os.path.realpath(path))]):
         parent = place.parent
         if os.path.isdir(place):  # unlike `Path.is_dir`, never raises
             raise RequestError(f"{what} {shown(str(path))} is a folder: name a file")
         if not os.path.isdir(parent):
             raise RequestError(f"{what} {shown(str(path))}: there is no folder {str(parent)!r}")
-        reason = _hindrance(place)
+        reason = _hindrance(place, archive)
         if reason is not None:
             raise RequestError(f"{what} {shown(str(path))} cannot be written: {reason}")
 
 
-def _hindrance(path: Path) -> str | None:
+def _hindrance(path: Path, archive: bool) -> str | None:
     """Return what keeps a file of this path from being written; None if nothing does."""
     try:  # permission bits and the length of a name do not decide it on every file system
         tempfile.NamedTemporaryFile(dir=path.parent, prefix=f"{path.name}.").close()
-        with suppress(FileNotFoundError):  # it is new, or a link to what is not there yet
-            if not stat.S_ISREG(path.stat().st_mode):
-                return "it is no regular file"
+        return protection(path, archive=archive)
     except (OSError, ValueError) as error:
         return getattr(error, "strerror", None) or str(error)
-    return None
 
 
 def check_output(archive: Path, *others: Path | None) -> None:
@@ -65,7 +72,7 @@ def check_output(archive: Path, *others: Path | None) -> None:
     Arguments: `others` are further files of the run, None for one that there is not: no two of them
     and the archive may be the same.
     """
-    check_writable("output", archive)
+    check_writable("output", archive, archive=True)
     if archive.suffix.lower() not in ARCHIVE_SUFFIXES:
         raise RequestError(
             f"output {shown(str(archive))} must end in .h5: archives are HDF5 files, of which "
@@ -100,19 +107,42 @@ def refuse_existing(archive: Path, how: RunOptions) -> None:
         )
 
 
-def refuse_picture(path: Path | None, how: RunOptions, digest: str = "") -> None:
-    """Raise `RequestError` for a picture that exists, without --overwrite.
+def refuse_begun(archive: Path, request: Request, content: str, how: RunOptions) -> None:
+    """Raise `RequestError` where a run would not begin, which --dry-run then says as well.
 
-    With --resume one is drawn anew that shows the same request: it carries its hash, `digest`.
-    Arguments: the `path` of the picture, None for no picture; `how` the run goes.
+    Arguments: the `archive` to be; the `request` and its kind, of `runs.manifest`; `how` it runs.
+    """
+    refuse_existing(archive, how)
+    if os.path.lexists(archive) or os.path.lexists(f"{archive}.parts"):
+        from nlds_vines.runs.folder import RunFolder
+
+        kind = type("Folder", (RunFolder,), {"content": content})
+        kind(archive, request, how.shard).refuse(resume=how.resume, overwrite=how.overwrite)
+
+
+def refuse_replacing(what: str, path: Path | None, how: RunOptions, own: str = "") -> None:
+    """Raise `RequestError` for a file other than an archive that exists, without --overwrite.
+
+    With --resume one is made anew that shows the same request: it carries the text `own`, as a
+    picture the hash of its request.
+    Arguments: `what` file it is, its `path`, None for no such file; `how` the run goes.
     """
     if path is None or how.overwrite or not os.path.lexists(path):
         return
-    if how.resume and digest and os.path.isfile(path) and digest.encode() in path.read_bytes():
+    if how.resume and own and _carries(path, own):
         return
     raise RequestError(
-        f"picture {shown(str(path))} exists: --overwrite replaces it, another name keeps it"
+        f"{what} {shown(str(path))} exists: --overwrite replaces it, another name keeps it"
     )
+
+
+def _carries(path: Path, text: str) -> bool:
+    """Tell whether a file, no larger than such files are, holds a text."""
+    try:
+        with open_regular(path) as file:
+            return text.encode() in file.read(_MOST_BYTES)
+    except (OSError, ValueError):
+        return False
 
 
 def check_plot(path: Path, what: str = "--plot") -> None:

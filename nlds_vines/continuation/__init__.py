@@ -8,6 +8,7 @@ In reading order:
     arclength        a step along a branch, and Newton's method across it
     special_points   test functions, and where they change their sign
     branch           one branch in one direction, and why it ends
+    phases           when in its period an orbit of rigid bodies is shot from
     switching        onto the branches that leave it
     track            a whole branch, and its arrays
     exploration      all branches that start orbits lead to

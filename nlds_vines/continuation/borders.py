@@ -19,6 +19,7 @@ from nlds_vines.continuation.exploration import is_same
 from nlds_vines.continuation.request import Orbit
 from nlds_vines.continuation.result import Branch, Continued, map_of
 from nlds_vines.continuation.section_map import SectionMap
+from nlds_vines.continuation.special_points import doubling_near
 from nlds_vines.continuation.start_orbits import orbits_in, place_of
 from nlds_vines.orbits.coexistence import final
 
@@ -26,7 +27,8 @@ ENDING = ("LP", "PD", "NS", "BP", "LIM")
 """Special points at which a stable orbit ends, or ceases to be stable."""
 
 SAME = 1.0e-6
-"""Relative difference of two values of a special point that is met from both sides."""
+"""Relative difference of two values of a special point that is met from both sides; one whose
+bracket is wider has not been located."""
 
 NEAR = 0.1
 """How near, relative to the orbit, a branch is compared with it."""
@@ -36,8 +38,9 @@ NEAR = 0.1
 class Walk:
     """What happens to an orbit from its cell to the next.
 
-    Attributes: the special points on the way, as (kind, value), the last of them the one that ends
-    it, if one does; whether it is `alive` and stable in the next cell; the `label` it has there.
+    Attributes: the located special points on the way, as (kind, value), the last of them the one
+    that ends it, if one does; whether it is `alive` and stable in the next cell; the `label` it
+    has there.
     """
 
     events: tuple[tuple[str, float], ...]
@@ -151,7 +154,7 @@ def walk_of(
     for number, branch in enumerate(found.branches):
         if branch.period == n:
             for segment in _segments_of(found, section_map, branch, place):
-                return _walked(found, number, segment, value, until)
+                return _walked(found, section_map, number, segment, value, until)
     return None
 
 
@@ -173,7 +176,14 @@ def _segments_of(
             yield segment
 
 
-def _walked(found: Continued, number: int, segment: int, value: float, until: float) -> Walk:
+def _walked(
+    found: Continued,
+    section_map: SectionMap,
+    number: int,
+    segment: int,
+    value: float,
+    until: float,
+) -> Walk:
     """Walk along a branch from a value within a segment towards another value."""
     branch = found.branches[number]
     values, toward = branch.parameter, 1.0 if until > value else -1.0
@@ -186,7 +196,8 @@ def _walked(found: Continued, number: int, segment: int, value: float, until: fl
         for row in here:
             if (row.value - value) * toward < 0.0 or (until - row.value) * toward < 0.0:
                 continue
-            events.append((str(row.kind), float(row.value)))
+            if row.bracket <= SAME * abs(row.value):
+                events.append((str(row.kind), float(row.value)))
             if row.kind in ENDING:
                 return Walk(tuple(events), False, label)
         point = segment + 1 if ahead > 0 else segment
@@ -199,8 +210,20 @@ def _walked(found: Continued, number: int, segment: int, value: float, until: fl
             return Walk(tuple(events), True, label)
         segment += ahead
     if branch.ends[ahead > 0] == "shorter":
-        events.append(("PD", float(values[-1 if ahead > 0 else 0])))
+        doubling = _doubling_at(found, section_map, branch, -1 if ahead > 0 else 0)
+        events += [] if doubling is None else [("PD", doubling)]
     return Walk(tuple(events), False, label)
+
+
+def _doubling_at(
+    found: Continued, section_map: SectionMap, branch: Branch, end: int
+) -> float | None:
+    """Return the parameter at which the orbit doubles whose half a branch becomes at an end."""
+    name, value = found.request.along.name, float(branch.parameter[end])
+    place = place_of(found.request.system, name, value, tuple(branch.states[end].tolist()))
+    lengths = np.array([found.request.along.high - found.request.along.low])
+    point = doubling_near(section_map, place, branch.period // 2, lengths)
+    return None if point is None else point.value
 
 
 def _beyond(rows: np.recarray, event: tuple[str, float], ahead: int) -> str:

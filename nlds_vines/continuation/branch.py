@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -21,9 +21,18 @@ from nlds_vines.continuation.arclength import (
     length,
     point_of,
 )
-from nlds_vines.continuation.section_map import Cycle, SectionMap
+from nlds_vines.continuation.phases import (
+    SAME_ORBIT,
+    at_zero,
+    better_map,
+    is_symmetric,
+    moved,
+    point_at_zero,
+)
+from nlds_vines.continuation.section_map import Cycle, SectionMap, shoots_from_flights
 from nlds_vines.continuation.special_points import (
     Special,
+    doubling_near,
     label_of_cycle,
     limit_of,
     specials_between,
@@ -41,8 +50,11 @@ UNSEEN = 1.0e-6
 END_OF_WAY, MOST_KNOTS = 1.0e-11, 7
 """Error of the orbit that grazes, by polynomials through so many points; where a branch ends."""
 
-SAME_ORBIT = 1.0e-7
-"""Distance, relative to the orbit, of two states that are one."""
+RECENT = MOST_KNOTS + 1
+"""Points that are looked back at."""
+
+APART = 1.5
+"""Ratio of the speeds, or misses, of two such points, at least: nearer ones tell their errors."""
 
 ENDS = {
     "bound": "the end of the interval",
@@ -62,11 +74,20 @@ Known = Callable[[Point], bool]
 
 @dataclass
 class Arm:
-    """One direction of a branch: its points, the special points, and why it ends (of `ENDS`)."""
+    """One direction of a branch: its points, the special points, and why it ends (of `ENDS`).
+
+    While it is followed, `begin` is its first point as the map at hand has it, and so are the last
+    RECENT points; those before may be at other phases.
+    """
 
     points: list[Point] = field(default_factory=list)
     specials: list[Special] = field(default_factory=list)
     end: str = ""
+
+    @cached_property
+    def begin(self) -> Point:
+        """The first point."""
+        return self.points[0]
 
 
 @dataclass(frozen=True)
@@ -127,7 +148,7 @@ def follow(
     known; the `first` and the `longest` step; `unstable` points that are followed one after another
     after a stable one.
     """
-    arm = Arm([start])
+    arm, zero = Arm([start]), section_map
     stepper = Stepper(section_map, start, first, longest)
     in_a_row = int(start.cycle.unstable > 0)
     while not arm.end:
@@ -144,7 +165,24 @@ def follow(
         in_a_row = in_a_row + 1 if stepper.point.cycle.unstable else 0
         if not arm.end and in_a_row > unstable:
             arm.end = "unstable"
+        section_map = _from_longest_flight(section_map, arm, stepper)
+    arm.points = [point_at_zero(zero, point) for point in arm.points]
+    arm.specials = [replace(s, point=point_at_zero(zero, s.point)) for s in arm.specials]
     return arm
+
+
+def _from_longest_flight(section_map: SectionMap, arm: Arm, stepper: Stepper) -> SectionMap:
+    """Return the map of the next step; where it is another, take the last points over to it."""
+    better = None if arm.end else better_map(section_map, arm.points[-1])
+    if better is None:
+        return section_map
+    points = [moved(section_map, better, point) for point in (arm.begin, *arm.points[-RECENT:])]
+    found = [point for point in points if point is not None]
+    if len(found) < len(points):
+        return section_map
+    arm.begin, arm.points[-RECENT:] = found[0], found[1:]
+    stepper.section_map, stepper.point = better, arm.points[-1]
+    return better
 
 
 def _go_on(
@@ -193,7 +231,7 @@ def _is_back(arm: Arm, b: Point) -> bool:
     """Tell whether a branch has come back to its first orbit, at whatever phase of it."""
     if len(arm.points) < 4:
         return False
-    a, first = arm.points[-1], arm.points[0]
+    a, first = arm.points[-1], arm.begin
     step = step_between(a, b)
     size = first.cycle.state.size
     for point in first.cycle.points:
@@ -223,26 +261,21 @@ def _passes_shorter(section_map: SectionMap, arm: Arm, b: Point) -> bool:
 
 
 def _shorter_orbit(section_map: SectionMap, arm: Arm, b: Point) -> Point:
-    """Return, in place of b, the orbit of half the period that lies just before it.
+    """Return, in place of b, the orbit of half the period that doubles there; b if none is located.
 
-    It is where what the two halves differ by, with its sign, vanishes: a polynomial through the
-    last points tells, since Newton's method has no sharp solution there.
+    Newton's method has no sharp solution for the whole orbit there, but for the half of it.  That
+    is roughly where what the two halves differ by, with its sign, vanishes: a polynomial through
+    the last points tells.
     """
-    points = [*arm.points[1:][-3:], b]
-    weights, toward = b.weights[:-1] * b.weights[:-1], half_of(arm.points[-1].cycle)
+    a, points = arm.points[-1], [*arm.points[-3:], b]
+    weights, toward = b.weights[:-1] * b.weights[:-1], half_of(a.cycle)
     knots = [(float((weights * half_of(p.cycle) * toward).sum()), p.cycle.place) for p in points]
     if len({f for f, _ in knots}) < len(knots):
         return b
-    place = limit_of(knots)
-    cycle = section_map.at(place, b.cycle.n)
-    near = cycle is not None and length(b.weights, place - b.cycle.place) < step_between(
-        arm.points[-1], b
-    )
-    return replace(b, cycle=cycle) if cycle is not None and near else b
-
-
-def _is_rigid(section_map: SectionMap) -> bool:
-    return bool(section_map.scene.walls) and any(law.instant for law in section_map.scene.laws)
+    half, most = b.cycle.n // 2, step_between(a, b)
+    found = doubling_near(section_map, limit_of(knots), half, 1.0 / b.weights[-1:], most)
+    cycle = None if found is None else section_map.at(found.cycle.place, b.cycle.n)
+    return b if cycle is None else replace(b, cycle=cycle)
 
 
 def _ways(a: Point, b: Point) -> list[float]:
@@ -257,7 +290,7 @@ def _ways(a: Point, b: Point) -> list[float]:
 
 def _way_to_grazing(section_map: SectionMap, arm: Arm) -> float:
     """Return the longest step where rigid bodies may graze: part of the way until they do."""
-    if not _is_rigid(section_map) or len(arm.points) < 2:
+    if not shoots_from_flights(section_map.scene) or len(arm.points) < 2:
         return math.inf
     ways = _ways(*arm.points[-2:])
     return max(NEARER * min(ways, default=math.inf), LEAST_STEP * 1.0e-3)
@@ -270,20 +303,24 @@ def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
     the derivatives of the map are not, they grow as 1 / v.  So the orbit that grazes is what a
     polynomial in v through these points is at v = 0.
     """
-    if not _is_rigid(section_map) or len(arm.points) <= MOST_KNOTS:
+    if not shoots_from_flights(section_map.scene):
         return
+    point = arm.points[-1]
     for name in ("slowest", "clearance"):
-        knots = [(getattr(p.cycle, name), p.cycle.place) for p in arm.points[-MOST_KNOTS:]]
-        if not _falls([v for v, _ in knots], arm.points[-MOST_KNOTS:]):
+        knots = _knots(name, arm.points)
+        if len(knots) < MOST_KNOTS:
             continue
         place, before = limit_of(knots), limit_of(knots[1:])
-        point = arm.points[-1]
-        if length(point.weights, place - before) > END_OF_WAY:
+        far = length(point.weights, place - point.cycle.place)
+        if length(point.weights, place - before) > END_OF_WAY or far > LONGEST_STEP:
             continue
+        # of an orbit that is its own mirror, impacts at both walls graze
+        both = is_symmetric(section_map, point.cycle)
+        more = (2 if both else 1) * (-1 if name == "slowest" else 1)
         cycle = replace(point.cycle, state=place[:-1], values=place[-1:])
         error, width = length(point.weights, place - before), abs(float((place - before)[-1]))
-        wall, label = _wall(section_map), label_of_cycle(point.cycle)
-        beyond = name_of(cycle.n, sum(cycle.counts) + (-1 if name == "slowest" else 1))
+        wall = "both" if both else _wall(section_map)
+        label, beyond = label_of_cycle(cycle), name_of(cycle.n, sum(cycle.counts) + more)
         end = replace(point, cycle=cycle)
         index = len(arm.points) - 1
         arm.specials.append(Special("GR", end, label, beyond, error, width, wall, index))
@@ -292,11 +329,21 @@ def _end_at_grazing(section_map: SectionMap, arm: Arm) -> None:
         return
 
 
-def _falls(speeds: list[float], points: list[Point]) -> bool:
-    """Tell whether speeds, or misses, fall to zero along points with the same impacts."""
-    if not all(p.cycle.counts == points[0].cycle.counts for p in points):
-        return False
-    return all(0.0 < 1.1 * b < a < math.inf for a, b in itertools.pairwise(speeds))
+def _knots(name: str, points: list[Point]) -> list[tuple[float, np.ndarray]]:
+    """Return the last speeds, or misses, with their places: as they fall, each APART of the next.
+
+    Of points that one map has found, with the same impacts; steps may be far shorter than that.
+    """
+    last, now = points[-1].cycle, 0.0
+    found: list[tuple[float, np.ndarray]] = []
+    for cycle in (point.cycle for point in reversed(points)):
+        before, now = now, getattr(cycle, name)
+        alike = (cycle.since, cycle.counts) == (last.since, last.counts)
+        if not (alike and before < now < math.inf) or len(found) == MOST_KNOTS:
+            break
+        if not found or now > APART * found[-1][0]:
+            found.append((now, cycle.place))
+    return found[::-1]
 
 
 def _wall(section_map: SectionMap) -> str:
@@ -309,8 +356,9 @@ def _is_beyond(section_map: SectionMap, point: Point) -> bool:
     """Tell whether an orbit passes the limit of its scene."""
     if section_map.scene.limit is None:
         return False
-    place = point.cycle.place[np.newaxis]
-    return bool(section_map.measure(place, np.array([point.cycle.n])).beyond[0] > 0.0)
+    n = point.cycle.n
+    place = at_zero(section_map, point.cycle.place, n)
+    return place is None or bool(section_map.measure(place[np.newaxis], np.array([n])).beyond[0])
 
 
 def _end_at_limit(section_map: SectionMap, arm: Arm) -> None:

@@ -84,12 +84,15 @@ def _pairs(multipliers: Sequence[np.ndarray], size: int) -> np.ndarray:
 
 
 def _determinant_error(multipliers: np.ndarray, volume: float) -> float:
-    """Return by how much the product of multipliers differs from exp(volume), relatively."""
+    """Return by how much the product of multipliers differs from exp(volume), relatively.
+
+    Where it has to be 0, as an impact with e = 0 or a damper that sticks makes it: its modulus.
+    """
     product = 1.0 + 0.0j
     for mu in multipliers.tolist():
         product *= mu
     wanted = exp(volume)
-    return abs(abs(product) - wanted) / wanted if wanted > 0.0 else float("nan")
+    return abs(abs(product) - wanted) / (wanted if wanted > 0.0 else 1.0)
 
 
 def _specials(request: Continuation, section_map: SectionMap, tracks: Sequence[Track]) -> Tables:

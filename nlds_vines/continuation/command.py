@@ -28,8 +28,9 @@ from nlds_vines.cli.paths import (
     check_output,
     check_plot,
     optional_path,
+    refuse_begun,
     refuse_existing,
-    refuse_picture,
+    refuse_replacing,
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
@@ -40,6 +41,7 @@ from nlds_vines.errors import RequestError, at, from_text, shown
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.parameters import INITIAL
 from nlds_vines.model.system import System
+from nlds_vines.runs.manifest import CONTINUATION
 
 if TYPE_CHECKING:
     from nlds_vines.continuation.result import Continued
@@ -201,10 +203,16 @@ class Job:
         if self.over is not None and not self.over.is_file():
             raise RequestError(f"--over {shown(str(self.over))}: there is no such file")
 
+    def refuse(self, dry_run: bool = False) -> None:
+        """Raise `RequestError` where files exist; with `dry_run` for all that a run refuses."""
+        refuse_existing(self.archive, self.how)
+        refuse_replacing("picture", self.plot, self.how, self.request.hash)
+        if dry_run:
+            refuse_begun(self.archive, self.request, CONTINUATION, self.how)
+
     def run(self) -> Continued:
         """Follow the branches, draw the picture, and return what was found."""
-        refuse_existing(self.archive, self.how)
-        refuse_picture(self.plot, self.how, self.request.hash)
+        self.refuse()
         from nlds_vines.continuation.result import continued
         from nlds_vines.continuation.run import run
 
@@ -249,6 +257,7 @@ class Job:
 def _carry_out(options: argparse.Namespace) -> int:
     job = _job(options)
     if options.dry_run:
+        job.refuse(dry_run=True)
         say(*job.plan())
         return DONE
     found = job.run()

@@ -18,6 +18,7 @@ from nlds_vines.continuation.branch import (
     first_point,
     follow,
 )
+from nlds_vines.continuation.phases import point_at_zero
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
 from nlds_vines.continuation.switching import doubled, other_branch
 from nlds_vines.continuation.track import Arrays, Track, packed, unpacked
@@ -122,7 +123,9 @@ class Explorer:
             nonlocal count
             self._check()
             count += 1
-            return count % EVERY == 0 and self.lies_on(point.cycle) is not None
+            if count % EVERY:
+                return False
+            return self.lies_on(point_at_zero(self._map, point).cycle) is not None
 
         search = self._search
         return follow(

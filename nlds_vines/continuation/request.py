@@ -14,10 +14,11 @@ import numpy as np
 
 from nlds_vines.archives.outline import Outlined
 from nlds_vines.archives.provenance import Value
-from nlds_vines.errors import RequestError, choice, number, string, whole
+from nlds_vines.errors import RequestError, choice, number, shown, string, whole
 from nlds_vines.model.layers import request_hash
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.system import System
+from nlds_vines.orbits.labels import PERIODIC, TRANSIENT
 from nlds_vines.orbits.settings import TOLERANCES, checked_tolerance
 from nlds_vines.toml import toml_text
 
@@ -109,6 +110,11 @@ class Begin:
         whole("seed", self.seed, 0, 2**63 - 1)
         if (self.policy == "label") != bool(self.label):
             raise RequestError("label belongs to policy 'label': give both or neither")
+        if self.label and not PERIODIC.fullmatch(self.label.removeprefix(TRANSIENT)):
+            raise RequestError(
+                f"start {shown(self.label)} must be rest, random, an archive FILE.h5 or the label "
+                "of a periodic orbit, such as 3T,3"
+            )
         if (self.policy == "orbits") != bool(self.orbits):
             raise RequestError("orbits belong to policy 'orbits': give both or neither")
         if len(self.orbits) > MOST_ORBITS:

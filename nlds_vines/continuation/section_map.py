@@ -7,19 +7,19 @@ the same on every processor.
 
 from __future__ import annotations
 
+import copy
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from nlds_vines.kernels import cycles
+from nlds_vines.kernels import cycles, part_period
 from nlds_vines.kernels.codes import OK
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System, cell_type
-from nlds_vines.orbits.compilation import Compilation
-from nlds_vines.orbits.elsewhere import Needed
+from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.runs.progress import Tell
@@ -31,11 +31,22 @@ NEARBY, TINY = 2.0**-10, 1.0e-9
 WEIGHTS = (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25)
 """Those of the values at 0 to 4 steps in a derivative at 0."""
 
-KERNELS = cycles.trace, cycles.measure_cycles, cycles.fill_norms, cycles.solve_bordered
+KERNELS = (
+    cycles.trace, cycles.measure_cycles, cycles.fill_norms, cycles.solve_bordered,
+    part_period.come_on,
+)  # fmt: skip
 """What is called from Python to follow branches."""
 
 BRANCHES = "branches"
 """The name of these kernels where they are compiled."""
+
+
+def shoots_from_flights(scene: Scene) -> bool:
+    """Tell whether bodies are rigid: the map jumps where an impact passes the phase of its states.
+
+    Then states are taken in flight, wherever that is.
+    """
+    return bool(scene.walls) and any(law.instant for law in scene.laws)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,7 +54,7 @@ class Cycle:
     """The image of a state after n periods, and its derivatives; an nT orbit where it closes.
 
     Attributes:
-        state: (size,) at phase zero, x1, v1, r, s [m, m/s], or x, v.
+        state: (size,) mostly at phase zero, x1, v1, r, s [m, m/s], or x, v.
         values: (m,) of the free parameters.
         points: (n, 4) its sections; the last one is the image.
         counts: (2,) impacts at the near and the far wall.
@@ -52,6 +63,8 @@ class Cycle:
         defect: energy norm of what does not close, relative to the orbit's, `span`.
         clearance: nearest miss [m]; slowest: the softest impact [m/s]; inf where there is none.
         volume: ln |det M| as the equation of motion has it.
+        since: when it is shot from, in forcing periods after a section at phase zero: where this
+            is not 0, `state` and `points` are at another phase.
     """
 
     state: np.ndarray
@@ -66,6 +79,7 @@ class Cycle:
     clearance: float
     slowest: float
     volume: float
+    since: float = 0.0
 
     @property
     def n(self) -> int:
@@ -101,7 +115,14 @@ class SectionMap:
         self.system, self.names = system.with_axes(names), names
         self.scene = self.system.scene
         self.size = len(self.scene.components)
+        self.since = 0.0
         self._parts = parts_of("exact", self.scene, settings)
+
+    def shot(self, since: float) -> SectionMap:
+        """Return the map of states so many forcing periods after a section at phase zero."""
+        found = copy.copy(self)
+        found.since = since
+        return found
 
     @cached_property
     def _template(self) -> np.ndarray:
@@ -196,8 +217,9 @@ class SectionMap:
         pairs, found = np.empty((size, 2)), np.empty(cycles.FOUND)
         cell, changes = self.cells(values[np.newaxis]), self._changes(values)
         status = cycles.trace(
-            self._parts, cell, changes, y, points, counts, matrix, slopes, pairs, found
-        )
+            self._parts, cell, changes, self.since % 1.0, y, points, counts, matrix, slopes, pairs,
+            found,
+        )  # fmt: skip
         if status != OK:
             return None
         defect, span, clearance, slowest, volume = found.tolist()
@@ -205,7 +227,7 @@ class SectionMap:
             state=y[:size].copy(), values=values.copy(), points=points,
             counts=(int(counts[0]), int(counts[1])), matrix=matrix, slopes=slopes[:, :size],
             multipliers=pairs[:, 0] + 1j * pairs[:, 1], defect=defect, span=span,
-            clearance=clearance, slowest=slowest, volume=volume,
+            clearance=clearance, slowest=slowest, volume=volume, since=self.since,
         )  # fmt: skip
 
     def weights(self, cycle: Cycle, lengths: np.ndarray) -> np.ndarray:
@@ -224,15 +246,48 @@ class SectionMap:
         found[self.size :] = 1.0 / lengths
         return found
 
+    def later(self, place: np.ndarray, time: float) -> np.ndarray | None:
+        """Return a place (size + m,) of this map so many forcing periods later; None if it is lost.
+
+        So it is a place of `shot(since + time)`.
+        """
+        y, now, end = np.zeros(4), self.since % 1.0, self.since % 1.0 + time
+        y[: self.size] = place[: self.size]
+        cell = self.cells(place[np.newaxis, self.size :])
+        while now < end:
+            until = min(np.floor(now) + 1.0, end)
+            if part_period.come_on(self._parts, cell, now % 1.0, until - now, y) != OK:
+                return None
+            now = until
+        return np.concatenate([y[: self.size], place[self.size :]])
+
+    def impacts(self, place: np.ndarray, n: int) -> np.ndarray:
+        """Return the impacts (count, 4) of n periods from a place at phase zero on.
+
+        Columns: wall (0 near, 1 far), touch and release [periods], approach speed [m/s].
+        """
+        rows = np.full((1, cycles.ROOM, 4), np.nan)
+        self._measure(place[np.newaxis], np.array([n]), rows)
+        found = rows[0][~np.isnan(rows[0, :, 0])]
+        omega = float(self.cells(place[np.newaxis, self.size :])[0].omega)
+        found[:, 1:3] *= omega / (2.0 * np.pi)
+        return found
+
     def measure(self, places: np.ndarray, periods: np.ndarray) -> Measured:
-        """Return what is measured on orbits from `places` (count, size + m) of so many periods."""
+        """Return what is measured on orbits from `places` (count, size + m) of so many periods.
+
+        The places are at phase zero.
+        """
+        return self._measure(places, periods, np.empty((len(places), 0, 4)))
+
+    def _measure(self, places: np.ndarray, periods: np.ndarray, touches: np.ndarray) -> Measured:
         count = len(places)
         starts, energy, strokes = np.zeros((count, 4)), np.zeros((count, 2)), np.zeros((count, 2))
         starts[:, : self.size] = places[:, : self.size]
         violation = None if self.scene.limit is None else np.zeros((count, 3))
         cells = self.cells(places[:, self.size :])
         cycles.measure_cycles(
-            0, count, self._parts, cells, starts, periods, energy, strokes, violation
+            0, count, self._parts, cells, starts, periods, energy, strokes, violation, touches
         )
         depth = np.zeros(count) if violation is None else violation[:, 1]
         return Measured(energy[:, 0], energy[:, 1], strokes[:, 0], strokes[:, 1], depth)
@@ -261,11 +316,17 @@ def compile_for(scene: Scene) -> None:
     state, points, counts = np.zeros(4), np.zeros((1, 4)), np.zeros(2, np.int64)
     matrix, slopes, pairs = np.zeros((size, size)), np.zeros((1, 4)), np.zeros((size, 2))
     cycles.trace(
-        parts, cells, cells, state, points, counts, matrix, slopes, pairs, np.zeros(cycles.FOUND)
-    )
+        parts, cells, cells, 0.0, state, points, counts, matrix, slopes, pairs,
+        np.zeros(cycles.FOUND),
+    )  # fmt: skip
+    if shoots_from_flights(scene):
+        part_period.come_on(parts, cells, 0.0, 1.0, state)
     violation = None if scene.limit is None else np.zeros((0, 3))
     none, pair = np.zeros(0, np.int64), np.zeros((0, 2))
-    cycles.measure_cycles(0, 0, parts, cells, np.zeros((0, 4)), none, pair, pair, violation)
+    touches = np.zeros((0, 0, 4))
+    cycles.measure_cycles(
+        0, 0, parts, cells, np.zeros((0, 4)), none, pair, pair, violation, touches
+    )
     bordered(np.eye(size), np.zeros((1, size)), np.ones((1, size + 1)), np.zeros(size + 1))
 
 

@@ -16,7 +16,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from nlds_vines.continuation.arclength import Point, along, length
+from nlds_vines.continuation.arclength import Point, along, close, length, point_of
 from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.orbits.labels import name_of
 
@@ -27,6 +27,9 @@ NARROW = 1.0e-12
 
 ASIDE = 1.0e-3
 """Distance of the points that tell where a branch point lies between them."""
+
+NEAREST = 1.0e-6
+"""Distance within which a doubling is looked for first, relative to the orbit and the interval."""
 
 MOST_TRIALS = 80
 """Trials for one point; eight or nine are usual, forty where the function jumps."""
@@ -55,7 +58,8 @@ class Special:
         before, after: the labels along the branch.
         residual: the test function there, over its size at the ends of the first bracket.
         bracket: width of the last bracket, in units of the parameter.
-        wall: of GR, that of the impact which appears or vanishes: "near", "far", otherwise "".
+        wall: of GR, that of the impact which appears or vanishes: "near", "far" or
+            "both"; "" of others, or where it is not known.
         index: of the point of the branch that comes before it.
     """
 
@@ -129,13 +133,7 @@ def _located(
     if kind == "BP":
         found = _branch_point(section_map, a, b)
     else:
-        size = max(abs(a.tests[kind]), abs(b.tests[kind]))
-        found = narrowed_down(
-            lambda step: along(section_map, a, step)[0],
-            (a, b),
-            (0.0, step_between(a, b)),
-            lambda point: point.tests[kind] / size,
-        )
+        found = _sign_change(section_map, kind, a, (a, b), (0.0, step_between(a, b)))
     if found is None:
         near = min((a, 0.0), (b, step_between(a, b)), key=lambda end: abs(end[0].tests[kind]))
         found = near[1], near[0], 1.0, abs(b.value - a.value)
@@ -175,6 +173,51 @@ def _branch_point(
             error, width = length(a.weights, at - before), abs(float((at - before)[-1]))
             return place, Point(cycle, tangent, a.weights, 0.0), error, width
         aside *= 2.0
+    return None
+
+
+def _sign_change(
+    section_map: SectionMap,
+    kind: str,
+    start: Point,
+    ends: tuple[Point, Point],
+    between: tuple[float, float],
+) -> tuple[float, Point, float, float] | None:
+    """Return where the test function of a kind changes its sign, as `narrowed_down` does.
+
+    Arguments: the point that distances along the branch are counted from; two points, and where
+    they are.
+    """
+    size = max(abs(end.tests[kind]) for end in ends)
+    return narrowed_down(
+        lambda step: along(section_map, start, step)[0],
+        ends,
+        between,
+        lambda point: point.tests[kind] / size,
+    )
+
+
+def doubling_near(
+    section_map: SectionMap, place: np.ndarray, n: int, lengths: np.ndarray, most: float = NEAREST
+) -> Point | None:
+    """Return the period doubling of an nT orbit near a place; None where none is located.
+
+    Arguments: the `place` (size + 1,) of an orbit nT, roughly; `lengths` (1,) of the parameter's
+    interval; how far from there, at `most`, it may be along the branch.
+    """
+    row = np.zeros(len(place))
+    row[-1] = 1.0
+    cycle, _ = close(section_map, place, n, row, np.ones(len(place)))
+    start = None if cycle is None else point_of(section_map, cycle, row, lengths)
+    aside = min(NEAREST, most)
+    while start is not None and aside <= most:
+        low, high = (along(section_map, start, side * aside)[0] for side in (-1.0, 1.0))
+        if low is None or high is None:
+            return None
+        found = _sign_change(section_map, "PD", start, (low, high), (-aside, aside))
+        if found is not None:
+            return found[1]
+        aside *= 4.0
     return None
 
 

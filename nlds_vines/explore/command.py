@@ -68,6 +68,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         assert source is not None
         found = stored(source)
     if options.dry_run:
+        listening(port).close()
         say(_described(scan if found is None else found.scan))
         return DONE
     return _serve(found, scan, port, not options.no_browser)

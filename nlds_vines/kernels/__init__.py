@@ -2,6 +2,8 @@
 
 In reading order:
 
+    stored_code      what was compiled, on the disk
+    linking          how an entry and all that it calls become one piece of machine code
     compiling        how kernels are compiled; what `chosen` does with a part that is None
     fours            four numbers worked on at once
     twofold          numbers of twice the precision, as pairs

@@ -86,7 +86,7 @@ def approaches(parts, cell, known, a, directions, radius):
     directions (count, 4) of length 1 by its P: deviations of the `radius` in each of them are
     followed for n periods.
     """
-    flow, status = cell_flow(parts, cell)
+    flow, status = cell_flow(parts, cell, None)
     if status != OK:
         return False
     state, y, before, after = new_state(), np.zeros(4), np.zeros(4), np.zeros(4)
@@ -115,7 +115,7 @@ def follow_to_known(begin, end, parts, cells, starts, rows, known, most, found, 
     # hot: one array for each quantity
     now, d, after = np.zeros(4), np.zeros(4), np.zeros(4)
     for lane in range(begin, end):
-        flow, code = cell_flow(parts, cells[lane])
+        flow, code = cell_flow(parts, cells[lane], None)
         state, p = new_state(), 0
         found[lane], arrival[lane] = int(NOWHERE), -1
         if code == OK:

@@ -177,7 +177,7 @@ def arc_of(wall, arc):
     return lambda wall, arc: None
 
 
-@jit(dissolved=True)
+@jit
 def follow_at_one(
     rk4, ps, damper, near, far, mode, arc, limit_log, energy, impacts, tangent, steps, rate,
     phase, left, now, k, held_near, held_far, place,
@@ -191,7 +191,7 @@ def follow_at_one(
     )  # fmt: skip
 
 
-@jit(dissolved=True)
+@jit
 def follow_at_two(
     rk4, ps, damper, near, far, mode, arc, limit_log, energy, impacts, tangent, steps, rate,
     phase, left, now, k, held_near, held_far, place,

@@ -10,8 +10,8 @@ from .arguments import OrbitBuffers, Prepared, Span
 from .codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
 from .compiling import chosen, is_a, jit
 from .contact import Steps
-from .fixed_step import fixed_grid_of
-from .flight import REACH, SHORT, cells_of, grid_of
+from .fixed_step import fixed_grid_from
+from .flight import REACH, SHORT, cells_of, grid_from, grid_of
 from .impact import Arc
 from .linear_contact import Pressed, pressed_of, presses_too_stiff
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
@@ -58,13 +58,13 @@ def scratch_for(near, far):
 
 
 @chosen
-def held_at(wall, ps, damper, n):
+def held_at(wall, ps, damper, n, begun):
     """Return the motion on a wall: `Stuck`, on n cells a period, `Pressed`, or None."""
     if is_a(wall, RigidWall):
-        return lambda wall, ps, damper, n: stuck_of(ps, damper, n)
+        return lambda wall, ps, damper, n, begun: stuck_of(ps, damper, n, begun)
     if is_a(wall, LinearWall):
-        return lambda wall, ps, damper, n: pressed_of(ps, damper, wall, None)
-    return lambda wall, ps, damper, n: None
+        return lambda wall, ps, damper, n, begun: pressed_of(ps, damper, wall, begun)
+    return lambda wall, ps, damper, n, begun: None
 
 
 @chosen
@@ -85,12 +85,12 @@ def multiple_of(stops, n):
 def grid_maker(rk4, near, far):
     """Return what prepares the grid of the method; where contacts are linear, too, it is finer."""
     if rk4 is not None:
-        return lambda rk4, near, far: fixed_grid_of
+        return lambda rk4, near, far: fixed_grid_from
     if is_a(near, LinearWall) or is_a(far, LinearWall):
         return lambda rk4, near, far: grid_once_rounded
     if is_a(near, RigidWall) or is_a(far, RigidWall):
         return lambda rk4, near, far: grid_of_spans
-    return lambda rk4, near, far: grid_of
+    return lambda rk4, near, far: grid_from
 
 
 @chosen
@@ -108,11 +108,12 @@ def cells_for(rk4, near, far, n, period_steps, stops):
     return lambda rk4, near, far, n, period_steps, stops: multiple_of(stops, n)
 
 
-@jit(dissolved=True)
-def prepared_cell(parts, cell, ps, damper, n, stops):
+@jit
+def prepared_cell(parts, cell, ps, damper, n, stops, begun):
     """Return a cell `Prepared` for orbits with `stops` section points a period.
 
-    ps, damper: its `Structure` and its `Damper` or None; n: the exact cells that a period needs.
+    ps, damper: its `Structure` and its `Damper` or None; n: the exact cells that a period needs;
+    begun: None, or a `flight.Begun` where periods count from another phase than zero.
     """
     make_grid = grid_maker(parts.rk4, parts.near, parts.far)
     near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
@@ -124,18 +125,18 @@ def prepared_cell(parts, cell, ps, damper, n, stops):
         near,
         far,
         own_arc(parts.arc),
-        make_grid(ps, damper, cells_for(parts.rk4, near, far, n, parts.period_steps, stops)),
+        make_grid(ps, damper, cells_for(parts.rk4, near, far, n, parts.period_steps, stops), begun),
         Steps(parts.contact_steps, parts.contact_tolerance),
         scratch_for(parts.near, parts.far),
-        held_at(near, ps, damper, n),
-        held_at(far, ps, damper, n),
+        held_at(near, ps, damper, n, begun),
+        held_at(far, ps, damper, n, begun),
     )
 
 
 # ---- its orbit -----------------------------------------------------------------------------------
 
 
-@jit(dissolved=True)
+@jit
 def run_cell(parts, cell, state, span, buffers):
     """Run one orbit from `state` (SIZE,), which becomes the last one; return a status.
 
@@ -152,7 +153,7 @@ def run_cell(parts, cell, state, span, buffers):
     n = cells_of(ps, damper)
     if n < 0:
         return TOO_STIFF
-    prepared = prepared_cell(parts, cell, ps, damper, n, span.stops)
+    prepared = prepared_cell(parts, cell, ps, damper, n, span.stops, None)
     if held_too_stiff(prepared.held_near) or held_too_stiff(prepared.held_far):
         return TOO_STIFF
     if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
@@ -165,7 +166,7 @@ def run_cell(parts, cell, state, span, buffers):
     return status
 
 
-@jit(dissolved=True)
+@jit
 def cell_orbit(prepared, limit, state, span, buffers):
     """Run a cell that is prepared (arguments as `run_cell`)."""
     ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
@@ -303,10 +304,10 @@ def report_violation(violation, limit_log):
 # ---- its verdict ---------------------------------------------------------------------------------
 
 
-@jit(dissolved=True)
+@jit
 def judge_cell(parts, cell, ends, section, first, stages, evidence):
     """Say what the orbit of one cell is (parts and cell as `run_cell`, the rest as `judge`)."""
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
-    flow = flow_of(prepared_cell(parts, cell, ps, damper, n, 1), grid_of(ps, damper, n))
+    flow = flow_of(prepared_cell(parts, cell, ps, damper, n, 1, None), grid_of(ps, damper, n))
     return judge(flow, ends, section, first, stages, evidence)

@@ -29,8 +29,10 @@ from .compiling import chosen, is_a, jit
 from .contact_field import DRAIN, VIRIAL, WORK, cos_sin, rotated
 from .driven import count_of, drive_start, rows_of
 from .force_law import (
+    acting,
     damping_of,
     depth_of,
+    factor_of,
     faint,
     force_of,
     gained,
@@ -58,6 +60,8 @@ VERIFIED = 0.5  # part of the bound `rate` of all other motion that verified ste
 LONG = 4.0  # free impacts after which a contact is granted half as much doubt for each further one
 MOST_TURNS = 20  # tries to find the deepest point in a step: one does but for very long steps
 NEAR_TURN = 1.0e-6  # part of the depth that a parabola may add to it
+NEAR_SWITCH = 1.0e-13  # error of the place of a switch in a step, where largest values have corners
+SLIGHT = 1.0e-14  # of 1 + a dz/dt: it has not changed its sign
 ROUND_OFF = 1.0e-15  # doubt of a step that means nothing
 FAINT = 1.0e-16  # Hertz acceleration, as a share of the external one, that is round-off
 SOON = 1.0e-5  # time in units of 1/rate for which an external acceleration is constant
@@ -276,6 +280,91 @@ def shrunk_by(doubt, share):
 
 
 @chosen
+def pushes_at(damping, s):
+    """Tell whether a wall pushes what is in contact and moves with dz/dt = s."""
+    if damping is None:
+        return lambda damping, s: True
+    return lambda damping, s: factor_of(damping, s) > 0.0
+
+
+@chosen
+def up_to_switch(damping, rk4, tangent, ps, damper, wall, pushes, c, d, landing, h, k):
+    """Cut a step h short where a damped wall lets go, or pushes again; row NEW is there.
+
+    pushes: what it does at row Y, and in all of the step as it is. Returns (switches, h).
+    """
+    # hot: once per step
+    return never_switches if damping is None else up_to_switch_if_any
+
+
+@jit
+def never_switches(damping, rk4, tangent, ps, damper, wall, pushes, c, d, landing, h, k):
+    """Return that the step stays."""
+    # hot: once per step
+    return False, h
+
+
+@jit
+def margin(damping, pushes, s):
+    """Return 1 + a s, or minus it where the wall has let go: negative behind the switch."""
+    return factor_of(damping, s) if pushes else -factor_of(damping, s)
+
+
+@jit
+def up_to_switch_if_any(damping, rk4, tangent, ps, damper, wall, pushes, c, d, landing, h, k):
+    """Cut a step short at its first switch, if it has one."""
+    # hot: once per step
+    now = acting(damping, wall, pushes)
+    low, high, f0 = 0.0, 1.0, max(margin(damping, pushes, k[rk.Y + 1]), 0.0)
+    f1 = margin(damping, pushes, k[rk.NEW + 1])
+    if not f1 < -SLIGHT:
+        high, f1 = least_margin(rk4, ps, damper, now, damping, pushes, c, d, landing, h, k)
+        if not f1 < -SLIGHT:
+            return False, h
+    x = high
+    for _ in range(MOST_TURNS):
+        x = secant(low, high, f0, f1)
+        rk.step(rk4, None, ps, damper, now, c, d, landing, x * h, k)
+        f = margin(damping, pushes, k[rk.NEW + 1])
+        if f == 0.0 or min(x - low, high - x) < NEAR_SWITCH:
+            break
+        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
+    rk.step(rk4, tangent, ps, damper, now, c, d, landing, x * h, k)
+    return True, x * h
+
+
+@jit
+def least_margin(rk4, ps, damper, now, damping, pushes, c, d, landing, h, k):
+    """Return (place, `margin`) where s turns within a step h, or (1, 0): row NEW is kept.
+
+    Only where the margin may become negative by its rates at the ends, twice as large.
+    """
+    # hot: once per step
+    s0, s1 = k[rk.Y + 1], k[rk.NEW + 1]
+    _, _, f0 = motion_at(ps, damper, now, c, d, k, int(rk.Y))
+    _, _, f1 = motion_at(ps, damper, now, c, d, k, int(rk.NEW))
+    way = 1.0 if pushes else -1.0
+    reach = 2.0 * damping.a * max(abs(f0), abs(f1)) * k[rk.NEW + 4]
+    least = min(margin(damping, pushes, s0), margin(damping, pushes, s1))
+    if not (way * f0 < 0.0 and way * f1 > 0.0 and least < reach):
+        return 1.0, 0.0
+    for i in range(rk.WIDTH):
+        k[rk.SAVE + i] = k[rk.NEW + i]
+    low, high, x = 0.0, 1.0, 0.0
+    for _ in range(MOST_TURNS):
+        x = secant(low, high, f0, f1)
+        rk.step(rk4, None, ps, damper, now, c, d, landing, x * h, k)
+        _, _, f = motion_at(ps, damper, now, c, d, k, int(rk.NEW))
+        least = margin(damping, pushes, k[rk.NEW + 1])
+        if f == 0.0 or min(x - low, high - x) < NEAR_TURN:
+            break
+        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
+    for i in range(rk.WIDTH):
+        k[rk.NEW + i] = k[rk.SAVE + i]
+    return x, least
+
+
+@chosen
 def begin_along(tangent, k):
     """Write variations into row Y, where they go along."""
 
@@ -336,8 +425,7 @@ def push_at(ps, damper, wall, c, d, k, row):
     """Return (F, dF/dtheta) of a row within a step: of K z^n (1 + a s), but for what multiplies."""
     q, s = k[row], k[row + 1]
     z, _, ds = motion_at(ps, damper, wall, c, d, k, row)
-    factor = 1.0 + wall.damping * s
-    rise = wall.exponent * s * factor + z * wall.damping * ds if factor > 0.0 else 0.0
+    rise = wall.exponent * s * factor_of(wall.damping, s) + z * wall.damping.a * ds
     return force_of(wall, q, z, s), rise
 
 
@@ -405,7 +493,7 @@ def noted(
     return depth
 
 
-@jit(dissolved=True)
+@jit
 def contact(
     rk4, ps, damper, wall, sign, limit_log, energy, impacts, tangent, steps, rate, c, d,
     q, s, x1, v1, stop, k,
@@ -425,6 +513,8 @@ def contact(
     # are than `steps` says.
     way, saved, finer = 0.0, 0.0, 1.0
     part = VERIFIED if steps.tolerance < math.inf else 1.0
+    damping = damping_of(wall)
+    pushes = pushes_at(damping, s)
     begin_along(tangent, k)
     for count in range(MOST_STEPS):
         if count == 0:
@@ -447,14 +537,15 @@ def contact(
         # Step to the release, to the end of the time or by h, until it ends inside the contact and
         # no more of it is doubted than is granted.
         landing, stopped, inside, doubt, share = False, False, False, 0.0, 0.0
+        now = acting(damping, wall, pushes)
         for attempt in range(MOST_ATTEMPTS):
             landing, stopped, taken = advance(
-                rk4, tangent, ps, damper, wall, c, d, external, stop - elapsed, h, k
+                rk4, tangent, ps, damper, now, c, d, external, stop - elapsed, h, k
             )
             inside = landing or k[rk.NEW] > 0.0
             if inside:
                 share = max(saved + steps.tolerance * (h * per_theta) / late, ROUND_OFF)
-                doubt = doubt_of(rk4, wall, seen, depth_of(wall, root), taken, k)
+                doubt = doubt_of(rk4, now, seen, depth_of(wall, root), taken, k)
                 if not doubt > share or attempt > MOST_REPEATS:
                     break
                 less = shrunk_by(doubt, share)
@@ -468,17 +559,21 @@ def contact(
             break
         if steps.tolerance < math.inf:
             way, saved = way + h * per_theta, max(share - doubt, 0.0)
+        switches, taken = up_to_switch(
+            damping, rk4, tangent, ps, damper, wall, pushes, c, d, landing, taken, k
+        )
         # Note what the step has shown.
         depth = noted(
-            sign, limit_log, energy, impacts, rk4, ps, damper, wall, c, d, landing, taken,
+            sign, limit_log, energy, impacts, rk4, ps, damper, now, c, d, landing, taken,
             k, elapsed, depth,
         )  # fmt: skip
         elapsed += k[rk.NEW + 4]
-        keep_along(tangent, damping_of(wall), rk4, taken, k)
+        keep_along(tangent, damping, rk4, taken, k)
         # End here, or go on from row NEW.
-        if landing:
+        pushes = pushes != switches
+        if landing and not switches:
             return RELEASED, 0.0, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth
-        if stopped:
+        if stopped and not switches:
             q = k[rk.NEW]
             depth = max(depth, depth_of(wall, q))
             return STOPPED, q, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth

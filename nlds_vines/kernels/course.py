@@ -73,7 +73,7 @@ def longer(course, more):
     return Course(course.record, course.length + more, course.first, course.origin)
 
 
-@jit(dissolved=True)
+@jit
 def follow(flow, course, more, state):
     """Follow an orbit for `more` periods; fill the next rows of its record; return a status."""
     rows = course.record[course.length : course.length + more]
@@ -92,7 +92,7 @@ def periods_together(flow, periods):
     return max(1, int(most))
 
 
-@jit(dissolved=True)
+@jit
 def follow_growth(flow, rows, state, tangent, logs, growth):
     """Follow an orbit and its variations for len(logs) periods; return a status.
 
@@ -109,5 +109,6 @@ def follow_growth(flow, rows, state, tangent, logs, growth):
         orthonormalise(
             tangent, flow.space.size, growth, lost_of(flow.prepared.near, flow.prepared.far)
         )
-        logs[p : p + n] = (growth[0] - before) / n
+        lost = growth[0] == -np.inf  # no variation is left: a damper that sticks forgets all
+        logs[p : p + n] = -np.inf if lost else (growth[0] - before) / n
     return OK

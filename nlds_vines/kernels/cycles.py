@@ -14,7 +14,7 @@ from .codes import BAD_PARAMETERS, OK, TOO_STIFF
 from .compiling import chosen, jit
 from .driven import RATES, Driven, fill_rates
 from .eigenvalues import eigenvalues
-from .flight import cells_of, grid_of
+from .flight import Begun, cells_of, grid_from
 from .linear import solve
 from .observe import COLUMNS, FORCE, SPEED, Impacts
 from .orbit import SIZE
@@ -40,9 +40,9 @@ FOUND = 5
 ROOM = 4096  # impacts of a cycle whose speeds and forces are looked at
 
 
-@jit(dissolved=True)
-def cell_flow(parts, cell):
-    """Return the `Flow` of a cell, and a status."""
+@jit
+def cell_flow(parts, cell, begun):
+    """Return the `Flow` of a cell, and a status; begun: where its periods begin, None: at zero."""
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n, status = cells_of(ps, damper), OK
     if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):
@@ -50,7 +50,8 @@ def cell_flow(parts, cell):
     elif n < 0:
         status = TOO_STIFF
     n = max(n, 1)
-    return flow_of(prepared_cell(parts, cell, ps, damper, n, 1), grid_of(ps, damper, n)), status
+    prepared = prepared_cell(parts, cell, ps, damper, n, 1, begun)
+    return flow_of(prepared, grid_from(ps, damper, n, begun)), status
 
 
 @chosen
@@ -71,7 +72,7 @@ def forget_shrinking(scratch):
     return (lambda scratch: None) if scratch is None else forget
 
 
-@jit(dissolved=True)
+@jit
 def follow_slopes(parts, cell, changes, flow, y, n, slopes):
     """Fill slopes (m, 4) with the derivatives of the image of y after n periods by m parameters.
 
@@ -94,16 +95,17 @@ def follow_slopes(parts, cell, changes, flow, y, n, slopes):
 
 
 @jit(entry=True)
-def trace(parts, cell, changes, y, points, counts, matrix, slopes, multipliers, found):
+def trace(parts, cell, changes, phase, y, points, counts, matrix, slopes, multipliers, found):
     """Follow an orbit from y (4,) for n = len(points) periods, with all its derivatives.
 
-    cell (1,) and changes (m,): its derivatives by m free parameters, 4 at most. Fills points (n, 4)
-    with the sections, counts (2,) with the impacts by wall, matrix (size, size) with the monodromy
-    matrix, slopes (m, 4) with the derivatives of the image, multipliers (size, 2), and found
-    (FOUND,). Returns a status.
+    phase: the share of the forcing's period at which y and all sections are. cell (1,) and changes
+    (m,): its derivatives by m free parameters, 4 at most. Fills points (n, 4) with the sections,
+    counts (2,) with the impacts by wall, matrix (size, size) with the monodromy matrix, slopes
+    (m, 4) with the derivatives of the image, multipliers (size, 2), and found (FOUND,). Returns a
+    status.
     """
     # hot: Python calls it for each iteration of Newton's method
-    flow, status = cell_flow(parts, cell[0])
+    flow, status = cell_flow(parts, cell[0], Begun(phase, 1.0))
     if status != OK:
         return status
     state, tangent, size = new_state(), np.zeros(16), len(matrix)
@@ -194,12 +196,15 @@ def broken_limit(violation, lane):
 
 
 @jit(entry=True)
-def measure_cycles(begin, end, parts, cells, starts, periods, energy, strokes, violation):
+def measure_cycles(
+    begin, end, parts, cells, starts, periods, energy, strokes, violation, touches
+):  # fmt: skip
     """Measure orbits `begin` to `end` - 1 over so many `periods` (orbits,) each.
 
     cells (orbits,) and starts (orbits, 4) at phase zero. Fills energy (orbits, 2) with the largest
     E1 and E2 [J], strokes (orbits, 2) with the largest approach speed [m/s] and contact force [N],
-    and violation (orbits, 3), if it is not None, as `cells.report_violation`.
+    violation (orbits, 3), if it is not None, as `cells.report_violation`, and touches
+    (orbits, room, 4) with the columns WALL to SPEED of impacts, as far as there is room.
     """
     # hot: one array for each quantity
     for lane in range(begin, end):
@@ -212,6 +217,9 @@ def measure_cycles(begin, end, parts, cells, starts, periods, energy, strokes, v
             None, None,
         )  # fmt: skip
         run_cell(parts, cells[lane], state, Span(0, periods[lane], 1), buffers)
+        for i in range(min(impacts.filled[0], touches.shape[1])):
+            for c in range(4):
+                touches[lane, i, c] = rows[i, c]
         for i in range(min(impacts.filled[0], ROOM)):
             strokes[lane, 0] = max(strokes[lane, 0], rows[i, SPEED])
             strokes[lane, 1] = max(strokes[lane, 1], rows[i, FORCE])

@@ -226,9 +226,7 @@ def where_damped(damping, wall, q, z, s):
     """Return K z^n [N] where damping acts on the force, otherwise 0."""
     if damping is None:
         return lambda damping, wall, q, z, s: 0.0
-    return lambda damping, wall, q, z, s: (
-        elastic(wall, wall.K, q, z) if 1.0 + damping * s > 0.0 else 0.0
-    )
+    return lambda damping, wall, q, z, s: damping.acts * elastic(wall, wall.K, q, z)
 
 
 @chosen

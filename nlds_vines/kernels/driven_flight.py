@@ -24,7 +24,7 @@ from .driven import (
     wall_at,
 )
 from .elementary import cos_sin_of_turn
-from .flight import ORDER, propagate
+from .flight import ORDER, propagate, turned
 from .scene import RigidWall, accelerations, unloaded
 
 
@@ -132,22 +132,22 @@ def drive_cell(wall, ps, damper, by, sign, h, phase, state, variation):
 
 
 @jit
-def drive_along(wall, ps, damper, driven, sign, longest, place, state, time):
+def drive_along(wall, ps, damper, driven, grid, sign, place, state, time):
     """Carry driven variations along a flight, or a motion on a wall, of `time` [s].
 
-    state (x1, v1, r, s) at its beginning, as the wall sees it; place: share of the period that is
-    over then; longest: a cell [s].
+    state (x1, v1, r, s) at its beginning, as the wall sees it; place: share of the period of the
+    `grid` that is over then.
     """
     # hot: once per flight
     if not time > 0.0:
         return
-    n = math.ceil(time / longest)
+    n, begin = math.ceil(time / grid.h), turned(grid.begun, place)
     h, turn = time / n, time / n * (ps.omega / (2.0 * math.pi))
     for i in range(len(driven.rates)):
         by, k, rows, y = driven.rates[i], 4 * i, driven.rows, state
         w = rows[k], rows[k + 1], rows[k + 2], rows[k + 3]
         for cell in range(n):
-            cosine, sine = cos_sin_of_turn(place + cell * turn)
+            cosine, sine = cos_sin_of_turn(begin + cell * turn)
             y, w = drive_cell(wall, ps, damper, by, sign, h, (sign * cosine, sign * sine), y, w)
         rows[k], rows[k + 1], rows[k + 2], rows[k + 3] = w
 
@@ -158,7 +158,7 @@ def carry(tangent, wall, ps, damper, grid, sign, place, state, time):
     # hot: as `drive_along`
     if is_a(tangent, Driven):
         return lambda tangent, wall, ps, damper, grid, sign, place, state, time: drive_along(
-            wall, ps, damper, tangent, sign, grid.h, place, state, time
+            wall, ps, damper, tangent, grid, sign, place, state, time
         )
     return lambda tangent, wall, ps, damper, grid, sign, place, state, time: propagate(
         grid, tangent, time

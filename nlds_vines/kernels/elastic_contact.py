@@ -98,7 +98,7 @@ def nothing_to_note(
     return None
 
 
-@jit(dissolved=True)
+@jit
 def up_to_section(ps, damper, wall, arc, energy, rate, c, d, left, k):
     """Return as `contact` how the impact that is ahead is at a section, `left` [s] from now."""
     # hot: once per section inside an impact
@@ -192,7 +192,7 @@ def short_impact_if_exact(
     return no_short_impact if rk4 is not None or arc is None else follow_short_impact
 
 
-@jit(dissolved=True)
+@jit
 def follow_contact(
     rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
     phase, left, now, k, held, place,

@@ -7,7 +7,6 @@ of order four and shares no formula with the exact flight: an independent check 
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +14,7 @@ import numpy as np
 from .codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
 from .elementary import cos_sin_of_turn
-from .flight import rate_of, turned
+from .flight import length_of_cell, rate_of, turned
 from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_energy, note_violation, opposite, powers_at
 from .roots import guarded, narrowed, secant
 from .scene import accelerations, joined
@@ -34,19 +33,14 @@ class FixedGrid(NamedTuple):
 
 
 @jit
-def fixed_grid_of(ps, damper, n):
-    """Prepare one period in n steps."""
-    return fixed_grid_with(ps, damper, 2.0 * math.pi / ps.omega / n, n, None)
-
-
-@jit
-def fixed_grid_with(ps, damper, h, n, begun):
-    """Prepare n steps of h [s]: a period, or the rest of one of which a share has `begun`."""
+def fixed_grid_from(ps, damper, n, begun):
+    """Prepare the share of a period that has a `Begun` in n steps; None: all of it."""
+    h = length_of_cell(ps, n, begun)
     cosine, middle = np.empty(n + 1), np.empty(n)
     for j in range(n):
         cosine[j] = cos_sin_of_turn(turned(begun, j / n))[0]
         middle[j] = cos_sin_of_turn(turned(begun, (j + 0.5) / n))[0]
-    cosine[n] = 1.0
+    cosine[n] = cos_sin_of_turn(turned(begun, 1.0))[0]
     return FixedGrid(n, h, 1.0 / n, rate_of(ps, joined(damper)), cosine, middle, begun)
 
 

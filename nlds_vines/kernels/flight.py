@@ -58,6 +58,13 @@ DRIVE = TAYLOR + 6 * TERMS
 CELLS = DRIVE + ORDER + 1
 
 
+class Begun(NamedTuple):
+    """Where in the forcing's period the cells of a grid begin, and what share of it they are."""
+
+    phase: float  # share of the period before the first cell
+    share: float  # 1 for as many periods as there are from there to there
+
+
 class Grid(NamedTuple):
     """One period of flight, prepared: everything that depends on the parameters alone."""
 
@@ -70,7 +77,7 @@ class Grid(NamedTuple):
     table: np.ndarray  # (CELLS + 6 n + 6,), the table above; in inner kernels a bare row
     load: Any  # place in the table of what a constant load does; None where there is none
     low: Any = None  # place of the matrices of `once_rounded`; None where errors may add up
-    begun: Any = None  # share of the forcing's period before the first cell; None: none
+    begun: Any = None  # `Begun`; None: a period from phase zero on
     powers: Any = None  # place of the powers of `rigid_flight`; None where they would not pay
 
 
@@ -241,14 +248,26 @@ def at(w, x):
 @jit
 def grid_of(ps, damper, n):
     """Prepare one period of flight in `n` cells (see `cells_of`)."""
-    return grid_with(ps, damper, 2.0 * math.pi / ps.omega / n, n, n, None)
+    return grid_from(ps, damper, n, None)
+
+
+@jit
+def grid_from(ps, damper, n, begun):
+    """Prepare the share of a period that has a `Begun` in n cells; None: all of it."""
+    return grid_with(ps, damper, length_of_cell(ps, n, begun), n, n, begun)
+
+
+@jit
+def length_of_cell(ps, n, begun):
+    """Return the length [s] of n cells in a period, or in the share of it that has a `Begun`."""
+    return share_left(begun) * (2.0 * math.pi / ps.omega) / n
 
 
 @jit
 def grid_with(ps, damper, h, n, tabulated, begun):
     """Prepare flight by cells of h [s], n in a period, so many of them `tabulated` by phase.
 
-    Where a share of the forcing's period has `begun` before, the n cells are the rest of it.
+    begun: `Begun` where they do not begin at phase zero, or are a share of the period.
     """
     load = place_of_load(ps.load, CELLS + 6 * tabulated + 6)
     w = np.zeros(CELLS + 6 * tabulated + 6 + room_for_load(load))
@@ -268,7 +287,8 @@ def grid_with(ps, damper, h, n, tabulated, begun):
                 response[4 * i + c] += w[TAYLOR + i * TERMS + 4 * k + c]
     for i in range(16):
         w[STEP + i] = response[i]
-    w[CELLS + 6 * tabulated + 4] = 1.0  # cos at the start of the next period
+    # cos and sin at the end, where the next period starts
+    w[CELLS + 6 * tabulated + 4], w[CELLS + 6 * tabulated + 5] = cos_sin_of_turn(turned(begun, 1.0))
     for j in range(tabulated):
         at_cell = CELLS + 6 * j
         cosine, sine = cos_sin_of_turn(turned(begun, j / n))
@@ -287,7 +307,7 @@ def grid_with(ps, damper, h, n, tabulated, begun):
 @chosen
 def share_left(begun):
     """Return the share of the forcing's period that a grid's cells are."""
-    return (lambda begun: 1.0) if begun is None else (lambda begun: 1.0 - begun)
+    return (lambda begun: 1.0) if begun is None else (lambda begun: begun.share)
 
 
 @chosen
@@ -295,7 +315,7 @@ def turned(begun, share):
     """Return the turn of the forcing's phase after a share of a grid's cells."""
     if begun is None:
         return lambda begun, share: share
-    return lambda begun, share: begun + (1.0 - begun) * share
+    return lambda begun, share: begun.phase + begun.share * share
 
 
 @chosen

@@ -2,7 +2,9 @@
 
     F = K z^n, or with damping F = K z^n max(0, 1 + a dz/dt)
 
-(Hunt and Crossley: Journal of Applied Mechanics 42 (1975) 440. It never attracts.)
+(Hunt and Crossley: Journal of Applied Mechanics 42 (1975) 440. It never attracts: where 1 + a dz/dt
+falls through zero the wall lets go, and there is no force until it rises again. That is an event of
+the contact (`contact.up_to_switch`), and so each factor here is smooth: 1 + a dz/dt, or 0.)
 
 A contact is regularised (`contact_field`) by z = q^p and dt = q^(p - 1) dtheta. For Hertz p = 2.
 For another n, p is the least number that makes p n an integer, and the equations polynomial; where
@@ -22,7 +24,7 @@ import math
 
 from .compiling import chosen, is_a, jit
 from .elementary import exp, fifth_root, hypotenuse, log
-from .scene import LinearWall, PowerWall
+from .scene import Damping, LinearWall, PowerWall
 
 WHOLE = 5.607  # theta from touch to release of a free Hertz impact, times sqrt(kappa) q_m^(3/2)
 LASTING = 2.943  # time from touch to release of a free Hertz impact, times speed / depth
@@ -113,7 +115,7 @@ def elastic(wall, stiffness, q, z):
 
 @chosen
 def damping_of(wall):
-    """Return the constant a [s/m] of a law with damping, None of any other."""
+    """Return the `Damping` of a law with damping, None of any other."""
     if is_a(wall, PowerWall):
         return lambda wall: wall.damping
     return lambda wall: None
@@ -129,10 +131,28 @@ def damped(wall, s):
 
 @chosen
 def factor_of(damping, s):
-    """Return max(0, 1 + a s), a = `damping` [s/m] or None."""
+    """Return 1 + a s of `Damping`, 0 where the wall has let go, 1 of None."""
     if damping is None:
         return lambda damping, s: 1.0
-    return lambda damping, s: max(0.0, 1.0 + damping * s)
+    return lambda damping, s: damping.acts + damping.a * s
+
+
+@chosen
+def acting(damping, wall, pushes):
+    """Return a wall as it acts while it `pushes`, or while it has let go."""
+    if damping is None:
+        return lambda damping, wall, pushes: wall
+    return damped_wall
+
+
+@jit
+def damped_wall(damping, wall, pushes):
+    """Return a wall with damping whose factor is 1 + a s, or 0."""
+    acts = 1.0 if pushes else 0.0
+    return PowerWall(
+        wall.gap, wall.K, wall.kappa, wall.speed, wall.exponent, wall.root, wall.high,
+        wall.fraction, wall.whole, wall.lasting, Damping(acts, acts * damping.a),
+    )  # fmt: skip
 
 
 @chosen
@@ -181,11 +201,7 @@ def drag_of(wall, damping, q, z, s):
     """Return dF/ds [N s/m]."""
     if damping is None:
         return lambda wall, damping, q, z, s: 0.0
-
-    def drag(wall, damping, q, z, s):
-        return damping * elastic(wall, wall.K, q, z) if 1.0 + damping * s > 0.0 else 0.0
-
-    return drag
+    return lambda wall, damping, q, z, s: damping.a * elastic(wall, wall.K, q, z)
 
 
 # ---- energy and scales ---------------------------------------------------------------------------

@@ -23,7 +23,7 @@ def mean_and_width(logs):
     """Return the mean of a sequence and half the width of its 99 % interval, by batch means.
 
     Consecutive values of an orbit depend on each other; the means of BATCHES long pieces hardly
-    do. (inf where there are too few values.)
+    do. (inf where there are too few values; 0 where the mean is -inf, as one value is.)
     """
     first = int(UNFIT * len(logs))
     each = (len(logs) - first) // BATCHES
@@ -40,6 +40,8 @@ def mean_and_width(logs):
     for b in range(BATCHES):
         mean += means[b]
     mean /= BATCHES
+    if mean == -np.inf:
+        return mean, 0.0
     for b in range(BATCHES):
         spread += (means[b] - mean) * (means[b] - mean)
     return mean, QUANTILE * math.sqrt(spread / (BATCHES - 1) / BATCHES)

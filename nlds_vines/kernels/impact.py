@@ -17,9 +17,9 @@ a is five small numbers, all but exactly: a force, a drag, a drift, a spring and
 (`Approach`). Power series in them, prepared once (`orbits.impact_series`), are the guess from which
 the sweeps start, and the error of the collocation, which is subtracted. What remains is at most
 C_n e^(3/2), e the sum of their sizes: so many nodes are taken as the tolerance asks for. Afterwards
-the energy must add up: its own integral, with a collocation error of its own, and the speed of
-release must agree to the tolerance (`at_end`); otherwise the impact is solved with more nodes, and
-in the end it is stepped.
+energy and virial must add up, with all forces taken from eq. (5) anew: the integral of their work
+and the speed of release must agree to the tolerance (`at_end`); otherwise the impact is solved with
+more nodes, and in the end it is stepped.
 
 At the end of the interval such an integral is far better than at any place within it. So the depth,
 where it is wanted, is solved as an end: once more, on nodes between touch and deepest point alone.
@@ -39,7 +39,9 @@ import numpy as np
 from .compiling import jit
 from .contact_field import cos_sin
 from .elementary import fifth_root
+from .force_law import LASTING
 from .fours import four, four_at, larger_of, largest_of, number_of, put_four, sum_of
+from .scene import accelerations_of, under
 
 # The table of an arc.
 #
@@ -142,10 +144,10 @@ def approach_of(ps, damper, wall, s, x1, v1, c, d):
     b4 = (b * b) * (b * b)
     peak = wall.kappa * b4 * (b * b)
     tick = 2.5 * s / peak
-    # The common motion x'' = (1 - share) (P/m1 cos - k1/m1 x - c1/m1 x'), by Taylor.
+    # The common motion x'' = (1 - share) (P/m1 cos - k1/m1 x - c1/m1 x' + load), by Taylor.
     other = 1.0 - damper.share
     v = v1 - damper.share * s
-    push = ps.force * c - ps.stiffness * x1 - ps.damping * v
+    push = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v)
     acceleration = other * push
     slope = ps.force * ps.omega * d + ps.stiffness * v
     jerk = -other * (slope + ps.damping * acceleration)
@@ -240,7 +242,7 @@ def first_guess(ps, damper, nodes, approach):
 
 @jit(inlined=True)
 def slopes_at(ps, damper, wall, nodes, approach, i):
-    """Return (b, FB, FT, FG, FH) at the four nodes from i on: b, and the derivatives of all."""
+    """Return (a, FB, FT, FG, FH) at the four nodes from i on, a as in the text above."""
     w, at = nodes.w, nodes.at
     b, u, S_u = four_at(w, B + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
     v = four_at(w, H + i)
@@ -253,11 +255,11 @@ def slopes_at(ps, damper, wall, nodes, approach, i):
     cosine, sine = cos_sin(ps.omega * four_at(w, T + i))
     x1 = four_at(w, G + i) + damper.share * z
     push = ps.force * (approach.c * cosine - approach.d * sine)
-    push = push - (ps.stiffness * x1 + ps.damping * (v + damper.share * s))
+    push = under(ps.load, push - (ps.stiffness * x1 + ps.damping * (v + damper.share * s)))
     a = push - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
     per = u / (wall.kappa * (b4 * b2) - a * u2)
     dt = (2.5 * wall.speed) * (b4 * b) * per
-    return b, 0.5 * S_u * a * b * per, dt, v * dt, (1.0 - damper.share) * push * dt
+    return a, 0.5 * S_u * a * b * per, dt, v * dt, (1.0 - damper.share) * push * dt
 
 
 @jit
@@ -364,37 +366,60 @@ def missed(nodes, approach):
     return (first + second) + (third + fourth)
 
 
+@jit(inlined=True)
+def balances_at(ps, damper, wall, nodes, approach, i, a, dt):
+    """Return what the balances of energy and virial add up at the four nodes from i on, by phi.
+
+    s ds/dt and z (ds/dt - a), ds/dt being the acceleration of r by all forces but the wall's: that
+    of eq. (5) itself, by none of the formulas for the `a` that solves the impact. dt: dt/dphi.
+    """
+    w, at = nodes.w, nodes.at
+    b, u, S_u = four_at(w, B + i), four_at(w, at + i), four_at(w, at + nodes.m + i)
+    b2 = b * b
+    b4 = b2 * b2
+    z, s = b4 * (u * u), (wall.speed * (b4 * b)) * S_u
+    cosine, sine = cos_sin(ps.omega * four_at(w, T + i))
+    drive = approach.c * cosine - approach.d * sine
+    x1, v1 = four_at(w, G + i) + damper.share * z, four_at(w, H + i) + damper.share * s
+    _, ds = accelerations_of(ps, damper, x1, v1, wall.gap + z, s, drive, 0.0)
+    return s * ds * dt, z * (ds - a) * dt
+
+
 @jit
 def at_end(ps, damper, wall, nodes, approach):
     """Return (b / b0, time, x, v, doubt) at the end of the interval, settled unknowns at its nodes.
 
-    x, v: of the common motion. doubt: how far the energy of the motion in r, which is b^10 by the
-    integral of 10 b^9 db, is from that of b: it has a collocation error of its own, about as large.
+    x, v: of the common motion. doubt: how far the energy of the motion in r, by the work of all
+    forces but the wall's, is from that of b, which goes with b^10: it has a collocation error of
+    its own, about as large. And how far the virial z s is from 0, where it begins and ends: a force
+    that is conservative does no work from touch to release, but changes the time.
     """
     w, m, weight = nodes.w, nodes.m, nodes.at + WEIGHT * nodes.m
     sb, st, sg, sh = four(0.0), four(0.0), four(0.0), four(0.0)
-    energy = four(0.0)
+    energy, virial = four(0.0), four(0.0)
     per = 1.0 / approach.b
     for i in range(0, m, 4):
-        b, fb, ft, fg, fh = slopes_at(ps, damper, wall, nodes, approach, i)
+        a, fb, ft, fg, fh = slopes_at(ps, damper, wall, nodes, approach, i)
+        work, more = balances_at(ps, damper, wall, nodes, approach, i, a, ft)
         q = four_at(w, weight + i)
-        ratio = b * per
-        ratio3 = ratio * ratio * ratio
-        part = q * (fb * per)
-        sb = sb + part
+        sb = sb + q * (fb * per)
         st = st + q * ft
         sg = sg + q * fg
         sh = sh + q * fh
-        energy = energy + part * (ratio3 * ratio3 * ratio3)
-    more = missed(nodes, approach)
-    late = approach.tick * number_of(more, 1)
-    ratio, time = 1.0 + (sum_of(sb) + number_of(more, 0)), sum_of(st) + late
+        energy = energy + q * work
+        virial = virial + q * more
+    beyond = missed(nodes, approach)
+    late = approach.tick * number_of(beyond, 1)
+    ratio, time = 1.0 + (sum_of(sb) + number_of(beyond, 0)), sum_of(st) + late
     ratio2 = ratio * ratio
     ratio4 = ratio2 * ratio2
-    doubt = abs(ratio4 * ratio4 * ratio2 - (1.0 + (10.0 * sum_of(energy) + number_of(more, 2))))
+    s, deep = approach.s, (approach.b * approach.b) * (approach.b * approach.b)
+    gained = 2.0 * sum_of(energy) / (s * s) + number_of(beyond, 2)
+    doubt = DOUBTED * abs(ratio4 * ratio4 * ratio2 - (1.0 + gained))
+    doubt += abs(sum_of(virial)) / (LASTING * deep * s)
     x = approach.x + (sum_of(sg) + approach.v * late)
     v = approach.v + (sum_of(sh) + approach.acceleration * late)
-    return ratio, time, x, v, DOUBTED * doubt
+    return ratio, time, x, v, doubt
 
 
 @jit

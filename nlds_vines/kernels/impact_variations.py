@@ -55,7 +55,7 @@ from .impact import (
     approach_of,
     nodes_of,
 )
-from .scene import accelerations
+from .scene import accelerations, under
 
 # The scratch of variations in the table of an arc, from VARIED on.
 #
@@ -90,7 +90,7 @@ def linearise(ps, damper, wall, nodes, approach):
         cosine, sine = cos_sin(ps.omega * four_at(w, T + i))
         push = ps.force * (approach.c * cosine - approach.d * sine)
         push = push - (ps.stiffness * four_at(w, G + i) + ps.damping * four_at(w, H + i))
-        push = push - (a1 * z + a2 * s)
+        push = under(ps.load, push - (a1 * z + a2 * s))
         a = push - (damper.k2 * (wall.gap + z) + damper.c2 * s) * damper.inv_mu
         per = u / (wall.kappa * (b4 * b2) - a * u2)
         dt = (2.5 * wall.speed) * (b4 * b) * per

@@ -345,7 +345,7 @@ def note_half(ps, damper, wall, arc, energy, end, rate, phase, state, bodies, sp
                 w[k + 5 + body] = top[body] - w[FIRST + 2 * ROW * body]
 
 
-@jit(dissolved=True)
+@jit
 def note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting):
     """Raise the largest energies to their maxima in the next `lasting` [s] of a solved impact.
 

@@ -116,7 +116,7 @@ def divided(whole, first):
     return found
 
 
-@jit(dissolved=True)
+@jit
 def cut_in_two(ps, damper, wall, arc, rate, phase, ahead):
     """Return F and S (16,) of an impact that a section cuts, `ahead.elapsed` > 0.
 
@@ -143,7 +143,7 @@ def cut_in_two(ps, damper, wall, arc, rate, phase, ahead):
     return product(whole, part), divided(unit_variations(), part)
 
 
-@jit(dissolved=True)
+@jit
 def vary_cut(ps, damper, wall, arc, rate, phase, tangent, k, to_section):
     """Carry four variations (16,) from touch to the section in an impact, or from there on.
 

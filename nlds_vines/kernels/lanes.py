@@ -71,7 +71,7 @@ def speeds_of(speeds, chain, link):
     return lambda speeds, chain, link: Speeds(speeds[chain, link], np.zeros(1, np.int64))
 
 
-@jit(dissolved=True)
+@jit
 def buffers_of(parts, buffers, periods, chain, link):
     """Return the `CellBuffers` of one lane: its rows of the `LaneBuffers`, and scratch."""
     section, cycle = buffers.section, buffers.cycle

@@ -20,7 +20,7 @@ from .flight import bend_of
 from .force_law import at_depth, damped, depth_of, twice_stored
 from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, alike, note_violation
 from .roots import narrowed, secant
-from .scene import scale_of
+from .scene import greatest_push, scale_of
 
 MOST_PIECES = 1000  # of a step: some ten are needed, and some hundred at a maximum of r
 ROUND_OFF = 4.0e-16  # relative error of r
@@ -39,6 +39,12 @@ def begin_contact(limit_log, sign, gap, time):
 
 
 @jit
+def most_push(ps):
+    """Return the largest acceleration [m/s^2] of the structure by force and load."""
+    return greatest_push(ps.load, abs(ps.force))
+
+
+@jit
 def may_pass(ps, damper, wall, sign, limit_log, duration, touch):
     """Tell whether r may be beyond the limit in a contact of a `duration` [s] from its touch.
 
@@ -47,7 +53,7 @@ def may_pass(ps, damper, wall, sign, limit_log, duration, touch):
     s, x1, v1 = touch
     if sign < 0.0:
         return -wall.gap > limit_log[LEVEL]
-    scale = scale_of(ps, damper, x1, v1, wall.gap, s) + abs(ps.force) * math.sqrt(ps.m1) * duration
+    scale = scale_of(ps, damper, x1, v1, wall.gap, s) + most_push(ps) * math.sqrt(ps.m1) * duration
     room = limit_log[LEVEL] - wall.gap
     return room <= 0.0 or 0.8 * wall.K * room * room * math.sqrt(room) <= scale * scale
 
@@ -59,11 +65,11 @@ def bend_in_contact(ps, damper, wall, k, duration):
     z = depth_of(wall, q)
     scale = scale_of(ps, damper, k[rk.Y + 2], k[rk.Y + 3], wall.gap + z, k[rk.Y + 1])
     scale = math.sqrt(scale * scale + twice_stored(wall, z, q))
-    scale += abs(ps.force) * math.sqrt(ps.m1) * duration
+    scale += most_push(ps) * math.sqrt(ps.m1) * duration
     fast = scale * math.sqrt(damper.inv_mu)
     deepest = z + fast * duration
     pushed = at_depth(wall, wall.kappa, deepest) * damped(wall, fast)
-    return bend_of(ps, damper) * scale + abs(ps.force) + pushed
+    return bend_of(ps, damper) * scale + most_push(ps) + pushed
 
 
 @jit

@@ -22,7 +22,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compiling import chosen, is_a, jit
-from .flight import CELLS, COEF, ORDER, TAYLOR, TERMS, Grid, at, grid_of, pair, step
+from .flight import CELLS, COEF, ORDER, TAYLOR, TERMS, Grid, at, grid_from, pair, step
 from .fours import four, four_at, four_of, number_of
 from .scene import Ground
 from .twofold import plus, quotient, split, times, two_product, two_sum
@@ -112,9 +112,9 @@ def rounded_once(ps, damper, grid):
 
 
 @jit
-def grid_once_rounded(ps, damper, n):
+def grid_once_rounded(ps, damper, n, begun):
     """Prepare one period of flight in `n` cells that are rounded once (`flight.grid_of`)."""
-    return rounded_once(ps, damper, grid_of(ps, damper, n))
+    return rounded_once(ps, damper, grid_from(ps, damper, n, begun))
 
 
 # ---- their products with a state -----------------------------------------------------------------

@@ -86,7 +86,7 @@ def spacing(space, course, n):
     return nearest_yet
 
 
-@jit(dissolved=True)
+@jit
 def try_period(flow, course, n, apart, evidence):
     """Try to find a stable orbit of minimal period n that the orbit is drawn to.
 
@@ -121,7 +121,7 @@ def try_period(flow, course, n, apart, evidence):
     return FOUND
 
 
-@jit(dissolved=True)
+@jit
 def find_period(flow, course, most, periods, chaotic, evidence):
     """Try the period of a recurrence, then those of near returns, the best first.
 

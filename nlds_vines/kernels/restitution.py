@@ -37,7 +37,7 @@ from .flight import (
     at,
     bare_grid,
     cell_polynomial,
-    grid_of,
+    grid_from,
 )
 from .impact_variations import columns_of, put_columns
 from .observe import note_energy
@@ -66,14 +66,14 @@ def share_of_load(load, share):
 
 
 @jit
-def stuck_of(ps, damper, n):
-    """Return the `Stuck` motion of a cell, on n cells a period."""
+def stuck_of(ps, damper, n, begun):
+    """Return the `Stuck` motion of a cell, on n cells a period; `begun` as of its grid."""
     other = 1.0 - damper.share
     one = Structure(
         ps.m1 + damper.m2, ps.k1, ps.stiffness * other, ps.damping * other, ps.force * other,
         ps.omega, share_of_load(ps.load, other),
     )  # fmt: skip
-    return Stuck(one, grid_of(one, None, n))
+    return Stuck(one, grid_from(one, None, n, begun))
 
 
 # ---- the impact ----------------------------------------------------------------------------------
@@ -107,19 +107,21 @@ def stays(ps, damper, wall, rate, s, x1, v1, c, d):
 
 
 @jit
-def vary_at_impact(ps, damper, wall, before, after, c, tangent):
+def vary_at_impact(ps, damper, wall, before, after, stuck, c, tangent):
     """Carry four variations `tangent` (16,) through an impact (a saltation matrix).
 
-    before, after: (s, x1, v1); after it s is 0 where the damper stays. The wall is met later by
-    t0 = -r / s: a variation is carried there by the motion before, and back by that after.
+    before, after: (s, x1, v1); stuck: whether the damper stays, then. The wall is met later by
+    t0 = -r / s: a variation is carried there by the motion before, and back by that after. (With
+    e = 0, too, that after is a flight where the wall is left at once, as ds/dt < 0 there.)
     """
+    # hot: once per impact
     s, x1, v1 = before
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
     x, v, r, u = columns_of(tangent)
     late = (-1.0 / s) * r
     x, v, u = x + v1 * late, v + dv * late, u + ds * late
     s, x1, v1 = after
-    if s == 0.0:
+    if stuck:
         v = v - damper.share * u
         own = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
         dv = (1.0 - damper.share) * own
@@ -160,13 +162,14 @@ def rebound(
         before, u = (s, x1, v1), v1 - damper.share * s
         s = -wall.e * s
         v1 = u + damper.share * s
-        if stays(seen, damper, wall, rate, s, x1, u, c, d):
+        stuck = stays(seen, damper, wall, rate, s, x1, u, c, d)
+        if stuck:
             s, v1 = 0.0, u
         if tangent is not None:
-            k[rk.SHRUNK] += -math.inf if s == 0.0 else 2.0 * log(wall.e)
+            k[rk.SHRUNK] += -math.inf if stuck else 2.0 * log(wall.e)
             seen_from_wall(tangent, sign, 1.0)
-            vary_at_impact(seen, damper, wall, before, (s, x1, v1), c, rows_of(tangent))
-            drive_rebound(tangent, damper, wall, sign, before[0], s == 0.0)
+            vary_at_impact(seen, damper, wall, before, (s, x1, v1), stuck, c, rows_of(tangent))
+            drive_rebound(tangent, damper, wall, sign, before[0], stuck)
             seen_from_wall(tangent, sign, -1.0)
     if s < 0.0 or not pressing(seen, damper, wall, x1, v1, c) > 0.0:
         return RELEASED, 0.0, sign * s, sign * x1, sign * v1, 0.0, 0.0

@@ -17,7 +17,7 @@ import numpy as np
 
 from .compiling import chosen, jit
 from .elementary import cos_sin_of_turn
-from .flight import CELLS, STEP, TAYLOR, TERMS, Grid, grid_of, response_to
+from .flight import CELLS, STEP, TAYLOR, TERMS, Grid, grid_from, response_to
 from .fours import four_at, number_of
 from .once_rounded import after_cell, put_sum, put_sum_of_load
 
@@ -61,9 +61,9 @@ def with_powers(grid):
 
 
 @jit
-def grid_of_spans(ps, damper, n):
+def grid_of_spans(ps, damper, n, begun):
     """Prepare one period of flight in `n` cells, whose spans are computed from their starts."""
-    return with_powers(grid_of(ps, damper, n))
+    return with_powers(grid_from(ps, damper, n, begun))
 
 
 # ---- a cell of a span ----------------------------------------------------------------------------

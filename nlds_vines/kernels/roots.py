@@ -11,13 +11,13 @@ from __future__ import annotations
 from .compiling import jit
 
 
-@jit(dissolved=True)
+@jit
 def secant(low, high, f_low, f_high):
     """Return where the straight line through (low, f_low) and (high, f_high) is zero."""
     return low + (high - low) * f_low / (f_low - f_high)
 
 
-@jit(dissolved=True)
+@jit
 def narrowed(low, high, f_low, f_high, x, f):
     """Return (low, high, f_low, f_high) of the half of a bracket, cut at x, that holds the root.
 
@@ -29,7 +29,7 @@ def narrowed(low, high, f_low, f_high, x, f):
     return x, high, f, 0.5 * f_high
 
 
-@jit(dissolved=True)
+@jit
 def guarded(guess, low, high):
     """Return a guess that lies in (low, high), otherwise the middle of the bracket."""
     return guess if low < guess < high else 0.5 * (low + high)

@@ -66,6 +66,13 @@ class Wall(NamedTuple):
     speed: float  # sqrt(4 kappa / 5): approach speed = speed * (greatest depth)^(5/4)
 
 
+class Damping(NamedTuple):
+    """Hunt and Crossley's: a force times `acts` + a dz/dt; both 0 where it would attract."""
+
+    acts: float  # 1, or 0 where the wall has let go
+    a: float  # [s/m]
+
+
 class PowerWall(NamedTuple):
     """Obstacle with force K z^n, with or without damping: see `force_law`."""
 
@@ -79,7 +86,7 @@ class PowerWall(NamedTuple):
     fraction: float
     whole: float  # theta, and in its units time, of a free contact
     lasting: float
-    damping: Any  # a [s/m] of the factor 1 + a dz/dt, or None
+    damping: Any  # `Damping`, or None
 
 
 class LinearWall(NamedTuple):
@@ -288,7 +295,7 @@ def damping_if(damping, cell):
     """Return the constant of Hunt and Crossley's damping of a cell, None where there is none."""
     if damping is None:
         return lambda damping, cell: None
-    return lambda damping, cell: cell.hunt_crossley
+    return lambda damping, cell: Damping(1.0, cell.hunt_crossley)
 
 
 @chosen
@@ -314,16 +321,28 @@ def greatest_push(load, force):
 
 
 @jit
+def acceleration_alone(ps, x1, v1, drive):
+    """Return dv1/dt of the structure without a damper, of one state or of four."""
+    return under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v1)
+
+
+@jit
+def accelerations_of(ps, damper, x1, v1, r, s, drive, contact):
+    """Return `accelerations` of a structure with a damper, of one state or of four."""
+    alone = acceleration_alone(ps, x1, v1, drive)
+    pull = damper.k2 * r + damper.c2 * s + contact
+    return alone - pull * damper.inv_m1, alone - pull * damper.inv_mu
+
+
+@jit
 def accelerations(ps, damper, x1, v1, r, s, drive, contact):
     """Return (dv1/dt, ds/dt), eq. (5) in the kernels' coordinates.
 
     `drive` is cos(omega t); `contact` the force [N] of a wall on the damper towards +x2.
     """
-    alone = under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v1)
     if damper is None:
-        return alone, 0.0
-    pull = damper.k2 * r + damper.c2 * s + contact
-    return alone - pull * damper.inv_m1, alone - pull * damper.inv_mu
+        return acceleration_alone(ps, x1, v1, drive), 0.0
+    return accelerations_of(ps, damper, x1, v1, r, s, drive, contact)
 
 
 @jit

@@ -66,7 +66,7 @@ def returns_as_predicted(space, tangent, y, now, then, span):
     return far <= FAR * span and distance(space, image, then) <= PREDICTION_ERROR * far
 
 
-@jit(dissolved=True)
+@jit
 def attracted(flow, tangent, y, x, n, span):
     """Tell whether the state x is drawn to the stable orbit through y.
 
@@ -87,7 +87,7 @@ def attracted(flow, tangent, y, x, n, span):
     return True
 
 
-@jit(dissolved=True)
+@jit
 def settled_before(flow, course, tangent, y, n, span, m):
     """Return the section from which on returns are as predicted, all those from section m on being.
 
@@ -105,7 +105,7 @@ def settled_before(flow, course, tangent, y, n, span, m):
     return settled
 
 
-@jit(dissolved=True)
+@jit
 def settling_period(flow, course, tangent, y, n, span):
     """Return the number of the first section from which on all returns are as predicted.
 
@@ -133,7 +133,7 @@ def growth_of(logs):
     return mean, max(width, MARGIN)
 
 
-@jit(dissolved=True)
+@jit
 def note_chaotic_transient(flow, course, evidence, period):
     """Note whether the orbit was chaotic for long before it settled on a periodic orbit."""
     periods = int(evidence[ev.SETTLING])

@@ -28,7 +28,7 @@ LONGEST_CORRECTION = 1.0  # relative to the orbit: a longer one leads to another
 SAME_POINT = 1.0e-8  # relative distance of two section points that are one
 
 
-@jit(dissolved=True)
+@jit
 def trace_cycle(flow, y, points, counts, tangent, state):
     """Follow an orbit from y for len(points) periods; its matrix ends up in `tangent`.
 
@@ -90,7 +90,7 @@ def correction(space, matrix, y, image):
     return right[:, 0], found
 
 
-@jit(dissolved=True)
+@jit
 def polish(flow, y, points, counts, tangent, longest=np.inf):
     """Move y (4,) onto an orbit of n = len(points) periods, by steps of at most the norm `longest`.
 

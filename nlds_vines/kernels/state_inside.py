@@ -127,7 +127,7 @@ def state_from(ps, damper, wall, arc, phase, state, time):
     return state_at(wall, solved_half(ps, damper, wall, arc, approach, level, settled), time)
 
 
-@jit(dissolved=True)
+@jit
 def state_inside(ps, damper, wall, arc, phase, ahead, time):
     """Return (q, s, x1, v1) a `time` [s] after the touch of an impact that is solved.
 
@@ -143,7 +143,7 @@ def state_inside(ps, damper, wall, arc, phase, ahead, time):
     return q, -s, x1, -v1
 
 
-@jit(dissolved=True)
+@jit
 def state_at_section(ps, damper, wall, arc, rate, phase, ahead):
     """Return (q, s, x1, v1) of a solved impact at a section, `ahead.elapsed` after its touch.
 

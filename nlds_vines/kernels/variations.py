@@ -76,7 +76,7 @@ def rest_of(damper):
     return lambda damper: damper.rest
 
 
-@jit(dissolved=True)
+@jit
 def flow_of(prepared, exact_grid):
     """Return the `Flow` of one cell."""
     ps, damper = prepared.ps, joined(prepared.damper)
@@ -99,7 +99,7 @@ def noted_of(scratch, flow, section):
     )
 
 
-@jit(dissolved=True)
+@jit
 def advance(flow, section, periods, tangent, state):
     """Advance `state` (SIZE,) and four variations `tangent` (16,) by up to TOGETHER periods.
 
@@ -146,7 +146,7 @@ def nothing_seen(damper, tangent):
     """Leave variations as they are."""
 
 
-@jit(dissolved=True)
+@jit
 def run_on(flow, section, periods, state):
     """Advance `state` (SIZE,) alone by so many periods, as a run does; return a status.
 
@@ -242,7 +242,7 @@ def shrunk_in_contacts(near, far, damping, other, flow, y, n):
     return lambda near, far, damping, other, flow, y, n: 0.0
 
 
-@jit(dissolved=True)
+@jit
 def shrunk_on_the_way(near, far, damping, other, flow, y, n):
     """Return the same by following the orbit."""
     state, tangent, k = new_state(), np.zeros(16), flow.prepared.scratch

@@ -46,7 +46,7 @@ def note_exponents(evidence, growth, logs, period, size):
         evidence[ev.EXPONENTS + i] = growth[i] / (len(logs) * period)
 
 
-@jit(dissolved=True)
+@jit
 def note_cycle(flow, evidence, period):
     """Write the largest exponent of a periodic orbit, ln |mu| / nT, which needs no average.
 
@@ -76,9 +76,10 @@ def note_cycle(flow, evidence, period):
     for i in range(flow.space.size):
         evidence[ev.EXPONENTS + i] = growth[i] / (n * period)
     # the first is known better; what it was off, the second was, as areas align faster than lengths
-    off = evidence[ev.EXPONENTS] - evidence[ev.LARGEST]
-    evidence[ev.EXPONENTS] -= off
-    evidence[ev.EXPONENTS + 1] += off
+    if evidence[ev.LARGEST] > -np.inf:
+        off = evidence[ev.EXPONENTS] - evidence[ev.LARGEST]
+        evidence[ev.EXPONENTS] -= off
+        evidence[ev.EXPONENTS + 1] += off
 
 
 @jit
@@ -103,7 +104,7 @@ def seems_quasiperiodic(trace, evidence):
     return zero and evidence[ev.DIGITS] >= SMOOTH
 
 
-@jit(dissolved=True)
+@jit
 def judge(flow, ends, record, first, stages, evidence):
     """Say what an orbit is; see `evidence_rows` for the columns of `evidence` (COLUMNS,).
 

@@ -12,11 +12,10 @@ In reading order:
     hertz_arc        the free impact at the collocation nodes
     kernel_inputs    scene and cell as kernels take them
     starts           where orbits begin
-    elsewhere        kernels compiled by a process of their own
     compilation      which kernels are compiled, and who is told
     batch            many orbits in one call of the kernels
     entries          orbits that begin at any phase, to the next section
-    ahead            the program of that process
+    beside           the program of the process that compiles beside this one
     evidence         from the kernels' numbers to datasets and labels
     refinement       errors, from the same orbits computed more finely
     simulation       `nv.simulate`

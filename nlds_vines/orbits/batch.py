@@ -19,8 +19,7 @@ from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import cell_type
 from nlds_vines.orbits import evidence, responses
-from nlds_vines.orbits.compilation import Compilation
-from nlds_vines.orbits.elsewhere import Needed
+from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import EFFORTS, TOLERANCE, Settings
 from nlds_vines.orbits.wants import JUDGED, NOTED, noted, speeds_noted
@@ -164,6 +163,7 @@ class Kernels:
         )
         self._parts = parts_of(wanted.method, wanted.scene, wanted.settings)
         self._stages = np.array(EFFORTS[wanted.effort], dtype=np.int64)
+        self._prepared = False
 
     @property
     def records(self) -> bool:
@@ -172,17 +172,23 @@ class Kernels:
 
     def run(self, chains: np.ndarray, starts: np.ndarray, transient: int, periods: int) -> Outputs:
         """Run chains of cells (chains, links) from `starts` (chains, 4), with their verdicts."""
+        self.prepare()
         outputs = Outputs.of(self._wanted, (len(chains), chains.shape[1]), transient, periods)
-        with self._compilation.followed():
-            if outputs.evidence is not None:
-                # another process begins with that, and is the last to end
-                evidence.compile_multipliers(len(self._wanted.scene.components))
-            span = Span(transient, periods, 1)
-            outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
-            if outputs.evidence is not None:
-                self._compilation.await_verdict()
-                self._judge(outputs, chains, transient, periods)
+        span = Span(transient, periods, 1)
+        outputs.status[:] = run(self._parts, chains, starts, span, outputs.buffers)
+        if outputs.evidence is not None:
+            self._judge(outputs, chains, transient, periods)
         return outputs
+
+    def prepare(self) -> None:
+        """Have all compiled that is wanted, unless it is; tell what is waited for."""
+        if not self._prepared:
+            with self._compilation.followed():
+                for kernel in kernels_of(self._wanted.want):
+                    if kernel == "verdict":
+                        self._compilation.await_verdict()
+                    self.compile(kernel)
+            self._prepared = True
 
     def _judge(self, outputs: Outputs, chains: np.ndarray, transient: int, periods: int) -> None:
         """Judge the orbits that were run."""
@@ -198,22 +204,26 @@ class Kernels:
         starts = np.zeros((0, 4))
         outputs = Outputs.of(self._wanted, chains.shape, 1, 1)
         if kernel == "orbit":
+            if outputs.evidence is not None:
+                evidence.compile_multipliers(len(self._wanted.scene.components))
             run(self._parts, chains, starts, Span(1, 1, 1), outputs.buffers)
         elif kernel == "verdict":
             self._judge(outputs, chains, 1, 1)
-            evidence.compile_multipliers(len(self._wanted.scene.components))
         else:
-            self.after_a_period(chains[:, 0], starts)
+            self._after_a_period(chains[:, 0], starts)
 
     def after_a_period(self, cells: np.ndarray, starts: np.ndarray) -> np.ndarray:
         """Return the states (lanes, components) one period after `starts` (lanes, 4); NaN if none.
 
         Arguments: the `cells` (lanes,) of the starts (x1, v1, r, s), which lie at phase zero.
         """
+        self.prepare()
+        return self._after_a_period(cells, starts)
+
+    def _after_a_period(self, cells: np.ndarray, starts: np.ndarray) -> np.ndarray:
         chains = cells[:, np.newaxis]
         section = np.zeros((*chains.shape, 1, len(self._wanted.scene.components)))
-        with self._compilation.followed({lanes.run_lanes: "error"}):
-            status = run(self._parts, chains, starts, Span(0, 1, 1), LaneBuffers(section=section))
+        status = run(self._parts, chains, starts, Span(0, 1, 1), LaneBuffers(section=section))
         section[status != OK] = np.nan
         return section[:, 0, 0]
 

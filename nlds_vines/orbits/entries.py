@@ -8,8 +8,7 @@ from nlds_vines.kernels import part_period
 from nlds_vines.kernels.codes import BAD_PARAMETERS, OK, TOO_STIFF
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.batch import on_threads, records_of
-from nlds_vines.orbits.compilation import Compilation
-from nlds_vines.orbits.elsewhere import Needed
+from nlds_vines.orbits.compilation import Compilation, Needed
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.runs.progress import Tell

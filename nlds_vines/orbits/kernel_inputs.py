@@ -10,6 +10,7 @@ from nlds_vines.kernels.arguments import Parts
 from nlds_vines.kernels.cells import prepared_cell
 from nlds_vines.kernels.flight import cells_of, grid_of
 from nlds_vines.kernels.scene import (
+    Damping,
     Ground,
     LinearWall,
     PowerWall,
@@ -38,7 +39,7 @@ WALLS: dict[str, Any] = {
 }
 """A wall by the name of its law: of its numbers, kernels look at none."""
 
-DAMPED = _POWER._replace(damping=0.0)
+DAMPED = _POWER._replace(damping=Damping(0.0, 0.0))
 """A wall whose law, a power of the depth, has Hunt and Crossley's damping."""
 
 
@@ -82,4 +83,4 @@ def flow_on(system: System, method: str = "exact", settings: Settings | None = N
     parts, cell = parts_of(method, system.scene, settings), cell_of(system)
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
-    return flow_of(prepared_cell(parts, cell, ps, damper, n, 1), grid_of(ps, damper, n))
+    return flow_of(prepared_cell(parts, cell, ps, damper, n, 1, None), grid_of(ps, damper, n))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -28,6 +29,9 @@ _WORDS = {
     FLAGS["chaotic"]: "chaos",
     FLAGS["failed"]: "failed",
 }
+PERIODIC = re.compile(r"([2-9]|[1-9][0-9]+)?T,(0|[1-9][0-9]*)")
+"""How the label of a periodic orbit is written: `name_of`."""
+
 TRANSIENT = "transient chaos to "
 """How a label begins whose orbit was chaotic for long before it settled."""
 

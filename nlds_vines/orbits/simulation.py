@@ -22,8 +22,7 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.scenes.base import LONGEST_NAME
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
-from nlds_vines.orbits.compilation import Compilation, notice
-from nlds_vines.orbits.elsewhere import Needed
+from nlds_vines.orbits.compilation import Compilation, Needed, notice
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.settings import METHODS, Settings, checked_steps, chosen_settings
 from nlds_vines.orbits.status_words import STATUS

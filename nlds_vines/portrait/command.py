@@ -22,7 +22,7 @@ from nlds_vines.cli.option_values import (
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import ARCHIVE_SUFFIXES, check_plot, optional_path, refuse_picture
+from nlds_vines.cli.paths import ARCHIVE_SUFFIXES, check_plot, optional_path, refuse_replacing
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, from_text
@@ -118,10 +118,10 @@ def _carry_out(options: argparse.Namespace) -> int:
     stem = _NAME if options.source is None else Path(options.source).stem
     plot = Path(f"{stem}.png" if options.plot is None else options.plot)
     check_plot(plot)
+    _refuse(plot, request, options.overwrite)
     if options.dry_run:
         say(*_plan(request, plot))
         return DONE
-    _refuse(plot, request, options.overwrite)
     check_environment()
     from nlds_vines.orbits.simulation import IntegrationError
 
@@ -137,7 +137,8 @@ def _carry_out(options: argparse.Namespace) -> int:
 
 def _refuse(path: Path, request: PortraitRequest, overwrite: bool) -> None:
     """Raise `RequestError` where a picture of another request would be replaced unasked."""
-    refuse_picture(path, RunOptions(resume=not overwrite, overwrite=overwrite), request.hash)
+    how = RunOptions(resume=not overwrite, overwrite=overwrite)
+    refuse_replacing("picture", path, how, request.hash)
 
 
 def _request(options: argparse.Namespace) -> PortraitRequest:

@@ -16,18 +16,20 @@ from pathlib import Path
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import PLOT_SUFFIXES, check_writable
+from nlds_vines.cli.paths import PLOT_SUFFIXES, check_writable, refuse_begun, refuse_replacing
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, choice, shown, unknown
 from nlds_vines.reproduce.request import FigureRequest
 from nlds_vines.reproduce.request_file import load_figure, packaged_figures
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
+from nlds_vines.runs.manifest import SCAN
 
 _NAME = "reproduce"
 _FOLDER = "reproduction"
 _ARCHIVES = "archives"
 _REPORT = "reproduction.md"
+_OWN_REPORT = "Made by `nlds-vines reproduce`"  # stands in every report, and in no other file
 FORMATS = tuple(suffix.removeprefix(".") for suffix in PLOT_SUFFIXES)
 """The formats of pictures."""
 
@@ -120,8 +122,22 @@ class _Job:
         """The scans of all requests by the name of their archive, each once."""
         return {request.archive(c): c.scan for request in self.requests for c in request.curves}
 
+    def refuse(self, dry_run: bool = False) -> None:
+        """Raise `RequestError` for files in the folder that this program has not made.
+
+        With `dry_run` for all that a run refuses.
+        """
+        for request in self.requests:
+            own = "recipe_hash" if request.kind == "portrait" else "scan_hash"
+            refuse_replacing("picture", self.picture_path(request), self.how, own)
+        if self.report:
+            refuse_replacing("report", self.report_path, self.how, _OWN_REPORT)
+        for name, scan in self.scans.items() if dry_run else ():
+            refuse_begun(self.folder / _ARCHIVES / name, scan, SCAN, self.how)
+
     def run(self) -> int:
         """Compute, draw and report; return how many orbits failed."""
+        self.refuse()
         (self.folder / _ARCHIVES).mkdir(parents=True, exist_ok=True)
         for name, scan in self.scans.items():
             refuse_without_room(scan, self.folder / _ARCHIVES / name)
@@ -199,6 +215,7 @@ class _Job:
 def _carry_out(options: argparse.Namespace) -> int:
     job = _job(options)
     if options.dry_run:
+        job.refuse(dry_run=True)
         say(*job.plan())
         return DONE
     try:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from nlds_vines.archives.durable import in_one_line
+from nlds_vines.archives.durable import write_text
 from nlds_vines.archives.provenance import version
 from nlds_vines.cli.markdown import table
 from nlds_vines.model.catalogue import catalogue
@@ -76,13 +75,7 @@ def write(path: Path, archives: Path, picture: str, follow: Follow = not_followe
 
     evidence = archived(requests, archives, drawn)
     text = "\n".join(_Report(requests, evidence, path.parent, picture).lines())
-    temporary = path.with_name(f"{path.name}.tmp")
-    with in_one_line(f"write {path}"):
-        try:
-            temporary.write_text(f"{text}\n", encoding="utf-8")
-            os.replace(temporary, path)
-        finally:
-            temporary.unlink(missing_ok=True)
+    write_text(path, f"{text}\n")
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,9 @@ from nlds_vines.cli.paths import (
     check_output,
     check_plot,
     optional_path,
+    refuse_begun,
     refuse_existing,
-    refuse_picture,
+    refuse_replacing,
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
@@ -28,6 +29,7 @@ from nlds_vines.errors import at, shown
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.response_curves.curve_options import Source, add_curve_options, changes, page_from
 from nlds_vines.response_curves.request import CurvePage, label_of
+from nlds_vines.runs.manifest import RESPONSE_CURVES
 
 if TYPE_CHECKING:
     from nlds_vines.response_curves.result import ResponseCurves
@@ -97,15 +99,24 @@ class Job:
             with at(f"--plot {shown(str(self.plot))}"):
                 refuse_undrawable(self.page.axis, self.page.values)
 
+    def refuse(self, dry_run: bool = False) -> None:
+        """Raise `RequestError` where files exist, or the curves do not fit the machine.
+
+        With `dry_run` for all that a run refuses.
+        """
+        refuse_existing(self.archive, self.how)
+        refuse_replacing("picture", self.plot, self.how, self.page.hash)
+        for curve in self.page.curves:
+            refuse_without_room(curve.scan, self.archive)
+        if dry_run:
+            refuse_begun(self.archive, self.page, RESPONSE_CURVES, self.how)
+
     def run(self) -> ResponseCurves:
         """Compute, draw, and return what was found.
 
         Raises `RequestError` for an archive that exists, without --resume and --overwrite.
         """
-        refuse_existing(self.archive, self.how)
-        refuse_picture(self.plot, self.how, self.page.hash)
-        for curve in self.page.curves:
-            refuse_without_room(curve.scan, self.archive)
+        self.refuse()
         from nlds_vines.response_curves.result import curves_in
         from nlds_vines.response_curves.run import run
 
@@ -136,6 +147,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     plot = optional_path(options.plot)
     job = Job(page, request_path(options.source), archive, plot, run_options(options))
     if options.dry_run:
+        job.refuse(dry_run=True)
         say(*job.plan())
         return DONE
     found = job.run()

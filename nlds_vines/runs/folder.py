@@ -43,6 +43,7 @@ class RunFolder:
     complete: bool = False
     discarded: list[str] = field(default_factory=list)
     _replaces: bool = False
+    _begins: bool = False
     _locks: list[int] = field(default_factory=list)
 
     @classmethod
@@ -80,17 +81,31 @@ class RunFolder:
                 run._settle(resume, overwrite)
         return run
 
+    def refuse(self, *, resume: bool = False, overwrite: bool = False) -> None:
+        """Raise `RequestError` where `open` would, and change nothing: for --dry-run."""
+        with durable.in_one_line(f"write {self.path}"):
+            if durable.held(self.folder / "lock"):
+                raise RequestError(self._busy)
+            if not (self._archive_is_complete(resume, overwrite) or overwrite):
+                self._begun(resume)
+
     @property
     def folder(self) -> Path:
         """Where the parts are: `FILE.parts`."""
         return folder_of(self.path)
 
+    @property
+    def _busy(self) -> str:
+        return f"another run is writing {self.path}: wait for it, or stop it"
+
     def __enter__(self) -> Self:
         """Return the run itself."""
         return self
 
-    def __exit__(self, *_: object) -> None:
-        """Release the folder; the parts stay."""
+    def __exit__(self, _: object, error: BaseException | None, trace: object) -> None:
+        """Release the folder; the parts stay.  A run refused before it has any leaves no folder."""
+        if isinstance(error, RequestError) and self._begins and not self._has_parts():
+            self._remove()
         self.close()
 
     def close(self) -> None:
@@ -114,9 +129,10 @@ class RunFolder:
         archive's name that this run is not to replace.  If it ends early for any reason, the parts
         are intact, and an archive of that name is as it was.
         """
-        temporary = self.folder / "archive.tmp"
+        temporary = durable.beside(self.folder / "archive")
         with durable.in_one_line(f"write {self.path} (the parts are intact, use --resume)"):
             try:
+                self._clear("*.tmp")  # of runs that were killed: no other is at work here
                 make(temporary)
                 self._put_in_place(temporary)
             finally:
@@ -166,8 +182,7 @@ class RunFolder:
 
     def _take_locks(self) -> None:
         """Lock the folder: a run for itself alone, a shard together with others."""
-        busy = f"another run is writing {self.path}: wait for it, or stop it"
-        self._lock("lock", busy, shared=self.shard is not None)
+        self._lock("lock", self._busy, shared=self.shard is not None)
         if self.shard:
             name = f"shard-{self.shard.index}-of-{self.shard.count}.lock"
             self._lock(name, f"another run is computing shard {self.shard} of {self.path}")
@@ -189,6 +204,16 @@ class RunFolder:
             return
         if overwrite:
             self._clear()
+        found = self._begun(resume)
+        self._replaces = overwrite or (found is not None and found.overwrite)
+        self._begins = not (found or self.shard)
+        if not found:
+            Manifest.of(self.request, self.content, overwrite).write(self.folder)
+        if self.shard:
+            os.close(self._locks.pop())
+
+    def _begun(self, resume: bool) -> Manifest | None:
+        """Return the manifest of what is to be continued, if any; refuse what cannot be."""
         found = Manifest.read(self.folder)
         if found and not (resume or self.shard):
             text = "--resume continues it, --overwrite discards it"
@@ -198,15 +223,15 @@ class RunFolder:
             raise RequestError(
                 f"{self.folder} holds the parts of another {found.content} ({whose})"
             )
-        self._replaces = overwrite or (found is not None and found.overwrite)
-        if not found:
-            Manifest.of(self.request, self.content, overwrite).write(self.folder)
-        if self.shard:
-            os.close(self._locks.pop())
+        return found
 
-    def _clear(self) -> None:
-        """Remove the parts, the manifest last, so that parts never stand without it."""
-        for pattern in (PATTERN, LEARNT, "*.tmp", NAME):
+    def _has_parts(self) -> bool:
+        """Tell whether anything has been computed into the folder."""
+        return any(any(self.folder.glob(pattern)) for pattern in (PATTERN, LEARNT))
+
+    def _clear(self, *patterns: str) -> None:
+        """Remove what has such names, or all: the manifest last, so that no part is without it."""
+        for pattern in patterns or (PATTERN, LEARNT, "*.tmp", NAME):
             for path in self.folder.glob(pattern):
                 path.unlink()
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
-_ANSWER = b"stopping after this block; once more, and at once\n"
+_ANSWER = b"stopping: this block is finished first; press Ctrl-C again to stop at once\n"
 
 INTERRUPTED, TERMINATED = 130, 143
 """Exit statuses: of Ctrl-C; of SIGTERM and of SIGUSR1, by which SLURM gives notice of it."""
@@ -51,6 +51,15 @@ class Stop:
         os.write(2, _ANSWER)  # the signal may have come within a call of `print`
 
 
+_taking: list[Stop] = []
+
+
+def check() -> None:
+    """Raise `Stopped` if a signal has asked whatever takes signals now to stop."""
+    for stop in _taking:
+        stop.check()
+
+
 @contextmanager
 def stop_on_signals() -> Iterator[Stop]:
     """Return a `Stop` that takes the signals during the `with` block; then all is as before.
@@ -62,8 +71,10 @@ def stop_on_signals() -> Iterator[Stop]:
         yield stop
         return
     before = {number: signal.signal(number, stop.handle) for number in _SIGNALS}
+    _taking.append(stop)
     try:
         yield stop
     finally:
+        _taking.remove(stop)
         for number, handler in before.items():
             signal.signal(number, handler)

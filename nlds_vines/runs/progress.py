@@ -102,21 +102,17 @@ Tell = Callable[[str, float], object]
 
 
 class Lines:
-    """Prints what is waited for: at once, and then every few seconds."""
+    """Prints what is waited for: one line, when the waiting begins."""
 
     def __init__(self, say: Callable[[str], object]) -> None:
         """Take what prints a line."""
-        self._say, self._text, self._said = say, "", 0.0
+        self._say, self._waiting = say, False
 
     def __call__(self, text: str, seconds: float) -> None:
         """Take what is waited for, as `Tell` has it."""
-        if text and text != self._text:
+        if text and not self._waiting:
             self._say(text)
-        elif text and seconds - self._said >= LINE_EVERY:
-            self._say(f"{text}: {seconds:.0f} s")
-        else:
-            return
-        self._text, self._said = text, seconds
+        self._waiting = bool(text)
 
 
 class Notice:
@@ -149,17 +145,18 @@ class Notice:
 class Clock:
     """Tells again and again how long something lasts, from a thread of its own."""
 
-    def __init__(self, tell: Tell, text: str) -> None:
-        """Begin to tell."""
-        self._tell, self._text = tell, text
+    def __init__(self, tell: Tell, words: Callable[[float], str]) -> None:
+        """Begin to tell: `words` returns what, after so many seconds."""
+        self._tell, self._words = tell, words
         self._began, self._ended = time.perf_counter(), threading.Event()
-        tell(text, 0.0)
+        tell(words(0.0), 0.0)
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
     def _run(self) -> None:
         while not self._ended.wait(TICK):
-            self._tell(self._text, time.perf_counter() - self._began)
+            seconds = time.perf_counter() - self._began
+            self._tell(self._words(seconds), seconds)
 
     def stop(self) -> None:
         """Tell that it has ended."""

@@ -23,7 +23,7 @@ from nlds_vines.cli.option_values import (
     number_or_word,
 )
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_picture
+from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_replacing
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, at, number
@@ -99,7 +99,7 @@ def transients(
     target = Path(f"{_NAME}.h5" if output is None else output)
     check_output(target, path)
     resume, overwrite = (bool(running.get(name)) for name in ("resume", "overwrite"))
-    refuse_picture(path, RunOptions(resume=resume, overwrite=overwrite), scan.hash)
+    refuse_replacing("picture", path, RunOptions(resume=resume, overwrite=overwrite), scan.hash)
     archive = bifurcation(scan, target, **running)
     return _ensemble(archive, delay, path)
 
@@ -116,10 +116,10 @@ def _carry_out(options: argparse.Namespace) -> int:
     check_plot(plot)
     check_output(archive, plot)
     job = Job(scan, None, archive, None, run_options(options))
+    refuse_replacing("picture", plot, job.how, scan.hash)
     if options.dry_run:
         return carry_out(_NAME, job, dry_run=True)
     job.refuse()
-    refuse_picture(plot, job.how, scan.hash)
     report = job.run()
     found = _ensemble(archive, delay, plot)
     if not job.how.quiet:

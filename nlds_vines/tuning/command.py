@@ -20,8 +20,9 @@ from nlds_vines.cli.paths import (
     check_output,
     check_plot,
     optional_path,
+    refuse_begun,
     refuse_existing,
-    refuse_picture,
+    refuse_replacing,
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
@@ -29,6 +30,7 @@ from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import at, shown
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
+from nlds_vines.runs.manifest import TUNING
 from nlds_vines.tuning.free_options import add_tuning_options, changes
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning
@@ -115,13 +117,19 @@ class _Job:
                 if surface is not None and item.name in surface.parameters:
                     refuse_undrawable(item.name, np.array([item.low, item.high]))
 
+    def refuse(self, dry_run: bool = False) -> None:
+        """Raise `RequestError` where files exist; with `dry_run` for all that a run refuses."""
+        refuse_existing(self.archive, self.how)
+        refuse_replacing("picture", self.plot, self.how, self.tuning.hash)
+        if dry_run:
+            refuse_begun(self.archive, self.tuning, TUNING, self.how)
+
     def run(self) -> Tuned:
         """Search, draw the picture, and return what was found.
 
         Raises `RequestError` for an archive that exists, without --resume and --overwrite.
         """
-        refuse_existing(self.archive, self.how)
-        refuse_picture(self.plot, self.how, self.tuning.hash)
+        self.refuse()
         from nlds_vines.tuning.result import tuned
         from nlds_vines.tuning.run import run
 
@@ -137,6 +145,7 @@ class _Job:
 def _carry_out(options: argparse.Namespace) -> int:
     job = _job(options)
     if options.dry_run:
+        job.refuse(dry_run=True)
         say(*_plan(job))
         return DONE
     found = job.run()

@@ -20,8 +20,8 @@ from nlds_vines.errors import RequestError, choice
 from nlds_vines.model.laws import HERTZ, LAWS
 from nlds_vines.model.scenes import SCENES, scene_of
 from nlds_vines.model.system import check_law
-from nlds_vines.orbits import elsewhere
-from nlds_vines.orbits.elsewhere import Needed
+from nlds_vines.orbits import compilation
+from nlds_vines.orbits.compilation import Needed
 from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.wants import WANTS, checked_want, possible_want, refuse_impossible
 from nlds_vines.runs.threads import check_environment
@@ -67,15 +67,15 @@ def compile_kernels(needed: Needed) -> Iterator[str]:
     They are compiled in processes of their own, the verdict beside the others where it can be.
     Raises `RequestError` where a kernel cannot be compiled.
     """
-    elsewhere.refuse_without_memory()
-    kernels = elsewhere.kernels_of(needed.want)
+    compilation.refuse_without_memory()
+    kernels = compilation.kernels_of(needed.want)
     others = [name for name in kernels if name != "verdict"]
     with ExitStack() as stack:
-        at_work = [_begun(stack, others, needed, writes=True)]
+        at_work = [_begun(stack, others, needed)]
         if "verdict" in kernels:
-            if not elsewhere.may_help():
+            if not compilation.may_help():
                 yield from _lines(needed.scene, at_work.pop())
-            at_work.append(_begun(stack, ["verdict"], needed, writes=not at_work))
+            at_work.append(_begun(stack, ["verdict"], needed))
         for process in at_work:
             yield from _lines(needed.scene, process)
 
@@ -85,7 +85,7 @@ def compile_branches(key: str) -> str:
 
     Returns a line that says so.
     """
-    elsewhere.refuse_without_memory()
+    compilation.refuse_without_memory()
     from nlds_vines.continuation.section_map import BRANCHES, KERNELS, compile_for
     from nlds_vines.kernels.compiling import told_of_compilations
 
@@ -101,18 +101,16 @@ def _line(key: str, kernel: str, seconds: float | None) -> str:
     return f"{key} {kernel}: " + ("already there" if seconds is None else f"{seconds:.1f} s")
 
 
-def _begun(
-    stack: ExitStack, kernels: Sequence[str], needed: Needed, *, writes: bool
-) -> elsewhere.Process:
+def _begun(stack: ExitStack, kernels: Sequence[str], needed: Needed) -> compilation.Process:
     """Return a process that compiles kernels, and ends with the `stack`."""
-    process = elsewhere.begin(kernels, needed, writes=writes)
+    process = compilation.begin(kernels, needed)
     if process is None:
         raise RequestError("no process can be started to compile in")
-    stack.callback(elsewhere.end, process)
+    stack.callback(compilation.end, process)
     return process
 
 
-def _lines(kind: str, process: elsewhere.Process) -> Iterator[str]:
+def _lines(kind: str, process: compilation.Process) -> Iterator[str]:
     """Yield what a process says, in words, as soon as it does."""
     assert process.stdout is not None
     for line in process.stdout:

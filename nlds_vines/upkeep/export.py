@@ -9,7 +9,8 @@ import argparse
 from pathlib import Path
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_writable
+from nlds_vines.cli.paths import check_writable, refuse_replacing, refuse_same
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
 
@@ -31,15 +32,13 @@ def _carry_out(options: argparse.Namespace) -> int:
     target = source.with_suffix(".csv") if options.output is None else Path(options.output)
     if target.suffix.lower() not in SUFFIXES:
         raise RequestError(f"output {shown(str(target))} must end in {' or '.join(SUFFIXES)}")
-    if target.exists() and not options.overwrite:
-        raise RequestError(
-            f"output {shown(str(target))} exists: --overwrite replaces it, -o names another file"
-        )
     check_writable("output", target)
+    refuse_same(source, target)
+    refuse_replacing("output", target, RunOptions(overwrite=options.overwrite))
     from nlds_vines.archives.archive import read
 
     with read(source) as view:
-        view.to_csv(target, *options.dataset)
+        view.to_csv(target, *options.dataset, overwrite=options.overwrite)
     if not options.quiet:
         say(target)
     return DONE

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_plot, refuse_picture, refuse_same
+from nlds_vines.cli.paths import check_plot, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
@@ -189,7 +189,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     path = archive.with_suffix(".png") if options.output is None else Path(options.output)
     check_plot(path, "output")
     refuse_same(archive, path)
-    refuse_picture(path, RunOptions(overwrite=options.overwrite))
+    refuse_replacing("picture", path, RunOptions(overwrite=options.overwrite))
     _save(archive, path, options)
     say(path)
     return DONE

@@ -62,6 +62,7 @@ def _continued_again(source: Path, output: Path, how: RunOptions, dry_run: bool)
         raise RequestError("--shard and --scheduler are for scans: this is a continuation")
     job = Continue(continued(source).request, source, output, None, None, how)
     if dry_run:
+        job.refuse(dry_run=True)
         say(*job.plan())
         return DONE
     job.run()
@@ -77,6 +78,7 @@ def _curves_again(source: Path, output: Path, how: RunOptions, dry_run: bool) ->
         raise RequestError("--shard and --scheduler are for scans: these are response curves")
     job = Curves(curves_in(source).request, source, output, None, how)
     if dry_run:
+        job.refuse(dry_run=True)
         say(*job.plan())
         return DONE
     job.run()

@@ -38,6 +38,7 @@ def measured(folder, capsys):
     return capsys.readouterr().out
 
 
+@pytest.mark.kernels
 def test_one_command_leaves_archive_picture_and_page(measured):
     with read(Path("accuracy.h5")) as view:
         methods, errors = view["method"][...], view["error"][...]
@@ -137,6 +138,7 @@ def test_a_dry_run_says_what_would_be_measured(folder, capsys):
     assert list(folder.iterdir()) == []
 
 
+@pytest.mark.kernels
 def test_of_a_scan_the_middle_is_taken(folder, capsys):
     Path("own.toml").write_text(
         'title = "own"\nsystem = "tmd"\n[vary]\nomega = { start = 5.0, stop = 7.0, num = 3 }\n'
@@ -146,6 +148,7 @@ def test_of_a_scan_the_middle_is_taken(folder, capsys):
     assert "6 rad/s" in capsys.readouterr().out
 
 
+@pytest.mark.kernels
 def test_a_structure_alone_is_measured_too(folder, capsys):
     assert main(["--system", "none", *SHORT]) == 0
     assert "rk4" in capsys.readouterr().out

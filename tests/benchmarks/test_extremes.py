@@ -39,6 +39,7 @@ SHORT = [
 ]
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("entry", SHORT)
 def test_the_promise_is_kept(entry):
     finding = entry.check()
@@ -69,6 +70,7 @@ def test_no_number_passes():
     assert within(1.0, 1.0, "").passed
 
 
+@pytest.mark.kernels
 def test_what_is_not_scaled_is_seen():
     def half_scaled(system, power):
         return scales.scaled(system, power).with_(K=system.K)
@@ -87,6 +89,7 @@ def test_a_lost_joule_is_seen():
     assert short > 1e-4
 
 
+@pytest.mark.kernels
 def test_an_orbit_of_another_system_is_seen(monkeypatch):
     follow = reference.follow
 
@@ -97,12 +100,14 @@ def test_an_orbit_of_another_system_is_seen(monkeypatch):
     assert not contacts.preloaded().passed
 
 
+@pytest.mark.kernels
 def test_a_wrong_closed_form_is_seen(monkeypatch):
     steady = flights.steady_state
     monkeypatch.setattr(flights, "steady_state", lambda system: steady(system) * (1 + 1e-9))
     assert not flights.far_wall().passed
 
 
+@pytest.mark.kernels
 def test_what_passes_for_a_result_is_seen(monkeypatch):
     monkeypatch.setattr(bounds, "NAMES", ("none", "tmd"))
     monkeypatch.setattr(bounds, "BEYOND", (1e100,))
@@ -116,6 +121,7 @@ def test_a_bad_number_that_is_let_in_is_seen(monkeypatch):
     assert not bounds.refused_at_the_door().passed
 
 
+@pytest.mark.kernels
 def test_a_wrong_length_of_one_method_is_not_covered_by_the_other(monkeypatch):
     follow, usual = bounds.orbit_of, load_system("ssul-set6").parameters["P"]
 
@@ -148,6 +154,7 @@ def test_orbits_that_all_end_show_no_proportion(monkeypatch):
     assert "exact: 0 ran" in finding.words
 
 
+@pytest.mark.kernels
 def test_a_damper_that_is_not_welded_is_seen(monkeypatch):
     exact = proportions.linear_sections
 
@@ -170,6 +177,7 @@ def test_an_unconfirmed_refinement_is_seen(monkeypatch):
     assert not impacts.order_of_stepped_contacts().passed
 
 
+@pytest.mark.kernels
 def test_a_wrong_stored_state_is_seen(monkeypatch):
     stored = cases.stored_section
     monkeypatch.setattr(cases, "stored_section", lambda case: stored(case) * (1 + 1e-6))
@@ -195,6 +203,7 @@ def test_a_lane_that_is_not_marked_is_seen(monkeypatch):
     assert not repetition.bad_lanes().passed
 
 
+@pytest.mark.kernels
 def test_another_order_of_magnitude_is_seen(monkeypatch):
     def longer(system, power):
         return bounds.load_system(system.name, C=system.parameters["C"] * 1.001)
@@ -203,6 +212,7 @@ def test_another_order_of_magnitude_is_seen(monkeypatch):
     assert not bounds.lengths().passed
 
 
+@pytest.mark.kernels
 def test_a_wrong_trace_is_seen(monkeypatch):
     monkeypatch.setattr(labels, "_trace", lambda system: -1.35)
     assert not labels.volumes().passed

@@ -18,6 +18,7 @@ def test_every_mutant_fits_the_sources():
     check(MUTANTS, REPO)
 
 
+@pytest.mark.kernels
 def test_the_tests_of_every_mutant_exist():
     """Pytest finds each of them, with its case where one is named."""
     names = sorted({test for mutant in MUTANTS for test in mutant.tests})

@@ -116,6 +116,7 @@ def distance(course, orbit):
 # ---- agreement -----------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 @each(RIVALS)
 def test_a_rival_agrees_with_ours(rival, truth):
     needed(rival)
@@ -123,12 +124,14 @@ def test_a_rival_agrees_with_ours(rival, truth):
     assert distance(found, truth) < of(BOUND, rival)
 
 
+@pytest.mark.kernels
 @each(QUICK + LONGER)
 def test_the_largest_energy_is_ours(rival, truth):
     needed(rival)
     assert fine(rival).E1max == pytest.approx(truth.E1max, rel=of(BOUND, rival))
 
 
+@pytest.mark.kernels
 @each(SPLIT)
 def test_events_are_the_touches(rival, truth):
     needed(rival)
@@ -136,6 +139,7 @@ def test_events_are_the_touches(rival, truth):
     np.testing.assert_allclose(fine(rival).touches, truth.impacts["touch"], rtol=0, atol=1e-8)
 
 
+@pytest.mark.kernels
 @each([rival for rival in QUICK + ONCE if rival.events and rival.name not in BLUNT])
 def test_near_grazing_no_touch_is_missed(rival, grazing):
     """The contacts are shorter than a step, and the ends of the steps show nothing of them."""
@@ -147,6 +151,7 @@ def test_near_grazing_no_touch_is_missed(rival, grazing):
         np.testing.assert_allclose(found, touches, rtol=0, atol=bound * case.system.period)
 
 
+@pytest.mark.kernels
 @each([rival for rival in RIVALS if rival.needs == "" and not rival.events])
 def test_who_has_no_events_sees_touches_among_the_states(rival, truth):
     found = fine(rival)
@@ -154,6 +159,7 @@ def test_who_has_no_events_sees_touches_among_the_states(rival, truth):
     assert np.abs(found.touches - truth.impacts["touch"]).max() < 1e-6
 
 
+@pytest.mark.kernels
 @each(RIVALS)
 def test_a_tighter_setting_errs_less(rival, truth):
     needed(rival)
@@ -164,6 +170,7 @@ def test_a_tighter_setting_errs_less(rival, truth):
     assert distance(fine(rival), truth) < distance(coarse, truth) / 10
 
 
+@pytest.mark.kernels
 @each([rival for rival in SPLIT if rival.needs != "numbalsoda"])
 def test_steps_in_contact_are_counted_where_they_can_be(rival):
     needed(rival)
@@ -171,6 +178,7 @@ def test_steps_in_contact_are_counted_where_they_can_be(rival):
     assert steps is None if rival.needs == "scikit-sundae" else 10 < steps < 1000
 
 
+@pytest.mark.kernels
 @each([rival for rival in QUICK + ONCE if rival.events])
 def test_both_walls_are_met_from_within_a_contact(rival):
     """The start is a contact already: no touch, but it must be left, and the far wall met."""
@@ -186,6 +194,7 @@ def test_both_walls_are_met_from_within_a_contact(rival):
     assert found.E1max is None
 
 
+@pytest.mark.kernels
 @each([rival for rival in QUICK if rival.events])
 @pytest.mark.parametrize("speed", [-1.0, 1.0])
 def test_a_start_on_the_wall_is_no_touch(rival, speed):
@@ -199,6 +208,7 @@ def test_a_start_on_the_wall_is_no_touch(rival, speed):
     assert len(found.touches) == np.count_nonzero(truth.impacts["touch"] > 0.0)
 
 
+@pytest.mark.kernels
 @each(QUICK)
 @pytest.mark.parametrize("system", [TMD, ALONE], ids=["tmd", "none"])
 def test_without_a_wall_or_a_damper(rival, system):
@@ -211,6 +221,7 @@ def test_without_a_wall_or_a_damper(rival, system):
     assert found.touches.size == 0
 
 
+@pytest.mark.kernels
 def test_naive_steps_are_of_fourth_order_without_contact():
     truth = simulate(TMD, PERIODS, record=["section"])
     flow = NAIVE.prepare(TMD, of_system(TMD).state)
@@ -249,6 +260,7 @@ def test_a_start_that_is_no_number_is_refused(rival):
         rival.prepare(SET6, np.array([0.0, np.nan, 0.0, 0.0]))
 
 
+@pytest.mark.kernels
 @each(QUICK + ONCE)
 def test_a_state_beyond_all_numbers_is_a_failure(rival):
     needed(rival)

@@ -41,6 +41,7 @@ def along(tmp_path_factory):
     return path
 
 
+@pytest.mark.kernels
 def test_the_attractors_are_those_of_the_closed_form(plane):
     (case,) = (c for c in RIGID["cases"] if (c["omega"], c["e"], c["n"]) == (1.5, 0.8, 1))
     assert case["fold_A"] < AMPLITUDE < case["grazing_A"]
@@ -60,6 +61,7 @@ def test_the_attractors_are_those_of_the_closed_form(plane):
     assert (shares > 0.1).all()
 
 
+@pytest.mark.kernels
 def test_the_largest_energies_of_attractors_are_those_of_their_orbits(plane, tmp_path):
     with nv.read(plane) as view:
         energies, points = view["attractor_E1max"], view["attractor_point"]
@@ -73,6 +75,7 @@ def test_the_largest_energies_of_attractors_are_those_of_their_orbits(plane, tmp
     assert energies[0] != pytest.approx(energies[1], rel=0.01)
 
 
+@pytest.mark.kernels
 def test_chaos_has_the_energies_of_an_orbit_of_it(tmp_path):
     document = {
         **PLANE,
@@ -120,6 +123,7 @@ def test_labels_of_ten_thousand_cells_are_those_of_plain_following():
     assert (early == finals(plain.lanes(*plain.orbits(chosen))["label"])).all()
 
 
+@pytest.mark.kernels
 def test_other_records_do_not_change_the_attractors(plane, tmp_path):
     want = ["section", "energy", "regime", "attractor"]
     path = nv.bifurcation({**PLANE, "record": {"want": want}}, tmp_path / "all.h5", quiet=True)
@@ -196,6 +200,7 @@ def test_shards_threads_and_a_resumed_run_make_the_same_archive(plane, tmp_path,
     assert nv.verify(path) == []
 
 
+@pytest.mark.kernels
 def test_the_orbit_of_a_cell_begins_where_the_axes_say(plane):
     with nv.read(plane) as view:
         x, v = view["x_0"][3], view["v_0"][7]

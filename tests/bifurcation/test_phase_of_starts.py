@@ -51,6 +51,7 @@ def at_section(system, states, phases, method="exact", **settings):
     return user_states(cells, found, system.scene)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("case", CASES)
 def test_a_start_on_an_orbit_comes_to_the_orbits_next_section(case):
     """Also within contacts, and with impacts in between: every state of three periods is one."""
@@ -78,6 +79,7 @@ def test_a_start_on_an_orbit_comes_to_the_orbits_next_section(case):
         assert np.abs((found - orbit.section[period]) / size).max() < 1e-11
 
 
+@pytest.mark.kernels
 def test_the_method_rk4_begins_at_a_phase_too():
     system = nv.load_system("impact-oscillator", omega=1.5, P=2.0)
     orbit = nv.simulate(system, 1, record=("trajectory", "section"), samples=SAMPLES, quiet=True)
@@ -173,6 +175,7 @@ def test_blocks_and_resumes_do_not_change_a_bit(plane, tmp_path):
         assert np.array_equal(one["arrival"], view["arrival"][3:5, 7:9])
 
 
+@pytest.mark.kernels
 def test_a_phase_of_the_start_is_that_of_an_axis(tmp_path):
     along = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}, "record": {"want": ["section"]}}
     both = {**along, "vary": {"phase": {"values": [1.25]}, **along["vary"]}}

@@ -44,6 +44,7 @@ def force_of(system, omega, Y):
 # ---- a response ----------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 def test_a_scan_records_what_simulate_returns():
     scan = scan_of()
     found = block_of(scan)
@@ -97,6 +98,7 @@ def test_a_failed_orbit_has_no_response():
 SMALL = {"population": 5, "generations": 2, "polish": 5, "optima": 1}
 
 
+@pytest.mark.kernels
 def test_a_tuning_makes_any_number_of_a_response_small(tmp_path):
     free = {"c2": {"low": 50.0, "high": 500.0}, "k2": {"low": 1000.0, "high": 3000.0}}
     over = {"omega": {"values": [5.5, 6.28]}}
@@ -151,6 +153,7 @@ def test_all_ways_to_give_the_ground_mean_the_same():
     assert back.parameters == load_system("ssul-set6").parameters
 
 
+@pytest.mark.kernels
 def test_the_force_follows_what_it_depends_on():
     vary = {"omega": {"values": OMEGAS}, "k1": {"values": [3e4, 4e4]}}
     scan = scan_of(vary=vary, set={"P": BASE})

@@ -11,6 +11,7 @@ from nlds_vines.orbits.simulation import simulate
 TRANSIENT, PERIODS = 3, 2
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 @pytest.mark.parametrize("policy", ["up", "down"])
 @pytest.mark.parametrize(

@@ -5,6 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from benchmarks.boundary_values import Motion
+from benchmarks.shooting import Orbit, again
 from nlds_vines import RequestError, classify, continue_orbit, load_system, simulate
 from nlds_vines.continuation import arclength, special_points
 from nlds_vines.continuation.branch import Bounds, at_value, first_point, follow
@@ -20,6 +22,7 @@ def set6():
     return continue_orbit("ssul-set6", "omega", (5.0, 9.0), doublings=1)
 
 
+@pytest.mark.kernels
 def test_the_branch_of_set_6_is_whole(set6):
     branch = set6.branches[0]
     assert branch.ends == ("bound", "bound")
@@ -48,6 +51,7 @@ def test_multipliers_tell_each_kind(set6):
             assert (on_circle & (np.abs(values.imag) > 1e-6)).sum() == 2
 
 
+@pytest.mark.kernels
 def test_points_are_orbits(set6):
     """A start on a point comes back after n periods, with its impacts and its energy."""
     for branch in set6.branches:
@@ -70,6 +74,14 @@ def test_points_are_orbits(set6):
 def test_determinants_are_what_the_damping_makes_them(set6):
     for branch in set6.branches:
         assert branch.determinant_error.max() < 1e-6
+
+
+def test_shooting_finds_a_doubling_where_it_is_and_not_where_it_is_said_to_be(set6):
+    row = set6.special[(set6.special.branch == 0) & (set6.special.kind == "PD")][0]
+    motion = Motion.of(load_system("ssul-set6"))
+    for value in (row.value, row.value + 1e-6):
+        found = again(motion, Orbit("PD", 1, value, row.state))
+        assert found == pytest.approx(row.value, rel=1e-10)
 
 
 def test_stable_points_are_what_the_classifier_finds(set6):
@@ -192,6 +204,7 @@ def test_a_closed_loop_is_recognised():
 EQUAL_STOPS = {"m": 1.0, "k": 1.0, "c": 0.2, "C": 1.0, "C_2": 1.0, "omega": 0.5, "P": 0.05}
 
 
+@pytest.mark.kernels
 def test_a_broken_test_function_of_branch_points_is_noticed(monkeypatch):
     system = System("oscillator-2", {**EQUAL_STOPS, "K": 20.0})
     plain = arclength.Point.tests
@@ -203,6 +216,7 @@ def test_a_broken_test_function_of_branch_points_is_noticed(monkeypatch):
     assert "BP" not in path.special.kind  # two are there: see below
 
 
+@pytest.mark.kernels
 def test_a_symmetric_orbit_branches():
     """Between two equal stops: at a branch point a pair of unsymmetric orbits leaves, a loop."""
     numbers = EQUAL_STOPS

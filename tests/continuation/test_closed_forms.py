@@ -13,6 +13,8 @@ from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import Settings
 
+pytestmark = pytest.mark.kernels
+
 RIGID = json.loads((REPO / "data" / "reference" / "rigid.json").read_text())
 CASES = RIGID["cases"]
 

@@ -51,13 +51,10 @@ def kernel_of(symbol):
     return ".".join(words)
 
 
-def libraries(library, seen):
-    """Return a library and, one after another, all that it is linked with."""
-    if library not in seen:
-        seen.append(library)
-        for other in library._linking_libraries:
-            libraries(other, seen)
-    return seen
+def undecided(kinds):
+    """Tell whether an argument, or a field of one, may be None or not."""
+    inside = [kind for one in kinds for kind in getattr(one, "types", ())]
+    return any(isinstance(kind, numba.types.Optional) for kind in (*kinds, *inside))
 
 
 def called(text):
@@ -103,7 +100,9 @@ def compiled(system, method, want):
     run_cell(parts, cell, np.zeros(orbit.SIZE), Span(3, 3, 1), buffers)
     fresh = {f: sorted(set(f.overloads) - known[f], key=str) for f in watched}
     (signature,) = fresh[run_cell]
-    parts = libraries(run_cell.overloads[signature].library, [])
+    entry = run_cell.overloads[signature].library
+    parts = [entry, *entry.linked]
+    kinds = {one.need.symbol: one.need.kinds for one in entry.linked}
     symbols = {function.name for part in parts for function in part.get_defined_functions()}
     kernels = {symbol for symbol in symbols if KERNEL.match(symbol)}
     text = run_cell.inspect_llvm(signature)
@@ -111,7 +110,7 @@ def compiled(system, method, want):
     walks = [exact.touch_in.inspect_llvm(s) for s in fresh[exact.touch_in]]
     return {
         "kernels": sorted({kernel_of(symbol) for symbol in kernels}),
-        "undecided": sorted({kernel_of(symbol) for symbol in kernels if "OptionalType" in symbol}),
+        "undecided": sorted({kernel_of(symbol) for symbol in kernels if undecided(kinds.get(symbol, ()))}),
         "mathematics": called(text),
         "loop": sorted({word for f, s in loop for word in called(f.inspect_llvm(s))}),
         "absent": [absent(f, s) for f, s in loop],

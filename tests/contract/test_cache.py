@@ -1,26 +1,29 @@
-"""The compiled kernels: found again by the next process, forgotten when any kernel changes."""
+"""The compiled kernels: found by the next process as long as their sources do the same."""
 
+import hashlib
 import json
 import os
 import shutil
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
+import numba
 import pytest
 
 import nlds_vines
-from nlds_vines.kernels import compiling
+from nlds_vines.kernels import stored_code
 
 ROOT = Path(nlds_vines.__path__[0]).parent
 
 PROGRAM = """
-import json, pkgutil
-from importlib import import_module
+import json
 from nlds_vines import kernels
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.kernels.compiling import told_of_compilations
 
 document = {
     "system": "none",
@@ -28,80 +31,172 @@ document = {
     "sampling": {"transient": 0, "periods": 12},
     "record": {"want": ["regime"]},
 }
-arrays = Computer(load_scan(document)).block(Block(0, ((0, 2),)))
-names = [f"nlds_vines.kernels.{module.name}" for module in pkgutil.iter_modules(kernels.__path__)]
-modules = [import_module(name) for name in names]
-found = {id(f): f for m in modules for f in vars(m).values() if hasattr(f, "stats")}
-compiled = [f for f in found.values() if not isinstance(f, type)]
+compiled = []
+with told_of_compilations(lambda kernel: compiled.append("{0}.{1}".format(*kernel.place))):
+    arrays = Computer(load_scan(document), helped=False).block(Block(0, ((0, 2),)))
 print(json.dumps({
     "labels": arrays["label"].ravel().tolist(),
     "home": kernels.__path__[0],
-    "hits": sum(sum(f.stats.cache_hits.values()) for f in compiled),
-    "misses": sum(sum(f.stats.cache_misses.values()) for f in compiled),
+    "compiled": [name.removeprefix("nlds_vines.kernels.") for name in compiled],
 }))
 """
 
 
-@pytest.fixture
-def run(tmp_path):
-    """Return a function that runs `PROGRAM` on a copy of the package with a cache of its own."""
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory):
+    """Return a folder with a copy of the package, and what it has compiled for `PROGRAM`."""
+    folder = tmp_path_factory.mktemp("copy")
     for name in ("nlds_vines", "data", "scans"):
         ignored = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / name, tmp_path / name, ignore=ignored)
-
-    def program():
-        done = subprocess.run(
-            [sys.executable, "-c", PROGRAM],
-            capture_output=True,
-            text=True,
-            check=False,
-            cwd=tmp_path,
-            env={
-                **os.environ,
-                "PYTHONPATH": str(tmp_path),
-                "PYTHONDONTWRITEBYTECODE": "1",
-                "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
-                "NUMBA_DISABLE_JIT": "0",
-            },
-        )
-        assert done.returncode == 0, done.stderr
-        found = json.loads(done.stdout)
-        assert found["home"] == str(tmp_path / "nlds_vines" / "kernels")
-        return found
-
-    return program
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    found = run(folder)
+    assert "lanes.run_lanes" in found["compiled"]
+    assert "lanes.judge_lanes" in found["compiled"]
+    assert found["labels"] == ["T,0", "T,0"]
+    return folder
 
 
-def test_the_second_process_compiles_nothing_and_an_edit_is_seen(run, tmp_path):
-    first = run()
-    assert first["misses"] > 0
-    assert first["hits"] <= 1  # the verdict, where another process has compiled it meanwhile
-    assert first["labels"] == ["T,0", "T,0"]
+def run(folder):
+    """Run `PROGRAM` in a copy of the package; return what it prints, and what it says beside."""
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=folder,
+        env={
+            **os.environ,
+            "PYTHONPATH": str(folder),
+            "PYTHONDONTWRITEBYTECODE": "1",
+            "NUMBA_CACHE_DIR": str(folder / "cache"),
+            "NUMBA_DISABLE_JIT": "0",
+        },
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout) | {"said": done.stderr}
+    assert found["home"] == str(folder / "nlds_vines" / "kernels")
+    return found
 
-    second = run()
-    assert second["hits"] > 0
-    assert second["misses"] == 0
-    assert second["labels"] == first["labels"]
 
-    # `judge_lanes` stands in another file, and that file does not change
-    edited = tmp_path / "nlds_vines" / "kernels" / "settling.py"
-    text = edited.read_text()
-    assert text.count("MARGIN = 1.0e-6") == 1
-    edited.write_text(text.replace("MARGIN = 1.0e-6", "MARGIN = 1.0e+6"))  # nothing is stable
-    third = run()
-    assert third["misses"] > 0
-    assert third["labels"] == ["undetermined", "undetermined"]  # it returns, and nothing draws it
+@contextmanager
+def edited(folder, module, before, after):
+    """Change a text that stands once in a module of the kernels, within the block."""
+    path = folder / "nlds_vines" / "kernels" / f"{module}.py"
+    text = path.read_text()
+    assert text.count(before) == 1
+    path.write_text(text.replace(before, after))
+    try:
+        yield
+    finally:
+        path.write_text(text)
 
 
-@pytest.mark.parametrize("name", sorted(path.name for path in compiling.KERNELS.glob("*.py")))
-def test_the_stamp_knows_every_kernel_file(name, tmp_path, monkeypatch):
-    shutil.copytree(compiling.KERNELS, tmp_path / "kernels", ignore=shutil.ignore_patterns("__*__"))
-    monkeypatch.setattr(compiling, "KERNELS", tmp_path / "kernels")
-    before = compiling.source_stamp.__wrapped__()
-    assert compiling.source_stamp.__wrapped__() == before
-    with (tmp_path / "kernels" / name).open("a") as file:
-        file.write("# a comment\n")
-    assert compiling.source_stamp.__wrapped__() != before
+def test_the_second_process_compiles_nothing(copy):
+    again = run(copy)
+    assert again["compiled"] == []
+    assert again["labels"] == ["T,0", "T,0"]
+
+
+def test_a_docstring_or_a_comment_that_is_changed_compiles_nothing(copy):
+    with docstring(copy):
+        assert run(copy)["compiled"] == []
+
+
+@contextmanager
+def docstring(folder):
+    """Change the docstrings of a module of the kernels, within the block, and lengthen it."""
+    path = folder / "nlds_vines" / "kernels" / "flight.py"
+    text = path.read_text()
+    assert text.count('    """Return') > 3
+    path.write_text("# a comment\n" + text.replace('    """Return', '    """Now\n\n    return'))
+    try:
+        yield
+    finally:
+        path.write_text(text)
+
+
+@pytest.mark.kernels
+def test_a_change_is_seen_where_it_acts_and_compiles_nothing_else(copy):
+    """`judge_lanes` stands in another file than what is changed; flights know nothing of it."""
+    with edited(copy, "settling", "MARGIN = 1.0e-6", "MARGIN = 1.0e+6"):  # nothing is stable
+        found = run(copy)
+    assert found["labels"] == ["undetermined", "undetermined"]  # it returns, and nothing draws it
+    assert "lanes.judge_lanes" in found["compiled"]
+    assert not [name for name in found["compiled"] if name.startswith(("flight", "fours", "touch"))]
+    assert run(copy)["labels"] == ["T,0", "T,0"]
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[:-100])
+
+
+def flip(path):
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 4
+    path.write_bytes(data)
+
+
+def empty(path):
+    path.write_bytes(b"")
+
+
+def nonsense(path):
+    """Leave what is whole, but no compiled code."""
+    data = b"of another program"
+    path.write_bytes(hashlib.sha256(data).digest() + data)
+
+
+def remove(path):
+    path.unlink()
+
+
+@pytest.mark.parametrize("damage", [cut, flip, empty, nonsense, remove])
+@pytest.mark.parametrize("which", ["lanes.run_lanes", "flight."])
+def test_a_damaged_cache_heals_itself(copy, damage, which):
+    files = [path for path in (copy / "cache").rglob(f"{which}*") if path.is_file()]
+    assert files
+    entries = {path.name: path for path in (copy / "cache").rglob("lanes.run_lanes*")}
+    for path in {*files, *entries.values()}:  # inner kernels are read where an entry is not
+        (damage if path in files else remove)(path)
+    found = run(copy)
+    assert found["labels"] == ["T,0", "T,0"]
+    assert "lanes.run_lanes" in found["compiled"]
+    assert found["said"].count("\n") == (0 if damage is remove else 1)
+    assert run(copy)["compiled"] == []
+
+
+@pytest.mark.kernels
+def test_what_other_sources_left_is_removed(copy):
+    before = {path.name for path in (copy / "cache").rglob("*.compiled")}
+    with edited(copy, "settling", "MARGIN = 1.0e-6", "MARGIN = 1.1e-6"):
+        run(copy)
+        stale = before & {path.name for path in (copy / "cache").rglob("settling.*.compiled")}
+        assert not stale
+
+
+def test_a_stamp_is_that_of_a_module_and_of_what_it_imports():
+    flight = stored_code.read_source(b"from .touch import bound\ndef f(x):\n    return bound(x)")
+    assert flight[1] == ["bound", "touch"]
+    assert "fours" in stored_code.read_source(b"from nlds_vines.kernels import fours as f")[1]
+    assert stored_code.read_source(b"import math\nfrom numpy import pi")[1] == []
+    stamps = {path.stem: stored_code.stamp_of(path) for path in stored_code.KERNELS.glob("*.py")}
+    assert stamps["flight"] != stamps["verdict"] != stamps["touch"]
+
+
+@pytest.mark.parametrize("level", ["3", "1"])
+def test_the_stamp_knows_how_much_is_optimised(level):
+    """Numba's key of a compiled function does not."""
+    program = """
+from nlds_vines.kernels import stored_code
+print(stored_code.stamp_of(stored_code.KERNELS / "fours.py"))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True, text=True, check=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_OPT": level},
+    )  # fmt: skip
+    own = stored_code.stamp_of(stored_code.KERNELS / "fours.py")
+    assert (done.stdout.strip() == own) == (int(level) == numba.config.OPT)
 
 
 # ---- where nothing can be written ----------------------------------------------------------------
@@ -139,7 +234,7 @@ def blocked(tmp_path):
 
 
 def compiled_in(folder):
-    return list(folder.rglob("*.nbi"))
+    return list(folder.rglob("*.compiled"))
 
 
 def test_the_users_cache_is_taken_without_a_word(blocked, tmp_path):
@@ -154,7 +249,7 @@ def test_then_a_temporary_folder_that_is_named(blocked, tmp_path):
     assert "NUMBA_CACHE_DIR" in said
     (folder,) = (tmp_path / "tmp").iterdir()
     assert str(folder) in said
-    assert folder.stat().st_mode & 0o077 == 0  # Numba runs what it finds there
+    assert folder.stat().st_mode & 0o077 == 0  # what lies there is run
     assert compiled_in(folder)
     before = {path: path.stat().st_mtime_ns for path in compiled_in(folder)}
     assert str(folder) in blocked("/dev/null", tmp_path / "tmp")  # the same again

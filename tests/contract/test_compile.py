@@ -13,7 +13,7 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.orbits import elsewhere
+from nlds_vines.orbits import compilation
 from nlds_vines.upkeep import compile as command
 
 ROOT = str(Path(nv.__path__[0]).parent)
@@ -33,16 +33,17 @@ def program(folder, *arguments, **more):
 def finished(folder, *arguments, **more):
     """Run a command to its end; return its status and what it wrote to both outputs."""
     process = program(folder, *arguments, **more)
-    out, err = process.communicate(timeout=300)
+    out, err = process.communicate(timeout=BOUND)
     return process.returncode, out, err
 
 
+@pytest.mark.kernels
 def test_a_run_finds_what_was_compiled_and_says_what_was_not(tmp_path):
     scan = ["bifurcation", "--system", "none", "--vary", "omega=6:7:2", "--record", "section"]
     scan += ["--transient", "1", "--periods", "2", "--overwrite", "-o", "a.h5"]
     words = (
-        "compiling the kernels of none (once for this kind and these records, about 12 s; "
-        "1 of 1: orbit)\n"
+        "compiling the equations of none into machine code, which is kept for later runs: "
+        "about 12 s\n"
     )
     ahead = ["compile", "none", "--record", "section"]
     status, out, err = finished(tmp_path, *ahead)
@@ -64,8 +65,8 @@ def fakes(monkeypatch):
     """Stand in for the processes: they say at once what they are told to; return the calls."""
     calls, says = [], {}
 
-    def begin(kernels, needed, *, writes):
-        calls.append((needed.scene, tuple(kernels), needed.method, needed.want, writes))
+    def begin(kernels, needed):
+        calls.append((needed.scene, tuple(kernels), needed.method, needed.want))
         lines = "\n".join(says.get((needed.scene, name), f"{name} 1.26") for name in kernels)
         status = int("failed" in lines or "nothing" in lines)
         text = "" if "nothing" in lines else lines
@@ -74,9 +75,9 @@ def fakes(monkeypatch):
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
 
-    monkeypatch.setattr(elsewhere, "begin", begin)
-    monkeypatch.setattr(elsewhere, "may_help", lambda: True)
-    monkeypatch.setattr(elsewhere, "free_memory", lambda: None)
+    monkeypatch.setattr(compilation, "begin", begin)
+    monkeypatch.setattr(compilation, "may_help", lambda: True)
+    monkeypatch.setattr(compilation, "free_memory", lambda: None)
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "0")
     return calls, says
 
@@ -88,8 +89,8 @@ def test_by_default_all_kinds_are_compiled_for_what_the_default_scan_records(fak
     calls, _ = fakes
     assert console(["compile"]) == 0
     assert {kind for kind, *_ in calls} == set(SCENES)
-    assert calls[0] == ("none", ("orbit",), "exact", ("section", "energy", "regime"), True)
-    assert ("ssul", ("verdict",), "exact", USUAL, False) in calls
+    assert calls[0] == ("none", ("orbit",), "exact", ("section", "energy", "regime"))
+    assert ("ssul", ("verdict",), "exact", USUAL) in calls
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 2 * len(SCENES)
     assert lines[:2] == ["none orbit: 1.3 s", "none verdict: 1.3 s"]
@@ -100,8 +101,8 @@ def test_kinds_records_and_the_method_are_chosen(fakes, capsys):
     says["ssbl", "orbit"] = "orbit known"
     assert console(["compile", "ssbl", "--record", "error,regime", "--method", "rk4"]) == 0
     assert calls == [
-        ("ssbl", ("orbit", "error"), "rk4", ("regime", "error"), True),
-        ("ssbl", ("verdict",), "rk4", ("regime", "error"), False),
+        ("ssbl", ("orbit", "error"), "rk4", ("regime", "error")),
+        ("ssbl", ("verdict",), "rk4", ("regime", "error")),
     ]
     said = capsys.readouterr().out.splitlines()
     assert said == ["ssbl orbit: already there", "ssbl error: 1.3 s", "ssbl verdict: 1.3 s"]
@@ -111,16 +112,17 @@ def test_the_kernels_of_branches_are_compiled_when_asked_for(fakes, capsys, monk
     calls, _ = fakes
     monkeypatch.setattr(command, "compile_branches", lambda key: f"{key} branches: 2.5 s")
     assert console(["compile", "ssul", "--branches"]) == 0
-    assert [call[-2] for call in calls] == [("regime", "evidence")] * 2
+    assert [call[-1] for call in calls] == [("regime", "evidence")] * 2
     assert capsys.readouterr().out.splitlines()[-1] == "ssul branches: 2.5 s"
     assert console(["compile", "ssul", "tmd", "--branches", "--record", "energy"]) == 0
-    assert {call[-2] for call in calls[2:]} == {("energy",), ("regime", "evidence")}
+    assert {call[-1] for call in calls[2:]} == {("energy",), ("regime", "evidence")}
     out = capsys.readouterr().out
     assert out.count("branches: ") == 2
     assert console(["compile", "ssul", "--branches", "--method", "rk4"]) == 2
     assert "method exact alone" in capsys.readouterr().err
 
 
+@pytest.mark.kernels
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 def test_what_is_compiled_for_branches_is_what_a_continuation_calls(tmp_path):
     """In a process of its own, whose second half would compile what the first has left out."""
@@ -147,9 +149,9 @@ print([kernel.py_func.__name__ for kernel in compiled if kernel in KERNELS])
 
 def test_where_nobody_may_help_one_follows_the_other(fakes, capsys, monkeypatch):
     calls, _ = fakes
-    monkeypatch.setattr(elsewhere, "may_help", lambda: False)
+    monkeypatch.setattr(compilation, "may_help", lambda: False)
     assert console(["compile", "ssul"]) == 0
-    assert [call[-1] for call in calls] == [True, True]  # alone, so each may write all files
+    assert [call[1] for call in calls] == [("orbit",), ("verdict",)]
 
 
 WRONG = {
@@ -181,7 +183,7 @@ def test_what_cannot_be_compiled_is_one_line(fakes, capsys, monkeypatch):
     says["ssul", "orbit"] = "nothing"
     assert console(["compile", "ssul"]) == 2
     assert "ended with status 1" in capsys.readouterr().err
-    monkeypatch.setattr(elsewhere, "free_memory", lambda: 10**8)
+    monkeypatch.setattr(compilation, "free_memory", lambda: 10**8)
     assert console(["compile", "ssul"]) == 2
     assert "0.1 GB are free" in capsys.readouterr().err
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
@@ -205,24 +207,43 @@ def alive(pid):
     return Path(f"/proc/{pid}/stat").read_text().split(")")[1].split()[0] != "Z"
 
 
+def awaited(happens, process):
+    """Wait until something happens, as long as a process lives; return it."""
+    while process.poll() is None:
+        if found := happens():
+            return found
+        time.sleep(0.02)
+    return happens()
+
+
+BOUND = 300
+"""Seconds after which a process that should end at once is taken for one that does not end."""
+
+
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL])
 def test_nothing_goes_on_after_the_end(end, tmp_path):
     process = program(tmp_path, "compile", "ssul")
-    for _ in range(200):
-        if found := children(process.pid):
-            break
-        time.sleep(0.05)
+    found = awaited(lambda: children(process.pid), process)
     assert found
-    time.sleep(1.0)
+    assert not list(tmp_path.rglob("lanes.*.compiled"))
     process.send_signal(end)
-    _, err = process.communicate(timeout=30)
+    _, err = process.communicate(timeout=BOUND)
     if end == signal.SIGINT:
         assert (process.returncode, err) == (130, "nlds-vines compile: interrupted\n")
-    for _ in range(200):
-        if not any(alive(child) for child in found):
-            break
-        time.sleep(0.05)
-    assert not any(alive(child) for child in found)
+    while any(alive(child) for child in found):
+        time.sleep(0.02)
+    assert not list(tmp_path.rglob("lanes.*.compiled"))  # none was compiled to its end
+
+
+def test_ctrl_c_is_answered_while_a_run_compiles(tmp_path):
+    process = program(tmp_path, "bifurcation", "--threads", "1")
+    first = process.stderr.readline()
+    assert first.startswith("compiling the equations of ssul")
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=BOUND)
+    assert process.returncode == 130
+    assert "interrupted: 0 of " in err
+    assert not list(tmp_path.rglob("lanes.*.compiled"))
 
 
 def test_the_command_stands_where_the_others_do():

@@ -188,6 +188,7 @@ ERRORS = {"error", "error_at_end", "E1max_error", "refined_label", "label_kept"}
 WITH_ERRORS = {"want": ["section", "impacts", "energy", "regime", "error"]}
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("start", ["rest", "both", "random:3"])
 def test_errors_do_not_depend_on_threads_blocks_shards_or_interruptions(
     start, tmp_path, monkeypatch, cut
@@ -208,6 +209,7 @@ def test_errors_do_not_depend_on_threads_blocks_shards_or_interruptions(
     assert bits(tmp_path / "shared.h5") == whole
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("start", ["rest", "both", "random:3"])
 @pytest.mark.parametrize("want", [["section", "energy"], document()["record"]["want"]])
 def test_asking_for_the_error_changes_nothing_else(want, start, tmp_path):
@@ -266,6 +268,7 @@ def test_an_interrupted_consolidation_says_how_to_go_on(tmp_path, monkeypatch):
     assert compute(path, scan, resume=True) == compute(tmp_path / "b.h5", scan)
 
 
+@pytest.mark.kernels
 def test_a_command_that_is_interrupted_from_outside_can_be_resumed(tmp_path):
     (tmp_path / "scan.toml").write_text(nv.load_scan(LONG).to_toml())
     command = [sys.executable, "-m", "nlds_vines.bifurcation", "scan.toml"]
@@ -304,6 +307,7 @@ FAILURES = {
 }
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("failure", FAILURES)
 def test_a_failed_lane_is_marked_and_leaves_its_neighbours_alone(

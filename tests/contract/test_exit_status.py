@@ -157,9 +157,11 @@ def test_what_the_operating_system_refuses_is_one_line(calls, capsys, error, sai
 
 
 def test_a_dry_run_only_tells(calls, capsys, tmp_path):
-    (tmp_path / "figure8.h5").write_bytes(b"old")  # nothing is written, so nothing is in the way
     assert main(["--dry-run", "--threads", "2"]) == 0
     assert capsys.readouterr().out == "1201 orbits\n2 threads\n"
+    (tmp_path / "figure8.h5").write_bytes(b"old")
+    assert main(["--dry-run", "--threads", "2"]) == 2  # as the run would
+    assert "exists" in capsys.readouterr().err
     assert calls.runs == calls.plots == []
 
 

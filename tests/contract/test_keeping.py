@@ -176,6 +176,7 @@ def test_room_for_speeds_is_room_that_counts(system):
     assert taken <= 7 * lane_bytes(scan) <= taken + 7 * 1024
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("want", [["error"], ["section", "energy", "regime", "error"]])
 @pytest.mark.parametrize("periods", [20, 500])
 def test_what_an_error_takes_is_not_more_than_is_said(want, periods):

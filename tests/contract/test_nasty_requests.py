@@ -275,6 +275,7 @@ def test_usual_environments_are_taken():
     check_environment({"NUMBA_NUM_THREADS": " 8 "})
 
 
+@pytest.mark.kernels
 def test_the_threads_of_numba_do_not_matter(tmp_path):
     """The threads are our own: what Numba lacks for its own, or would refuse, is not asked for."""
     code = "import sys; from nlds_vines.__main__ import main; sys.exit(main(sys.argv[1:]))"

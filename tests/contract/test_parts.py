@@ -206,7 +206,7 @@ def test_a_run_killed_after_the_archive_took_its_name_leaves_a_complete_one(path
     with Parts.open(path, scan) as parts:
         for block in blocks:
             parts.write(block, results(scan, block))
-        monkeypatch.setattr(Parts, "_clear", lambda _: (_ for _ in ()).throw(KeyboardInterrupt))
+        monkeypatch.setattr(Parts, "_remove", lambda _: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             parts.consolidate(blocks, {})
         monkeypatch.undo()

@@ -13,9 +13,38 @@ from support import REPO
 
 FILES = sorted(path.relative_to(REPO).as_posix() for path in REPO.glob("tests/*/plain_*.py"))
 
+LONG = {
+    "tests/accuracy/plain_costs.py",
+    "tests/bifurcation/plain_sweeps.py",
+    "tests/continuation/plain_derivatives.py",
+    "tests/kernels/plain_contact_laws.py",
+    "tests/kernels/plain_inside.py",
+    "tests/kernels/plain_peaks.py",
+}
+"""Those that take more than five seconds, for whoever changes kernels."""
 
-@pytest.mark.parametrize("file", FILES)
+
+def test_the_long_ones_exist():
+    assert set(FILES) > LONG
+
+
+@pytest.mark.slow("a process, and as many seconds as thousands of steps of plain Python take")
+@pytest.mark.parametrize(
+    "file",
+    [pytest.param(file, marks=pytest.mark.kernels if file in LONG else ()) for file in FILES],
+)
 def test_without_the_compiler(file):
+    run(file)
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("file", sorted(LONG))
+def test_the_long_ones_without_the_compiler(file):
+    run(file)
+
+
+def run(file):
+    """Run a file in a process whose kernels are plain Python."""
     options = ["-p", "no:cacheprovider", "-o", "addopts=", "-q", "--tb=short"]
     options += ["-W", "ignore::RuntimeWarning"]  # NumPy warns where compiled kernels do not
     found = subprocess.run(

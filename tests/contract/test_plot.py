@@ -211,6 +211,7 @@ def test_a_run_keeps_the_picture_of_another_and_resuming_draws_its_own(small, tm
     assert main([*command, "--resume"]) == 2
 
 
+@pytest.mark.kernels
 def test_what_a_scan_returns_is_its_path_and_knows_its_picture(small, tmp_path):
     path = nv.bifurcation(
         {"system": "tmd", "vary": {"omega": {"values": [6.0, 6.5]}},
@@ -226,6 +227,7 @@ def test_what_a_scan_returns_is_its_path_and_knows_its_picture(small, tmp_path):
     assert path.with_suffix(".png").exists()
 
 
+@pytest.mark.kernels
 def test_orbits_that_pass_the_limit_are_told_hatched_and_named(passing):
     from nlds_vines.bifurcation.run import Report
 
@@ -252,6 +254,7 @@ def test_a_label_has_one_colour_whatever_else_is_in_the_picture():
     assert colour_of("T,1, inadmissible") == colour_of("T,1")
 
 
+@pytest.mark.kernels
 def test_words_fit_the_kind_of_one_mass(tmp_path):
     scan = {
         "system": "bilinear-oscillator",

@@ -29,6 +29,7 @@ def path(tmp_path_factory):
 # ---- systems -------------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 def test_names_paths_and_systems_mean_the_same(tmp_path):
     file = tmp_path / "own.toml"
     file.write_text('system = "ssul-set6"\n')
@@ -103,13 +104,15 @@ def test_a_table_has_a_row_for_each_orbit_or_period(path, tmp_path):
     assert [row["label"] for row in rows] == view["label"].ravel().tolist()
     assert {row["status"] for row in rows} == {"ok"}
     assert [row["start"] for row in rows[:3]] == ["random 0", "random 1", "random 2"]
-    view.to_csv(target, "section", "E1max")
+    with pytest.raises(nv.RequestError, match="exists"):
+        view.to_csv(target, "section", "E1max")
+    view.to_csv(target, "section", "E1max", overwrite=True)
     rows = list(csv.DictReader(io.StringIO(target.read_text())))
     assert len(rows) == 6 * 5
     assert [float(row["x2"]) for row in rows] == view["section"][..., 2].ravel().tolist()
     assert float(rows[5]["E1max"]) == view["E1max"][0, 1]
     with pytest.raises(nv.RequestError, match="unknown dataset"):
-        view.to_csv(target, "sections")
+        view.to_csv(target, "sections", overwrite=True)
 
 
 def test_pandas_and_xarray_take_an_archive(path):
@@ -152,6 +155,7 @@ def objects(path):
     return found
 
 
+@pytest.mark.kernels
 def test_a_repr_has_five_lines_at_most(objects):
     for one in objects:
         lines = repr(one).splitlines()

@@ -128,6 +128,7 @@ PATTERNS = {"long-scans.md", "tutorial.md"}  # pages whose commands have tests o
 ARCHIVES = {"figure8.h5", "regimes.h5", "reproduction"}  # of earlier commands: they must be there
 
 
+@pytest.mark.kernels
 def test_every_command_is_understood(own):
     texts = [page.read_text(encoding="utf-8") for page in PAGES if page.name not in PATTERNS]
     found = [words for text in texts for words in commands(text.replace("\n.venv/bin/", "\n"))]
@@ -160,6 +161,7 @@ def sister_commands(text):
     return [shlex.split(line) for line in lines]
 
 
+@pytest.mark.kernels
 @pytest.mark.skipif(find_spec("distributed") is None, reason="distributed is not installed")
 def test_the_long_scan_goes_on_as_it_is_told(own):
     (block,) = [body for body in blocks("sh", text_of("long-scans.md")) if "own.toml" in body]

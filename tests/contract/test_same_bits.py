@@ -21,6 +21,8 @@ from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 
+pytestmark = pytest.mark.kernels
+
 PROGRAM = Path(__file__).with_name("orbits_of_all_kinds.py")
 CASES = ("two walls", "one wall", "fixed steps", "no damper", "no wall", "a limit", "orbits")
 X86 = platform.machine().lower() in ("x86_64", "amd64")

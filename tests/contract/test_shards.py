@@ -59,6 +59,7 @@ def finish(running):
 # ---- shards --------------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 def test_seven_shards_side_by_side_end_in_the_same_bits(folder, whole):
     for shards in ([1, 2], [3, 4, 5], [6, 7]):
         running = [start("--shard", f"{i}/7", "--threads", "1") for i in shards]
@@ -113,6 +114,7 @@ def test_missing_shards_are_named_and_nothing_is_lost(folder, capsys, monkeypatc
     assert "no parts" in capsys.readouterr().err
 
 
+@pytest.mark.kernels
 def test_a_shard_without_blocks_says_so(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     scan = ["bifurcation", "--system", "none", "--vary", "omega=6:7:3", "--transient", "1"]
@@ -218,6 +220,7 @@ def workers_of(process):
     return found
 
 
+@pytest.mark.kernels
 @dask
 def test_workers_killed_three_times_end_in_the_same_bits(folder, whole):
     running = start("--scheduler", "local:2")
@@ -244,6 +247,7 @@ def test_a_cluster_that_is_not_there_is_one_line(folder, monkeypatch, capsys):
     assert "--scheduler 'tcp://127.0.0.1:9' cannot be reached" in err
 
 
+@pytest.mark.kernels
 @dask
 def test_a_stopped_cluster_run_can_be_resumed_without_a_cluster(folder, whole):
     running = start("--scheduler", "local:1")
@@ -274,6 +278,7 @@ def scheduler(tmp_path):
     running.wait()
 
 
+@pytest.mark.kernels
 @dask
 def test_a_cluster_without_workers_is_waited_for_and_given_up(
     folder, scheduler, whole, monkeypatch, capsys

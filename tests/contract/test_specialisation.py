@@ -97,6 +97,7 @@ def of_module(case, *names):
     return {name for name in case["kernels"] if name.split(".")[0] in names}
 
 
+@pytest.mark.kernels
 def test_a_scene_without_walls_holds_no_contact_code(code):
     assert not modules(code["tmd"]) & CONTACT
     assert "orbit.orbit" not in code["tmd"]["kernels"]
@@ -106,6 +107,7 @@ def test_a_scene_without_walls_holds_no_contact_code(code):
     assert "orbit.linear_orbit" not in code["ssul"]["kernels"]
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("case", HAS)
 def test_a_case_holds_the_code_of_what_it_has_and_no_other(code, case):
     kernels = set(code[case]["kernels"])
@@ -125,6 +127,7 @@ def test_the_kernels_asked_for_exist():
         import_module(f"nlds_vines.kernels.{module}")
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("case", "walls", "limit"),
     [("ssul", ["near"], False), ("ssbl", ["near", "far"], False), ("ssvi-b", ["far"], True)],
@@ -148,6 +151,7 @@ LAWS = {
 """Modules that contacts need, by the law of a case."""
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("case", LAWS)
 def test_only_the_law_that_a_scene_has_is_in_its_code(code, case):
     assert modules(code[case]) & set().union(*LAWS.values()) == LAWS[case]
@@ -156,12 +160,14 @@ def test_only_the_law_that_a_scene_has_is_in_its_code(code, case):
     assert (rigid & set(code[case]["kernels"]) == rigid) == (case == "restitution")
 
 
+@pytest.mark.kernels
 def test_the_structure_alone_is_compiled_without_a_damper(code):
     assert all("damper" in absent for absent in code["none"]["absent"])
     assert not any("damper" in absent for absent in code["tmd"]["absent"])
     assert code["none"]["loop"] == []
 
 
+@pytest.mark.kernels
 def test_the_loop_of_a_scene_without_walls_is_additions_and_products(code):
     assert code["tmd"]["loop"] == []
     for name, case in code.items():  # of all the rest, our own (`kernels.elementary`)
@@ -169,6 +175,7 @@ def test_the_loop_of_a_scene_without_walls_is_additions_and_products(code):
     assert code["ssul"]["loop"] == ["sqrt"]
 
 
+@pytest.mark.kernels
 def test_what_is_not_recorded_is_not_compiled(code):
     observed = of_module(code["ssul"], "observe", "peaks")
     assert observed == {"observe.note_section"}
@@ -178,6 +185,7 @@ def test_what_is_not_recorded_is_not_compiled(code):
     assert "observe.note_section" not in energy
 
 
+@pytest.mark.kernels
 def test_each_method_leaves_the_other_out(code):
     exact, fixed = code["ssul"], code["ssul rk4"]
     assert not of_module(exact, "fixed_step")
@@ -188,11 +196,13 @@ def test_each_method_leaves_the_other_out(code):
     assert "runge_kutta.eighth" not in fixed["kernels"]
 
 
+@pytest.mark.kernels
 def test_no_kernel_asks_at_run_time_whether_a_part_exists(code):
     found = {name: case["undecided"] for name, case in code.items() if "undecided" in case}
     assert found == {name: [] for name in found}
 
 
+@pytest.mark.kernels
 def test_floating_point_is_strict(code):
     found = {name: case["contracts"] for name, case in code.items()}
     assert found.pop("loose")  # what is compiled otherwise is told from the kernels
@@ -275,6 +285,7 @@ def steps_of(arguments):
     return arguments[2].contact_steps
 
 
+@pytest.mark.kernels
 def test_an_error_that_was_not_asked_for_costs_nothing(monkeypatch):
     usual = ("section", "impacts", "energy", "regime")
     (plain,) = calls(monkeypatch, *usual)

@@ -112,6 +112,7 @@ def test_a_file_with_a_tolerance_serves_rk4_too():
 # ---- numbers -------------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 def test_a_coarse_scan_is_coarser_and_both_are_within_their_tolerances():
     """Over a period from the same states, so that no growth comes between."""
     cells, starts = chains()
@@ -135,6 +136,7 @@ def test_the_order_in_which_tolerances_are_asked_for_changes_no_bit():
     assert (one["draft"] != one["fine"]).any()
 
 
+@pytest.mark.kernels
 def test_scans_simulations_and_batches_take_it_alike():
     for name, value in TOLERANCES.items():
         orbit = nv.simulate(SYSTEM, 3, transient=2, tolerance=name, record=["section"])
@@ -305,6 +307,7 @@ def test_an_archive_without_a_tolerance_means_the_nodes_and_steps_of_its_time(tm
         scan_in(without)
 
 
+@pytest.mark.kernels
 def test_an_archive_of_rk4_means_what_it_meant(tmp_path):
     document = {**SMALL, "sampling": {**SMALL["sampling"], "method": "rk4"}}
     path = nv.bifurcation(document, tmp_path / "a.h5")

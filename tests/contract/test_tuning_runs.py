@@ -106,6 +106,7 @@ def test_who_asks_to_stop_is_heard_between_two_batches(
     assert tune(tmp_path / "b.h5", *TMD, "--resume") == reference
 
 
+@pytest.mark.kernels
 def test_a_killed_search_resumes_to_the_same_bits(tmp_path):
     long = ["--system", "tmd", *SMALL, "--seeds", "4", "--periods", "3000"]
     reference, path = tune(tmp_path / "a.h5", *long), tmp_path / "b.h5"

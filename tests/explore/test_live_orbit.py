@@ -83,6 +83,7 @@ def test_chaos_has_words_and_no_multipliers():
     assert dict(evidence_of(orbit.regime))["watched for"]
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("name", ["none", "impact-oscillator"])
 def test_a_system_without_damper_has_the_panels_it_can(name):
     orbit = live_orbit(nv.load_system(name), None, SAMPLING)

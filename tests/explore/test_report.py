@@ -149,7 +149,7 @@ def test_the_command_writes_the_page_and_says_its_size(small_map, tmp_path, caps
     ("arguments", "words"),
     [
         (["no.h5"], "no.h5"),
-        (["{map}", "-o", "{map}"], "made of"),
+        (["{map}", "-o", "{map}"], "is another file of this run"),
         (["{map}", "-o", "no/x.html"], "no folder"),
         (["{map}", "--branches", "{map}"], "not a continuation"),
         (["{map}", "--claims", "{folder}"], "archives"),
@@ -207,6 +207,7 @@ def test_branches_of_another_parameter_are_refused(branches, folder, capsys):
     assert "continues along omega" in capsys.readouterr().err
 
 
+@pytest.mark.kernels
 def test_a_folder_of_reproduce_gives_the_claims(small_diagram, tmp_path):
     (tmp_path / "archives").mkdir()
     (tmp_path / "archives" / "figure8.h5").write_bytes(small_diagram.read_bytes())

@@ -169,7 +169,9 @@ def test_a_closed_page_leaves_nothing_running(small_map, monkeypatch):
     page = Page(opened)
     page.ask("finer", ranges=[[7.4, 7.5], [800.0, 850.0]])
     job = page.session._job
+    assert not job.cancelled
     page.session.close()
+    assert job.cancelled
     job.wait(20.0)
     assert not job.running
     assert opened.listeners == []

@@ -6,7 +6,7 @@ from laws_with_forces import LAWS
 from support import Approach, contact_parts, fitted_order, period_map
 
 from nlds_vines import load_system, simulate
-from nlds_vines.kernels.scene import power_wall_at
+from nlds_vines.kernels.scene import Damping, power_wall_at
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import flow_on
@@ -18,7 +18,7 @@ def test_stepped_contacts_have_order_eight(n, a):
     """From touch to release, in any power, damped or not."""
     numbers = {**load_system("ssul-set6").parameters, "K": 1e7}
     ps, damper, _ = contact_parts(**{k: v for k, v in numbers.items() if k not in CONTACT})
-    wall = power_wall_at(0.06, 1e7, n, a if a > 0.0 else None, damper.inv_mu)
+    wall = power_wall_at(0.06, 1e7, n, Damping(1.0, a) if a > 0.0 else None, damper.inv_mu)
     approach = Approach(0.8, 0.01, 0.5, 0.7)
     # by n = 1 the motion is a sine, and twelve steps are as good as round-off
     steps = np.array([4, 5, 6, 8]) if n == 1.0 else np.array([12, 16, 20, 24, 32])
@@ -60,3 +60,61 @@ def test_a_hertz_table_bounces_like_a_rigid_one_when_stiff():
     a, b, c = (simulate(s, 3, start=start).section for s in (rigid, soft, linear))
     np.testing.assert_allclose(a, b, rtol=0, atol=2e-3)
     np.testing.assert_allclose(a, c, rtol=0, atol=1e-4)
+
+
+# ---- a damped contact whose force would attract --------------------------------------------------
+
+TORN = {"k": 400, "c": 0, "C": 0.1, "P": 0, "omega": 2 * np.pi, "K": 1e4, "hunt_crossley": 3}
+RELEASE = 0.0851896667814  # of the start (0, 3): the wall lets go at 0.06087, in 30 digits
+
+
+def torn(**options):
+    system = load_system("impact-oscillator", law="hertz", **TORN)
+    return simulate(system, 1, start=(0, 3), **options)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_a_wall_lets_go_at_an_instant(tolerance):
+    """Notices: a step across the kink of 1 + a dz/dt = 0."""
+    found = torn(record=("impacts",), tolerance=tolerance).impacts[0]
+    assert abs(found["release"] - RELEASE) <= tolerance * (RELEASE - found["touch"]) + 1e-13
+
+
+def test_fixed_steps_keep_their_order_where_a_wall_lets_go():
+    errors = []
+    for steps in (256, 512, 1024):
+        orbit = torn(record=("impacts",), method="rk4", period_steps=steps)
+        errors.append(abs(orbit.impacts[0]["release"] - RELEASE))
+    assert fitted_order(errors, np.array([256, 512, 1024])) > 3.6
+
+
+def test_sections_may_cut_what_is_let_go():
+    many = torn(record=("impacts", "trajectory"), samples=60)
+    inside = (many.time > 0.061) & (many.time < RELEASE) & (many.trajectory[:, 0] > 0.1)
+    assert inside.any()
+    assert many.impacts[0]["release"] == pytest.approx(RELEASE, rel=1e-9)
+    x, v = many.trajectory[inside].T
+    energy = 400 * x**2 + v**2  # no force but the spring's
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
+
+
+def test_a_contact_that_lets_go_has_dissipated_what_is_missing():
+    orbit = torn(record=("impacts", "response", "section"), tolerance=1e-12)
+    lost = 4.5 - 0.5 * (400 * orbit.state[0] ** 2 + orbit.state[1] ** 2)
+    assert orbit.impacts["gain1"].sum() == pytest.approx(-lost, rel=1e-10)
+    assert orbit.response["power_contact"] == pytest.approx(lost, rel=1e-10)  # in 1 s
+
+
+@pytest.mark.parametrize(("C", "start"), [(0.1, (0.09, 1.5)), (-0.1, (-0.05, -0.5))])
+def test_variations_where_a_wall_lets_go_or_pushes_again(C, start):
+    """The force has no jump there, and so the variations have none."""
+    changes = {**TORN, "C": C, "P": 60 if C > 0 else 0, "omega": 40.0}
+    system = load_system("impact-oscillator", law="hertz", **changes)
+    flow = flow_on(system, settings=Settings.of("exact", tolerance=1e-12))
+    y, step = np.array([*start, *start]), 1e-6
+    _, found = period_map(flow, y)
+    columns = []
+    for e in (np.array([step, 0, step, 0]), np.array([0, step, 0, step])):
+        columns.append((period_map(flow, y + e)[0] - period_map(flow, y - e)[0]) / (2 * step))
+    expected = np.array(columns).T[:2]
+    np.testing.assert_allclose(found[:2, :2], expected, rtol=0, atol=1e-6 * np.abs(expected).max())

@@ -11,11 +11,17 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block
+from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.course import follow_growth
 from nlds_vines.kernels.eigenvalues import eigenvalues, is_saddle
+from nlds_vines.kernels.evidence_rows import COLUMNS, EXPONENTS, LARGEST, WIDTH
 from nlds_vines.kernels.recurrence import impacts_of
 from nlds_vines.kernels.settling import attracted
 from nlds_vines.kernels.shooting import is_minimal, polish, span_of
+from nlds_vines.kernels.variations import new_state, no_section, place_state, set_identity
+from nlds_vines.kernels.verdict import note_exponents
 from nlds_vines.model.linear_response import steady_state
+from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import flow_on
 
 
@@ -182,3 +188,35 @@ def test_a_scan_tells_impacts_as_a_verdict_does():
         assert found["label"][0, 0] == f"{'' if n == 1 else n}T,{k}"
         assert found["impacts"][0, 0] == k
         assert found["impact_rate"][0, 0] == pytest.approx(k / n, abs=0.04)
+
+
+def test_the_fastest_decay_of_a_cycle_is_found_once_its_variations_are_aligned():
+    """Where a matrix holds too few digits: without impacts, exponents are those of the flow."""
+    system = nv.load_system("tmd", c1=1.4e4, c2=300.0, k2=300.0)
+    found = nv.classify(system, transient=20, periods=60)
+    m1, k1, c1, m2, k2, c2 = (system.parameters[k] for k in ("m1", "k1", "c1", "m2", "k2", "c2"))
+    flow = [
+        [0.0, 1.0, 0.0, 0.0],
+        [-(k1 + k2) / m1, -(c1 + c2) / m1, k2 / m1, c2 / m1],
+        [0.0, 0.0, 0.0, 1.0],
+        [k2 / m2, c2 / m2, -k2 / m2, -c2 / m2],
+    ]
+    exact = np.sort(np.linalg.eigvals(flow).real)[::-1]
+    assert exact.sum() * system.period < -18.0
+    assert found.exponents[0] == pytest.approx(exact[0], rel=1e-12)
+    assert found.exponents[3] == pytest.approx(exact[3], rel=1e-5)  # 2e-4 after one cycle less
+    assert sum(found.exponents) == pytest.approx(exact.sum(), rel=1e-9)
+
+
+def test_growth_of_a_ball_that_rests_is_minus_infinity():
+    """Of an orbit that is not judged yet: no variation is left, and its growth is no NaN."""
+    table = {"m": 1.0, "g": 9.81, "Y": 1.2 * 9.81 / 900.0, "omega": 30.0, "e": 0.0}
+    flow = flow_on(System("ball", table, law="restitution"))
+    state, tangent, evidence = new_state(), np.zeros(16), np.full(COLUMNS, np.nan)
+    logs, growth = np.zeros(64), np.zeros(4)
+    set_identity(tangent)
+    place_state(flow, np.zeros(4), state)
+    assert follow_growth(flow, no_section(flow.space), state, tangent, logs, growth) == OK
+    note_exponents(evidence, growth, logs, 1.0, 2)
+    assert (evidence[[LARGEST, EXPONENTS, EXPONENTS + 1]] == -np.inf).all()
+    assert evidence[WIDTH] < 1e-5

@@ -36,6 +36,7 @@ def bounce(gamma, e, omega, n):
     return found
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(("gamma", "e", "n"), [(1.2, 0.5, 1), (1.4, 0.5, 1), (2.4, 0.5, 2)])
 def test_bouncing_orbits_in_closed_form(gamma, e, n):
     system = ball(gamma, e)
@@ -47,6 +48,7 @@ def test_bouncing_orbits_in_closed_form(gamma, e, n):
         assert orbit.impacts["speed"][0] == pytest.approx(speed, rel=1e-12)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("e", [0.15, 0.5, 0.8])
 def test_a_bouncing_orbit_is_born_and_doubles_where_the_textbook_says(e):
     """Gamma >= pi (1 - e) / (1 + e), and < sqrt(that^2 + (2 (1 + e^2) / (1 + e)^2)^2)."""
@@ -121,6 +123,25 @@ def test_an_inelastic_ball_takes_off_where_the_table_falls_faster(gamma):
     regime = classify(system, start=(0.0, 0.0))
     if rested.all():  # every impact ends in rest: all is forgotten in a period
         assert abs(regime.multipliers).max() == 0.0
+
+
+@pytest.mark.parametrize("gamma", [3.3, 3.7, 3.7235])
+def test_an_inelastic_ball_that_is_left_at_once_forgets_its_speed_alone(gamma):
+    """Its acceleration a at the touch points away: the impact maps (0, v') to (0, a t')."""
+    regime = classify(ball(gamma, 0.0), start=(0.0, 0.0))
+    assert regime.label == "T,1"
+    mu = 1.0 - math.sqrt(gamma**2 - math.pi**2)
+    np.testing.assert_allclose(regime.multipliers, [mu, 0.0], rtol=0, atol=1e-9)
+    exponent = math.log(abs(mu)) / ball(gamma, 0.0).period
+    np.testing.assert_allclose(regime.exponents, [exponent, -np.inf], rtol=1e-6)
+    assert regime.lyapunov == regime.exponents[0]
+
+
+def test_where_all_is_forgotten_no_exponent_is_a_number():
+    """The ball rests in each period."""
+    regime = classify(ball(1.2, 0.0), start=(0.0, 0.0))
+    assert (regime.exponents == -np.inf).all()
+    assert regime.lyapunov == -np.inf
 
 
 # ---- Budd and Dux: a hard impact oscillator without damping --------------------------------------

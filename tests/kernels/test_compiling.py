@@ -10,8 +10,8 @@ import numba
 import pytest
 
 import nlds_vines
-from nlds_vines.kernels import compiling, elementary, lanes
-from nlds_vines.kernels.compiling import Inner, jit, told_of_compilations
+from nlds_vines.kernels import lanes
+from nlds_vines.kernels.compiling import Inner, chosen, jit, told_of_compilations
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 
@@ -21,79 +21,73 @@ def doubled(x):
     return x + x
 
 
+@chosen
+def last_of(x, y):
+    if y is None:
+        return lambda x, y: doubled(x)
+    return lambda x, y: doubled(y)
+
+
+@jit(entry=True)
+def last_doubled(x, y):
+    return last_of(x, y)
+
+
 def kernel(text, name="f", **options):
-    """Return a kernel that is compiled now: no cache on the disk knows it."""
-    space = {"gc": gc, "jit": jit}
+    """Return a kernel that is compiled now: nothing on the disk knows it."""
+    space = {"gc": gc, "jit": jit, "doubled": doubled}
     exec(text, space)
-    function = space[name]
-    function.__module__ = "nlds_vines.kernels.made_up"
-    made = numba.njit(error_model="numpy", nogil=True, **options)(function)
-    return made
+    space[name].__module__ = "nlds_vines.kernels.made_up"
+    return jit(space[name], entry=True, **options)
 
 
 def test_kernels_that_kernels_call_have_no_wrapper_and_python_calls_them_all_the_same():
-    inner = doubled
-    assert isinstance(inner, Inner)
-    assert inner(16.0) == 32.0
-    assert all(overload.entry_point is None for overload in inner.overloads.values())
-    assert inner.entry is inner.entry
-    assert not isinstance(inner.entry, Inner)
-    assert all(overload.entry_point for overload in inner.entry.overloads.values())
+    assert isinstance(doubled, Inner)
+    assert doubled(16.0) == 32.0
+    assert not doubled.overloads or all(one.entry_point for one in doubled.overloads.values())
+    assert doubled.entry is doubled.entry
+    assert not isinstance(doubled.entry, Inner)
     for entry in (lanes.run_lanes, lanes.judge_lanes):
         assert not isinstance(entry, Inner)
 
 
-def test_an_inner_kernel_is_compiled_once_for_kernels_and_for_python():
-    """Python's way to it has files of its own in the cache, which hold a wrapper."""
-    names = {elementary.exp._cache._cache_file._index_name for _ in range(2)}
-    names.add(elementary.exp.entry._cache._cache_file._index_name)
-    assert len(names) == 2
+def test_the_body_is_chosen_by_the_types_of_arguments_and_number_by_number_the_same():
+    assert last_of(2.0, None) == last_doubled(2.0, None) == 4.0
+    assert last_of(2.0, 3.0) == last_doubled(2.0, 3.0) == 6.0
 
 
+@pytest.mark.kernels
+def test_a_number_that_is_known_when_compiling_is_a_number_like_any_other():
+    """Notices: a kernel compiled for each constant that it is called with."""
+    told = []
+    made = kernel("def f():\n    return doubled(2.5) + doubled(3.5) + doubled(4.5)")
+    before = len(doubled.overloads)
+    with told_of_compilations(told.append):
+        assert made() == 21.0
+    assert len(doubled.overloads) - before <= 1
+
+
+@pytest.mark.kernels
 def test_the_collector_rests_while_something_is_compiled_and_works_afterwards():
     seen = []
     made = kernel("def f(x):\n    return x + 1")
-    with told_of_compilations(lambda kernel: seen.append((kernel, gc.isenabled()))):
+    told = told_of_compilations(
+        lambda kernel: seen.append(gc.isenabled()), lambda kernel: seen.append(gc.isenabled())
+    )
+    with told:
         assert made(1) == 2
         assert gc.isenabled()
         assert made(2) == 3
-    assert [one for one, _ in seen] == [made]
+    assert seen == [True, True]  # before it rests, and after
 
 
-def rests(monkeypatch, text, **how):
-    """Return whether the collector was at work at each compilation within one of `text`."""
+def test_nested_compilations_are_one_pause():
     found = []
-    made = kernel(text, **how)
-    with told_of_compilations(lambda _: found.append(gc.isenabled())):
-        made(1)
-    return found
-
-
-def test_nested_compilations_are_one_pause(monkeypatch):
-    found = rests(monkeypatch, "def f(x):\n    return max(abs(x), round(2.5))")
-    assert len(found) > 1
-    assert found[0]  # it is told of before
-    assert not any(found[1:])
-    assert gc.isenabled()
-
-
-def test_functions_of_others_are_compiled_as_ever():
-    """Also those that are made at run time and belong to no module, as some solvers have them."""
-    made = kernel("def f(x):\n    return x + 1")
-    made.py_func.__module__ = None
-    seen = []
-    with told_of_compilations(lambda _: seen.append(gc.isenabled())):
+    made = kernel("@jit\ndef g(x):\n    return x + 1\ndef f(x):\n    return g(x)")
+    with told_of_compilations(lambda one: found.append(gc.isenabled())):
         assert made(1) == 2
-    assert seen == [True]
+    assert found == [True, False]
     assert gc.isenabled()
-
-
-def test_frames_have_room_while_something_is_compiled():
-    """Notices: a frame as small as any other, at whose end memory is mapped and unmapped."""
-    room = compiling._with_room.__code__.co_stacksize * 8
-    assert room > 2**20  # bytes: its chunk is of 2 MB, of which the rest is left
-    assert 2**21 - room > 2**19
-    assert compiling._with_room(lambda x: x + 1, 1) == 2
 
 
 def test_an_error_of_the_compiler_lets_the_collector_work_again():
@@ -102,6 +96,7 @@ def test_an_error_of_the_compiler_lets_the_collector_work_again():
     assert gc.isenabled()
 
 
+@pytest.mark.kernels
 def test_whoever_ends_a_compilation_before_it_begins_stops_nothing_else():
     made = kernel("def f(x):\n    return x + 1")
 
@@ -114,6 +109,7 @@ def test_whoever_ends_a_compilation_before_it_begins_stops_nothing_else():
     assert made(1) == 2
 
 
+@pytest.mark.kernels
 def test_a_collector_that_is_off_stays_off():
     gc.disable()
     try:
@@ -125,42 +121,36 @@ def test_a_collector_that_is_off_stays_off():
 
 def test_what_others_compile_is_their_business():
     found = []
-
-    def watch(kernel):
-        found.append(gc.isenabled())
-
     theirs = numba.njit(lambda x: max(abs(x), round(2.5)))
-    with told_of_compilations(watch):
-        theirs(1)
-    assert len(found) > 1
-    assert all(found)
+    with told_of_compilations(lambda kernel: found.append(kernel)):
+        assert theirs(1) == 2
+    assert found == []
 
 
-def test_what_other_sources_left_in_the_cache_is_removed_once(tmp_path):
-    folder = tmp_path / "cache"
-    compiling._remove_stale_files(folder)  # makes it
-    (folder / "orbit.orbit-1.py311.nbi").touch()
-    compiling._remove_stale_files(folder)
-    assert (folder / "orbit.orbit-1.py311.nbi").exists()  # of these sources
-    (folder / "nlds_vines.stamp").write_text("of others")
-    (folder / "a note").touch()
-    compiling._remove_stale_files(folder)
-    assert sorted(path.name for path in folder.iterdir()) == ["a note", "nlds_vines.stamp"]
+PLAIN = """
+import hashlib, sys
+from nlds_vines.kernels import linking
+if sys.argv[1] == "plain":
+    linking.EXPECTED = ((linking.codegen.JITCodeLibrary, ("no such name",)),)
+import nlds_vines as nv
+from nlds_vines.kernels import compiling
+assert compiling.LINKED == (sys.argv[1] == "linked")
+orbit = nv.simulate(nv.load_system("ssul-set6"), periods=20)
+print(hashlib.sha256(orbit.section.tobytes()).hexdigest())
+"""
 
 
-@pytest.mark.parametrize("level", ["3", "1"])
-def test_the_stamp_knows_how_much_is_optimised(level):
-    """Numba's key of a compiled function does not."""
-    program = "from nlds_vines.kernels.compiling import source_stamp; print(source_stamp())"
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={
-            **os.environ,
-            "PYTHONPATH": str(Path(nlds_vines.__path__[0]).parent),
-            "NUMBA_OPT": level,
-        },
-    )
-    assert (done.stdout.strip() == compiling.source_stamp()) == (int(level) == numba.config.OPT)
+@pytest.mark.kernels
+def test_where_the_inside_of_numba_is_another_one_kernels_are_compiled_plainly(tmp_path):
+    """To the same bits."""
+    found = {}
+    for how in ("linked", "plain"):
+        root = str(Path(nlds_vines.__path__[0]).parent)
+        surroundings = {**os.environ, "PYTHONPATH": root, "NUMBA_CACHE_DIR": str(tmp_path / how)}
+        done = subprocess.run(
+            [sys.executable, "-c", PLAIN, how],
+            capture_output=True, text=True, check=False, env=surroundings,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        found[how] = done.stdout
+    assert found["linked"] == found["plain"]

@@ -40,6 +40,7 @@ def test_depth_of_a_free_impact_is_as_good_as_the_steps(steps, speed):
     assert abs(depth / exact - 1) <= 1.2e-11 * (28 / steps) ** 8 + 4e-15
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("share", [0.5005, 0.503, 0.51, 0.53, 0.56])
 @pytest.mark.parametrize("rk4", [None, True])
 def test_depth_where_a_section_cuts_the_contact_behind_it(share, rk4):
@@ -83,6 +84,7 @@ def test_depth_where_a_contact_comes_to_rest():
 # ---- the release ---------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("external", "s", "near"),
     [

@@ -161,6 +161,7 @@ def held_to(tolerance):
 # ---- the error -----------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9, 1e-12])
 def test_the_error_is_at_most_the_tolerance(kind, tolerance):
@@ -239,6 +240,7 @@ def doubted(one, steps):
         k[rk.Y : rk.Y + 4] = k[rk.NEW : rk.NEW + 4]
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("steps", [5.0, 8.0, 14.0, 24.0])
 def test_the_doubt_is_never_below_a_third_of_the_error(steps):
     """And seldom above thirty times. Notices: one balance left out."""
@@ -263,11 +265,13 @@ def test_the_doubt_has_the_order_of_the_error():
     assert fitted_order([doubted(one, n)[0] for n in steps], steps) == pytest.approx(8.3, abs=0.5)
 
 
+@pytest.mark.kernels
 def test_no_step_of_order_four_is_doubted():
     k = np.ones(rk.SCRATCH)
     assert doubt_of(True, contact_parts(**SET6, near=0.1)[2], 1.0, 1.0, 1.0, k) == 0.0
 
 
+@pytest.mark.kernels
 def test_a_step_shrinks_by_what_it_is_too_long():
     assert shrunk_by(2.0**8, 1.0) == pytest.approx(0.45)
     assert shrunk_by(1.0, 1.0) == pytest.approx(0.9)

@@ -20,6 +20,8 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, flow_on
 from nlds_vines.orbits.settings import Settings
 
+pytestmark = pytest.mark.kernels
+
 NOTED = (*BOTH, "energy")  # of each law, whatever a test looks at: one compilation
 every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 

@@ -50,6 +50,7 @@ def seen_by_twin(name):
     return rows[excursions], rows[rows[:, 0] == 1]
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", CASES)
 def test_violations_inside_contacts_as_the_twin_sees_them(name, method):
@@ -94,6 +95,7 @@ def near_orbit(level, method, stops, K=1e6, start=0.0):
     return np.concatenate([[0.0], r]), violation
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 @pytest.mark.parametrize("level", [0.01, 0.0202, 0.023, 0.03])
 def test_a_limit_in_the_way_into_a_near_wall(level, method):
@@ -133,6 +135,7 @@ def free_step(level, q, s, h=1.0, begun=2.0, beyond=0.0, sign=1.0):
     return log, k[NEW] ** 2, k[NEW + 4]
 
 
+@pytest.mark.kernels
 def test_the_instant_of_a_passage_within_a_step():
     log, z, _ = free_step(level=0.16, q=0.2, s=0.3)
     assert z > 0.06
@@ -223,6 +226,7 @@ def bend(q, s, v1, duration, **forces):
     return limit.bend_in_contact(*parts, k, duration), parts
 
 
+@pytest.mark.kernels
 def test_the_bound_of_the_bend_is_reached_by_each_of_its_parts():
     """Notices: the contact's push, its approach, the force, or what the force adds, left out."""
     found, (ps, damper, wall) = bend(0.1, 0.0, 0.0, 0.0)
@@ -241,6 +245,7 @@ def test_the_bound_of_the_bend_is_reached_by_each_of_its_parts():
     assert found == pytest.approx(0.8 + by_force, rel=0.3)
 
 
+@pytest.mark.kernels
 def test_a_short_impact_is_trusted_only_where_its_energy_cannot_reach_the_limit():
     """Notices: short impacts taken though they may pass the limit; either wall."""
     ps, damper, wall = contact_parts(**{**BODIES, **NO_FORCES})

@@ -25,6 +25,7 @@ def test_the_errors_of_the_cubic_are_those_of_a_quartic():
     assert pytest.approx(SLOPE_ERROR, rel=1e-15) == np.sqrt(3.0) / 216.0
 
 
+@pytest.mark.kernels
 def test_the_highest_value_is_bounded_and_reached():
     """Level at both ends, with a quartic on top. Notices: a smaller error of the cubic."""
     for level in (0.0, -3.0, 7.0):
@@ -46,6 +47,7 @@ def test_a_straight_line_has_its_end_for_bound():
     assert highest(*ends(p)) == pytest.approx(1.0 / 12.0)  # Bernstein's coefficient of the middle
 
 
+@pytest.mark.kernels
 def test_what_only_rises_is_told_just_so():
     """A quartic of every size on a slope, which falls from some size on, and no sooner."""
     falls_from = 1.0 / np.abs((X**2 * (1 - X) ** 2).deriv()(PLACES)).max()

@@ -48,6 +48,7 @@ def arguments(name):
     return [float(x) for x in np.concatenate(found)]
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_errors_are_below_one_unit_in_the_last_place(name):
     allowed = {"log10": 2.0, "fifth_root": 0.51}.get(name, 0.85)

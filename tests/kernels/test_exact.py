@@ -56,6 +56,7 @@ TO_NEAR_THEN_FAR = 0.1 + 2.0 * X - 3.0 * X**2
 TO_FAR_THEN_NEAR = -2.0 * X + 3.0 * X**2
 
 
+@pytest.mark.kernels
 def test_the_first_of_two_walls_in_one_cell():
     """Notices: the later of the two taken first, either wall not looked for, a sign."""
     up = TO_NEAR_THEN_FAR
@@ -83,6 +84,7 @@ def outlooks(p, level, end=1.0):
     return told, min(up, default=None)
 
 
+@pytest.mark.kernels
 def test_what_the_ends_of_a_piece_tell_is_so():
     """Of many polynomials and levels. Notices: a proof that does not hold; none ever found."""
     seen = {CLEAR: 0, CROSSED: 0, UNSURE: 0}
@@ -107,6 +109,7 @@ def test_a_release_that_moves_away_is_clear_and_one_that_comes_back_is_not():
     assert outlooks(0.4 + X, 0.4)[0] == UNSURE  # it moves in: the walk knows
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_certain_touch_is_found_to_round_off(sign):
     """Polynomials that rise all along, some hardly at one end. Notices: the last step too early."""
@@ -137,6 +140,7 @@ def test_a_touch_within_round_off_of_the_start_is_at_the_start():
     assert touch_of(grid, 1.0, 1.0, 0.4, state(p, 1.0), bounds) == pytest.approx(1e-12, rel=1e-3)
 
 
+@pytest.mark.kernels
 def test_steps_towards_a_touch_stay_in_the_piece():
     """A rise that is steep at one end and nearly level at the other throws Newton's steps far."""
     swell = 1e-3 * X + 3 * X**2 - 2 * X**3  # falls before and behind the piece
@@ -165,6 +169,7 @@ HUMP = 0.2 - (X - 0.4) ** 2  # turns at r = 0.2
 HOLLOW = -0.2 + (X - 0.4) ** 2  # turns at r = -0.2
 
 
+@pytest.mark.kernels
 def test_a_near_miss_of_either_wall():
     """Notices: the far wall's miss with the wrong sign, or never looked for."""
     assert noted(HUMP, NEAR, FAR) == pytest.approx(0.2, abs=1e-12)
@@ -176,6 +181,7 @@ def test_a_near_miss_of_either_wall():
     assert noted(HOLLOW, NEAR, FAR, 0.05) == 0.05
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("r0", "r1", "slack", "near", "far"),
     [
@@ -215,6 +221,7 @@ def test_the_closest_of_many_misses(degree, sign):
 # ---- peaks ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 def test_no_root_is_proven_only_where_there_is_none():
     """Quadratics, whose second derivative is the bound. Notices: a bound used ten times too small.
 
@@ -235,6 +242,7 @@ def test_no_root_is_proven_only_where_there_is_none():
     assert not proves_no_root(0.0, 2.0, bend)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 def test_a_wall_is_missed_on_the_way_to_the_other(method):
     """In one cell the damper leaves a wall, turns before the other and is back."""

@@ -45,6 +45,7 @@ def matrix(ps, damper):
     return np.array(columns).T
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("largest", "changes"),
     [
@@ -67,6 +68,7 @@ def test_the_rate_is_the_largest_row_sum_or_the_forcing(largest, changes):
     assert rate_of(ps, damper) == pytest.approx(max(sums.max(), ps.omega), rel=1e-14)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("changes", [{}, {"c1": 0.0}, {"c2": 4e3}, {"m2": 1.0, "k2": 1e4}])
 def test_the_bend_is_the_largest_second_derivative_at_energy_scale_one(changes):
     """Notices: any of its terms left out, the last one (of v2) among them."""
@@ -106,6 +108,7 @@ CASES = [
 ]
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("changes", CASES)
 @pytest.mark.parametrize("phase", [0.0, 0.7, 1.5707963, 2.6])
 def test_bounds_from_rest_hold_over_four_cells(changes, phase):
@@ -143,6 +146,7 @@ def test_each_part_of_the_bounds_is_needed():
     assert energy == pytest.approx(leibniz * h2 * h2)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(("clearance", "event"), [(1e-9, SECTION), (-1e-9, TOUCH_NEAR)])
 def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event):
     """A free damper on a structure in resonance: r = P t sin(omega t) / (2 m1 omega) from rest.
@@ -167,6 +171,7 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
 # ---- places inside a cell ------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("n", [9, 10, 64])
 def test_the_phase_inside_a_cell(n):
     """Turned on from that at the start of the cell, by up to 0.7. Notices: a term left out."""

@@ -42,6 +42,22 @@ def test_the_exponent_of_the_logistic_map_is_ln_2():
     assert width < 0.05
 
 
+def test_a_mean_is_as_wide_as_the_means_of_sixteen_pieces_tell():
+    """All but the first twentieth, in pieces of equal length that end with the sequence."""
+    values = noise(1000)
+    pieces = values[1000 - 16 * (950 // 16) :].reshape(16, -1).mean(axis=1)
+    mean, width = mean_and_width(values)
+    assert mean == pytest.approx(pieces.mean(), rel=1e-12)
+    assert width == pytest.approx(2.947 * pieces.std(ddof=1) / 4.0, rel=1e-12)
+    for count, told in ((33, True), (32, False)):  # 32 and 31 values: two a piece, or fewer
+        assert math.isfinite(mean_and_width(values[:count])[1]) == told
+
+
+def test_growth_that_ends_is_minus_infinity_and_sure():
+    logs = np.append(np.zeros(500), np.full(500, -np.inf))
+    assert mean_and_width(logs) == (-np.inf, 0.0)
+
+
 @pytest.mark.parametrize(("r", "n"), [(3.2, 2), (3.5, 4), (3.55, 8), (3.83, 3)])
 def test_the_exponent_of_a_periodic_window_is_that_of_its_multiplier(r, n):
     orbit, logs = logistic(r, 4800)

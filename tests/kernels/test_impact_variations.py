@@ -107,6 +107,7 @@ def random_impacts(count, arc, seed=5):
     return found
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_variations_err_by_the_tolerance(tolerance):
     """Against a hundred steps; at most a few times, as errors of an impact's ends do."""
@@ -119,6 +120,7 @@ def test_variations_err_by_the_tolerance(tolerance):
 SHARES = (1e-3, 0.1, 0.4, 0.499, 0.501, 0.7, 0.9, 0.999)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_a_section_may_cut_an_impact_anywhere(tolerance):
     """Notices: a half taken for the other, time that runs on backward, the wall's own force."""
@@ -134,6 +136,7 @@ def test_a_section_may_cut_an_impact_anywhere(tolerance):
     assert np.median(errors) <= 0.1 * tolerance
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("share", [0.2, 0.8])
 def test_variations_go_on_behind_a_section(share):
     """With what was kept, or, where nothing was, the same again."""

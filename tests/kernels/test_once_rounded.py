@@ -17,6 +17,8 @@ from nlds_vines.kernels.once_rounded import (
 from nlds_vines.kernels.scene import damper_in, ground_under, structure_of, with_load
 from nlds_vines.kernels.twofold import plus, quotient, times
 
+pytestmark = pytest.mark.kernels
+
 NUMBERS = {"m1": 1000.0, "k1": 3.95e4, "c1": 45.2, "m2": 60.0, "k2": 669.0, "c2": 5.08}
 FREE, DRIVEN = {"P": 0.0, "omega": 6.28}, {"P": 800.0, "omega": 6.28}
 STATES = 60
@@ -60,7 +62,7 @@ def states(kind):
 def test_a_cell_is_rounded_once(kind):
     """Notices: a tail that is left out, a loss of a sum, or a power of the series."""
     ps, damper = bodies(kind, FREE)
-    grid = grid_once_rounded(ps, damper, 2 * cells_of(ps, damper))
+    grid = grid_once_rounded(ps, damper, 2 * cells_of(ps, damper), None)
     for y in states(kind):
         found = after_cell(grid.low, damper, grid.table, 3, y)
         expected = moved(ps, damper, y, (0.0, 0.0), Fraction(grid.h))
@@ -72,7 +74,7 @@ def test_a_cell_is_rounded_once(kind):
 def test_so_is_a_piece_of_one(kind, x):
     """But for powers of the fourth order, which are plain."""
     ps, damper = bodies(kind, FREE)
-    grid = grid_once_rounded(ps, damper, 2 * cells_of(ps, damper))
+    grid = grid_once_rounded(ps, damper, 2 * cells_of(ps, damper), None)
     for y in states(kind):
         cell_polynomial(grid, *y, 1.0, 0.0)
         found = after_piece(grid.low, damper, grid.load, grid.table, x, y, (1.0, 0.0))
@@ -87,7 +89,7 @@ def test_so_is_a_piece_of_one(kind, x):
 def test_forces_are_felt(kind, load):
     ps, damper = bodies(kind, DRIVEN)
     ps = with_load(ps, load)
-    grid = grid_once_rounded(ps, damper, 2 * cells_of(ps, damper))
+    grid = grid_once_rounded(ps, damper, 2 * cells_of(ps, damper), None)
     phase = phase_at(grid, 3, 0.0)
     for y in states(kind):
         cell_polynomial(grid, *y, *phase)

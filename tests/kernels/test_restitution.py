@@ -14,7 +14,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
-from support import REPO
+from support import BOTH, REPO
 
 from nlds_vines import RequestError, classify, load_system, simulate
 from nlds_vines.kernels import shooting, variations
@@ -78,6 +78,7 @@ def in_order(values):
 # ---- closed forms --------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("pair", ORBITS, ids=named)
 def test_orbits_in_closed_form(pair):
     case, known = pair
@@ -129,6 +130,7 @@ def test_two_orbits_meet_at_each_fold(case):
     assert not (beyond.residual < 1e-9 and beyond.impacts == 1)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("case", CASES, ids=named)
 def test_the_motion_without_impact_grazes_where_it_must(case):
     for share, touches in ((1 - 1e-9, False), (1 + 1e-9, True)):
@@ -139,6 +141,7 @@ def test_the_motion_without_impact_grazes_where_it_must(case):
         assert bool(len(simulate(system, 1, start=start).impacts)) == touches
 
 
+@pytest.mark.kernels
 def test_labels_on_both_sides_of_a_period_doubling():
     case, known = next(pair for pair in FLIPS if pair[0]["omega"] == 0.9 and pair[0]["e"] == 0.8)
     assert classify(oscillator(case, known["A"] * 0.99)).label == "2T,2"
@@ -176,6 +179,7 @@ def followed(flow, y, periods):
     return state[:4].copy(), tangent.reshape(4, 4).T.copy()
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 @pytest.mark.parametrize("case", RIGID_CASES)
 def test_monodromy_is_the_derivative_of_the_flow(case, method):
@@ -224,6 +228,20 @@ def test_without_damping_and_force_elastic_impacts_keep_energy():
     energy = p["m1"] * v1**2 + p["k1"] * x1**2 + p["m2"] * v2**2 + p["k2"] * stretch**2
     assert len(orbit.impacts) > 10_000
     np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
+
+
+@pytest.mark.parametrize(("k", "omega", "periods"), [(1.0, 1.0, 20_000), (100.0, 1.0, 2_000)])
+def test_a_flight_between_elastic_impacts_drifts_by_1e_14_of_its_energy_a_radian(k, omega, periods):
+    """As docs/trust.md promises."""
+    numbers = {"m": 1.0, "k": k, "c": 0.0, "C": 0.5, "P": 0.0, "omega": omega, "e": 1.0}
+    orbit = simulate(
+        System("oscillator", numbers, law="restitution"), periods, start=(-0.7, 0.4), record=BOTH
+    )
+    x, v = orbit.section.T
+    energy = (v**2 + k * x**2) / (0.4**2 + k * 0.7**2)
+    assert len(orbit.impacts) > periods
+    radians = math.sqrt(k) * periods * orbit.system.period
+    assert np.abs(energy - 1.0).max() < 1e-14 * radians
 
 
 # ---- chatter and sticking ------------------------------------------------------------------------
@@ -326,6 +344,7 @@ class Twin:
         return found if found < end else None
 
 
+@pytest.mark.kernels
 def test_orbits_that_chatter_to_rest_are_those_of_a_twin():
     """From 1,000 random starts."""
     rng = np.random.default_rng(14)
@@ -355,6 +374,7 @@ def test_sticking_ends_where_the_stop_would_pull():
     np.testing.assert_allclose(np.cos(p["omega"] * rests["release"]), np.cos(expected), rtol=1e-10)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
 def test_a_damper_pressed_to_the_wall_comes_to_rest_there(e):
     system = load_system("ssul-set6", law="restitution", e=e, C=-0.2, P=100.0)
@@ -438,6 +458,7 @@ def test_a_damper_that_chatters_to_rest_leaves_the_common_motion_alone(C, P):
     np.testing.assert_allclose(simulate(system, 6).section[-1, :2], expected, rtol=0, atol=1e-10)
 
 
+@pytest.mark.kernels
 def test_growth_ends_where_variations_do():
     flow = flow_on(load_system("ssul-set6", law="restitution", e=0.3, C=-0.2, P=100.0))
     tangent, growth = np.zeros(16), np.zeros(4)

@@ -36,6 +36,7 @@ def from_roots(*roots):
 X = Polynomial([0.0, 1.0])
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize(
     "roots",
@@ -106,6 +107,7 @@ def highest(p, best=-np.inf, end=1.0, sign=1.0):
     return nearest_miss(cell, 0.0, sign, end, best, bend, jerk, False)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_nearest_miss_of_several(sign):
     p = Polynomial.fromroots((0.1, 0.35, 0.6, 0.9))
@@ -138,6 +140,7 @@ def watched(*pieces):
     return log
 
 
+@pytest.mark.kernels
 def test_passages_are_counted_with_the_first_and_the_deepest():
     p = from_roots(0.2, 0.3, 0.5, 0.9)
     top = max(p(x) for x in p.deriv().roots())

@@ -1,6 +1,7 @@
 """Walls of different laws, mirrored stops, and a base that moves."""
 
 import numpy as np
+import pytest
 from support import BOTH
 
 from nlds_vines import load_system, simulate
@@ -9,6 +10,7 @@ from nlds_vines.model.system import System
 STEEP = 3e7  # K of the powers
 
 
+@pytest.mark.kernels
 def test_each_wall_has_its_own_law():
     """The structure's contact as a power of 3/2 is that of Hertz; another changes the orbit."""
     plain = load_system("ssbl", K=STEEP)
@@ -28,6 +30,7 @@ def test_each_wall_has_its_own_law():
     assert np.isfinite(c.impacts["force"][~of]).all()
 
 
+@pytest.mark.kernels
 def test_the_second_stop_is_the_mirror_of_the_first():
     """Half a period later the force is the opposite: the mirror runs the mirrored orbit."""
     numbers = {"m": 1.0, "k": 1.0, "c": 0.1, "C": 0.4, "C_2": 0.5, "P": 0.7, "omega": 1.3}

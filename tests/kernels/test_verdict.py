@@ -51,6 +51,7 @@ def test_the_codes_are_those_of_the_archive():
     assert FLAGS["failed"] == codes.FAILED == 5
 
 
+@pytest.mark.kernels
 def test_chaos_needs_an_interval_above_zero():
     chaos, _ = logistic(4.0, 2400)
     assert decided(chaos, 0.69, 0.02) == codes.CHAOTIC

@@ -31,9 +31,6 @@ TABLE_1 = {  # k2, c2, C, V
 }
 
 
-OTHERS = "impact-oscillator", "hard-oscillator", "bilinear-oscillator", "bouncing-ball", "vi-nes"
-
-
 @pytest.fixture
 def set6() -> System:
     return load_system("ssul-set6")

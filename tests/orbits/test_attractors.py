@@ -17,6 +17,8 @@ from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.starts import Start, random_states, start_states
 
+pytestmark = pytest.mark.kernels
+
 STARTS = 60
 WANT = ("regime", "lyapunov", "settling", "evidence")  # as `classify` has it
 

@@ -134,6 +134,7 @@ def test_a_flight_without_impact_is_not_yet_a_periodic_orbit():
         assert cut.settling == whole.settling > 360
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 def test_what_is_recorded_changes_no_orbit(method):
     """Chaos shows it: a difference in the last bit grows to the size of the attractor."""

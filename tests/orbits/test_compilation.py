@@ -1,19 +1,21 @@
-"""What is compiled elsewhere meanwhile, what is said of it, and that nothing is left of it."""
+"""What is compiled beside, what is said of it, and that nothing is left of it."""
 
 import contextlib
 import os
+import re
+import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels import compiling, elementary, lanes
-from nlds_vines.orbits import compilation, elsewhere
-from nlds_vines.orbits.compilation import Compilation
-from nlds_vines.orbits.elsewhere import Needed, kernels_of
-from nlds_vines.runs import progress, threads
+from nlds_vines.orbits import compilation
+from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
+from nlds_vines.runs import interrupts, progress, threads
 
 USUAL = Needed("ssul", "exact", ("section", "impacts", "energy", "regime"))
 
@@ -26,10 +28,9 @@ def test_which_kernels_a_record_needs():
 
 
 class Begun(list):
-    """Stands in for `elsewhere.begin`: processes that sleep."""
+    """Stands in for `compilation.begin`: processes that sleep."""
 
-    def __call__(self, kernels, needed, *, writes):
-        assert not writes
+    def __call__(self, kernels, needed):
         sleep = "import sys; sys.stdin.read()"
         process = subprocess.Popen(
             [sys.executable, "-c", sleep],
@@ -43,11 +44,11 @@ class Begun(list):
 
 @pytest.fixture
 def begun(monkeypatch):
-    """Let there be two processors and memory; return what is begun elsewhere."""
-    monkeypatch.setattr(elsewhere, "processors", lambda: 2)
-    monkeypatch.setattr(elsewhere, "threads_in_use", lambda: 2)
-    monkeypatch.setattr(elsewhere, "free_memory", lambda: 10**10)
-    monkeypatch.setattr(elsewhere, "begin", processes := Begun())
+    """Let there be two processors and memory; return what is begun beside."""
+    monkeypatch.setattr(compilation, "processors", lambda: 2)
+    monkeypatch.setattr(compilation, "threads_in_use", lambda: 2)
+    monkeypatch.setattr(compilation, "free_memory", lambda: 10**10)
+    monkeypatch.setattr(compilation, "begin", processes := Begun())
     yield processes
     for _, _, process in processes:
         assert process.poll() is not None  # nothing is left
@@ -55,7 +56,7 @@ def begun(monkeypatch):
 
 
 def follow(*kernels, needed=USUAL, helped=True):
-    """Return what is said when kernels are about to be compiled."""
+    """Return what is said when kernels are compiled in one block."""
     said = []
     follower = Compilation(needed, lambda text, seconds: said.append(text), helped)
     with follower.followed():
@@ -66,64 +67,88 @@ def follow(*kernels, needed=USUAL, helped=True):
 
 def compiled(kernel):
     """Tell what follows compilations that a kernel is compiled."""
-    compiling._watch.told[-1](kernel)
-    compiling._watch.ended[-1](kernel)
+    with compiling._watch.compiling(kernel):
+        pass
 
 
-def words(count, seconds):
-    """Return what is said of a kernel; an empty text when it is there."""
+def words(seconds):
+    """Return what is said of so many seconds; an empty text when all is there."""
     return [
-        "compiling the kernels of ssul (once for this kind and these records, about "
-        f"{seconds} s; {count})",
+        "compiling the equations of ssul into machine code, which is kept for later runs: "
+        f"about {seconds} s",
         "",
     ]
 
 
-def test_the_verdict_is_compiled_elsewhere_and_all_is_said_once(begun):
-    said = follow(lanes.run_lanes, elementary.exp)
-    assert said == words("1 of 2: orbit", 18)
+def test_the_verdict_is_compiled_beside_and_all_is_said_once(begun):
+    assert follow(lanes.run_lanes, elementary.exp) == words(12)
     ((kernels, needed, _),) = begun
     assert kernels == ("verdict",)
     assert needed == USUAL
 
 
-def test_what_is_compiled_here_is_said_too(begun):
-    said = follow(lanes.run_lanes, lanes.judge_lanes, helped=False)
-    assert said == words("1 of 2: orbit", 30) + words("2 of 2: verdict", 30)
-    assert follow(lanes.judge_lanes) == words("1 of 1: verdict", 18)
+def test_what_is_compiled_here_is_said_once_too(begun):
+    assert follow(lanes.run_lanes, lanes.judge_lanes, helped=False) == words(24)
+    assert follow(lanes.judge_lanes) == words(12)
     alone = USUAL._replace(want=("energy",))
-    assert follow(lanes.run_lanes, needed=alone) == words("1 of 1: orbit", 12)
+    assert follow(lanes.run_lanes, needed=alone) == words(12)
     assert follow(elementary.exp) == []
     assert begun == []
+
+
+def test_the_estimate_corrects_itself_by_the_pace_of_this_machine():
+    told = compilation._Told(lambda *what: None, "ssul", 24.0)
+    try:
+        assert told._words(0.0).endswith("about 24 s")
+        for _ in range(100):
+            told.note(elementary.exp)
+        usual = 100 * compilation.EACH
+        assert told._words(usual).endswith(f"about {24 - usual:.0f} s to go")
+        assert told._words(3 * usual).endswith(f"about {3 * (24 - usual):.0f} s to go")
+        assert told._words(1e4 * usual).endswith("s to go")
+    finally:
+        told.stop()
+
+
+def test_the_time_of_compiling_is_known(begun):
+    before = Compilation.waited
+    with Compilation(USUAL, None, helped=False).followed():
+        compiled(lanes.run_lanes)
+        time.sleep(0.05)
+    assert Compilation.waited - before >= 0.05
+    before = Compilation.waited
+    with Compilation(USUAL, None, helped=False).followed():
+        pass
+    assert Compilation.waited == before
 
 
 ALONE = {
     "one processor": ("processors", lambda: 1),
     "one thread": ("threads_in_use", lambda: 1),
-    "little memory": ("free_memory", lambda: elsewhere.MEMORY + 1),
+    "little memory": ("free_memory", lambda: compilation.MEMORY + 1),
 }
 
 
 @pytest.mark.parametrize("reason", ALONE)
 def test_nobody_helps_where_it_would_not_help(begun, monkeypatch, reason):
-    assert elsewhere.may_help()
-    monkeypatch.setattr(elsewhere, *ALONE[reason])
-    assert not elsewhere.may_help()
-    assert follow(lanes.run_lanes) == words("1 of 2: orbit", 30)
+    assert compilation.may_help()
+    monkeypatch.setattr(compilation, *ALONE[reason])
+    assert not compilation.may_help()
+    assert follow(lanes.run_lanes) == words(24)
     assert begun == []
 
 
 def test_nobody_helps_a_process_of_a_pool(begun, monkeypatch):
-    monkeypatch.setattr(elsewhere.multiprocessing, "parent_process", lambda: object())
-    assert not elsewhere.may_help()
+    monkeypatch.setattr(compilation.multiprocessing, "parent_process", lambda: object())
+    assert not compilation.may_help()
 
 
 def test_memory_that_does_not_suffice_is_one_line(begun, monkeypatch):
-    monkeypatch.setattr(elsewhere, "free_memory", lambda: 300_000_000)
-    with pytest.raises(RequestError, match=r"takes 1 GB of memory, 0.3 GB are free"):
+    monkeypatch.setattr(compilation, "free_memory", lambda: 300_000_000)
+    with pytest.raises(RequestError, match=r"takes 0.7 GB of memory, 0.3 GB are free"):
         follow(lanes.run_lanes)
     assert follow(elementary.exp) == []
-    monkeypatch.setattr(elsewhere, "free_memory", lambda: None)  # unknown: nothing is refused
+    monkeypatch.setattr(compilation, "free_memory", lambda: None)  # unknown: nothing is refused
     assert len(follow(lanes.run_lanes)) == 2
 
 
@@ -140,28 +165,52 @@ def test_no_process_outlives_what_it_was_begun_for(begun, error):
         struck()
 
 
+def test_a_signal_ends_compiling_at_the_next_function(begun):
+    said = []
+    follower = Compilation(USUAL, lambda *what: said.append(what[0]), False)
+    with interrupts.stop_on_signals() as stop, follower.followed():
+        compiled(lanes.run_lanes)
+        stop.handle(signal.SIGINT, None)
+        with pytest.raises(interrupts.Stopped):
+            compiled(elementary.exp)
+    assert said[-1] == ""
+    with Compilation(USUAL, None, False).followed():
+        compiled(elementary.exp)  # outside the block nothing is asked
+
+
 def test_the_verdict_is_awaited_but_not_for_ever(begun, monkeypatch):
     monkeypatch.setattr(compilation, "LONGEST", 0.1)
     follower = Compilation(USUAL, None, True)
     follower.await_verdict()  # nothing was begun
     with follower.followed():
         compiled(lanes.run_lanes)
-        began = time.perf_counter()
         follower.await_verdict()
-        assert time.perf_counter() - began < 5.0
-        assert begun[0][2].poll() is not None
-        follower.await_verdict()
+        assert begun[0][2].poll() is None
+    assert begun[0][2].poll() is not None
 
 
-def test_while_something_is_waited_for_the_seconds_are_told(begun, monkeypatch):
-    monkeypatch.setattr(progress, "TICK", 0.01)
-    monkeypatch.setattr(compilation, "LONGEST", 0.3)
-    said = []
-    follower = Compilation(USUAL, lambda *what: said.append(what), True)
+def test_the_other_process_is_awaited_until_it_ends(begun):
+    follower = Compilation(USUAL, None, True)
     with follower.followed():
         compiled(lanes.run_lanes)
+        threading.Timer(0.3, begun[0][2].terminate).start()
         follower.await_verdict()
-    told = [seconds for text, seconds in said if "2 of 2: verdict" in text]
+        assert begun[0][2].poll() is not None
+
+
+def test_while_something_is_compiled_the_seconds_are_told(monkeypatch):
+    monkeypatch.setattr(progress, "TICK", 0.01)
+    said, enough = [], threading.Event()
+
+    def tell(text, seconds):
+        said.append((text, seconds))
+        if len(said) > 4:
+            enough.set()
+
+    with Compilation(USUAL, tell, False).followed():
+        compiled(lanes.run_lanes)
+        assert enough.wait(60)
+    told = [seconds for text, seconds in said if re.search(r"about \d+ s( to go)?$", text)]
     assert len(told) > 3
     assert told == sorted(told)
     assert said[-1][0] == ""
@@ -171,9 +220,9 @@ def test_while_something_is_waited_for_the_seconds_are_told(begun, monkeypatch):
 def test_in_python_it_is_said_too_unless_asked_not_to(monkeypatch, capsys):
     tell = compilation.notice()
     for seconds in (0.0, 1.0, 2.0, 5.5, 6.0):
-        tell("compiling", seconds)
+        tell(f"compiling, {9 - seconds} s to go", seconds)
     tell("", 7.0)
-    assert capsys.readouterr() == ("", "compiling\ncompiling: 6 s\n")
+    assert capsys.readouterr() == ("", "compiling, 9.0 s to go\n")  # where there is no terminal
     assert compilation.notice(quiet=True) is None
     with compilation.silent(True), compilation.silent(False):
         assert compilation.notice() is None
@@ -187,22 +236,22 @@ def test_in_python_it_is_said_too_unless_asked_not_to(monkeypatch, capsys):
 
 
 def test_a_process_that_fails_says_why_and_ends():
-    process = elsewhere.begin(["orbit"], USUAL._replace(scene="no such kind"), writes=False)
+    process = compilation.begin(["orbit"], USUAL._replace(scene="no such kind"))
     assert process.stdout.readline() == "orbit failed 'no such kind'\n"
     assert process.wait(20) == 1
-    elsewhere.end(process)
+    compilation.end(process)
 
 
 def test_where_no_process_can_be_begun_there_is_none(monkeypatch):
     monkeypatch.setattr(sys, "executable", "/no/such/python")
-    assert elsewhere.begin(["orbit"], USUAL, writes=False) is None
+    assert compilation.begin(["orbit"], USUAL) is None
 
 
 def test_a_process_ends_with_whoever_began_it(monkeypatch, tmp_path):
     """Its standard input ends when this process does, even by SIGKILL."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # empty: it has long to compile
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "0")
-    process = elsewhere.begin(["verdict"], USUAL, writes=False)
+    process = compilation.begin(["verdict"], USUAL)
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(2.0)
     assert process.poll() is None
@@ -216,6 +265,6 @@ def test_a_process_ends_with_whoever_began_it(monkeypatch, tmp_path):
 def test_threads_are_those_of_the_run():
     threads.use_threads(1)
     try:
-        assert not elsewhere.may_help()
+        assert not compilation.may_help()
     finally:
         threads.use_threads(None)

@@ -106,6 +106,7 @@ def rows_of(n, part=impact.WHOLE):
     return wide[:, :n], missed
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("n", MADE)
 def test_the_free_impact_keeps_what_is_known_of_it(n):
     """Notices: an arc that is not its own mirror image; a sum over nodes without what it misses."""

@@ -42,6 +42,7 @@ def computed(scan, settings=None):
 # ---- numbers -------------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("system", ["none", "tmd"])
 @pytest.mark.parametrize("start", ["rest", "up"])
 def test_of_a_single_period_both_errors_are_the_same(system, start):
@@ -70,6 +71,7 @@ def test_periods_begin_where_the_orbit_was(components, noted):
     np.testing.assert_allclose(begins, states[:, :, -8:-1], rtol=1e-12, atol=1e-14)
 
 
+@pytest.mark.kernels
 def test_the_error_is_the_largest_of_the_periods():
     scan = free(["section", "error"], 0, 6)
     found = computed(scan, Settings.rk4(64.0))
@@ -93,6 +95,7 @@ def test_a_coarse_method_tells_a_larger_error():
     np.testing.assert_allclose(few / many, 4.0**4, rtol=0.1)  # of order four
 
 
+@pytest.mark.kernels
 def test_where_only_the_refined_run_fails_nothing_is_made_up(monkeypatch, tmp_path):
     monkeypatch.setattr(Settings, "refined", lambda self, method: Settings.rk4(2.0))
     scan = free(["energy", "regime", "error"])
@@ -187,6 +190,7 @@ def test_where_every_orbit_failed_there_is_nothing_to_tell(tmp_path):
     assert told(path) == "refined: no orbit to compare"
 
 
+@pytest.mark.kernels
 def test_the_command_ends_with_the_summary(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     options = ["--system", "tmd", "--vary", "omega=6:7:3", "--transient", "3", "--periods", "5"]

@@ -58,6 +58,7 @@ def shortened(numbers, r, v1=0.0, s=0.0):
 # ---- impacts row by row --------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("K", [1e3, 1e5, SET6["K"], 1.6e11])
 def test_impacts_as_the_twin_sees_them(K, options):
@@ -166,6 +167,7 @@ def pressed(numbers):
 PRELOADED = {**SET6, "C": -0.005}
 
 
+@pytest.mark.kernels
 @both_methods
 def test_preloaded_damper_rests_on_the_obstacle(options):
     """Shaken too gently to lift off: one contact, many periods, no impact."""
@@ -264,6 +266,7 @@ def test_no_impacts_without_a_wall(want):
         simulate(load_system("tmd"), 3, record=(want,))
 
 
+@pytest.mark.kernels
 def test_what_was_not_asked_for_is_none():
     orbit = simulate(load_system("ssul-set6"), 3, record=BOTH)
     assert orbit.E1max is None
@@ -271,6 +274,7 @@ def test_what_was_not_asked_for_is_none():
     assert simulate(load_system("none"), 3, record=("section", "energy")).E2max is None
 
 
+@pytest.mark.kernels
 def test_no_periods():
     orbit = simulate(system_of("ssul", SET6), 0, record=FULL)
     assert orbit.section.shape == (0, 4)
@@ -282,6 +286,7 @@ def test_no_periods():
 # ---- without the compiler ------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 def test_without_the_compiler_every_bit_is_the_same(tmp_path):
     path = tmp_path / "bits.npz"
     code = f"import numpy, support; numpy.savez({str(path)!r}, **support.bits())"
@@ -308,6 +313,7 @@ def of_two_walls(numbers, kind="ssbl"):
     return system_of(kind, numbers), follow(model_of(numbers, watched=watched), start, 4)
 
 
+@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("K", [3e8, 1e9, 1e10])
 def test_depth_and_force_of_short_impacts_where_dashpots_act(K, options):
@@ -323,6 +329,7 @@ def test_depth_and_force_of_short_impacts_where_dashpots_act(K, options):
     np.testing.assert_allclose(rows["force"][over], force, rtol=5e-11)
 
 
+@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize(
     ("kind", "changes"),

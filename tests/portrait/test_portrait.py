@@ -53,6 +53,7 @@ def panels_by_label(figure):
     return {axes.get_ylabel(): axes for axes in figure.axes}
 
 
+@pytest.mark.kernels
 def test_windows_of_one_run_are_compared_in_one_plane_with_the_obstacle_in_both():
     system = nv.load_system("ssul-set6", omega=7.575, K=2.5e7)
     windows = [[20, 40], [1000, 1004]]
@@ -65,6 +66,7 @@ def test_windows_of_one_run_are_compared_in_one_plane_with_the_obstacle_in_both(
         assert "obstacle" in axes.get_legend_handles_labels()[1]
 
 
+@pytest.mark.kernels
 def test_a_letter_of_a_phase_plane_stands_in_a_corner_without_curves():
     figure, _ = page(OF_KIND["tmd"], panels=("phase1", "energy"))
     plane = figure.axes[0]
@@ -97,6 +99,7 @@ def test_lines_of_a_legend_are_visible_however_thin_the_curves():
         assert line.get_alpha() in (None, 1.0)
 
 
+@pytest.mark.kernels
 def test_a_limit_that_is_passed_is_told_above_the_page():
     ssbl = nv.load_system("ssbl")
     allowed = System("ssvi-c", {**ssbl.parameters, "C": 0.1, "D": 0.15, "L": 5.0})
@@ -107,6 +110,7 @@ def test_a_limit_that_is_passed_is_told_above_the_page():
     assert figure.texts[0].get_text().startswith("Single-sided NES (ssvi-c)")
 
 
+@pytest.mark.kernels
 def test_no_words_of_a_legend_leave_the_page():
     stops = {**nv.load_system("hard-oscillator").parameters, "C": 0.5, "C_2": 1.0}
     figure, _ = page(System("oscillator-2", stops, law="restitution"))
@@ -120,6 +124,7 @@ def test_no_words_of_a_legend_leave_the_page():
 # ---- pages ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("kind", OF_KIND)
 def test_every_scene_has_a_page_without_the_panels_it_lacks(kind):
     figure, (view,) = page(OF_KIND[kind], panels=ALL)
@@ -181,6 +186,7 @@ def test_the_curves_are_the_orbit():
     np.testing.assert_array_equal(points.get_xydata()[-1], orbit.trajectory[-1, 2:])
 
 
+@pytest.mark.kernels
 def test_walls_are_drawn_by_their_own_lines_and_forces():
     figure, (view,) = page(OF_KIND["ssbl"], panels=["relative", "force"])
     relative, force = figure.axes
@@ -492,6 +498,7 @@ def test_a_dry_run_says_what_would_be_done_and_does_nothing(folder, capsys):
     assert not (folder / "good.png").exists()
 
 
+@pytest.mark.kernels
 def test_a_run_draws_and_says_what_was_seen(folder, capsys):
     assert main(["good.toml", "--start", "0,0,0.1,0"]) == 0
     out = capsys.readouterr().out
@@ -527,6 +534,7 @@ def test_vectors_stay_small_and_repeat_to_the_byte(suffix, folder):
     assert sum(line.get_xdata().size for line in vectors) < 20_000
 
 
+@pytest.mark.kernels
 def test_an_orbit_that_ends_early_is_status_1_and_no_picture(folder, capsys):
     assert main(["good.toml", "--method", "rk4", "--set", "k2=1e9", "--quiet"]) == 1
     out, err = capsys.readouterr()

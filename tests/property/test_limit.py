@@ -24,6 +24,8 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.simulation import Violation, simulate
 from nlds_vines.orbits.status_words import OK
 
+pytestmark = pytest.mark.kernels
+
 SSBL = {**catalogue()["ssbl"].parameters, "K": 32504566.49525256}
 METHODS = {"exact": {}, "rk4": {"method": "rk4", "period_steps": 4096.0}}
 RANDOM, GRAZING = {"exact": 2000, "rk4": 400}, {"exact": 400, "rk4": 100}

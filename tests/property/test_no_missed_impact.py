@@ -21,6 +21,8 @@ from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 from nlds_vines.orbits.simulation import simulate
 
+pytestmark = pytest.mark.kernels
+
 SETS = [dict(catalogue()[f"ssul-set{i}"].parameters) for i in range(1, 7)]
 RANDOM, GRAZING, FIXED = 8500, 1500, 1000  # orbits; the last for the fixed steps
 FIRST, LATER = 1e-11, 1e-7  # resolution [m] of the comparison, up to and behind the first impact

@@ -102,6 +102,7 @@ def test_an_impact_under_way_has_no_gain_yet():
 # ---- maxima with and without the transient -------------------------------------------------------
 
 
+@pytest.mark.kernels
 def test_peaks_and_maxima():
     system = system_of("ssul", SET6)
     whole = simulate(system, 60, record=PEAKS)
@@ -117,6 +118,7 @@ def test_peaks_and_maxima():
         assert one.E2max <= one.E2peak
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 def test_the_peak_of_a_linear_transient(method):
     """Against matrix exponentials on a fine grid, a parabola through its highest samples."""
@@ -135,6 +137,7 @@ def test_the_peak_of_a_linear_transient(method):
         assert found == pytest.approx(highest, rel=1e-9)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 def test_a_start_may_be_the_peak(method):
     """From 3 m/s the dashpot takes more than the force gives: 4500 J, then the steady 1568.00."""
@@ -147,6 +150,7 @@ def test_a_start_may_be_the_peak(method):
     assert orbit.E2peak is None
 
 
+@pytest.mark.kernels
 def test_a_scan_stores_both():
     scan = load_scan(
         {

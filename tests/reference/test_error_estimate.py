@@ -15,6 +15,8 @@ from nlds_vines.orbits.labels import KEPT
 from nlds_vines.orbits.settings import MOST_NODES, TOLERANCE, Settings
 from nlds_vines.orbits.simulation import start_state
 
+pytestmark = pytest.mark.kernels
+
 
 def given(nodes):
     """Return what an expert may set."""

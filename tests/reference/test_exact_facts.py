@@ -37,6 +37,7 @@ def largest_energy(mass, stiffness, omega, amplitude):
     return max(stiffness, mass * omega**2) * abs(amplitude) ** 2 / 2
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 @pytest.mark.parametrize("name", ["none", "tmd"])
 @pytest.mark.parametrize("omega", [6.21, 6.28, 9.0])
@@ -54,6 +55,7 @@ def test_steady_state(name, omega, method):
         assert orbit.E2max == pytest.approx(expected, rel=bound)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 @pytest.mark.parametrize("samples", [8, 7])
 @pytest.mark.parametrize("name", ["none", "tmd"])

@@ -87,6 +87,7 @@ def test_the_contact_of_rk4_has_order_four():
 # ---- one short impact ----------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("K", [SOFT, STEEL])
 def test_short_impact_converges_geometrically_to_the_stepped_contact(K):
     """Two methods without a formula in common."""

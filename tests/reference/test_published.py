@@ -74,6 +74,7 @@ def test_rest_leads_to_the_impact_free_orbit(omega):
     np.testing.assert_allclose(orbit.section, expected, rtol=0, atol=1e-10)
 
 
+@pytest.mark.kernels
 def test_regimes_of_the_bilateral_damper():
     """From rest; by wall where they strike (structure, obstacle)."""
     expected = {
@@ -119,6 +120,7 @@ def curves():
     return {name: largest_energies(name, BAND) for name in names}
 
 
+@pytest.mark.kernels
 def test_the_ranking_of_the_peaks(curves):
     peaks = {name: curve.max() for name, curve in curves.items()}
     assert peaks["ssul-set6"] < peaks["ssbl"] < peaks["tmd"] < peaks["none"]

@@ -53,9 +53,19 @@ JUDGED = [
     ("Many sets of parameters", "worse designs", DIFFER),
     # parameter sets and three dampers (section 3)
     ("Set 6 is slightly the most effective", "contrary", DIFFER),
+    ("Sets 3 to 6 reduce the energy similarly", "published", AGREE),
+    ("Sets 3 to 6 reduce the energy similarly", "all_different", PART),
+    ("The damper's own energy is large", "published", AGREE),
+    ("The damper's own energy is large", "rising", DIFFER),
+    ("2T, 3T, 4T with 1, 2, 3 impacts", "in turns", AGREE),
+    ("2T, 3T, 4T with 1, 2, 3 impacts", "published", PART),
+    ("2T, 3T, 4T with 1, 2, 3 impacts", "unchanging", DIFFER),
+    ("One K gives 3T,3", "published", AGREE),
+    ("One K gives 3T,3", "other K", PART),
+    ("One K gives 3T,3", "unchanging", DIFFER),
     ("The damper moves far away", "published", AGREE),
     ("The damper moves far away", "other orbits", DIFFER),
-    ("SSbl NES and TMD are only slightly less", "published", PART),
+    ("SSbl NES and TMD are only slightly less", "published", DIFFER),
     ("SSbl NES and TMD are only slightly less", "unchanging", AGREE),
     # stiffness (section 4.1)
     ("Any change of the stiffness", "contrary", AGREE),
@@ -77,7 +87,8 @@ JUDGED = [
     ("Changing c1 leaves the dynamics", "restless", DIFFER),
     ("Changing P leaves the dynamics", "published", AGREE),
     ("Changing P leaves the dynamics", "restless", DIFFER),
-    ("A change of P acts as one of c1 does", "published", AGREE),
+    ("A change of P acts as one of c1 does", "unchanging", AGREE),
+    ("A change of P acts as one of c1 does", "published", PART),
     ("A change of P acts as one of c1 does", "restless", PART),
     ("A change of P acts as one of c1 does", "contrary", DIFFER),
     ("keep their tuning alike", "unchanging", AGREE),
@@ -90,7 +101,8 @@ JUDGED = [
     ("What follows is chaos", "published", DIFFER),
     ("Irregular motion does not spoil", "published", AGREE),
     ("Irregular motion does not spoil", "rising", PART),
-    ("Irregular motion does not spoil", "without period", DIFFER),
+    ("Irregular motion does not spoil", "without period", PART),
+    ("Irregular motion does not spoil", "spoiled", DIFFER),
     # single orbits (section 5)
     ("three impacts of a cycle", "published", AGREE),
     ("three impacts of a cycle", "other orbits", DIFFER),
@@ -105,6 +117,33 @@ JUDGED = [
 def test_verdicts_in_invented_worlds(words, world, expected):
     found = judge(claim_of(words), RESULTS[world])
     assert found.verdict == expected, found.text
+
+
+# ---- one measure of two --------------------------------------------------------------------------
+
+
+def test_sets_whose_reductions_differ_by_13_points_are_similar_where_tuned_alone():
+    """65, 61, 59 and 72 % off the peak, 95 % off where tuned, as the program finds them."""
+    peaks = {0.06: 548.0, 0.08286: 612.0, 0.09975: 643.0, 0.06233: 439.0}
+
+    def energy(system, omega):
+        if not system.scene.walls:
+            return paper.bell(omega, 1568, 6.28)
+        return paper.bell(omega, peaks.get(system.parameters["C"], 670), 5.7) + 78
+
+    assert verdict("Sets 3 to 6 reduce", paper.made_up(energy)) == PART
+
+
+def test_a_damper_with_more_energy_than_the_structure_only_where_tuned_has_much_in_part():
+    class TunedAlone(paper.MadeUp):
+        def __call__(self, figure, name=""):
+            data = super().__call__(figure, name)
+            near = np.abs(data.omega - 6.28) < 0.3
+            data.numbers["E2max"][...] = data["E1max"] * np.where(near, 1.5, 0.8)
+            return data
+
+    found = judge(claim_of("The damper's own energy is large"), TunedAlone())
+    assert found.verdict == PART, found.text
 
 
 # ---- both sides are said -------------------------------------------------------------------------
@@ -142,7 +181,7 @@ def test_a_regime_that_only_another_K_gives_agrees_in_part():
     words = ("3T,3 at 7.375 rad/s.", "2T, 3T, 4T with 1, 2, 3 impacts")
     assert [verdict(word, at(2.5e7)) for word in words] == [PART, PART]
     assert [verdict(word, at(1.0)) for word in words] == [DIFFER, DIFFER]
-    assert [verdict(word, paper.made_up()) for word in words] == [AGREE, AGREE]
+    assert [verdict(word, paper.made_up()) for word in words] == [AGREE, PART]
 
 
 @pytest.mark.parametrize(("word", "expected"), [("undetermined", OPEN), ("quasiperiodic", DIFFER)])

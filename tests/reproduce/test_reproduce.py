@@ -76,6 +76,7 @@ def files(folder):
 # ---- from request to picture ---------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 def test_what_is_computed_is_used_again_and_what_changes_is_computed(
     here, capsys, monkeypatch, make
 ):

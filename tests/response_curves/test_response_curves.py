@@ -49,6 +49,7 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.kernels
 def test_dampers_are_compared_with_the_structure_alone(here):
     assert main(["--system", "tmd", "--system", "ssul-set6", *SHORT, "-o", "a.h5"]) == 0
     found = nv.curves_in("a.h5")

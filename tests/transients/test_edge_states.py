@@ -25,6 +25,7 @@ def folder(tmp_path_factory):
     return found
 
 
+@pytest.mark.kernels
 def test_the_edge_state_divides_the_basins(folder):
     with nv.read(folder / "plane.h5") as view:
         (edge,) = edge_states(view, folder / "branches.h5")

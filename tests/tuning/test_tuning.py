@@ -105,6 +105,7 @@ def test_a_wrong_request_is_one_line(source, changes, said):
     assert said in str(error.value)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("free", [Free("k2", 10.0, 1e4), Free("C", -0.1, 0.5), Free("k2", 0, 9)])
 def test_places_and_values_belong_together(free):
     places = np.linspace(0, 1, 101)
@@ -123,6 +124,7 @@ def test_designs_and_the_unit_cube_belong_together():
     assert units_of(free, values_of(free, units)) == pytest.approx(units, abs=1e-12)
 
 
+@pytest.mark.kernels
 def test_the_objective_is_the_peak_of_all_cases():
     tuning = load_tuning("tmd", {"over": {"omega": {"values": [6.28, 6.21]}}})
     found = Objective(tuning).results(Trials.at_rest(np.array([[600.0, 262.0]])))

@@ -67,6 +67,7 @@ def test_the_command_prints_it(capsys):
     assert capsys.readouterr().out == script() + "\n"
 
 
+@pytest.mark.kernels
 def test_an_archive_is_exported(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     scan = {

@@ -8,8 +8,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from nlds_vines.archives.durable import write_text
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_writable, optional_path
+from nlds_vines.cli.paths import check_writable, optional_path, refuse_replacing, refuse_same
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.explore.command import refuse_without_bokeh
@@ -36,9 +38,9 @@ def _carry_out(options: argparse.Namespace) -> int:
     for path in filter(None, (source, claims, branches)):
         if not path.exists():
             raise RequestError(f"{shown(str(path))}: there is no such file or folder")
-        if output.exists() and output.samefile(path):
-            raise RequestError(f"output {shown(str(output))} is what the page is made of")
+        refuse_same(path, output)
     check_writable("output", output)
+    refuse_replacing("output", output, RunOptions(overwrite=options.overwrite))
     refuse_without_bokeh(_NAME)
     from nlds_vines.explore.report.claims_rows import claims_rows, main_archive
     from nlds_vines.explore.stored import stored
@@ -50,11 +52,11 @@ def _carry_out(options: argparse.Namespace) -> int:
         say(f"{found.scan.title}: {found.scan.lanes} orbits into {output}")
         return DONE
     from nlds_vines.explore.report.branch_lines import branches_of
-    from nlds_vines.explore.report.report_page import report_page, write_page
+    from nlds_vines.explore.report.report_page import report_page
 
     continued = None if branches is None else branches_of(branches, found)
     report = report_page(found, continued, () if claims is None else claims_rows(claims))
-    write_page(output, report)
+    write_text(output, report.html)
     if not options.quiet:
         say(f"{output}: {report.size / 1e6:.1f} MB. {report.left_out}")
     return DONE
@@ -66,6 +68,7 @@ def _declare(parser: Parser) -> None:
     add("-o", "--output", metavar="PAGE.html", help="[FILE.html]")
     add("--branches", metavar="FILE.h5", help="a continuation, drawn over the map")
     add("--claims", metavar="FOLDER", help="of `reproduce`: the table of the claims")
+    add("--overwrite", action="store_true", help="replace a page")
     add("--dry-run", action="store_true", help="only say what would be done")
     add("--quiet", action="store_true", help="say nothing")
 

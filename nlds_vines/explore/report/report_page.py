@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from bokeh.document import Document
@@ -188,16 +187,3 @@ def _provenance(found: Stored) -> list[tuple[str, str]]:
 def _script_json(value: Any) -> str:
     """Return a value as JSON that may stand in a script of a page."""
     return json.dumps(value).replace("<", "\\u003c")
-
-
-def write_page(path: Path, report: Report) -> None:
-    """Write a page whole: an existing file is replaced when the new one is there."""
-    from nlds_vines.archives.durable import in_one_line
-
-    temporary = path.with_name(f"{path.name}.tmp")
-    with in_one_line(f"write {path}"):
-        try:
-            temporary.write_text(report.html, encoding="utf-8")
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)

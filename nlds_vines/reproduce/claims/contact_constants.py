@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nlds_vines.reproduce.claims.claim import Claim, Finding, Verdict, decided
+from nlds_vines.reproduce.claims.claim import Claim, Finding, Verdict, decided, weighed
 from nlds_vines.reproduce.claims.measured import Data, Evidence
 
 SPECIAL = (7.375, 7.4, 7.575)
@@ -56,7 +56,7 @@ def _together(evidence: Evidence) -> Finding:
         f"for {len(found)} values of K from {min(found):.3g} to {max(found):.3g} N/m^1.5; "
         f"with the published words for all three at {exact}; the assumed K is {data.system.K:.3g}"
     )
-    return Finding(Verdict.AGREE, text)
+    return weighed(text, True, min(found) <= data.system.K <= max(found))
 
 
 CONTACT = (
@@ -72,5 +72,6 @@ CONTACT = (
         "One K gives 3T,3 at 7.375, chaos at 7.400 and in the end T,0 at 7.575 rad/s.",
         "stiffness",
         _together,
+        "in part where the assumed K is none of them",
     ),
 )

@@ -17,18 +17,16 @@ from nlds_vines.reproduce.claims.claim import (
     weighed,
 )
 from nlds_vines.reproduce.claims.measured import Data, Evidence
-from nlds_vines.reproduce.claims.parameter_sets import SET6, simple_region
+from nlds_vines.reproduce.claims.parameter_sets import SET6, SIMILAR, simple_region
 from nlds_vines.reproduce.claims.retention import (
     ALONE,
     DAMPERS,
-    LITTLE,
     MUCH,
     STIFFNESSES,
     name,
 )
 
 HIGH = 0.5  # of the peak without damper, least reduction that counts as high
-NEGLIGIBLE = 0.1  # of the energy without damper, largest change of a reduction that is negligible
 SAME = 0.9  # of the frequencies, least share with unchanged motion where dynamics is unchanged
 MOVED = 0.05  # rad/s, by how much the end of T,1 may move further than with the other parameter
 
@@ -90,7 +88,7 @@ def _remains(changed: Changed) -> Check:
             f"{_of(found, 0)}; peaks over those of the tuning: "
             f"{by_name({d: list(row) for d, row in growth.items()})}"
         )
-        kept = cut.min() >= HIGH and np.ptp(cut, axis=1).max() <= LITTLE
+        kept = cut.min() >= HIGH and np.ptp(cut, axis=1).max() <= SIMILAR
         steady = all(np.abs(growth[d] - 1).max() <= MUCH for d in DAMPERS)
         return weighed(text, kept, steady)
 
@@ -107,8 +105,7 @@ def _negligible(changed: Changed) -> Check:
             f"{_of(found, 0)}; at {tuning_frequency():g} rad/s {_of(found, 1)}"
         )
         moves = (
-            np.abs(values - values[:, [changed.base]]).max() <= NEGLIGIBLE
-            for values in found.values()
+            np.abs(values - values[:, [changed.base]]).max() <= SIMILAR for values in found.values()
         )
         return weighed(text, *moves)
 
@@ -184,7 +181,7 @@ def _force_as_damping(evidence: Evidence) -> Finding:
         f"dampers in the same order in {same} of {len(FORCE.values)} panels; the end of T,1 moves "
         f"by {listed(moves[0], '.3f')} rad/s with c1, by {listed(moves[1], '.3f')} rad/s with P"
     )
-    return weighed(text, apart <= LITTLE, same == len(FORCE.values), further.max() <= MOVED)
+    return weighed(text, apart <= SIMILAR, same == len(FORCE.values), further.max() <= MOVED)
 
 
 def _alike(evidence: Evidence) -> Finding:
@@ -198,14 +195,14 @@ def _alike(evidence: Evidence) -> Finding:
         "reductions of the peak change differently from damper to damper, by up to "
         f"{by_name(spreads, '.0f')} points"
     )
-    return weighed(text, *(spread <= 100 * LITTLE for (spread,) in spreads.values()))
+    return weighed(text, *(spread <= 100 * SIMILAR for (spread,) in spreads.values()))
 
 
 _STAYS = (
-    f"at least {100 * HIGH:g} % off each peak, within {100 * LITTLE:g} points of each damper's "
+    f"at least {100 * HIGH:g} % off each peak, within {100 * SIMILAR:g} points of each damper's "
     f"own; peaks within {100 * MUCH:g} %"
 )
-_HARDLY = f"reductions within {100 * NEGLIGIBLE:g} points, by peak and where tuned, all three"
+_HARDLY = f"reductions within {100 * SIMILAR:g} points, by peak and where tuned, all three"
 _LEAST = "by peak and where tuned"
 _UNCHANGED = f"the same regime at {100 * SAME:g} % of the frequencies, where T,1 is and elsewhere"
 
@@ -240,7 +237,7 @@ DAMPING_AND_FORCE = (
         "A change of P acts as one of c1 does.",
         "7",
         _force_as_damping,
-        f"reductions within {100 * LITTLE:g} points, the same order, the end of T,1 moves at most "
+        f"reductions within {100 * SIMILAR:g} points, the same order, the end of T,1 moves at most "
         f"{MOVED:g} rad/s more",
     ),
     Claim(
@@ -248,7 +245,7 @@ DAMPING_AND_FORCE = (
         "The three dampers keep their tuning alike.",
         "4",
         _alike,
-        f"changes of the reduction within {100 * LITTLE:g} points of each other, for k1, c1 and P",
+        f"changes of the reduction within {100 * SIMILAR:g} points of each other, for k1, c1 and P",
     ),
 )  # fmt: skip
 """The claims of Sections 4.2 and 4.3, and of Section 7 about retention."""

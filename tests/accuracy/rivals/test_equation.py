@@ -19,6 +19,7 @@ STATES = {
 }
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("where", STATES)
 def test_the_derivative_is_equation_5(where):
     p, (x1, v1, x2, v2) = BOTH.parameters, STATES[where]

@@ -1,41 +1,38 @@
-"""Compile kernels of scans before they are needed, into the cache on the disk.
+"""Compile kernels of orbits before they are needed: they are left on the disk.
 
-    python -m nlds_vines.orbits.ahead writes|reads KERNEL,KERNEL,... SCENE METHOD WANT,WANT,...
+    python -m nlds_vines.orbits.beside KERNEL,KERNEL,... SCENE METHOD WANT,WANT,...
 
-A program for `elsewhere`.  It prints a line for each kernel: its name, then the seconds that
-compiling took, or `known` where the cache has it, or `failed` and why.  It ends when its standard
-input does.
+A program for `compilation`.  It prints a line for each kernel: its name, then the seconds that
+compiling took, or `known` where it was there, or `failed` and why.  It ends when its standard input
+does.
 """
 
 from __future__ import annotations
 
-import gc
 import os
 import sys
 import threading
 import time
 from collections.abc import Sequence
 
-from nlds_vines.kernels import compiling
+from nlds_vines.kernels import lanes
+from nlds_vines.kernels.compiling import told_of_compilations
+from nlds_vines.model.scenes import scene_of
+from nlds_vines.orbits.batch import Kernels, Wanted
+from nlds_vines.orbits.compilation import Needed
+from nlds_vines.orbits.settings import Settings
 
 KNOWN, FAILED = "known", "failed"
 """The words in place of the seconds."""
 
 
-def compile_kernel(kernel: str, scene: str, method: str, want: Sequence[str]) -> float | None:
-    """Compile a kernel for a scene (its key), a method and a record; return the seconds it took.
-
-    None where the cache has it.
-    """
-    from nlds_vines.kernels import lanes
-    from nlds_vines.model.scenes import scene_of
-    from nlds_vines.orbits.batch import Kernels, Wanted
-    from nlds_vines.orbits.settings import Settings
-
-    wanted = Wanted(scene_of(scene), tuple(want), method, "quick", Settings.of(method))
+def compile_kernel(kernel: str, needed: Needed) -> float | None:
+    """Compile a kernel; return the seconds it took, None where it was there."""
+    scene, method, want = needed
+    wanted = Wanted(scene_of(scene), want, method, "quick", Settings.of(method))
     compiled: list[object] = []
     began = time.perf_counter()
-    with compiling.told_of_compilations(compiled.append):
+    with told_of_compilations(compiled.append):
         Kernels(wanted, helped=False).compile(kernel)
     took = time.perf_counter() - began
     return took if {lanes.run_lanes, lanes.judge_lanes} & set(compiled) else None
@@ -44,13 +41,10 @@ def compile_kernel(kernel: str, scene: str, method: str, want: Sequence[str]) ->
 def main(arguments: Sequence[str]) -> int:
     """Compile what the arguments name; return the exit status."""
     threading.Thread(target=_end_with_input, daemon=True).start()
-    mode, kernels, scene, method, want = arguments
-    if mode == "reads":  # another process waits
-        compiling.only_read_inner_kernels()
-        gc.disable()  # it would search for a second as soon as the compiler is done
+    kernels, scene, method, want = arguments
     for kernel in kernels.split(","):
         try:
-            took = compile_kernel(kernel, scene, method, want.split(","))
+            took = compile_kernel(kernel, Needed(scene, method, tuple(want.split(","))))
         except (Exception, SystemExit) as error:
             text = " ".join(str(error).split()) or type(error).__name__
             print(kernel, FAILED, text, flush=True)

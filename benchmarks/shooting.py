@@ -1,0 +1,154 @@
+"""Special points a second time, by shooting with SciPy: what docs/borders.md says of their values.
+
+The equation of motion is that of `benchmarks.boundary_values`, written anew from the paper in plain
+NumPy; orbit and monodromy matrix are integrated by DOP853 piece by piece, from touch to release to
+touch, so that every piece is smooth. At two places beside a point the orbit is closed by Newton's
+method, and its test function is computed; a straight line through both tells where it vanishes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from benchmarks.boundary_values import Motion
+from nlds_vines.cli.markdown import table
+from nlds_vines.continuation.borders import Border
+from nlds_vines.continuation.result import Continued
+
+BESIDE = 1.0e-7
+"""How far beside a point orbits are closed, relative to the number that is held there."""
+
+SAME = 1.0e-9
+"""Relative difference of two values of one point."""
+
+CLOSED, MOST = 1.0e-10, 8
+"""Step of Newton's method, relative, that is the last; and most of them."""
+
+STEPS = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
+"""The settings of SciPy's integrator."""
+
+
+class Orbit(NamedTuple):
+    """A special point: its kind, n, and omega [rad/s] with the state x1, v1, x2, v2 at phase 0."""
+
+    kind: str
+    n: int
+    omega: float
+    state: np.ndarray
+
+
+def shot(motion: Motion, state: np.ndarray, omega: float, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return state (4,) and monodromy matrix (4, 4) after n periods."""
+    s, y = 0.0, np.concatenate((state, np.eye(4).ravel()))
+    closed = bool(motion.depth(state) > 0.0)
+    while s < n:
+        event = _crossing(motion, -1.0 if closed else 1.0)
+
+        def rate(s: float, y: np.ndarray, closed: bool = closed) -> np.ndarray:
+            columns = y[4:].reshape(4, 4)
+            here = y[:4, np.newaxis]
+            vectors = motion.vector_rate(here, columns, omega, closed).ravel()
+            return np.concatenate((motion.rate(np.asarray(s), y[:4], omega, closed), vectors))
+
+        run = solve_ivp(rate, (s, float(n)), y, events=event, **STEPS)
+        s, y = float(run.t[-1]), run.y[:, -1]
+        closed = closed != bool(run.t_events[0].size)
+    return y[:4], y[4:].reshape(4, 4)
+
+
+def _crossing(motion: Motion, direction: float) -> Callable[[float, np.ndarray], float]:
+    """Return the depth as an event that ends a piece: a touch (1) or a release (-1)."""
+
+    def depth(s: float, y: np.ndarray) -> float:
+        return float(motion.depth(y[:4]))
+
+    depth.direction = direction  # type: ignore[attr-defined]
+    depth.terminal = True  # type: ignore[attr-defined]
+    return depth
+
+
+def test_of(kind: str, matrix: np.ndarray) -> float:
+    """Return the test function of a kind: it vanishes at a point of that kind."""
+    if kind in ("LP", "PD"):
+        return float(np.linalg.det(matrix + (1.0 if kind == "PD" else -1.0) * np.eye(4)))
+    mu = np.linalg.eigvals(matrix)
+    pairs = mu[mu.imag > 0.0]
+    return float(np.abs(pairs[np.abs(np.abs(pairs) - 1.0).argmin()]) - 1.0)
+
+
+def closed_at(
+    motion: Motion, place: np.ndarray, n: int, held: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return state and omega (5,) of the nT orbit near a place, one of them held; its matrix."""
+    free = [i for i in range(5) if i != held]
+    for _ in range(MOST):
+        end, matrix = shot(motion, place[:4], place[4], n)
+        jacobian = np.column_stack((matrix - np.eye(4), np.zeros(4)))
+        if held != 4:
+            step = 1.0e-7 * place[4]
+            jacobian[:, 4] = (shot(motion, place[:4], place[4] + step, n)[0] - end) / step
+        change = np.linalg.solve(jacobian[:, free], place[:4] - end)
+        place = place.copy()
+        place[free] += change
+        if np.abs(change).max() <= CLOSED * np.abs(place[:4]).max():
+            return place, shot(motion, place[:4], place[4], n)[1]
+    raise ArithmeticError(f"no orbit {n}T is closed near {place[4]!r} rad/s")
+
+
+def again(motion: Motion, orbit: Orbit) -> float:
+    """Return omega [rad/s] of a special point by shooting.
+
+    At a fold the component of the state that changes most is held in place of omega.
+    """
+    place, held = np.append(orbit.state, orbit.omega), 4
+    if orbit.kind == "LP":
+        _, _, vectors = np.linalg.svd(
+            shot(motion, orbit.state, orbit.omega, orbit.n)[1] - np.eye(4)
+        )
+        held = int(np.abs(vectors[-1] / np.abs(orbit.state)).argmax())
+    sides = []
+    for side in (-1.0, 1.0):
+        beside = place.copy()
+        beside[held] *= 1.0 + side * BESIDE
+        found, matrix = closed_at(motion, beside, orbit.n, held)
+        sides.append((test_of(orbit.kind, matrix), found))
+    (low, a), (high, b) = sides
+    return float((a - low / (high - low) * (b - a))[4])
+
+
+def points_of(found: Continued, borders: list[Border]) -> Iterator[Orbit]:
+    """Yield the points that borders tell, each once: special points, and ends of branches."""
+    known = [(str(r.kind), int(r.period), float(r.value), r.state) for r in found.special]
+    for branch in found.branches:
+        for end, at in zip(branch.ends, (0, -1), strict=True):
+            if end == "shorter":
+                value = float(branch.parameter[at])
+                known.append(("PD", branch.period // 2, value, branch.states[at]))
+    for kind, value in dict.fromkeys(event for border in borders for event in border.events):
+        there = [entry for entry in known if entry[0] == kind]
+        _, n, omega, state = min(there, key=lambda entry: abs(entry[2] - value))
+        assert abs(omega - value) <= 1e-6 * value
+        yield Orbit(kind, n, value, np.asarray(state))
+
+
+def lines(found: Continued, borders: list[Border]) -> Iterator[str]:
+    """Yield the table of all points that borders tell, beside shooting, as Markdown."""
+    motion, rows = Motion.of(found.request.system), []
+    for orbit in points_of(found, borders):
+        other = again(motion, orbit)
+        off = abs(other - orbit.omega) / orbit.omega
+        assert off <= SAME, (orbit, other)
+        rows.append(
+            [
+                orbit.kind,
+                f"{orbit.n if orbit.n > 1 else ''}T",
+                f"{orbit.omega:.10f}",
+                f"{other:.10f}",
+                f"{off:.0e}",
+            ]
+        )
+    yield from table(["kind", "of", "omega", "by shooting", "difference"], rows, right=(2, 3, 4))

@@ -1,0 +1,46 @@
+"""What the tests of the default tier may compile: four configurations, each shared by many tests.
+
+Run as a program it compiles them, unless they are there, and prints the names of their files.
+"""
+
+import json
+import sys
+
+import nlds_vines as nv
+from nlds_vines.kernels.compiling import Kernel
+from nlds_vines.model.scenes import scene_of
+
+USUAL = ("section", "impacts", "energy", "regime")
+
+SCANS = (("ssul", USUAL), ("tmd", ("section",)), ("oscillator", ("section", "impacts")))
+"""Scenes and records of scans; beside them an orbit and branches of `ssul`."""
+
+
+def compile_all():
+    """Compile the four configurations."""
+    from nlds_vines.continuation.section_map import compile_for
+    from nlds_vines.orbits.batch import Kernels, Wanted
+    from nlds_vines.orbits.settings import Settings
+
+    for scene, want in SCANS:
+        wanted = Wanted(scene_of(scene), want, "exact", "quick", Settings.of("exact"))
+        Kernels(wanted).prepare()
+    nv.simulate(nv.load_system("ssul-set6"), periods=1, quiet=True)
+    compile_for(scene_of("ssul"))
+
+
+def files():
+    """Return the files of all kernels that Python calls and that this process has used."""
+    modules = [module for name, module in sys.modules.items() if name.startswith("nlds_vines.")]
+    found = {value for module in modules for value in vars(module).values() if is_kernel(value)}
+    found |= {vars(kernel)["entry"] for kernel in found if "entry" in vars(kernel)}
+    return [kernel.file(kinds) for kernel in found for kinds in kernel.overloads]
+
+
+def is_kernel(value):
+    return isinstance(value, Kernel)
+
+
+if __name__ == "__main__":
+    compile_all()
+    print(json.dumps(files()))

@@ -1,0 +1,574 @@
+"""Continuation of maps in closed form: special points, ends and branches are known exactly.
+
+No equation of motion is integrated: a map stands in for that of a system, with its derivatives.
+"""
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+from math import acos, inf, sqrt
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from nlds_vines.continuation import arclength, borders, special_points
+from nlds_vines.continuation.arclength import angle_of, close, length, point_of
+from nlds_vines.continuation.branch import Bounds, at_value, first_point, follow, half_of
+from nlds_vines.continuation.exploration import Explorer, Search, Seed, crossings, is_same
+from nlds_vines.continuation.section_map import Cycle
+from nlds_vines.continuation.special_points import limit_of, narrowed_down, wall_of_change
+from nlds_vines.continuation.switching import doubled, null_vector, other_branch
+from nlds_vines.continuation.track import Track, packed, unpacked
+
+MU = 1.0 + sqrt(6.0)
+"""Where the orbit 2T of the logistic map doubles."""
+
+
+@dataclass
+class Map:
+    """A map y -> f(y, p) of `size` numbers, with its derivatives by y, and by p.
+
+    `touch`, if there is one, returns how deep a state goes into a wall: there is an impact where it
+    is positive.
+    """
+
+    f: object
+    by_y: object
+    by_p: object
+    size: int = 1
+    touch: object = None
+    laws: tuple = ()
+    limit: object = None
+    calls: list = field(default_factory=list)
+
+    @property
+    def scene(self):
+        walls = ("near",) if self.touch else ()
+        return SimpleNamespace(walls=walls, laws=self.laws, limit=self.limit)
+
+    def speed(self, depth):
+        """Return the speed of an impact: a kick moves orbits by as much, a force by its square."""
+        return depth if self.laws else sqrt(depth)
+
+    def at(self, place, n):
+        self.calls.append(n)
+        y, p = place[: self.size].copy(), float(place[-1])
+        matrix, slope, points, depths = np.eye(self.size), np.zeros(self.size), [], []
+        for _ in range(n):
+            A = np.atleast_2d(np.asarray(self.by_y(y, p), dtype=float))
+            matrix = A @ matrix
+            slope = A @ slope + np.atleast_1d(np.asarray(self.by_p(y, p), dtype=float))
+            depths.append(self.touch(y, p) if self.touch else -inf)
+            y = np.atleast_1d(np.asarray(self.f(y, p), dtype=float))
+            points.append(np.append(y, np.zeros(4 - self.size)))
+        if not np.abs(y).max() < 1e6:
+            return None
+        mu = np.linalg.eigvals(matrix).astype(complex)
+        hits, misses = [d for d in depths if d > 0.0], [-d for d in depths if d <= 0.0]
+        return Cycle(
+            state=place[: self.size].copy(), values=place[-1:].copy(), points=np.array(points),
+            counts=(len(hits), 0), matrix=matrix, slopes=slope[np.newaxis],
+            multipliers=mu[np.argsort(-np.abs(mu), kind="stable")],
+            defect=float(np.abs(y - place[: self.size]).max()), span=1.0,
+            clearance=min(misses, default=inf), slowest=min(map(self.speed, hits), default=inf),
+            volume=0.0,
+        )  # fmt: skip
+
+    def weights(self, cycle, lengths):
+        return np.append(np.ones(self.size), 1.0 / lengths)
+
+    def measure(self, places, periods):
+        return SimpleNamespace(beyond=places[:, 0] - self.limit)
+
+
+LOGISTIC = Map(
+    lambda y, p: p * y * (1.0 - y), lambda y, p: p * (1.0 - 2.0 * y), lambda y, p: y * (1.0 - y)
+)
+FOLD = Map(lambda y, p: y + p - y * y, lambda y, p: 1.0 - 2.0 * y, lambda y, p: 1.0)
+PITCHFORK = Map(lambda y, p: y + p * y - y**3, lambda y, p: 1.0 + p - 3.0 * y**2, lambda y, p: y)
+DELAYED = Map(
+    lambda y, p: (p * y[0] * (1.0 - y[1]), y[0]),
+    lambda y, p: ((p * (1.0 - y[1]), -p * y[0]), (1.0, 0.0)),
+    lambda y, p: (y[0] * (1.0 - y[1]), 0.0),
+    size=2,
+)
+
+LOOP = Map(
+    lambda y, p: y + 0.1 * (y * y + p * p - 0.25), lambda y, p: 1.0 + 0.2 * y, lambda y, p: 0.2 * p
+)
+"""Its fixed points are a circle."""
+
+
+def grazing(laws=(), limit=None):
+    """Return a map whose orbit x = p / 2 has an impact where x > 0.3."""
+    return Map(
+        lambda y, p: 0.5 * y + 0.25 * p, lambda y, p: 0.5, lambda y, p: 0.25,
+        touch=lambda y, p: (d := float(y[0]) - 0.3) + d * d, laws=laws, limit=limit,
+    )  # fmt: skip
+
+
+RIGID = (SimpleNamespace(instant=True),)
+
+
+def start_at(system, value, state, n=1, bounds=None, sign=1.0):
+    """Return the first point of a branch, toward larger parameters or smaller ones."""
+    bounds = bounds or Bounds(0.0, 1.0)
+    cycle = at_value(system, np.array([*np.atleast_1d(state), value], dtype=float), n, value)
+    return first_point(system, cycle, bounds, sign)
+
+
+def explored(system, bounds, *seeds, **search):
+    explorer = Explorer(system, Bounds(*bounds), Search(**search))
+    return explorer.run([Seed(np.array(place, dtype=float), n) for place, n in seeds])
+
+
+# ---- arclength -----------------------------------------------------------------------------------
+
+
+def test_newton_closes_an_orbit_in_the_plane_through_the_place():
+    row, weights = np.array([0.6, 0.8]), np.ones(2)
+    place = np.array([0.75, 3.1])
+    cycle, ratio = close(LOGISTIC, place, 1, row, weights)
+    x, p = cycle.place
+    assert abs(x - (1.0 - 1.0 / p)) < 1e-13
+    assert abs(float(row @ (cycle.place - place))) < 1e-13
+    assert 0.0 < ratio < 0.1
+
+
+def test_newton_that_runs_away_finds_nothing():
+    nowhere = Map(lambda y, p: y + 1.0 + y * y, lambda y, p: 1.0 + 2.0 * y, lambda y, p: 0.0)
+    lost = np.array([0.1, 0.0])
+    assert close(nowhere, lost, 1, np.array([0.0, 1.0]), np.ones(2)) == (None, inf)
+    assert len(nowhere.calls) <= arclength.MOST_ITERATIONS
+
+
+def test_steps_that_grow_end_newton_at_once():
+    """Steps 0.035, 0.041, 0.032, and then 0.081, for there is no fixed point."""
+    flat = Map(lambda y, p: y + 1e-3 + y**2, lambda y, p: 1.0 + 2.0 * y, lambda y, p: 0.0)
+    assert close(flat, np.array([0.05, 0.0]), 1, np.array([0.0, 1.0]), np.ones(2))[0] is None
+    assert len(flat.calls) < arclength.MOST_ITERATIONS
+
+
+def test_a_tangent_has_length_one_and_the_direction_that_is_asked_for():
+    for sign in (1.0, -1.0):
+        point = start_at(LOGISTIC, 2.5, 0.6, bounds=Bounds(1.0, 3.0), sign=sign)
+        assert length(point.weights, point.tangent) == pytest.approx(1.0, rel=1e-14)
+        slope = point.tangent[0] / point.tangent[1]
+        assert slope == pytest.approx(1.0 / 2.5**2, rel=1e-12)
+        assert point.tangent[1] * sign > 0.0
+        assert point.weights[-1] == 0.5
+        falling = start_at(FOLD, 0.25, -0.5, sign=sign)
+        assert falling.tangent[1] * sign > 0.0 > falling.tangent[0] * sign
+
+
+def test_the_angle_between_tangents_is_measured_by_weights():
+    point = start_at(LOGISTIC, 2.5, 0.6, bounds=Bounds(1.0, 3.0))
+    a = arclength.Point(point.cycle, np.array([1.0, 0.0]), np.array([1.0, 0.5]), 1.0)
+    b = arclength.Point(point.cycle, np.array([1.0, 2.0]), np.array([1.0, 0.5]), 1.0)
+    assert angle_of(a, b) == pytest.approx(acos(sqrt(0.5)), rel=1e-14)
+
+
+def test_test_functions_are_what_their_text_says():
+    cycle = DELAYED.at(np.array([0.4, 0.4, 1.7]), 1)
+    found = point_of(DELAYED, cycle, np.array([0.0, 0.0, 1.0]), np.ones(1)).tests
+    mu = cycle.multipliers
+    assert found["PD"] == pytest.approx(((mu + 1.0).prod()).real, rel=1e-13)
+    assert found["NS"] == pytest.approx((mu[0] * mu[1] - 1.0).real, rel=1e-13)
+    assert found["LP"] > 0.0
+
+
+def test_steps_lengthen_on_a_straight_branch_and_stay_within_the_longest():
+    straight = grazing()
+    start = start_at(straight, 0.1, 0.05)
+    stepper = arclength.Stepper(straight, start, 1e-4, 2e-3)
+    taken = [stepper.advance() and stepper.taken for _ in range(8)]
+    assert taken[1] == pytest.approx(2e-4)
+    assert max(taken) == pytest.approx(2e-3)
+    assert stepper.advance(1e-5)
+    assert stepper.taken == 1e-5
+
+
+def test_steps_shorten_where_a_branch_bends():
+    start = start_at(FOLD, 0.01, 0.1, bounds=Bounds(-1.0, 1.0), sign=-1.0)
+    stepper = arclength.Stepper(FOLD, start, 0.5, 0.5)
+    for _ in range(20):
+        before = stepper.point
+        assert angle_of(before, stepper.advance()) <= arclength.SHARPEST * arclength.ANGLE
+
+
+# ---- special points ------------------------------------------------------------------------------
+
+
+def only(specials, kind):
+    (found,) = [special for special in specials if special.kind == kind]
+    return found
+
+
+def test_a_fold_is_passed_and_located():
+    start = start_at(FOLD, 0.5, sqrt(0.5), bounds=Bounds(-1.0, 0.9), sign=-1.0)
+    arm = follow(FOLD, start, Bounds(-1.0, 0.9))
+    fold = only(arm.specials, "LP")
+    assert abs(fold.value) < 1e-12
+    assert abs(fold.point.cycle.state[0]) < 1e-9
+    assert fold.bracket < 1e-11
+    assert (arm.end, arm.points[-1].value) == ("bound", 0.9)
+    assert arm.points[-1].cycle.state[0] == pytest.approx(-sqrt(0.9), rel=1e-12)
+    assert arm.points[fold.index].cycle.state[0] > 0.0 > arm.points[fold.index + 1].cycle.state[0]
+
+
+def test_a_doubling_is_located_from_both_sides():
+    for value, sign in ((2.9, 1.0), (3.1, -1.0)):
+        bounds = Bounds(2.5, 3.4)
+        start = start_at(LOGISTIC, value, 1.0 - 1.0 / value, bounds=bounds, sign=sign)
+        doubling = only(follow(LOGISTIC, start, bounds).specials, "PD")
+        assert abs(doubling.value - 3.0) < 1e-11
+        assert doubling.residual < 1e-10
+        assert (doubling.before, doubling.after) == ("T,0", "T,0")
+
+
+def test_a_torus_is_located_and_a_neutral_saddle_is_none():
+    bounds = Bounds(1.2, 2.2)
+    arm = follow(DELAYED, start_at(DELAYED, 1.5, (1 / 3, 1 / 3), bounds=bounds), bounds)
+    assert [special.kind for special in arm.specials] == ["NS"]
+    assert abs(arm.specials[0].value - 2.0) < 1e-11
+    saddle = Map(
+        lambda y, p: ((2.0 + p) * y[0] + p, 0.5 * y[1] + p),
+        lambda y, p: ((2.0 + p, 0.0), (0.0, 0.5)), lambda y, p: (y[0] + 1.0, 1.0), size=2,
+    )  # fmt: skip
+    bounds = Bounds(-0.2, 0.2)
+    arm = follow(saddle, start_at(saddle, -0.1, (0.1 / 0.9, -0.2), bounds=bounds), bounds)
+    assert arm.end == "bound"
+    assert arm.specials == []  # at p = 0 the multipliers are 2 and 0.5
+
+
+def test_where_two_branches_cross_there_is_a_branch_point_and_no_fold():
+    bounds = Bounds(-0.5, 0.5)
+    arm = follow(PITCHFORK, start_at(PITCHFORK, -0.3, 0.0, bounds=bounds), bounds)
+    (point,) = arm.specials
+    assert (point.kind, abs(point.value) < 1e-9) == ("BP", True)
+    assert point.residual < 1e-8
+
+
+def test_a_grazing_is_located_with_its_labels_and_its_wall():
+    system, bounds = grazing(), Bounds(0.0, 1.0)
+    up = only(follow(system, start_at(system, 0.2, 0.1), bounds).specials, "GR")
+    down = only(follow(system, start_at(system, 0.9, 0.45, sign=-1.0), bounds).specials, "GR")
+    assert abs(up.value - 0.6) < 1e-11
+    assert abs(down.value - 0.6) < 1e-11
+    assert (up.before, up.after, up.wall, up.impacts) == ("T,0", "T,1", "near", 0)
+    assert (down.before, down.after) == ("T,1", "T,0")
+
+
+def test_the_wall_of_a_grazing_is_that_whose_impacts_change():
+    walls = [wall_of_change((1, 1), after) for after in ((2, 1), (1, 2), (2, 2))]
+    assert walls == ["near", "far", "both"]
+
+
+def test_a_polynomial_has_its_value_at_zero():
+    knots = [(v, np.array([3.0 - 2.0 * v + v**3, v])) for v in (0.5, -0.25, 1.0, 0.125)]
+    assert limit_of(knots) == pytest.approx([3.0, 0.0], abs=1e-14)
+
+
+@dataclass
+class At:
+    value: float
+
+
+def test_a_sign_change_is_narrowed_down_to_round_off():
+    def test(point):
+        return point.value**3 - 2.0
+
+    tried = []
+
+    def onto(step):
+        tried.append(step)
+        return At(step)
+
+    ends = At(0.0), At(4.0)
+    place, point, residual, bracket = narrowed_down(onto, ends, (0.0, 4.0), test)
+    assert place == point.value == pytest.approx(2.0 ** (1.0 / 3.0), abs=1e-12)
+    assert 0.0 < bracket <= special_points.NARROW
+    assert residual < 1e-11
+    assert len(tried) <= 20
+    jump = narrowed_down(onto, ends, (0.0, 4.0), lambda at: 1.0 if at.value < 1.2 else -1e-4)
+    assert jump[0] == pytest.approx(1.2, abs=1e-12)
+    assert jump[3] <= special_points.NARROW
+    assert narrowed_down(onto, (At(2.0), At(4.0)), (2.0, 4.0), test) is None
+    assert narrowed_down(lambda step: None, ends, (0.0, 4.0), test) is None
+
+
+def test_two_multipliers_that_cross_at_once_are_seen_only_with_a_torus():
+    bounds = Bounds(1.2, 2.2)
+    points = follow(DELAYED, start_at(DELAYED, 1.5, (1 / 3, 1 / 3), bounds=bounds), bounds).points
+    (pair,) = [(a, b) for a, b in pairwise(points) if a.cycle.unstable != b.cycle.unstable]
+    assert pair[1].cycle.unstable == 2
+    assert not special_points.unexplained(*pair)
+    for point in pair:
+        point.tests["NS"] = 1.0
+    assert special_points.unexplained(*pair)
+
+
+# ---- why a branch ends ---------------------------------------------------------------------------
+
+
+def logistic_2T(p):
+    """Return a state of the orbit 2T of the logistic map."""
+    return (p + 1.0 + sqrt((p - 3.0) * (p + 1.0))) / (2.0 * p)
+
+
+def test_an_orbit_2T_ends_where_it_has_become_T():
+    bounds = Bounds(2.5, 3.4)
+    start = start_at(LOGISTIC, 3.2, logistic_2T(3.2), 2, bounds, -1.0)
+    arm = follow(LOGISTIC, start, bounds)
+    assert arm.end == "shorter"
+    assert abs(arm.points[-1].value - 3.0) < 1e-7
+    assert arm.specials == []
+
+
+def test_an_orbit_2T_ends_where_T_doubles_however_few_points_it_has():
+    """Of three points, the polynomial is a straight line: it was 3e-5 off, and no orbit."""
+    bounds = Bounds(2.5, 3.45)
+    start = start_at(LOGISTIC, 3.001, logistic_2T(3.001), 2, bounds, -1.0)
+    arm = follow(LOGISTIC, start, bounds, first=0.008)
+    assert (arm.end, len(arm.points)) == ("shorter", 3)
+    assert abs(arm.points[-1].value - 3.0) < 1e-11
+    assert arm.points[-1].cycle.defect < 1e-13
+
+
+def test_a_doubling_is_looked_for_near_a_place_and_no_farther():
+    for value, most, there in ((3.0 + 1e-5, 1e-4, True), (3.0 + 1e-3, 1e-4, False)):
+        found = special_points.doubling_near(LOGISTIC, np.array([0.66, value]), 1, np.ones(1), most)
+        assert (found is not None) == there
+        assert not there or abs(found.value - 3.0) < 1e-11
+
+
+@pytest.mark.parametrize(("off", "events"), [(0.0, (("PD", 3.0),)), (1e-4, ())])
+def test_what_ends_an_orbit_at_a_border_is_located_or_not_said(off, events, monkeypatch):
+    """A branch 2T that has become T: the doubling is located at its end, or is not there."""
+    monkeypatch.setattr(borders, "place_of", lambda system, name, p, state: np.array([*state, p]))
+    values = np.array([3.0 + off, 3.05, 3.1])
+    states = np.array([[1.0 - 1.0 / values[0]], *([logistic_2T(p)] for p in values[1:])])
+    branch = SimpleNamespace(
+        parameter=values, states=states, labels=np.array(["2T,0"] * 3), period=2,
+        ends=("shorter", "bound"),
+    )  # fmt: skip
+    kinds = [("kind", "U3"), ("value", float), ("bracket", float), ("branch", int), ("index", int)]
+    special = np.zeros(0, kinds).view(np.recarray)
+    along = SimpleNamespace(name="p", low=2.5, high=3.5)
+    found = SimpleNamespace(
+        branches=(branch,), special=special, request=SimpleNamespace(along=along, system=None)
+    )
+    walk = borders._walked(found, LOGISTIC, 0, 1, 3.08, 2.9)
+    assert [kind for kind, _ in walk.events] == [kind for kind, _ in events]
+    assert [value for _, value in walk.events] == pytest.approx([v for _, v in events], abs=1e-11)
+    assert (walk.alive, walk.known) == (False, bool(events))
+
+
+def test_halves_differ_by_what_they_differ_by():
+    cycle = LOGISTIC.at(np.array([logistic_2T(3.3), 3.3]), 2)
+    other = 3.3 * cycle.state[0] * (1.0 - cycle.state[0])
+    assert half_of(cycle)[0] == pytest.approx(other - cycle.state[0], rel=1e-14)
+
+
+def test_a_branch_ends_at_the_bound_of_the_interval():
+    bounds = Bounds(2.2, 2.8)
+    for sign, value in ((1.0, 2.8), (-1.0, 2.2)):
+        arm = follow(LOGISTIC, start_at(LOGISTIC, 2.5, 0.6, bounds=bounds, sign=sign), bounds)
+        assert (arm.end, arm.points[-1].value) == ("bound", value)
+        assert arm.points[-1].cycle.state[0] == pytest.approx(1.0 - 1.0 / value, rel=1e-13)
+
+
+def test_a_loop_is_closed():
+    bounds = Bounds(-0.52, 0.52)
+    arm = follow(LOOP, start_at(LOOP, 0.0, 0.5, bounds=bounds), bounds)
+    assert arm.end == "closed"
+    assert [special.kind for special in arm.specials] == ["LP", "LP"]
+    around = sum(length(np.ones(2), b.cycle.place - a.cycle.place) for a, b in pairwise(arm.points))
+    assert np.pi * 0.99 < around < np.pi * 1.05
+
+
+def test_an_unstable_branch_is_followed_no_further_than_asked():
+    bounds = Bounds(2.5, 3.9)
+    start = start_at(LOGISTIC, 2.9, 1.0 - 1.0 / 2.9, bounds=bounds)
+    arm = follow(LOGISTIC, start, bounds, unstable=5)
+    assert arm.end == "unstable"
+    assert sum(point.cycle.unstable > 0 for point in arm.points) == 6
+
+
+def test_a_branch_that_no_orbit_continues_is_lost():
+    cut = Map(LOGISTIC.f, LOGISTIC.by_y, LOGISTIC.by_p)
+    plain = cut.at
+    cut.at = lambda place, n: None if place[-1] > 2.7 else plain(place, n)
+    bounds = Bounds(2.2, 2.9)
+    arm = follow(cut, start_at(cut, 2.5, 0.6, bounds=bounds), bounds)
+    assert arm.end == "lost"
+    assert arm.points[-1].value == pytest.approx(2.7, abs=1e-6)
+
+
+def test_a_branch_ends_where_rigid_bodies_graze():
+    system, bounds = grazing(RIGID), Bounds(0.0, 1.0)
+    for value, sign, labels in ((0.2, 1.0, ("T,0", "T,1")), (0.9, -1.0, ("T,1", "T,0"))):
+        arm = follow(system, start_at(system, value, 0.5 * value, sign=sign), bounds)
+        (end,) = arm.specials
+        assert (arm.end, end.kind, end.wall) == ("grazing", "GR", "near")
+        assert (end.before, end.after) == labels
+        assert abs(end.value - 0.6) < 1e-9
+        assert arm.points[-1].value == end.value
+        assert end.index == len(arm.points) - 2
+
+
+def test_a_branch_ends_where_its_limit_is_touched():
+    system, bounds = grazing(limit=0.4), Bounds(0.0, 1.0)
+    arm = follow(system, start_at(system, 0.7, 0.35), bounds)
+    (end,) = arm.specials
+    assert (arm.end, end.kind) == ("limit", "LIM")
+    assert abs(end.value - 0.8) < 1e-10
+    assert arm.points[-1].value == end.value
+
+
+def test_a_first_point_at_a_fold_goes_along_the_branch():
+    cycle = FOLD.at(np.zeros(2), 1)
+    point = first_point(FOLD, cycle, Bounds(-1.0, 1.0), -1.0)
+    assert point.tangent == pytest.approx([-1.0, 0.0], abs=1e-12)
+
+
+# ---- other branches ------------------------------------------------------------------------------
+
+
+def test_a_null_vector_is_hardly_changed():
+    matrix = np.array([[2.0, -4.0], [1.0, -2.0 + 1e-14]])
+    found = null_vector(matrix)
+    assert np.abs(matrix @ found).max() < 1e-12
+    assert float(found @ found) == pytest.approx(1.0, rel=1e-14)
+
+
+def test_a_doubling_leads_to_the_orbit_2T():
+    cycle = LOGISTIC.at(np.array([2.0 / 3.0, 3.0]), 1)
+    origin = point_of(LOGISTIC, cycle, np.array([0.0, 1.0]), np.ones(1))
+    point, far = doubled(LOGISTIC, origin)
+    x, p = point.cycle.place
+    assert point.cycle.n == 2
+    assert p > 3.0
+    assert x in (pytest.approx(logistic_2T(p)), pytest.approx((p + 1.0) / p - logistic_2T(p)))
+    assert 0.5 * far < abs(x - 2.0 / 3.0) < 2.0 * far
+
+
+def test_a_branch_point_leads_to_the_other_branch():
+    cycle = PITCHFORK.at(np.zeros(2), 1)
+    origin = arclength.Point(cycle, np.array([0.0, 1.0]), np.ones(2), 0.0)
+    point, _ = other_branch(PITCHFORK, origin)
+    x, p = point.cycle.place
+    assert abs(x) > 1e-6
+    assert p == pytest.approx(x * x, rel=1e-9)
+
+
+def test_doublings_are_followed_as_often_as_asked():
+    seed = (0.5, 2.0), 1
+    for doublings, periods in ((0, [1]), (1, [1, 2]), (2, [1, 2, 4])):
+        tracks = explored(LOGISTIC, (1.5, 3.5), seed, doublings=doublings)
+        assert [track.n for track in tracks] == periods
+    first, second, fourth = tracks
+    assert (second.origin, second.parent, second.ends) == ("PD", 0, ("shorter", "bound"))
+    assert first.specials[second.at].value == pytest.approx(3.0, abs=1e-11)
+    assert second.points[0].value == first.specials[second.at].value
+    assert (fourth.parent, second.specials[fourth.at].value) == (1, pytest.approx(MU, abs=1e-11))
+    assert second.points[second.specials[0].index].value < MU
+    assert second.points[second.specials[0].index + 1].value > MU
+
+
+def test_branches_that_cross_are_both_followed():
+    tracks = explored(PITCHFORK, (-0.5, 0.5), ((0.0, -0.3), 1))
+    assert [track.origin for track in tracks] == ["start", "BP"]
+    other = tracks[1]
+    assert (other.parent, other.ends) == (0, ("bound", "bound"))
+    assert {round(p.cycle.state[0], 6) for p in (other.points[0], other.points[-1])} == {
+        round(sqrt(0.5), 6), -round(sqrt(0.5), 6)
+    }  # fmt: skip
+    assert other.points[0].value == other.points[-1].value == 0.5
+
+
+def test_both_directions_of_a_start_are_one_track():
+    (track,) = explored(FOLD, (-1.0, 0.9), ((0.2, 0.04), 1))
+    assert track.ends == ("bound", "bound")
+    states = [point.cycle.state[0] for point in track.points]
+    assert all(a < b for a, b in pairwise(states)) or all(a > b for a, b in pairwise(states))
+    (fold,) = [special for special in track.specials if special.kind == "LP"]
+    a, b = track.points[fold.index], track.points[fold.index + 1]
+    assert a.cycle.state[0] * b.cycle.state[0] < 0.0
+    ahead = [float(p.tangent @ (q.cycle.place - p.cycle.place)) for p, q in pairwise(track.points)]
+    assert min(ahead) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("system", "bounds", "place"),
+    [
+        (LOGISTIC, (1.5, 3.4), (0.5, 2.0)),
+        (LOGISTIC, (1.5, 3.4), (1.0 - 1.0 / 3.2, 3.2)),
+        (FOLD, (-1.0, 0.9), (0.2, 0.04)),
+        (grazing(), (0.0, 1.0), (0.1, 0.2)),
+        (grazing(), (0.0, 1.0), (0.4, 0.8)),
+    ],
+)
+def test_a_special_point_lies_behind_the_point_of_its_index(system, bounds, place):
+    (track,) = explored(system, bounds, (place, 1))
+    assert track.specials
+    for special in track.specials:
+        a, b = track.points[special.index : special.index + 2]
+        way = [float(a.tangent @ (p.cycle.place - a.cycle.place)) for p in (special.point, b)]
+        assert 0.0 <= way[0] <= way[1]
+        labels = [special_points.label_of_cycle(p.cycle) for p in (a, b)]
+        assert special.kind == "LP" or [special.before, special.after] == labels
+
+
+def test_a_closed_branch_is_followed_once():
+    (track,) = explored(LOOP, (-1.0, 1.0), ((0.5, 0.0), 1))
+    assert track.ends == ("closed", "closed")
+    around = [np.arctan2(*p.cycle.place) for p in track.points]
+    assert 2.0 * np.pi < np.abs(np.diff(np.unwrap(around))).sum() < 2.1 * np.pi
+
+
+def test_a_start_on_a_known_branch_is_not_followed_again():
+    seeds = ((0.5, 2.0), 1), ((1.0 - 1.0 / 2.6, 2.6), 1), ((logistic_2T(3.2), 3.2), 2)
+    other = 1.0 - logistic_2T(3.3) + 1.0 / 3.3, 3.3  # the other phase of 2T
+    tracks = explored(LOGISTIC, (1.5, 3.4), *seeds, (other, 2))
+    assert [track.n for track in tracks] == [1, 2]
+
+
+def test_orbits_are_one_at_whatever_phase():
+    high = LOGISTIC.at(np.array([logistic_2T(3.3), 3.3]), 2)
+    low = LOGISTIC.at(np.array([4.3 / 3.3 - logistic_2T(3.3), 3.3]), 2)
+    fixed = LOGISTIC.at(np.array([1.0 - 1.0 / 3.3, 3.3]), 2)
+    assert is_same(LOGISTIC, high, low)
+    assert not is_same(LOGISTIC, high, fixed)
+
+
+def test_a_track_is_crossed_where_it_has_the_parameter():
+    (track,) = explored(FOLD, (-1.0, 0.9), ((0.2, 0.04), 1))
+    for state in (0.5, -0.5):
+        cycle = FOLD.at(np.array([state, 0.25]), 1)
+        (place,) = crossings(track, cycle)
+        assert place == pytest.approx([state, 0.25], abs=1e-3)
+
+
+def test_what_is_recalled_is_not_computed_again():
+    kept = []
+    arguments = LOGISTIC, Bounds(1.5, 3.5), Search(doublings=1)
+    seeds = [Seed(np.array([0.5, 2.0]), 1)]
+    tracks = Explorer(*arguments, note=kept.append).run(seeds)
+    LOGISTIC.calls.clear()
+    left = iter(kept)
+    again = Explorer(*arguments, recall=lambda: next(left, None)).run(seeds)
+    assert len(LOGISTIC.calls) < 40
+    assert [t.values.tolist() for t in again] == [t.values.tolist() for t in tracks]
+    assert [(t.origin, t.parent, t.at, t.ends) for t in again] == [
+        (t.origin, t.parent, t.at, t.ends) for t in tracks
+    ]
+
+
+def test_a_track_is_the_same_from_its_arrays():
+    track = explored(LOGISTIC, (1.5, 3.5), ((0.5, 2.0), 1), doublings=1)[1]
+    arrays = packed(track)
+    again = packed(unpacked(arrays))
+    assert all(np.array_equal(again[name], values) for name, values in arrays.items())
+    assert unpacked(packed(None)) is None
+    assert isinstance(unpacked(arrays), Track)

@@ -1,0 +1,110 @@
+"""Branches of rigid bodies whose impacts pass the phase of the section, and graze two at a time.
+
+A damper between two walls under restitution, T,2: its impact passes phase zero at omega = 1.2128,
+and at 1.07382 both walls are grazed at once. (Run by `contract/test_plain.py`.)
+"""
+
+import numpy as np
+import pytest
+
+from nlds_vines import load_system
+from nlds_vines.continuation.arclength import point_of
+from nlds_vines.continuation.branch import Bounds, first_point, follow
+from nlds_vines.continuation.phases import better_map, is_symmetric, moved, point_at_zero
+from nlds_vines.continuation.section_map import SectionMap
+
+SYSTEM = load_system(
+    "ssbl", law="restitution", m1=1.0, k1=1.0, P=1.0, C=1.0, D=1.0, c1=0.04, m2=0.05,
+    k2=0.0453152, c2=0.0127, e=0.9,
+)  # fmt: skip
+BEFORE = 1.2249972454229396, (
+    -1.6313374820442195, 0.2828298996933553, -1.6135583166033252, -1.6467655311720084
+)  # fmt: skip
+SOFT = 1.0745428059013842, (
+    -4.486831067410545, 0.9730590463897917, -3.8500663394336883, 3.5841913471960027
+)  # fmt: skip
+
+
+def on_branch(case, phase=0.0):
+    """Return the map at a phase, and the point of the branch of omega, of a case."""
+    omega, (x1, v1, x2, v2) = case
+    rest = SYSTEM.with_(omega=omega).rest
+    place = np.array([x1, v1, x1 - x2 + rest, v1 - v2, omega])
+    zero = SectionMap(SYSTEM, ("omega",))
+    shot = zero.shot(phase)
+    cycle = shot.at(zero.later(place, phase), 1)
+    return shot, point_of(shot, cycle, np.eye(5)[4], np.ones(1))
+
+
+def down(case, low):
+    """Return a branch from a case on, as omega falls to a value."""
+    zero, point = on_branch(case)
+    start = first_point(zero, point.cycle, Bounds(low, 2.5), -1.0)
+    return follow(zero, start, Bounds(low, 2.5))
+
+
+def test_a_branch_goes_on_where_an_impact_passes_phase_zero():
+    arm = down(BEFORE, 1.2)
+    assert arm.end == "bound"
+    assert not arm.specials
+    cycles = [point.cycle for point in arm.points]
+    assert {cycle.counts for cycle in cycles} == {(1, 1)}
+    assert max(cycle.defect for cycle in cycles) < 1e-9
+    # what is kept are states at phase zero: there the impact makes them jump, and nothing else does
+    assert {cycle.since for cycle in cycles} == {0.0}
+    jumps = np.sort(np.abs(np.diff([cycle.state[3] for cycle in cycles])))
+    assert jumps[-1] > 1.0 > 0.2 > jumps[-2]
+
+
+def test_impacts_at_both_walls_graze_as_one():
+    arm = down(SOFT, 1.0735)
+    assert arm.end == "grazing"
+    (special,) = arm.specials
+    assert (special.kind, special.wall) == ("GR", "both")
+    assert (special.before, special.after) == ("T,2", "T,4")
+    assert special.value == pytest.approx(1.0738219690, abs=1e-9)
+
+
+def test_an_orbit_is_one_at_any_phase():
+    """Its multipliers, and the tangent of its branch, whose image at phase zero is that found."""
+    zero, point = on_branch(SOFT)
+    for phase in (0.25, 0.5):
+        shot = zero.shot(phase)
+        there = moved(zero, shot, point)
+        assert there.cycle.since == phase
+        assert there.cycle.defect < 1e-11
+        again = shot.at(there.cycle.place, 1).multipliers
+        np.testing.assert_allclose(np.sort(abs(again)), np.sort(abs(point.cycle.multipliers)), 1e-8)
+        back = point_at_zero(zero, there)
+        np.testing.assert_allclose(back.cycle.place, point.cycle.place, rtol=0, atol=1e-11)
+        size = np.abs(point.tangent).max()
+        np.testing.assert_allclose(back.tangent, point.tangent, rtol=0, atol=1e-7 * size)
+
+
+def test_derivatives_at_a_phase_are_those_of_differences():
+    shot, point = on_branch(SOFT, 0.375)
+    place = point.cycle.place
+    for i, exact in enumerate([*point.cycle.matrix.T, point.cycle.slopes[0]]):
+        step = 1e-6 * np.eye(5)[i]
+        ahead, behind = (shot.at(place + way * step, 1).points[0] for way in (1, -1))
+        found = (ahead - behind) / 2e-6
+        np.testing.assert_allclose(exact, found, rtol=0, atol=1e-6 * np.abs(found).max())
+
+
+def test_the_phase_changes_before_an_impact_is_near():
+    """To the middle of the longest flight; there, it is kept."""
+    zero, point = on_branch(BEFORE)
+    better = better_map(zero, point)
+    rows = zero.impacts(point.cycle.place, 1)
+    assert rows[:, 0].tolist() in ([0, 1], [1, 0])
+    apart = np.abs((rows[:, 1] - better.since + 0.5) % 1.0 - 0.5)
+    np.testing.assert_allclose(apart, 0.25, rtol=0, atol=0.05)
+    assert better_map(better, moved(zero, better, point)) is None
+
+
+@pytest.mark.parametrize("case", [SOFT, BEFORE])
+def test_an_orbit_between_two_walls_is_known_as_its_own_mirror(case):
+    zero, point = on_branch(case)
+    assert is_symmetric(zero, point.cycle)
+    aside = zero.at(point.cycle.place * (1.0 + 1e-4 * np.eye(5)[0]), 1)
+    assert not is_symmetric(zero, aside)

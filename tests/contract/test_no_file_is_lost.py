@@ -1,0 +1,225 @@
+"""No output replaces a file unasked, nothing else replaces an archive, no link is followed."""
+
+import os
+
+import pytest
+from made_up import make_scan, write
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main as console
+from nlds_vines.archives import durable
+from nlds_vines.bifurcation.parts import Parts
+from nlds_vines.errors import RequestError
+from nlds_vines.reproduce import report
+from nlds_vines.reproduce.claims import measured
+
+NOTES = b"the notes of a year"
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory):
+    """An archive of made-up results."""
+    path = tmp_path_factory.mktemp("archive") / "a.h5"
+    write(path, make_scan(want=("section", "energy")))
+    return path
+
+
+@pytest.fixture
+def here(archive, tmp_path, monkeypatch):
+    """An empty folder but for that archive, `a.h5`, and the current one."""
+    (tmp_path / "a.h5").write_bytes(archive.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def everything(here):
+    return {
+        str(path.relative_to(here)): None if path.is_dir() else path.read_bytes()
+        for path in here.rglob("*")
+    }
+
+
+WRITERS = {  # what writes a file that is no archive: the command, and the file's name in its place
+    "report": ["report", "a.h5", "-o", "{}.html"],
+    "plot": ["plot", "a.h5", "-o", "{}.png"],
+    "export": ["export", "a.h5", "-o", "{}.csv"],
+    "portrait": ["portrait", "--plot", "{}.png"],
+    "accuracy, its page": ["accuracy", "-o", "n.h5", "--markdown", "{}.md"],
+    "accuracy, its picture": ["accuracy", "-o", "n.h5", "--plot", "{}.png"],
+    "bifurcation, its picture": ["bifurcation", "-o", "n.h5", "--plot", "{}.png"],
+    "transients, its picture": ["transients", "-o", "n.h5", "--plot", "{}.png"],
+    "tuning, its picture": ["tuning", "-o", "n.h5", "--plot", "{}.png"],
+    "continuation, its picture": ["continuation", "-o", "n.h5", "--plot", "{}.png"],
+    "curves, their picture": ["response-curves", "-o", "n.h5", "--plot", "{}.png"],
+}
+ARCHIVERS = ("bifurcation", "transients", "tuning", "continuation", "response-curves", "accuracy")
+WRITTEN = ("report", "plot", "export", "portrait", *ARCHIVERS)
+
+
+def named(command, stem):
+    return [word.format(stem) for word in command]
+
+
+def refused(here, capsys, arguments):
+    """The line of an error with which a command refuses; it changes nothing."""
+    before = everything(here)
+    assert console(arguments) == 2, arguments
+    assert everything(here) == before
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    return err
+
+
+@pytest.mark.parametrize("writer", WRITERS)
+def test_a_file_that_exists_is_not_replaced_unasked(here, capsys, writer):
+    command = named(WRITERS[writer], "own")
+    (here / command[-1]).write_bytes(NOTES)
+    assert "exists: --overwrite replaces it" in refused(here, capsys, command)
+
+
+@pytest.mark.parametrize("writer", WRITERS)
+def test_an_archive_is_never_replaced_by_anything_else(here, capsys, writer):
+    command = named(WRITERS[writer], "own")
+    (here / command[-1]).write_bytes((here / "a.h5").read_bytes())
+    err = refused(here, capsys, [*command, "--overwrite"])
+    assert "it is an archive, which nothing else replaces" in err
+    (here / "link.h5").write_bytes((here / "a.h5").read_bytes())
+    (here / command[-1]).unlink()
+    (here / command[-1]).symlink_to("link.h5")
+    assert "it is an archive" in refused(here, capsys, [*command, "--overwrite"])
+
+
+@pytest.mark.parametrize("writer", ["report", "accuracy, its page"])
+def test_nothing_but_an_archive_takes_the_name_of_one(here, capsys, writer):
+    *command, _ = WRITERS[writer]
+    for name in ("new.h5", "new.hdf5", "new.NC"):
+        err = refused(here, capsys, [*command, name, "--overwrite"])
+        assert "such a name is for archives alone" in err
+
+
+@pytest.mark.parametrize("writer", [*WRITERS, *ARCHIVERS])
+def test_a_file_that_is_read_only_is_not_replaced_although_that_is_asked(here, capsys, writer):
+    command = named(WRITERS.get(writer, [writer, "-o", "{}.h5"]), "own")
+    (here / command[-1]).write_bytes(NOTES)
+    (here / command[-1]).chmod(0o444)
+    assert "it is read-only" in refused(here, capsys, [*command, "--overwrite"])
+
+
+@pytest.mark.parametrize("command", ARCHIVERS)
+def test_a_dry_run_refuses_what_the_run_would(here, capsys, command):
+    assert "exists" in refused(here, capsys, [command, "-o", "a.h5", "--dry-run"])
+    other = refused(
+        here, capsys, [command, "-o", "a.h5", "--dry-run", "--resume", "--plot", "n.png"]
+    )
+    assert "--resume cannot continue it" in other
+    with Parts.open(here / "begun.h5", make_scan()):
+        pass
+    begun = [command, "-o", "begun.h5", "--dry-run"]
+    assert "holds an unfinished run" in refused(here, capsys, begun)
+    assert "holds the parts of another" in refused(here, capsys, [*begun, "--resume"])
+    with Parts.open(here / "busy.h5", make_scan()):
+        err = refused(here, capsys, [command, "-o", "busy.h5", "--dry-run", "--overwrite"])
+        assert "another run is writing" in err
+
+
+@pytest.mark.parametrize("name", ["figure3.png", "figure8.png", "figure10.png", "reproduction.md"])
+def test_figures_and_their_report_replace_none_but_their_own(here, capsys, name):
+    (here / name).write_bytes(NOTES)
+    for options in ([], ["--dry-run"]):
+        assert f"{name}' exists" in refused(here, capsys, ["reproduce", "-o", ".", *options])
+    report.write(here / "other.md", here, "png", measured.not_followed)
+    (here / name).unlink()
+    (here / "other.md").rename("reproduction.md")
+    assert console(["reproduce", "-o", ".", "--dry-run"]) == 0
+
+
+def test_a_dry_run_of_the_page_refuses_a_port_that_is_taken(here, capsys):
+    from nlds_vines.explore.local_port import listening
+
+    with listening(0) as taken:
+        port = str(taken.getsockname()[1])
+        err = refused(here, capsys, ["explore", "a.h5", "--port", port, "--dry-run"])
+    assert "cannot be used" in err
+
+
+def test_python_replaces_no_file_unasked_either(here):
+    view = nv.read("a.h5")
+    with pytest.raises(RequestError, match="exists: overwrite=True replaces it"):
+        view.to_csv("a.h5")
+    (here / "own.csv").write_bytes(NOTES)
+    with pytest.raises(RequestError, match="exists: overwrite=True replaces it"):
+        view.to_csv("own.csv")
+    (here / "b.csv").write_bytes((here / "a.h5").read_bytes())
+    for name in ("a.h5", "b.csv"):
+        with pytest.raises(RequestError, match="it is an archive, which nothing else replaces"):
+            view.to_csv(name, overwrite=True)
+    assert (here / "own.csv").read_bytes() == NOTES
+    view.to_csv("own.csv", overwrite=True)
+    assert (here / "own.csv").read_text().startswith("omega,")
+
+
+def test_a_start_that_is_no_label_is_refused_before_anything_is_computed(here, capsys):
+    for word in ("banana", "chaos", "1T,1", "T1", "0T,0", "T,01"):
+        err = refused(here, capsys, ["continuation", "-o", "n.h5", "--from", word])
+        assert "the label of a periodic orbit, such as 3T,3" in err
+
+
+def test_a_run_that_is_refused_before_its_first_part_leaves_no_folder(here):
+    with pytest.raises(RequestError, match="no orbit"), Parts.open("n.h5", make_scan()):
+        raise RequestError("no orbit")
+    assert not (here / "n.h5.parts").exists()
+    with Parts.open("n.h5", make_scan()):
+        pass
+    with pytest.raises(RequestError), Parts.open("n.h5", make_scan(), resume=True):
+        raise RequestError("no orbit")
+    assert (here / "n.h5.parts").exists()  # another run began it
+
+
+# ---- temporary files -----------------------------------------------------------------------------
+
+
+def test_no_temporary_file_has_a_name_that_can_be_foreseen(here, capsys):
+    (here / "notes").write_bytes(NOTES)
+    for name in ("p.html.tmp", "r.md.tmp", "e.csv.tmp", "archive.tmp.room.tmp"):
+        (here / name).symlink_to("notes")
+    assert console(["report", "a.h5", "-o", "p.html", "--quiet"]) == 0
+    report.write(here / "r.md", here, "png", measured.not_followed)
+    nv.read("a.h5").to_csv("e.csv")
+    durable.reserve(here / "archive.tmp", 100)
+    assert (here / "notes").read_bytes() == NOTES
+    assert all((here / name).is_symlink() for name in ("p.html.tmp", "r.md.tmp", "e.csv.tmp"))
+
+
+def test_an_archive_in_the_making_follows_no_link(here):
+    (here / "notes").write_bytes(NOTES)
+    with Parts.open("n.h5", make_scan()) as run:
+        (run.folder / "archive.tmp").symlink_to(here / "notes")
+        (run.folder / "archive.tmp.room.tmp").symlink_to(here / "notes")
+
+        def make(path):
+            assert not path.exists()
+            durable.reserve(path, 10)
+            path.write_bytes(b"results")
+
+        run.deliver(make)
+    assert (here / "notes").read_bytes() == NOTES
+    assert (here / "n.h5").read_bytes() == b"results"
+    assert not run.folder.exists()
+
+
+def test_a_lock_follows_no_link(here):
+    (here / "lock").symlink_to("elsewhere")
+    with pytest.raises(OSError, match="symbolic links"):
+        durable.lock(here / "lock")
+    assert not os.path.lexists(here / "elsewhere")
+
+
+def test_what_is_written_meanwhile_is_seen_by_the_writer_itself(here):
+    for name, protected in (("a.h5", "archive"), ("r.txt", "read-only")):
+        if not (here / name).exists():
+            (here / name).write_bytes(NOTES)
+            (here / name).chmod(0o444)
+        before = (here / name).read_bytes()
+        with pytest.raises(RequestError, match=protected), durable.whole(here / name) as file:
+            file.write_bytes(b"other")
+        assert (here / name).read_bytes() == before

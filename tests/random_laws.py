@@ -1,0 +1,273 @@
+"""Random systems of every kind under every law, compared with `twin_of_laws` in every record.
+
+The twin is sent anew from each section that the package reports, so that chaos is examined as
+sharply as a steady state; what it notes is put together. An error is measured in the scales of its
+orbit, over how much a nudge of the start grows in a period.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from twin_of_laws import ChatterError, Course
+from twin_spans import Law, Model, Wall
+
+from nlds_vines.model.parameters import DAMPER, FORCING, STRUCTURE
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.scenes.base import Scene
+from nlds_vines.model.system import System
+from nlds_vines.orbits.simulation import simulate
+
+LOADED = Scene(
+    kind="loaded",
+    meaning="a damper in a cage on a structure under its weight",
+    own=(*STRUCTURE, *DAMPER, "g", "C", "D", *FORCING),
+    rest=lambda p: 0.0 * p["C"],
+    gap_near=lambda p: p["D"],
+    gap_far=lambda p: p["C"],
+    load=lambda p: p["g"],
+    obstacle=lambda p: {"left": -p["D"], "right": p["C"]},
+    struck={"near": "left", "far": "right"},
+)
+"""A scene of one's own with a damper and a constant load."""
+
+KINDS = (
+    "ssul", "ball", "ssbl", "oscillator", "loaded", "ssvi-b", "oscillator-2", "ssvi-c", "tmd",
+    "none",
+)  # fmt: skip
+NAMES = (
+    "hertz", "hunt-crossley", "linear", "power", "restitution", "dashpot", "damped power",
+    "kelvin-voigt", "integer power",
+)  # fmt: skip
+PERIODS, STOPS, NUDGE = 2, 3, 1e-7
+RECORD = ("section", "trajectory", "impacts", "energy", "peak", "response", "clearance")
+TOO_SENSITIVE = 1e6  # growth of a nudge beyond which counts cannot be compared
+
+
+class Case(NamedTuple):
+    """A system, its twin's model, and a start."""
+
+    system: System
+    model: Model
+    start: np.ndarray
+
+
+def case_of(i: int) -> Case:
+    """Return random case i: kinds take turns, and laws with each kind."""
+    rng = np.random.default_rng((27, i))
+    kind, name = KINDS[i % len(KINDS)], NAMES[(i // len(KINDS) + i) % len(NAMES)]
+    d = lambda low, high: float(10.0 ** rng.uniform(low, high))  # noqa: E731  # decades
+    numbers = {
+        "m1": 1.0, "k1": d(-0.7, 0.7), "c1": d(-3, -0.5), "P": d(-1, 0.5), "omega": d(-0.4, 0.5),
+        "m2": d(-1.3, -0.3), "C": d(-1.5, 0.3), "D": d(-1.5, 0.3), "L": d(-1, 0), "V": 0.3,
+        "g": d(-0.5, 1.0), "C_2": d(-1.5, 0.3),
+    }  # fmt: skip
+    numbers |= {"k2": numbers["m2"] * d(-1, 0.5), "c2": numbers["m2"] * d(-3, -0.3)}
+    numbers |= {"m": 1.0, "k": numbers["k1"], "c": numbers["c1"], "Y": d(-1.5, 0.0)}
+    mass = 1.0 if kind in ("ball", "oscillator", "oscillator-2") else numbers["m2"]
+    law = law_of(name, mass, numbers["omega"], rng)
+    given = {"K": law.K} if law.name == "hertz" else {"K": law.K, "exponent": law.n}
+    given = given if law.elastic else {"kc": law.kc, "cc": law.cc}
+    given = {"e": law.e} if law.name == "restitution" else given
+    if law.a > 0.0:
+        given["hunt_crossley"] = law.a
+    scene = LOADED if kind == "loaded" else SCENES[kind]
+    own = {key: numbers[key] for key in scene.own}
+    system = System(
+        kind, own | (given if scene.walls else {}), law=law.name if scene.walls else "hertz"
+    )
+    model = model_of(kind, numbers, law)
+    x1, v1 = rng.normal(0, 0.3), rng.normal(0, 1.0)
+    start = np.array([x1, v1])
+    if kind == "ball":
+        start = np.array([abs(x1) + 0.1, v1])
+    if model.m2 is None:
+        start[0] = min(start[0], 0.9 * min([w.place for w in model.walls if w.sign > 0], default=9))
+        start[0] = max(
+            start[0], 0.9 * max([w.place for w in model.walls if w.sign < 0], default=-9)
+        )
+    else:
+        low = max([w.place for w in model.walls if w.sign < 0] + [model.limit, model.rest - 0.5])
+        high = min([w.place for w in model.walls if w.sign > 0] + [model.rest + 0.5])
+        start = np.array([x1, v1, x1 + rng.uniform(low, high), v1 + rng.normal(0, 1.0)])
+    return Case(system, model, start)
+
+
+def law_of(name: str, mass: float, omega: float, rng: np.random.Generator) -> Law:
+    """Return a law whose contacts last from most of a period to a hundredth of it."""
+    fast = omega * 10.0 ** rng.uniform(0.5, 2.5)  # [1/s], of a contact 0.1 m deep
+    n = {"power": rng.uniform(1.05, 3.0), "damped power": 2.0}.get(name, 1.5)
+    n = float(rng.integers(1, 4)) if name == "integer power" else n
+    K, kc = float(mass * fast**2 * 0.1 ** (1.0 - n)), float(mass * fast**2)
+    a = float(10.0 ** rng.uniform(-1, 1)) if name in ("hunt-crossley", "damped power") else 0.0
+    if name in ("hertz", "hunt-crossley"):
+        return Law("hertz", K=K, a=a)
+    if name in ("power", "damped power", "integer power"):
+        return Law("power", K=K, n=n, a=a)
+    if name == "restitution":
+        return Law("restitution", e=float(rng.uniform(0.4, 1.0)))
+    cc = float(mass * fast * rng.uniform(0.05, 1.0)) if name != "linear" else 0.0
+    return Law("kelvin-voigt" if name == "kelvin-voigt" else "linear", kc=kc, cc=cc)
+
+
+def model_of(kind: str, p: dict[str, float], law: Law) -> Model:
+    """Return the twin's model: eq. (5) with the places of `physics`, x2 counted as in the paper."""
+    one = p["m1"], p["k1"], p["c1"], p["P"], p["omega"]
+    joint = {"m2": p["m2"], "k2": p["k2"], "c2": p["c2"]}
+    low, high = (lambda place: Wall(0, -1.0, place, law)), (lambda place: Wall(1, 1.0, place, law))
+    match kind:
+        case "none":
+            return Model(*one)
+        case "tmd":
+            return Model(*one, **joint)
+        case "ssul":
+            return Model(*one, **joint, rest=p["V"] + p["C"], walls=(low(p["V"]),))
+        case "ssbl":
+            return Model(*one, **joint, rest=p["D"], walls=(low(0.0), high(p["D"] + p["C"])))
+        case "ssvi-b" | "ssvi-c":
+            limit = 0.0 if kind == "ssvi-b" else -p["L"]
+            walls = (high(p["D"] + p["C"]),)
+            return Model(*one, **joint, rest=p["D"], walls=walls, limit=limit)
+        case "loaded":
+            return Model(*one, p["g"], **joint, walls=(low(-p["D"]), high(p["C"])))
+        case "ball":
+            P = p["m"] * p["Y"] * p["omega"] ** 2
+            return Model(p["m"], 0.0, 0.0, P, p["omega"], -p["g"], walls=(Wall(1, -1.0, 0.0, law),))
+    stops = (Wall(0, 1.0, p["C"], law),)
+    if kind == "oscillator-2":
+        stops += (Wall(1, -1.0, -p["C_2"], law),)
+    return Model(p["m"], p["k"], p["c"], p["P"], p["omega"], walls=stops)
+
+
+def course_of(case: Case, sections: np.ndarray, nudge: np.ndarray | float = 0.0) -> Course:
+    """Return the twin's course, sent from each section anew."""
+    course = Course(case.model, noting=np.all(nudge == 0.0))
+    for n, start in enumerate([case.start, *sections[:-1]]):
+        course.period(start + nudge, n, STOPS)
+    return course
+
+
+def errors_of(
+    case: Case, tolerance: float, method: dict[str, Any] | None = None
+) -> dict[str, float]:
+    """Return the errors of all that is recorded of a case, by name, and "let go" as a count.
+
+    What cannot be compared is {"chatter": 1} or {"sensitive": growth}; what differs in number is
+    {"different": 1}.
+    """
+    system, model = case.system, case.model
+    record = [name for name in RECORD if system.scene.walls or name not in ("impacts", "clearance")]
+    options = {"tolerance": tolerance} if method is None else method
+    orbit = simulate(
+        system, PERIODS, start=case.start, record=record, samples=STOPS, **options
+    )  # fmt: skip
+    try:
+        seen, sections = course_of(case, orbit.section), orbit.section
+        wide = np.abs(orbit.trajectory).max(axis=0)
+        scale = np.array([wide[::2].max(), wide[1::2].max()] * (len(wide) // 2))
+        near = course_of(case, sections, NUDGE * scale)
+    except ChatterError:
+        return {"chatter": 1.0}
+    states = np.array(seen.states)
+    growth = max(1.0, float(np.abs((np.array(near.states) - states) / scale).max()) / NUDGE)
+    length, speed = scale[0], scale[1]
+    found = {"state": float(np.abs((orbit.trajectory - states) / scale).max()) / growth}
+    if growth > TOO_SENSITIVE:
+        return {"sensitive": growth}
+    E = model.energies(np.array([length, speed, length, speed, 0, 0, 0]))
+    names = ["E1max", "E2max"][: 1 if model.m2 is None else 2]
+    for i, name in enumerate(names):
+        for value in (getattr(orbit, name), getattr(orbit, name.replace("max", "peak"))):
+            found[name] = max(found.get(name, 0.0), abs(value - seen.tops[i]) / E[i] / growth)
+    if system.scene.walls:
+        compare_impacts(orbit, seen, (length, speed, growth), found)
+    compare_response(orbit, seen, model, growth, found)
+    found["let go"], found["pushes again"] = float(seen.lets_go), float(seen.pushes_again)
+    return found
+
+
+def compare_impacts(orbit: Any, seen: Course, scales: Any, found: dict[str, float]) -> None:
+    """Add errors of impacts, the clearance and violations."""
+    length, speed, growth = scales
+    rows, true = orbit.impacts, seen.impacts
+    names = list(orbit.system.scene.struck.values())
+    walls = [
+        list(orbit.system.scene.struck).index("near" if hit.wall == 0 else "far") for hit in true
+    ]
+    if [names[wall] for wall in walls] != rows["wall"].tolist():
+        found["different"] = 1.0
+        return
+    for row, hit in zip(rows, true, strict=True):
+        found["touch"] = max(
+            found.get("touch", 0), abs(row["touch"] - hit.touch) * hit.speed / length
+        )
+        found["speed"] = max(
+            found.get("speed", 0), abs(row["speed"] ** 2 - hit.speed**2) / speed**2
+        )
+        if math.isnan(hit.release) != math.isnan(row["release"]):
+            found["different"] = 1.0
+            continue
+        if math.isnan(hit.release):
+            continue
+        off = abs(row["release"] - hit.release) * speed / length
+        found["release"] = max(found.get("release", 0), off)
+        part = (hit.speed / speed) ** 2
+        if hit.depth > 0.0:
+            off = abs(row["depth"] / hit.depth - 1.0) * part
+            found["depth"] = max(found.get("depth", 0), off)
+            found["force"] = max(found.get("force", 0), abs(row["force"] / hit.force - 1.0) * part)
+        for i, column in enumerate(("gain1", "gain2")[: 1 if seen.model.m2 is None else 2]):
+            top = max(seen.tops[i], 1e-12)
+            found[column] = max(found.get(column, 0), abs(row[column] - hit.gains[i]) / top)
+    for name in ("touch", "speed", "release", "depth", "force", "gain1", "gain2"):
+        if name in found:
+            found[name] /= growth
+    if math.isfinite(orbit.clearance) != math.isfinite(seen.clearance):
+        found["different"] = 1.0
+    elif math.isfinite(seen.clearance):
+        found["clearance"] = abs(orbit.clearance - seen.clearance) / length / growth
+    if orbit.violation is not None:
+        if orbit.violation.number != len(seen.passages):
+            found["different"] = 1.0
+        elif seen.passages:
+            found["violated"] = abs(orbit.violation.depth - seen.worst) / length / growth
+
+
+def compare_response(
+    orbit: Any, seen: Course, model: Model, growth: float, found: dict[str, float]
+) -> None:
+    """Add errors of the response: largest and rms values, powers."""
+    time = PERIODS * 2.0 * math.pi / model.omega
+    r, rms, c = orbit.response, np.sqrt(seen.integrals[:4] / time), seen.integrals / time
+    pairs = {"x1_max": seen.tops[2], "v1_max": seen.tops[3], "a1_max": seen.tops[4]}
+    pairs |= {"stroke_max": seen.tops[5], "x1_rms": rms[0], "v1_rms": rms[1], "a1_rms": rms[2]}
+    pairs |= {"stroke_rms": rms[3]}
+    for name, value in pairs.items():
+        if name in r:
+            found[name] = abs(float(r[name]) - value) / value / growth
+    power = model.c1 * c[1] + abs(c[6]) + abs(c[5]) + 1e-12
+    pairs = {"power_c1": model.c1 * c[1], "power_c2": model.c2 * c[4], "power_in": c[6]}
+    if any(law.name != "restitution" for law in orbit.system.scene.laws):
+        pairs |= {"power_contact": c[5]}
+        most = np.array([seen.forces[wall.which] for wall in model.walls])
+        if "force_max" in r and most.max() > 0.0:
+            off = np.abs(np.atleast_1d(r["force_max"]) - most).max()
+            found["force_max"] = float(off) / most.max() / growth
+    for name, value in pairs.items():
+        if name in r:
+            found[name] = abs(float(r[name]) - value) / power / growth
+
+
+def worst_of(found: dict[str, float]) -> float:
+    """Return the largest of the errors."""
+    return max(value for name, value in found.items() if name not in ("let go", "pushes again"))
+
+
+def allowed(tolerance: float) -> float:
+    """Return what errors may be: an impact's tolerance, several times, and that of largest values.
+
+    Whatever the tolerance, the places of the latter are found to 5e-11 of the value.
+    """
+    return 5.0 * tolerance + 1e-10

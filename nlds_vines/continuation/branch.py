@@ -358,7 +358,8 @@ def _is_beyond(section_map: SectionMap, point: Point) -> bool:
         return False
     n = point.cycle.n
     place = at_zero(section_map, point.cycle.place, n)
-    return place is None or bool(section_map.measure(place[np.newaxis], np.array([n])).beyond[0])
+    measured = None if place is None else section_map.measure(place[np.newaxis], np.array([n]))
+    return measured is None or bool(measured.beyond[0] > 0.0)
 
 
 def _end_at_limit(section_map: SectionMap, arm: Arm) -> None:

@@ -40,6 +40,8 @@ class Map:
     laws: tuple = ()
     limit: object = None
     calls: list = field(default_factory=list)
+    since: int = 0
+    """A map has no phase."""
 
     @property
     def scene(self):
@@ -76,6 +78,10 @@ class Map:
 
     def weights(self, cycle, lengths):
         return np.append(np.ones(self.size), 1.0 / lengths)
+
+    def impacts(self, place, n):
+        """Return no rows: an orbit has no flights, the longest of which it could be shot from."""
+        return np.empty((0, 3))
 
     def measure(self, places, periods):
         return SimpleNamespace(beyond=places[:, 0] - self.limit)

@@ -20,6 +20,10 @@ LONG = {
     "tests/kernels/plain_contact_laws.py",
     "tests/kernels/plain_inside.py",
     "tests/kernels/plain_peaks.py",
+    "tests/kernels/plain_response.py",
+    "tests/kernels/plain_verdict.py",
+    "tests/property/plain_laws.py",
+    "tests/property/plain_methods.py",
 }
 """Those that take more than five seconds, for whoever changes kernels."""
 
@@ -34,16 +38,6 @@ def test_the_long_ones_exist():
     [pytest.param(file, marks=pytest.mark.kernels if file in LONG else ()) for file in FILES],
 )
 def test_without_the_compiler(file):
-    run(file)
-
-
-@pytest.mark.kernels
-@pytest.mark.parametrize("file", sorted(LONG))
-def test_the_long_ones_without_the_compiler(file):
-    run(file)
-
-
-def run(file):
     """Run a file in a process whose kernels are plain Python."""
     options = ["-p", "no:cacheprovider", "-o", "addopts=", "-q", "--tb=short"]
     options += ["-W", "ignore::RuntimeWarning"]  # NumPy warns where compiled kernels do not

@@ -2,7 +2,7 @@
 
 A test of the default tier compiles nothing but the configurations of `configurations.py`, which
 many tests share, and takes less than three seconds of the processor unless it is marked
-`slow("why")`.  What breaks this is listed at the end, with the mark that it wants.
+`slow("why")`.  One that breaks this fails, and is told which mark it wants.
 """
 
 import fcntl
@@ -32,7 +32,10 @@ FIRST = (
 """Files below `tests` that take longest, in whatever tier: they run first."""
 
 SECONDS = 3.0
-"""CPU time of a test without a mark; it is listed at three times as much, as machines are busy."""
+"""CPU time of a test without a mark."""
+
+BUSY = 3.0
+"""How many times as long a test may take where the processor is shared."""
 
 MANY = 300
 """Tests of a run for which the configurations are compiled beforehand, on all processors."""
@@ -108,7 +111,7 @@ def spent():
 
 @pytest.fixture(autouse=True)
 def within_its_tier(request):
-    """Note of a test of the default tier that it compiles what no other needs, or takes long."""
+    """Fail a test of the default tier that compiles what no other needs, or takes long."""
     began = spent()
     yield
     seconds, fresh = spent() - began, dict(compiled)
@@ -118,23 +121,6 @@ def within_its_tier(request):
     for kernel, before in fresh.items():
         files = {kernel.file(kinds) for kinds in set(kernel.overloads) - before} - {None}
         if not files <= shared_files():
-            strange = f"compiles {'.'.join(kernel.place)} for other arguments: `kernels`?"
-            request.node.user_properties.append(("beyond its tier", strange))
-    if not fresh and not request.node.get_closest_marker("slow") and seconds > 3 * SECONDS:
-        words = f"{seconds:.1f} s of the processor: `slow`, with the reason, or `kernels`?"
-        request.node.user_properties.append(("beyond its tier", words))
-
-
-def pytest_terminal_summary(terminalreporter):
-    """List the tests of the default tier that want a mark."""
-    reports = [one for some in terminalreporter.stats.values() for one in some]
-    found = {
-        f"{report.nodeid}: {words}"
-        for report in reports
-        for name, words in getattr(report, "user_properties", ())
-        if name == "beyond its tier"
-    }
-    if found:
-        terminalreporter.section("beyond the default tier: they want a mark")
-        for line in sorted(found):
-            terminalreporter.line(line)
+            pytest.fail(f"it compiles {'.'.join(kernel.place)} for other arguments: mark `kernels`")
+    if not fresh and not request.node.get_closest_marker("slow") and seconds > BUSY * SECONDS:
+        pytest.fail(f"it took {seconds:.1f} s of the processor: mark `slow`, or `kernels`")

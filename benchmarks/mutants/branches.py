@@ -249,7 +249,7 @@ MUTANTS = (
             "length(point.weights, place - before) > 1.0e4 * END_OF_WAY or",
             _RIGID,
         ),
-        ("branch: beyond the limit is before it", ".beyond[0])", ".beyond[0] < 0.0)", _LIMIT),
+        ("branch: beyond the limit is before it", ".beyond[0] > 0.0)", ".beyond[0] < 0.0)", _LIMIT),
         (
             "branch: it ends beyond the limit",
             'arm.points[-1], arm.end = at, "limit"',

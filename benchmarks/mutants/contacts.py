@@ -6,7 +6,7 @@ from benchmarks.mutants.mutant import of
 
 _T_VARIATIONS = "tests/kernels/test_variations.py::"
 _T_THROUGH = "tests/kernels/test_impact_variations.py::"
-_T_IMPACT = "tests/kernels/test_impact.py::"
+_T_IMPACT = "tests/kernels/plain_impact.py::"
 _T_IMPACT_ERROR = "tests/kernels/test_impact_error.py::"
 _PLAIN_INSIDE = "tests/kernels/plain_inside.py::"
 _T_ORDER = "tests/reference/test_order.py::"
@@ -15,7 +15,7 @@ _PLAIN_LAWS = "tests/kernels/plain_contact_laws.py::"
 _PLAIN_LOADS = "tests/kernels/plain_loads.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 _T_RESTITUTION = "tests/kernels/test_restitution.py::"
-_T_RIGID = "tests/kernels/test_rigid_flight.py::"
+_T_RIGID = "tests/kernels/plain_rigid_flight.py::"
 _T_LAWS = "tests/kernels/test_contact_laws.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 

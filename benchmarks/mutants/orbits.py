@@ -8,14 +8,14 @@ _PLAIN_INSIDE = "tests/kernels/plain_inside.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 _T_ENERGIES = "tests/reference/test_energies.py::"
 _T_POOL = "tests/runs/test_pool.py::"
-_T_TOUCH = "tests/kernels/test_touch.py::"
+_T_TOUCH = "tests/kernels/plain_touch.py::"
 _T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
 _PLAIN_ORBIT = "tests/kernels/plain_orbit.py::"
 _T_STATES = "tests/reference/test_states.py::"
 _T_SIMULATION = "tests/orbits/test_simulation.py::"
 _T_VARIATIONS = "tests/kernels/test_variations.py::"
 _PLAIN_SWEEPS = "tests/bifurcation/plain_sweeps.py::"
-_T_GROWTH = "tests/kernels/test_growth.py::"
+_T_GROWTH = "tests/kernels/plain_growth.py::"
 
 MUTANTS = (
     *of(

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from benchmarks.mutants.mutant import of
 
-_T_EXACT = "tests/kernels/test_exact.py::"
-_T_FLIGHT = "tests/kernels/test_flight.py::"
-_T_TOUCH = "tests/kernels/test_touch.py::"
-_T_IMPACT = "tests/kernels/test_impact.py::"
-_T_CONTACT = "tests/kernels/test_contact.py::"
+_T_EXACT = "tests/kernels/plain_exact.py::"
+_T_FLIGHT = "tests/kernels/plain_flight.py::"
+_T_TOUCH = "tests/kernels/plain_touch.py::"
+_T_IMPACT = "tests/kernels/plain_impact.py::"
+_T_CONTACT = "tests/kernels/plain_contact.py::"
 _T_CONTACT_ERROR = "tests/kernels/test_contact_error.py::"
 _WHICH_CELLS = _T_EXACT + "test_which_cells_may_hold_a_closer_miss"
 _EITHER_WALL = _T_EXACT + "test_a_near_miss_of_either_wall"
@@ -53,7 +53,7 @@ MUTANTS = (
             "exact: a wall that is missed on the way to the other is not noted",
             "and (event != SECTION or may_hold_a_miss(near, far, clearance, r, y[2], slack))",
             "and event == SECTION and may_hold_a_miss(near, far, clearance, r, y[2], slack)",
-            "tests/kernels/test_exact.py::test_a_wall_is_missed_on_the_way_to_the_other[exact]",
+            "tests/kernels/plain_exact.py::test_a_wall_is_missed_on_the_way_to_the_other[exact]",
         ),
         (
             "exact: near misses of the far wall are those of the near one",

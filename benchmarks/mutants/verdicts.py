@@ -7,10 +7,10 @@ from benchmarks.mutants.mutant import of
 _PLAIN_VERDICT = "tests/kernels/plain_verdict.py::"
 _T_VERDICT = "tests/kernels/test_verdict.py::"
 _T_CLASSIFICATION = "tests/orbits/test_classification.py::"
-_T_GROWTH = "tests/kernels/test_growth.py::"
+_T_GROWTH = "tests/kernels/plain_growth.py::"
 _T_VARIATIONS = "tests/kernels/test_variations.py::"
 _T_ELEMENTARY = "tests/kernels/test_elementary.py::"
-_T_EIGENVALUES = "tests/kernels/test_eigenvalues.py::"
+_T_EIGENVALUES = "tests/kernels/plain_eigenvalues.py::"
 
 MUTANTS = (
     *of(
@@ -231,13 +231,13 @@ MUTANTS = (
             "growth: half as many pieces",
             "BATCHES = 16",
             "BATCHES = 8",
-            "tests/kernels/test_growth.py::test_a_mean_is_as_wide_as_the_means_of_sixteen_pieces_tell",
+            "tests/kernels/plain_growth.py::test_a_mean_is_as_wide_as_the_means_of_sixteen_pieces_tell",
         ),
         (
             "growth: twice as many pieces",
             "BATCHES = 16",
             "BATCHES = 32",
-            "tests/kernels/test_growth.py::test_a_mean_is_as_wide_as_the_means_of_sixteen_pieces_tell",
+            "tests/kernels/plain_growth.py::test_a_mean_is_as_wide_as_the_means_of_sixteen_pieces_tell",
         ),
     ),
     *of(

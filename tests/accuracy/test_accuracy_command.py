@@ -54,6 +54,7 @@ def test_one_command_leaves_archive_picture_and_page(measured):
     assert "python -m nlds_vines.accuracy --no-peers --periods 3" in page
 
 
+@pytest.mark.kernels
 def test_the_advice_is_a_setting_that_was_measured_good_enough(measured):
     (line,) = re.findall(
         r"^The cheapest setting with an error of at most 1e-06: .*$", measured, re.M
@@ -63,6 +64,7 @@ def test_the_advice_is_a_setting_that_was_measured_good_enough(measured):
     assert 'method = "exact"' in line
 
 
+@pytest.mark.kernels
 def test_what_is_advised_is_what_a_scan_and_python_take(measured):
     """Notices: advice in words of which a scan knows nothing."""
     advised = re.findall(r"`(method = .*?)`", measured)
@@ -74,6 +76,7 @@ def test_what_is_advised_is_what_a_scan_and_python_take(measured):
         assert simulate(load_system("ssul-set6"), 1, **settings).section.shape == (1, 4)
 
 
+@pytest.mark.kernels
 def test_an_archive_of_measurements_is_one_like_others(measured, capsys):
     assert console(["verify", "accuracy.h5"]) == 0
     before = Path("accuracy.h5").read_bytes()
@@ -86,6 +89,7 @@ def test_an_archive_of_measurements_is_one_like_others(measured, capsys):
     assert Path("accuracy.h5").read_bytes() == before
 
 
+@pytest.mark.kernels
 def test_a_changed_number_is_found(measured):
     with h5py.File("accuracy.h5", "r+") as file:
         file["error"][0] *= 1.0 + 1e-15

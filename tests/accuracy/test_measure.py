@@ -14,6 +14,8 @@ from nlds_vines.accuracy.results import Setting
 from nlds_vines.accuracy.rivals import Course, RivalFailure
 from nlds_vines.model.catalogue import load_system
 
+pytestmark = pytest.mark.kernels
+
 SET6 = load_system("ssul-set6", omega=6.28)
 
 

@@ -64,6 +64,7 @@ def found(tmp_path_factory):
         return read_stiffness(view)
 
 
+@pytest.mark.kernels
 def test_stiffness_costs_no_accuracy(found):
     for method in ("exact", "rk4"):
         rows = found.of(method)
@@ -72,10 +73,12 @@ def test_stiffness_costs_no_accuracy(found):
         assert (rows["status"] == 0).all()
 
 
+@pytest.mark.kernels
 def test_the_rigid_limit_is_approached_as_it_should(found):
     assert found.exponent == pytest.approx(EXPONENT, abs=0.01)
 
 
+@pytest.mark.kernels
 def test_steps_of_a_contact(found):
     steps = dict(zip(found.of("exact")["K"], found.of("exact")["steps"], strict=True))
     assert steps[1e4] == pytest.approx(Settings().steps, rel=1e-14)  # all of them are stepped
@@ -98,6 +101,7 @@ def test_hard_contacts_cost_no_more_than_thrice_the_soft_ones():
     assert np.median(ratios) < 3
 
 
+@pytest.mark.kernels
 def test_the_ratio_of_the_page_is_that_of_costs(found):
     rows = found.of("exact")
     assert found.cost_ratio == pytest.approx((rows["seconds"] / rows["seconds"][1])[1:].max())
@@ -123,6 +127,7 @@ def preloaded(tmp_path_factory):
         return read_stiffness(view)
 
 
+@pytest.mark.kernels
 def test_without_a_rigid_limit_the_rest_is_measured(preloaded):
     rows = preloaded.of("exact")
     assert rows["K"].tolist() == [1e6, 1e7]
@@ -131,12 +136,14 @@ def test_without_a_rigid_limit_the_rest_is_measured(preloaded):
     assert "There is no rigid limit" in "\n".join(lines(preloaded))
 
 
+@pytest.mark.kernels
 def test_a_stiffness_without_a_reference_fails_alone(preloaded):
     assert preloaded.of("exact")["status"].tolist() == [0, 1]
     assert "failed: there is no reference" in page(preloaded, "a.png", "command")
     assert draw_stiffness(preloaded).axes
 
 
+@pytest.mark.kernels
 def test_the_page_has_every_row(found):
     text = page(found, "a.png", "command")
     assert text.count("\n| 2.1e+13 |") == 2

@@ -43,6 +43,7 @@ def test_no_digits_are_stored_for_another_system():
     assert stored_section(replace(of_system(SET6), start=(0.0, 0.0, 0.2, 0.0))) is None
 
 
+@pytest.mark.kernels
 def test_the_reference_agrees_with_its_witnesses():
     found = reference_of(replace(of_system(SET6.with_(c2=51.0)), periods=4))
     assert found.source == "exact, refined"
@@ -51,6 +52,7 @@ def test_the_reference_agrees_with_its_witnesses():
     assert found.growth >= 1.0
 
 
+@pytest.mark.kernels
 def test_near_grazing_all_witnesses_agree():
     """SciPy's solver finds the touches within its steps, and plain steps are shorter than them."""
     case = near_grazing(SET6)
@@ -61,6 +63,7 @@ def test_near_grazing_all_witnesses_agree():
     assert max(distances.values()) < 1e-11
 
 
+@pytest.mark.kernels
 def test_witnesses_that_disagree_are_told(monkeypatch):
     liars = (("naive RK4", np.ones((2, 4))),)
     monkeypatch.setattr(reference, "_witnessed", lambda case: iter(liars))
@@ -68,6 +71,7 @@ def test_witnesses_that_disagree_are_told(monkeypatch):
         reference_of(replace(of_system(SET6), periods=2))
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("column", ["touch", "E1max"])
 def test_a_reference_needs_touches_and_energies_that_agree(monkeypatch, column):
     followed = reference.watched
@@ -91,6 +95,7 @@ def test_what_cannot_be_followed_has_no_reference():
         reference_of(case)
 
 
+@pytest.mark.kernels
 def test_a_label_on_which_methods_disagree_is_none(monkeypatch):
     case = replace(of_system(SET6), periods=2)
 

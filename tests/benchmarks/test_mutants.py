@@ -59,6 +59,7 @@ def circle(old, new, tests=("tests/test_circle.py::test_area",), name="circle"):
     return Mutant(name, "nlds_vines/circle.py", old, new, tests)
 
 
+@pytest.mark.slow("copies of the checkout, and a pytest in each")
 def test_a_change_that_a_test_notices_is_told_from_one_that_none_does(checkout, tmp_path):
     source = checkout / "nlds_vines" / "circle.py"
     before = source.read_bytes()
@@ -120,6 +121,7 @@ def test_a_wrong_request_is_refused_in_one_line(wrong, capsys):
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
+@pytest.mark.slow("copies of the checkout, and a pytest in each")
 def test_the_exit_status_tells_survivors(monkeypatch, checkout, capsys):
     monkeypatch.setattr(command, "CHECKOUT", checkout)
     seen = circle("radius * radius", "radius", name="seen")

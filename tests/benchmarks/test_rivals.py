@@ -244,6 +244,7 @@ def limited(rival, monkeypatch):
         monkeypatch.setattr(module, "_program", cache(program.__wrapped__))
 
 
+@pytest.mark.kernels
 @each([rival for rival in QUICK + LONGER + ONCE if rival != NAIVE])
 def test_a_spent_budget_ends_the_orbit(rival, monkeypatch):
     needed(rival)

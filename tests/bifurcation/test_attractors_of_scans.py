@@ -93,6 +93,7 @@ def test_chaos_has_the_energies_of_an_orbit_of_it(tmp_path):
             assert view[f"attractor_{name}"][number] == first  # all cells are the sample here
 
 
+@pytest.mark.kernels
 def test_labels_are_those_of_plain_following(plane, tmp_path):
     plain = nv.bifurcation({**PLANE, "record": {"want": ["regime"]}}, tmp_path / "p.h5", quiet=True)
     with nv.read(plane) as view, nv.read(plain) as other:
@@ -136,6 +137,7 @@ def test_other_records_do_not_change_the_attractors(plane, tmp_path):
         assert "period" not in view
 
 
+@pytest.mark.kernels
 def test_shares_are_those_of_random_starts(plane):
     """10,000 points drawn in the plane end on T,0 as often as its lattice says."""
     scan = nv.load_scan(PLANE)
@@ -152,6 +154,7 @@ def test_shares_are_those_of_random_starts(plane):
     assert low - edge < share < high + edge
 
 
+@pytest.mark.kernels
 def test_numbers_mean_the_same_along_a_parameter(along):
     with nv.read(along) as view:
         labels = view["attractor_label"]
@@ -164,6 +167,7 @@ def test_numbers_mean_the_same_along_a_parameter(along):
     assert (attractor[0] == 0).all()
 
 
+@pytest.mark.kernels
 def test_an_attractor_keeps_its_number_when_its_label_changes(tmp_path):
     """2T,1 becomes 4T,2 by a period doubling."""
     document = {
@@ -178,6 +182,7 @@ def test_an_attractor_keeps_its_number_when_its_label_changes(tmp_path):
     assert labels.tolist() == [["T,0", "2T,1"], ["T,0", "4T,2"]]
 
 
+@pytest.mark.kernels
 def test_shards_threads_and_a_resumed_run_make_the_same_archive(plane, tmp_path, capsys):
     path = tmp_path / "plane.h5"
     scan = tmp_path / "plane.toml"
@@ -247,6 +252,7 @@ def test_the_sample_is_spread_evenly():
     assert sample_size(nv.load_scan(ALONG)) == 30
 
 
+@pytest.mark.kernels
 def test_a_dry_run_tells_what_learning_costs(along):
     lines = estimate(nv.load_scan(ALONG)).lines()
     (line,) = (line for line in lines if line.startswith("learning:"))
@@ -283,6 +289,7 @@ def test_a_state_on_the_command_line(capsys):
     assert "must be a number" in capsys.readouterr().err
 
 
+@pytest.mark.kernels
 def test_measures_of_a_plane(plane, capsys):
     found = nv.basin_measures(plane, side=10)
     assert [basin.label for basin in found.basins] == ["T,0", "T,1"]
@@ -308,6 +315,7 @@ def test_measures_of_a_plane(plane, capsys):
     assert "arrived by 20 T" in said
 
 
+@pytest.mark.kernels
 def test_measures_along_a_parameter(along, capsys):
     assert main(["basins", str(along)]) == 0
     assert "P = 0.3: 1.0000 T,0 (number 0)" in capsys.readouterr().out
@@ -319,6 +327,7 @@ def test_measures_along_a_parameter(along, capsys):
         nv.basin_measures(along, omega=1.0)
 
 
+@pytest.mark.kernels
 def test_random_starts_have_an_interval(tmp_path):
     document = {**PLANE, "set": {"omega": 1.5}, "vary": {"P": {"values": [AMPLITUDE]}}}
     document["start"] = {"policy": "random", "count": 200, "seed": 4}
@@ -329,6 +338,7 @@ def test_random_starts_have_an_interval(tmp_path):
     assert found.entropy is None
 
 
+@pytest.mark.kernels
 def test_an_archive_without_attractors_or_with_a_damaged_table_is_refused(plane, tmp_path):
     h5py = pytest.importorskip("h5py")
     other = nv.bifurcation({**PLANE, "record": {"want": ["regime"]}}, tmp_path / "o.h5", quiet=True)
@@ -347,6 +357,7 @@ def test_an_archive_without_attractors_or_with_a_damaged_table_is_refused(plane,
             nv.basin_measures(copy)
 
 
+@pytest.mark.kernels
 def test_the_page_of_an_archive_begins_orbits_where_the_axes_say(plane):
     found = stored(plane)
     cell = (3, 7)

@@ -34,6 +34,7 @@ def archive(tmp_path_factory):
     return of
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("name", STARTS)
 def test_the_orbit_is_that_of_the_scan_to_the_last_bit(archive, name):
     with nv.read(archive(name)) as view:
@@ -48,6 +49,7 @@ def test_the_orbit_is_that_of_the_scan_to_the_last_bit(archive, name):
                     assert orbit.system.K == K
 
 
+@pytest.mark.kernels
 def test_other_records_change_no_bit(archive):
     one = nv.orbit_of(archive("random"), omega=7.575, K=2.5e7, start=1)
     more = nv.orbit_of(
@@ -57,6 +59,7 @@ def test_other_records_change_no_bit(archive):
     assert more.E1max > 0
 
 
+@pytest.mark.kernels
 def test_the_states_that_were_drawn_are_stored(archive):
     with nv.read(archive("random")) as view:
         states = view["start_state"]
@@ -71,6 +74,7 @@ def test_the_states_that_were_drawn_are_stored(archive):
         assert "start_state" not in view
 
 
+@pytest.mark.kernels
 def test_a_portrait_of_a_cell_has_the_section_of_the_scan(archive):
     cell = cell_orbit(archive("random"), {"omega": 7.575, "K": 2.5e7}, 1)
     orbit = cell.orbit()
@@ -82,6 +86,7 @@ def test_a_portrait_of_a_cell_has_the_section_of_the_scan(archive):
     assert steps < np.ptp(traced.trajectory[:, 0]) / 4  # no jump where two periods meet
 
 
+@pytest.mark.kernels
 def test_the_nearest_cell_is_taken(archive):
     near = nv.orbit_of(archive("rest"), omega=7.42, K=2.6e7)
     assert near.system.parameters["omega"] == 7.5
@@ -102,6 +107,7 @@ WRONG = {
 }
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("case", WRONG)
 def test_a_wrong_cell_is_one_line(archive, case):
     values, start, words = WRONG[case]
@@ -109,6 +115,7 @@ def test_a_wrong_cell_is_one_line(archive, case):
         nv.orbit_of(archive("random"), start=start, **values)
 
 
+@pytest.mark.kernels
 def test_the_command_draws_a_cell(archive, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     file, at = str(archive("random")), ["--at", "omega=7.5,K=3e7"]

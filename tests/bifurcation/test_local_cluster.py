@@ -48,6 +48,7 @@ def answer_without_certificate(address):
             return b""
 
 
+@pytest.mark.slow("a scheduler and its workers")
 def test_nobody_without_the_certificate_of_the_run_is_answered():
     import distributed
 

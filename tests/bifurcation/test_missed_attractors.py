@@ -9,6 +9,8 @@ from nlds_vines.__main__ import main
 from nlds_vines.bifurcation import attracted
 from nlds_vines.upkeep.diff import compare
 
+pytestmark = pytest.mark.kernels
+
 
 @pytest.fixture
 def sample_of_one(monkeypatch):

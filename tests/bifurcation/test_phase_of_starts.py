@@ -93,6 +93,7 @@ def test_the_method_rk4_begins_at_a_phase_too():
     assert errors[1] < 1e-6
 
 
+@pytest.mark.kernels
 def test_what_is_at_a_section_stays_there():
     system, state = nv.load_system("impact-oscillator", omega=1.5), [[0.3, -0.2]] * 2
     assert at_section(system, state, [0.0, TURN]).tolist() == state
@@ -100,6 +101,7 @@ def test_what_is_at_a_section_stays_there():
     assert np.allclose(near, state, atol=1e-8)
 
 
+@pytest.mark.kernels
 def test_an_orbit_that_does_not_come_so_far_diverges():
     system = nv.load_system("impact-oscillator", omega=1.5, P=0.0, c=0.0)
     assert np.isnan(at_section(system, [[-4.9e149, 0.0]], [TURN - 1.178])).all()
@@ -119,6 +121,7 @@ def plane(tmp_path_factory):
     return path
 
 
+@pytest.mark.kernels
 def test_a_plane_of_phases_has_the_basins_of_plain_following(plane, tmp_path):
     """From each cell an orbit is followed by `simulate`, after a first part on its own."""
     with nv.read(plane) as view:
@@ -136,6 +139,7 @@ def test_a_plane_of_phases_has_the_basins_of_plain_following(plane, tmp_path):
         assert found == label[i].tolist()
 
 
+@pytest.mark.kernels
 def test_an_archive_knows_its_phases(plane, tmp_path, capsys):
     assert nv.verify(plane) == []
     again = tmp_path / "again.h5"
@@ -164,6 +168,7 @@ def test_an_archive_knows_its_phases(plane, tmp_path, capsys):
     assert chosen.begins(orbit.system).state == tuple(moved[0].tolist())
 
 
+@pytest.mark.kernels
 def test_blocks_and_resumes_do_not_change_a_bit(plane, tmp_path):
     scan = nv.load_scan(PLANE)
     from nlds_vines.bifurcation.blocks import Block
@@ -190,6 +195,7 @@ def test_a_phase_of_the_start_is_that_of_an_axis(tmp_path):
     assert "phase" not in nv.load_scan(along).document()["start"]
 
 
+@pytest.mark.kernels
 def test_a_scan_at_phase_zero_compiles_nothing_for_phases(tmp_path):
     before = len(enter.signatures) if hasattr(enter, "signatures") else 0
     document = {**PLANE, "vary": {"v_0": PLANE["vary"]["v_0"]}, "record": {"want": ["section"]}}
@@ -212,6 +218,7 @@ def test_a_wrong_phase_is_refused(change, said):
         nv.load_scan({**PLANE, **change})
 
 
+@pytest.mark.kernels
 def test_the_command_takes_phases(tmp_path, capsys):
     from nlds_vines.bifurcation.options import _start
 

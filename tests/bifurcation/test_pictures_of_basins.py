@@ -119,6 +119,7 @@ def test_a_parameter_and_a_start_have_a_map_and_shares(tmp_path):
     assert legend_of(figure) == ["T,0", "6T and longer"]
 
 
+@pytest.mark.kernels
 def test_what_has_no_basins_is_told(tmp_path):
     axes = {"omega": np.linspace(1, 2, 6), "P": np.linspace(1, 2, 6)}
     with made(

@@ -71,6 +71,7 @@ def test_what_is_recorded_depends_on_what_the_scene_has():
     assert scan_of("ssul-set6").table.datasets["force_max"].dims == ("omega", "start")
 
 
+@pytest.mark.kernels
 def test_a_reduction_compares_with_the_structure_alone():
     found = block_of(scan_of())
     for i, omega in enumerate(OMEGAS):
@@ -83,6 +84,7 @@ def test_a_reduction_compares_with_the_structure_alone():
             assert found[f"{name}_rms_reduction"][i, 0] == pytest.approx(reduction, abs=1e-14)
 
 
+@pytest.mark.kernels
 def test_a_failed_orbit_has_no_response():
     """Numbers whose squares are beyond all numbers, and an orbit that is not followed at all."""
     scan = scan_of(vary={"P": {"values": [800.0, 1e200]}})
@@ -169,6 +171,7 @@ def test_the_force_follows_what_it_depends_on():
     assert load_scan(scan.document()).hash == scan.hash
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("system", ["tmd", load_system("tmd", **BASE)])
 def test_the_motion_of_the_ground_may_vary_itself(system):
     values = [0.005, 0.01]

@@ -27,18 +27,22 @@ def assert_found_again(points: list[Point], kind: str) -> None:
         assert solved.omega == pytest.approx(point.omega, rel=AGREE)
 
 
+@pytest.mark.kernels
 def test_folds_are_found_again(points):
     assert_found_again(points, "LP")
 
 
+@pytest.mark.kernels
 def test_period_doublings_are_found_again(points):
     assert_found_again(points, "PD")
 
 
+@pytest.mark.kernels
 def test_torus_points_are_found_again(points):
     assert_found_again(points, "NS")
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("kind", ["LP", "PD", "NS"])
 def test_a_contact_stiffer_by_a_thousandth_has_its_point_elsewhere(points, kind):
     point = next(point for point in points if point.kind == kind)

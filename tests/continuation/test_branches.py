@@ -15,6 +15,8 @@ from nlds_vines.continuation.start_orbits import place_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import Settings
 
+pytestmark = pytest.mark.kernels
+
 
 @pytest.fixture(scope="module")
 def set6():

@@ -52,6 +52,7 @@ def scan(folder):
     return path
 
 
+@pytest.mark.kernels
 def test_an_archive_is_sound_and_opens_elsewhere(archive):
     assert verify(archive) == []
     with xarray.open_dataset(archive, engine="h5netcdf") as data:
@@ -61,6 +62,7 @@ def test_an_archive_is_sound_and_opens_elsewhere(archive):
         assert data["multipliers"].attrs["units"] == "1"
 
 
+@pytest.mark.kernels
 def test_an_archive_holds_what_python_returns(archive):
     found = continued(archive)
     request = load_continuation(found.request.document())
@@ -70,6 +72,7 @@ def test_an_archive_holds_what_python_returns(archive):
         assert np.array_equal(values, again[name], equal_nan=values.dtype.kind == "f"), name
 
 
+@pytest.mark.kernels
 def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
     figure = branch_diagram(continued(archive))
     figure.draw_without_rendering()
@@ -80,6 +83,7 @@ def test_the_legend_of_the_diagram_stands_clear_of_title_and_panels(archive):
     assert max(box.y1 for box in words) < title.get_window_extent().y0
 
 
+@pytest.mark.kernels
 def test_tracks_are_the_same_from_their_arrays():
     request = load_continuation("ssul-set6", {"along": {"omega": {"start": 7.3, "stop": 7.5}}})
     kept = []
@@ -91,6 +95,7 @@ def test_tracks_are_the_same_from_their_arrays():
             assert np.array_equal(values, again[name]), name
 
 
+@pytest.mark.kernels
 def test_an_interrupted_continuation_goes_on(archive, tmp_path, monkeypatch):
     """Stopped after each branch in turn, and resumed, it ends with the same results."""
     path, count = tmp_path / "branches.h5", 0
@@ -117,6 +122,7 @@ def test_an_interrupted_continuation_goes_on(archive, tmp_path, monkeypatch):
         assert np.array_equal(values, pieces[name], equal_nan=values.dtype.kind == "f"), name
 
 
+@pytest.mark.kernels
 def test_a_signal_stops_it_and_resume_finishes(tmp_path):
     path = tmp_path / "branches.h5"
     command = [sys.executable, "-m", "nlds_vines.continuation", "--doublings", "4", "-o", str(path)]
@@ -138,6 +144,7 @@ def verify_parts(folder):
     return main(["verify", str(folder)])
 
 
+@pytest.mark.kernels
 def test_an_archive_repeats_itself(archive, tmp_path, capsys):
     again = tmp_path / "again.h5"
     assert main(["rerun", str(archive), "-o", str(again)]) == 0
@@ -145,6 +152,7 @@ def test_an_archive_repeats_itself(archive, tmp_path, capsys):
     assert main(["rerun", str(archive), "-o", str(again), "--shard", "1/2"]) == 2
 
 
+@pytest.mark.kernels
 def test_branches_over_a_scan_explain_its_borders(archive, scan, folder, capsys):
     path, plot = folder / "over.h5", folder / "over.png"
     arguments = ["--from", str(scan), "--along", "omega=7.3:7.8", "--unstable", "40"]
@@ -163,6 +171,7 @@ def test_branches_over_a_scan_explain_its_borders(archive, scan, folder, capsys)
     assert first.events[0][1] == pytest.approx(7.362158433, abs=1e-8)
 
 
+@pytest.mark.kernels
 def test_curves_in_a_plane(folder, scan):
     """The curve of grazing is that of the linear response; PD and LP meet it nowhere else."""
     path, plot = folder / "plane.h5", folder / "plane.svg"
@@ -189,6 +198,7 @@ def test_curves_in_a_plane(folder, scan):
         save(path, over, scan)
 
 
+@pytest.mark.kernels
 def test_states_on_a_curve_are_orbits_where_the_rest_position_moves():
     """V shifts x2 alone: along a curve in (omega, V), each state is an orbit of its own system."""
     path = continue_orbit("ssul-set6", "omega", (7.2, 7.6), plane=("V", 0.05, 0.2))

@@ -110,7 +110,9 @@ def compiled(system, method, want):
     walks = [exact.touch_in.inspect_llvm(s) for s in fresh[exact.touch_in]]
     return {
         "kernels": sorted({kernel_of(symbol) for symbol in kernels}),
-        "undecided": sorted({kernel_of(symbol) for symbol in kernels if undecided(kinds.get(symbol, ()))}),
+        "undecided": sorted(
+            {kernel_of(symbol) for symbol in kernels if undecided(kinds.get(symbol, ()))}
+        ),
         "mathematics": called(text),
         "loop": sorted({word for f, s in loop for word in called(f.inspect_llvm(s))}),
         "absent": [absent(f, s) for f, s in loop],

@@ -91,6 +91,7 @@ def edited(folder, module, before, after):
         path.write_text(text)
 
 
+@pytest.mark.slow("a cache that only these tests change is compiled for all of them")
 def test_the_second_process_compiles_nothing(copy):
     again = run(copy)
     assert again["compiled"] == []
@@ -150,8 +151,11 @@ def remove(path):
     path.unlink()
 
 
+@pytest.mark.slow("two processes for each way")
 @pytest.mark.parametrize("damage", [cut, flip, empty, nonsense, remove])
-@pytest.mark.parametrize("which", ["lanes.run_lanes", "flight."])
+@pytest.mark.parametrize(
+    "which", ["lanes.run_lanes", pytest.param("flight.", marks=pytest.mark.kernels)]
+)
 def test_a_damaged_cache_heals_itself(copy, damage, which):
     files = [path for path in (copy / "cache").rglob(f"{which}*") if path.is_file()]
     assert files

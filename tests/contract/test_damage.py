@@ -94,6 +94,7 @@ def begun(tmp_path, monkeypatch):
     return parts.folder
 
 
+@pytest.mark.slow("three hundred archives are verified")
 def test_three_hundred_flipped_bits_are_all_found_and_told(path, begun, capsys):
     """Anywhere in an archive, in parts, in the manifest."""
     rng = random.Random(3)

@@ -135,6 +135,7 @@ def test_a_hidden_circle_of_wings_is_caught(copy, hidden):
     assert upward(files) == []  # one floor: only the circle shows it
 
 
+@pytest.mark.slow("all imports of a copy of the package")
 @pytest.mark.parametrize("hidden", [IN_A_FUNCTION, FOR_TYPES])
 def test_a_hidden_arrow_up_is_caught(copy, hidden):
     with (copy / "archives" / "archive.py").open("a") as file:
@@ -341,6 +342,7 @@ def test_how_kernels_are_compiled_is_decided_in_one_place():
             assert not decorator.startswith(("numba.", "njit", "overload"))
 
 
+@pytest.mark.slow("all imports of the package")
 def test_threads_are_our_own():
     """A loop that Numba runs in parallel is compiled four times over."""
     for path in MODULES.values():

@@ -296,6 +296,7 @@ def test_a_scan_is_repeated_from_its_archive_and_is_the_same(folder, capsys):
     assert "result: E1max: 1 of 13 values differ by up to 0.25" in capsys.readouterr().out
 
 
+@pytest.mark.kernels
 def test_errors_are_repeated_compared_and_verified_too(folder, capsys):
     want = [*REAL["record"]["want"], "error"]
     nv.bifurcation({**REAL, "record": {"want": want}}, "a.h5")

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import nlds_vines
 
 PROGRAM = """
@@ -60,6 +62,7 @@ def growth(folder):
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow("two processes, and a long transient")
 def test_a_thousand_times_the_transient_takes_no_more_memory(tmp_path):
     growth(tmp_path)  # compiles, if need be, which takes more memory than anything here
     found = growth(tmp_path)

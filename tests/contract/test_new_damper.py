@@ -72,6 +72,7 @@ def caged(tmp_path, monkeypatch):
     catalogue.cache_clear()
 
 
+@pytest.mark.kernels
 def test_the_command_knows_it(caged, capsys):
     """Its cage is out of reach at D = 0.5 m: the steady state is that of the tuned mass damper."""
     scan = ["--system", "caged-one", "--vary", "omega=6.0:6.5:3", "--transient", "300"]
@@ -88,6 +89,7 @@ def test_the_command_knows_it(caged, capsys):
         assert list(archive["wall"]) == ["left stop", "right stop"]
 
 
+@pytest.mark.kernels
 def test_its_cage_is_symmetric(caged):
     """Without a force equation (5) is odd, and so is every bit of the orbit."""
     system = load_system("caged-one", D=0.02, P=0.0, c1=0.0, c2=0.0)

@@ -11,17 +11,19 @@ import sys
 import pytest
 from support import REPO
 
-FILES = sorted(path.relative_to(REPO).as_posix() for path in REPO.glob("tests/*/plain_*.py"))
+FILES = sorted(path.relative_to(REPO).as_posix() for path in REPO.glob("tests/**/plain_*.py"))
 
 LONG = {
     "tests/accuracy/plain_costs.py",
     "tests/bifurcation/plain_sweeps.py",
     "tests/continuation/plain_derivatives.py",
     "tests/kernels/plain_contact_laws.py",
+    "tests/kernels/plain_impact.py",
     "tests/kernels/plain_inside.py",
     "tests/kernels/plain_peaks.py",
     "tests/kernels/plain_response.py",
     "tests/kernels/plain_verdict.py",
+    "tests/orbits/plain_hertz_arc.py",
     "tests/property/plain_laws.py",
     "tests/property/plain_methods.py",
 }

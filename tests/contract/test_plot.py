@@ -73,6 +73,7 @@ def test_a_dataset_that_nobody_knows_yet_can_be_drawn_by_its_meaning_and_unit():
     assert found["stroke"].label == "largest stroke [m]"
 
 
+@pytest.mark.kernels
 def test_transients_are_drawn_as_their_command_does(tmp_path):
     path, picture = tmp_path / "t.h5", tmp_path / "t.png"
     arguments = ["--system", "tmd", "--starts", "4", "--transient", "40", "--periods", "20"]
@@ -126,6 +127,7 @@ def _archive(kind, folder):
     return path, names
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     "kind", ["transients", "tuning", "accuracy", "continuation", "response-curves"]
 )

@@ -164,12 +164,14 @@ def test_a_repr_has_five_lines_at_most(objects):
         assert lines[0].startswith(type(one).__name__)
 
 
+@pytest.mark.kernels
 def test_a_repr_says_what_matters(objects):
     text = "\n".join(map(repr, objects))
     for word in ("ssul-set6", "m1 = 1000", "ssvi-c", "omega = 5 to 8 (1201 values)", "E1max = "):
         assert word in text, word
 
 
+@pytest.mark.kernels
 def test_a_notebook_shows_a_table(objects):
     for one in objects:
         text = one._repr_html_()
@@ -220,6 +222,7 @@ def test_a_notebook_has_a_bar_and_says_what_is_compiled(shown, capsys):
     assert capsys.readouterr() == ("", "")
 
 
+@pytest.mark.kernels
 def test_a_notebook_shows_a_figure(shown, monkeypatch):
     import IPython
     from IPython.core.interactiveshell import InteractiveShell

@@ -91,6 +91,7 @@ def test_the_scan_file_means_what_its_comments_say(own):
     assert (scan.shape, scan.transient, scan.periods) == ((41, 2), 300, 60)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("page", ["export.md", "own-figure.md", "python.md", "branches.md"])
 def test_the_python_examples_print_what_is_shown(page, own):
     names = {}

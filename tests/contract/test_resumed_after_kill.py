@@ -187,6 +187,7 @@ def replay(folder, stride):
 FORKS = pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:DeprecationWarning")
 
 
+@pytest.mark.slow("a run for every operation on a file")
 @FORKS
 def test_a_run_cut_between_any_two_file_operations_can_be_resumed(tmp_path):
     assert replay(tmp_path, stride=11) > 15
@@ -195,6 +196,7 @@ def test_a_run_cut_between_any_two_file_operations_can_be_resumed(tmp_path):
 # ---- asked to stop -------------------------------------------------------------------------------
 
 
+@pytest.mark.slow("a run is ended, and goes on")
 @pytest.mark.parametrize(
     ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGUSR1, 143)]
 )

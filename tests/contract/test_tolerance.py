@@ -125,6 +125,7 @@ def test_a_coarse_scan_is_coarser_and_both_are_within_their_tolerances():
     assert errors[1e-6] > 10 * errors[1e-9] > 100 * errors[1e-12]
 
 
+@pytest.mark.kernels
 def test_the_order_in_which_tolerances_are_asked_for_changes_no_bit():
     """Notices: constants of one tolerance that another finds in a cache, and changes."""
     names = [*TOLERANCES, 1e-3, 1e-13]
@@ -213,6 +214,7 @@ DRY = {
 }
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_take_numbers_and_presets(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
@@ -250,6 +252,7 @@ def test_functions_refuse_it_in_one_line(function, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.kernels
 def test_a_verdict_by_a_draft_is_the_same_and_coarser():
     draft, fine = (nv.classify(SYSTEM, tolerance=name) for name in ("draft", "fine"))
     assert draft.label == fine.label == "T,1"
@@ -273,6 +276,7 @@ def without_tolerance(path, changed=None):
             file.attrs["scan"] = toml_text(document)
 
 
+@pytest.mark.kernels
 def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     nv.bifurcation(SMALL, "a.h5", tolerance="draft")
@@ -289,6 +293,7 @@ def test_an_archive_keeps_the_tolerance_and_is_repeated_with_it(tmp_path, monkey
     assert "parameter: sampling.tolerance: 1e-06 -> 1e-09" in capsys.readouterr().out
 
 
+@pytest.mark.kernels
 def test_an_archive_without_a_tolerance_means_the_nodes_and_steps_of_its_time(tmp_path, capsys):
     """It stays readable, and is repeated; what is said of it wrongly is found."""
     path = nv.bifurcation(SMALL, tmp_path / "old.h5")

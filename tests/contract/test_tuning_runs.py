@@ -53,6 +53,7 @@ def interrupt(monkeypatch):
     return after
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("arguments", [TMD, SSUL], ids=["tmd", "ssul"])
 def test_threads_do_not_matter_and_seeds_do(arguments, tmp_path):
     first = tune(tmp_path / "a.h5", *arguments, "--threads", "1")
@@ -62,6 +63,7 @@ def test_threads_do_not_matter_and_seeds_do(arguments, tmp_path):
     assert nv.verify(tmp_path / "a.h5") == []
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("batches", [0, 1, 4, 15, 22])
 def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, interrupt, capsys):
     whole = interrupt(None)
@@ -85,6 +87,7 @@ def test_an_interrupted_search_resumes_to_the_same_bits(batches, tmp_path, inter
     assert not path.with_name("b.h5.parts").exists()
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(("asked", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_who_asks_to_stop_is_heard_between_two_batches(
     asked, status, tmp_path, monkeypatch, capsys
@@ -124,6 +127,7 @@ def test_a_killed_search_resumes_to_the_same_bits(tmp_path):
     assert sorted(file.name for file in tmp_path.iterdir()) == ["a.h5", "b.h5"]
 
 
+@pytest.mark.kernels
 def test_a_journal_of_other_versions_is_computed_again(tmp_path, interrupt, monkeypatch, capsys):
     reference = tune(tmp_path / "a.h5", *TMD)
     interrupt(6)
@@ -135,6 +139,7 @@ def test_a_journal_of_other_versions_is_computed_again(tmp_path, interrupt, monk
     assert "another version" in capsys.readouterr().err
 
 
+@pytest.mark.kernels
 def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, monkeypatch, capsys):
     monkeypatch.setattr("nlds_vines.tuning.evaluations.FLUSH_EVERY", 0.0)
     path = tmp_path / "b.h5"
@@ -162,6 +167,7 @@ def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, monkeypatch,
     assert console(["diff", str(path), str(path)]) == 0
 
 
+@pytest.mark.kernels
 def test_a_damaged_journal_is_not_believed(tmp_path, interrupt, monkeypatch, capsys):
     monkeypatch.setattr("nlds_vines.tuning.evaluations.FLUSH_EVERY", 0.0)
     reference = tune(tmp_path / "a.h5", *TMD)
@@ -178,6 +184,7 @@ def test_a_damaged_journal_is_not_believed(tmp_path, interrupt, monkeypatch, cap
         assert view.attrs["replayed"] == 16
 
 
+@pytest.mark.kernels
 def test_an_existing_archive_is_only_touched_when_told_to(tmp_path, interrupt, capsys):
     path = tmp_path / "a.h5"
     first = tune(path, *TMD)
@@ -190,6 +197,7 @@ def test_an_existing_archive_is_only_touched_when_told_to(tmp_path, interrupt, c
     assert tune(path, *TMD, "--seed", "5", "--overwrite") != first
 
 
+@pytest.mark.kernels
 def test_every_evaluation_is_logged_with_what_it_found(tmp_path, interrupt):
     calls = interrupt(None)
     tune(tmp_path / "a.h5", *TMD, "--seeds", "2")
@@ -207,6 +215,7 @@ def test_every_evaluation_is_logged_with_what_it_found(tmp_path, interrupt):
         assert orbit.E1max == found["objective"][i]
 
 
+@pytest.mark.kernels
 def test_the_result_is_what_the_archive_says(tmp_path):
     search = {"population": 8, "generations": 5, "polish": 12, "seeds": 3}
     found = nv.tune("tmd", tmp_path / "a.h5", search=search, over={"P": {"values": [600, 900]}})
@@ -224,6 +233,7 @@ def test_the_result_is_what_the_archive_says(tmp_path):
     assert tune(tmp_path / "b.h5", str(tmp_path / "again.toml")) == bits(found.path)
 
 
+@pytest.mark.kernels
 def test_what_is_free_has_no_value_among_the_attributes(tmp_path):
     tune(tmp_path / "a.h5", *SSUL, "--free", "E2")
     with nv.read(tmp_path / "a.h5") as view:
@@ -232,6 +242,7 @@ def test_what_is_free_has_no_value_among_the_attributes(tmp_path):
         assert set(view["optimum_E2"] > 0) == {True}
 
 
+@pytest.mark.kernels
 def test_a_full_disk_leaves_the_journal(tmp_path, monkeypatch, capsys):
     def full(*_):
         raise OSError(28, "No space left on device")
@@ -247,6 +258,7 @@ def test_a_full_disk_leaves_the_journal(tmp_path, monkeypatch, capsys):
         assert view.attrs["replayed"] == view["objective"].size
 
 
+@pytest.mark.kernels
 def test_nothing_admissible_is_told(tmp_path, capsys):
     stiff = ["--system", "tmd", *SMALL, "--free", "k2=1e13:1e14"]
     assert main([*stiff, "-o", str(tmp_path / "a.h5"), "--plot", str(tmp_path / "a.png")]) == 1
@@ -257,6 +269,7 @@ def test_nothing_admissible_is_told(tmp_path, capsys):
     assert not (tmp_path / "a.png").exists()
 
 
+@pytest.mark.kernels
 def test_a_parameter_that_does_nothing_is_called_so(tmp_path, capsys):
     path = str(tmp_path / "a.h5")
     assert main([*SSUL, "--free", "V", "-o", path]) == 0
@@ -304,6 +317,7 @@ def test_bad_input_is_one_line_and_status_2(arguments, said, tmp_path, monkeypat
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("form", ["png", "svg"])
 def test_the_surface_is_drawn_alike_every_time(form, tmp_path):
     tune(tmp_path / "a.h5", *TMD)
@@ -313,6 +327,7 @@ def test_the_surface_is_drawn_alike_every_time(form, tmp_path):
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 
+@pytest.mark.kernels
 def test_the_surface_shows_parameters_values_and_optima(tmp_path):
     tune(tmp_path / "a.h5", *TMD)
     with nv.read(tmp_path / "a.h5") as view:
@@ -331,6 +346,7 @@ def test_the_surface_shows_parameters_values_and_optima(tmp_path):
     assert axes.get_xscale() == axes.get_yscale() == "log"
 
 
+@pytest.mark.kernels
 def test_a_tuning_of_one_parameter_is_a_curve_through_all_designs(tmp_path):
     path = tmp_path / "a.h5"
     tune(path, "--system", "tmd", "--set", "c2=112", "--plot", str(tmp_path / "a.png"), *SMALL)
@@ -349,6 +365,7 @@ def test_a_tuning_of_one_parameter_is_a_curve_through_all_designs(tmp_path):
     assert axes.get_xlabel().endswith("$k_2$ [N/m]")
 
 
+@pytest.mark.kernels
 def test_contours_have_values_that_hide_neither_each_other_nor_the_optimum(tmp_path):
     path = tmp_path / "a.h5"
     tune(path, "--system", "tmd", "--surface", "k2,c2", "--surface-size", "15", *SMALL)
@@ -365,12 +382,14 @@ def test_contours_have_values_that_hide_neither_each_other_nor_the_optimum(tmp_p
     assert min(apart) >= 0.3 * figure.dpi
 
 
+@pytest.mark.kernels
 def test_a_tuning_without_a_surface_is_not_drawn(tmp_path):
     tune(tmp_path / "a.h5", "--system", "tmd", *SMALL)
     with pytest.raises(nv.RequestError, match="holds no surface"):
         drawn.save(tmp_path / "a.h5", tmp_path / "a.png")
 
 
+@pytest.mark.kernels
 def test_xarray_opens_it(tmp_path):
     xarray = pytest.importorskip("xarray")
     tune(tmp_path / "a.h5", *TMD)

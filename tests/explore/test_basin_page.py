@@ -8,6 +8,8 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.explore.stored import stored
 from nlds_vines.portrait.request_file import load_portrait
 
+pytestmark = pytest.mark.kernels
+
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
 

@@ -14,6 +14,8 @@ from nlds_vines.portrait.request_file import load_portrait
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
+pytestmark = pytest.mark.kernels  # pages follow orbits
+
 
 @pytest.fixture(scope="module")
 def browser():

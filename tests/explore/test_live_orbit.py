@@ -26,6 +26,7 @@ def orbit():
     return live_orbit(nv.load_system("ssul-set6", omega=7.1), None, SAMPLING)
 
 
+@pytest.mark.kernels
 def test_the_section_is_that_of_simulate(orbit):
     expected = nv.simulate(nv.load_system("ssul-set6", omega=7.1), 30, transient=60).section
     found = np.stack([orbit.panels["section"][n] for n in ("x1", "v1", "x2", "v2")], axis=-1)
@@ -33,6 +34,7 @@ def test_the_section_is_that_of_simulate(orbit):
     assert orbit.label == "T,1"
 
 
+@pytest.mark.kernels
 def test_a_history_holds_all_of_every_contact(orbit):
     history, view = orbit.panels["history"], orbit.view
     assert len({len(values) for values in history.values()}) == 1
@@ -46,6 +48,7 @@ def test_a_history_holds_all_of_every_contact(orbit):
     )
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(("name", "periods"), [("short", SHOW), ("long", LONG), ("whole", 72)])
 def test_a_history_from_the_start_begins_there_and_covers_the_orbit(name, periods):
     system, start = nv.load_system("ssul-set6", omega=7.1), (0.01, -0.2, 0.3, -0.4)
@@ -68,12 +71,14 @@ def test_every_history_has_a_name_in_words():
     assert set(HISTORIES) == {"settled", "short", "long", "whole"}
 
 
+@pytest.mark.kernels
 def test_the_multipliers_are_in_the_unit_circle(orbit):
     found = orbit.panels["multipliers"]
     assert len(found["re"]) == 4
     assert (np.hypot(found["re"], found["im"]) < 1).all()
 
 
+@pytest.mark.kernels
 def test_chaos_has_words_and_no_multipliers():
     orbit = live_orbit(nv.load_system("ssul-set6", omega=7.41), None, Sampling())
     assert orbit.regime is not None
@@ -98,12 +103,14 @@ def test_a_start_inside_a_rigid_wall_is_refused():
         live_orbit(system, (0.5, 0.0, 0.0, 0.0), SAMPLING)
 
 
+@pytest.mark.kernels
 def test_the_saved_recipe_is_the_orbit_again(orbit, tmp_path):
     path = tmp_path / "portrait.toml"
     path.write_text(recipes.portrait_recipe(orbit.request))
     assert load_portrait(path).hash == orbit.request.hash
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("start", [None, (0.01, -0.2, 0.3, -0.4)])
 def test_the_command_line_is_the_orbit_again(start):
     system = nv.load_system("ssul-set6", omega=7.1, P=750.0)
@@ -123,6 +130,7 @@ def test_the_command_line_is_the_orbit_again(start):
     )  # fmt: skip
 
 
+@pytest.mark.kernels
 def test_a_system_of_no_catalogue_is_drawn_from_its_recipe():
     base = nv.load_system("ssul-set6")
     own = nv.System(base.kind, dict(base.parameters), "own")

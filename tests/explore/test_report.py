@@ -176,6 +176,7 @@ def branches(folder):
     return path
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("name", ["diagram", "map"])
 def test_branches_and_special_points_are_on_the_page(
     name, branches, folder, small_map, small_diagram, capsys
@@ -195,6 +196,7 @@ def test_branches_and_special_points_are_on_the_page(
     assert html.count('"name":"Scatter"') > 2
 
 
+@pytest.mark.kernels
 def test_branches_of_another_parameter_are_refused(branches, folder, capsys):
     vary = {
         "P": {"start": 700.0, "stop": 900.0, "num": 3},

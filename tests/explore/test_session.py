@@ -56,6 +56,7 @@ def page(small_map):
     page.session.close()
 
 
+@pytest.mark.kernels
 def test_a_click_shows_the_orbit_of_the_cell(page, small_map):
     found = stored(small_map)
     for cell in ((0, 0), (5, 3), (3, 2)):
@@ -67,6 +68,7 @@ def test_a_click_shows_the_orbit_of_the_cell(page, small_map):
         assert page.told["trouble"] == ""
 
 
+@pytest.mark.kernels
 def test_of_many_clicks_the_last_one_is_shown(page, small_map):
     for number in range(20):
         page.ask("cell", cell=(number % 6, 0), start=0, number=number)
@@ -74,12 +76,14 @@ def test_of_many_clicks_the_last_one_is_shown(page, small_map):
     assert page.told["orbit"]["number"] == 19
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("cell", [(6, 0), (-1, 0), (0, 4)])
 def test_a_cell_that_is_not_there_is_refused(page, cell):
     page.ask("cell", cell=cell, start=0)
     assert "no cell" in page.told["trouble"]
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     "message",
     [{"do": "nothing"}, {"do": "cell"}, {"do": "finer", "ranges": []}, {"do": "save", "what": "x"}],
@@ -93,6 +97,7 @@ def test_a_message_that_means_nothing_changes_nothing(page, message):
     assert page.told["orbit"]["label"]
 
 
+@pytest.mark.kernels
 def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(page):
     page.ask("cell", cell=(2, 2), start=0)
     page.settle()
@@ -110,6 +115,7 @@ def test_a_slider_moves_the_orbit_and_a_refused_one_nothing(page):
     )
 
 
+@pytest.mark.kernels
 def test_a_click_in_a_phase_plane_begins_an_orbit_there(page):
     page.ask("plane", plane="phase2", x=0.3, v=-0.25)
     page.settle()
@@ -118,6 +124,7 @@ def test_a_click_in_a_phase_plane_begins_an_orbit_there(page):
     assert page.told["orbit"]["where"] == "from a start of your own"
 
 
+@pytest.mark.kernels
 def test_a_history_from_the_start_is_shown_until_another_is_chosen(page):
     def times():
         first, stop = next(
@@ -139,6 +146,7 @@ def test_a_history_from_the_start_is_shown_until_another_is_chosen(page):
     assert "history" in page.told["trouble"]
 
 
+@pytest.mark.kernels
 def test_a_rectangle_is_computed_and_one_can_go_back(page):
     page.ask("finer", ranges=[[7.4, 7.5], [800.0, 850.0]])
     page.settle(lambda p: p.told["job"]["share"] == 1.0 and not p.session._queue.busy)
@@ -152,6 +160,7 @@ def test_a_rectangle_is_computed_and_one_can_go_back(page):
     assert page.told["level"]["axes"][0]["values"][0] == 7.4
 
 
+@pytest.mark.kernels
 def test_an_orbit_that_fails_is_told_and_nothing_of_the_one_before_remains(page, monkeypatch):
     def fails(*_, **__):
         raise IntegrationError("it stuck to the wall")
@@ -178,6 +187,7 @@ def test_a_closed_page_leaves_nothing_running(small_map, monkeypatch):
     assert not [t for t in threading.enumerate() if t.name == "refining"]
 
 
+@pytest.mark.kernels
 def test_what_is_saved_is_what_is_seen(page, tmp_path):
     page.ask("cell", cell=(1, 2), start=1)
     page.settle()
@@ -193,6 +203,7 @@ def test_what_is_saved_is_what_is_seen(page, tmp_path):
     assert load_scan(path).shape == (6, 4)
 
 
+@pytest.mark.kernels
 def test_the_saved_picture_is_one(page):
     page.ask("save", what="picture")
     page.settle(lambda p: "file" in p.told)

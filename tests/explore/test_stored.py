@@ -40,6 +40,7 @@ def test_the_columns_stand_start_by_start_and_cell_by_cell(small_map):
     np.testing.assert_array_equal(np.isnan(column["settling"]), never)
 
 
+@pytest.mark.kernels
 def test_every_cell_live_has_the_label_of_the_archive(small_map):
     found = stored(small_map)
     for cell in np.ndindex(found.shape):

@@ -10,6 +10,8 @@ from nlds_vines import classify, simulate
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import flow_on
 
+pytestmark = pytest.mark.kernels
+
 G = 9.81
 
 

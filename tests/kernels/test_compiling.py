@@ -81,6 +81,7 @@ def test_the_collector_rests_while_something_is_compiled_and_works_afterwards():
     assert seen == [True, True]  # before it rests, and after
 
 
+@pytest.mark.kernels
 def test_nested_compilations_are_one_pause():
     found = []
     made = kernel("@jit\ndef g(x):\n    return x + 1\ndef f(x):\n    return g(x)")
@@ -90,6 +91,7 @@ def test_nested_compilations_are_one_pause():
     assert gc.isenabled()
 
 
+@pytest.mark.kernels
 def test_an_error_of_the_compiler_lets_the_collector_work_again():
     with pytest.raises(numba.TypingError):
         kernel("def f(x):\n    return x + 'a'")(1)

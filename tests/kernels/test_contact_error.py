@@ -29,6 +29,8 @@ from nlds_vines.kernels.force_law import LASTING, WHOLE
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.orbits.settings import Settings
 
+pytestmark = pytest.mark.kernels
+
 SET6 = references()["ssul-set6"].numbers
 FREE = dict.fromkeys(("k1", "c1", "k2", "c2", "P"), 0.0)
 KINDS = ("any", "soft", "slow", "pressed", "forced", "inside")

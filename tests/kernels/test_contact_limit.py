@@ -144,6 +144,7 @@ def test_the_instant_of_a_passage_within_a_step():
     assert log[observe.EXCESS] == pytest.approx(z - 0.06, rel=1e-12)
 
 
+@pytest.mark.kernels
 def test_an_excursion_goes_on_and_ends():
     log, z, _ = free_step(level=0.11, q=0.2, s=0.3, beyond=1.0)
     assert (log[observe.NUMBER], log[observe.BEYOND]) == (0.0, 1.0)
@@ -154,6 +155,7 @@ def test_an_excursion_goes_on_and_ends():
     assert log[observe.EXCESS] == pytest.approx(0.01, rel=1e-12)
 
 
+@pytest.mark.kernels
 def test_a_far_wall_within_the_limit_is_not_watched():
     log, *_ = free_step(level=-0.1, q=0.2, s=-0.3, h=0.5, sign=-1.0)
     assert log[observe.NUMBER] == 0.0
@@ -197,6 +199,7 @@ def turning_step(level, beyond=0.0, share=0.02, K=1e6):
     return log, z, deepest
 
 
+@pytest.mark.kernels
 def test_a_passage_and_a_return_within_one_step():
     """Both ends are within the limit. Notices: a bound left out, a step taken for monotone."""
     _, z, deepest = turning_step(1.0)

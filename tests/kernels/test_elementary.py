@@ -62,6 +62,7 @@ def test_whole_quarters_of_a_turn_are_exact():
         assert elementary.cos_sin_of_turn(0.25 * i) == there
 
 
+@pytest.mark.kernels
 def test_ends_of_the_ranges():
     for x, there in ((0.0, 1.0), (710.0, inf), (inf, inf), (-746.0, 0.0), (-inf, 0.0)):
         assert elementary.exp(x) == there
@@ -76,6 +77,7 @@ def test_ends_of_the_ranges():
     assert np.isnan(elementary.fifth_root(-1.0))
 
 
+@pytest.mark.kernels
 def test_a_result_below_the_normal_numbers_is_rounded_twice_at_most():
     for x in np.random.default_rng(6).uniform(-745, -708, 500):
         assert abs(elementary.exp(x) - MP.exp(MP.mpf(x))) <= 1.5 * 5e-324 + 1.2e-16 * np.exp(x)

@@ -16,6 +16,8 @@ from nlds_vines.kernels.flight import rate_of
 from nlds_vines.kernels.impact import approach_of, short_impact
 from nlds_vines.orbits.hertz_arc import CHOICES, make_arc
 
+pytestmark = pytest.mark.kernels
+
 TOLERANCES = (1e-6, 1e-9, 1e-12)
 OF_TWIN = 1e-13  # relative, of a duration: six of 10,000 by the twin, whatever n, are off so far
 ROUND_OFF = 2e-14  # relative, of a depth and of a time that are sums of some twenty terms

@@ -160,6 +160,7 @@ def test_variations_go_on_behind_a_section(share):
     np.testing.assert_allclose(found.reshape(4, 4), expected, rtol=1e-9)
 
 
+@pytest.mark.kernels
 def test_the_determinant_is_known_beforehand():
     """The divergence of the flow is constant; the contact does not add to it."""
     arc = make_arc()
@@ -171,6 +172,7 @@ def test_the_determinant_is_known_beforehand():
         assert np.linalg.det(impact.matrix(matrix)) == pytest.approx(known, rel=1e-8)
 
 
+@pytest.mark.kernels
 def test_variations_are_linear():
     """A sum goes where the sum of both goes, to the tolerance; sizes do not matter."""
     arc, impact, rng = make_arc(), one(), np.random.default_rng(2)
@@ -181,6 +183,7 @@ def test_variations_are_linear():
         np.testing.assert_allclose(found, tangent @ matrix, rtol=0, atol=1e-8 * size)
 
 
+@pytest.mark.kernels
 def test_some_variations_may_be_zero():
     """As those of a scene of fewer numbers are; the others do not notice."""
     arc, impact = make_arc(), one()
@@ -191,6 +194,7 @@ def test_some_variations_may_be_zero():
     np.testing.assert_allclose(found[:4], impact.carried(arc)[:4], rtol=0, atol=1e-9)
 
 
+@pytest.mark.kernels
 def test_a_variation_that_is_no_number_stays_none():
     tangent = UNIT.copy()
     tangent[5] = np.nan
@@ -199,12 +203,14 @@ def test_a_variation_that_is_no_number_stays_none():
     assert np.isfinite(found[:4]).all()
 
 
+@pytest.mark.kernels
 def test_the_depth_leaves_the_nodes_of_the_whole_impact():
     """Variations are the same, to the last bit, whether the depth is wanted or not."""
     arc = make_arc()
     np.testing.assert_array_equal(one().carried(arc, impacts=True), one().carried(arc))
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("nodes", [6, 7, 9])
 def test_numbers_of_nodes_that_are_no_fours(nodes):
     arc, few = make_arc(nodes=nodes), make_arc(nodes=nodes - 3)

@@ -3,11 +3,13 @@
 import time
 
 import numpy as np
+import pytest
 
 import nlds_vines as nv
 from nlds_vines.kernels.peaks import proves_no_root
 
 
+@pytest.mark.kernels
 def test_a_double_root_is_not_proven_absent():
     """f(x) = 4 (x - 1/2)^2 - e has f'' = 8: its ends are 1 - e, and its least value is -e."""
     for e in (0.5, 1e-3, -1e-3):

@@ -93,6 +93,7 @@ def test_orbits_in_closed_form(pair):
     assert found.multipliers.prod().real == pytest.approx(volume, rel=1e-11)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("pair", FLIPS, ids=named)
 def test_a_multiplier_passes_minus_one_at_each_period_doubling(pair):
     case, known = pair
@@ -108,6 +109,7 @@ def test_a_multiplier_passes_minus_one_at_each_period_doubling(pair):
     assert sizes[1] > 1.0 + 1e-6
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("case", FOLDS, ids=named)
 def test_two_orbits_meet_at_each_fold(case):
     """Both sides: two orbits, one of them stable and one a saddle, and then none."""
@@ -200,6 +202,7 @@ def test_monodromy_is_the_derivative_of_the_flow(case, method):
         np.testing.assert_allclose(matrix, found, rtol=0, atol=near * np.abs(matrix).max())
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("name", ["ssul-set6", "ssbl"])
 @pytest.mark.parametrize("e", [1.0, 0.6, 0.0])
 def test_an_impact_keeps_momentum_and_takes_its_share_of_energy(name, e):
@@ -216,6 +219,7 @@ def test_an_impact_keeps_momentum_and_takes_its_share_of_energy(name, e):
     assert (rows["depth"] == 0.0).all()
 
 
+@pytest.mark.kernels
 def test_without_damping_and_force_elastic_impacts_keep_energy():
     system = load_system(
         "ssul-set6", law="restitution", e=1.0, c1=0.0, c2=0.0, P=0.0, omega=6.28
@@ -230,6 +234,7 @@ def test_without_damping_and_force_elastic_impacts_keep_energy():
     np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(("k", "omega", "periods"), [(1.0, 1.0, 20_000), (100.0, 1.0, 2_000)])
 def test_a_flight_between_elastic_impacts_drifts_by_1e_14_of_its_energy_a_radian(k, omega, periods):
     """As docs/trust.md promises."""
@@ -365,6 +370,7 @@ def test_orbits_that_chatter_to_rest_are_those_of_a_twin():
         np.testing.assert_allclose(orbit.trajectory[row], state, rtol=0, atol=1e-11)
 
 
+@pytest.mark.kernels
 def test_sticking_ends_where_the_stop_would_pull():
     system = oscillator({"omega": 0.5, "e": 0.0}, 4.0)
     rows = simulate(system, 3).impacts
@@ -450,6 +456,7 @@ def pressed_twin(system, end):
     return y[:2], rests
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(("C", "P"), [(-0.02, 500.0), (-0.05, 800.0)])
 def test_a_damper_that_chatters_to_rest_leaves_the_common_motion_alone(C, P):
     system = load_system("ssul-set6", law="restitution", e=0.3, C=C, P=P)

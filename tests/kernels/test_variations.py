@@ -22,6 +22,8 @@ from nlds_vines.orbits.labels import FLAGS
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.simulation import simulate
 
+pytestmark = pytest.mark.kernels
+
 SET6 = references()["ssul-set6"].numbers
 SSBL = references()["ssbl-omega6.05"].numbers
 FINE = {"exact": Settings(contact_steps=60.0), "rk4": Settings.rk4(8192.0)}

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from test_growth import logistic, noise, torus
+from plain_growth import logistic, noise, torus
 
 from nlds_vines import RequestError, classify, load_system
 from nlds_vines.kernels import codes, verdict
@@ -59,16 +59,19 @@ def test_chaos_needs_an_interval_above_zero():
     assert decided(chaos, -0.3, 0.02) == codes.UNDETERMINED
 
 
+@pytest.mark.kernels
 def test_a_torus_needs_an_exponent_of_zero_and_smooth_averages():
     assert decided(torus(2400), 0.0, 1e-3) == codes.QUASIPERIODIC
     assert decided(torus(2400), -0.2, 1e-3) == codes.UNDETERMINED
     assert decided(logistic(4.0, 2400)[0], 0.0, 1e-3) == codes.UNDETERMINED
 
 
+@pytest.mark.kernels
 def test_smooth_averages_are_no_chaos():
     assert decided(torus(2400), 0.1, 0.02) == codes.UNDETERMINED
 
 
+@pytest.mark.kernels
 def test_averages_of_the_worst_component_decide():
     smooth, rough = torus(2400), logistic(4.0, 2400)[0]
     for columns in ((smooth, rough), (rough, smooth)):
@@ -78,6 +81,7 @@ def test_averages_of_the_worst_component_decide():
         assert evidence[ev.DIGITS] < 4.0
 
 
+@pytest.mark.kernels
 def test_noise_is_nothing():
     assert decided(noise(2400), 0.0, 1e-3) == codes.UNDETERMINED
     assert decided(torus(2400) + 1e-2 * noise(2400), 0.0, 1e-3) == codes.UNDETERMINED
@@ -98,6 +102,7 @@ def test_efforts_only_add_stages():
         assert more[: len(less)] == less
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("omega", "label"),
     [(5.0, "T,1"), (5.7, "T,1"), (6.28, "T,1"), (7.35, "T,1"), (7.364, "2T,2"), (7.45, "3T,2"),
@@ -117,6 +122,7 @@ def test_the_regimes_of_set_6(omega, label):
     assert (again.label, again.settling) == (label, 0)
 
 
+@pytest.mark.kernels
 def test_the_published_triple_holds_where_the_contact_is_a_little_softer():
     soft = {"K": 2.5e7}
     three = classify(load_system("ssul-set6", omega=7.375, **soft))
@@ -133,6 +139,7 @@ def test_the_published_triple_holds_where_the_contact_is_a_little_softer():
     assert passing.lyapunov == pytest.approx(-0.27, abs=0.005)
 
 
+@pytest.mark.kernels
 def test_an_orbit_without_impacts_cannot_exist_below_its_bound():
     below, above = (load_system("ssul-set6", omega=w) for w in (7.4595, 7.4597))
     start = classify(load_system("ssul-set6", omega=7.95)).point
@@ -140,6 +147,7 @@ def test_an_orbit_without_impacts_cannot_exist_below_its_bound():
     assert classify(below, start=start).impacts > 0
 
 
+@pytest.mark.kernels
 def test_regimes_coexist_above_7_55():
     system = load_system("ssul-set6", omega=7.85)
     still = classify(load_system("ssul-set6", omega=7.95)).point

@@ -7,6 +7,8 @@ from nlds_vines import classify, load_system, simulate
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 
+pytestmark = pytest.mark.kernels
+
 NOTED = 4096  # periods of a transient whose section is kept
 
 

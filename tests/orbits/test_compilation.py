@@ -247,6 +247,7 @@ def test_where_no_process_can_be_begun_there_is_none(monkeypatch):
     assert compilation.begin(["orbit"], USUAL) is None
 
 
+@pytest.mark.kernels
 def test_a_process_ends_with_whoever_began_it(monkeypatch, tmp_path):
     """Its standard input ends when this process does, even by SIGKILL."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # empty: it has long to compile

@@ -90,6 +90,7 @@ def test_the_error_is_the_largest_of_the_periods():
     assert (np.min(one_by_one, axis=0) < 0.9 * largest).all()  # so that it matters which
 
 
+@pytest.mark.kernels
 def test_a_coarse_method_tells_a_larger_error():
     few, many = (computed(free(), Settings.rk4(steps))["error"] for steps in (64.0, 256.0))
     np.testing.assert_allclose(few / many, 4.0**4, rtol=0.1)  # of order four

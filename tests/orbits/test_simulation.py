@@ -71,6 +71,7 @@ def test_impacts_as_the_twin_sees_them(K, options):
     assert lasting > 0.3 if K == 1e3 else lasting < 0.2
 
 
+@pytest.mark.kernels
 @both_methods
 def test_contact_that_lasts_beyond_the_end(options):
     """At 4T of the reference orbit a contact is under way."""
@@ -83,6 +84,7 @@ def test_contact_that_lasts_beyond_the_end(options):
     np.testing.assert_allclose(orbit.section[-1], expected, rtol=0, atol=1e-8)
 
 
+@pytest.mark.kernels
 @both_methods
 def test_section_inside_a_contact_changes_nothing_behind_it(options):
     """Impacts and sections go on as if the section had not cut the contact in two."""
@@ -109,6 +111,7 @@ def test_impact_times_count_from_the_start_of_the_transient():
 # ---- starts --------------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("s", [-0.5, 0.0, 0.5])
 def test_start_inside_a_contact(s, options):
@@ -119,6 +122,7 @@ def test_start_inside_a_contact(s, options):
     assert orbit.impacts["touch"][0] > 0.05
 
 
+@pytest.mark.kernels
 @both_methods
 def test_start_on_the_wall_moving_in(options):
     orbit = assert_as_twin(ROUND, shortened(ROUND, ROUND["C"], s=1.0), 4, options, bound=1e-7)
@@ -126,12 +130,14 @@ def test_start_on_the_wall_moving_in(options):
     assert orbit.impacts["speed"][0] == 1.0
 
 
+@pytest.mark.kernels
 @both_methods
 def test_start_on_the_wall_moving_away(options):
     orbit = assert_as_twin(ROUND, shortened(ROUND, ROUND["C"], s=-1.0), 4, options, bound=1e-7)
     assert orbit.impacts["touch"][0] > 0.1
 
 
+@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("K", [1e3, SET6["K"]])
 def test_start_on_the_wall_at_rest_and_pressed_in(K, options):
@@ -142,6 +148,7 @@ def test_start_on_the_wall_at_rest_and_pressed_in(K, options):
     assert abs(orbit.impacts["speed"][0]) <= 1e-12
 
 
+@pytest.mark.kernels
 @both_methods
 def test_nothing_moves_on_the_wall(options):
     numbers = {**ROUND, "C": 0.0, "P": 0.0}
@@ -178,6 +185,7 @@ def test_preloaded_damper_rests_on_the_obstacle(options):
     assert (u < numbers["V"]).all()
 
 
+@pytest.mark.kernels
 @both_methods
 def test_preloaded_damper_at_rest_stays_at_rest(options):
     numbers = {**PRELOADED, "P": 0.0, "c1": 0.0, "c2": 0.0}
@@ -186,6 +194,7 @@ def test_preloaded_damper_at_rest_stays_at_rest(options):
     np.testing.assert_allclose(orbit.section, np.tile(start, (20, 1)), rtol=0, atol=1e-14)
 
 
+@pytest.mark.kernels
 @both_methods
 def test_preloaded_damper_that_lifts_off(options):
     numbers = {**PRELOADED, "P": 100.0}
@@ -196,6 +205,7 @@ def test_preloaded_damper_that_lifts_off(options):
 # ---- refusals ------------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("changes", [{"c2": 1e12}, {"omega": 1e-6}])
 def test_too_stiff(changes, options):
@@ -203,6 +213,7 @@ def test_too_stiff(changes, options):
         follow_ssul({**SET6, **changes}, None, 3, **options)
 
 
+@pytest.mark.kernels
 def test_fixed_steps_beyond_their_stability_are_refused():
     """512 steps of a period are too few for this dashpot: plausible numbers would be invented."""
     numbers = {**SET6, "c2": 1e5}
@@ -211,6 +222,7 @@ def test_fixed_steps_beyond_their_stability_are_refused():
     assert len(follow_ssul(numbers, None, 3).impacts) == 0
 
 
+@pytest.mark.kernels
 @both_methods
 def test_absurd_forces_end_in_a_status(options):
     with pytest.raises(IntegrationError, match=r"diverged|step_budget"):
@@ -244,6 +256,7 @@ def test_wrong_arguments(changes, words):
         simulate(load_system("ssul-set6"), **arguments)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("method", "name", "steps"), [("exact", "contact_steps", 20.0), ("rk4", "period_steps", 64.0)]
 )

@@ -179,6 +179,7 @@ def test_a_periodic_orbit_is_not_broadband_and_a_chaotic_one_is(orbits, signal, 
     assert share[7.4] > (0.7 if signal == "force" else 1e-4)
 
 
+@pytest.mark.kernels
 def test_the_spectrum_of_a_simple_orbit_is_its_transfer_function():
     system = nv.load_system("none")
     orbit = nv.simulate(system, 4, transient=300, record=["trajectory"], samples=32)
@@ -215,6 +216,7 @@ def test_walls_push_the_damper_away_from_themselves():
     np.testing.assert_array_equal(both, force["structure"] + force["obstacle"])
 
 
+@pytest.mark.kernels
 def test_the_energies_are_those_that_are_recorded(orbits):
     system = orbits[7.375].system
     states = orbits[7.375].trajectory
@@ -224,6 +226,7 @@ def test_the_energies_are_those_that_are_recorded(orbits):
         assert 0.99 * highest < SIGNALS[name].of(system, states).max() <= highest * (1 + 1e-9)
 
 
+@pytest.mark.kernels
 def test_an_orbit_without_trajectory_or_signal_is_refused():
     bare = nv.simulate(nv.load_system("none"), 2)
     with pytest.raises(RequestError, match="no trajectory"):

@@ -90,6 +90,7 @@ def test_forces_of_very_different_sizes_have_scales_of_their_own(other, own):
     assert [place.axes.get_ylim()[1] for place in row] == ([1.0, other] if own else [other, other])
 
 
+@pytest.mark.kernels
 def test_lines_of_a_legend_are_visible_however_thin_the_curves():
     figure, _ = page(nv.load_system("ssul-set6", omega=7.4, K=2.5e7), periods=60, samples=1024)
     (plane,) = [axes for axes in figure.axes if axes.get_xlabel() == "$x_2$ [m]"]
@@ -137,6 +138,7 @@ def test_every_scene_has_a_page_without_the_panels_it_lacks(kind):
     assert view.label == {"ssul": "T,1", "ssbl": "T,2"}.get(kind, "T,0")
 
 
+@pytest.mark.kernels
 def test_all_labels_carry_symbols_or_words_and_units():
     figure, _ = page(OF_KIND["ssul"], panels=ALL)
     figure.draw_without_rendering()
@@ -148,6 +150,7 @@ def test_all_labels_carry_symbols_or_words_and_units():
     assert figure.get_figwidth() == pytest.approx(16 / 2.54)
 
 
+@pytest.mark.kernels
 def test_nothing_is_written_outside_the_page_or_over_another_panel():
     for options in ({}, {"windows": [[10, 20], [20, 26], [26, 29]]}):
         figure, _ = page(OF_KIND["ssul"], panels=ALL, **options)
@@ -167,6 +170,7 @@ def test_nothing_is_written_outside_the_page_or_over_another_panel():
                 assert min(across, along) < 3  # pixels, of the white around a letter
 
 
+@pytest.mark.kernels
 def test_the_curves_are_the_orbit():
     figure, (view,) = page(OF_KIND["ssul"], panels=["displacement", "relative", "phase2"], show=5)
     orbit = nv.simulate(
@@ -202,6 +206,7 @@ def test_walls_are_drawn_by_their_own_lines_and_forces():
     assert len(view.touches) == 24
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("kind", "own", "lines"),
     [
@@ -226,6 +231,7 @@ def test_limits_are_lines_too_and_have_no_force(kind, own, lines):
     assert names == [r"$P\,\cos\,\omega t$", "contact"]
 
 
+@pytest.mark.kernels
 def test_a_spectrum_is_cut_off_below_its_highest_line():
     figure, (view,) = page(OF_KIND["ssul"], panels=["spectrum"], signal="force")
     (axes,) = figure.axes
@@ -238,6 +244,7 @@ def test_a_spectrum_is_cut_off_below_its_highest_line():
 # ---- windows and runs ----------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 def test_windows_are_cut_from_one_run(monkeypatch):
     calls = []
     real = simulation.simulate
@@ -258,6 +265,7 @@ def test_windows_are_cut_from_one_run(monkeypatch):
     assert len(second.touches) == np.count_nonzero(touches > 9 * T)
 
 
+@pytest.mark.kernels
 def test_columns_of_other_systems_are_other_runs_beside_each_other():
     document = {
         "system": "ssul-set6",
@@ -279,6 +287,7 @@ def test_columns_of_other_systems_are_other_runs_beside_each_other():
     ]
 
 
+@pytest.mark.kernels
 def test_a_subharmonic_orbit_is_told_by_its_period():
     request = request_of(
         nv.load_system("ssul-set6", omega=7.375, K=2.5e7), transient=1500, periods=40
@@ -300,6 +309,7 @@ def test_a_subharmonic_orbit_is_told_by_its_period():
     np.testing.assert_allclose(start, end, atol=1e-6)  # the curve closes
 
 
+@pytest.mark.kernels
 def test_what_is_not_known_is_said():
     _, (view,) = page(OF_KIND["ssul"], transient=0, periods=2, panels=["energy"])
     text = "\n".join(view.lines())
@@ -310,6 +320,7 @@ def test_what_is_not_known_is_said():
     assert "too few periods to tell" in "\n".join(view.lines())
 
 
+@pytest.mark.kernels
 def test_a_start_is_where_the_orbit_begins():
     request = load_portrait(
         OF_KIND["ssul"],
@@ -366,6 +377,7 @@ CAPTIONS = {  # the kinds of panels in the order of the paper's captions, (a), (
 }
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("name", CAPTIONS)
 def test_the_papers_figures_have_the_letters_of_their_captions(name):
     request = load_portrait(ROOT / "scans" / f"{name}.toml", {"sampling": {"samples": 8}})
@@ -379,6 +391,7 @@ def test_the_papers_figures_have_the_letters_of_their_captions(name):
     assert sorted(letters) == [letter for letter, _ in sorted(set(found))]  # one letter a kind
 
 
+@pytest.mark.kernels
 def test_panels_of_one_column_stand_side_by_side_below_its_name():
     request = load_portrait(ROOT / "scans" / "figure11.toml", {"sampling": {"samples": 64}})
     views = views_of(request)
@@ -520,6 +533,7 @@ def test_a_run_draws_and_says_what_was_seen(folder, capsys):
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("suffix", [".pdf", ".svg"])
 def test_vectors_stay_small_and_repeat_to_the_byte(suffix, folder):
     first, second = folder / f"a{suffix}", folder / f"b{suffix}"

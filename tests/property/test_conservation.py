@@ -1,6 +1,7 @@
 """Laws of mechanics that hold whatever the numbers: energy, units, the direction of time."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -36,6 +37,7 @@ def start_of(system, v1, v2):
     return np.array([0.0, v1, system.rest - min(system.parameters["C"], 0.0), v2])
 
 
+@pytest.mark.kernels
 @FEW
 @given(SYSTEMS, SPEEDS, SPEEDS, st.sampled_from(["exact", "rk4"]))
 def test_without_a_force_energy_never_rises(system, v1, v2, method):
@@ -56,6 +58,7 @@ def test_without_damping_either_it_stays(system, v1, v2):
     assert np.abs(energy / energy[0] - 1.0).max() < 1e-10
 
 
+@pytest.mark.kernels
 @FEW
 @given(SYSTEMS, st.integers(-200, 200), st.sampled_from(["exact", "rk4"]))
 def test_the_unit_of_force_changes_no_bit(system, power, method):
@@ -66,6 +69,7 @@ def test_the_unit_of_force_changes_no_bit(system, power, method):
     assert len(other.impacts) == len(one.impacts)
 
 
+@pytest.mark.kernels
 @FEW
 @given(SYSTEMS, st.integers(-15, 15), st.sampled_from(["exact", "rk4"]))
 def test_the_unit_of_time_changes_no_bit(system, power, method):

@@ -277,6 +277,7 @@ def examine(cases, tolerance):
     return worst, found
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("tolerance", TOLERANCES)
 @pytest.mark.parametrize("systems", [12, pytest.param(2000, marks=pytest.mark.long)])
 def test_as_the_twin_sees_it(systems, tolerance):

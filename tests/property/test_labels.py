@@ -28,6 +28,8 @@ from nlds_vines.orbits.evidence import arrays_of
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.runs.threads import use_threads
 
+pytestmark = pytest.mark.kernels
+
 WANT = ["regime", "settling", "lyapunov", "evidence"]
 OMEGA, FORCE = (5.0, 8.0), (400.0, 1200.0)
 OPEN = ("undetermined", "failed")

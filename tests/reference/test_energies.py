@@ -75,6 +75,7 @@ def test_gains_of_a_rigid_impact():
     assert errors[-1] < 1e-4 * abs(rigid)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(("kind", "numbers"), [("ssul", SET6), ("ssbl", SSBL)])
 @pytest.mark.parametrize("options", [{}, {"method": "rk4"}], ids=["exact", "rk4"])
 def test_gains_cancel_but_for_the_work_of_the_other_forces(kind, numbers, options):
@@ -168,6 +169,7 @@ def test_a_scan_stores_both():
     assert (found["E1peak"] >= found["E1max"]).all()
 
 
+@pytest.mark.kernels
 def test_the_reduction_is_measured_by_the_structure_alone():
     scan = load_scan(
         {

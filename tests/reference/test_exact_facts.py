@@ -74,6 +74,7 @@ def test_sections_within_a_period(name, samples, method):
     )
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("name", "omega", "joules", "digits"),
     [("none", 6.28, 1568.00, 2), ("tmd", 6.28, 635.107, 3), ("tmd", 6.21, 660.435, 3)],
@@ -83,6 +84,7 @@ def test_published_energies(name, omega, joules, digits):
     assert round(orbit.E1max, digits) == joules
 
 
+@pytest.mark.kernels
 def test_phase_of_the_section_after_100000_periods():
     system = load_system("none")
     orbit = simulate(system, 1, transient=100_000, record=("section",))
@@ -90,6 +92,7 @@ def test_phase_of_the_section_after_100000_periods():
     np.testing.assert_allclose(orbit.section[0], expected, rtol=0, atol=1e-10)
 
 
+@pytest.mark.kernels
 def test_undamped_resonance_grows_without_end():
     """x1 = P t sin(omega t) / (2 m1 omega), at t = nT x1 = 0 and v1 = P t / (2 m1)."""
     system = load_system("none", c1=0.0, omega=np.sqrt(39.5))
@@ -100,6 +103,7 @@ def test_undamped_resonance_grows_without_end():
     np.testing.assert_allclose(orbit.section[:, 0], 0, atol=1e-10)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     "changes",
     [
@@ -132,6 +136,7 @@ def on_steady_state(omega, periods, record=FULL):
     return p, start, simulate(system_of("ssul", p), periods, start=start, record=record)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("omega", [7.97, 9.0])
 def test_impact_free_orbit(omega):
     p, expected, orbit = on_steady_state(omega, 100)
@@ -152,6 +157,7 @@ def test_rest_leads_to_the_impact_free_orbit(omega):
     np.testing.assert_allclose(orbit.section, np.tile(expected, (3, 1)), rtol=0, atol=1e-10)
 
 
+@pytest.mark.kernels
 def test_admissible_above_and_not_below():
     boundary = brentq(lambda omega: shortening({**SET6, "omega": omega}) - SET6["C"], 7.4, 7.6)
     assert round(boundary, 4) == 7.4596
@@ -198,6 +204,7 @@ def seen_by_twin(**changes):
     return follow(model_of(p), (0.0, 0.0, p["V"] + p["C"], 0.0), 12)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     "changes",
     [{}, {"omega": 5.7}, {"omega": 7.45}, {"K": 1e4, "omega": 4.0}, {"K": STEEL}, INSIDE],
@@ -221,6 +228,7 @@ def test_energies_are_largest_inside_a_contact():
     assert course.E2max_inside == course.E2max
 
 
+@pytest.mark.kernels
 def test_observing_changes_nothing():
     """With energies and clearances looked at, the path is the same within its accuracy."""
     system = system_of("ssul", SET6)
@@ -233,6 +241,7 @@ def test_observing_changes_nothing():
 # ---- symmetries ----------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("power", [2, 10, -6])
 def test_scaling_by_a_power_of_two_changes_no_bit(power):
     """Equation (5) does not see a common factor of masses, stiffnesses, dashpots and forces."""
@@ -248,6 +257,7 @@ def test_scaling_by_a_power_of_two_changes_no_bit(power):
         assert other.E1max == plain.E1max * 2.0**power
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 def test_mirrored_walls_mirror_the_orbit_bit_by_bit(method):
     """Unforced, with the walls exchanged: equation (5) is odd."""
@@ -263,6 +273,7 @@ def test_mirrored_walls_mirror_the_orbit_bit_by_bit(method):
     np.testing.assert_array_equal(mirrored_rows[:, 0], 1 - rows[:, 0])
 
 
+@pytest.mark.kernels
 def test_two_distant_walls_are_no_walls():
     numbers = {**references()["ssbl-omega6.05"].numbers, "C": 10.0, "D": 10.0}
     section, rows = follow_ssbl(numbers, 20)

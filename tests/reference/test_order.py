@@ -40,6 +40,7 @@ def errors_by_steps(name, periods):
     return [np.abs(section[-1] - reference.states[periods - 1]).max() for section in sections]
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("name", "periods"),
     [
@@ -54,6 +55,7 @@ def test_fixed_steps_have_order_four_across_contacts(name, periods):
     assert fitted_order(errors_by_steps(name, periods), FIXED) == pytest.approx(4, abs=0.2)
 
 
+@pytest.mark.kernels
 def test_fixed_steps_lose_nothing_on_steel():
     """The fourth-order part is so small here that the fifth order shows down to round-off."""
     assert 3.8 <= fitted_order(errors_by_steps("ssul-set6-steel", 20), FIXED) <= 5.5
@@ -66,6 +68,7 @@ def parts_of(K=SOFT, **changes):
     return contact_parts(**{**SET6, "near": SET6["C"], "K": K, **changes})
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("K", [SOFT, STEEL])
 def test_stepped_contact_has_order_eight(K):
     parts, steps = parts_of(K), np.array([10, 12, 16, 20, 24, 32])
@@ -77,6 +80,7 @@ def test_stepped_contact_has_order_eight(K):
     assert APPROACH.step(parts, 64).difference(exact) <= 1e-12
 
 
+@pytest.mark.kernels
 def test_the_contact_of_rk4_has_order_four():
     parts, steps = parts_of(), np.array([32, 48, 64, 96, 128])
     exact = APPROACH.step(parts, 200)
@@ -112,6 +116,7 @@ def free_impact(speed, K):
     return Impact(speed, common * duration, 2 * common, duration, depth)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("K", [1e3, SOFT, STEEL])
 @pytest.mark.parametrize("speed", [1e-6, 0.01, 1.0, 30.0])
 def test_free_hertz_impact(speed, K):

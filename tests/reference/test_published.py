@@ -13,6 +13,8 @@ from nlds_vines.orbits.batch import Batch
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.status_words import OK
 
+pytestmark = pytest.mark.kernels
+
 REFERENCE = references()["ssbl-omega6.05"]
 SSBL = {**load_system("ssbl").parameters, "K": load_system("ssbl").K}
 METHODS = {

@@ -40,6 +40,7 @@ def test_exact_up_to_100_periods(name):
     assert_counts(reference, orbit.impacts["touch"], 100)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize("name", SSUL)
 def test_rk4_up_to_100_periods(name):
     reference = references()[name]
@@ -48,6 +49,7 @@ def test_rk4_up_to_100_periods(name):
     assert_counts(reference, orbit.impacts["touch"], 100)
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("method", "settings", "bound"),
     [("exact", Settings(), 1e-9), ("rk4", Settings.rk4(FINE), 1e-8)],

@@ -27,6 +27,7 @@ def verdicts():
     }
 
 
+@pytest.mark.slow("all claims in all invented worlds, once for all of these tests")
 @pytest.mark.parametrize("claim", ALL, ids=lambda claim: claim.statement)
 def test_every_check_can_fail_and_can_hold(verdicts, claim):
     found = set(verdicts[claim.statement].values())

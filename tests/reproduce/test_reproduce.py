@@ -105,6 +105,7 @@ def test_what_is_computed_is_used_again_and_what_changes_is_computed(
     assert (here / "out" / "page.png").read_bytes() != before
 
 
+@pytest.mark.kernels
 def test_overwrite_computes_again_and_a_damaged_archive_needs_it(here, capsys, make):
     assert make("page.toml", "-o", "out", "--quiet") == 0
     path = here / "out" / "archives" / files(here / "out" / "archives")[0]
@@ -120,6 +121,7 @@ def test_overwrite_computes_again_and_a_damaged_archive_needs_it(here, capsys, m
     assert verify(path) == []
 
 
+@pytest.mark.kernels
 def test_a_scan_file_is_drawn_as_well(here, make):
     text = PAGE.partition("[[panels]]")[0] + '[system]\nkind = "none"\nm1 = 1.0\nk1 = 39.0\n'
     (here / "scan.toml").write_text(text + "c1 = 0.5\nP = 1.0\nomega = 6.0\n")
@@ -128,6 +130,7 @@ def test_a_scan_file_is_drawn_as_well(here, make):
     assert "reproduction.md" not in files(here / "out")
 
 
+@pytest.mark.kernels
 def test_a_script_beside_a_request_does_the_same(here):
     script = Path(__file__).parents[2] / "scans" / "figure3.py"
     (here / "page.py").write_text(script.read_text())

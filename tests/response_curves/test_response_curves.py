@@ -71,6 +71,7 @@ def test_dampers_are_compared_with_the_structure_alone(here):
         found["x"]
 
 
+@pytest.mark.kernels
 def test_the_numbers_are_those_of_a_scan_of_the_same_system(here):
     assert main(["--system", "ssul-set6", "--set", "P=600", *SHORT, "-o", "a.h5"]) == 0
     scan = ["bifurcation", "--set", "P=600", "--record", "impacts,energy", *SHORT]
@@ -83,6 +84,7 @@ def test_the_numbers_are_those_of_a_scan_of_the_same_system(here):
             np.testing.assert_array_equal(page[name][1], one[name][:, 0])
 
 
+@pytest.mark.kernels
 def test_the_archive_is_verified_repeated_and_redrawn(here, capsys):
     assert main(["page.toml", "-o", "a.h5", "--plot", "a.png", "--quiet"]) == 0
     assert nv.verify("a.h5") == []
@@ -102,6 +104,7 @@ def test_the_archive_is_verified_repeated_and_redrawn(here, capsys):
     assert colours == [curve.colour for curve in again.panels[1].curves]
 
 
+@pytest.mark.kernels
 def test_an_interrupted_run_keeps_what_is_complete(here, monkeypatch):
     whole, count = running._computed, []
 
@@ -122,6 +125,7 @@ def test_an_interrupted_run_keeps_what_is_complete(here, monkeypatch):
     assert console(["diff", "a.h5", "b.h5"]) == 0
 
 
+@pytest.mark.kernels
 def test_the_reduction_stands_below_and_zero_is_marked(here):
     assert main(["--system", "tmd", *SHORT, "-o", "a.h5"]) == 0
     with nv.read("a.h5") as view:
@@ -141,6 +145,7 @@ def test_curves_of_one_page_have_different_looks():
     assert len(set(looks)) == len(looks) == 9
 
 
+@pytest.mark.kernels
 def test_python_takes_systems_names_files_and_documents(here):
     tables = {
         "vary": {"omega": {"values": [6.0, 6.3]}},

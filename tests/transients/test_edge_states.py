@@ -9,6 +9,8 @@ from nlds_vines.__main__ import main
 from nlds_vines.errors import RequestError
 from nlds_vines.transients.edge_states import edge_states
 
+pytestmark = pytest.mark.kernels
+
 OF_OSCILLATOR = ["--system", "impact-oscillator", "--set", "omega=1.5"]
 FINER = {
     "x_0": {"start": -2.0, "stop": 1.0, "num": 60},

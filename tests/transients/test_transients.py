@@ -105,6 +105,7 @@ def test_without_lifetimes_only_the_shares_are_drawn():
 # ---- the command ---------------------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 def test_the_command_stores_tells_and_draws(here, capsys):
     assert main([*OPTIONS, "-o", "a.h5"]) == 0
     told = capsys.readouterr().out
@@ -120,6 +121,7 @@ def test_the_command_stores_tells_and_draws(here, capsys):
     assert found.decay.low < 1 / 180 < found.decay.high  # of 1000 starts watched to the end
 
 
+@pytest.mark.kernels
 def test_the_same_archive_is_looked_at_again(here):
     system = nv.load_system("ssul-set6", **SADDLE)
     first = nv.transients(system, "a.h5", delay=0.0, **SMALL)
@@ -133,6 +135,7 @@ def test_the_same_archive_is_looked_at_again(here):
         nv.transients(system, "a.h5", **SMALL)
 
 
+@pytest.mark.kernels
 def test_more_starts_of_a_seed_begin_with_the_same_ones(here):
     system = nv.load_system("ssul-set6", **SADDLE)
     few = nv.transients(system, "few.h5", **{**SMALL, "starts": 15})
@@ -142,6 +145,7 @@ def test_more_starts_of_a_seed_begin_with_the_same_ones(here):
     assert not np.array_equal(many.settling, other.settling)
 
 
+@pytest.mark.kernels
 def test_an_archive_without_verdicts_is_refused(here):
     scan = {
         "system": "ssul-set6",
@@ -194,6 +198,7 @@ def test_an_interrupted_ensemble_says_how_to_go_on(here, capsys, monkeypatch):
     assert list(here.iterdir()) == []
 
 
+@pytest.mark.kernels
 def test_failed_orbits_are_told_by_the_status(here, capsys, monkeypatch):
     def two_failed(found, *_, **__):
         labels = np.array(["T,0", "failed", "failed"], dtype=object)

@@ -118,6 +118,7 @@ def test_places_and_values_belong_together(free):
     assert free.logarithmic == bool(np.ptp(ratios[1:]) < 1e-9)
 
 
+@pytest.mark.kernels
 def test_designs_and_the_unit_cube_belong_together():
     free = load_tuning("ssul-set6").free
     units = np.random.default_rng(0).random((20, 3))
@@ -135,6 +136,7 @@ def test_the_objective_is_the_peak_of_all_cases():
     assert found[0, 0] == pytest.approx(635.107, abs=1e-3)
 
 
+@pytest.mark.kernels
 def test_a_perturbed_trial_is_the_perturbed_system():
     tuning = load_tuning("tmd", {"over": {"P": {"values": [800.0, 400.0]}}})
     trials = Trials(np.array([[600.0, 262.0]]), np.array([1.01]), np.array([2.0]), np.ones(1))
@@ -145,6 +147,7 @@ def test_a_perturbed_trial_is_the_perturbed_system():
     assert found[3] == 1  # the cases in ascending order of P
 
 
+@pytest.mark.kernels
 def test_a_start_of_its_own_is_used():
     tuning = load_tuning("tmd", {"sampling": {"transient": 0}})
     points = np.tile([600.0, 262.0], (STARTS + 1, 1))
@@ -152,6 +155,7 @@ def test_a_start_of_its_own_is_used():
     assert len(np.unique(Objective(tuning).results(trials)[:, 0])) == STARTS + 1
 
 
+@pytest.mark.kernels
 def test_more_periods_tell_what_had_not_settled():
     tuning = load_tuning("tmd", {"sampling": {"transient": 2, "periods": 2}})
     one = np.ones(2)
@@ -161,6 +165,7 @@ def test_more_periods_tell_what_had_not_settled():
     assert early < 0.9 * settled
 
 
+@pytest.mark.kernels
 def test_a_design_that_fails_is_infinitely_bad():
     tuning = load_tuning("tmd", {"free": {"k2": bounds(1.0, 1e14)}})
     points = np.array([[600.0, 262.0], [1e14, 262.0], [700.0, 200.0]])

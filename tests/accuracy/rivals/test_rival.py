@@ -34,11 +34,13 @@ def flow_between(fits):
     return base.flow_of(SET6, of_system(SET6).state, follow)
 
 
+@pytest.mark.kernels
 def test_touches_are_placed_between_the_states(truth):
     found = flow_between(False)(0.0, PERIODS, Asked.TOUCHES)
     np.testing.assert_allclose(found.touches, truth.impacts["touch"], rtol=0, atol=1e-9)
 
 
+@pytest.mark.kernels
 def test_who_fits_the_steps_to_the_times_cannot_tell_touches():
     assert flow_between(True)(0.0, PERIODS, Asked.TOUCHES).touches is None
 

@@ -109,7 +109,6 @@ def test_depth_with_few_nodes_is_no_worse_than_speed(nodes):
     assert abs(found.depth / exact.depth - 1) <= 2 * abs(found.speed / exact.speed - 1)
 
 
-@pytest.mark.kernels
 def test_a_depth_that_is_not_wanted_changes_nothing_else():
     parts = parts_of()
     with_depth, without = accepted(APPROACH, parts), accepted(APPROACH, parts, None)
@@ -142,7 +141,6 @@ def guess_error(changes, row, unit):
     return np.abs(arc.table[row : row + 24] - guess).max() / getattr(approach, unit)
 
 
-@pytest.mark.kernels
 @pytest.mark.parametrize(("row", "unit"), [(impact.B, "b"), (impact.T, "tick")])
 def test_the_first_guess_errs_by_the_second_order_or_higher(row, unit):
     """A tenth of one force, a hundredth of the error; of dashpots a ten thousandth, a thousandth.
@@ -161,7 +159,6 @@ def test_the_first_guess_errs_by_the_second_order_or_higher(row, unit):
 # ---- nodes ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.kernels
 def test_the_nodes_are_the_fewest_that_the_tolerance_allows():
     """Notices: a bound that is not looked at; of the half arc, the errors of the whole."""
     for column, error in enumerate((impact.ERROR, impact.HALF_ERROR)):

@@ -17,7 +17,7 @@ from nlds_vines.model.system import System, refuse_contradiction
 from nlds_vines.model.words import setting_in_words, symbol_of, system_in_words
 from nlds_vines.orbits.settings import FINENESS, chosen_settings, laid_over
 from nlds_vines.orbits.starts import STATE, Start
-from nlds_vines.orbits.wants import checked_want, possible_want, refuse_impossible
+from nlds_vines.orbits.wants import USUAL, checked_want, possible_want, refuse_impossible
 from nlds_vines.packaged_files import resource_text
 from nlds_vines.toml import parse_toml
 
@@ -37,8 +37,6 @@ FORM = Form(
 
 DEFAULT_FILE = "figure8.toml"
 """The packaged scan that is taken unless another one is given."""
-
-_USUAL_WANT = ("section", "impacts", "energy", "regime")
 
 
 def load_scan(
@@ -171,7 +169,7 @@ def _want(layers: Layers, scene: Scene, method: str) -> tuple[str, ...]:
 
     So one scan file serves every system; only a request of which nothing remains is refused.
     """
-    want = layers.values("record").get("want", _USUAL_WANT)
+    want = layers.values("record").get("want", USUAL)
     with at(layers.place("record")):
         possible = possible_want(want, scene, method)
         if not possible:

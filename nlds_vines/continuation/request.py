@@ -26,9 +26,6 @@ POLICIES = ("rest", "random", "label", "orbits")
 """Where branches may begin: the orbit from rest; the orbits of random starts; one of these with a
 label; given orbits."""
 
-OF_STARTS = ("regime", "evidence")
-"""What is recorded of the orbits that branches begin with."""
-
 STARTS = 100
 """Random starts, by default."""
 

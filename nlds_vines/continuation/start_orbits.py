@@ -9,13 +9,14 @@ import numpy as np
 
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.continuation.exploration import Seed
-from nlds_vines.continuation.request import OF_STARTS, Continuation, Orbit
+from nlds_vines.continuation.request import Continuation, Orbit
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels.codes import OK
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.starts import Start, random_states, start_states
+from nlds_vines.orbits.wants import USUAL
 from nlds_vines.runs.progress import Tell
 
 TRANSIENT, PERIODS = 600, 120
@@ -82,7 +83,7 @@ def _judged(
     system: System, starts: np.ndarray, tolerance: float, tell: Tell | None
 ) -> Iterator[tuple[str, int, np.ndarray]]:
     """Yield the label, n, and a state (4,) of the orbit at phase zero, of each start (count, 4)."""
-    wanted = Wanted(system.scene, OF_STARTS, "exact", "standard", Settings(tolerance))
+    wanted = Wanted(system.scene, USUAL, "exact", "standard", Settings(tolerance))
     cells = np.repeat(np.atleast_1d(system.cells()), len(starts))[:, np.newaxis]
     outputs = Kernels(wanted, tell).run(cells, starts, TRANSIENT, PERIODS)
     arrays = outputs.verdicts(cells)

@@ -19,8 +19,8 @@ from nlds_vines.orbits.labels import FLAGS, least_lifetime
 from nlds_vines.orbits.settings import EFFORTS, METHODS, chosen_settings
 from nlds_vines.orbits.simulation import IntegrationError, start_state
 from nlds_vines.orbits.status_words import OK, STATUS
+from nlds_vines.orbits.wants import USUAL
 
-_WANT = ("regime", "lyapunov", "settling", "evidence")
 _KINDS = {code: name for name, code in FLAGS.items()}
 
 
@@ -40,6 +40,7 @@ class Regime(Outlined):
         lyapunov_width: half the width of its 99 % interval; 0 for a periodic orbit.
         exponents: all of them [1/s]; they sum up to -(c1 + c2)/m1 - c2/m2.
         residual: by how much a periodic orbit does not close, relative to the orbit (energy norm).
+        E1max, E2max: largest energies [J] of structure and damper in the sampled periods.
         point: of the periodic orbit's section (x1, v1, x2, v2) [m, m/s]: a start on the orbit.
         clearance: [m] smallest near miss of the periodic orbit, inf without any; softest: [m/s]
             slowest impact.  Both tell how far grazing is.
@@ -62,6 +63,8 @@ class Regime(Outlined):
     lyapunov_width: float
     exponents: np.ndarray
     residual: float
+    E1max: float
+    E2max: float
     point: np.ndarray | None
     clearance: float
     softest: float
@@ -128,7 +131,7 @@ def classify(
     before, sampled = whole("transient", transient, 0), whole("periods", periods, 1)
     how = choice("method", method, METHODS), choice("effort", effort, EFFORTS)
     settings = chosen_settings(method, {"tolerance": tolerance})
-    kernels = Kernels(Wanted(system.scene, _WANT, *how, settings), notice(quiet))
+    kernels = Kernels(Wanted(system.scene, USUAL, *how, settings), notice(quiet))
     cells = np.atleast_2d(system.cells())
     state = start_state(system, float(cells["rest"][0, 0]), start)
     outputs = kernels.run(cells, state[np.newaxis, :4], before, sampled)
@@ -136,10 +139,12 @@ def classify(
     if code != OK:
         raise IntegrationError(f"{system.name}: {STATUS[code].name}. {STATUS[code].remedy}")
     arrays = outputs.verdicts(cells)
-    return _regime(system, {name: values[0, 0] for name, values in arrays.items()})
+    assert outputs.energy is not None
+    found = {name: values[0, 0] for name, values in arrays.items()}
+    return _regime(system, found, outputs.energy[0, 0])
 
 
-def _regime(system: System, found: dict[str, Any]) -> Regime:
+def _regime(system: System, found: dict[str, Any], energy: np.ndarray) -> Regime:
     """Return the `Regime` in the datasets of one lane."""
     periodic = found["period"] > 0
     pairs = found["multipliers"]
@@ -156,6 +161,8 @@ def _regime(system: System, found: dict[str, Any]) -> Regime:
         lyapunov_width=float(found["lyapunov_width"]),
         exponents=found["exponents"],
         residual=float(found["residual"]),
+        E1max=float(energy[0]),
+        E2max=float(energy[1]),
         point=found["orbit_point"] if periodic else None,
         clearance=float(found["orbit_clearance"]),
         softest=float(found["softest_impact"]),

@@ -24,6 +24,11 @@ WANTS = (
 )
 """What `[record] want` may ask for."""
 
+USUAL = ("section", "impacts", "energy", "regime")
+"""What a scan records unless it says otherwise.
+
+Whatever else looks for a label asks for the same: kernels are compiled for what is recorded."""
+
 JUDGED = frozenset({"regime", "lyapunov", "settling", "evidence", "attractor"})
 """Of `WANTS`, what rests on a verdict."""
 

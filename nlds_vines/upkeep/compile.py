@@ -15,7 +15,6 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.cli.option_values import comma_separated
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.running import DONE, Command, say
-from nlds_vines.continuation.request import OF_STARTS
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.model.laws import HERTZ, LAWS
 from nlds_vines.model.scenes import SCENES, scene_of
@@ -23,7 +22,7 @@ from nlds_vines.model.system import check_law
 from nlds_vines.orbits import compilation
 from nlds_vines.orbits.compilation import Needed
 from nlds_vines.orbits.settings import METHODS
-from nlds_vines.orbits.wants import WANTS, checked_want, possible_want, refuse_impossible
+from nlds_vines.orbits.wants import USUAL, WANTS, checked_want, possible_want, refuse_impossible
 from nlds_vines.runs.threads import check_environment
 
 _EXAMPLES = """\
@@ -129,7 +128,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     if options.branches:
         if options.method != "exact":
             raise RequestError("--branches: branches are followed by method exact alone")
-        records = [*(record for record in records if record), list(OF_STARTS)]
+        records = [*(record for record in records if record), list(USUAL)]
     asked = [
         needed
         for record in records

@@ -7,8 +7,6 @@ from nlds_vines import classify, load_system, simulate
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 
-pytestmark = pytest.mark.kernels
-
 NOTED = 4096  # periods of a transient whose section is kept
 
 
@@ -17,6 +15,7 @@ def seen(found):
     return found.label, found.settling, found.impacts_by_wall
 
 
+@pytest.mark.kernels
 def test_a_transient_longer_than_what_is_kept_changes_nothing():
     system = load_system("ssul-set6", omega=6.28)
     expected = seen(classify(system))
@@ -71,6 +70,7 @@ def test_chaos_is_watched_for_as_long_as_the_effort_allows(effort):
     )
 
 
+@pytest.mark.kernels
 def test_a_quick_scan_knows_how_long_it_watched():
     scan = load_scan(
         {
@@ -97,6 +97,7 @@ LONG_PERIODS = [
 """Stable orbits of long periods: system, omega, label."""
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(("name", "omega", "label"), LONG_PERIODS)
 def test_a_long_period_is_found_whatever_the_window(name, omega, label):
     system = load_system(name, omega=omega)
@@ -136,6 +137,7 @@ def test_a_flight_without_impact_is_not_yet_a_periodic_orbit():
         assert cut.settling == whole.settling > 360
 
 
+@pytest.mark.kernels
 @pytest.mark.kernels
 @pytest.mark.parametrize("method", ["exact", "rk4"])
 def test_what_is_recorded_changes_no_orbit(method):

@@ -27,7 +27,13 @@ SET6 = references()["ssul-set6"].numbers
 ROUND = {**SET6, "V": 0.125, "C": 0.0625}  # so that a start can lie on the wall to the last bit
 METHODS = {"exact": {}, "rk4": {"method": "rk4", "period_steps": 4096.0}}
 
-both_methods = pytest.mark.parametrize("options", METHODS.values(), ids=METHODS)
+both_methods = pytest.mark.parametrize(
+    "options",
+    [
+        pytest.param(options, id=name, marks=pytest.mark.kernels if options else ())
+        for name, options in METHODS.items()
+    ],
+)
 
 
 def assert_as_twin(numbers, start, periods, options, bound=1e-8):
@@ -58,7 +64,6 @@ def shortened(numbers, r, v1=0.0, s=0.0):
 # ---- impacts row by row --------------------------------------------------------------------------
 
 
-@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("K", [1e3, 1e5, SET6["K"], 1.6e11])
 def test_impacts_as_the_twin_sees_them(K, options):
@@ -71,7 +76,6 @@ def test_impacts_as_the_twin_sees_them(K, options):
     assert lasting > 0.3 if K == 1e3 else lasting < 0.2
 
 
-@pytest.mark.kernels
 @both_methods
 def test_contact_that_lasts_beyond_the_end(options):
     """At 4T of the reference orbit a contact is under way."""
@@ -84,7 +88,6 @@ def test_contact_that_lasts_beyond_the_end(options):
     np.testing.assert_allclose(orbit.section[-1], expected, rtol=0, atol=1e-8)
 
 
-@pytest.mark.kernels
 @both_methods
 def test_section_inside_a_contact_changes_nothing_behind_it(options):
     """Impacts and sections go on as if the section had not cut the contact in two."""
@@ -111,7 +114,6 @@ def test_impact_times_count_from_the_start_of_the_transient():
 # ---- starts --------------------------------------------------------------------------------------
 
 
-@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("s", [-0.5, 0.0, 0.5])
 def test_start_inside_a_contact(s, options):
@@ -122,7 +124,6 @@ def test_start_inside_a_contact(s, options):
     assert orbit.impacts["touch"][0] > 0.05
 
 
-@pytest.mark.kernels
 @both_methods
 def test_start_on_the_wall_moving_in(options):
     orbit = assert_as_twin(ROUND, shortened(ROUND, ROUND["C"], s=1.0), 4, options, bound=1e-7)
@@ -130,14 +131,12 @@ def test_start_on_the_wall_moving_in(options):
     assert orbit.impacts["speed"][0] == 1.0
 
 
-@pytest.mark.kernels
 @both_methods
 def test_start_on_the_wall_moving_away(options):
     orbit = assert_as_twin(ROUND, shortened(ROUND, ROUND["C"], s=-1.0), 4, options, bound=1e-7)
     assert orbit.impacts["touch"][0] > 0.1
 
 
-@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("K", [1e3, SET6["K"]])
 def test_start_on_the_wall_at_rest_and_pressed_in(K, options):
@@ -148,7 +147,6 @@ def test_start_on_the_wall_at_rest_and_pressed_in(K, options):
     assert abs(orbit.impacts["speed"][0]) <= 1e-12
 
 
-@pytest.mark.kernels
 @both_methods
 def test_nothing_moves_on_the_wall(options):
     numbers = {**ROUND, "C": 0.0, "P": 0.0}
@@ -174,7 +172,6 @@ def pressed(numbers):
 PRELOADED = {**SET6, "C": -0.005}
 
 
-@pytest.mark.kernels
 @both_methods
 def test_preloaded_damper_rests_on_the_obstacle(options):
     """Shaken too gently to lift off: one contact, many periods, no impact."""
@@ -185,7 +182,6 @@ def test_preloaded_damper_rests_on_the_obstacle(options):
     assert (u < numbers["V"]).all()
 
 
-@pytest.mark.kernels
 @both_methods
 def test_preloaded_damper_at_rest_stays_at_rest(options):
     numbers = {**PRELOADED, "P": 0.0, "c1": 0.0, "c2": 0.0}
@@ -194,7 +190,6 @@ def test_preloaded_damper_at_rest_stays_at_rest(options):
     np.testing.assert_allclose(orbit.section, np.tile(start, (20, 1)), rtol=0, atol=1e-14)
 
 
-@pytest.mark.kernels
 @both_methods
 def test_preloaded_damper_that_lifts_off(options):
     numbers = {**PRELOADED, "P": 100.0}
@@ -205,7 +200,6 @@ def test_preloaded_damper_that_lifts_off(options):
 # ---- refusals ------------------------------------------------------------------------------------
 
 
-@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("changes", [{"c2": 1e12}, {"omega": 1e-6}])
 def test_too_stiff(changes, options):
@@ -222,7 +216,6 @@ def test_fixed_steps_beyond_their_stability_are_refused():
     assert len(follow_ssul(numbers, None, 3).impacts) == 0
 
 
-@pytest.mark.kernels
 @both_methods
 def test_absurd_forces_end_in_a_status(options):
     with pytest.raises(IntegrationError, match=r"diverged|step_budget"):
@@ -326,7 +319,6 @@ def of_two_walls(numbers, kind="ssbl"):
     return system_of(kind, numbers), follow(model_of(numbers, watched=watched), start, 4)
 
 
-@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("K", [3e8, 1e9, 1e10])
 def test_depth_and_force_of_short_impacts_where_dashpots_act(K, options):
@@ -342,7 +334,6 @@ def test_depth_and_force_of_short_impacts_where_dashpots_act(K, options):
     np.testing.assert_allclose(rows["force"][over], force, rtol=5e-11)
 
 
-@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize(
     ("kind", "changes"),

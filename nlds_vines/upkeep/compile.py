@@ -22,7 +22,7 @@ from nlds_vines.model.system import check_law
 from nlds_vines.orbits import compilation
 from nlds_vines.orbits.compilation import Needed
 from nlds_vines.orbits.settings import METHODS
-from nlds_vines.orbits.wants import USUAL, WANTS, checked_want, possible_want, refuse_impossible
+from nlds_vines.orbits.wants import WANTS, checked_want, possible_want, refuse_impossible
 from nlds_vines.runs.threads import check_environment
 
 _EXAMPLES = """\
@@ -128,7 +128,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     if options.branches:
         if options.method != "exact":
             raise RequestError("--branches: branches are followed by method exact alone")
-        records = [*(record for record in records if record), list(USUAL)]
+        records = [*(record for record in records if record), None]  # as of a scan
     asked = [
         needed
         for record in records

@@ -112,10 +112,10 @@ def test_the_kernels_of_branches_are_compiled_when_asked_for(fakes, capsys, monk
     calls, _ = fakes
     monkeypatch.setattr(command, "compile_branches", lambda key: f"{key} branches: 2.5 s")
     assert console(["compile", "ssul", "--branches"]) == 0
-    assert [call[-1] for call in calls] == [("regime", "evidence")] * 2
+    assert [call[-1] for call in calls] == [USUAL] * 2
     assert capsys.readouterr().out.splitlines()[-1] == "ssul branches: 2.5 s"
     assert console(["compile", "ssul", "tmd", "--branches", "--record", "energy"]) == 0
-    assert {call[-1] for call in calls[2:]} == {("energy",), ("regime", "evidence")}
+    assert {call[-1] for call in calls[2:]} == {("energy",), USUAL, ("section", "energy", "regime")}
     out = capsys.readouterr().out
     assert out.count("branches: ") == 2
     assert console(["compile", "ssul", "--branches", "--method", "rk4"]) == 2

@@ -319,6 +319,7 @@ def of_two_walls(numbers, kind="ssbl"):
     return system_of(kind, numbers), follow(model_of(numbers, watched=watched), start, 4)
 
 
+@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize("K", [3e8, 1e9, 1e10])
 def test_depth_and_force_of_short_impacts_where_dashpots_act(K, options):
@@ -334,6 +335,7 @@ def test_depth_and_force_of_short_impacts_where_dashpots_act(K, options):
     np.testing.assert_allclose(rows["force"][over], force, rtol=5e-11)
 
 
+@pytest.mark.kernels
 @both_methods
 @pytest.mark.parametrize(
     ("kind", "changes"),

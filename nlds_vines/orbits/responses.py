@@ -19,6 +19,9 @@ from nlds_vines.model.linear_response import alone, foot_amplitude
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 
+AT_STOP = 1.0e-12
+"""How far from a rigid stop a displacement is at it, relative to the stop's distance."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -127,11 +130,25 @@ def arrays_of(found: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, n
         if entry.name == "transmissibility":
             with np.errstate(all="ignore"):  # of a foot at rest: NaN
                 values = values / (np.sqrt(0.5) * foot_amplitude(cells))
+        if entry.name == ("stroke_max" if scene.damper else "x1_max"):
+            values = _not_beyond(values, scene, cells)
         arrays[entry.name] = values
         if scene.damper and entry.reduced:
             with np.errstate(all="ignore"):
                 arrays[f"{entry.name}_reduction"] = 1.0 - values / reference[entry.name]
     return arrays
+
+
+def _not_beyond(largest: np.ndarray, scene: Scene, cells: np.ndarray) -> np.ndarray:
+    """Return largest displacements (...) [m] that no round-off carries beyond a rigid stop.
+
+    A touch is located to round-off, and what is within that of the stop is at it.
+    """
+    for wall in scene.walls:
+        stop = np.abs(cells[wall])
+        if scene.law_at(wall).instant:
+            largest = np.where(np.abs(largest - stop) <= AT_STOP * stop, stop, largest)
+    return largest
 
 
 def values_of(found: np.ndarray, system: System) -> Mapping[str, Any]:

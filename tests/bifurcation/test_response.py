@@ -8,10 +8,12 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
+from nlds_vines.kernels.codes import RESPONSE_COLUMNS
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.scenes import scene_of
-from nlds_vines.orbits.responses import objectives_of, quantities_of
+from nlds_vines.model.system import System
+from nlds_vines.orbits.responses import arrays_of, objectives_of, quantities_of
 from nlds_vines.orbits.simulation import simulate
 from nlds_vines.tuning.command import main, tune
 from nlds_vines.tuning.request_file import load_tuning
@@ -238,3 +240,13 @@ def test_force_and_ground_do_not_vary_together():
     vary = {"P": {"values": [1.0, 2.0]}, "base_displacement": {"values": [0.0, 1.0]}}
     with pytest.raises(RequestError, match="P beside base_displacement"):
         scan_of(vary=vary)
+
+
+def test_round_off_carries_no_displacement_beyond_a_rigid_stop():
+    numbers = {"m": 1.0, "k": 1.0, "c": 0.1, "C": 0.7, "C_2": 1.0, "P": 0.6, "omega": 1.0, "e": 0.8}
+    system = System("oscillator-2", numbers, law="restitution")
+    cells = np.repeat(np.atleast_1d(system.cells()), 4)
+    rows = np.zeros((4, RESPONSE_COLUMNS))
+    rows[:, 0] = 0.7 + 4e-15, 1.0 + 5e-15, 0.7 - 5e-15, 0.71
+    largest = arrays_of(rows, system.scene, cells)["x1_max"]
+    assert largest.tolist() == [0.7, 1.0, 0.7, 0.71]

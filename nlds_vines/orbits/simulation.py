@@ -347,7 +347,9 @@ def _room(capacity: int) -> Impacts:
     return Impacts(np.empty((capacity, COLUMNS)), np.zeros(1, np.int64))
 
 
-def start_state(system: System, rest: float, start: Sequence[float] | np.ndarray | None) -> np.ndarray:
+def start_state(
+    system: System, rest: float, start: Sequence[float] | np.ndarray | None
+) -> np.ndarray:
     """Return the kernels' state (x1, v1, r, s, q, mode) of a start in the user's coordinates."""
     state = np.zeros(SIZE)
     if start is None:

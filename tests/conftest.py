@@ -16,7 +16,6 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
-import numba
 import pytest
 
 TESTS = Path(__file__).parent
@@ -52,13 +51,14 @@ def pytest_collection_modifyitems(items):
 
 def pytest_collection_finish(session):
     """Compile what the default tier needs, where many of its tests are to run."""
-    if sum(not in_a_tier(item) for item in session.items) > MANY and not numba.config.DISABLE_JIT:
+    if sum(not in_a_tier(item) for item in session.items) > MANY:
         shared_files()
 
 
 def in_a_tier(item):
-    """Tell whether a test is of another tier than the default one."""
-    return any(item.get_closest_marker(name) for name in ("kernels", "long"))
+    """Tell whether a test is of another tier than the default one: files of plain Python, too."""
+    named = any(item.get_closest_marker(name) for name in ("kernels", "long"))
+    return named or item.path.name.startswith("plain_")
 
 
 @contextmanager

@@ -100,13 +100,13 @@ class Inner(codegen.JITCodeLibrary):
         return 0
 
 
-def _all_called(library: Any, seen: dict[Inner, None]) -> Iterator[Inner]:
+def all_called(library: Any, seen: dict[Inner, None]) -> Iterator[Inner]:
     """Yield all inner kernels below a library, each once and after one that calls it."""
     for other in library._linking_libraries:
         if isinstance(other, Inner) and other not in seen:
             seen[other] = None
             yield other
-            yield from _all_called(other, seen)
+            yield from all_called(other, seen)
 
 
 class Entry(codegen.JITCodeLibrary):
@@ -117,7 +117,7 @@ class Entry(codegen.JITCodeLibrary):
     def finalize(self) -> None:
         """Link, optimise, and make machine code."""
         self._raise_if_finalized()
-        self.linked = list(_all_called(self, {}))
+        self.linked = list(all_called(self, {}))
         for library in self.linked:
             self._final_module.link_in(library._final_module, preserve=True)
         others = self._linking_libraries

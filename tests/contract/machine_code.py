@@ -16,6 +16,7 @@ from nlds_vines import load_system
 from nlds_vines.kernels import cells, exact, orbit
 from nlds_vines.kernels.arguments import CellBuffers, Span
 from nlds_vines.kernels.codes import RESPONSE_COLUMNS
+from nlds_vines.kernels.linking import all_called
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
@@ -114,11 +115,16 @@ def compiled(system, method, want):
             {kernel_of(symbol) for symbol in kernels if undecided(kinds.get(symbol, ()))}
         ),
         "mathematics": called(text),
-        "loop": sorted({word for f, s in loop for word in called(f.inspect_llvm(s))}),
+        "loop": sorted({word for f, s in loop for word in called(whole(f.overloads[s].library))}),
         "absent": [absent(f, s) for f, s in loop],
         "walks": [max(calls(each, "first_touch"), calls(each, "touch_of")) for each in walks],
         "contracts": contracts(text),
     }
+
+
+def whole(library):
+    """Return the text of an inner kernel and of all that it calls."""
+    return "\n".join(one.get_llvm_str() for one in (library, *all_called(library, {})))
 
 
 def absent(function, types):

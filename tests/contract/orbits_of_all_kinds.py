@@ -41,8 +41,13 @@ CASES = {
         "vary": {"omega": {"values": [6.28, 7.4, 7.575]}},
         "set": {"K": 2.5e7},
         "start": RANDOM,
-        "sampling": {"transient": 100, "periods": 30, "effort": "quick"},
-        "method": {"name": "rk4", "period_steps": 128},
+        "sampling": {
+            "transient": 100,
+            "periods": 30,
+            "effort": "quick",
+            "method": "rk4",
+            "period_steps": 128,
+        },
         "record": {"want": ALL},
     },
     "no damper": {

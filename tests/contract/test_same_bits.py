@@ -118,7 +118,7 @@ def test_compiled_code_calls_no_library_for_a_number(oldest):
     message by log10. A loop over the numbers compiles faster, too.
     """
     code = oldest["code"]
-    assert code["modules"] > 100
+    assert code["modules"] > 30  # of entries, each with all that it calls
     assert code["loops"] >= 2  # over lanes, to run and to judge
     assert set(code["called"]) <= EXACT
     functions = {name.split(".")[1] for name in code["intrinsics"]}

@@ -5,7 +5,8 @@
     orbit = nv.simulate(system, periods=100)
     nv.bifurcation("scan.toml")
 
-Everything is loaded when it is first used, so that asking for help costs nothing.
+Everything is loaded when it is first used, so that asking for help costs nothing.  The types of the
+public names stand in `__init__.pyi`.
 """
 
 from __future__ import annotations
@@ -13,6 +14,12 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 from typing import Any
+
+if sys.platform == "win32":  # which has neither fcntl nor resource nor SIGUSR1
+    _as_program = sys.argv[0] == "-m" or "nlds-vines" in sys.argv[0]  # then without a traceback
+    raise (SystemExit if _as_program else ImportError)(
+        "nlds_vines runs on Linux: on Windows, install it within WSL, which is one"
+    )
 
 _HOMES = {
     "RequestError": "errors",

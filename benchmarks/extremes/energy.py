@@ -206,6 +206,7 @@ def never_rises() -> Finding:
         for method in ("exact", "rk4"):
             start = np.array([0.02, 0.5, system.rest, -0.4])
             states = simulate(system, 60, start=start, record=BOTH, method=method).section
+            assert states is not None
             energy = energy_of(system, np.vstack([start, states]))
             rises = max(rises, float(np.max(energy[1:] / energy[:-1])) - 1.0)
     return within(rises, 1e-10, f"from section to section {_fall(rises)}")
@@ -216,6 +217,7 @@ def never_rises_in_flight() -> Finding:
     system = load_system("tmd", P=0.0, c1=1e-6, c2=0.0)
     start = np.array([0.02, 0.5, 0.0, -0.4])
     states = simulate(system, 10_000, start=start, record=LINEAR).section
+    assert states is not None
     energy = energy_of(system, np.vstack([start, states]))
     rise = float(np.max(energy[1:] / energy[:-1])) - 1.0
     return within(rise, 1e-13, f"in each of 1e4 periods {_fall(rise)}")

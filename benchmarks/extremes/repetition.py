@@ -159,13 +159,13 @@ def sample() -> Arrays:
     }
     found = {}
     for name, (system, record) in runs.items():
-        for method, options in (("exact", {}), ("rk4", {"period_steps": 64.0})):
-            orbit = simulate(system, 3, record=record, method=method, **options)
+        for method, steps in (("exact", None), ("rk4", 64.0)):
+            orbit = simulate(system, 3, record=record, method=method, period_steps=steps)
             assert orbit.section is not None
             scalars = np.array([orbit.E1max, orbit.E2max, orbit.clearance], dtype=float)
             numbers = [orbit.section.ravel(), scalars]
             if orbit.impacts is not None:
-                columns = (orbit.impacts[key] for key in orbit.impacts.dtype.names[1:])
+                columns = (orbit.impacts[key] for key in (orbit.impacts.dtype.names or ())[1:])
                 numbers += [np.concatenate(list(columns))]
             found[f"{name}, {method}"] = np.concatenate(numbers)
     return found

@@ -71,7 +71,7 @@ def continue_orbit(
     system: System | str | os.PathLike[str],
     along: str,
     between: tuple[float, float],
-    start: Regime | Sequence[float] | str | None = None,
+    start: Regime | Sequence[float] | np.ndarray | str | None = None,
     *,
     period: int | None = None,
     plane: tuple[str, float, float] | None = None,
@@ -156,7 +156,7 @@ def _near(
 def _start_table(
     system: System,
     along: str,
-    start: Regime | Sequence[float] | str | None,
+    start: Regime | Sequence[float] | np.ndarray | str | None,
     between: tuple[float, float],
     draws: dict[str, int],
 ) -> dict[str, Any]:

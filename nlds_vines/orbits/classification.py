@@ -103,7 +103,7 @@ class Regime(Outlined):
 def classify(
     system: System | str | os.PathLike[str],
     *,
-    start: Sequence[float] | None = None,
+    start: Sequence[float] | np.ndarray | None = None,
     transient: int = 600,
     periods: int = 120,
     method: str = "exact",

@@ -129,7 +129,7 @@ def simulate(
     system: System | str | os.PathLike[str],
     periods: int,
     *,
-    start: Sequence[float] | None = None,
+    start: Sequence[float] | np.ndarray | None = None,
     transient: int = 0,
     method: str = "exact",
     record: Collection[str] | None = None,
@@ -347,7 +347,9 @@ def _room(capacity: int) -> Impacts:
     return Impacts(np.empty((capacity, COLUMNS)), np.zeros(1, np.int64))
 
 
-def start_state(system: System, rest: float, start: Sequence[float] | None) -> np.ndarray:
+def start_state(
+    system: System, rest: float, start: Sequence[float] | np.ndarray | None
+) -> np.ndarray:
     """Return the kernels' state (x1, v1, r, s, q, mode) of a start in the user's coordinates."""
     state = np.zeros(SIZE)
     if start is None:

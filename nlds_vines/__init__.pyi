@@ -1,0 +1,41 @@
+"""The types of the public names, which `__init__.py` loads when they are first used."""
+
+from nlds_vines.archives.archive import read as read
+from nlds_vines.archives.archive import verify as verify
+from nlds_vines.bifurcation.cell_orbit import orbit_of as orbit_of
+from nlds_vines.bifurcation.command import bifurcation as bifurcation
+from nlds_vines.bifurcation.request import Scan as Scan
+from nlds_vines.bifurcation.request_file import load_scan as load_scan
+from nlds_vines.bifurcation.result import ScanArchive as ScanArchive
+from nlds_vines.continuation.command import continue_orbit as continue_orbit
+from nlds_vines.continuation.request import Continuation as Continuation
+from nlds_vines.continuation.request_file import load_continuation as load_continuation
+from nlds_vines.continuation.result import Continued as Continued
+from nlds_vines.continuation.result import continued as continued
+from nlds_vines.errors import RequestError as RequestError
+from nlds_vines.model.catalogue import load_system as load_system
+from nlds_vines.model.system import System as System
+from nlds_vines.orbits.classification import Regime as Regime
+from nlds_vines.orbits.classification import classify as classify
+from nlds_vines.orbits.simulation import IntegrationError as IntegrationError
+from nlds_vines.orbits.simulation import Orbit as Orbit
+from nlds_vines.orbits.simulation import simulate as simulate
+from nlds_vines.orbits.spectrum import Spectrum as Spectrum
+from nlds_vines.orbits.spectrum import spectrum as spectrum
+from nlds_vines.portrait.command import portrait as portrait
+from nlds_vines.reproduce.command import reproduce_paper as reproduce_paper
+from nlds_vines.response_curves.command import response_curves as response_curves
+from nlds_vines.response_curves.result import ResponseCurves as ResponseCurves
+from nlds_vines.response_curves.result import curves_in as curves_in
+from nlds_vines.transients.basin_shares import Basins as Basins
+from nlds_vines.transients.basin_shares import basin_measures as basin_measures
+from nlds_vines.transients.command import transients as transients
+from nlds_vines.transients.ensemble import Ensemble as Ensemble
+from nlds_vines.transients.ensemble import ensemble_of as ensemble_of
+from nlds_vines.tuning.command import tune as tune
+from nlds_vines.tuning.request import Tuning as Tuning
+from nlds_vines.tuning.request_file import load_tuning as load_tuning
+from nlds_vines.tuning.result import Tuned as Tuned
+from nlds_vines.upkeep.plot import plot as plot
+
+__version__: str

@@ -1,0 +1,209 @@
+"""What a version needs that is published: files that agree, are well formed, and are shipped."""
+
+import ast
+import inspect
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import nlds_vines
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+VERSION = PROJECT["project"]["version"]
+STUB = Path(nlds_vines.__path__[0], "__init__.pyi")
+YAML = (
+    "CITATION.cff",
+    ".readthedocs.yaml",
+    ".pre-commit-config.yaml",
+    ".github/workflows/ci.yml",
+    ".github/ISSUE_TEMPLATE/config.yml",
+    ".github/ISSUE_TEMPLATE/crash.yml",
+    ".github/ISSUE_TEMPLATE/idea.yml",
+    ".github/ISSUE_TEMPLATE/wrong-number.yml",
+)
+
+
+def text_of(name):
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def yaml_of(name):
+    """Return what a YAML file says; skips the test where PyYAML (of the extra `docs`) is not."""
+    return pytest.importorskip("yaml").safe_load(text_of(name))
+
+
+# ---- files ---------------------------------------------------------------------------------------
+
+
+def test_the_files_name_one_version_title_and_licence():
+    zenodo = json.loads(text_of(".zenodo.json"))
+    citation = dict(re.findall(r'^([\w-]+): "?(.*?)"?$', text_of("CITATION.cff"), re.M))
+    assert zenodo["version"] == citation["version"] == VERSION
+    assert zenodo["title"] == citation["title"]
+    assert zenodo["license"] == citation["license"] == PROJECT["project"]["license"]
+    assert citation["repository-code"] == PROJECT["project"]["urls"]["Homepage"]
+    for creator in zenodo["creators"]:
+        assert f'name: "{creator["name"]}"' in text_of("CITATION.cff")
+    for word in zenodo["keywords"]:
+        assert f"  - {word}\n" in text_of("CITATION.cff") + "\n"
+
+
+def test_the_changelog_has_this_version_below_what_is_not_released():
+    headings = re.findall(r"^## \[(.*?)\]", text_of("CHANGELOG.md"), re.M)
+    assert headings[:2] == ["Unreleased", VERSION]
+    targets = re.findall(r"^\[(.*?)\]: https://", text_of("CHANGELOG.md"), re.M)
+    assert targets == headings
+
+
+@pytest.mark.parametrize("name", YAML)
+def test_yaml_is_well_formed(name):
+    assert isinstance(yaml_of(name), dict)
+
+
+def test_no_yaml_is_forgotten():
+    found = [*ROOT.glob(".*.yaml"), *ROOT.glob(".github/**/*.yml"), *ROOT.glob("*.cff")]
+    assert {str(path.relative_to(ROOT)) for path in found} == set(YAML)
+
+
+def test_the_workflow_calls_the_gate():
+    jobs = yaml_of(".github/workflows/ci.yml")["jobs"]
+    lines = {name: [step.get("run", "") for step in job["steps"]] for name, job in jobs.items()}
+    assert ".ci/run" in lines["linux"]
+    first = re.search(r"```sh\n(python3 -m venv .*?)\n```", text_of("README.md")).group(1)
+    assert first in lines["macos"]
+    assert jobs["macos"]["continue-on-error"]
+    assert not jobs["linux"].get("continue-on-error")
+
+
+def test_issue_forms_ask_with_names_used_once():
+    for name in YAML:
+        if "ISSUE_TEMPLATE" in name and "config" not in name:
+            form = yaml_of(name)
+            assert {"name", "description", "body"} <= set(form), name
+            names = [part["id"] for part in form["body"]]
+            assert len(set(names)) == len(names), name
+
+
+def test_hooks_are_the_checks_of_style_and_types():
+    (repository,) = yaml_of(".pre-commit-config.yaml")["repos"]
+    programs = [hook["entry"].split()[0] for hook in repository["hooks"]]
+    assert programs == ["ruff", "ruff", "mypy"]
+
+
+def test_the_site_is_built_as_the_readme_tells():
+    site = yaml_of(".readthedocs.yaml")
+    assert site["sphinx"] == {"configuration": "docs/conf.py", "fail_on_warning": True}
+    (install,) = site["python"]["install"]
+    assert install["extra_requirements"] == ["docs"]
+
+
+def test_the_page_of_the_paper_cites_what_there_is_and_tells_no_number_of_its_own():
+    page, told = text_of("paper.md"), text_of("README.md")
+    told += "".join(path.read_text("utf-8") for path in (ROOT / "docs").glob("*.md"))
+    assert set(re.findall(r"@(\w+)", page)) == set(
+        re.findall(r"^@\w+\{(\w+),", text_of("paper.bib"), re.M)
+    )
+    body = re.sub(r"\[@\w+\]", "", page.split("---\n", 2)[2])
+    numbers = set(re.findall(r"(?<![\w.])\d[\d.]*(?:e-?\d+)?(?![\w])", body))
+    assert len(numbers) >= 8
+    for number in numbers:
+        number = number.rstrip(".")
+        padded = re.sub(r"e-(\d)$", r"e-0\1", number)  # as tables write it
+        assert re.search(rf"(?<![\d.])({re.escape(number)}|{re.escape(padded)})(?!\d)", told), (
+            number
+        )
+    assert len(page.split()) < 700  # one page
+
+
+# ---- what is shipped -----------------------------------------------------------------------------
+
+
+def test_a_source_archive_has_all_that_the_repository_has():
+    listed = set(PROJECT["tool"]["hatch"]["build"]["targets"]["sdist"]["include"])
+    assert all((ROOT / name).exists() for name in listed)
+    if not (ROOT / ".git").exists():
+        pytest.skip("no clone")
+    done = subprocess.run(
+        ["git", "ls-tree", "--name-only", "HEAD"], cwd=ROOT, capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+    unasked = {"pyproject.toml", ".gitignore"}  # in every source archive
+    assert set(done.stdout.split()) - unasked <= listed
+
+
+def test_lowest_versions_classifiers_and_addresses():
+    project = PROJECT["project"]
+    assert "Operating System :: POSIX :: Linux" in project["classifiers"]
+    lowest = project["requires-python"].removeprefix(">=")
+    assert f"Programming Language :: Python :: {lowest}" in project["classifiers"]
+    assert PROJECT["tool"]["mypy"]["python_version"] == lowest
+    assert {"Homepage", "Documentation", "Changelog", "Issues"} <= set(project["urls"])
+
+
+# ---- where it runs -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("started", ["-m", "C:/Scripts/nlds-vines", "other.py"])
+def test_windows_gets_one_line(started):
+    program = f"import sys; sys.platform = 'win32'; sys.argv = [{started!r}]; import nlds_vines"
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    *before, line = done.stderr.splitlines()
+    assert done.returncode == 1
+    assert line.endswith(
+        "nlds_vines runs on Linux: on Windows, install it within WSL, which is one"
+    )
+    assert bool(before) == (started == "other.py")  # a program of the user has its traceback
+
+
+# ---- types ---------------------------------------------------------------------------------------
+
+
+def stub_names(text):
+    """Return the public names of a stub: the module of each, "" for what it declares itself."""
+    names = {}
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.ImportFrom):
+            for alias in node.names:
+                assert alias.asname == alias.name, "only `import NAME as NAME` is public in a stub"
+                names[alias.name] = node.module.removeprefix("nlds_vines.")
+        elif isinstance(node, ast.AnnAssign):
+            names[node.target.id] = ""
+    return names
+
+
+def test_the_types_are_those_of_the_public_names():
+    assert stub_names(STUB.read_text("utf-8")) == {**nlds_vines._HOMES, "__version__": ""}
+    assert STUB.with_name("py.typed").is_file()
+
+
+def test_every_name_is_what_its_types_say():
+    """A folder that is called like its function is that function, with its arguments."""
+    for name, home in nlds_vines._HOMES.items():
+        typed, real = getattr(import_module(f"nlds_vines.{home}"), name), getattr(nlds_vines, name)
+        assert real is typed or inspect.signature(real) == inspect.signature(typed), name
+
+
+def test_every_public_function_says_the_types_of_all_arguments():
+    for name in nlds_vines.__all__:
+        real = getattr(nlds_vines, name)
+        if callable(real) and not isinstance(real, type):
+            signature = inspect.signature(real)
+            said = [signature.return_annotation]
+            said += [argument.annotation for argument in signature.parameters.values()]
+            assert inspect.Signature.empty not in said, name
+
+
+def test_a_stub_that_lags_behind_is_noticed():
+    text = STUB.read_text("utf-8")
+    assert stub_names(text.replace("tuning.command", "tuning.run")) != stub_names(text)
+    with pytest.raises(AssertionError):
+        stub_names(text.replace(" as tune\n", "\n"))

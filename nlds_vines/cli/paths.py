@@ -31,6 +31,14 @@ def optional_path(value: str | os.PathLike[str] | None) -> Path | None:
     return None if value is None else Path(value)
 
 
+def file_path(text: str) -> Path:
+    """Return the path of a file, beside which others are named; `RequestError` for no name."""
+    path = Path(text)
+    if not path.name:
+        raise RequestError(f"{shown(text)} is no name of a file")
+    return path
+
+
 def request_path(source: object) -> Path | None:
     """Return the path of the request file that a source names, if it is one."""
     is_path = isinstance(source, os.PathLike) or str(source).endswith(".toml")

@@ -102,7 +102,7 @@ def _same(one: Path, other: Path) -> bool:
     """Tell whether two paths, which may be links, mean one file."""
     try:
         return os.path.realpath(one) == os.path.realpath(other) or os.path.samefile(one, other)
-    except OSError:  # one of them does not exist yet
+    except (OSError, ValueError):  # one of them does not exist yet, or is none
         return False
 
 

@@ -22,6 +22,7 @@ from nlds_vines.cli.paths import (
     check_output,
     check_plot,
     check_writable,
+    file_path,
     optional_path,
     refuse_begun,
     refuse_existing,
@@ -145,7 +146,7 @@ class _Job:
     @classmethod
     def of(cls, options: Any, mode: Mode, command: str) -> _Job:
         """Return the job that the options ask for; `command` is the line for the page."""
-        archive = Path(options.output or mode.default)
+        archive = file_path(options.output or mode.default)
         return cls(
             mode,
             command,

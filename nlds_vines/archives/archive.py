@@ -34,7 +34,7 @@ from nlds_vines.archives.view import (
     values_of,
     whole_crc,
 )
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.errors import RequestError, shown, typed
 
 Piece = tuple[str, tuple[slice, ...], np.ndarray]
 """The name of a dataset, a rectangle of its cells, and the values there."""
@@ -93,6 +93,7 @@ def _note_checksums(file: h5py.File) -> None:
         dataset.attrs["crc32"] = np.uint32(whole_crc(dataset))
 
 
+@typed
 def read(path: str | os.PathLike[str]) -> ArchiveView:
     """Open an archive for reading, with or without a `with` statement.
 
@@ -137,6 +138,7 @@ def _opened(path: Path) -> h5py.File:
     raise RequestError(f"{path} has schema {schema}: this version reads up to {SCHEMA}")
 
 
+@typed
 def verify(path: str | os.PathLike[str]) -> list[str]:
     """Read an archive from end to end and return its problems, one line each; empty if sound.
 

@@ -14,7 +14,7 @@ from nlds_vines.archives.view import ArchiveView
 from nlds_vines.bifurcation.archived import scan_of
 from nlds_vines.bifurcation.cell_start import Place, own_state, swept_before, system_at
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.errors import RequestError, number, unknown, whole
+from nlds_vines.errors import RequestError, number, typed, unknown, whole
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.axis import Axis
 from nlds_vines.orbits.simulation import Beginning, IntegrationError, Orbit, checked_record
@@ -66,6 +66,7 @@ class CellOrbit:
         )
 
 
+@typed
 def orbit_of(
     archive: ArchiveView | str | os.PathLike[str],
     *,

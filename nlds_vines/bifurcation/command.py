@@ -31,7 +31,7 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import RequestError, at, shown
+from nlds_vines.errors import RequestError, at, shown, typed
 from nlds_vines.model.catalogue import looks_like_path
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -64,6 +64,7 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 
 
 # public: its keywords are those of the command, more than eight
+@typed
 def bifurcation(
     scan: Scan | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     output: str | os.PathLike[str] | None = None,

@@ -14,7 +14,7 @@ from nlds_vines.archives.dataset import Scale, Table
 from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.archives.provenance import Value
 from nlds_vines.bifurcation.datasets import scales_of, table_of
-from nlds_vines.errors import RequestError, choice, string, unknown, whole
+from nlds_vines.errors import RequestError, choice, string, typed, unknown, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.layers import request_hash
 from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, component_of
@@ -49,6 +49,7 @@ SAMPLING: Mapping[str, Callable[[object], Any]] = {
 """The checks of the table [sampling] of a scan file, by key."""
 
 
+@typed
 @dataclass(frozen=True, repr=False)
 class Scan(Outlined):
     """What to compute; checked when made, immutable afterwards.

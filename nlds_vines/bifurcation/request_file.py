@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from nlds_vines.bifurcation.request import SAMPLING, Scan, refuse_too_many
-from nlds_vines.errors import RequestError, at
+from nlds_vines.errors import RequestError, at, typed
 from nlds_vines.model.axis import MOST_VALUES, Axis, announced
 from nlds_vines.model.catalogue import as_system, looks_like_path
 from nlds_vines.model.layers import Form, Layer, Layers, unchecked
@@ -39,6 +39,7 @@ DEFAULT_FILE = "figure8.toml"
 """The packaged scan that is taken unless another one is given."""
 
 
+@typed
 def load_scan(
     source: str | os.PathLike[str] | Mapping[str, Any] | Scan | System | None = None,
     changes: Mapping[str, Any] | None = None,

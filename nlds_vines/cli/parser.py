@@ -9,6 +9,9 @@ from typing import Any, NoReturn
 
 from nlds_vines.errors import Number, RequestError, from_text, refuse_bytes, shown, unknown
 
+_NO_VALUE = re.compile(r"(-[a-z]=?|--[a-z-]+=)--")
+"""An option with `--` for its value, of which argparse makes an empty list."""
+
 
 class Parser(argparse.ArgumentParser):
     """An argument parser that raises `RequestError` where others print their usage and exit."""
@@ -33,6 +36,9 @@ class Parser(argparse.ArgumentParser):
         """
         for text in args or ():
             refuse_bytes("the argument", text)
+            if option := _NO_VALUE.fullmatch(text):
+                name = option[1].rstrip("=")
+                raise RequestError(f"argument {name}: expected one argument, not '--'")
         found, rest = self.parse_known_args(args, namespace)
         if rest and rest[0].startswith("-"):
             options = [name for name in self._option_string_actions if name.startswith("--")]

@@ -31,6 +31,14 @@ def optional_path(value: str | os.PathLike[str] | None) -> Path | None:
     return None if value is None else Path(value)
 
 
+def file_path(text: str) -> Path:
+    """Return the path of a file, beside which others are named; `RequestError` for no name."""
+    path = Path(text)
+    if not path.name:
+        raise RequestError(f"{shown(text)} is no name of a file")
+    return path
+
+
 def request_path(source: object) -> Path | None:
     """Return the path of the request file that a source names, if it is one."""
     is_path = isinstance(source, os.PathLike) or str(source).endswith(".toml")
@@ -94,7 +102,7 @@ def _same(one: Path, other: Path) -> bool:
     """Tell whether two paths, which may be links, mean one file."""
     try:
         return os.path.realpath(one) == os.path.realpath(other) or os.path.samefile(one, other)
-    except OSError:  # one of them does not exist yet
+    except (OSError, ValueError):  # one of them does not exist yet, or is none
         return False
 
 

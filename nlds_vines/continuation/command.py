@@ -37,7 +37,7 @@ from nlds_vines.cli.run_options import RunOptions, add_local_options, run_option
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.continuation.request import STARTS, Continuation
 from nlds_vines.continuation.request_file import load_continuation
-from nlds_vines.errors import RequestError, at, from_text, shown
+from nlds_vines.errors import RequestError, at, from_text, number, shown, typed
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.parameters import INITIAL
 from nlds_vines.model.system import System
@@ -67,6 +67,7 @@ exit status: 0 done; 1 a branch is not complete; 2 the request is wrong;
 
 
 # public: its keywords are those of the command, more than eight
+@typed
 def continue_orbit(
     system: System | str | os.PathLike[str],
     along: str,
@@ -126,7 +127,7 @@ def continue_orbit(
         },
     }
     if plane is not None:
-        name, low, high = plane
+        name, low, high = _triple(plane)
         changes["plane"] = {name: {"start": low, "stop": high}}
     request = load_continuation(known, changes, "continue_orbit")
     from nlds_vines.continuation.result import Continued
@@ -142,6 +143,12 @@ def _pair(between: Sequence[float]) -> tuple[float, float]:
     return between[0], between[1]
 
 
+def _triple(plane: Sequence[Any]) -> Sequence[Any]:
+    if isinstance(plane, str) or len(plane) != 3 or not isinstance(plane[0], str):
+        raise RequestError(f"plane = {shown(plane)}; allowed: a name and two numbers")
+    return plane
+
+
 def _near(
     system: System, along: str, start: object, between: tuple[float, float], period: int
 ) -> dict[str, Any]:
@@ -150,7 +157,8 @@ def _near(
         raise RequestError(f"period = {shown(period)} belongs to a start that is a state")
     low, high = between
     value = min(max(system.parameters.get(along, low), low), high)
-    return {"states": [[*map(float, start)]], "values": [value], "periods": [period]}
+    state = [number("start", component) for component in start]
+    return {"states": [state], "values": [value], "periods": [period]}
 
 
 def _start_table(
@@ -161,7 +169,7 @@ def _start_table(
     draws: dict[str, int],
 ) -> dict[str, Any]:
     """Return the table [start] that the start of `continue_orbit` means."""
-    if start is None or start == "rest":
+    if start is None or (isinstance(start, str) and start == "rest"):
         return {"policy": "rest"}
     if isinstance(start, str):
         return {"policy": "random", **draws} if start == "random" else {"label": start, **draws}

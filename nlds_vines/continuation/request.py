@@ -14,7 +14,7 @@ import numpy as np
 
 from nlds_vines.archives.outline import Outlined
 from nlds_vines.archives.provenance import Value
-from nlds_vines.errors import RequestError, choice, number, shown, string, whole
+from nlds_vines.errors import RequestError, choice, number, shown, string, typed, whole
 from nlds_vines.model.layers import request_hash
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.system import System
@@ -118,6 +118,7 @@ class Begin:
             raise RequestError(f"{len(self.orbits)} start orbits; allowed: up to {MOST_ORBITS}")
 
 
+@typed
 @dataclass(frozen=True, repr=False)
 class Continuation(Outlined):
     """What to follow; checked when made, immutable afterwards.

@@ -6,7 +6,7 @@ import os
 from typing import Any
 
 from nlds_vines.continuation.request import SEARCH, Begin, Continuation, Interval, Orbit
-from nlds_vines.errors import RequestError, at, number, shown, table, whole
+from nlds_vines.errors import RequestError, at, number, shown, table, typed, whole
 from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
 from nlds_vines.model.system import System
 from nlds_vines.model.words import symbol_of, system_in_words
@@ -32,6 +32,7 @@ DEFAULT_ALONG = {"omega": {"start": 5.0, "stop": 9.0}}
 """The parameter that is free unless another one is named."""
 
 
+@typed
 def load_continuation(
     source: str | os.PathLike[str] | Document | System | Continuation | None = None,
     changes: Document | None = None,

@@ -23,7 +23,7 @@ from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.continuation.section_map import Cycle, SectionMap
 from nlds_vines.continuation.special_points import label_of_cycle
 from nlds_vines.continuation.start_orbits import place_of, states_of
-from nlds_vines.errors import RequestError, number
+from nlds_vines.errors import RequestError, number, typed
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.toml import parse_toml
 
@@ -334,6 +334,7 @@ def map_of(request: Continuation) -> SectionMap:
     return SectionMap(request.system, (request.along.name,), Settings(float(request.tolerance)))
 
 
+@typed
 def continued(path: str | os.PathLike[str]) -> Continued:
     """Return the results of a continuation, from its archive.
 

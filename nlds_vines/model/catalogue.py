@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from nlds_vines.errors import RequestError, at, choice, shown, table, unknown
+from nlds_vines.errors import RequestError, at, choice, shown, table, typed, unknown
 from nlds_vines.model.laws import HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import SCENES
@@ -33,7 +33,8 @@ def catalogue() -> Mapping[str, System]:
     return {name: _entry(name, entry, document["groups"]) for name, entry in entries}
 
 
-def load_system(name_or_path: str | os.PathLike[str], /, **overrides: Any) -> System:
+@typed
+def load_system(name_or_path: str | os.PathLike[str], /, **overrides: float | str) -> System:
     """Return a system of the catalogue, or one from a TOML file.
 
     Arguments:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows, numbers
-from nlds_vines.errors import RequestError, choice, number, shown, string, table, unknown
+from nlds_vines.errors import RequestError, choice, number, shown, string, table, typed, unknown
 from nlds_vines.model.laws import DAMPING, HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import CONTACT, OSCILLATOR, PARAMETERS, STRUCTURE
 from nlds_vines.model.scenes import SCENES, Scene
@@ -75,6 +75,7 @@ def hertz_stiffness(p: Mapping[str, Any]) -> Any:
         return (4 / 3) * q1 / ((d1 + d2) * np.sqrt(A + B))
 
 
+@typed
 @dataclass(frozen=True, repr=False)
 class System(Outlined):
     """A kind of damper with its parameters; checked when made, immutable afterwards.
@@ -207,7 +208,8 @@ class System(Outlined):
         """Forcing period T = 2 pi / omega [s]."""
         return 2 * pi / self.parameters["omega"]
 
-    def with_(self, /, **overrides: Any) -> System:
+    @typed
+    def with_(self, /, **overrides: float | str) -> System:
         """Return this system with some parameters replaced, by name, in SI units.
 
         `K` replaces the seven contact constants; all seven together replace a given `K`.  The
@@ -216,7 +218,8 @@ class System(Outlined):
 
         Raises `RequestError` as `System` does, and for `K` beside a constant that it replaces.
         """
-        law, law_2 = overrides.pop("law", self.law), overrides.pop("law_2", self.law_2)
+        law: Any = overrides.pop("law", self.law)
+        law_2: Any = overrides.pop("law_2", self.law_2)
         check_law(self.kind, law, law_2)
         known = {name: self.parameters[name] for name in self.scene.own_of(self.parameters)}
         for mine, new, second in ((self.law, law, False), (self.law_2, law_2, True)):

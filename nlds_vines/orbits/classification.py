@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows
-from nlds_vines.errors import choice, whole
+from nlds_vines.errors import choice, typed, whole
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
@@ -100,6 +100,7 @@ class Regime(Outlined):
         return least_lifetime(self.watched) if self.kind == "chaotic" else float("nan")
 
 
+@typed
 def classify(
     system: System | str | os.PathLike[str],
     *,

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows, numbers
-from nlds_vines.errors import RequestError, choice, shown, whole
+from nlds_vines.errors import RequestError, choice, shown, typed, whole
 from nlds_vines.kernels.arguments import CellBuffers, Parts, Span
 from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.codes import OK, RESPONSE_COLUMNS
@@ -125,6 +125,7 @@ class Orbit(Outlined):
             yield "limits", numbers(others)
 
 
+@typed
 def simulate(
     system: System | str | os.PathLike[str],
     periods: int,
@@ -338,7 +339,7 @@ def _renamed(
         raise RequestError(f"resolution is the old name of {name}: give {name} alone")
     checked_steps("resolution", resolution)
     message = f"resolution is deprecated: method {method!r} calls it {name}"
-    warnings.warn(message, DeprecationWarning, stacklevel=3)
+    warnings.warn(message, DeprecationWarning, stacklevel=4)
     return (resolution, None) if method == "exact" else (None, resolution)
 
 

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
+from pathlib import Path
 
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from nlds_vines.archives.durable import open_regular
 from nlds_vines.errors import RequestError, choice, shown
 from nlds_vines.plotting.style import CM, LEFT, RIGHT, STYLE, WIDTH
+
+_MOST_BYTES = 1 << 20
+"""Bytes of a style sheet: matplotlib's longest have some kilobytes."""
 
 
 @dataclass(frozen=True)
@@ -97,11 +103,19 @@ def sheet(style: str | None) -> AbstractContextManager[None]:
 
     if style not in sheets.available:
         try:
+            _check_size(Path(style).expanduser())
             matplotlib.rc_params_from_file(style)
-        except (OSError, ValueError):
+        except (OSError, ValueError, TypeError):
             names = ", ".join(sheets.available)
             raise RequestError(f"style {shown(style)} is no file; allowed: {names}") from None
     return sheets.context(style)
+
+
+def _check_size(path: Path) -> None:
+    """Raise ValueError or OSError unless a file is as small as style sheets are."""
+    with open_regular(path) as file:
+        if os.fstat(file.fileno()).st_size > _MOST_BYTES:
+            raise ValueError("it is larger than style sheets are")
 
 
 def into(ax: Axes, fill: Callable[[], None]) -> Figure:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +25,7 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import ARCHIVE_SUFFIXES, check_plot, optional_path, refuse_replacing
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import RequestError, from_text
+from nlds_vines.errors import RequestError, from_text, typed
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.signals import SIGNALS
@@ -69,6 +69,7 @@ exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 
 """
 
 
+@typed
 def portrait(
     source: PortraitRequest | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     plot: str | os.PathLike[str] | None = None,
@@ -255,7 +256,8 @@ def _document(values: Mapping[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, value in values.items():
         if name == "start":
-            found["start"] = {"policy": "rest"} if value is None else {"state": list(value)}
+            state = list(value) if isinstance(value, Collection) else value
+            found["start"] = {"policy": "rest"} if value is None else {"state": state}
         else:
             found.setdefault("sampling" if name in _SAMPLING else "portrait", {})[name] = value
     return found

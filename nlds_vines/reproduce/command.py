@@ -19,7 +19,7 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import PLOT_SUFFIXES, check_writable, refuse_begun, refuse_replacing
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import RequestError, choice, shown, unknown
+from nlds_vines.errors import RequestError, choice, shown, typed, unknown
 from nlds_vines.reproduce.request import FigureRequest
 from nlds_vines.reproduce.request_file import load_figure, packaged_figures
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
@@ -45,6 +45,7 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 """
 
 
+@typed
 def reproduce_paper(
     output: str | os.PathLike[str] = _FOLDER,
     *,

@@ -25,7 +25,7 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import at, shown
+from nlds_vines.errors import at, shown, typed
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.response_curves.curve_options import Source, add_curve_options, changes, page_from
 from nlds_vines.response_curves.request import CurvePage, label_of
@@ -50,6 +50,7 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 """
 
 
+@typed
 def response_curves(
     source: Source = None,
     output: str | os.PathLike[str] = _DEFAULT,

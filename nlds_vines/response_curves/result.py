@@ -11,7 +11,7 @@ import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.view import ArchiveView
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.errors import RequestError, shown, typed
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.response_curves.request import CurvePage
 from nlds_vines.response_curves.request_file import load_page
@@ -92,6 +92,7 @@ def _in_words(reduction: float) -> str:
     return f"{abs(reduction):.1%} {'lower' if reduction >= 0 else 'higher'}".replace("%", " %")
 
 
+@typed
 def curves_in(path: str | os.PathLike[str]) -> ResponseCurves:
     """Return the response curves in an archive.
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.bifurcation.archived import begins_at_sections, scan_of
-from nlds_vines.errors import RequestError, number, unknown
+from nlds_vines.errors import RequestError, number, typed, unknown
 from nlds_vines.model.parameters import INITIAL, component_of, described
 from nlds_vines.orbits.basin_measures import (
     BOX,
@@ -118,6 +118,7 @@ class Basins(Outlined):
             yield f"arrived by {t:g} T: {self.arrived(t):.4f} of all; {', '.join(own)}"
 
 
+@typed
 def basin_measures(
     archive: ArchiveView | str | os.PathLike[str], side: int = BOX, **values: float
 ) -> Basins:

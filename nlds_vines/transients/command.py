@@ -23,10 +23,16 @@ from nlds_vines.cli.option_values import (
     number_or_word,
 )
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_output, check_plot, optional_path, refuse_replacing
+from nlds_vines.cli.paths import (
+    check_output,
+    check_plot,
+    file_path,
+    optional_path,
+    refuse_replacing,
+)
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import RequestError, at, number
+from nlds_vines.errors import RequestError, at, number, typed
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.laws import HERTZ
@@ -60,6 +66,7 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 
 
 # public: its keywords are those of the command, more than eight
+@typed
 def transients(
     system: System | str | os.PathLike[str] | None = None,
     output: str | os.PathLike[str] | None = None,
@@ -98,8 +105,8 @@ def transients(
         check_plot(path)
     target = Path(f"{_NAME}.h5" if output is None else output)
     check_output(target, path)
-    resume, overwrite = (bool(running.get(name)) for name in ("resume", "overwrite"))
-    refuse_replacing("picture", path, RunOptions(resume=resume, overwrite=overwrite), scan.hash)
+    existing = {name: running.get(name, False) for name in ("resume", "overwrite")}
+    refuse_replacing("picture", path, RunOptions(**existing), scan.hash)
     archive = bifurcation(scan, target, **running)
     return _ensemble(archive, delay, path)
 
@@ -111,7 +118,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     with at("command line"):
         scan = _scan(chosen_system(options, _SYSTEM), options.starts, options.seed, sampling)
         delay = _checked_delay(options.delay)
-    archive = Path(options.output)
+    archive = file_path(options.output)
     plot = archive.with_suffix(".png") if options.plot is None else Path(options.plot)
     check_plot(plot)
     check_output(archive, plot)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.outline import Outlined
-from nlds_vines.errors import RequestError
+from nlds_vines.errors import RequestError, typed
 from nlds_vines.orbits.coexistence import by_frequency, finals
 from nlds_vines.orbits.labels import TRANSIENT
 from nlds_vines.transients.survival import LEVEL, Decay, Survival, decay, share_interval, survival
@@ -50,6 +50,7 @@ class Share:
         return self.count / self.total
 
 
+@typed
 @dataclass(frozen=True, repr=False)
 class Ensemble(Outlined):
     """The results of the starts of one cell.
@@ -163,6 +164,7 @@ class Ensemble(Outlined):
         )
 
 
+@typed
 def ensemble_of(
     source: ArchiveView | str | os.PathLike[str],
     *cell: int,

@@ -27,7 +27,7 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import at, shown
+from nlds_vines.errors import at, shown, typed
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.manifest import TUNING
@@ -57,6 +57,7 @@ exit status: 0 done; 1 no design was admissible; 2 the request is wrong;
 """
 
 
+@typed
 def tune(
     source: str | os.PathLike[str] | Mapping[str, Any] | System | Tuning | None = None,
     output: str | os.PathLike[str] = _DEFAULT,

@@ -17,7 +17,7 @@ import numpy as np
 
 from nlds_vines.archives.outline import Outlined
 from nlds_vines.archives.provenance import Value
-from nlds_vines.errors import RequestError, choice, number, string, whole
+from nlds_vines.errors import RequestError, choice, number, string, typed, whole
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.layers import request_hash
 from nlds_vines.model.system import System
@@ -124,6 +124,7 @@ class Surface:
         whole("size of the surface", self.size, 2, 10**4)
 
 
+@typed
 @dataclass(frozen=True, repr=False)
 class Tuning(Outlined):
     """What to tune; checked when made, immutable afterwards.

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from math import prod
 from typing import Any
 
-from nlds_vines.errors import RequestError, at, choice, shown
+from nlds_vines.errors import RequestError, at, choice, shown, typed
 from nlds_vines.model.axis import Axis, announced
 from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
 from nlds_vines.model.system import System
@@ -41,6 +41,7 @@ DEFAULT_SYSTEM = "ssul-set6"
 """The system whose structure, force and contact are taken unless another one is named."""
 
 
+@typed
 def load_tuning(
     source: str | os.PathLike[str] | Document | System | Tuning | None = None,
     changes: Document | None = None,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.blocks import Block, blocks_of
 from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.paths import file_path
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.runs import interrupts
@@ -45,7 +46,7 @@ def shards_without(parts: Parts, missing: Sequence[Block]) -> list[Shard]:
 
 def _carry_out(options: argparse.Namespace) -> int:
     """Consolidate the parts of an archive to be; return the exit status."""
-    path = Path(options.file.removesuffix(".parts"))
+    path = file_path(options.file.removesuffix(".parts"))
     if not path.with_name(f"{path.name}.parts").is_dir():
         raise RequestError(f"{shown(str(path))} has no parts: nothing was begun, or all is done")
     return _consolidate(path, options.dry_run, options.quiet)

@@ -9,7 +9,7 @@ import argparse
 from pathlib import Path
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import check_writable, refuse_replacing, refuse_same
+from nlds_vines.cli.paths import check_writable, file_path, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
@@ -28,7 +28,7 @@ exit status: 0 done; 2 the request is wrong
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    source = Path(options.file)
+    source = file_path(options.file)
     target = source.with_suffix(".csv") if options.output is None else Path(options.output)
     if target.suffix.lower() not in SUFFIXES:
         raise RequestError(f"output {shown(str(target))} must end in {' or '.join(SUFFIXES)}")

@@ -15,7 +15,7 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_plot, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, Command, say
-from nlds_vines.errors import RequestError, shown
+from nlds_vines.errors import RequestError, shown, typed
 from nlds_vines.runs.manifest import CONTINUATION, RESPONSE_CURVES, SCAN, SURVEY, TUNING
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ exit status: 0 done; 2 the request is wrong
 """
 
 
+@typed
 def plot(
     archive: str | os.PathLike[str],
     show: str | None = None,

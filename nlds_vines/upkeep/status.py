@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from nlds_vines.bifurcation.tally import COUNTED, Tally
 from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.paths import file_path
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown
 from nlds_vines.runs.progress import duration
@@ -125,7 +126,7 @@ def _workers(folder: Path) -> list[str]:
 
 def _carry_out(options: argparse.Namespace) -> int:
     """Print the progress of a scan; return the exit status."""
-    path = Path(options.file.removesuffix(".parts"))
+    path = file_path(options.file.removesuffix(".parts"))
     folder = path.with_name(f"{path.name}.parts")
     if folder.is_dir():
         say(*standing(folder).lines())

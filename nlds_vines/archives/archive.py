@@ -300,7 +300,7 @@ def _problems(file: h5py.File, name: str) -> Iterator[str]:
         dataset = file[name]
         check_crc(dataset)
         values = (values_of(dataset, slab) for slab in slabs(dataset.shape))
-        found = list(problems_of_values(dataset.attrs, values))
+        found = list(problems_of_values(dataset.attrs, dataset.fillvalue, values))
     except DAMAGE as error:
         found = [first_line(error)]
     for problem in found:

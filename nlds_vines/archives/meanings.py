@@ -31,9 +31,15 @@ def flags_of(attributes: Mapping[str, Any]) -> dict[int, str]:
     return dict(zip(map(int, codes), words, strict=True))
 
 
-def problems_of_values(attributes: Mapping[str, Any], slabs: Iterable[np.ndarray]) -> Iterator[str]:
-    """Yield what the values of a dataset hold that means nothing, at most one line a slab."""
-    codes = list(flags_of(attributes)) if "flag_values" in attributes else None
+def problems_of_values(
+    attributes: Mapping[str, Any], fill: Any, slabs: Iterable[np.ndarray]
+) -> Iterator[str]:
+    """Yield what the values of a dataset hold that means nothing, one line at most.
+
+    Arguments: the `attributes` of the dataset; `fill`, the value of what was not computed; its
+    values in parts.
+    """
+    codes = [*flags_of(attributes), fill] if "flag_values" in attributes else None
     for values in slabs:
         if codes is not None:
             wrong = values[~np.isin(values, codes)].tolist()

@@ -17,6 +17,15 @@ MOST_BYTES = 2**28
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 """The first bytes of an archive."""
 
+MOST_LEVELS = 64
+"""Tables within tables: no request has more than five, and the reader's memory grows as n²."""
+
+_DEEP_KEY = re.compile(
+    r"""(?:^[ \t\[]*|[{,]\s*)(?:(?>[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){64}""",
+    re.MULTILINE,
+)
+"""A key that names so many tables: where a line begins, or a key of a table in one line."""
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -49,15 +58,36 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:
     """Return the document in the TOML `text`; `where` names it in the message of an error."""
+    too_deep = RequestError(f"{where}: malformed TOML: nested too deeply")
+    if _DEEP_KEY.search(text):
+        raise too_deep
     try:
-        return tomllib.loads(text)
+        document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         lines = text.split("\n")
         end = f"at line {len(lines)}, column {len(lines[-1]) + 1}, the end of the document"
         reason = str(error).replace("at end of document", end)
         raise RequestError(f"{where}: malformed TOML: {reason}") from None
     except RecursionError:
-        raise RequestError(f"{where}: malformed TOML: nested too deeply") from None
+        raise too_deep from None
+    if _levels(document) > MOST_LEVELS:
+        raise too_deep
+    return document
+
+
+def _levels(document: dict[str, Any]) -> int:
+    """Return how many tables and lists stand within one another."""
+    levels = 0
+    inside: list[Any] = [document]
+    while inside:
+        levels += 1
+        inside = [
+            item
+            for outer in inside
+            for item in (outer.values() if isinstance(outer, dict) else outer)
+            if isinstance(item, dict | list)
+        ]
+    return levels
 
 
 def toml_text(document: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ In reading order:
     layout       how an array is laid out on the disk: chunks, slabs, checksums
     heaps        heaps of strings, looked at before HDF5 reads them
     structure    whether a file is laid out as an archive is, and leads nowhere else
+    meanings     whether codes have words, and labels can be
     outline      what an object says of itself, in Python and in a notebook
     frames       an archive for xarray, pandas, and as CSV
     view         an open archive: datasets by name, attributes, dimensions

@@ -23,6 +23,7 @@ from nlds_vines.archives import durable
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.archives.heaps import heaps_are_whole
 from nlds_vines.archives.layout import chunk_shape, crc32_of, slabs
+from nlds_vines.archives.meanings import problems_of_values
 from nlds_vines.archives.provenance import SCHEMA, Value
 from nlds_vines.archives.structure import Member, problems_of
 from nlds_vines.archives.view import (
@@ -35,6 +36,7 @@ from nlds_vines.archives.view import (
     whole_crc,
 )
 from nlds_vines.errors import RequestError, shown, typed
+from nlds_vines.toml import parse_toml
 
 Piece = tuple[str, tuple[slice, ...], np.ndarray]
 """The name of a dataset, a rectangle of its cells, and the values there."""
@@ -171,7 +173,9 @@ def _all_problems(path: Path, file: h5py.File) -> list[str]:
     view = ArchiveView(path, file)
     for name in ("title", "scan", "scan_hash"):
         try:
-            view.text(name)
+            text = view.text(name)
+            if name == "scan":
+                parse_toml(text, "attribute scan")
         except RequestError as error:
             problems.append(str(error).removeprefix(f"{path}: "))
     return problems + [line for name in file for line in _problems(file, name)]
@@ -294,8 +298,10 @@ def _problems(file: h5py.File, name: str) -> Iterator[str]:
     """Read one dataset from end to end and yield what is wrong with it."""
     try:
         dataset = file[name]
-        for slab in slabs(dataset.shape):
-            dataset[slab]
         check_crc(dataset)
+        values = (values_of(dataset, slab) for slab in slabs(dataset.shape))
+        found = list(problems_of_values(dataset.attrs, dataset.fillvalue, values))
     except DAMAGE as error:
-        yield f"dataset {name} is damaged: {first_line(error)}"
+        found = [first_line(error)]
+    for problem in found:
+        yield f"dataset {name} is damaged: {problem}"

@@ -55,6 +55,9 @@ def _columns(
         )
     if view.is_flag(name):
         words = {code: word.partition(".")[0] for code, word in view.flags(name).items()}
+        if unknown_codes := set(values.flat) - set(words):
+            code = min(unknown_codes)
+            raise RequestError(f"{view.path}: {name} holds {code}, which means nothing: damaged")
         values = np.array([words[code] for code in values.ravel()], object).reshape(values.shape)
     wide = tuple(slice(None) if dim in inner else np.newaxis for dim in rows)
     if _COMPONENT not in dims:

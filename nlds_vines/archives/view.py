@@ -17,6 +17,7 @@ import numpy as np
 from nlds_vines.archives import frames
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.layout import crc32_of, slabs
+from nlds_vines.archives.meanings import flags_of
 from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.errors import RequestError, shown, unknown, whole
 
@@ -195,9 +196,8 @@ class ArchiveView(Outlined):
 
     def flags(self, name: str) -> dict[int, str]:
         """Return the words of an enumeration by their codes."""
-        codes = (int(code) for code in self._attribute(name, "flag_values"))
-        words = self._attribute(name, "flag_meanings").split(" ")
-        return dict(zip(codes, words, strict=True))
+        with _reading(self.path, f"the enumeration of dataset {name}"):
+            return flags_of(self._file[name].attrs)
 
     def _attribute(self, name: str, attribute: str) -> Any:
         with _reading(self.path, f"dataset {name}"):

@@ -43,7 +43,7 @@ PASSED = "\\\\\\\\"
 """The hatch over such orbits."""
 
 _HATCHES = {HATCHED: "//////"}
-_PERIODIC = re.compile(r"(\d*)T(?:,(\d+))?")
+_PERIODIC = re.compile(r"([1-9][0-9]{0,8})?T(?:,([0-9]{1,9}))?")
 _MOST_WHITE = 0.62  # share of white in the colour of a regime without impacts
 _MOST_BLACK = 0.5  # share of black in that of a regime with ever more impacts per period
 _DARKER = 0.3  # share of black in the colour of a regime that was reached through chaos

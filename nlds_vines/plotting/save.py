@@ -6,7 +6,7 @@ import os
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import matplotlib
 from matplotlib.figure import Figure
@@ -15,6 +15,8 @@ from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.durable import in_one_line, whole
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, printable
 from nlds_vines.plotting.page import styled
+
+Drawn = TypeVar("Drawn")
 
 FORMATS = {"png": 200, "pdf": 600, "svg": 600}
 """The formats of a picture, by the suffix of its name, each with its resolution in dots per inch.
@@ -46,8 +48,11 @@ def save_drawn(
     return save_figure(figure, path, title, ("scan_hash", scan_hash))
 
 
-def drawn(view: ArchiveView, draw: Callable[[ArchiveView], Figure]) -> Figure:
-    """Return the figure of an archive; `RequestError` where its content does not fit together."""
+def drawn(view: ArchiveView, draw: Callable[[ArchiveView], Drawn]) -> Drawn:
+    """Return the figure of an archive, or what is said of it, as `draw` makes it.
+
+    Raises `RequestError` where the content of the archive does not fit together.
+    """
     try:
         return draw(view)
     except RequestError:

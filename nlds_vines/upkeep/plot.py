@@ -164,16 +164,23 @@ _PICTURES = {
 def names_of(archive: str | os.PathLike[str]) -> list[str]:
     """Return what of an archive can be shown, one line each: the name, the meaning, the unit."""
     from nlds_vines.archives.archive import read
-    from nlds_vines.bifurcation.picture.quantities import quantities_in
+    from nlds_vines.plotting.save import drawn
 
     with read(archive) as view:
-        known: dict[str, str] = {}
-        if view.content in _PICTURES and (view.content != SCAN or _is_ensemble(view, None)):
-            known |= _PICTURES[view.content]().panels(view)
-        if view.content == SCAN:
-            recorded = quantities_in(view).items()
-            known |= {name: f"{q.long_name}{_unit(q.units)}" for name, q in recorded}
-    return [f"{name:<26}{meaning}" for name, meaning in known.items()]
+        return [f"{name:<26}{meaning}" for name, meaning in drawn(view, _meanings).items()]
+
+
+def _meanings(view: ArchiveView) -> dict[str, str]:
+    """Return what of an open archive can be shown: the meanings by name."""
+    from nlds_vines.bifurcation.picture.quantities import quantities_in
+
+    known: dict[str, str] = {}
+    if view.content in _PICTURES and (view.content != SCAN or _is_ensemble(view, None)):
+        known |= _PICTURES[view.content]().panels(view)
+    if view.content == SCAN:
+        recorded = quantities_in(view).items()
+        known |= {name: f"{q.long_name}{_unit(q.units)}" for name, q in recorded}
+    return known
 
 
 def _unit(units: str) -> str:

@@ -58,7 +58,7 @@ def results(scan, block):
             whole = rng.normal(size=shape)
             whole.flat[:3] = np.inf, np.nan, -0.0
         else:
-            whole = rng.integers(0, 5, shape)
+            whole = rng.choice(entry.flag_values or np.arange(5), shape)
         found[entry.name] = whole[block.selection]
     return found
 

@@ -123,11 +123,15 @@ def _opened(path: Path) -> h5py.File:
     """Open an archive whose layout is not checked yet."""
     try:
         durable.open_regular(path).close()
+    except FileNotFoundError as error:
+        raise RequestError(f"{path}: there is no such file") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise RequestError(f"{path} cannot be opened: {reason}") from error
+    try:
         if not heaps_are_whole(path):
             raise ValueError("HDF5 might read it for ever")
         file = h5py.File(path, "r")
-    except FileNotFoundError as error:
-        raise RequestError(f"{path}: there is no such file") from error
     except (OSError, ValueError) as error:
         text = "it is no HDF5 file, damaged, or not readable"
         raise RequestError(f"{path} cannot be opened: {text}") from error

@@ -133,11 +133,22 @@ def read(path: Path) -> bytes:
     Raises ValueError if any bit has changed, or as `open_regular`.
     """
     with open_regular(path) as file:
-        sealed = file.read()
+        sealed = file.read() if _ends_in_seal(file) else b""
     data = sealed[:-_SEAL_BYTES]
     if sealed[-_SEAL_BYTES:] != _seal(hashlib.sha256(data)):
         raise ValueError("its seal is broken")
     return data
+
+
+def _ends_in_seal(file: BinaryIO) -> bool:
+    """Tell whether an open file ends in a seal, right or wrong; else it need not be read at all."""
+    end = os.fstat(file.fileno()).st_size - _SEAL_BYTES
+    if end < 0:
+        return False
+    file.seek(end)
+    found = file.read(len(_MARK)) == _MARK
+    file.seek(0)
+    return found
 
 
 def replace(temporary: Path, path: Path) -> None:
@@ -237,9 +248,7 @@ def sealed(path: Path) -> bool:
     """Return whether a file ends in the seal of all the bytes before it."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size - _SEAL_BYTES
-        if size < 0:
-            return False
-        return _seal(_digest(file, size)) == file.read()
+        return _ends_in_seal(file) and _seal(_digest(file, size)) == file.read()
 
 
 def lock(path: Path, *, shared: bool = False, patience: float = 0.3) -> int | None:

@@ -8,7 +8,10 @@ Specification, III.E).
 
 from __future__ import annotations
 
+import errno
 import mmap
+import os
+from collections.abc import Iterator
 from pathlib import Path
 from struct import Struct
 
@@ -18,17 +21,35 @@ _ENTRY = Struct("<HHIQ")
 
 
 def heaps_are_whole(path: Path) -> bool:
-    """Tell whether the entries of each heap of a file follow one another to its end."""
+    """Tell whether the entries of each heap of a file follow one another to its end.
+
+    Holes of a sparse file, which may be as long as no disk is, are not looked at.
+    """
     with path.open("rb") as file:
         if not path.stat().st_size:
             return True
         with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-            place = data.find(_SIGN)
-            while place >= 0:
-                if not _is_whole(data, place):
-                    return False
-                place = data.find(_SIGN, place + len(_SIGN))
+            for begin, end in _written(file.fileno(), len(data)):
+                place = data.find(_SIGN, begin, end)
+                while place >= 0:
+                    if not _is_whole(data, place):
+                        return False
+                    place = data.find(_SIGN, place + len(_SIGN), end)
     return True
+
+
+def _written(descriptor: int, size: int) -> Iterator[tuple[int, int]]:
+    """Yield where the bytes of a file begin and end that are no hole."""
+    end = 0
+    while end < size:
+        try:
+            begin = os.lseek(descriptor, end, os.SEEK_DATA)
+            end = os.lseek(descriptor, begin, os.SEEK_HOLE)
+        except OSError as error:
+            if error.errno != errno.ENXIO:  # a file system that knows no holes
+                yield end, size
+            return
+        yield begin, end
 
 
 def _is_whole(data: mmap.mmap, place: int) -> bool:

@@ -8,17 +8,20 @@ to be finished is submitted again; only the verified part in the folder counts.
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nlds_vines.archives.provenance import makers
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.parts import PartFiles, scan_of
 from nlds_vines.bifurcation.tally import Note
@@ -75,16 +78,43 @@ def compute(
     """
     if not blocks:
         return
-    with _client(scheduler, threads) as client:
+    with _without_logs(), _client(scheduler, threads) as client:
         try:
+            _refuse_others(client)
             _Blocks(parts, blocks, client, threads, note).run(stop)
-        except (OSError, TimeoutError) as error:
+        except (OSError, TimeoutError, CancelledError) as error:
             text = f"--scheduler {shown(scheduler)} is gone; --resume goes on elsewhere"
-            raise RequestError(f"{text}: {error}") from error
+            reason = "" if isinstance(error, CancelledError) else f": {error}"
+            raise RequestError(f"{text}{reason}") from error
 
 
-def work(folder: str, scan_hash: str, block: Block, threads: int | None) -> int:
-    """Compute a block of the scan in a folder of parts, on a worker; return the block's index."""
+def _refuse_others(client: Any) -> None:
+    """Raise `RequestError` where a worker has other versions than are here, or has not all."""
+    try:
+        there = client.run(makers)
+    except ImportError as error:
+        raise RequestError(f"a worker has not what it needs: {error}") from error
+    for address, found in there.items():
+        if different := _different(found):
+            raise RequestError(f"the worker {address} is of another version: {different}")
+
+
+def _different(found: Mapping[str, str]) -> str:
+    """Return in which versions a worker differs from those here, in words; empty for none."""
+    pairs = ((name, found.get(name), here) for name, here in makers().items())
+    return ", ".join(f"{name} {there}, here {here}" for name, there, here in pairs if there != here)
+
+
+def work(
+    folder: str, scan_hash: str, block: Block, threads: int | None, asked_by: Mapping[str, str]
+) -> int:
+    """Compute a block of the scan in a folder of parts, on a worker; return the block's index.
+
+    Arguments: `asked_by`, the versions of who asks; raises `RequestError` where others are here,
+    as on a worker that came late.
+    """
+    if different := _different(asked_by):
+        raise RequestError(f"its worker was asked by another version: {different}")
     with _one_at_a_time:
         began = time.perf_counter()
         from nlds_vines.runs.threads import use_threads
@@ -149,7 +179,9 @@ class _Blocks:
         room = BLOCKS_PER_WORKER * max(1, self._workers()) - len(self._under_way)
         for _ in range(min(room, len(self._waiting))):
             block = self._waiting.popleft()
-            future = self._client.submit(work, *self._where, block, self._threads, pure=False)
+            future = self._client.submit(
+                work, *self._where, block, self._threads, makers(), pure=False
+            )
             self._under_way[future] = block
 
     def _workers(self) -> int:
@@ -226,6 +258,17 @@ class _Blocks:
         self._under_way.clear()
         # a worker that cannot be reached may have finished its block before
         self._waiting.extend(block for block in blocks if self._count(block) is not None)
+
+
+@contextmanager
+def _without_logs() -> Iterator[None]:
+    """Keep what Dask logs, tracebacks of a lost scheduler among it, from the terminal."""
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logging.disable(before)
 
 
 @contextmanager

@@ -59,7 +59,8 @@ class Command:
             complain(self.name, f"error: {_in_words(error)}")
             return WRONG_REQUEST
         except MemoryError as error:
-            complain(self.name, f"error: the memory does not suffice: {error}")
+            reason = f": {error}" if str(error) else ""
+            complain(self.name, f"error: the memory does not suffice{reason}")
             return WRONG_REQUEST
         except Interrupted as stop:
             complain(self.name, str(stop))

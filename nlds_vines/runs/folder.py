@@ -22,7 +22,7 @@ from nlds_vines.archives import archive, durable
 from nlds_vines.archives.provenance import Request, Value
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.manifest import NAME, Manifest
-from nlds_vines.runs.partfile import LEARNT, PATTERN
+from nlds_vines.runs.partfile import LEARNT, PATTERN, request_of
 from nlds_vines.runs.shard import Shard
 
 
@@ -214,7 +214,13 @@ class RunFolder:
 
     def _begun(self, resume: bool) -> Manifest | None:
         """Return the manifest of what is to be continued, if any; refuse what cannot be."""
-        found = Manifest.read(self.folder)
+        try:
+            found = Manifest.read(self.folder)
+        except RequestError as error:
+            if not ((resume or self.shard) and self._parts_are_ours()):
+                raise
+            self.discarded.append(f"{NAME} is made again: {error}")
+            return None
         if found and not (resume or self.shard):
             text = "--resume continues it, --overwrite discards it"
             raise RequestError(f"{self.folder} holds an unfinished run: {text}")
@@ -224,6 +230,11 @@ class RunFolder:
                 f"{self.folder} holds the parts of another {found.content} ({whose})"
             )
         return found
+
+    def _parts_are_ours(self) -> bool:
+        """Tell whether all parts are of this request, without a manifest that says so."""
+        found = {request_of(path) for path in self.folder.glob(PATTERN)} - {None}
+        return found == {self.request.hash}
 
     def _has_parts(self) -> bool:
         """Tell whether anything has been computed into the folder."""

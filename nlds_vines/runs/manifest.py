@@ -63,7 +63,10 @@ class Manifest:
         except (FileNotFoundError, NotADirectoryError):
             return None
         except (ValueError, TypeError, RecursionError) as error:
-            raise RequestError(f"{path} is damaged ({error}): use --overwrite") from error
+            raise RequestError(
+                f"{path} is damaged ({error}): --resume of the same request keeps what was "
+                "computed, --overwrite discards it"
+            ) from error
 
     def write(self, folder: Path) -> None:
         """Put it into a folder (OSError)."""

@@ -102,6 +102,14 @@ def fetch(path: Path, identity: list[Any]) -> Part:
     return Part(dict(_arrays(data, head["arrays"], start)), Made(**head["made"]))
 
 
+def request_of(path: Path) -> str | None:
+    """Return the hash of the request that a part says it is of; None where it cannot be read."""
+    try:
+        return str(_header(memoryview(durable.read(path)))[0]["block"][0])
+    except (*UNSOUND, OSError, IndexError):
+        return None
+
+
 def peek(path: Path, wanted: Iterable[str]) -> Part:
     """Return the `wanted` arrays of a part as they stand; the seal is not checked.
 

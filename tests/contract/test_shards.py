@@ -8,6 +8,8 @@ import sys
 import time
 from importlib.util import find_spec
 from pathlib import Path
+from threading import Timer as Later
+from types import SimpleNamespace
 
 import pytest
 from made_up import arrays, cut, make_scan, results, run_python, same, write
@@ -15,6 +17,7 @@ from test_determinism import bits, document, surroundings
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
+from nlds_vines.archives.provenance import makers
 from nlds_vines.bifurcation import blocks as cutting
 from nlds_vines.bifurcation.blocks import Block, blocks_of
 from nlds_vines.bifurcation.parts import Parts
@@ -263,8 +266,8 @@ def test_a_stopped_cluster_run_can_be_resumed_without_a_cluster(folder, whole):
 
 
 @pytest.fixture
-def scheduler(tmp_path):
-    """Start a scheduler without workers; return its address."""
+def scheduling(tmp_path):
+    """Start a scheduler without workers; return its process and its address."""
     file = tmp_path / "scheduler.json"
     command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0"]
     options = ["--no-dashboard", "--no-show", "--scheduler-file", str(file)]
@@ -273,9 +276,45 @@ def scheduler(tmp_path):
     while not file.exists() or not file.read_text():
         assert running.poll() is None
         time.sleep(0.05)
-    yield json.loads(file.read_text())["address"]
+    yield running, json.loads(file.read_text())["address"]
     running.terminate()
     running.wait()
+
+
+@pytest.fixture
+def scheduler(scheduling):
+    """Start a scheduler without workers; return its address."""
+    return scheduling[1]
+
+
+@pytest.mark.slow("a scheduler")
+@dask
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+def test_a_scheduler_that_dies_is_one_line(folder, scheduling, how, capfd):
+    running, address = scheduling
+    Later(2.0, running.send_signal, [how]).start()
+    assert main(["bifurcation", "scan.toml", "--scheduler", address, "--quiet"]) == 2
+    err = capfd.readouterr().err
+    assert err.count("\n") == 1
+    assert f"--scheduler {address!r} is gone; --resume goes on" in err
+
+
+@dask
+def test_a_worker_of_another_version_is_refused_before_it_computes(folder):
+    from nlds_vines.bifurcation import cluster
+
+    other = {**makers(), "source_hash": "another", "numpy_version": "1.0"}
+    client = SimpleNamespace(run=lambda asked: {"tcp://n1:1": asked(), "tcp://n2:1": other})
+    with pytest.raises(RequestError, match=r"the worker tcp://n2:1 .* source_hash another, here"):
+        cluster._refuse_others(client)
+    with pytest.raises(RequestError, match=r"asked by another version: .*numpy_version 1\.0"):
+        cluster.work(str(folder), "0", Block(0, ((0, 1),)), None, other)
+
+    def without(asked):
+        raise ModuleNotFoundError("No module named 'nlds_vines'")
+
+    with pytest.raises(RequestError, match="a worker has not what it needs: No module named"):
+        cluster._refuse_others(SimpleNamespace(run=without))
 
 
 @pytest.mark.kernels
@@ -311,4 +350,4 @@ def test_workers_that_do_not_see_the_folder_are_told(folder, monkeypatch):
     from nlds_vines.bifurcation.cluster import work
 
     with pytest.raises(RequestError, match="is the folder shared"):
-        work(str(folder), "0", Block(0, ((0, 1),)), None)
+        work(str(folder), "0", Block(0, ((0, 1),)), None, makers())

@@ -1,0 +1,112 @@
+"""Files that cannot be read, or not at once: the reason in words, and nothing is lost."""
+
+import errno
+import os
+import time
+
+import pytest
+from made_up import cut, finished, make_scan, results, write
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main
+from nlds_vines.archives import durable
+from nlds_vines.bifurcation.parts import Parts
+
+TERABYTE = 1 << 40
+
+
+@pytest.fixture
+def path(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return write(tmp_path / "scan.h5", make_scan())
+
+
+def test_permission_denied_is_said_as_such(path, monkeypatch, capsys):
+    really = os.open
+
+    def refused(place, *arguments, **keywords):
+        if str(place) == "scan.h5":
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(place))
+        return really(place, *arguments, **keywords)
+
+    monkeypatch.setattr(os, "open", refused)
+    for words in (["verify"], ["status"], ["export"], ["plot", "--show", "?"], ["diff", "scan.h5"]):
+        assert main([*words, "scan.h5"]) == 2
+        err = capsys.readouterr().err
+        assert err.count("\n") == 1
+        assert "Permission denied" in err
+        assert "damaged" not in err
+
+
+@pytest.mark.parametrize("content", ["nothing", "an archive"])
+def test_a_sparse_file_of_a_terabyte_is_told_at_once(path, capsys, content):
+    if content == "nothing":
+        path.write_bytes(b"")
+    try:
+        os.truncate(path, TERABYTE)
+    except OSError:
+        pytest.skip("no sparse files here")
+    began = time.perf_counter()
+    assert main(["verify", "scan.h5"]) == 1
+    assert "the seal is broken" in capsys.readouterr().out
+    assert main(["status", "scan.h5"]) == (2 if content == "nothing" else 0)
+    assert time.perf_counter() - began < 5.0
+
+
+def test_a_manifest_of_a_terabyte_is_damaged(path, capsys):
+    folder = path.with_name("other.h5.parts")
+    folder.mkdir()
+    (folder / "manifest.json").write_bytes(b"")
+    try:
+        os.truncate(folder / "manifest.json", TERABYTE)
+    except OSError:
+        pytest.skip("no sparse files here")
+    assert main(["status", "other.h5"]) == 2
+    assert "manifest.json is damaged (its seal is broken)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("left", [0, 1, 10, 40])
+def test_a_file_shorter_than_a_seal_has_none(tmp_path, left):
+    file = tmp_path / "short"
+    file.write_bytes((b"\nnlds_vines seal sha256 " * 2)[:left])
+    assert not durable.sealed(file)
+    with pytest.raises(ValueError, match="its seal is broken"):
+        durable.read(file)
+
+
+# ---- a manifest of which a bit has changed -------------------------------------------------------
+
+
+@pytest.fixture
+def begun(tmp_path):
+    """Some blocks of a scan, whose manifest is damaged."""
+    scan, path = make_scan(), tmp_path / "begun.h5"
+    with Parts.open(path, scan) as parts:
+        for block in cut(scan)[:2]:
+            parts.write(block, results(scan, block))
+    manifest = path.with_name("begun.h5.parts") / "manifest.json"
+    content = bytearray(manifest.read_bytes())
+    content[20] ^= 1
+    manifest.write_bytes(content)
+    return path
+
+
+def test_sound_blocks_are_kept_without_their_manifest(begun):
+    scan = make_scan()
+    with pytest.raises(nv.RequestError, match=r"damaged .*--resume .* keeps"):
+        Parts.open(begun, scan)
+    with Parts.open(begun, scan, resume=True) as parts:
+        assert "manifest.json is made again" in parts.discarded[0]
+        assert finished(parts, cut(scan)) == {0, 1}
+        parts.write(cut(scan)[2], results(scan, cut(scan)[2]))
+        parts.consolidate(cut(scan), {})
+    assert nv.verify(begun) == []
+
+
+def test_blocks_of_another_scan_are_not_touched_without_their_manifest(begun):
+    folder = begun.with_name("begun.h5.parts")
+    before = {file.name: file.read_bytes() for file in folder.iterdir()}
+    with pytest.raises(nv.RequestError, match="damaged"):
+        Parts.open(begun, make_scan(P=700.0), resume=True)
+    after = {file.name: file.read_bytes() for file in folder.iterdir()}
+    assert {name: after[name] for name in before} == before

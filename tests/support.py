@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.kernels import variations
-from nlds_vines.kernels.arguments import CellBuffers, Span
+from nlds_vines.kernels.arguments import CellBuffers, Side, Span, Watch
 from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.codes import OK, RELEASED
 from nlds_vines.kernels.contact import Steps, contact
+from nlds_vines.kernels.flight import rate_of
 from nlds_vines.kernels.impact import short_impact
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.kernels.orbit import SIZE
@@ -93,6 +94,24 @@ def contact_parts(**numbers: float) -> tuple[Any, Any, Any]:
     return structure_of(cell), damper, wall_at(cell.near, damper.inv_mu, cell)
 
 
+NOTHING = Watch(None, None, None, None, None)
+EVEN = Steps(28.0, np.inf)
+
+
+def side_of(
+    parts: tuple[Any, Any, Any],
+    arc: Any = None,
+    steps: Steps = EVEN,
+    rate: float | None = None,
+    **others: Any,
+) -> Side:
+    """Return the `Side` of a wall with its bodies, on its own (see `contact_parts`)."""
+    ps, damper, wall = parts
+    rate = rate_of(ps, damper) if rate is None else rate
+    side = Side(None, ps, damper, wall, 1.0, arc, None, steps, rate, np.zeros(STEP_SCRATCH))
+    return side._replace(**others)
+
+
 @dataclass(frozen=True)
 class Impact:
     """One contact from touch to release, and the state at its end."""
@@ -120,23 +139,30 @@ class Approach:
     v1: float
     phase: float
 
+    @property
+    def wave(self) -> tuple[float, float]:
+        """The cos and sin of the phase."""
+        return float(np.cos(self.phase)), float(np.sin(self.phase))
+
+    @property
+    def touch(self) -> tuple[float, float, float, float]:
+        """The state (q, s, x1, v1)."""
+        return 0.0, self.speed, self.x1, self.v1
+
     def step(self, parts: Any, steps: float, rk4: bool | None = None) -> Impact:
         """Follow the contact by Runge-Kutta steps of order eight, or four if `rk4`."""
         noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
+        side = side_of(parts, steps=Steps(float(steps), np.inf), rate=1.0, rk4=rk4)
         event, _, s, x1, v1, took, depth = contact(
-            rk4, *parts, 1.0, None, None, noted, None, Steps(float(steps), np.inf), 1.0,
-            np.cos(self.phase), np.sin(self.phase), 0.0, self.speed, self.x1, self.v1, 1.0e3,
-            np.zeros(STEP_SCRATCH),
-        )  # fmt: skip
+            side, NOTHING._replace(impacts=noted), self.wave, self.touch, 1.0e3
+        )
         assert event == RELEASED
         return Impact(-s, x1, v1, took, depth)
 
     def solve(self, parts: Any, nodes: int) -> Impact:
         """Follow the contact as a short impact."""
-        solved, s, x1, v1, took, depth = short_impact(
-            *parts, make_arc(nodes=nodes), True, 1.0, np.cos(self.phase), np.sin(self.phase),
-            0.0, self.speed, self.x1, self.v1,
-        )  # fmt: skip
+        side = side_of(parts, make_arc(nodes=nodes), rate=1.0)
+        solved, s, x1, v1, took, depth = short_impact(side, True, self.wave, self.touch)
         assert solved
         return Impact(-s, x1, v1, took, depth)
 

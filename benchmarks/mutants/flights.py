@@ -78,14 +78,14 @@ MUTANTS = (
         "nlds_vines/kernels/flight.py",
         (
             "flight: the rest of a period has the phases of a whole one",
-            "    return lambda begun, share: begun.phase + begun.share * share",
-            "    return lambda begun, share: share",
+            "    return begun.phase + begun.share * share",
+            "    return share",
             _T_PHASE + "[sticking]",
         ),
         (
             "flight: the cells of the rest of a period turn as those of a whole one",
-            "(lambda begun: begun.share)",
-            "(lambda begun: 1.0)",
+            "return begun.share",
+            "return 1.0",
             _T_PHASE + "[restitution]",
         ),
         (

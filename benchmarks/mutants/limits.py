@@ -95,7 +95,7 @@ MUTANTS = (
         ),
         (
             "limit: the search within a step changes the step",
-            "    for i in range(rk.WIDTH):\n        k[rk.NEW + i] = k[rk.SAVE + i]\n",
+            "    rk.restore(k)\n",
             "    pass\n",
             _T_CONTACT_LIMIT,
         ),
@@ -110,14 +110,14 @@ MUTANTS = (
         "nlds_vines/kernels/contact.py",
         (
             "contact: the limit is not watched inside",
-            "        note_limit_step(rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k, elapsed)",
+            "        note_limit_step(side, watch.limit_log, step, elapsed)",
             "        pass",
             _T_CONTACT_LIMIT,
         ),
         (
             "contact: times of the limit are those of the touch",
-            "        note_limit_step(rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k, elapsed)",
-            "        note_limit_step(rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k, 0.0)",
+            "        note_limit_step(side, watch.limit_log, step, elapsed)",
+            "        note_limit_step(side, watch.limit_log, step, 0.0)",
             _T_CONTACT_LIMIT,
         ),
     ),
@@ -125,7 +125,7 @@ MUTANTS = (
         "nlds_vines/kernels/orbit.py",
         (
             "orbit: the limit's times in flight count from the contact before",
-            "                    begin_flight(limit_log, began)\n",
+            "                    begin_log(limit_log, began)\n",
             "",
             _T_CONTACT_LIMIT,
         ),

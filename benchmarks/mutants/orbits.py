@@ -22,8 +22,8 @@ MUTANTS = (
         "nlds_vines/kernels/observe.py",
         (
             "observe: an impact's gain is counted from zero",
-            "impacts.data[i, GAIN1], impacts.data[i, GAIN2] = -e1, -e2",
-            "impacts.data[i, GAIN1], impacts.data[i, GAIN2] = 0.0 * e1, -e2",
+            "data[i, GAIN1], data[i, GAIN2] = -e1, -e2",
+            "data[i, GAIN1], data[i, GAIN2] = 0.0 * e1, -e2",
             _T_ENERGIES + "test_gains_are_differences_of_the_energies",
         ),
         (
@@ -58,8 +58,9 @@ MUTANTS = (
         ),
         (
             "observe: a turn of an energy ends the search of a step",
-            "            note_row(ps, damper, wall, energy, k, rk.NEW)\n            for i in range(rk.WIDTH):\n                k[rk.NEW + i] = k[rk.SAVE + i]",
-            "            note_row(ps, damper, wall, energy, k, rk.NEW)",
+            "            raise_energies(energy, energies_in(side, int(rk.NEW)))\n"
+            "            rk.restore(k)",
+            "            raise_energies(energy, energies_in(side, int(rk.NEW)))",
             _PLAIN_METHODS + "test_the_largest_energies_are_those_of_many_samples",
         ),
     ),
@@ -79,8 +80,8 @@ MUTANTS = (
         ),
         (
             "elastic contact: the forcing is not mirrored for a far wall",
-            "c, d = sign * phase[0], sign * phase[1]",
-            "c, d = phase[0], phase[1]",
+            "(sign * phase[0], sign * phase[1])",
+            "(phase[0], phase[1])",
             _T_STATES + "test_two_walls",
         ),
     ),
@@ -136,8 +137,8 @@ MUTANTS = (
         ),
         (
             "orbit: a linear scene with energies skips the stops of a period",
-            "first, stop = grid.n * i // stops, grid.n * (i + 1) // stops",
-            "first, stop = 0, grid.n",
+            "first, stop = flight.grid.n * i // stops, flight.grid.n * (i + 1) // stops",
+            "first, stop = 0, flight.grid.n",
             _T_EXACT_FACTS + "test_sections_within_a_period",
         ),
     ),

@@ -199,8 +199,8 @@ MUTANTS = (
         ),
         (
             "impact: the depth is looked for on the whole arc",
-            "solve_arc(ps, damper, wall, arc, int(HALF), int(HALF_ERROR), approach)",
-            "solve_arc(ps, damper, wall, arc, int(WHOLE), int(HALF_ERROR), approach)",
+            "solve_arc(side, int(HALF), int(HALF_ERROR), approach)",
+            "solve_arc(side, int(WHOLE), int(HALF_ERROR), approach)",
             _T_IMPACT + "test_depth_wherever_a_short_impact_is_accepted",
         ),
         (
@@ -232,9 +232,8 @@ MUTANTS = (
         ),
         (
             "contact: a section does not end a step",
-            "return False, True, step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, left, k)",
-            "step_to_stop(rk4, tangent, ps, damper, wall, c, d, h, left, k)\n"
-            "        return False, False, h",
+            "return Step(phase, False, step_to_stop(side, tangent, step, left)), True",
+            "step_to_stop(side, tangent, step, left)\n        return step, False",
             _T_CONTACT + "test_depth_where_a_section_cuts_the_contact_behind_it",
         ),
         (
@@ -245,8 +244,8 @@ MUTANTS = (
         ),
         (
             "contact: no step is doubted",
-            "return missed_balance if rk4 is None else no_doubt",
-            "return no_doubt",
+            "if side.rk4 is not None:\n        return 0.0",
+            "return 0.0",
             _T_CONTACT_ERROR + "test_a_wrong_number_of_steps_is_found_out_and_repaired",
         ),
         (

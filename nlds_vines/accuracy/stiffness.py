@@ -138,7 +138,7 @@ def nodes_of_impacts(case: Case, settings: Settings) -> Iterator[int | None]:
         sign, gap = (1.0, cell.near) if struck == scene.struck["near"] else (-1.0, cell.far)
         forcing = sign * math.cos(phase), sign * math.sin(phase)
         wall = wall_at(gap, damper.inv_mu, cell)
-        approach = impact.approach_of(ps, damper, wall, speed, sign * x1, sign * v1, *forcing)
+        approach = impact.approach_of(ps, damper, wall, forcing, (speed, sign * x1, sign * v1))
         lasting = rate * approach.tick * impact.LENGTH
         if approach.size < impact.LARGEST and lasting < impact.LONGEST:
             level = impact.level_for(arc, int(impact.ERROR), approach.size)

@@ -4,12 +4,13 @@ In reading order:
 
     stored_code      what was compiled, on the disk
     linking          how an entry and all that it calls become one piece of machine code
-    compiling        how kernels are compiled; what `chosen` does with a part that is None
+    deciding         branches that the types of arguments decide: what is absent, which law
+    compiling        how kernels are compiled
     fours            four numbers worked on at once
     twofold          numbers of twice the precision, as pairs
     elementary       sine, cosine, exponential, logarithm, a root: the same bits everywhere
     codes            statuses, events and kinds of verdicts: each number once
-    arguments        the tuples that outer kernels take: Parts, Span, buffers
+    arguments        what travels together: Parts, Span, Side, Flight, Watch, buffers
     scene            structure, damper and walls as kernels see them; equation (5)
     force_law        the force of a contact that is stepped, by its law
     bare_rows        arrays as inner kernels read them, whose references are not counted
@@ -87,11 +88,10 @@ Letters:
     kappa                 K / mu of a wall, mu the reduced mass
     bend, jerk            bounds of a second and of a third derivative by the place in a cell
     tangent               (16,) four variations (x1, v1, r, s), one after the other
+    side, flight, watch   a wall with its bodies, a flight's parts, what notes (`arguments`)
     n                     cells or steps of a period; nodes of an arc; periods of an nT orbit
     y, z                  states (x1, v1, r, s) before and after a cell or a step
 
-A function marked `hot` runs once per period, impact, step or cell and has more than 8 arguments:
-a tuple with arrays would cost reference counts in every call (3 % of an orbit, measured at
-`elastic_contact.follow_contact`), and only of an argument does the compiler know that it is None.
-A tuple of plain numbers, such as a state, costs nothing (`fixed_step`).
+What travels together is one tuple (`arguments`). It costs nothing, if its arrays are bare rows
+(`bare_rows`), and `deciding` knows of each of its fields whether it is None.
 """

@@ -1,13 +1,14 @@
-"""The tuples that outer kernels take: the parts, what is to be noted, the periods.
+"""What travels together through the kernels: the parts of a cell, a wall's side, what notes.
 
-A part that is absent and a buffer that is not wanted are None. A kernel hands a field on as an
-argument before anything asks whether it is None: only of an argument does the compiler know it,
-and then it leaves the code out.
+A part that is absent and a buffer that is not wanted are None. The compiler knows it of an argument
+and of its fields, and leaves the code out (`deciding`).
 """
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
+
+from .compiling import jit
 
 
 class Parts(NamedTuple):
@@ -41,6 +42,69 @@ class Prepared(NamedTuple):
     held_near: Any  # the motion on the near wall: `restitution.Stuck` of a rigid one,
     #                 `linear_contact.Pressed` of a linear one, otherwise None
     held_far: Any  # the same of the far wall
+
+
+class Side(NamedTuple):
+    """A wall and all that a contact with it needs, which stays from touch to release."""
+
+    rk4: Any  # as in `Parts`
+    ps: Any  # `scene.Structure`
+    damper: Any  # `scene.Damper` or `Ground`
+    wall: Any
+    sign: float  # 1 at a near wall; -1 at a far one, which sees state and phase mirrored
+    arc: Any  # `impact.Arc` where the wall obeys Hertz' law, otherwise None
+    held: Any  # the motion on the wall, as in `Prepared`
+    steps: Any  # `contact.Steps`
+    rate: float  # the bound of `flight.rate_of` [1/s]
+    k: Any  # scratch, a bare row (`runge_kutta.SCRATCH`)
+
+
+@jit
+def side_with(side, ps, damper, wall, steps):
+    """Return a side of which these are others."""
+    return Side(
+        side.rk4, ps, damper, wall, side.sign, side.arc, side.held, steps, side.rate, side.k
+    )
+
+
+class Flight(NamedTuple):
+    """All that a flight needs beside its state."""
+
+    rk4: Any  # this and the next as in `Prepared`
+    ps: Any
+    damper: Any
+    near: Any  # the walls that it may touch, or None
+    far: Any
+    grid: Any
+
+
+class Watch(NamedTuple):
+    """What notes a motion while it is followed, each a buffer or None (`OrbitBuffers`)."""
+
+    limit_log: Any
+    energy: Any  # or a `response_sums.Tally`, which sums up a contact
+    clearance: Any  # of flights
+    impacts: Any  # `observe.Impacts`, of contacts
+    tangent: Any  # four variations, `driven.Driven`, or a `response_sums.Tally`
+
+
+class Past(NamedTuple):
+    """A contact that is over, or cut by a section."""
+
+    event: int  # `codes.RELEASED` or STOPPED
+    took: float  # [s]
+    phase: tuple[float, float]  # (cos, sin) of the forcing's at its beginning
+    place: float  # share of the period that was over then
+    before: tuple[float, float, float, float]  # (q, s, x1, v1) at its ends
+    after: tuple[float, float, float, float]
+
+
+class Step(NamedTuple):
+    """A Runge-Kutta step of a contact from row Y of the scratch."""
+
+    phase: tuple[float, float]  # (cos, sin) of the forcing's at row Y
+    landing: Any  # whether it is one in q, which ends at the release, instead of theta
+    h: float  # of theta or q
 
 
 class Span(NamedTuple):

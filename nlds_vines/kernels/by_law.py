@@ -20,71 +20,40 @@ from .codes import (
     TOUCH_FAR,
     TOUCH_NEAR,
 )
-from .compiling import chosen, is_a, jit, same_sort
+from .compiling import jit
+from .deciding import is_a, same_sort
 from .driven import Driven
 from .elastic_contact import follow_contact, follow_driven
-from .force_law import at_depth, damping_of, depth_of, root_of
+from .force_law import at_depth, depth_of, root_of
 from .linear_contact import leave, press
 from .restitution import rebound
-from .scene import Ground, LinearWall, RigidWall, Wall
+from .scene import Ground, LinearWall, RigidWall
 
 ROUND_OFF = 4.0e-15  # of a place that was computed from two positions
 
 
-@chosen
+@jit
 def pushes(wall, q, s):
     """Tell whether a wall pushes a damper that is beyond the place of touch."""
     if not is_a(wall, LinearWall):
-        return lambda wall, q, s: True
-    return lambda wall, q, s: pulls_too(wall.pulls) or wall.kc * q + wall.cc * s > 0.0
+        return True
+    return wall.pulls is not None or wall.kc * q + wall.cc * s > 0.0
 
 
-@chosen
+@jit
 def rests(wall, r, s, scale):
     """Tell whether a damper rests on a rigid wall, but for round-off of positions of a `scale`."""
     if is_a(wall, RigidWall):
-        return lambda wall, r, s, scale: s == 0.0 and wall.gap - r <= ROUND_OFF * scale
-    return lambda wall, r, s, scale: False
+        return s == 0.0 and wall.gap - r <= ROUND_OFF * scale
+    return False
 
 
-@chosen
-def pulls_too(pulls):
-    """Tell whether a wall holds a damper also by pulling."""
-    if pulls is None:
-        return lambda pulls: False
-    return lambda pulls: True
-
-
-@chosen
+@jit
 def into(wall, r):
     """Return (q, r) of a state at r > gap: q = sqrt(z), but at a rigid wall it is on the wall."""
     if is_a(wall, RigidWall):
-        return lambda wall, r: (0.0, wall.gap)
-    return lambda wall, r: (root_of(wall, r - wall.gap), r)
-
-
-@chosen
-def wall_of(near, far, mode):
-    """Return the wall that is being touched."""
-    if far is None:
-        return lambda near, far, mode: near
-    if near is None:
-        return lambda near, far, mode: far
-    return lambda near, far, mode: near if mode == TOUCH_NEAR else far
-
-
-@chosen
-def held_of(near, far, held_near, held_far, mode):
-    """Return what is known of the motion on the wall that is touched."""
-    if far is None:
-        return lambda near, far, held_near, held_far, mode: held_near
-    if near is None:
-        return lambda near, far, held_near, held_far, mode: held_far
-    if held_near is None:
-        return lambda near, far, held_near, held_far, mode: None
-    return lambda near, far, held_near, held_far, mode: (
-        held_near if mode == TOUCH_NEAR else held_far
-    )
+        return (0.0, wall.gap)
+    return (root_of(wall, r - wall.gap), r)
 
 
 @jit
@@ -93,227 +62,146 @@ def sign_of(mode):
     return 1.0 if mode in (TOUCH_NEAR, LEAVING_NEAR) else -1.0
 
 
-@chosen
+@jit
 def gap_of(near, far, mode):
     """Return the gap [m] of the wall that is touched."""
     if far is None:
-        return lambda near, far, mode: near.gap
+        return near.gap
     if near is None:
-        return lambda near, far, mode: far.gap
-    return lambda near, far, mode: near.gap if sign_of(mode) > 0.0 else far.gap
+        return far.gap
+    return near.gap if sign_of(mode) > 0.0 else far.gap
 
 
-@chosen
+@jit
 def depth_at(near, far, mode, q):
     """Return the depth [m] at the wall that is touched."""
     if far is None:
-        return lambda near, far, mode, q: depth_of(near, q)
+        return depth_of(near, q)
     if near is None:
-        return lambda near, far, mode, q: depth_of(far, q)
-    return lambda near, far, mode, q: depth_of(near, q) if mode == TOUCH_NEAR else depth_of(far, q)
+        return depth_of(far, q)
+    return depth_of(near, q) if mode == TOUCH_NEAR else depth_of(far, q)
 
 
-@chosen
+@jit
 def force_at(wall, depth):
     """Return the greatest force of a contact that was so deep [m]; 0 where it has been noted."""
     if is_a(wall, RigidWall):
-        return lambda wall, depth: math.inf
+        return math.inf
     if is_a(wall, LinearWall):
-        return lambda wall, depth: 0.0
-    return lambda wall, depth: force_unless_damped(damping_of(wall), wall, depth)
+        return 0.0
+    if wall.damping is not None:  # which makes another the greatest
+        return 0.0
+    return at_depth(wall, wall.K, depth)
 
 
-@chosen
-def force_unless_damped(damping, wall, depth):
-    """Return the elastic force [N] at a depth [m]; 0 where damping makes another the greatest."""
-    if damping is None:
-        return lambda damping, wall, depth: at_depth(wall, wall.K, depth)
-    return lambda damping, wall, depth: 0.0
-
-
-@chosen
+@jit
 def force_in(near, far, mode, depth):
     """Return `force_at` at the wall that is touched."""
     if far is None:
-        return lambda near, far, mode, depth: force_at(near, depth)
+        return force_at(near, depth)
     if near is None:
-        return lambda near, far, mode, depth: force_at(far, depth)
-    return lambda near, far, mode, depth: (
-        force_at(near, depth) if mode == TOUCH_NEAR else force_at(far, depth)
-    )
+        return force_at(far, depth)
+    return force_at(near, depth) if mode == TOUCH_NEAR else force_at(far, depth)
 
 
-@chosen
+@jit
 def structure_at(damper, x1, v1, r, s):
     """Return (x1, v1), which are r and s where walls limit the structure itself."""
     # of two that are integrated side by side, round-off must not make two
     if is_a(damper, Ground):
-        return lambda damper, x1, v1, r, s: (r, s)
-    return lambda damper, x1, v1, r, s: (x1, v1)
+        return (r, s)
+    return (x1, v1)
 
 
 # ---- a contact -----------------------------------------------------------------------------------
 
 
-@chosen
-def follow_by_law(
-    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
-    phase, left, now, k, held, place,
-):  # fmt: skip
-    """Follow a contact by the law of its wall."""
-    # hot: as `follow_contact`
-    if is_a(wall, RigidWall):
-        return rebound
-    if is_a(wall, LinearWall):
-        return press
-    return follow_driven if is_a(tangent, Driven) else follow_contact
-
-
-@chosen
-def arc_of(wall, arc):
-    """Return the arc of Hertz impacts for a wall of that law, None for any other."""
-    if is_a(wall, Wall):
-        return lambda wall, arc: arc
-    return lambda wall, arc: None
+@jit
+def follow_by_law(side, watch, phase, place, left, now):
+    """Follow a contact by the law of its wall (`elastic_contact.follow_contact`)."""
+    if is_a(side.wall, RigidWall):
+        return rebound(side, watch, phase, place, left, now)
+    if is_a(side.wall, LinearWall):
+        return press(side, watch, phase, place, left, now)
+    if is_a(watch.tangent, Driven):
+        return follow_driven(side, watch, phase, place, left, now)
+    return follow_contact(side, watch, phase, place, left, now)
 
 
 @jit
-def follow_at_one(
-    rk4, ps, damper, near, far, mode, arc, limit_log, energy, impacts, tangent, steps, rate,
-    phase, left, now, k, held_near, held_far, place,
-):  # fmt: skip
-    """Follow a contact at a wall, where all are of one sort."""
-    # hot: as `follow_contact`
-    wall, held = wall_of(near, far, mode), held_of(near, far, held_near, held_far, mode)
-    return follow_by_law(
-        rk4, ps, damper, wall, sign_of(mode), arc_of(wall, arc), limit_log, energy, impacts,
-        tangent, steps, rate, phase, left, now, k, held, place,
-    )  # fmt: skip
-
-
-@jit
-def follow_at_two(
-    rk4, ps, damper, near, far, mode, arc, limit_log, energy, impacts, tangent, steps, rate,
-    phase, left, now, k, held_near, held_far, place,
-):  # fmt: skip
-    """Follow a contact at a wall, where the two are of different sorts."""
-    # hot: as `follow_contact`
+def follow_at(near, far, mode, watch, phase, place, left, now):
+    """Follow a contact at the side of the `mode`, near or far; a side that is not there is None."""
+    if near is None:
+        return follow_by_law(far, watch, phase, place, left, now)
+    if far is None:
+        return follow_by_law(near, watch, phase, place, left, now)
+    if same_sort(near, far):  # one text for both
+        side = near if mode == TOUCH_NEAR else far
+        return follow_by_law(side, watch, phase, place, left, now)
     if mode == TOUCH_NEAR:
-        return follow_by_law(
-            rk4, ps, damper, near, 1.0, arc_of(near, arc), limit_log, energy, impacts,
-            tangent, steps, rate, phase, left, now, k, held_near, place,
-        )  # fmt: skip
-    return follow_by_law(
-        rk4, ps, damper, far, -1.0, arc_of(far, arc), limit_log, energy, impacts,
-        tangent, steps, rate, phase, left, now, k, held_far, place,
-    )  # fmt: skip
-
-
-@chosen
-def follow_at(
-    rk4, ps, damper, near, far, mode, arc, limit_log, energy, impacts, tangent, steps, rate,
-    phase, left, now, k, held_near, held_far, place,
-):  # fmt: skip
-    """Follow a contact at the wall of the `mode`."""
-    # hot: as `follow_contact`
-    if near is None or far is None or same_sort(near, far):
-        return follow_at_one
-    return follow_at_two
+        return follow_by_law(near, watch, phase, place, left, now)
+    return follow_by_law(far, watch, phase, place, left, now)
 
 
 # ---- leaving a wall whose force has vanished -----------------------------------------------------
 
 
-@chosen
+@jit
 def leaves(near, far, mode):
     """Tell whether an orbit that is not FLYING leaves a wall whose force has vanished."""
     if is_a(near, LinearWall) or is_a(far, LinearWall):
-        return lambda near, far, mode: mode in (LEAVING_NEAR, LEAVING_FAR)
-    return lambda near, far, mode: False
-
-
-@chosen
-def depth_of_touch(near, far, mode, q):
-    """Return q of a touch: 0, but where a wall pushes again that has been left."""
-    if is_a(near, LinearWall) or is_a(far, LinearWall):
-        return lambda near, far, mode, q: 0.0 if mode == FLYING else q
-    return lambda near, far, mode, q: 0.0
-
-
-@chosen
-def after_release(near, far, mode, q):
-    """Return what an orbit does after the contact of a `mode`: fly, or first leave its place."""
-    if not (is_a(near, LinearWall) or is_a(far, LinearWall)):
-        return lambda near, far, mode, q: FLYING
-    return leaving_if_deep
+        return mode in (LEAVING_NEAR, LEAVING_FAR)
+    return False
 
 
 @jit
-def leaving_if_deep(near, far, mode, q):
-    """Return the mode after a release; q is 0 where the damper is at the place of touch."""
-    if q > 0.0:
+def depth_of_touch(near, far, mode, q):
+    """Return q of a touch: 0, but where a wall pushes again that has been left."""
+    if is_a(near, LinearWall) or is_a(far, LinearWall):
+        return 0.0 if mode == FLYING else q
+    return 0.0
+
+
+@jit
+def after_release(near, far, mode, q):
+    """Return what an orbit does after the contact of a `mode`: fly, or first leave its place."""
+    if not (is_a(near, LinearWall) or is_a(far, LinearWall)):
+        return FLYING
+    if q > 0.0:  # it is 0 where the damper is at the place of touch
         return LEAVING_NEAR if mode == TOUCH_NEAR else LEAVING_FAR
     return FLYING
 
 
-@chosen
-def leave_wall(
-    ps, damper, near, far, limit_log, energy, held_near, held_far, mode, grid, stop, j, x, now
-):
-    """Leave the place of a contact whose force has vanished, if the orbit is there.
-
-    now: (q, x1, v1, r, s). Returns (event, j, x, q, x1, v1, r, s): CLEARED where no wall is in the
-    way any more, otherwise as a flight.
-    """
-    # hot: the arguments of `fly`
-    if is_a(near, LinearWall) or is_a(far, LinearWall):
-        return leave_if_deep
-    return already_clear
-
-
 @jit
-def already_clear(
-    ps, damper, near, far, limit_log, energy, held_near, held_far, mode, grid, stop, j, x, now
-):
-    """Return that no wall is in the way."""
-    # hot: the arguments of `fly`
-    return CLEARED, j, x, now[0], now[1], now[2], now[3], now[4]
-
-
-@chosen
-def leave_one(ps, damper, wall, sign, limit_log, energy, held, place, left, now):
+def leave_one(side, watch, place, left, now):
     """Leave a wall that may let go before the damper is out (`linear_contact.leave`)."""
-    # hot: the arguments of `leave`
-    if is_a(wall, LinearWall):
-        return lambda ps, damper, wall, sign, limit_log, energy, held, place, left, now: leave(
-            ps, damper, wall, sign, limit_log, energy, held.loose, held.watched, place, left, now
-        )
-    return lambda ps, damper, wall, sign, limit_log, energy, held, place, left, now: (
-        CLEARED, now[0], now[1], now[2], now[3], 0.0,
-    )  # fmt: skip
+    if is_a(side.wall, LinearWall):
+        return leave(side, watch, place, left, now)
+    return CLEARED, now[0], now[1], now[2], now[3], 0.0
 
 
 @jit
-def leave_if_deep(
-    ps, damper, near, far, limit_log, energy, held_near, held_far, mode, grid, stop, j, x, now
-):
-    """Leave the wall of the `mode`, if it is one of leaving."""
-    # hot: the arguments of `fly`
-    if mode == FLYING:
-        return CLEARED, j, x, now[0], now[1], now[2], now[3], now[4]
-    q, x1, v1, r, s = now
+def leave_wall(near, far, mode, watch, grid, stop, begun, now):
+    """Leave the place of a contact whose force has vanished, at the side of the `mode`.
+
+    begun: (cell, place in it); now: (q, x1, v1, r, s). Returns (event, j, x, q, x1, v1, r, s):
+    CLEARED where no wall is in the way any more, otherwise as a flight.
+    """
+    (q, x1, v1, r, s), (j, x) = now, begun
     place, left, inner = (j + x) / grid.n, (stop - j - x) * grid.h, (q, s, x1, v1)
-    if mode == LEAVING_NEAR:
-        event, q, s, x1, v1, took = leave_one(
-            ps, damper, near, 1.0, limit_log, energy, held_near, place, left, inner
-        )
+    event, took, gap, sign = CLEARED, 0.0, 0.0, 1.0
+    if near is not None and mode == LEAVING_NEAR:
+        event, q, s, x1, v1, took = leave_one(near, watch, place, left, inner)
+        gap = near.wall.gap
+    if far is not None and mode == LEAVING_FAR:
+        event, q, s, x1, v1, took = leave_one(far, watch, place, left, inner)
+        gap, sign = far.wall.gap, -1.0
+    at_place = j + x + took / grid.h
+    r = sign * (gap + q)
+    if near is not None:
+        x1, v1 = structure_at(near.damper, x1, v1, r, s)
     else:
-        event, q, s, x1, v1, took = leave_one(
-            ps, damper, far, -1.0, limit_log, energy, held_far, place, left, inner
-        )
-    sign, at_place = sign_of(mode), j + x + took / grid.h
-    r = sign * (gap_of(near, far, mode) + q)
-    x1, v1 = structure_at(damper, x1, v1, r, s)
+        x1, v1 = structure_at(far.damper, x1, v1, r, s)
     j = min(int(at_place), stop - 1)
     x = at_place - j
     if event == EXHAUSTED:

@@ -8,15 +8,16 @@ import numpy as np
 
 from .arguments import OrbitBuffers, Prepared, Span
 from .codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
-from .compiling import chosen, is_a, jit
+from .compiling import jit
 from .contact import Steps
+from .deciding import is_a
 from .fixed_step import fixed_grid_from
 from .flight import REACH, SHORT, cells_of, grid_from, grid_of
 from .impact import Arc
 from .linear_contact import Pressed, pressed_of, presses_too_stiff
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
 from .once_rounded import grid_once_rounded
-from .orbit import bounded, on_ground, orbit_of, set_mode
+from .orbit import bounded, on_ground, run, set_mode
 from .response import begin_tally, report, tally_for
 from .restitution import stuck_of
 from .rigid_flight import grid_of_spans
@@ -41,38 +42,37 @@ STABLE = 2.5  # longest step of rk4 in units of 1/rate: beyond 2.8, errors of or
 # ---- a cell made ready ---------------------------------------------------------------------------
 
 
-@chosen
+@jit
 def own_arc(arc):
     """Return the arc with scratch rows of this lane's own, or None without a wall."""
     if arc is None:
-        return lambda arc: None
-    return lambda arc: Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, arc.table.copy())
+        return None
+    return Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, arc.table.copy())
 
 
-@chosen
+@jit
 def scratch_for(near, far):
     """Return the scratch of a contact that is stepped, or None without a wall."""
     if near is None and far is None:
-        return lambda near, far: None
-    return lambda near, far: np.zeros(SCRATCH)
+        return None
+    return np.zeros(SCRATCH)
 
 
-@chosen
+@jit
 def held_at(wall, ps, damper, n, begun):
     """Return the motion on a wall: `Stuck`, on n cells a period, `Pressed`, or None."""
     if is_a(wall, RigidWall):
-        return lambda wall, ps, damper, n, begun: stuck_of(ps, damper, n, begun)
+        return stuck_of(ps, damper, n, begun)
     if is_a(wall, LinearWall):
-        return lambda wall, ps, damper, n, begun: pressed_of(ps, damper, wall, begun)
-    return lambda wall, ps, damper, n, begun: None
+        return pressed_of(ps, damper, wall, begun)
 
 
-@chosen
+@jit
 def held_too_stiff(held):
     """Tell whether the motion on a wall is too fast to be followed."""
     if is_a(held, Pressed):
-        return lambda held: presses_too_stiff(held)
-    return lambda held: False
+        return presses_too_stiff(held)
+    return False
 
 
 @jit
@@ -81,31 +81,30 @@ def multiple_of(stops, n):
     return stops * ((n + stops - 1) // stops)
 
 
-@chosen
-def grid_maker(rk4, near, far):
-    """Return what prepares the grid of the method; where contacts are linear, too, it is finer."""
-    if rk4 is not None:
-        return lambda rk4, near, far: fixed_grid_from
+@jit
+def make_grid(parts, ps, damper, n, begun):
+    """Return the grid of the method, in n cells; where contacts are linear, too, it is finer."""
+    near, far = parts.near, parts.far
+    if parts.rk4 is not None:
+        return fixed_grid_from(ps, damper, n, begun)
     if is_a(near, LinearWall) or is_a(far, LinearWall):
-        return lambda rk4, near, far: grid_once_rounded
+        return grid_once_rounded(ps, damper, n, begun)
     if is_a(near, RigidWall) or is_a(far, RigidWall):
-        return lambda rk4, near, far: grid_of_spans
-    return lambda rk4, near, far: grid_from
+        return grid_of_spans(ps, damper, n, begun)
+    return grid_from(ps, damper, n, begun)
 
 
-@chosen
-def cells_for(rk4, near, far, n, period_steps, stops):
+@jit
+def cells_for(parts, n, stops):
     """Return the cells of the method's grid, a multiple of `stops`: n exact ones, or its steps.
 
     Where contacts are linear, too, cells are so short that not even their truncation adds up.
     """
-    if rk4 is not None:
-        return lambda rk4, near, far, n, period_steps, stops: multiple_of(stops, int(period_steps))
-    if is_a(near, LinearWall) or is_a(far, LinearWall):
-        return lambda rk4, near, far, n, period_steps, stops: multiple_of(
-            stops, math.ceil(REACH / SHORT * n)
-        )
-    return lambda rk4, near, far, n, period_steps, stops: multiple_of(stops, n)
+    if parts.rk4 is not None:
+        return multiple_of(stops, int(parts.period_steps))
+    if is_a(parts.near, LinearWall) or is_a(parts.far, LinearWall):
+        return multiple_of(stops, math.ceil(REACH / SHORT * n))
+    return multiple_of(stops, n)
 
 
 @jit
@@ -115,7 +114,6 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
     ps, damper: its `Structure` and its `Damper` or None; n: the exact cells that a period needs;
     begun: None, or a `flight.Begun` where periods count from another phase than zero.
     """
-    make_grid = grid_maker(parts.rk4, parts.near, parts.far)
     near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
     far = wall_like(parts.far, cell.far, damper, cell)
     return Prepared(
@@ -125,7 +123,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
         near,
         far,
         own_arc(parts.arc),
-        make_grid(ps, damper, cells_for(parts.rk4, near, far, n, parts.period_steps, stops), begun),
+        make_grid(parts, ps, damper, cells_for(parts, n, stops), begun),
         Steps(parts.contact_steps, parts.contact_tolerance),
         scratch_for(parts.near, parts.far),
         held_at(near, ps, damper, n, begun),
@@ -170,7 +168,6 @@ def run_cell(parts, cell, state, span, buffers):
 def cell_orbit(prepared, limit, state, span, buffers):
     """Run a cell that is prepared (arguments as `run_cell`)."""
     ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
-    run = orbit_of(prepared.near, prepared.far)
     limit_log = limit_log_of(buffers.violation, limit)
     on_ground(damper, state)
     set_mode(prepared.near, prepared.far, state)
@@ -210,23 +207,23 @@ def count_of(early):
     return len(early)
 
 
-@chosen
+@jit
 def no_rows(early):
     """Return room for no section, of the same type: so both pieces of a transient share a code."""
     if early is None:
-        return lambda early: None
-    return lambda early: early[:0]
+        return None
+    return early[:0]
 
 
 # ---- energies and the limit ----------------------------------------------------------------------
 
 
-@chosen
+@jit
 def first_of(energy, peak):
     """Return where energies of the sampled periods are noted."""
     if energy is None:
-        return lambda energy, peak: peak
-    return lambda energy, peak: energy
+        return peak
+    return energy
 
 
 @jit
@@ -271,18 +268,14 @@ def no_limit_to_keep(violation, limit):
     return not finite(limit)
 
 
-@chosen
+@jit
 def limit_log_of(violation, limit):
     """Return the limit log (`observe.LEVEL`) of a scene with a limit to keep, or None."""
     if violation is None:
-        return lambda violation, limit: None
-
-    def fresh(violation, limit):
-        log = np.zeros(6)
-        log[LEVEL], log[FIRST] = limit, np.nan
-        return log
-
-    return fresh
+        return None
+    log = np.zeros(6)
+    log[LEVEL], log[FIRST] = limit, np.nan
+    return log
 
 
 @jit

@@ -1,4 +1,4 @@
-"""How kernels are compiled, and how their bodies are chosen: what all other kernels stand on.
+"""How kernels are compiled: what all other kernels stand on.
 
 Strict floating point (no fastmath, no contraction) so that results are bit-identical from run to
 run and to the uncompiled code; NumPy's error model, so that no division raises inside a kernel.
@@ -13,20 +13,20 @@ from __future__ import annotations
 
 import gc
 import importlib
-import inspect
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cached_property, update_wrapper
+from functools import cached_property
 from pathlib import Path
 from types import FunctionType
 from typing import Any
 
 import numba
-from numba.core import compiler, registry, sigutils, types, typing
+from numba.core import registry, sigutils, types, typing
 from numba.core.compiler_lock import global_compiler_lock
 
 from . import linking, stored_code
+from .deciding import DecidingCompiler
 
 LINKED = linking.as_expected()
 """Whether entries are linked from inner kernels; otherwise Numba compiles as it does by itself."""
@@ -162,85 +162,12 @@ def jit(
     options |= {} if entry else {"no_cpython_wrapper": True}
     options |= {"forceinline": True} if inlined else {}
     pipeline = linking.EntryPipeline if entry else linking.InnerPipeline
-    options["pipeline_class"] = pipeline if LINKED else compiler.Compiler
+    options["pipeline_class"] = pipeline if LINKED else DecidingCompiler
     kernel: Any = numba.njit(**options)(function)
     if isinstance(kernel, _Dispatcher):  # none without compilation
         kernel.__class__ = Kernel if entry else Inner
         kernel.place = function.__module__, function.__qualname__
     return kernel
-
-
-_Type: Any = types.Dispatcher
-
-
-class Choice:
-    """A function whose body is chosen, when it is compiled, by the types of its arguments."""
-
-    is_compiling = False  # it has no body of its own that could call it
-
-    def __init__(self, builder: Callable[..., Callable[..., Any]]) -> None:
-        """Take what returns the body for arguments."""
-        self.builder = builder
-        self._bodies: dict[str, Inner] = {}
-        self._numba_type_ = _Type(self)
-        self.place = builder.__module__, builder.__qualname__
-        update_wrapper(self, builder)
-
-    def __call__(self, *arguments: Any) -> Any:
-        """Run the body for these arguments, from Python."""
-        return self.builder(*arguments)(*arguments)
-
-    def body(self, kinds: Any) -> Any:
-        """Return the kernel for arguments of these types."""
-        asked = (None if isinstance(kind, types.NoneType) else kind for kind in kinds)
-        body = self.builder(*asked)
-        if isinstance(body, Kernel):
-            return body
-        if isinstance(body, Choice):
-            return body.body(kinds)
-        text = linking.text_of(body)
-        if text not in self._bodies:
-            self._bodies[text] = jit(body)
-            self._bodies[text].place = self.place
-        return self._bodies[text]
-
-    def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return Numba's template of a call with arguments of these types."""
-        kinds = inspect.signature(self.builder).bind(*args, **kws).args
-        return self.body(kinds).get_call_template(kinds, {})
-
-    def get_overload(self, sig: Any) -> Any:
-        """Return what was compiled for arguments of these types."""
-        return self.body(sig).get_overload(sig)
-
-    def library(self, need: linking.Need) -> Any:
-        """Return the library of the body that another kernel is linked with."""
-        return self.body(need.kinds).library(need)
-
-
-def chosen(builder: Callable[..., Callable[..., Any]]) -> Any:
-    """Make a function whose body is chosen, when compiled, by which of its arguments are None.
-
-    `builder` takes the arguments and returns the function to run on them; it may ask of each
-    argument only whether it is None, and of a tuple, of what sort it is (`is_a`). Compiled, it is
-    asked once for each set of types, and what it does not return is not even typed. (A plain
-    `if part is None` is pruned by Numba only where the part *is* None; where it is present both
-    branches must agree in type.)
-    """
-    return Choice(builder)
-
-
-def is_a(part: object, sort: type) -> bool:
-    """Tell, in a builder of `chosen`, whether an argument is a tuple of this sort."""
-    return isinstance(part, sort) or getattr(part, "instance_class", None) is sort
-
-
-def same_sort(part: object, other: object) -> bool:
-    """Tell, in a builder of `chosen`, whether two tuples are of one type, as one variable needs."""
-    if isinstance(part, tuple) and isinstance(other, tuple):
-        absent = [[number is None for number in numbers] for numbers in (part, other)]
-        return type(part) is type(other) and absent[0] == absent[1]
-    return part == other
 
 
 class _Watch:

@@ -24,10 +24,10 @@ For a wall that pushes towards -x2 the mirrored state and forcing are handed in:
 
 from __future__ import annotations
 
-from .compiling import chosen, is_a, jit
-from .driven import count_of, drive_contact
+from .compiling import jit
+from .deciding import is_a
+from .driven import Driven, count_of, drive_contact
 from .force_law import (
-    damping_of,
     depth_of,
     drag_of,
     elastic,
@@ -37,7 +37,7 @@ from .force_law import (
     stiffness_of,
     weight_of,
 )
-from .response_sums import Tally, fill_works
+from .response_sums import A2, CV, CX, LOSS, R2, S2, U2, V2, X2, Y2, Tally, from_foot
 from .scene import accelerations, unloaded
 
 WORK, VIRIAL = 21, 22  # places in a row of slopes: the right sides, by theta or by q
@@ -64,43 +64,34 @@ def rotated(c, d, angle):
     return c * cosine - d * sine, d * cosine + c * sine
 
 
-@chosen
-def drain_of(damping, wall, inv_mu, q, z, s):
-    """Return the rate [1/s] by which a contact shrinks volumes; 0 without damping."""
-    if damping is None:
-        return lambda damping, wall, inv_mu, q, z, s: 0.0
-    return lambda damping, wall, inv_mu, q, z, s: inv_mu * drag_of(wall, damping, q, z, s)
+@jit
+def work_along(side, tally, step, now, y, out):
+    """Fill the integrands of a tally, times dt by theta or q, into a row of slopes.
 
-
-@chosen
-def go_along(tangent, ps, damper, wall, phase, now, k, y, out):
-    """Fill what goes along in a row of slopes: variations, or what is summed up (`tally`).
-
-    phase: that at tau = 0; now: (force, share of P, (dv1/dt, ds/dt), dt by theta or q, depth) of
-    the row k[y:].
+    now: (force, share of P, (dv1/dt, ds/dt), dt by theta or q, depth) of the row k[y:].
     """
-    # hot: once per stage
-    return work_along if is_a(tangent, Tally) else vary_along
-
-
-@jit
-def work_along(tangent, ps, damper, wall, phase, now, k, y, out):
-    """Fill in the integrands of a tally."""
-    # hot: once per stage
     force, _, (dv, _), weight, z = now
-    cosine, sine = rotated(phase[0], phase[1], ps.omega * k[y + 4])
-    state = k[y + 2], k[y + 3], wall.gap + z, k[y + 1]
-    fill_works(tangent, wall, k[y], z, state, dv, force, (cosine, sine), weight, k, out + 5)
+    k, wall, first = side.k, side.wall, out + 5
+    q, s, x1, v1 = k[y], k[y + 1], k[y + 2], k[y + 3]
+    r = wall.gap + z
+    cosine, sine = rotated(step.phase[0], step.phase[1], side.ps.omega * k[y + 4])
+    gone, rate = from_foot(tally.foot, x1, v1, cosine, sine)
+    k[first + X2], k[first + V2] = weight * x1 * x1, weight * v1 * v1
+    k[first + A2] = weight * dv * dv
+    k[first + R2], k[first + S2] = weight * r * r, weight * s * s
+    k[first + CV], k[first + CX] = weight * cosine * v1, weight * cosine * x1
+    k[first + LOSS] = weight * (force - elastic(wall, wall.K, q, z)) * s
+    k[first + Y2], k[first + U2] = weight * gone * gone, weight * rate * rate
 
 
 @jit
-def vary_along(tangent, ps, damper, wall, phase, now, k, y, out):
-    """Fill in the slopes of variations, and DRAIN."""
-    # hot: once per stage
+def vary_along(side, tangent, now, y, out):
+    """Fill the slopes of variations, and DRAIN, into a row of slopes; now: as in `work_along`."""
     _, drive, (dv, ds), weight, z = now
+    ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
     q, s, x1, v1 = k[y], k[y + 1], k[y + 2], k[y + 3]
     stiffness = stiffness_of(wall, q, s)
-    k[out + DRAIN] = weight * drain_of(damping_of(wall), wall, damper.inv_mu, q, z, s)
+    k[out + DRAIN] = weight * (damper.inv_mu * drag_of(wall, q, z, s))
     for i in range(5, 5 + count_of(tangent), 4):
         a, b, r, u = k[y + i], k[y + i + 1], k[y + i + 2], k[y + i + 3]
         push = pushed_by(wall, stiffness, q, z, s, r, u)
@@ -109,28 +100,29 @@ def vary_along(tangent, ps, damper, wall, phase, now, k, y, out):
         k[out + i + 1] = weight * db
         k[out + i + 2] = weight * u
         k[out + i + 3] = weight * du
-    drive_contact(tangent, ps, damper, wall, (q, z, x1, v1, s), drive, (dv, ds), weight, k, out)
+    if is_a(tangent, Driven):
+        drive_contact(side, tangent, (q, z, x1, v1, s), drive, (dv, ds), weight, out)
 
 
 @jit
-def slope(tangent, ps, damper, wall, c, d, landing, k, y, out):
+def slope(side, tangent, step, y, out):
     """Write the derivative of the row k[y:] = (q, s, x1, v1, tau) into the row k[out:].
 
-    c, d are cos and sin of the phase at tau = 0. Derivatives are by theta, or, when `landing`, by
-    q, which must then be moving. With `tangent`, four variations (x1, v1, r, s) at fixed time
-    follow in the row: they obey the equation linearised, with the contact's stiffness, of Hertz'
-    law 3/2 K sqrt(z) = 3/2 K q, as polynomial as the rest, and what drives them (`driven`). The
+    Derivatives are by theta, or, when the `step` is landing, by q, which must then be moving. With
+    `tangent`, four variations (x1, v1, r, s) at fixed time follow in the row: they obey the
+    equation linearised, with the contact's stiffness, of Hertz' law 3/2 K sqrt(z) = 3/2 K q, as
+    polynomial as the rest, and what drives them (`driven`); or the integrands of a tally. The
     places WORK and VIRIAL of the row are filled too, and DRAIN beside variations.
     """
-    # hot: once per stage
+    wall, k, (c, d) = side.wall, side.k, step.phase
     q, s, x1, v1 = k[y], k[y + 1], k[y + 2], k[y + 3]
-    cosine, sine = cos_sin(ps.omega * k[y + 4])
+    cosine, sine = cos_sin(side.ps.omega * k[y + 4])
     z = depth_of(wall, q)
     force = force_of(wall, q, z, s)
     drive = c * cosine - d * sine
-    dv, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive, force)
+    dv, ds = accelerations(side.ps, side.damper, x1, v1, wall.gap + z, s, drive, force)
     rate, weight = rate_of_q(wall, s), weight_of(wall, q)
-    if landing:
+    if step.landing:
         weight = weight / rate
         rate = 1.0
     k[out] = rate
@@ -142,4 +134,7 @@ def slope(tangent, ps, damper, wall, c, d, landing, k, y, out):
     k[out + VIRIAL] = weight * (s * s + z * ds)
     if tangent is not None:
         now = force, drive, (dv, ds), weight, z
-        go_along(tangent, ps, damper, wall, (c, d), now, k, y, out)
+        if is_a(tangent, Tally):
+            work_along(side, tangent, step, now, y, out)
+        else:
+            vary_along(side, tangent, now, y, out)

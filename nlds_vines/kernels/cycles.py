@@ -11,7 +11,7 @@ import numpy as np
 from .arguments import CellBuffers, Span
 from .cells import prepared_cell, run_cell
 from .codes import BAD_PARAMETERS, OK, TOO_STIFF
-from .compiling import chosen, jit
+from .compiling import jit
 from .driven import RATES, Driven, fill_rates
 from .eigenvalues import eigenvalues
 from .flight import Begun, cells_of, grid_from
@@ -54,22 +54,20 @@ def cell_flow(parts, cell, begun):
     return flow_of(prepared, grid_from(ps, damper, n, begun)), status
 
 
-@chosen
+@jit
 def shrunk_so_far(scratch):
     """Return by what contacts have shrunk volumes, as a logarithm."""
     if scratch is None:
-        return lambda scratch: 0.0
-    return lambda scratch: scratch[SHRUNK]
+        return 0.0
+    return scratch[SHRUNK]
 
 
-@chosen
+@jit
 def forget_shrinking(scratch):
     """Let nothing have been shrunk so far."""
-
-    def forget(scratch):
-        scratch[SHRUNK] = 0.0
-
-    return (lambda scratch: None) if scratch is None else forget
+    if scratch is None:
+        return None
+    scratch[SHRUNK] = 0.0
 
 
 @jit
@@ -82,7 +80,7 @@ def follow_slopes(parts, cell, changes, flow, y, n, slopes):
     rates, rows, state = np.zeros((len(slopes), RATES)), np.zeros(16), new_state()
     for m in range(len(slopes)):
         fill_rates(parts, ps, damper, changes[m], rates[m])
-    driven, nothing = Driven(rows, rates, 1.0), no_section(flow.space)
+    driven, nothing = Driven(rows, rates), no_section(flow.space)
     place_state(flow, y, state)
     for p in range(0, n, TOGETHER):
         status = advance(flow, nothing, min(TOGETHER, n - p), driven, state)
@@ -187,12 +185,12 @@ def determinant(a):
     return product
 
 
-@chosen
+@jit
 def broken_limit(violation, lane):
     """Return where a lane's violations of its limit go, or None where there is no limit."""
     if violation is None:
-        return lambda violation, lane: None
-    return lambda violation, lane: violation[lane]
+        return None
+    return violation[lane]
 
 
 @jit(entry=True)

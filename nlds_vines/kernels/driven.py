@@ -18,7 +18,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from .compiling import chosen, is_a, jit
+from .compiling import jit
+from .deciding import is_a
 from .elementary import log
 from .force_law import depth_of, elastic, factor_of, force_of, root_of, stiffness_of
 from .scene import (
@@ -46,31 +47,22 @@ class Driven(NamedTuple):
 
     rows: Any  # (16,) one after the other
     rates: Any  # (parameters, RATES) the columns above
-    sign: float  # of the wall whose contact is stepped
 
 
-@chosen
-def at_wall(tangent, sign):
-    """Return four variations on their way through a contact with a wall."""
-    if is_a(tangent, Driven):
-        return lambda tangent, sign: Driven(tangent.rows, tangent.rates, sign)
-    return lambda tangent, sign: tangent
-
-
-@chosen
+@jit
 def rows_of(tangent):
     """Return the numbers (16,) of four variations."""
     if is_a(tangent, Driven):
-        return lambda tangent: tangent.rows
-    return lambda tangent: tangent
+        return tangent.rows
+    return tangent
 
 
-@chosen
+@jit
 def count_of(tangent):
     """Return how many numbers of variations there are."""
     if is_a(tangent, Driven):
-        return lambda tangent: 4 * len(tangent.rates)
-    return lambda tangent: 16
+        return 4 * len(tangent.rates)
+    return 16
 
 
 # ---- what a parameter changes --------------------------------------------------------------------
@@ -89,64 +81,52 @@ def fill_rates(parts, ps, damper, change, rates):
     fill_wall(parts.far, change, change.far, rates, int(FAR))
 
 
-@chosen
+@jit
 def change_of_load(load, change):
     """Return what changes of a constant load, where there is one."""
     if load is None:
-        return lambda load, change: 0.0
-    return lambda load, change: change.load
+        return 0.0
+    return change.load
 
 
-@chosen
+@jit
 def fill_damper(damper, ps, change, rates):
     """Fill the rates of the damper, or of what stands for it."""
-
-    def grounded(damper, ps, change, rates):
-        rates[INV_M1] = rates[INV_MU] = -change.m1 / (ps.m1 * ps.m1)
-
-    def joint(damper, ps, change, rates):
-        rates[K2], rates[C2] = change.k2, change.c2
-        rates[INV_M1] = -change.m1 / (ps.m1 * ps.m1)
-        rates[INV_MU] = rates[INV_M1] - change.m2 / (damper.m2 * damper.m2)
-        rates[SHARE] = (rates[INV_M1] - damper.share * rates[INV_MU]) / damper.inv_mu
-
     if damper is None:
-        return lambda damper, ps, change, rates: None
-    return grounded if is_a(damper, Ground) else joint
+        return None
+    if is_a(damper, Ground):
+        rates[INV_M1] = rates[INV_MU] = -change.m1 / (ps.m1 * ps.m1)
+        return None
+    rates[K2], rates[C2] = change.k2, change.c2
+    rates[INV_M1] = -change.m1 / (ps.m1 * ps.m1)
+    rates[INV_MU] = rates[INV_M1] - change.m2 / (damper.m2 * damper.m2)
+    rates[SHARE] = (rates[INV_M1] - damper.share * rates[INV_MU]) / damper.inv_mu
 
 
-@chosen
+@jit
 def fill_wall(sort, change, gap, rates, at):
     """Fill the rates of a wall of a sort, from column `at` on; gap: that of its place."""
-
-    def of_hertz(sort, change, gap, rates, at):
-        rates[at + GAP], rates[at + OF_K] = gap, change.K
-
-    def of_power(sort, change, gap, rates, at):
+    if sort is None:
+        return None
+    if is_a(sort, RigidWall):
+        rates[at + GAP], rates[at + OF_E] = gap, change.e
+        return None
+    if is_a(sort, LinearWall):
+        rates[at + GAP], rates[at + KC], rates[at + CC] = gap, change.kc, change.cc
+        return None
+    if is_a(sort, PowerWall):
         rates[at + GAP], rates[at + OF_K], rates[at + EXPONENT] = gap, change.K, change.exponent
         rates[at + DAMPED] = change_of_damping(sort.damping, change)
-
-    def of_joint(sort, change, gap, rates, at):
-        rates[at + GAP], rates[at + KC], rates[at + CC] = gap, change.kc, change.cc
-
-    def of_rigid(sort, change, gap, rates, at):
-        rates[at + GAP], rates[at + OF_E] = gap, change.e
-
-    if sort is None:
-        return lambda sort, change, gap, rates, at: None
-    if is_a(sort, RigidWall):
-        return of_rigid
-    if is_a(sort, LinearWall):
-        return of_joint
-    return of_power if is_a(sort, PowerWall) else of_hertz
+        return None
+    rates[at + GAP], rates[at + OF_K] = gap, change.K
 
 
-@chosen
+@jit
 def change_of_damping(damping, change):
     """Return what changes of Hunt and Crossley's constant, where there is one."""
     if damping is None:
-        return lambda damping, change: 0.0
-    return lambda damping, change: change.hunt_crossley
+        return 0.0
+    return change.hunt_crossley
 
 
 @jit
@@ -159,15 +139,14 @@ def wall_at(sign):
 
 
 @jit
-def source_of(ps, damper, by, sign, constant, state, drive, push, pushed):
+def source_of(ps, damper, by, sign, constant, state, drive, pushes):
     """Return what a parameter adds to dv1/dt and to ds/dt of a variation, at one pace of time.
 
     by: its rates (RATES,); state (x1, v1, r, s) and drive as the wall sees them that pushes with
     the force `push` [N]; pushed: what changes of that by the parameter itself; constant: 1, or 0
     for Taylor coefficients of a motion but the first.
     """
-    # hot: once per stage of a contact, and per term of a flight
-    x1, v1, r, s = state
+    (x1, v1, r, s), (push, pushed) = state, pushes
     own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]
     if damper is None:
         return own, 0.0
@@ -179,86 +158,63 @@ def source_of(ps, damper, by, sign, constant, state, drive, push, pushed):
     )
 
 
-@chosen
+@jit
 def push_by_law(wall, by, at, q, z, s):
     """Return what changes of the force [N] of an elastic contact by the constants of its law."""
-
-    def of_power(wall, by, at, q, z, s):
+    if is_a(wall, PowerWall):
         found = by[at + OF_K] * elastic(wall, 1.0, q, z) * factor_of(wall.damping, s)
         if z > 0.0:
             found += by[at + EXPONENT] * force_of(wall, q, z, s) * log(z)
         return found + by[at + DAMPED] * s * where_damped(wall.damping, wall, q, z, s)
-
-    if is_a(wall, PowerWall):
-        return of_power
-    return lambda wall, by, at, q, z, s: by[at + OF_K] * elastic(wall, 1.0, q, z)
+    return by[at + OF_K] * elastic(wall, 1.0, q, z)
 
 
-@chosen
-def smoothed(tangent, wall):
+@jit
+def smoothed(tangent, wall, sign):
     """Return the wall with a root p of z = q^p that makes smooth, too, what its exponent drives.
 
     That is z^n ln z.
     """
-
-    def with_root(tangent, wall):
-        p, at = max(wall.root, math.ceil(SMOOTH / (wall.exponent + 1.0))), wall_at(tangent.sign)
+    if is_a(wall, PowerWall):
+        p, at = max(wall.root, math.ceil(SMOOTH / (wall.exponent + 1.0))), wall_at(sign)
         for i in range(len(tangent.rates)):
             if tangent.rates[i, at + EXPONENT] != 0.0:
                 return power_wall_with(p, wall.gap, wall.K, wall.exponent, wall.damping, wall.kappa)
-        return wall
-
-    return with_root if is_a(wall, PowerWall) else lambda tangent, wall: wall
+    return wall
 
 
-@chosen
+@jit
 def by_root_of(wall, before, q):
     """Return the q of a depth that has another one `before`, at a wall with another root p."""
     if is_a(wall, PowerWall):
-        return lambda wall, before, q: (
-            q if wall.root == before.root else root_of(wall, depth_of(before, q))
-        )
-    return lambda wall, before, q: q
+        return q if wall.root == before.root else root_of(wall, depth_of(before, q))
+    return q
 
 
-@chosen
+@jit
 def where_damped(damping, wall, q, z, s):
     """Return K z^n [N] where damping acts on the force, otherwise 0."""
     if damping is None:
-        return lambda damping, wall, q, z, s: 0.0
-    return lambda damping, wall, q, z, s: damping.acts * elastic(wall, wall.K, q, z)
+        return 0.0
+    return damping.acts * elastic(wall, wall.K, q, z)
 
 
-@chosen
-def drive_contact(tangent, ps, damper, wall, motion, drive, slopes, weight, k, out):
+@jit
+def drive_contact(side, tangent, motion, drive, slopes, weight, out):
     """Add what parameters drive to the slopes of variations, k[out + 5:], of a stepped contact.
 
     motion: (q, z, x1, v1, s) as the wall sees them; slopes: (dv1/dt, ds/dt); weight: dt/dtheta.
     """
-    # hot: once per stage
-    return drive_columns if is_a(tangent, Driven) else nothing_driven
-
-
-@jit
-def nothing_driven(tangent, ps, damper, wall, motion, drive, slopes, weight, k, out):
-    """Add nothing."""
-    # hot: as `drive_columns`
-    return None
-
-
-@jit
-def drive_columns(tangent, ps, damper, wall, motion, drive, slopes, weight, k, out):
-    """Add what each parameter drives."""
-    # hot: once per stage
+    ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
     q, z, x1, v1, s = motion
     dv, ds = slopes
-    sign = tangent.sign
-    at, push = wall_at(sign), force_of(wall, q, z, s)
-    stiffness, state = stiffness_of(wall, q, s), (x1, v1, wall.gap + z, s)
+    sign, at = side.sign, wall_at(side.sign)
+    push, stiffness = force_of(wall, q, z, s), stiffness_of(wall, q, s)
+    state = x1, v1, wall.gap + z, s
     for i in range(len(tangent.rates)):
         by, place = tangent.rates[i], out + 5 + 4 * i
         pushed = sign * (push_by_law(wall, by, at, q, z, s) - stiffness * by[at + GAP])
-        b, d = source_of(ps, damper, by, sign, 1.0, state, drive, push, pushed)
+        b, d = source_of(ps, damper, by, sign, 1.0, state, drive, (push, pushed))
         pace = sign * by[SLOWER]
         k[place] += weight * (pace * v1)
         k[place + 1] += weight * (b + pace * dv)
@@ -269,59 +225,44 @@ def drive_columns(tangent, ps, damper, wall, motion, drive, slopes, weight, k, o
 # ---- at a wall -----------------------------------------------------------------------------------
 
 
-@chosen
+@jit
 def seen_from_wall(tangent, sign, way):
     """Let r of driven variations count from the wall, `way` 1, or from where it did, -1."""
-
-    def moved(tangent, sign, way):
+    if is_a(tangent, Driven):
         for i in range(len(tangent.rates)):
             tangent.rows[4 * i + 2] -= way * sign * tangent.rates[i, wall_at(sign) + GAP]
 
-    return moved if is_a(tangent, Driven) else lambda tangent, sign, way: None
 
-
-@chosen
+@jit
 def drive_rebound(tangent, damper, wall, sign, s, stays):
-    """Add what the constants of an impact of rigid bodies, at the approach speed s, change."""
-    return drive_columns_at_once if is_a(tangent, Driven) else not_driven_at_once
+    """Add what the constants of an impact of rigid bodies, at the approach speed s, change.
+
+    stays: whether the damper is at rest afterwards.
+    """
+    if is_a(tangent, Driven):
+        for i in range(len(tangent.rates)):
+            by = tangent.rates[i]
+            more, back = by[wall_at(sign) + OF_E], 1.0 + wall.e
+            if stays:
+                more, back = 0.0, 1.0
+            tangent.rows[4 * i + 1] -= sign * s * (by[SHARE] * back + damper.share * more)
+            tangent.rows[4 * i + 3] -= sign * s * more
 
 
 @jit
-def not_driven_at_once(tangent, damper, wall, sign, s, stays):
-    """Add nothing."""
-
-
-@jit
-def drive_columns_at_once(tangent, damper, wall, sign, s, stays):
-    """Add what each parameter changes; stays: whether the damper is at rest afterwards."""
-    for i in range(len(tangent.rates)):
-        by = tangent.rates[i]
-        more, back = by[wall_at(sign) + OF_E], 1.0 + wall.e
-        if stays:
-            more, back = 0.0, 1.0
-        tangent.rows[4 * i + 1] -= sign * s * (by[SHARE] * back + damper.share * more)
-        tangent.rows[4 * i + 3] -= sign * s * more
-
-
-@chosen
-def drive_start(tangent, ps, damper, state, c, t, k, first):
+def drive_start(side, tangent, state, c, t, first):
     """Add to the variations k[first:] what is driven in a time t [s] so short that all is steady.
 
     state (x1, v1, r, s) and c, cos of the phase, as the wall sees them, which does not push yet.
     """
-
-    def driven(tangent, ps, damper, state, c, t, k, first):
-        sign = tangent.sign
+    if is_a(tangent, Driven):
+        ps, damper, sign, k = side.ps, side.damper, side.sign, side.k
         dv, ds = accelerations(ps, damper, state[0], state[1], state[2], state[3], c, 0.0)
         for i in range(len(tangent.rates)):
             by, place = tangent.rates[i], first + 4 * i
-            b, d = source_of(ps, damper, by, sign, 1.0, state, c, 0.0, 0.0)
+            b, d = source_of(ps, damper, by, sign, 1.0, state, c, (0.0, 0.0))
             pace = sign * by[SLOWER]
             k[place] += t * pace * state[1]
             k[place + 1] += t * (b + pace * dv)
             k[place + 2] += t * pace * state[3]
             k[place + 3] += t * (d + pace * ds)
-
-    if is_a(tangent, Driven):
-        return driven
-    return lambda tangent, ps, damper, state, c, t, k, first: None

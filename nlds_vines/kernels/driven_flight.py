@@ -7,8 +7,10 @@ each pair follows from the one before.
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
-from .compiling import chosen, is_a, jit
+from .compiling import jit
+from .deciding import is_a
 from .driven import (
     CC,
     DAMPING,
@@ -28,45 +30,49 @@ from .flight import ORDER, propagate, turned
 from .scene import RigidWall, accelerations, unloaded
 
 
-@chosen
-def push_of(wall, constant, r, s, c, d):
-    """Return the force of what is linear on a wall, r and s as it sees them; and of a variation."""
-    if wall is None:
-        return lambda wall, constant, r, s, c, d: (0.0, 0.0)
-    return lambda wall, constant, r, s, c, d: (
-        wall.kc * (r - constant * wall.gap) + wall.cc * s, wall.kc * c + wall.cc * d
-    )  # fmt: skip
+class Linear(NamedTuple):
+    """A motion that is linear: a flight, or one on a wall with a linear law or a rigid one."""
 
-
-@chosen
-def pushed_by_joint(wall, by, sign, constant, r, s):
-    """Return what changes of that force by the parameter itself."""
-    if wall is None:
-        return lambda wall, by, sign, constant, r, s: 0.0
-
-    def changed(wall, by, sign, constant, r, s):
-        at = wall_at(sign)
-        found = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s
-        return sign * (found - constant * wall.kc * by[at + GAP])
-
-    return changed
-
-
-@chosen
-def under_once(load, constant, alone):
-    """Return an acceleration with that of a constant load, as far as it is constant."""
-    if load is None:
-        return lambda load, constant, alone: alone
-    return lambda load, constant, alone: alone + constant * load
+    wall: Any  # None in flight
+    ps: Any  # `scene.Structure`, this and the next as the wall sees them
+    damper: Any
+    sign: float  # of the wall, 1 in flight
+    grid: Any  # whose cells are short enough for Taylor polynomials
 
 
 @jit
-def driven_terms(wall, ps, damper, by, sign, constant, state, drive, variation):
+def push_of(wall, constant, r, s, c, d):
+    """Return the force of what is linear on a wall, r and s as it sees them; and of a variation."""
+    if wall is None:
+        return (0.0, 0.0)
+    return (wall.kc * (r - constant * wall.gap) + wall.cc * s, wall.kc * c + wall.cc * d)
+
+
+@jit
+def pushed_by_joint(wall, by, sign, constant, r, s):
+    """Return what changes of that force by the parameter itself."""
+    if wall is None:
+        return 0.0
+    at = wall_at(sign)
+    found = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s
+    return sign * (found - constant * wall.kc * by[at + GAP])
+
+
+@jit
+def under_once(load, constant, alone):
+    """Return an acceleration with that of a constant load, as far as it is constant."""
+    if load is None:
+        return alone
+    return alone + constant * load
+
+
+@jit
+def driven_terms(linear, by, constant, state, drive, variation):
     """Return (dv1/dt, ds/dt) of a motion, and of a variation driven along it, by terms of both.
 
     The motion is a flight, or that on a wall with a linear law.
     """
-    # hot: once per term of a flight
+    wall, ps, damper, sign = linear.wall, linear.ps, linear.damper, linear.sign
     free = unloaded(ps)
     x1, v1, r, s = state
     a, b, c, d = variation
@@ -77,7 +83,7 @@ def driven_terms(wall, ps, damper, by, sign, constant, state, drive, variation):
         ds = under_once(ps.load, constant, ds)
     db, dd = accelerations(free, damper, a, b, c, d, 0.0, push_varied)
     pushed = pushed_by_joint(wall, by, sign, constant, r, s)
-    more, other = source_of(ps, damper, by, sign, constant, state, drive, push, pushed)
+    more, other = source_of(ps, damper, by, sign, constant, state, drive, (push, pushed))
     pace = sign * by[SLOWER]
     return (
         dv, ds, pace * v1 + b, db + more + pace * dv, pace * s + d, dd + other + pace * ds
@@ -85,9 +91,9 @@ def driven_terms(wall, ps, damper, by, sign, constant, state, drive, variation):
 
 
 @jit
-def stuck_terms(wall, ps, damper, by, sign, constant, state, drive, variation):
+def stuck_terms(linear, by, constant, state, drive, variation):
     """Return the same of a damper that stays on a rigid wall, one mass with the structure."""
-    # hot: once per term of a flight
+    ps, damper, sign = linear.ps, linear.damper, linear.sign
     x1, v1, _, _ = state
     a, b, _, _ = variation
     other, pace = 1.0 - damper.share, sign * by[SLOWER]
@@ -99,67 +105,64 @@ def stuck_terms(wall, ps, damper, by, sign, constant, state, drive, variation):
     return dv, 0.0, pace * v1 + b, db + pace * dv, 0.0, 0.0
 
 
-@chosen
-def terms_on(wall, ps, damper, by, sign, constant, state, drive, variation):
+@jit
+def terms_on(linear, by, constant, state, drive, variation):
     """Return the terms of a flight, or of the motion on a wall, by its law."""
-    # hot: once per term of a flight
-    return stuck_terms if is_a(wall, RigidWall) else driven_terms
+    if is_a(linear.wall, RigidWall):
+        return stuck_terms(linear, by, constant, state, drive, variation)
+    return driven_terms(linear, by, constant, state, drive, variation)
 
 
 @jit
-def drive_cell(wall, ps, damper, by, sign, h, phase, state, variation):
+def drive_cell(linear, by, h, phase, state, variation):
     """Return a motion and a variation driven along it, a time h later, by Taylor polynomials.
 
     phase: (cos, sin) of the forcing's at the beginning; h as for the cells of `flight`.
     """
-    # hot: once per cell
+    omega = linear.ps.omega
     x1, v1, r, s = state
     a, b, c, d = variation
     cosine, sine = phase
     y0, y1, y2, y3, w0, w1, w2, w3 = x1, v1, r, s, a, b, c, d
     for k in range(ORDER):
+        constant = 1.0 if k == 0 else 0.0
         dv, ds, da, db, dc, dd = terms_on(
-            wall, ps, damper, by, sign, 1.0 if k == 0 else 0.0,
-            (x1, v1, r, s), cosine, (a, b, c, d),
-        )  # fmt: skip
+            linear, by, constant, (x1, v1, r, s), cosine, (a, b, c, d)
+        )
         g = h / (k + 1.0)
         x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
         a, b, c, d = da * g, db * g, dc * g, dd * g
-        cosine, sine = -ps.omega * sine * g, ps.omega * cosine * g
+        cosine, sine = -omega * sine * g, omega * cosine * g
         y0, y1, y2, y3 = y0 + x1, y1 + v1, y2 + r, y3 + s
         w0, w1, w2, w3 = w0 + a, w1 + b, w2 + c, w3 + d
     return (y0, y1, y2, y3), (w0, w1, w2, w3)
 
 
 @jit
-def drive_along(wall, ps, damper, driven, grid, sign, place, state, time):
+def drive_along(driven, linear, place, state, time):
     """Carry driven variations along a flight, or a motion on a wall, of `time` [s].
 
     state (x1, v1, r, s) at its beginning, as the wall sees it; place: share of the period of the
     `grid` that is over then.
     """
-    # hot: once per flight
+    grid, sign = linear.grid, linear.sign
     if not time > 0.0:
         return
     n, begin = math.ceil(time / grid.h), turned(grid.begun, place)
-    h, turn = time / n, time / n * (ps.omega / (2.0 * math.pi))
+    h, turn = time / n, time / n * (linear.ps.omega / (2.0 * math.pi))
     for i in range(len(driven.rates)):
         by, k, rows, y = driven.rates[i], 4 * i, driven.rows, state
         w = rows[k], rows[k + 1], rows[k + 2], rows[k + 3]
         for cell in range(n):
             cosine, sine = cos_sin_of_turn(begin + cell * turn)
-            y, w = drive_cell(wall, ps, damper, by, sign, h, (sign * cosine, sign * sine), y, w)
+            y, w = drive_cell(linear, by, h, (sign * cosine, sign * sine), y, w)
         rows[k], rows[k + 1], rows[k + 2], rows[k + 3] = w
 
 
-@chosen
-def carry(tangent, wall, ps, damper, grid, sign, place, state, time):
-    """Carry variations along a flight, or a motion on a wall with a linear law, of `time` [s]."""
-    # hot: as `drive_along`
+@jit
+def carry(tangent, linear, place, state, time):
+    """Carry variations along a `Linear` motion of `time` [s], driven ones as `drive_along`."""
     if is_a(tangent, Driven):
-        return lambda tangent, wall, ps, damper, grid, sign, place, state, time: drive_along(
-            wall, ps, damper, tangent, grid, sign, place, state, time
-        )
-    return lambda tangent, wall, ps, damper, grid, sign, place, state, time: propagate(
-        grid, tangent, time
-    )
+        drive_along(tangent, linear, place, state, time)
+    else:
+        propagate(linear.grid, tangent, time)

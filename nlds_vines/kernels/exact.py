@@ -169,14 +169,16 @@ def rest_of_cell(damper, grid, x, y, phase):
 
 
 @jit
-def fly(rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j, x, x1, v1, r, s):
-    """Fly from place x of cell j to the next touch or to the start of the cell `stop`.
+def fly(flight, watch, begun, stop, y):
+    """Fly from `begun` = (cell j, place x in it) to the next touch or the start of the cell `stop`.
 
     Returns (event, j, x, x1, v1, r, s) with event SECTION, TOUCH_NEAR or TOUCH_FAR, or ASTRAY where
-    a touch could not be told from a miss. `rk4` is None; `fly_fixed` has the same arguments.
+    a touch could not be told from a miss. y: the state (x1, v1, r, s) at the beginning.
     """
-    # hot: the loop over cells; the state stays in registers
-    grid, event = bare_grid(grid), SECTION
+    ps, damper, near, far = flight.ps, flight.damper, flight.near, flight.far
+    limit_log, energy, clearance = watch.limit_log, watch.energy, watch.clearance
+    (x1, v1, r, s), (j, x) = y, begun  # the state stays in registers
+    grid, event = bare_grid(flight.grid), SECTION
     if energy is not None:
         before = work_at(ps, damper, (x1, v1, r, s), phase_of(grid, j, x)[0])
         energy[0], energy[1] = max(energy[0], before[0]), max(energy[1], before[1])

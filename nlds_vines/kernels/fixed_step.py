@@ -89,14 +89,33 @@ def step_to(ps, damper, grid, j, x, length, y):
     return runge_kutta_step(ps, damper, length * grid.h, c0, c1, c2, y)
 
 
+class Step(NamedTuple):
+    """One step of a flight."""
+
+    ps: Any  # `scene.Structure`
+    damper: Any  # `scene.Damper`, `scene.Ground` or None
+    grid: Any  # `FixedGrid`
+    j: int  # number of the step in its period
+    x: float  # place in it where this one begins
+    length: float  # in steps
+    y: tuple[float, float, float, float]  # (x1, v1, r, s) before and after it
+    z: tuple[float, float, float, float]
+
+
 @jit
-def length_to_turn(ps, damper, grid, j, x, length, y, z):
-    """Return the length at which s = dr/dt vanishes within a step from y to z: a turn of r."""
-    low, high, f0, f1 = 0.0, length, y[3], z[3]
-    at = 0.5 * length
+def within(step, at):
+    """Return the state at a length within a step."""
+    return step_to(step.ps, step.damper, step.grid, step.j, step.x, at, step.y)
+
+
+@jit
+def length_to_turn(step):
+    """Return the length at which s = dr/dt vanishes within a step: a turn of r."""
+    low, high, f0, f1 = 0.0, step.length, step.y[3], step.z[3]
+    at = 0.5 * step.length
     for _ in range(60):
         at = secant(low, high, f0, f1)
-        f = step_to(ps, damper, grid, j, x, at, y)[3]
+        f = within(step, at)[3]
         if f == 0.0 or high - low < 1.0e-9 or min(at - low, high - at) < 1.0e-12:
             return at
         low, high, f0, f1 = narrowed(low, high, f0, f1, at, f)
@@ -104,50 +123,50 @@ def length_to_turn(ps, damper, grid, j, x, length, y, z):
 
 
 @jit
-def length_to_level(ps, damper, grid, j, x, low, high, sign, level, y):
-    """Return the length in (low, high] of the step from y that lands on sign r = level."""
-    # hot: once per impact
+def length_to_level(step, low, high, sign, level):
+    """Return the length in (low, high] of the step that lands on sign r = level."""
     size = high
     for _ in range(80):
-        z = step_to(ps, damper, grid, j, x, size, y)
+        z = within(step, size)
         excess = sign * z[2] - level
-        if abs(excess) <= 2.0e-16 * (abs(level) + abs(y[2])) or high - low < 1.0e-15:
+        if abs(excess) <= 2.0e-16 * (abs(level) + abs(step.y[2])) or high - low < 1.0e-15:
             return size
         if excess > 0.0:
             high = size
         else:
             low = size
-        speed = sign * z[3] * grid.h
+        speed = sign * z[3] * step.grid.h
         guess = size - excess / speed if speed > 0.0 else high
         size = guarded(guess, low, high)
     return size
 
 
 @jit
-def length_to_touch(ps, damper, grid, j, x, length, sign, wall, y, z):
-    """Return the length at which a step from y to z first touches a wall, or -1."""
-    # hot: once per impact
+def length_to_touch(step, sign, wall):
+    """Return the length at which a step first touches a wall, or -1."""
+    y, z = step.y, step.z
     inside, beyond = sign * y[2] >= wall.gap, sign * z[2] > wall.gap
     if inside and sign * y[3] > 0.0:
         return 0.0
-    low, top = 0.0, length
+    low, top = 0.0, step.length
     if inside:
         if not (beyond and sign * z[3] > 0.0):
             return -1.0
-        low = length_to_turn(ps, damper, grid, j, x, length, y, z)
+        low = length_to_turn(step)
     elif not beyond:
         if not (sign * y[3] > 0.0 and sign * z[3] < 0.0):
             return -1.0
-        top = length_to_turn(ps, damper, grid, j, x, length, y, z)
-        if sign * step_to(ps, damper, grid, j, x, top, y)[2] <= wall.gap:
+        top = length_to_turn(step)
+        if sign * within(step, top)[2] <= wall.gap:
             return -1.0
-    return length_to_level(ps, damper, grid, j, x, low, top, sign, wall.gap, y)
+    return length_to_level(step, low, top, sign, wall.gap)
 
 
 @jit
-def note_turns(ps, damper, energy, grid, j, x, length, y, z):
-    """Raise the largest energies to their maxima over a step from y to z (as `note_step`)."""
-    # hot: once per step
+def note_turns(step, energy):
+    """Raise the largest energies to their maxima over a step (as `observe.note_step`)."""
+    ps, damper, grid, j, x = step.ps, step.damper, step.grid, step.j, step.x
+    y, z, length = step.y, step.z, step.length
     c0, c1 = cosine_at(grid, j, x), cosine_at(grid, j, x + length)
     before = powers_at(ps, damper, y[0], y[1], y[2], y[3], c0, 0.0)
     after = powers_at(ps, damper, z[0], z[1], z[2], z[3], c1, 0.0)
@@ -157,7 +176,7 @@ def note_turns(ps, damper, energy, grid, j, x, length, y, z):
             low, high, f0, f1 = 0.0, length, before[which], after[which]
             for _ in range(40):
                 at = secant(low, high, f0, f1)
-                w = step_to(ps, damper, grid, j, x, at, y)
+                w = within(step, at)
                 c = cosine_at(grid, j, x + at)
                 f = powers_at(ps, damper, w[0], w[1], w[2], w[3], c, 0.0)[which]
                 note_energy(ps, damper, energy, w[0], w[1], w[2], w[3])
@@ -167,12 +186,12 @@ def note_turns(ps, damper, energy, grid, j, x, length, y, z):
 
 
 @jit
-def note_miss(ps, damper, near, far, clearance, grid, j, x, length, y, z):
-    """Lower the smallest near miss if the spring's shortening turns back within a step y to z."""
-    # hot: once per step
-    if opposite(y[3], z[3]):
-        top = length_to_turn(ps, damper, grid, j, x, length, y, z)
-        r = step_to(ps, damper, grid, j, x, top, y)[2]
+def note_miss(step, near, far, clearance):
+    """Lower the smallest near miss if the spring's shortening turns back within a step."""
+    y = step.y
+    if opposite(y[3], step.z[3]):
+        top = length_to_turn(step)
+        r = within(step, top)[2]
         if near is not None and y[3] > 0.0:
             clearance[0] = min(clearance[0], near.gap - r)
         if far is not None and y[3] < 0.0:
@@ -180,16 +199,16 @@ def note_miss(ps, damper, near, far, clearance, grid, j, x, length, y, z):
 
 
 @jit
-def note_limit_fixed(ps, damper, limit_log, grid, j, x, length, y, z):
-    """Note how the limit of r is kept over a step from y to z (see `touch.note_limit`)."""
-    # hot: once per step
-    level, top, highest = limit_log[LEVEL], length, max(y[2], z[2])
+def note_limit_fixed(step, limit_log):
+    """Note how the limit of r is kept over a step (see `touch.note_limit`)."""
+    y, z = step.y, step.z
+    level, top, highest = limit_log[LEVEL], step.length, max(y[2], z[2])
     if y[3] > 0.0 > z[3]:
-        top = length_to_turn(ps, damper, grid, j, x, length, y, z)
-        highest = step_to(ps, damper, grid, j, x, top, y)[2]
+        top = length_to_turn(step)
+        highest = within(step, top)[2]
     if limit_log[BEYOND] == 0.0 and highest > level:
-        at = length_to_level(ps, damper, grid, j, x, 0.0, top, 1.0, level, y)
-        note_violation(limit_log, limit_log[ORIGIN] + (j + x + at) * grid.h)
+        at = length_to_level(step, 0.0, top, 1.0, level)
+        note_violation(limit_log, limit_log[ORIGIN] + (step.j + step.x + at) * step.grid.h)
     if limit_log[BEYOND] != 0.0:
         limit_log[EXCESS] = max(limit_log[EXCESS], highest - level)
         limit_log[BEYOND] = 1.0 if z[2] > level else 0.0
@@ -203,34 +222,35 @@ def may_touch(sign, wall, y, z):
 
 
 @jit
-def fly_fixed(
-    rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j, x, x1, v1, r, s
-):
-    """Fly from place x of step j to the next touch or to the step `stop`, as `exact.fly`."""
-    # hot: the arguments of `exact.fly`
-    y = x1, v1, r, s
+def fly_fixed(flight, watch, begun, stop, y):
+    """Fly from `begun` = (step j, place x in it) to the next touch or `stop`, as `exact.fly`."""
+    ps, damper, near, far = flight.ps, flight.damper, flight.near, flight.far
+    limit_log, energy, clearance = watch.limit_log, watch.energy, watch.clearance
+    grid, (j, x) = flight.grid, begun
     while j < stop:
         length, event = 1.0 - x, SECTION
         z = step_to(ps, damper, grid, j, x, length, y)
+        step = Step(ps, damper, grid, j, x, length, y, z)
         # The step is repeated with the length that ends at the first touch in it, if there is one.
         if near is not None and may_touch(1.0, near, y, z):
-            at = length_to_touch(ps, damper, grid, j, x, length, 1.0, near, y, z)
+            at = length_to_touch(step, 1.0, near)
             if at >= 0.0:
                 length, event = at, TOUCH_NEAR
         if far is not None and may_touch(-1.0, far, y, z):
-            at = length_to_touch(ps, damper, grid, j, x, length, -1.0, far, y, z)
+            at = length_to_touch(step, -1.0, far)
             if at >= 0.0 and (event == SECTION or at < length):
                 length, event = at, TOUCH_FAR
         if event != SECTION:
-            z = step_to(ps, damper, grid, j, x, length, y)
+            z = within(step, length)
+        step = Step(ps, damper, grid, j, x, length, y, z)
         # Note what it has shown.
         if energy is not None:
-            note_turns(ps, damper, energy, grid, j, x, length, y, z)
+            note_turns(step, energy)
         if limit_log is not None:
-            note_limit_fixed(ps, damper, limit_log, grid, j, x, length, y, z)
+            note_limit_fixed(step, limit_log)
         # (a step that ends at a wall may have turned back before the other)
         if clearance is not None and (event == SECTION or (event == TOUCH_NEAR) == (y[3] < 0.0)):
-            note_miss(ps, damper, near, far, clearance, grid, j, x, length, y, z)
+            note_miss(step, near, far, clearance)
         y = z
         if event != SECTION:
             return event, j, x + length, y[0], y[1], y[2], y[3]

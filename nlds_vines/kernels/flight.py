@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .bare_rows import bare
-from .compiling import chosen, jit
+from .compiling import jit
 from .elementary import TURN, cos_sin_of_turn
 from .fours import four, four_at, number_of, put_four
 from .scene import accelerations, greatest_push, joined, under, unloaded
@@ -208,20 +208,12 @@ def cell_polynomial(grid, x1, v1, r, s, cosine, sine):
     move_on(grid.load, w)
 
 
-@chosen
+@jit
 def move_on(load, w):
     """Add to the polynomial in COEF what a constant load does, where there is one."""
-
-    def moved(load, w):
+    if load is not None:
         for k in range(TERMS):
             w[COEF + k] += w[load + k]
-
-    return not_moved if load is None else moved
-
-
-@jit
-def not_moved(load, w):
-    """Add nothing."""
 
 
 @jit
@@ -304,55 +296,50 @@ def grid_with(ps, damper, h, n, tabulated, begun):
     return Grid(n, h, turn, rate_of(ps, own), push, bend_of(ps, damper), w, load, None, begun, None)
 
 
-@chosen
+@jit
 def share_left(begun):
     """Return the share of the forcing's period that a grid's cells are."""
-    return (lambda begun: 1.0) if begun is None else (lambda begun: begun.share)
-
-
-@chosen
-def turned(begun, share):
-    """Return the turn of the forcing's phase after a share of a grid's cells."""
     if begun is None:
-        return lambda begun, share: share
-    return lambda begun, share: begun.phase + begun.share * share
-
-
-@chosen
-def place_of_load(load, place):
-    """Return the place in the table of what a load does, None without one."""
-    if load is None:
-        return lambda load, place: None
-    return lambda load, place: place
-
-
-@chosen
-def room_for_load(load):
-    """Return how many numbers of the table tell what a load does."""
-    if load is None:
-        return lambda load: 0
-    return lambda load: TERMS
-
-
-@chosen
-def fill_load(load, ps, damper, h, n, w):
-    """Fill in what a constant load does, where there is one: of its own, and over each cell."""
-
-    def filled(load, ps, damper, h, n, w):
-        expand(ps, damper, h, np.zeros(6), w, load)
-        for c in range(4):
-            response = 0.0
-            for k in range(ORDER, -1, -1):
-                response += w[load + 4 * k + c]
-            for j in range(n):
-                w[CELLS + 6 * j + c] += response
-
-    return nothing_filled if load is None else filled
+        return 1.0
+    return begun.share
 
 
 @jit
-def nothing_filled(load, ps, damper, h, n, w):
-    """Fill nothing in."""
+def turned(begun, share):
+    """Return the turn of the forcing's phase after a share of a grid's cells."""
+    if begun is None:
+        return share
+    return begun.phase + begun.share * share
+
+
+@jit
+def place_of_load(load, place):
+    """Return the place in the table of what a load does, None without one."""
+    if load is None:
+        return None
+    return place
+
+
+@jit
+def room_for_load(load):
+    """Return how many numbers of the table tell what a load does."""
+    if load is None:
+        return 0
+    return TERMS
+
+
+@jit
+def fill_load(load, ps, damper, h, n, w):
+    """Fill in what a constant load does, where there is one: of its own, and over each cell."""
+    if load is None:
+        return
+    expand(ps, damper, h, np.zeros(6), w, load)
+    for c in range(4):
+        response = 0.0
+        for k in range(ORDER, -1, -1):
+            response += w[load + 4 * k + c]
+        for j in range(n):
+            w[CELLS + 6 * j + c] += response
 
 
 @jit

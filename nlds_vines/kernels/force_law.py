@@ -22,7 +22,8 @@ from __future__ import annotations
 
 import math
 
-from .compiling import chosen, is_a, jit
+from .compiling import jit
+from .deciding import is_a
 from .elementary import exp, fifth_root, hypotenuse, log
 from .scene import Damping, LinearWall, PowerWall
 
@@ -54,24 +55,24 @@ def power(q, m, fraction):
 # ---- depth ---------------------------------------------------------------------------------------
 
 
-@chosen
+@jit
 def depth_of(wall, q):
     """Return the depth z [m] that belongs to q, which is z itself where contacts are linear."""
     if is_a(wall, PowerWall):
-        return lambda wall, q: whole_power(q, wall.root)
+        return whole_power(q, wall.root)
     if is_a(wall, LinearWall):
-        return lambda wall, q: q
-    return lambda wall, q: q * q
+        return q
+    return q * q
 
 
-@chosen
+@jit
 def root_of(wall, z):
     """Return the q that belongs to a depth z [m]."""
     if is_a(wall, PowerWall):
-        return root_of_power
+        return root_of_power(wall, z)
     if is_a(wall, LinearWall):
-        return lambda wall, z: z
-    return lambda wall, z: math.sqrt(z)
+        return z
+    return math.sqrt(z)
 
 
 @jit
@@ -86,97 +87,90 @@ def root_of_power(wall, z):
     return exp(log(z) / wall.root)
 
 
-@chosen
+@jit
 def weight_of(wall, q):
     """Return dt/dtheta."""
     if is_a(wall, PowerWall):
-        return lambda wall, q: whole_power(q, wall.root - 1)
-    return lambda wall, q: q
+        return whole_power(q, wall.root - 1)
+    return q
 
 
-@chosen
+@jit
 def rate_of_q(wall, s):
     """Return dq/dtheta at dz/dt = s."""
     if is_a(wall, PowerWall):
-        return lambda wall, s: s / wall.root
-    return lambda wall, s: 0.5 * s
+        return s / wall.root
+    return 0.5 * s
 
 
 # ---- force ---------------------------------------------------------------------------------------
 
 
-@chosen
+@jit
 def elastic(wall, stiffness, q, z):
     """Return stiffness z^n, for K [N/m^n] the elastic force [N]."""
     if is_a(wall, PowerWall):
-        return lambda wall, stiffness, q, z: stiffness * power(q, wall.high, wall.fraction)
-    return lambda wall, stiffness, q, z: stiffness * z * q
-
-
-@chosen
-def damping_of(wall):
-    """Return the `Damping` of a law with damping, None of any other."""
-    if is_a(wall, PowerWall):
-        return lambda wall: wall.damping
-    return lambda wall: None
-
-
-@chosen
-def damped(wall, s):
-    """Return the factor by which damping changes the elastic force."""
-    if is_a(wall, PowerWall):
-        return lambda wall, s: factor_of(wall.damping, s)
-    return lambda wall, s: 1.0
-
-
-@chosen
-def factor_of(damping, s):
-    """Return 1 + a s of `Damping`, 0 where the wall has let go, 1 of None."""
-    if damping is None:
-        return lambda damping, s: 1.0
-    return lambda damping, s: damping.acts + damping.a * s
-
-
-@chosen
-def acting(damping, wall, pushes):
-    """Return a wall as it acts while it `pushes`, or while it has let go."""
-    if damping is None:
-        return lambda damping, wall, pushes: wall
-    return damped_wall
+        return stiffness * power(q, wall.high, wall.fraction)
+    return stiffness * z * q
 
 
 @jit
-def damped_wall(damping, wall, pushes):
-    """Return a wall with damping whose factor is 1 + a s, or 0."""
+def damping_of(wall):
+    """Return the `Damping` of a law with damping, None of any other."""
+    if is_a(wall, PowerWall):
+        return wall.damping
+
+
+@jit
+def damped(wall, s):
+    """Return the factor by which damping changes the elastic force."""
+    if is_a(wall, PowerWall):
+        return factor_of(wall.damping, s)
+    return 1.0
+
+
+@jit
+def factor_of(damping, s):
+    """Return 1 + a s of `Damping`, 0 where the wall has let go, 1 of None."""
+    if damping is None:
+        return 1.0
+    return damping.acts + damping.a * s
+
+
+@jit
+def acting(wall, pushes):
+    """Return a wall as it acts while it `pushes`, or while it has let go: with damping, or 0."""
+    if wall.damping is None:
+        return wall
     acts = 1.0 if pushes else 0.0
     return PowerWall(
         wall.gap, wall.K, wall.kappa, wall.speed, wall.exponent, wall.root, wall.high,
-        wall.fraction, wall.whole, wall.lasting, Damping(acts, acts * damping.a),
+        wall.fraction, wall.whole, wall.lasting, Damping(acts, acts * wall.damping.a),
     )  # fmt: skip
 
 
-@chosen
+@jit
 def force_of(wall, q, z, s):
     """Return the contact force [N] of a depth z = z(q) that grows with s = dz/dt."""
     if is_a(wall, PowerWall):
-        return lambda wall, q, z, s: elastic(wall, wall.K, q, z) * damped(wall, s)
-    return lambda wall, q, z, s: elastic(wall, wall.K, q, z)
+        return elastic(wall, wall.K, q, z) * damped(wall, s)
+    return elastic(wall, wall.K, q, z)
 
 
-@chosen
+@jit
 def at_depth(wall, stiffness, depth):
     """Return stiffness z^n at a depth z [m], for K the force [N] where nothing moves."""
     if is_a(wall, PowerWall):
-        return lambda wall, stiffness, depth: elastic(wall, stiffness, root_of(wall, depth), depth)
-    return lambda wall, stiffness, depth: stiffness * depth * math.sqrt(depth)
+        return elastic(wall, stiffness, root_of(wall, depth), depth)
+    return stiffness * depth * math.sqrt(depth)
 
 
-@chosen
+@jit
 def stiffness_of(wall, q, s):
     """Return dF/dz [N/m]."""
     if is_a(wall, PowerWall):
-        return stiffness_of_power
-    return lambda wall, q, s: 1.5 * wall.K * q
+        return stiffness_of_power(wall, q, s)
+    return 1.5 * wall.K * q
 
 
 @jit
@@ -186,65 +180,60 @@ def stiffness_of_power(wall, q, s):
     return wall.exponent * wall.K * steep * damped(wall, s)
 
 
-@chosen
+@jit
 def pushed_by(wall, stiffness, q, z, s, r, u):
     """Return the change [N] of the contact force that a variation (r, u) of (z, s) makes."""
     if is_a(wall, PowerWall):
-        return lambda wall, stiffness, q, z, s, r, u: (
-            stiffness * r + drag_of(wall, wall.damping, q, z, s) * u
-        )
-    return lambda wall, stiffness, q, z, s, r, u: stiffness * r
+        return stiffness * r + drag_of(wall, q, z, s) * u
+    return stiffness * r
 
 
-@chosen
-def drag_of(wall, damping, q, z, s):
+@jit
+def drag_of(wall, q, z, s):
     """Return dF/ds [N s/m]."""
-    if damping is None:
-        return lambda wall, damping, q, z, s: 0.0
-    return lambda wall, damping, q, z, s: damping.a * elastic(wall, wall.K, q, z)
+    if wall.damping is not None:
+        return wall.damping.a * elastic(wall, wall.K, q, z)
+    return 0.0
 
 
 # ---- energy and scales ---------------------------------------------------------------------------
 
 
-@chosen
+@jit
 def gained(wall, y, p, z, q):
     """Return by how much the elastic energy per reduced mass [m^2/s^2] rises from (z, q) to (y, p).
 
     y = z(p) and z = z(q) are depths.
     """
     if is_a(wall, PowerWall):
-        return lambda wall, y, p, z, q: (
-            (elastic(wall, wall.kappa, p, y) * y - elastic(wall, wall.kappa, q, z) * z)
-            / (wall.exponent + 1.0)
+        return (elastic(wall, wall.kappa, p, y) * y - elastic(wall, wall.kappa, q, z) * z) / (
+            wall.exponent + 1.0
         )
-    return lambda wall, y, p, z, q: 0.4 * wall.kappa * (y * y * p - z * z * q)
+    return 0.4 * wall.kappa * (y * y * p - z * z * q)
 
 
-@chosen
+@jit
 def twice_stored(wall, z, q):
     """Return twice the elastic energy [J] of a depth z = z(q)."""
     if is_a(wall, PowerWall):
-        return lambda wall, z, q: 2.0 * elastic(wall, wall.K, q, z) * z / (wall.exponent + 1.0)
-    return lambda wall, z, q: 0.8 * wall.K * z * z * q
+        return 2.0 * elastic(wall, wall.K, q, z) * z / (wall.exponent + 1.0)
+    return 0.8 * wall.K * z * z * q
 
 
-@chosen
+@jit
 def reach_of(wall, q, z, s):
     """Return q^(N/2) where the free contact through (q, s) turns."""
     if is_a(wall, PowerWall):
-        return lambda wall, q, z, s: hypotenuse(
-            math.sqrt(z * elastic(wall, 1.0, q, z)), s / wall.speed
-        )
-    return lambda wall, q, z, s: hypotenuse(q * q * math.sqrt(q), s / wall.speed)
+        return hypotenuse(math.sqrt(z * elastic(wall, 1.0, q, z)), s / wall.speed)
+    return hypotenuse(q * q * math.sqrt(q), s / wall.speed)
 
 
-@chosen
+@jit
 def turn_of(wall, reach):
     """Return (q^(N - 2), q) where a free contact turns, whose q^(N/2) there is `reach`."""
     if is_a(wall, PowerWall):
-        return turn_of_power
-    return turn_of_hertz
+        return turn_of_power(wall, reach)
+    return turn_of_hertz(wall, reach)
 
 
 @jit
@@ -263,12 +252,12 @@ def turn_of_power(wall, reach):
     return (reach / q) * (reach / q), q
 
 
-@chosen
+@jit
 def pressed(wall, external):
     """Return the square of the rate by theta of a contact that an acceleration [m/s^2] presses."""
     if is_a(wall, PowerWall):
-        return pressed_power
-    return lambda wall, external: abs(external)
+        return pressed_power(wall, external)
+    return abs(external)
 
 
 @jit
@@ -281,33 +270,33 @@ def pressed_power(wall, external):
     return wall.exponent * a * (q if wall.root == 3 else exp((wall.root - 2.0) * log(q)))
 
 
-@chosen
+@jit
 def faint(wall, ratio):
     """Return the depth [m] at which kappa z^n is `ratio` kappa [m^n]."""
     if is_a(wall, PowerWall):
-        return lambda wall, ratio: exp(log(ratio) / wall.exponent)
-    return lambda wall, ratio: exp(2.0 / 3.0 * log(ratio))
+        return exp(log(ratio) / wall.exponent)
+    return exp(2.0 / 3.0 * log(ratio))
 
 
-@chosen
+@jit
 def whole_of(wall):
     """Return theta from touch to release of a free contact in units of its own rate."""
     if is_a(wall, PowerWall):
-        return lambda wall: wall.whole
-    return lambda wall: WHOLE
+        return wall.whole
+    return WHOLE
 
 
-@chosen
+@jit
 def lasting_of(wall):
     """Return the time from touch to release of a free contact in units of depth / speed."""
     if is_a(wall, PowerWall):
-        return lambda wall: wall.lasting
-    return lambda wall: LASTING
+        return wall.lasting
+    return LASTING
 
 
-@chosen
+@jit
 def way_of_step(wall, h, s):
     """Return by how much q changes in a step h at the rate s, but for the sign."""
     if is_a(wall, PowerWall):
-        return lambda wall, h, s: 2.0 * h * s / wall.root
-    return lambda wall, h, s: h * s
+        return 2.0 * h * s / wall.root
+    return h * s

@@ -136,9 +136,9 @@ class Approach(NamedTuple):
 
 
 @jit
-def approach_of(ps, damper, wall, s, x1, v1, c, d):
-    """Return the `Approach` of a touch with speed s > 0."""
-    # hot: once per impact
+def approach_of(ps, damper, wall, phase, touch):
+    """Return the `Approach` of a touch with (s > 0, x1, v1), phase: (cos, sin) of the forcing's."""
+    (s, x1, v1), (c, d) = touch, phase
     # The free arc.
     b = fifth_root(s / wall.speed)
     b4 = (b * b) * (b * b)
@@ -423,13 +423,14 @@ def at_end(ps, damper, wall, nodes, approach):
 
 
 @jit
-def solve_arc(ps, damper, wall, arc, part, error, approach):
+def solve_arc(side, part, error, approach):
     """Solve an impact to its release (WHOLE, ERROR) or its deepest point (HALF, HALF_ERROR).
 
     With the nodes that the tolerance asks for; with more, as long as the doubt exceeds it. Returns
     (solved, b / b0, time [s], x, v) at the end; where it is not solved, as near as the most nodes
     come.
     """
+    ps, damper, wall, arc = side.ps, side.damper, side.wall, side.arc
     found = 1.0, 0.0, approach.x, approach.v, 0.0
     for level in range(level_for(arc, error, approach.size), arc.levels):
         nodes = nodes_of(arc, level, part)
@@ -442,35 +443,35 @@ def solve_arc(ps, damper, wall, arc, part, error, approach):
 
 
 @jit
-def depth_of(ps, damper, wall, arc, approach):
+def depth_of(side, approach):
     """Return the greatest depth [m] of a short impact, which is b^4 at the end of the half arc."""
-    _, ratio, _, _, _ = solve_arc(ps, damper, wall, arc, int(HALF), int(HALF_ERROR), approach)
+    _, ratio, _, _, _ = solve_arc(side, int(HALF), int(HALF_ERROR), approach)
     deep = approach.b * ratio
     return (deep * deep) * (deep * deep)
 
 
 @jit
-def short_impact(ps, damper, wall, arc, impacts, rate, c, d, q, s, x1, v1):
-    """Solve one impact from touch (q = 0, r = gap, approach speed s > 0) to release.
+def short_impact(side, impacts, phase, now):
+    """Solve one impact from touch, `now` = (q = 0, approach speed s > 0, x1, v1), to release.
 
-    c, d are cos and sin of the forcing's phase at touch, `rate` the bound of `flight.rate_of`.
-    Returns (solved, s, x1, v1, duration [s], depth [m]) at release; solved is False where the
-    impact is not short or has begun already, and nothing else may be used then. The depth is 0
-    where `impacts` is None. The unknowns at the nodes of the whole arc are left in the table.
+    phase: (cos, sin) of the forcing's at touch. Returns (solved, s, x1, v1, duration [s], depth
+    [m]) at release; solved is False where the impact is not short or has begun already, and nothing
+    else may be used then. The depth is 0 where `impacts` is None. The unknowns at the nodes of the
+    whole arc are left in the table.
     """
-    # hot: once per impact
+    q, s, x1, v1 = now
     if not (q == 0.0 and s > 0.0):
         return False, s, x1, v1, 0.0, 0.0
-    approach = approach_of(ps, damper, wall, s, x1, v1, c, d)
-    lasting = rate * (approach.tick * LENGTH)
+    approach = approach_of(side.ps, side.damper, side.wall, phase, (s, x1, v1))
+    lasting = side.rate * (approach.tick * LENGTH)
     if not (approach.size < LARGEST and lasting < LONGEST):
         return False, s, x1, v1, 0.0, 0.0
     depth = 0.0
     if impacts is not None:
-        depth = depth_of(ps, damper, wall, arc, approach)
-    solved, ratio, took, x, v = solve_arc(ps, damper, wall, arc, int(WHOLE), int(ERROR), approach)
+        depth = depth_of(side, approach)
+    solved, ratio, took, x, v = solve_arc(side, int(WHOLE), int(ERROR), approach)
     if not solved:
         return False, s, x1, v1, 0.0, 0.0
     ratio2 = ratio * ratio
     speed = s * (ratio2 * ratio2 * ratio)
-    return True, -speed, x, v - damper.share * speed, took, depth
+    return True, -speed, x, v - side.damper.share * speed, took, depth

@@ -451,19 +451,18 @@ def put_columns(tangent, x1, v1, r, s):
 
 
 @jit
-def solve_variations(ps, damper, wall, nodes, approach, rate, cosine, took, enough, tangent):
+def solve_variations(side, nodes, approach, took, tangent):
     """Solve for b and e of four variations `tangent` (16,) at the nodes of an arc or its half.
 
-    cosine: of the forcing's phase at the touch; took [s]: its duration; the rest as for `vary` and
-    `settle_variations`. Returns (start, pushes, numbers, faster): the differences (t0, b, x, v) at
-    the touch, what changes of the pushes and of the small numbers, and of the speed, relative.
+    took [s]: its duration. Returns (start, pushes, numbers, faster): the differences (t0, b, x, v)
+    at the touch, what changes of the pushes and of the small numbers, and of the speed, relative.
     """
-    # hot: once per impact
+    ps, damper, wall, rate = side.ps, side.damper, side.wall, side.rate
     linearise(ps, damper, wall, nodes, approach)
     # The differences where the wall is met, t0 later; the common motion's are without s.
     s, share = approach.s, damper.share
     x1, v1 = approach.x, approach.v + share * s
-    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, cosine, 0.0)
+    dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, approach.c, 0.0)
     x, v, r, speed = columns_of(tangent)
     late = (-1.0 / s) * r
     size = larger_of(larger_of(four(TINIEST), rate * r), v)
@@ -478,25 +477,23 @@ def solve_variations(ps, damper, wall, nodes, approach, rate, cosine, took, enou
     series_by_numbers(nodes, approach, nodes.at + (GT + 1) * nodes.m, int(T_N))
     guess(ps, damper, nodes, approach, pushes, numbers, faster)
     start = late, (0.2 * approach.b) * faster, x, v
-    settle_variations(ps, nodes, approach, start, rate * took, took, enough / SETTLED, size)
+    enough = side.arc.settled / SETTLED
+    settle_variations(ps, nodes, approach, start, rate * took, took, enough, size)
     return start, pushes[0], numbers, faster
 
 
 @jit
-def vary(ps, damper, wall, arc, rate, phase, before, after, tangent):
+def vary(side, phase, before, after, tangent):
     """Carry four variations `tangent` (16,) from touch to release of an impact just solved.
 
     The table of the arc holds its unknowns. before: (s, x1, v1) at the touch; after: (s, x1, v1,
-    duration [s]) at the release; phase: (c, d) and rate as for `short_impact`.
+    duration [s]) at the release; phase: as for `short_impact`.
     """
-    # hot: once per impact
-    s, x1, v1 = before
-    approach = approach_of(ps, damper, wall, s, x1, v1, phase[0], phase[1])
+    ps, damper, wall, arc = side.ps, side.damper, side.wall, side.arc
+    approach = approach_of(ps, damper, wall, phase, before)
     n, m, at, w = nodes_of(arc, int(arc.table[USED]), int(WHOLE))
     nodes, took = Nodes(n, m, at, bare(w)), after[3]
-    start, push, numbers, faster = solve_variations(
-        ps, damper, wall, nodes, approach, rate, phase[0], took, arc.settled, tangent
-    )
+    start, push, numbers, faster = solve_variations(side, nodes, approach, took, tangent)
     # At the release, with what the nodes miss.
     b, t, x, v = at_release(nodes, start, took, at + WEIGHT * m)
     more, longer, missed = missed_varied(nodes, approach, numbers, faster)

@@ -22,8 +22,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compiling import chosen, is_a, jit
+from .arguments import side_with
+from .compiling import jit
 from .contact_field import cos_sin, rotated
+from .deciding import is_a
 from .fours import four, four_at, put_four, sum_of
 from .impact import (
     HALF,
@@ -114,37 +116,39 @@ def keep_ahead(numbers, at, ahead):
 
 
 @jit
-def backward(ps, damper):
-    """Return the structure and the damper backward in time: their dashpots push."""
+def backward(side):
+    """Return a side backward in time: dashpots push."""
+    ps = side.ps
     turned = Structure(ps.m1, ps.k1, ps.stiffness, -ps.damping, ps.force, ps.omega, ps.load)
-    return turned, joint_backward(damper)
+    return side_with(side, turned, joint_backward(side.damper), side.wall, side.steps)
 
 
-@chosen
+@jit
 def joint_backward(damper):
     """Return the damper backward in time; the ground, which has no dashpot, as it is."""
     if is_a(damper, Ground):
-        return lambda damper: damper
-    return lambda damper: Damper(
+        return damper
+    return Damper(
         damper.m2, damper.k2, -damper.c2, damper.inv_m1, damper.inv_mu, damper.share, damper.rest
     )
 
 
 @jit
-def half_impact(ps, damper, wall, arc, phase, state):
+def half_impact(side, phase, state):
     """Return the half of an impact that begins with a state (s, x1, v1), solved.
 
     phase: (cos, sin) of the forcing's. With nodes for all that may be asked of it.
     """
-    s, x1, v1 = state
-    approach = approach_of(ps, damper, wall, s, x1, v1, phase[0], phase[1])
-    return solved_half(ps, damper, wall, arc, approach, arc.inside, SETTLED * arc.settled)
+    approach = approach_of(side.ps, side.damper, side.wall, phase, state)
+    arc = side.arc
+    return solved_half(side, approach, arc.inside, SETTLED * arc.settled)
 
 
 @jit
-def solved_half(ps, damper, wall, arc, approach, level, settled):
+def solved_half(side, approach, level, settled):
     """Return the half of an impact, solved with the nodes of one level until they are settled."""
-    nodes = nodes_of(arc, level, int(HALF))
+    ps, damper, wall = side.ps, side.damper, side.wall
+    nodes = nodes_of(side.arc, level, int(HALF))
     settle(ps, damper, wall, nodes, approach, settled)
     ratio, time, x, v, _ = at_end(ps, damper, wall, nodes, approach)
     w, n = nodes.w, nodes.n
@@ -265,7 +269,7 @@ def note_peaks_of(half, energy, body, span):
 
 
 @jit
-def peaks_in_doubt(ps, damper, wall, energy, before, after, ahead):
+def peaks_in_doubt(side, energy, before, after, ahead):
     """Return in which half of an impact which energy may peak above the largest so far.
 
     Bit body + 2 half. before, after: cos of the phase at touch and at release. The contact's force
@@ -274,6 +278,7 @@ def peaks_in_doubt(ps, damper, wall, energy, before, after, ahead):
     velocity change sign in between. The rise above the end is at most RISE times their power times
     the time.
     """
+    ps, damper, wall = side.ps, side.damper, side.wall
     s, x, v = ahead.touch
     took, at_touch = ahead.took, powers_of(ps, damper, x, v, wall.gap, s, before, 0.0)
     e0 = energies_of(ps, damper, x, v, wall.gap, s)
@@ -296,14 +301,14 @@ def peaks_in_doubt(ps, damper, wall, energy, before, after, ahead):
 
 
 @jit
-def is_known(ps, damper, wall, arc, energy, end, rate, phase, state, bodies):
+def is_known(side, energy, end, phase, state, bodies):
     """Tell whether a half is all but the last one of its end, and note its energies from there.
 
     end: TOUCH or RELEASE; bodies: those in doubt. What an energy rises above its value at
     the end changes by no more than the state there, relative: of a settled orbit nothing is solved.
     """
-    # hot: once per impact
     s, x1, v1 = state
+    arc, rate = side.arc, side.rate
     w, k = arc.table, LAST + 8 * end
     scale = abs(s) + abs(v1) + rate * abs(x1)
     apart = abs(w[k] - s) + abs(w[k + 1] - v1) + rate * abs(w[k + 2] - x1)
@@ -313,7 +318,7 @@ def is_known(ps, damper, wall, arc, energy, end, rate, phase, state, bodies):
     for body in range(2):
         if bodies & (1 << body) and not finite(w[k + 5 + body]):
             return False
-    e = energies_of(ps, damper, x1, v1, wall.gap, s)
+    e = energies_of(side.ps, side.damper, x1, v1, side.wall.gap, s)
     for body in range(2):
         if bodies & (1 << body):
             energy[body] = max(energy[body], e[body] + w[k + 5 + body])
@@ -321,18 +326,17 @@ def is_known(ps, damper, wall, arc, energy, end, rate, phase, state, bodies):
 
 
 @jit
-def note_half(ps, damper, wall, arc, energy, end, rate, phase, state, bodies, span):
+def note_half(side, energy, end, phase, state, bodies, span):
     """Raise the energies of some bodies (bits) to their maxima in a span of a half.
 
     state: (s, x1, v1) at its end, TOUCH or RELEASE. span: from when to when [s].
     """
-    # hot: once per impact
     whole = span[0] <= 0.0 and span[1] == math.inf
-    if whole and is_known(ps, damper, wall, arc, energy, end, rate, phase, state, bodies):
+    if whole and is_known(side, energy, end, phase, state, bodies):
         return
-    half = half_impact(ps, damper, wall, arc, phase, state)
-    fill_energies(wall, half)
-    w, k = arc.table, LAST + 8 * end
+    half = half_impact(side, phase, state)
+    fill_energies(side.wall, half)
+    w, k = side.arc.table, LAST + 8 * end
     w[k], w[k + 2], w[k + 1] = state
     w[k + 3], w[k + 4] = phase
     for body in range(2):
@@ -346,37 +350,20 @@ def note_half(ps, damper, wall, arc, energy, end, rate, phase, state, bodies, sp
 
 
 @jit
-def note_inside(ps, damper, wall, arc, energy, rate, phase, ahead, lasting):
+def note_inside(side, energy, phase, ahead, lasting):
     """Raise the largest energies to their maxima in the next `lasting` [s] of a solved impact.
 
     ahead: `Ahead`; phase: (cos, sin) at its touch.
     """
-    # hot: once per impact
     c, d = phase
-    cosine, sine = rotated(c, d, ps.omega * ahead.took)
-    doubt = peaks_in_doubt(ps, damper, wall, energy, c, cosine, ahead)
+    cosine, sine = rotated(c, d, side.ps.omega * ahead.took)
+    doubt = peaks_in_doubt(side, energy, c, cosine, ahead)
     since, until = ahead.elapsed, ahead.elapsed + lasting
     if until >= ahead.took:
         until = math.inf
     if doubt & 3:
-        span = since, until
-        note_half(
-            ps, damper, wall, arc, energy, int(TOUCH), rate, phase, ahead.touch, doubt & 3, span
-        )
+        note_half(side, energy, int(TOUCH), phase, ahead.touch, doubt & 3, (since, until))
     if doubt & 12:
-        phase, (s, x1, v1) = (cosine, -sine), ahead.release
-        back, pushing = backward(ps, damper)
+        (s, x1, v1), phase = ahead.release, (cosine, -sine)
         span = ahead.took - until, ahead.took - since if since > 0.0 else math.inf
-        note_half(
-            back,
-            pushing,
-            wall,
-            arc,
-            energy,
-            int(RELEASE),
-            rate,
-            phase,
-            (-s, x1, -v1),
-            doubt >> 2,
-            span,
-        )
+        note_half(backward(side), energy, int(RELEASE), phase, (-s, x1, -v1), doubt >> 2, span)

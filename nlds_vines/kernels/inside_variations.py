@@ -46,21 +46,19 @@ def integrate_to_place(half):
 
 
 @jit
-def vary_to(ps, damper, wall, arc, rate, phase, state, time, tangent):
+def vary_to(side, phase, state, time, tangent):
     """Carry four variations (16,) from the beginning of a half to a `time` [s] after it.
 
     phase: (cos, sin) of the forcing's and state (s, x1, v1) there.
     """
-    # hot: once per section inside an impact
-    half = half_impact(ps, damper, wall, arc, phase, state)
+    ps, damper, wall = side.ps, side.damper, side.wall
+    half = half_impact(side, phase, state)
     q, s, x1, v1 = state_at(wall, half, time)
     total = integrate_to_place(half)
     ratio = 1.0 / value_at(half, int(B), half.approach.b, total)
     # The differences at the place, as in `vary` at the release.
     nodes = Nodes(half.nodes.n, half.nodes.m, half.nodes.at, bare(half.nodes.w))
-    start, _, _, _ = solve_variations(
-        ps, damper, wall, nodes, half.approach, rate, phase[0], half.time, arc.settled, tangent
-    )
+    start, _, _, _ = solve_variations(side, nodes, half.approach, half.time, tangent)
     b, t, x, v = at_release(nodes, start, time, int(TO_PLACE))
     b = ratio * b
     z, speed = (4.0 * (q * q)) * b, (5.0 * s) * b
@@ -117,7 +115,7 @@ def divided(whole, first):
 
 
 @jit
-def cut_in_two(ps, damper, wall, arc, rate, phase, ahead):
+def cut_in_two(side, phase, ahead):
     """Return F and S (16,) of an impact that a section cuts, `ahead.elapsed` > 0.
 
     phase: (cos, sin) at the touch.
@@ -125,18 +123,17 @@ def cut_in_two(ps, damper, wall, arc, rate, phase, ahead):
     s, x1, v1 = ahead.touch
     out, a1, b1 = ahead.release
     whole, part = unit_variations(), unit_variations()
-    short_impact(ps, damper, wall, arc, None, rate, phase[0], phase[1], 0.0, s, x1, v1)
-    after = out, a1, b1, ahead.took
-    vary(ps, damper, wall, arc, rate, phase, ahead.touch, after, whole)
+    short_impact(side, None, phase, (0.0, s, x1, v1))
+    vary(side, phase, ahead.touch, (out, a1, b1, ahead.took), whole)
     # The half in which the section lies: as it is, or backward in time.
     early = ahead.elapsed + ahead.elapsed <= ahead.took
     state, time = ahead.touch, ahead.elapsed
     if not early:
-        c, d = rotated(phase[0], phase[1], ps.omega * ahead.took)
-        ps, damper = backward(ps, damper)
+        c, d = rotated(phase[0], phase[1], side.ps.omega * ahead.took)
+        side = backward(side)
         phase, state, time = (c, -d), (-out, a1, -b1), ahead.took - ahead.elapsed
         turn(part)
-    vary_to(ps, damper, wall, arc, rate, phase, state, time, part)
+    vary_to(side, phase, state, time, part)
     if early:
         return part, divided(whole, part)
     turn(part)
@@ -144,13 +141,13 @@ def cut_in_two(ps, damper, wall, arc, rate, phase, ahead):
 
 
 @jit
-def vary_cut(ps, damper, wall, arc, rate, phase, tangent, k, to_section):
+def vary_cut(side, phase, tangent, to_section):
     """Carry four variations (16,) from touch to the section in an impact, or from there on.
 
-    phase: (cos, sin) of the forcing's at the section; k: scratch, with the impact that is `Ahead`.
-    What follows the section is kept there until it is asked for.
+    phase: (cos, sin) of the forcing's at the section. The scratch holds the impact that is `Ahead`;
+    what follows the section is kept there, too, until it is asked for.
     """
-    # hot: once per section inside an impact
+    k = side.k
     ahead, kept = read_ahead(k, int(rk.AHEAD)), rk.SECOND
     known = k[kept + 16] == ahead.took and k[kept + 17] == ahead.elapsed
     known = known and k[kept + 18] == ahead.touch[0] and k[kept + 19] == ahead.touch[2]
@@ -158,8 +155,8 @@ def vary_cut(ps, damper, wall, arc, rate, phase, tangent, k, to_section):
     for i in range(16):
         map_on[i] = k[kept + i]
     if to_section or not known:
-        touch = rotated(phase[0], phase[1], -ps.omega * ahead.elapsed)
-        first, second = cut_in_two(ps, damper, wall, arc, rate, touch, ahead)
+        touch = rotated(phase[0], phase[1], -side.ps.omega * ahead.elapsed)
+        first, second = cut_in_two(side, touch, ahead)
         for i in range(16):
             k[kept + i] = second[i]
             map_on[i] = first[i] if to_section else second[i]

@@ -16,7 +16,8 @@ import numpy as np
 from .arguments import CellBuffers
 from .cells import judge_cell, run_cell
 from .codes import OK
-from .compiling import chosen, is_a, jit
+from .compiling import jit
+from .deciding import is_a
 from .observe import Speeds
 from .orbit import SIZE
 from .recurrence import TOLERANCE, impacts_of, period_of
@@ -25,50 +26,48 @@ from .scene import Ground
 BEGIN, END = 0, 1  # of an orbit, in `LaneBuffers.ends`; int() keeps each from its own compilation
 
 
-@chosen
+@jit
 def early_rows(section, periods, chain, link):
     """Return the rows for the section of the transient: as many as there is room for, or None."""
     if section is None:
-        return lambda section, periods, chain, link: None
-    return lambda section, periods, chain, link: section[chain, link, : section.shape[2] - periods]
+        return None
+    return section[chain, link, : section.shape[2] - periods]
 
 
-@chosen
+@jit
 def section_rows(section, cycle, damper, periods, chain, link):
     """Return the rows for the section points of one lane: its output, scratch, or None."""
     if section is not None:
-        return lambda section, cycle, damper, periods, chain, link: section[
-            chain, link, section.shape[2] - periods :
-        ]
+        return section[chain, link, section.shape[2] - periods :]
     if cycle is None:
-        return lambda section, cycle, damper, periods, chain, link: None
+        return None
     if damper is None or is_a(damper, Ground):
-        return lambda section, cycle, damper, periods, chain, link: np.empty((periods, 2))
-    return lambda section, cycle, damper, periods, chain, link: np.empty((periods, 4))
+        return np.empty((periods, 2))
+    return np.empty((periods, 4))
 
 
-@chosen
+@jit
 def period_rows(counts, cycle, near, far, periods):
     """Return scratch for the impacts of each period and wall, or None where they are not needed."""
     if (near is None and far is None) or (counts is None and cycle is None):
-        return lambda counts, cycle, near, far, periods: None
-    return lambda counts, cycle, near, far, periods: np.zeros((periods, 2), np.int64)
+        return None
+    return np.zeros((periods, 2), np.int64)
 
 
-@chosen
+@jit
 def lane_of(values, chain, link):
     """Return the row of an optional output that belongs to one lane."""
     if values is None:
-        return lambda values, chain, link: None
-    return lambda values, chain, link: values[chain, link]
+        return None
+    return values[chain, link]
 
 
-@chosen
+@jit
 def speeds_of(speeds, chain, link):
     """Return the room for the approach speeds of one lane, or None."""
     if speeds is None:
-        return lambda speeds, chain, link: None
-    return lambda speeds, chain, link: Speeds(speeds[chain, link], np.zeros(1, np.int64))
+        return None
+    return Speeds(speeds[chain, link], np.zeros(1, np.int64))
 
 
 @jit

@@ -45,22 +45,25 @@ def most_push(ps):
 
 
 @jit
-def may_pass(ps, damper, wall, sign, limit_log, duration, touch):
+def may_pass(side, limit_log, duration, touch):
     """Tell whether r may be beyond the limit in a contact of a `duration` [s] from its touch.
 
-    touch: (s, x1, v1), mirrored for a far wall (`sign` -1); the energy there bounds the depth.
+    touch: (s, x1, v1), as the wall sees it; the energy there bounds the depth.
     """
+    ps, wall = side.ps, side.wall
     s, x1, v1 = touch
-    if sign < 0.0:
+    if side.sign < 0.0:
         return -wall.gap > limit_log[LEVEL]
-    scale = scale_of(ps, damper, x1, v1, wall.gap, s) + most_push(ps) * math.sqrt(ps.m1) * duration
+    scale = scale_of(ps, side.damper, x1, v1, wall.gap, s)
+    scale += most_push(ps) * math.sqrt(ps.m1) * duration
     room = limit_log[LEVEL] - wall.gap
     return room <= 0.0 or 0.8 * wall.K * room * room * math.sqrt(room) <= scale * scale
 
 
 @jit
-def bend_in_contact(ps, damper, wall, k, duration):
+def bend_in_contact(side, duration):
     """Return a bound of |d2r/dt2| [m/s^2] over the `duration` [s] of a step from row Y."""
+    ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
     q = k[rk.Y]
     z = depth_of(wall, q)
     scale = scale_of(ps, damper, k[rk.Y + 2], k[rk.Y + 3], wall.gap + z, k[rk.Y + 1])
@@ -73,28 +76,26 @@ def bend_in_contact(ps, damper, wall, k, duration):
 
 
 @jit
-def row_at(rk4, ps, damper, wall, sign, c, d, landing, h, k, x):
-    """Return (r, s, time) at place x of the step h from row Y, of which row SAVE is the end."""
-    # hot: within a step
+def row_at(side, step, x):
+    """Return (r, s, time) at place x of the step from row Y, of which row SAVE is the end."""
+    k, sign, wall = side.k, side.sign, side.wall
     row = int(rk.SAVE)
     if x < 1.0:
-        rk.step(rk4, None, ps, damper, wall, c, d, landing, x * h, k)
+        rk.advance(side, None, rk.part_of(step, x))
         row = int(rk.NEW)
-    q = k[row]
-    return sign * (wall.gap + depth_of(wall, q)), sign * k[row + 1], k[row + 4]
+    return sign * (wall.gap + depth_of(wall, k[row])), sign * k[row + 1], k[row + 4]
 
 
 @jit
-def passage(rk4, ps, damper, wall, sign, level, c, d, landing, h, k, x, r, y, z):
+def passage(side, level, step, x, r, y, z):
     """Return the time after row Y at which r, between places x and y of a step, rises to `level`.
 
     r, z: its values there.
     """
-    # hot: within a step
     low, high, f0, f1, time = x, y, r - level, z - level, 0.0
     for _ in range(ROOT_STEPS):
         at = secant(low, high, f0, f1)
-        r, _, time = row_at(rk4, ps, damper, wall, sign, c, d, landing, h, k, at)
+        r, _, time = row_at(side, step, at)
         f = r - level
         if f == 0.0 or min(at - low, high - at) < PRECISE:
             break
@@ -103,17 +104,14 @@ def passage(rk4, ps, damper, wall, sign, level, c, d, landing, h, k, x, r, y, z)
 
 
 @jit
-def note_piece(rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k, begun, x, r, y, z):
+def note_piece(side, limit_log, step, begun, x, r, y, z):
     """Note how the limit is kept while r goes from r to z between places x and y of a step.
 
     begun: time [s] of row Y since the contact began.
     """
-    # hot: within a step
     level = limit_log[LEVEL]
     if limit_log[BEYOND] == 0.0 and z > level:
-        time = 0.0 if r > level else passage(
-            rk4, ps, damper, wall, sign, level, c, d, landing, h, k, x, r, y, z
-        )  # fmt: skip
+        time = 0.0 if r > level else passage(side, level, step, x, r, y, z)
         note_violation(limit_log, limit_log[ORIGIN] + begun + time)
     if limit_log[BEYOND] != 0.0:
         limit_log[EXCESS] = max(limit_log[EXCESS], max(r, z) - level)
@@ -130,22 +128,20 @@ def is_settled(limit_log, r, z, sag):
 
 
 @jit
-def note_limit_step(rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k, begun):
-    """Note in `limit_log` how the limit of r is kept over the contact step h from row Y to row NEW.
+def note_limit_step(side, limit_log, step, begun):
+    """Note in `limit_log` how the limit of r is kept over the contact step from row Y to row NEW.
 
     begun: time [s] of row Y since the contact began. Row NEW is kept.
     """
-    # hot: once per step
-    level = limit_log[LEVEL]
+    level, k, wall, sign = limit_log[LEVEL], side.k, side.wall, side.sign
     if sign < 0.0 and -wall.gap <= level:
         return
-    for i in range(rk.WIDTH):
-        k[rk.SAVE + i] = k[rk.NEW + i]
-    bend = bend_in_contact(ps, damper, wall, k, k[rk.SAVE + 4])
+    rk.save(k)
+    bend = bend_in_contact(side, k[rk.SAVE + 4])
     q = k[rk.Y]
     x, width = 0.0, 1.0
     before = sign * (wall.gap + depth_of(wall, q)), sign * k[rk.Y + 1], 0.0
-    after = row_at(rk4, ps, damper, wall, sign, c, d, landing, h, k, 1.0)
+    after = row_at(side, step, 1.0)
     for _ in range(MOST_PIECES):
         r, s, t = before
         took = after[2] - t
@@ -156,24 +152,17 @@ def note_limit_step(rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k,
             flat = ROUND_OFF * (abs(level) + abs(r)) + TINIEST
             if not monotone and flat < sag < math.inf:
                 width *= 0.5
-                after = row_at(rk4, ps, damper, wall, sign, c, d, landing, h, k, x + width)
+                after = row_at(side, step, x + width)
                 continue
-            note_piece(
-                rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k, begun,
-                x, r, x + width, after[0],
-            )  # fmt: skip
+            note_piece(side, limit_log, step, begun, x, r, x + width, after[0])
         # Go on behind this piece, by a larger one.
         x += width
         if x >= 1.0:
             break
         width = min(2.0 * width, 1.0 - x)
         before = after
-        after = row_at(rk4, ps, damper, wall, sign, c, d, landing, h, k, x + width)
+        after = row_at(side, step, x + width)
     if x < 1.0:  # r stays at the limit to round-off
-        end = row_at(rk4, ps, damper, wall, sign, c, d, landing, h, k, 1.0)
-        note_piece(
-            rk4, ps, damper, wall, sign, limit_log, c, d, landing, h, k, begun,
-            x, before[0], 1.0, end[0],
-        )  # fmt: skip
-    for i in range(rk.WIDTH):
-        k[rk.NEW + i] = k[rk.SAVE + i]
+        end = row_at(side, step, 1.0)
+        note_piece(side, limit_log, step, begun, x, before[0], 1.0, end[0])
+    rk.restore(k)

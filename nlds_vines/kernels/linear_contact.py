@@ -20,9 +20,10 @@ import numpy as np
 
 from . import runge_kutta as rk
 from .codes import CLEARED, EXHAUSTED, RELEASED, RETURNED, STOPPED
-from .compiling import chosen, is_a, jit
+from .compiling import jit
+from .deciding import is_a
 from .driven import rows_of, seen_from_wall
-from .driven_flight import carry
+from .driven_flight import Linear, carry
 from .elementary import cos_sin_of_turn
 from .flight import (
     COEF,
@@ -73,21 +74,24 @@ def joint_of(damper, wall):
     )  # fmt: skip
 
 
-@chosen
+@jit
 def pressed_bodies(ps, damper, wall):
     """Return (structure, damper, share of the gap at which the springs are in balance)."""
     if is_a(damper, Ground):
-        return lambda ps, damper, wall: (
+        return (
             Structure(
-                ps.m1, ps.k1 + wall.kc, ps.stiffness + wall.kc / ps.m1,
-                ps.damping + wall.cc / ps.m1, ps.force, ps.omega, ps.load,
+                ps.m1,
+                ps.k1 + wall.kc,
+                ps.stiffness + wall.kc / ps.m1,
+                ps.damping + wall.cc / ps.m1,
+                ps.force,
+                ps.omega,
+                ps.load,
             ),
             damper,
             wall.kc / (ps.k1 + wall.kc),
-        )  # fmt: skip
-    return lambda ps, damper, wall: (
-        ps, joint_of(damper, wall), wall.kc / (damper.k2 + wall.kc)
-    )  # fmt: skip
+        )
+    return (ps, joint_of(damper, wall), wall.kc / (damper.k2 + wall.kc))
 
 
 @jit
@@ -117,10 +121,12 @@ def presses_too_stiff(held):
 # ---- what is watched -----------------------------------------------------------------------------
 
 
-@chosen
+@jit
 def watch_release(pulls, wall, sign, balance, w, watched):
     """Fill the watched rows with what rises to zero at the release: minus the force, or -z."""
-    return watch_depth if pulls is not None else watch_force
+    if pulls is not None:
+        return watch_depth(pulls, wall, sign, balance, w, watched)
+    return watch_force(pulls, wall, sign, balance, w, watched)
 
 
 @jit
@@ -151,10 +157,9 @@ def first_zero(watched, end):
 
 
 @jit
-def note_pressed_peaks(ps, damper, wall, sign, balance, energy, grid, phase, end):
+def note_pressed_peaks(side, energy, grid, phase, end):
     """Raise the largest energies to their maxima in [0, end] of a cell whose rows hold r."""
-    # hot: once per cell of a contact
-    w = grid.table
+    ps, damper, wall, sign, w = side.ps, side.damper, side.wall, side.sign, grid.table
     for which in range(4):
         bend = 0.0
         for k in range(ORDER + 1):
@@ -224,15 +229,15 @@ def jump_at(wall, damper, tangent, sign, way):
 
 
 @jit
-def press(
-    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
-    phase, left, now, k, held, place,
-):  # fmt: skip
+def press(side, watch, phase, place, left, now):
     """Follow a contact from `now` = (z, s, x1, v1) to its release or for the time `left` [s].
 
     Arguments and result as those of `elastic_contact.follow_contact`, with z in place of q.
     """
-    # hot: once per impact
+    ps, damper, wall, sign, held = side.ps, side.damper, side.wall, side.sign, side.held
+    energy, impacts, limit_log, tangent = (
+        watch.energy, watch.impacts, watch.limit_log, watch.tangent
+    )  # fmt: skip
     period = 2.0 * math.pi / ps.omega
     # r is counted from the balance of the springs, where the depth is -`balance`
     balance, shift = wall.gap - held.shift, sign * held.shift
@@ -266,7 +271,7 @@ def press(
         w[R] += shift  # the rows hold r itself
         w[COEF] += carried(damper, shift)
         if energy is not None:
-            note_pressed_peaks(ps, damper, wall, sign, balance, energy, grid, phase, piece)
+            note_pressed_peaks(side, energy, grid, phase, piece)
         if limit_log is not None:
             note_limit(w, limit_log, took / grid.h, grid.h, piece, math.inf, math.inf)
         x1, v1, r, s = y
@@ -280,8 +285,8 @@ def press(
     if tangent is not None:
         seen = mirrored_load(ps.load, ps, sign)
         start = sign * began[0], sign * began[1], wall.gap + began[2], sign * began[3]
-        carry(tangent, wall, seen, damper, held.grid, sign, place, start, took)
-        k[rk.SHRUNK] -= wall.cc * damper.inv_mu * took
+        carry(tangent, Linear(wall, seen, damper, sign, held.grid), place, start, took)
+        side.k[rk.SHRUNK] -= wall.cc * damper.inv_mu * took
     if event == RELEASED and (wall.pulls is not None or wall.cc == 0.0):
         z = 0.0
         if tangent is not None and wall.pulls is not None:
@@ -289,29 +294,30 @@ def press(
     return event, z, s, x1 + carried(damper, shift), v1, took, max(depth, z)
 
 
-@chosen
+@jit
 def carried(damper, shift):
     """Return by how much x1 is counted from elsewhere: as r, where walls limit the structure."""
     if is_a(damper, Ground):
-        return lambda damper, shift: shift
-    return lambda damper, shift: 0.0
+        return shift
+    return 0.0
 
 
 # ---- leaving without a force ---------------------------------------------------------------------
 
 
 @jit
-def leave(ps, damper, wall, sign, limit_log, energy, loose, watched, place, left, now):
+def leave(side, watch, place, left, now):
     """Fly from a depth z > 0 at which the wall does not push, to z = 0 or for the time `left` [s].
 
     now: (z, s, x1, v1). Returns (event, z, s, x1, v1, time [s]): CLEARED at z = 0, RETURNED where
     the wall pushes again before, STOPPED or EXHAUSTED.
     """
-    # hot: once per impact with a dashpot
+    ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
+    energy, limit_log, watched = watch.energy, watch.limit_log, side.held.watched
     period, took = 2.0 * math.pi / ps.omega, 0.0
     z, s, x1, v1 = now
     r = sign * (z + wall.gap)
-    grid = bare_grid(loose)
+    grid = bare_grid(side.held.loose)
     w = grid.table
     while True:
         end = min(1.0, (left - took) / grid.h)

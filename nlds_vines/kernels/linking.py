@@ -22,11 +22,12 @@ from numba import _dynfunc  # type: ignore[attr-defined] # written in C
 from numba.core import codegen, compiler, itanium_mangler, serialize
 from numba.core.environment import Environment
 
+from .deciding import DecidingCompiler
+
 EXPECTED = (
     (codegen.JITCodeLibrary, ("finalize", "_finalize_dynamic_globals", "_get_module_for_linking")),
     (codegen.CPUCodegen, ("create_library",)),
-    (compiler.CompilerBase, ("_compile_bytecode", "define_pipelines", "compile_extra")),
-    (compiler.DefaultPassBuilder, ("define_nopython_pipeline",)),
+    (compiler.CompilerBase, ("_compile_bytecode", "compile_extra")),
 )
 """What this module takes from Numba beside what Numba documents."""
 
@@ -126,7 +127,7 @@ class Entry(codegen.JITCodeLibrary):
         super().finalize()
 
 
-class _Pipeline(compiler.CompilerBase):
+class _Pipeline(DecidingCompiler):
     """Numba's own passes, on names that are the same in each process."""
 
     library: type[codegen.JITCodeLibrary]
@@ -150,7 +151,7 @@ class _Pipeline(compiler.CompilerBase):
 
     def define_pipelines(self) -> list[Any]:
         """Return Numba's passes, but for those in `LEFT_OUT`."""
-        passes = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
+        (passes,) = super().define_pipelines()
         passes.passes = [one for one in passes.passes if one[0].__name__ not in LEFT_OUT]
         return [passes]
 

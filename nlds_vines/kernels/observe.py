@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from . import runge_kutta as rk
-from .compiling import chosen, is_a, jit
+from .compiling import jit
 from .contact_field import cos_sin
+from .deciding import is_a
 from .force_law import depth_of, force_of
 from .roots import narrowed, secant
 from .scene import under
@@ -84,40 +85,27 @@ def energies(ps, damper, x1, v1, r, s):
 @jit
 def note_energy(ps, damper, energy, x1, v1, r, s):
     """Raise the largest energies to those of one state."""
-    e1, e2 = energies(ps, damper, x1, v1, r, s)
-    energy[0] = max(energy[0], e1)
-    energy[1] = max(energy[1], e2)
+    raise_energies(energy, energies(ps, damper, x1, v1, r, s))
 
 
 @jit
-def note_touch(ps, damper, impacts, wall, time, x1, v1, r, s):
-    """Begin the row of an impact; its release stays NaN until `note_release`."""
-    # hot: once per impact
+def note_touch(ps, damper, impacts, touch, y):
+    """Note what is wanted of a touch: its speed alone, or the beginning of its row.
+
+    touch: (wall, time); y: (x1, v1, r, s). The release stays NaN until `note_release`.
+    """
     i = impacts.filled[0]
     impacts.filled[0] = i + 1
-    if i < len(impacts.data):
-        impacts.data[i, WALL], impacts.data[i, TOUCH], impacts.data[i, RELEASE] = wall, time, np.nan
-        impacts.data[i, SPEED], impacts.data[i, FORCE], impacts.data[i, DEPTH] = abs(s), 0.0, 0.0
-        e1, e2 = energies(ps, damper, x1, v1, r, s)
-        impacts.data[i, GAIN1], impacts.data[i, GAIN2] = -e1, -e2
-
-
-@jit
-def note_speed(impacts, s):
-    """Note the approach speed of an impact."""
-    i = impacts.filled[0]
-    impacts.filled[0] = i + 1
-    if i < len(impacts.data):
-        impacts.data[i] = abs(s)
-
-
-@chosen
-def note_impact(ps, damper, impacts, wall, time, x1, v1, r, s):
-    """Note what is wanted of a touch."""
-    # hot: once per impact
+    if i >= len(impacts.data):
+        return
     if is_a(impacts, Speeds):
-        return lambda ps, damper, impacts, wall, time, x1, v1, r, s: note_speed(impacts, s)
-    return note_touch
+        impacts.data[i] = abs(y[3])
+    else:
+        data = impacts.data
+        data[i, WALL], data[i, TOUCH], data[i, RELEASE] = touch[0], touch[1], np.nan
+        data[i, SPEED], data[i, FORCE], data[i, DEPTH] = abs(y[3]), 0.0, 0.0
+        e1, e2 = energies(ps, damper, y[0], y[1], y[2], y[3])
+        data[i, GAIN1], data[i, GAIN2] = -e1, -e2
 
 
 @jit
@@ -184,34 +172,42 @@ def powers_at(ps, damper, x1, v1, r, s, drive, force):
 
 
 @jit
-def powers(ps, damper, wall, c, d, k, row):
-    """Return `powers_at` of a row (q, s, x1, v1, tau) of a contact."""
+def powers(side, phase, row):
+    """Return `powers_at` of a row (q, s, x1, v1, tau) of a contact; phase: that at tau = 0."""
+    ps, wall, k = side.ps, side.wall, side.k
     q, s = k[row], k[row + 1]
     cosine, sine = cos_sin(ps.omega * k[row + 4])
-    z, drive = depth_of(wall, q), c * cosine - d * sine
+    z, drive = depth_of(wall, q), phase[0] * cosine - phase[1] * sine
     force = force_of(wall, q, z, s)
-    return powers_at(ps, damper, k[row + 2], k[row + 3], wall.gap + z, s, drive, force)
+    return powers_at(ps, side.damper, k[row + 2], k[row + 3], wall.gap + z, s, drive, force)
 
 
 @jit
-def note_row(ps, damper, wall, energy, k, row):
-    """Raise the largest energies to those of a row (q, s, x1, v1) of a contact."""
-    z = depth_of(wall, k[row])
-    note_energy(ps, damper, energy, k[row + 2], k[row + 3], wall.gap + z, k[row + 1])
+def energies_in(side, row):
+    """Return (E1, E2) [J] of a row (q, s, x1, v1) of a contact."""
+    wall, k = side.wall, side.k
+    r = wall.gap + depth_of(wall, k[row])
+    return energies(side.ps, side.damper, k[row + 2], k[row + 3], r, k[row + 1])
 
 
 @jit
-def step_to_root(rk4, ps, damper, wall, c, d, landing, h, k, which, f0, f1):
+def raise_energies(energy, found):
+    """Raise the largest energies to those of one state."""
+    energy[0] = max(energy[0], found[0])
+    energy[1] = max(energy[1], found[1])
+
+
+@jit
+def step_to_root(side, step, which, f0, f1):
     """Write row NEW where the factor `which` of `powers` vanishes within a step.
 
     f0, f1: its values at the beginning and the end of the step.
     """
-    # hot: within a step
     low, high = 0.0, 1.0
     for _ in range(40):
         x = secant(low, high, f0, f1)
-        rk.step(rk4, None, ps, damper, wall, c, d, landing, x * h, k)
-        f = powers(ps, damper, wall, c, d, k, rk.NEW)[which]
+        rk.advance(side, None, rk.part_of(step, x))
+        f = powers(side, step.phase, int(rk.NEW))[which]
         before, behind = low, high
         low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
         if f == 0.0 or (low - before) + (behind - high) < PRECISE:  # one end moved so little
@@ -219,28 +215,22 @@ def step_to_root(rk4, ps, damper, wall, c, d, landing, h, k, which, f0, f1):
 
 
 @jit
-def note_step(rk4, ps, damper, wall, energy, c, d, landing, h, k):
+def note_step(side, energy, step):
     """Raise the largest energies to their maxima over the contact step from row Y to row NEW.
 
     E1 can turn only where v1 or the force beside the spring's vanishes, E2 likewise; a turn is
     located only where it could exceed the largest so far.
     """
-    # hot: once per step
-    note_row(ps, damper, wall, energy, k, rk.NEW)
-    before = powers(ps, damper, wall, c, d, k, rk.Y)
-    after = powers(ps, damper, wall, c, d, k, rk.NEW)
-    z = depth_of(wall, k[rk.Y])
-    start = energies(ps, damper, k[rk.Y + 2], k[rk.Y + 3], wall.gap + z, k[rk.Y + 1])
-    for i in range(rk.WIDTH):
-        k[rk.SAVE + i] = k[rk.NEW + i]
-    time = k[rk.NEW + 4]
+    k = side.k
+    raise_energies(energy, energies_in(side, int(rk.NEW)))
+    before, after = powers(side, step.phase, int(rk.Y)), powers(side, step.phase, int(rk.NEW))
+    start, time = energies_in(side, int(rk.Y)), k[rk.NEW + 4]
+    rk.save(k)
     for which in range(4):
         body = which // 2
         gain = abs(before[2 * body] * before[2 * body + 1])
         gain += abs(after[2 * body] * after[2 * body + 1])
         if opposite(before[which], after[which]) and start[body] + gain * time > energy[body]:
-            f0, f1 = before[which], after[which]
-            step_to_root(rk4, ps, damper, wall, c, d, landing, h, k, which, f0, f1)
-            note_row(ps, damper, wall, energy, k, rk.NEW)
-            for i in range(rk.WIDTH):
-                k[rk.NEW + i] = k[rk.SAVE + i]
+            step_to_root(side, step, which, before[which], after[which])
+            raise_energies(energy, energies_in(side, int(rk.NEW)))
+            rk.restore(k)

@@ -21,7 +21,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import chosen, is_a, jit
+from .compiling import jit
+from .deciding import is_a
 from .flight import CELLS, COEF, ORDER, TAYLOR, TERMS, Grid, at, grid_from, pair, step
 from .fours import four, four_at, four_of, number_of
 from .scene import Ground
@@ -33,12 +34,12 @@ PUSH = (KEPT + 1) * MATRIX  # place of what forces add, after the matrices
 WHOLE = 18  # powers in the matrix of a whole cell: 0.4^19 / 19! = 2e-25
 
 
-@chosen
+@jit
 def of_bodies(damper, y):
     """Return a state (x1, v1, r, s); where walls limit the structure, (r, s, r, s)."""
     if is_a(damper, Ground):
-        return lambda damper, y: (y[2], y[3], y[2], y[3])
-    return lambda damper, y: y
+        return (y[2], y[3], y[2], y[3])
+    return y
 
 
 # ---- the matrices --------------------------------------------------------------------------------
@@ -75,12 +76,12 @@ def put_sum(w, first, out, place):
             out[place + c] += w[first + 4 * k + c]
 
 
-@chosen
+@jit
 def put_sum_of_load(load, w, out, place):
     """Add that of a constant load, where there is one."""
     if load is None:
-        return lambda load, w, out, place: None
-    return lambda load, w, out, place: put_sum(w, load, out, place)
+        return None
+    return put_sum(w, load, out, place)
 
 
 @jit
@@ -152,10 +153,12 @@ def last_columns(damper, w, i, y):
     return two_columns(w, i + 16, y[2], y[3])
 
 
-@chosen
+@jit
 def product(damper, w, i, y):
     """Return the matrix at i of a table times a state, as a pair of fours."""
-    return last_columns if is_a(damper, Ground) else four_columns
+    if is_a(damper, Ground):
+        return last_columns(damper, w, i, y)
+    return four_columns(damper, w, i, y)
 
 
 # ---- a cell, and a piece of one ------------------------------------------------------------------
@@ -192,12 +195,12 @@ def push_in(load, w, k, phase):
     return loaded(load, w, k, four_at(w, i) * phase[0] + four_at(w, i + TERMS) * phase[1])
 
 
-@chosen
+@jit
 def loaded(load, w, k, forced):
     """Return what forcing is in power k, with a constant load where there is one."""
     if load is None:
-        return lambda load, w, k, forced: forced
-    return lambda load, w, k, forced: forced + four_at(w, load + 4 * k)
+        return forced
+    return forced + four_at(w, load + 4 * k)
 
 
 @jit
@@ -231,17 +234,17 @@ def piece_once_rounded(low, damper, load, w, x, y, phase):
 # ---- where errors would add up -------------------------------------------------------------------
 
 
-@chosen
+@jit
 def after_cell(low, damper, w, j, y):
     """Return the state one cell after the state y at the beginning of cell j."""
     if low is None:
-        return lambda low, damper, w, j, y: step(damper, w, j, y[0], y[1], y[2], y[3])
-    return whole_once_rounded
+        return step(damper, w, j, y[0], y[1], y[2], y[3])
+    return whole_once_rounded(low, damper, w, j, y)
 
 
-@chosen
+@jit
 def after_piece(low, damper, load, w, x, y, phase):
     """Return the state x cells after the state y, at which the polynomial in COEF starts."""
     if low is None:
-        return lambda low, damper, load, w, x, y, phase: at(w, x)
-    return piece_once_rounded
+        return at(w, x)
+    return piece_once_rounded(low, damper, load, w, x, y, phase)

@@ -7,6 +7,7 @@ the section is as sharp after a million periods as after one.
 from __future__ import annotations
 
 from . import runge_kutta as rk
+from .arguments import Flight, Past, Side, Watch
 from .bare_rows import bare
 from .by_law import (
     after_release,
@@ -39,10 +40,11 @@ from .codes import (
     TOUCH_FAR,
     TOUCH_NEAR,
 )
-from .compiling import chosen, is_a, jit
-from .driven_flight import carry
+from .compiling import jit
+from .deciding import is_a
+from .driven_flight import Linear, carry
 from .exact import fly
-from .fixed_step import fly_fixed, phase_in_step
+from .fixed_step import FixedGrid, fly_fixed, phase_in_step
 from .flight import bare_grid, coarse_map, phase_at, step
 from .impact import Arc
 from .limit import begin_contact
@@ -51,9 +53,9 @@ from .observe import (
     Speeds,
     note_depth,
     note_force,
-    note_impact,
     note_release,
     note_section,
+    note_touch,
 )
 from .response import (
     bare_tally,
@@ -64,7 +66,7 @@ from .response import (
 )
 from .restitution import Stuck
 from .rigid_flight import unless_at_once
-from .scene import Ground, joined
+from .scene import Ground, Wall, joined
 
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
 MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
@@ -92,39 +94,26 @@ def set_mode(near, far, state):
         state[5] = TOUCH_FAR if pushes(far, state[4], -state[3]) else LEAVING_FAR
 
 
-@chosen
+@jit
 def on_ground(damper, state):
     """Let r and s of a state be x1 and v1 where walls limit the structure itself."""
-
-    def the_same(damper, state):
+    if is_a(damper, Ground):
         state[2], state[3] = state[0], state[1]
 
-    return the_same if is_a(damper, Ground) else lambda damper, state: None
 
-
-@chosen
-def fly_on(
-    rk4, ps, damper, near, far, limit_log, energy, clearance, grid, stop, j, x, x1, v1, r, s
-):
-    """Fly to the next event by the method."""
-    # hot: the arguments of `fly`
-    return fly if rk4 is None else fly_fixed
-
-
-@chosen
+@jit
 def phase_on(rk4, grid, j, x):
     """Return (cos, sin) of the forcing's phase at place x of cell j, by the method's grid."""
     if rk4 is None:
-        return lambda rk4, grid, j, x: phase_at(grid, j, x)
-    return lambda rk4, grid, j, x: phase_in_step(grid, j, x)
+        return phase_at(grid, j, x)
+    return phase_in_step(grid, j, x)
 
 
-@chosen
+@jit
 def note_time_taken(rk4, grid, took):
     """Let the exact flight know what a contact took [s]."""
     if rk4 is None:
-        return lambda rk4, grid, took: unless_at_once(grid.powers, grid.table, took)
-    return lambda rk4, grid, took: None
+        return unless_at_once(grid.powers, grid.table, took)
 
 
 @jit
@@ -134,28 +123,18 @@ def bounded(x1, v1, r, s):
 
 
 @jit
-def begin_flight(limit_log, began):
+def begin_log(limit_log, began):
     """Let the log of a limit count from the time [s] at which the period began."""
     if limit_log is not None:
         limit_log[ORIGIN] = began
 
 
 @jit
-def at_touch(ps, damper, by_period, impacts, p, mode, time, x1, v1, r, s):
-    """Count a touch in period p and begin its row."""
-    # hot: once per impact
-    if by_period is not None:
-        by_period[p, mode - TOUCH_NEAR] += 1
-    if impacts is not None:
-        note_impact(ps, damper, impacts, mode - TOUCH_NEAR, time, x1, v1, r, s)
-
-
-@chosen
 def rows_of(impacts):
     """Return the rows to which a contact adds what it has been, None where there are none."""
     if is_a(impacts, Speeds):
-        return lambda impacts: None
-    return lambda impacts: impacts
+        return None
+    return impacts
 
 
 @jit
@@ -166,14 +145,24 @@ def keep_slowest(slowest, s):
 
 
 @jit
-def after_contact(ps, damper, impacts, event, depth, force, time, x1, v1, r, s):
-    """Note the depth [m] and force of a contact, and, at its release, that it has ended."""
-    # hot: once per impact
+def fly_on(flight, watch, begun, stop, y):
+    """Fly to the next event by the method (`exact.fly`)."""
+    if flight.rk4 is None:
+        return fly(flight, watch, begun, stop, y)
+    return fly_fixed(flight, watch, begun, stop, y)
+
+
+@jit
+def after_contact(ps, damper, impacts, event, felt, time, y):
+    """Note a contact, and, at its release, that it has ended in the state y = (x1, v1, r, s).
+
+    felt: its depth [m] and its greatest force [N].
+    """
     if impacts is not None:
-        note_depth(impacts, depth)
-        note_force(impacts, force)
+        note_depth(impacts, felt[0])
+        note_force(impacts, felt[1])
         if event == RELEASED:
-            note_release(ps, damper, impacts, time, x1, v1, r, s)
+            note_release(ps, damper, impacts, time, y[0], y[1], y[2], y[3])
 
 
 @jit
@@ -183,36 +172,49 @@ def at_section(damper, section, row, x1, v1, r, s):
         note_section(damper, section, row, x1, v1, r, s)
 
 
-@chosen
+@jit
 def bare_arc(arc):
     """Return the arc, if there is one, with its table as a bare row."""
     if arc is None:
-        return lambda arc: None
-    return lambda arc: Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, bare(arc.table))
+        return None
+    return Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, bare(arc.table))
 
 
-@chosen
+@jit
 def bare_if_any(row):
     """Return a row of numbers as a bare one, or None."""
     if row is None:
-        return lambda row: None
-    return lambda row: bare(row)
+        return None
+    return bare(row)
 
 
-@chosen
+@jit
 def bare_held(held):
     """Return the motion on a rigid wall with its table as a bare row, any other as it is."""
     if is_a(held, Stuck):
-        return lambda held: Stuck(held.ps, bare_grid(held.grid))
-    return lambda held: held
+        return Stuck(held.ps, bare_grid(held.grid))
+    return held
 
 
-@chosen
+@jit
 def grid_in_loop(rk4, grid):
-    """Return the grid of the exact flight with its table as a bare row, that of rk4 as it is."""
+    """Return the grid of the method with bare rows."""
     if rk4 is None:
-        return lambda rk4, grid: bare_grid(grid)
-    return lambda rk4, grid: grid
+        return bare_grid(grid)
+    cosine, middle = bare(grid.cosine), bare(grid.middle)
+    return FixedGrid(grid.n, grid.h, grid.turn, grid.rate, cosine, middle, grid.begun)
+
+
+@jit
+def side_of(prepared, wall, sign, held):
+    """Return the `Side` of a wall of a cell, None where it is."""
+    if wall is None:
+        return None
+    arc = bare_arc(prepared.arc) if is_a(wall, Wall) else None
+    return Side(
+        prepared.rk4, prepared.ps, prepared.damper, wall, sign, arc, bare_held(held),
+        prepared.contact_steps, prepared.grid.rate, bare(prepared.scratch),
+    )  # fmt: skip
 
 
 @jit
@@ -226,15 +228,17 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     # Named once: a field with arrays costs reference counts each time that it is read; and bare:
     # each array that is handed on in the loop costs them again.
     rk4, ps, damper = prepared.rk4, prepared.ps, prepared.damper
+    near, far, k = prepared.near, prepared.far, bare(prepared.scratch)
     grid = grid_in_loop(rk4, prepared.grid)
-    near, far, arc = prepared.near, prepared.far, bare_arc(prepared.arc)
-    steps, k = prepared.contact_steps, bare(prepared.scratch)
-    held_near, held_far = bare_held(prepared.held_near), bare_held(prepared.held_far)
-    limit_log, clearance = buffers.limit_log, buffers.clearance
-    energy = bare_if_any(buffers.energy)
-    slowest = buffers.slowest
-    impacts, by_period, section = buffers.impacts, buffers.by_period, buffers.section
+    near_side = side_of(prepared, near, 1.0, prepared.held_near)
+    far_side = side_of(prepared, far, -1.0, prepared.held_far)
+    flight = Flight(rk4, ps, damper, near, far, grid)
+    through_air = Linear(None, ps, damper, 1.0, exact_grid)
+    limit_log, slowest, section = bare_if_any(buffers.limit_log), buffers.slowest, buffers.section
+    impacts, by_period = buffers.impacts, buffers.by_period
     rows, tally = rows_of(impacts), bare_tally(buffers.tally)
+    energy, clearance = bare_if_any(buffers.energy), bare_if_any(buffers.clearance)
+    watch = Watch(limit_log, energy, clearance, rows, tangent)
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
     for i in range(SIZE - AHEAD):
         k[rk.AHEAD + i] = state[AHEAD + i]
@@ -247,24 +251,22 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 if mode == FLYING or leaves(near, far, mode):
                     # Fly to the next event.
                     place, begun, from_depth, before = j + x, (j, x), q, (x1, v1, r, s)
-                    begin_flight(limit_log, began)
-                    event, j, x, q, x1, v1, r, s = leave_wall(
-                        ps, damper, near, far, limit_log, energy, held_near, held_far, mode,
-                        grid, stop, j, x, (q, x1, v1, r, s),
-                    )  # fmt: skip
+                    begin_log(limit_log, began)
+                    event = CLEARED
+                    if mode != FLYING:
+                        event, j, x, q, x1, v1, r, s = leave_wall(
+                            near_side, far_side, mode, watch, grid, stop, begun, (q, x1, v1, r, s)
+                        )
                     tally_leaving(tally, near, far, mode, from_depth, q)
                     if event == CLEARED:
                         mode = FLYING
                         event, j, x, x1, v1, r, s = fly_on(
-                            rk4, ps, damper, near, far, limit_log, energy, clearance,
-                            grid, stop, j, x, x1, v1, r, s,
-                        )  # fmt: skip
+                            flight, watch, (j, x), stop, (x1, v1, r, s)
+                        )
                     if tangent is not None:
-                        carry(
-                            tangent, None, ps, damper, exact_grid, 1.0, place / grid.n, before,
-                            (j + x - place) * grid.h,
-                        )  # fmt: skip
-                    tally_flight(tally, rk4, ps, damper, grid, begun, (j, x), before)
+                        time = (j + x - place) * grid.h
+                        carry(tangent, through_air, place / grid.n, before, time)
+                    tally_flight(tally, flight, begun, (j, x), before)
                     if event == SECTION:
                         break
                     if event == ASTRAY:
@@ -273,7 +275,11 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     q = depth_of_touch(near, far, mode, q)
                     mode, touches = event, touches + 1
                     time = began + (j + x) * grid.h
-                    at_touch(ps, damper, by_period, impacts, p, mode, time, x1, v1, r, s)
+                    if by_period is not None:
+                        by_period[p, mode - TOUCH_NEAR] += 1
+                    if impacts is not None:
+                        touch = mode - TOUCH_NEAR, time
+                        note_touch(ps, damper, impacts, touch, (x1, v1, r, s))
                     keep_slowest(slowest, s)
                     if touches > MOST_TOUCHES:
                         return STEP_BUDGET
@@ -281,24 +287,19 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 sign, gap = sign_of(mode), gap_of(near, far, mode)
                 left = (stop - j - x) * grid.h
                 begin_contact(limit_log, sign, gap, began + (j + x) * grid.h)
-                touched = q, s, x1, v1
+                touched, phase, place = (q, s, x1, v1), phase_on(rk4, grid, j, x), (j + x) / grid.n
                 event, q, s, x1, v1, took, depth = follow_at(
-                    rk4, ps, damper, near, far, mode, arc, limit_log, energy, rows, tangent,
-                    steps, grid.rate, phase_on(rk4, grid, j, x), left, (q, s, x1, v1), k,
-                    held_near, held_far, (j + x) / grid.n,
-                )  # fmt: skip
-                tally_contact(
-                    tally, rk4, ps, damper, near, far, mode, arc, steps, grid.rate,
-                    phase_on(rk4, grid, j, x), event, took, touched, (q, s, x1, v1), k,
-                    held_near, held_far, (j + x) / grid.n,
-                )  # fmt: skip
+                    near_side, far_side, mode, watch, phase, place, left, touched
+                )
+                past = Past(event, took, phase, place, touched, (q, s, x1, v1))
+                tally_contact(tally, near_side, far_side, mode, past)
                 note_time_taken(rk4, grid, took)
                 r = sign * (gap + depth_at(near, far, mode, q))
                 x1, v1 = structure_at(damper, x1, v1, r, s)
                 place = j + x + took / grid.h
                 time = began + place * grid.h
-                force = force_in(near, far, mode, depth)
-                after_contact(ps, damper, rows, event, depth, force, time, x1, v1, r, s)
+                felt = depth, force_in(near, far, mode, depth)
+                after_contact(ps, damper, rows, event, felt, time, (x1, v1, r, s))
                 if not bounded(x1, v1, r, s):
                     return DIVERGED
                 if event == EXHAUSTED:
@@ -322,35 +323,24 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     return OK
 
 
-@chosen
+@jit
 def maps_of(rk4, energy, ps, damper, grid, stops):
     """Return the map from stop to stop where nothing is noted in between, otherwise None."""
     if rk4 is None and energy is None:
-        return lambda rk4, energy, ps, damper, grid, stops: coarse_map(ps, damper, grid, stops)
-    return lambda rk4, energy, ps, damper, grid, stops: None
+        return coarse_map(ps, damper, grid, stops)
 
 
 @jit
-def step_share(rk4, ps, damper, energy, maps, grid, share, y):
-    """Return the state after a share (i, stops) of a period from the state y, by `maps`."""
-    return step(damper, maps, share[0], y[0], y[1], y[2], y[3])
+def share_of(flight, energy, maps, share, y):
+    """Advance a scene without walls from the state y by a share (i, stops) of a period.
 
-
-@jit
-def fly_share(rk4, ps, damper, energy, maps, grid, share, y):
-    """Return the same as `step_share`, cell by cell."""
+    By `maps` (`maps_of`) if there are, otherwise cell by cell.
+    """
+    if maps is not None:
+        return step(flight.damper, maps, share[0], y[0], y[1], y[2], y[3])
     i, stops = share
-    first, stop = grid.n * i // stops, grid.n * (i + 1) // stops
-    return fly_on(
-        rk4, ps, damper, None, None, None, energy, None, grid, stop, first, 0.0,
-        y[0], y[1], y[2], y[3],
-    )[3:]  # fmt: skip
-
-
-@chosen
-def share_of(rk4, ps, damper, energy, maps, grid, share, y):
-    """Advance a scene without walls by a share of a period: by `maps` (`maps_of`) if there are."""
-    return fly_share if maps is None else step_share
+    first, stop = flight.grid.n * i // stops, flight.grid.n * (i + 1) // stops
+    return fly_on(flight, Watch(None, energy, None, None, None), (first, 0.0), stop, y)[3:]
 
 
 @jit
@@ -360,26 +350,25 @@ def linear_orbit(prepared, buffers, span, state, tangent, exact_grid):
     section, energy, stops = buffers.section, buffers.energy, span.stops
     y = state[0], state[1], state[2], state[3]
     maps = maps_of(rk4, energy, ps, damper, grid, stops)
-    tally = bare_tally(buffers.tally)
+    tally, flight = bare_tally(buffers.tally), Flight(rk4, ps, damper, None, None, grid)
+    through_air = Linear(None, ps, damper, 1.0, exact_grid)
     for p in range(span.periods):
         start = y
         for i in range(stops):
-            tally_share(tally, rk4, ps, damper, grid, (i, stops), y)
-            y = share_of(rk4, ps, damper, energy, maps, grid, (i, stops), y)
+            tally_share(tally, flight, (i, stops), y)
+            y = share_of(flight, energy, maps, (i, stops), y)
             at_section(damper, section, p * stops + i, y[0], y[1], y[2], y[3])
         if tangent is not None:
-            carry(
-                tangent, None, ps, damper, exact_grid, 1.0, 0.0, start, grid.h * grid.n
-            )  # fmt: skip
+            carry(tangent, through_air, 0.0, start, grid.h * grid.n)
         if not bounded(y[0], y[1], y[2], y[3]):
             return DIVERGED
     state[0], state[1], state[2], state[3] = y
     return OK
 
 
-@chosen
-def orbit_of(near, far):
-    """Return the time loop of a scene with walls, or of one without: neither knows of the other."""
-    if near is None and far is None:
-        return lambda near, far: linear_orbit
-    return lambda near, far: orbit
+@jit
+def run(prepared, buffers, span, state, tangent, exact_grid):
+    """Advance a scene with walls (`orbit`), or one without: neither knows of the other."""
+    if prepared.near is None and prepared.far is None:
+        return linear_orbit(prepared, buffers, span, state, tangent, exact_grid)
+    return orbit(prepared, buffers, span, state, tangent, exact_grid)

@@ -10,30 +10,39 @@ from __future__ import annotations
 from .arguments import OrbitBuffers, Prepared, Span
 from .cells import STABLE, held_too_stiff, prepared_cell
 from .codes import BAD_PARAMETERS, OK, TOO_STIFF
-from .compiling import chosen, jit
+from .compiling import jit
 from .flight import Begun, Grid, cells_of
-from .orbit import bounded, on_ground, orbit_of, set_mode
+from .orbit import bounded, on_ground, run, set_mode
 from .scene import allowed, damper_of, joined, structure_under
 from .variations import new_state
 
 
-@chosen
+@jit
 def cell_by_cell(powers, grid):
     """Return a grid without the powers of `rigid_flight`: a part of a period is too short."""
     if powers is None:
-        return lambda powers, grid: grid
-    return lambda powers, grid: Grid(
-        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, grid.table, grid.load,
-        grid.low, grid.begun, None,
-    )  # fmt: skip
+        return grid
+    return Grid(
+        grid.n,
+        grid.h,
+        grid.turn,
+        grid.rate,
+        grid.push,
+        grid.bend,
+        grid.table,
+        grid.load,
+        grid.low,
+        grid.begun,
+        None,
+    )
 
 
-@chosen
+@jit
 def flown_cell_by_cell(rk4, grid):
     """Return the same of the grid of a method."""
     if rk4 is not None:
-        return lambda rk4, grid: grid
-    return lambda rk4, grid: cell_by_cell(grid.powers, grid)
+        return grid
+    return cell_by_cell(grid.powers, grid)
 
 
 @jit
@@ -56,7 +65,6 @@ def come_along(parts, cell, begun, state):
     if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
         return TOO_STIFF
     noted = OrbitBuffers(None, None, None, None, None, None, None, None)
-    run = orbit_of(prepared.near, prepared.far)
     on_ground(damper, state)
     set_mode(prepared.near, prepared.far, state)
     return run(prepared, noted, Span(0, 1, 1), state, None, None)

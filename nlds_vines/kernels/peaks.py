@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import math
 
-from .compiling import chosen, is_a, jit
+from .compiling import jit
 from .cubics import highest, only_rises
+from .deciding import is_a
 from .flight import COEF, DRIVE, FACTOR, OF_E2, ORDER, at
 from .observe import PRECISE, alike, energies, note_energy, powers_at
 from .response_sums import PLACE, Tally, raise_to
@@ -143,19 +144,11 @@ def factor_polynomial(ps, damper, grid, phase, which):
     return bend
 
 
-@chosen
+@jit
 def add_load(load, ps, w):
     """Add a constant load to the force beside the structure's spring in FACTOR."""
-
-    def added(load, ps, w):
+    if load is not None:
         w[FACTOR] += ps.m1 * load
-
-    return no_load if load is None else added
-
-
-@jit
-def no_load(load, ps, w):
-    """Add nothing."""
 
 
 @jit
@@ -176,17 +169,15 @@ def factor_at(w, x):
     )
 
 
-@chosen
+@jit
 def note_at(ps, damper, energy, grid, x):
     """Raise the largest energies, or that of a tally's quantities which is looked at, at place x.
 
     Of the expanded cell; the tally's rows FACTOR hold the quantity (`response`).
     """
     if is_a(energy, Tally):
-        return lambda ps, damper, energy, grid, x: raise_to(
-            energy.row, int(energy.row[PLACE]), factor_at(energy.row, x)
-        )
-    return note_energy_at
+        return raise_to(energy.row, int(energy.row[PLACE]), factor_at(energy.row, x))
+    return note_energy_at(ps, damper, energy, grid, x)
 
 
 @jit

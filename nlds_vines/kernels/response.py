@@ -19,17 +19,21 @@ import math
 
 import numpy as np
 
+from .arguments import Watch
 from .bare_rows import bare
-from .by_law import arc_of, held_of, sign_of, wall_of
+from .by_law import sign_of
 from .codes import FLYING, OF_FORCES, OF_IMPULSES, POWERS, RELEASED
-from .compiling import chosen, is_a, jit, same_sort
+from .compiling import jit
 from .contact import contact
+from .deciding import is_a, same_sort
+from .elastic_contact import as_seen, turned
 from .elementary import cos_sin_of_turn
 from .exact import phase_of
 from .flight import COEF, DRIVE, FACTOR, ORDER, at, bare_grid, cell_polynomial
 from .fours import four, four_at, larger_of, number_of
+from .linear_contact import carried
 from .peaks import factor_at, note_roots
-from .response_inside import tally_halves_if_exact
+from .response_inside import tally_halves
 from .response_steps import tally_fixed
 from .response_sums import (
     A2,
@@ -58,7 +62,7 @@ from .response_sums import (
     place_of,
     raise_to,
 )
-from .scene import Ground, LinearWall, RigidWall, joined, mirrored_load
+from .scene import LinearWall, RigidWall, joined
 
 # Gauss points of [0, 1] and their weights: the error of a cell is 6!^4 / (13 12!^3) f^(12)
 POINTS = (
@@ -171,24 +175,20 @@ def raise_state(tally, grid, y, z, end):
             raise_within(tally, grid, place, bend, end)
 
 
-@chosen
+@jit
 def tally_foot(foot, tally, grid, phase, end):
     """Add what concerns the motion from the foot, if it moves."""
-
-    def added(foot, tally, grid, phase, end):
-        row, w, h = tally.row, grid.table, grid.h
-        fill_from_foot(row, foot, w, phase)
-        fill_rate(row, w)
-        for i in range(6):
-            gone = factor_at(row, end * POINTS[i])
-            rate = factor_at(w, end * POINTS[i]) / h
-            row[Y2] += WEIGHTS[i] * end * h * gone * gone
-            row[U2] += WEIGHTS[i] * end * h * rate * rate
-        raise_within(tally, grid, place_of(int(OF_FOOT), 1.0), bend_in_rows(row), end)
-
     if foot is None:
-        return lambda foot, tally, grid, phase, end: None
-    return added
+        return None
+    row, w, h = tally.row, grid.table, grid.h
+    fill_from_foot(row, foot, w, phase)
+    fill_rate(row, w)
+    for i in range(6):
+        gone = factor_at(row, end * POINTS[i])
+        rate = factor_at(w, end * POINTS[i]) / h
+        row[Y2] += WEIGHTS[i] * end * h * gone * gone
+        row[U2] += WEIGHTS[i] * end * h * rate * rate
+    raise_within(tally, grid, place_of(int(OF_FOOT), 1.0), bend_in_rows(row), end)
 
 
 @jit
@@ -224,7 +224,7 @@ def tally_cell(tally, grid, phase, y, end):
 
 
 @jit
-def tally_cells(rk4, ps, damper, tally, grid, begin, end, y):
+def tally_cells(tally, grid, begin, end, y):
     """Add an exact flight from `begin` to `end`, (cell, place in it) each; y: its first state."""
     grid = bare_grid(grid)
     j, x = begin
@@ -236,97 +236,75 @@ def tally_cells(rk4, ps, damper, tally, grid, begin, end, y):
         j, x = j + 1, 0.0
 
 
-@chosen
-def tally_flight(tally, rk4, ps, damper, grid, begin, end, y):
-    """Add a flight, where a response is wanted."""
+@jit
+def tally_flight(tally, flight, begin, end, y):
+    """Add a flight from `begin` to `end`, where a response is wanted; y: its first state."""
     if tally is None:
-        return lambda tally, rk4, ps, damper, grid, begin, end, y: None
-    if rk4 is None:
-        return lambda tally, rk4, ps, damper, grid, begin, end, y: tally_cells(
-            rk4, ps, damper, tally, grid, begin, end, y
-        )
-    return lambda tally, rk4, ps, damper, grid, begin, end, y: tally_fixed(
-        rk4, ps, damper, tally, grid, begin, end, y
-    )
+        return
+    if flight.rk4 is None:
+        tally_cells(tally, flight.grid, begin, end, y)
+    else:
+        tally_fixed(flight.ps, flight.damper, tally, flight.grid, begin, end, y)
 
 
-@chosen
-def tally_share(tally, rk4, ps, damper, grid, share, y):
+@jit
+def tally_share(tally, flight, share, y):
     """Add a share (i, stops) of a period without walls, where a response is wanted."""
-
-    def added(tally, rk4, ps, damper, grid, share, y):
-        i, stops = share
-        begin, end = grid.n * i // stops, grid.n * (i + 1) // stops
-        tally_flight(tally, rk4, ps, damper, grid, (begin, 0.0), (end, 0.0), y)
-
-    if tally is None:
-        return lambda tally, rk4, ps, damper, grid, share, y: None
-    return added
+    i, stops = share
+    n = flight.grid.n
+    tally_flight(tally, flight, (n * i // stops, 0.0), (n * (i + 1) // stops, 0.0), y)
 
 
-@chosen
+@jit
 def tally_leaving(tally, near, far, mode, before, after):
     """Add what a wall dissipates that still springs back, without a force, behind a release.
 
     before, after: the depth [m] at the ends of a flight. It stores kc z^2 / 2 less.
     """
-
-    def added(tally, near, far, mode, before, after):
-        if mode != FLYING:
-            wall = spring_of(near, far, mode)
-            tally.row[LOSS] += 0.5 * wall.kc * (before - after) * (before + after)
-
     if tally is None or not (is_a(near, LinearWall) or is_a(far, LinearWall)):
-        return lambda tally, near, far, mode, before, after: None
-    return added
+        return None
+    if mode != FLYING:
+        wall = spring_of(near, far, mode)
+        tally.row[LOSS] += 0.5 * wall.kc * (before - after) * (before + after)
 
 
-@chosen
+@jit
 def spring_of(near, far, mode):
     """Return the wall with a spring and a dashpot that is touched."""
     if not is_a(far, LinearWall):
-        return lambda near, far, mode: near
+        return near
     if not is_a(near, LinearWall):
-        return lambda near, far, mode: far
-    return lambda near, far, mode: near if sign_of(mode) > 0.0 else far
+        return far
+    return near if sign_of(mode) > 0.0 else far
 
 
 # ---- a contact -----------------------------------------------------------------------------------
 
 
 @jit
-def tally_steps(
-    rk4, ps, damper, wall, sign, arc, tally, steps, rate, phase, event, took, before, after, k,
-    held, place,
-):  # fmt: skip
-    """Add a contact of elastic bodies, by its halves or stepped (arguments: `tally_contact`)."""
-    # hot: once per impact
-    q, s, x1, v1 = before[0], sign * before[1], sign * before[2], sign * before[3]
-    phase, ps = (sign * phase[0], sign * phase[1]), mirrored_load(ps.load, ps, sign)
-    released = after[0], sign * after[1], sign * after[2], sign * after[3]
-    if event == RELEASED and tally_halves_if_exact(
-        rk4, ps, damper, wall, sign, arc, tally, rate, phase, took, (q, s, x1, v1), released
-    ):
-        return
-    left = math.inf if event == RELEASED else took
-    contact(
-        rk4, ps, damper, wall, sign, None, tally, None, tally, steps, rate, phase[0], phase[1],
-        q, s, x1, v1, left, k,
-    )  # fmt: skip
+def tally_steps(side, tally, past):
+    """Add a contact of elastic bodies, by its halves if it is a short impact, or stepped."""
+    seen, before, phase = as_seen(side, past.before, past.phase)
+    after = turned(side.sign, past.after)
+    left = past.took
+    if past.event == RELEASED:
+        left = math.inf
+        exact = side.rk4 is None and side.arc is not None
+        if exact and tally_halves(seen, tally, phase, past.took, before, after):
+            return
+    contact(seen, Watch(None, tally, None, None, tally), phase, before, left)
 
 
 @jit
-def tally_pressed(
-    rk4, ps, damper, wall, sign, arc, tally, steps, rate, phase, event, took, before, after, k,
-    held, place,
-):  # fmt: skip
+def tally_pressed(side, tally, past):
     """Add a contact with a spring and a dashpot, cell by cell (`linear_contact.press`)."""
-    # hot: once per impact
+    ps, damper, wall = side.ps, side.damper, side.wall
+    sign, held, took, place = side.sign, side.held, past.took, past.place
     period, since = 2.0 * math.pi / ps.omega, 0.0
     grid, shift = bare_grid(held.grid), sign * held.shift
     w, row = grid.table, tally.row
-    z, s, x1, v1 = before
-    moved = shift if is_grounded(damper) else 0.0
+    z, s, x1, v1 = past.before
+    moved = carried(damper, shift)
     y = x1 - moved, v1, sign * (z + (wall.gap - held.shift)), s
     while since < took:
         end = min(1.0, (took - since) / grid.h)
@@ -345,30 +323,19 @@ def tally_pressed(
             break
 
 
-@chosen
-def is_grounded(damper):
-    """Tell whether walls limit the structure itself."""
-    if is_a(damper, Ground):
-        return lambda damper: True
-    return lambda damper: False
-
-
 @jit
-def tally_rigid(
-    rk4, ps, damper, wall, sign, arc, tally, steps, rate, phase, event, took, before, after, k,
-    held, place,
-):  # fmt: skip
+def tally_rigid(side, tally, past):
     """Add an impact of rigid bodies, and sticking, during which nothing is dissipated by them."""
-    # hot: once per impact
-    row = tally.row
-    _, s, x1, v1 = before
+    damper, wall, sign, row = side.damper, side.wall, side.sign, tally.row
+    _, s, x1, v1 = past.before
+    took, place = past.took, past.place
     if sign * s > 0.0:
-        mu, rebound = 1.0 / damper.inv_mu, after[1]
+        mu, rebound = 1.0 / damper.inv_mu, past.after[1]
         raise_to(row, int(IMPULSE) + (0 if sign > 0.0 else 1), mu * (s - rebound))
         row[LOSS] += 0.5 * mu * (s - rebound) * (s + rebound)
     if not took > 0.0:
         return
-    grid, r = bare_grid(held.grid), sign * wall.gap
+    grid, r = bare_grid(side.held.grid), sign * wall.gap
     w, v1 = grid.table, v1 - damper.share * s
     until = place + took / (grid.h * grid.n)
     j = min(int(place * grid.n), grid.n - 1)
@@ -386,119 +353,67 @@ def tally_rigid(
             return
 
 
-@chosen
-def tally_by_law(
-    rk4, ps, damper, wall, sign, arc, tally, steps, rate, phase, event, took, before, after, k,
-    held, place,
-):  # fmt: skip
+@jit
+def tally_by_law(side, tally, past):
     """Add a contact by the law of its wall."""
-    # hot: as `tally_contact`
-    if is_a(wall, RigidWall):
-        return tally_rigid
-    return tally_pressed if is_a(wall, LinearWall) else tally_steps
-
-
-@jit
-def tally_at_one(
-    tally, rk4, ps, damper, near, far, mode, arc, steps, rate, phase, event, took, before, after, k,
-    held_near, held_far, place,
-):  # fmt: skip
-    """Add a contact at a wall, where all are of one sort."""
-    # hot: as `tally_contact`
-    tally_by_law(
-        rk4, ps, damper, wall_of(near, far, mode), sign_of(mode),
-        arc_of(wall_of(near, far, mode), arc), tally, steps, rate, phase,
-        event, took, before, after, k, held_of(near, far, held_near, held_far, mode), place,
-    )  # fmt: skip
-
-
-@jit
-def tally_at_two(
-    tally, rk4, ps, damper, near, far, mode, arc, steps, rate, phase, event, took, before, after, k,
-    held_near, held_far, place,
-):  # fmt: skip
-    """Add a contact at a wall, where the two are of different sorts."""
-    # hot: as `tally_contact`
-    if sign_of(mode) > 0.0:
-        tally_by_law(
-            rk4, ps, damper, near, 1.0, arc_of(near, arc), tally, steps, rate, phase, event,
-            took, before, after, k, held_near, place,
-        )  # fmt: skip
+    if is_a(side.wall, RigidWall):
+        tally_rigid(side, tally, past)
+    elif is_a(side.wall, LinearWall):
+        tally_pressed(side, tally, past)
     else:
-        tally_by_law(
-            rk4, ps, damper, far, -1.0, arc_of(far, arc), tally, steps, rate, phase, event,
-            took, before, after, k, held_far, place,
-        )  # fmt: skip
+        tally_steps(side, tally, past)
 
 
 @jit
-def no_tally(
-    tally, rk4, ps, damper, near, far, mode, arc, steps, rate, phase, event, took, before, after, k,
-    held_near, held_far, place,
-):  # fmt: skip
-    """Add nothing."""
-    # hot: as `tally_contact`
-    return None
-
-
-@chosen
-def tally_contact(
-    tally, rk4, ps, damper, near, far, mode, arc, steps, rate, phase, event, took, before, after, k,
-    held_near, held_far, place,
-):  # fmt: skip
-    """Add a contact of `took` [s] that has ended in an `event`, where a response is wanted.
-
-    before, after: (q, s, x1, v1) at its ends; phase, place: at its beginning; the rest as for
-    `elastic_contact.follow_contact`.
-    """
-    # hot: once per impact
+def tally_contact(tally, near, far, mode, past):
+    """Add a contact at the side of the `mode` that is `Past`, where a response is wanted."""
     if tally is None:
-        return no_tally
-    if near is None or far is None or same_sort(near, far):
-        return tally_at_one
-    return tally_at_two
+        return
+    if near is not None and far is not None and same_sort(near, far):  # one text for both
+        tally_by_law(near if sign_of(mode) > 0.0 else far, tally, past)
+        return
+    if near is not None and (far is None or sign_of(mode) > 0.0):
+        tally_by_law(near, tally, past)
+    if far is not None and (near is None or sign_of(mode) < 0.0):
+        tally_by_law(far, tally, past)
 
 
 # ---- begun and ended -----------------------------------------------------------------------------
 
 
-@chosen
+@jit
 def tally_for(response, foot, ps):
     """Return a fresh `Tally` where a response is wanted, or None; foot: None where none moves."""
     if response is None:
-        return lambda response, foot, ps: None
-    return lambda response, foot, ps: Tally(np.zeros(SIZE), foot_of(foot, ps))
+        return None
+    return Tally(np.zeros(SIZE), foot_of(foot, ps))
 
 
-@chosen
+@jit
 def bare_tally(tally):
     """Return the tally, if there is one, with its row as a bare one."""
     if tally is None:
-        return lambda tally: None
-    return lambda tally: Tally(bare(tally.row), tally.foot)
+        return None
+    return Tally(bare(tally.row), tally.foot)
 
 
-@chosen
+@jit
 def begin_tally(tally, state):
     """Note the state at which a tally begins."""
-
-    def begun(tally, state):
-        tally.row[BEGIN] = state[0]
-        raise_to(tally.row, int(MOST), state[0])
-        raise_to(tally.row, int(MOST) + OF_V, state[1])
-        raise_to(tally.row, int(MOST) + OF_R, state[2])
-
     if tally is None:
-        return lambda tally, state: None
-    return begun
+        return None
+    tally.row[BEGIN] = state[0]
+    raise_to(tally.row, int(MOST), state[0])
+    raise_to(tally.row, int(MOST) + OF_V, state[1])
+    raise_to(tally.row, int(MOST) + OF_R, state[2])
 
 
-@chosen
+@jit
 def report(response, tally, ps, damper, state, time):
     """Fill a response (see `codes`) from the tally of a `time` [s] that ends with a state."""
     if response is None:
-        return lambda response, tally, ps, damper, state, time: None
-    return fill_response
+        return None
+    return fill_response(response, tally, ps, damper, state, time)
 
 
 @jit
@@ -520,31 +435,27 @@ def fill_response(response, tally, ps, damper, state, time):
     shaken(tally.foot, response, row, ps, state, time)
 
 
-@chosen
+@jit
 def dashpot_of(damper):
     """Return c2 [N s/m], 0 without a damper."""
     if damper is None:
-        return lambda damper: 0.0
-    return lambda damper: damper.c2
+        return 0.0
+    return damper.c2
 
 
-@chosen
+@jit
 def shaken(foot, response, row, ps, state, time):
     """Mend the powers of a structure whose foot moves: c1 is between both, and the foot does work.
 
     (k1 (y - x1) + c1 (dy/dt - v1)) dy/dt; the means of y dy/dt, sin v1 and sin x1 over whole
     periods are 0, -omega times that of cos x1, and that of cos v1 less the change of x1, by omega.
     """
-
-    def mended(foot, response, row, ps, state, time):
-        a, b, omega = foot.cosine, foot.sine, foot.omega
-        c1, k1 = ps.m1 * ps.damping, ps.m1 * ps.stiffness
-        with_x = omega * (b * row[CX] - a * ((row[CV] - (state[0] - row[BEGIN])) / omega)) / time
-        with_v = omega * (b * row[CV] + a * omega * row[CX]) / time
-        own = 0.5 * omega * omega * (a * a + b * b)
-        response[POWERS] = c1 * row[U2] / time
-        response[POWERS + 3] = c1 * (own - with_v) - k1 * with_x
-
     if foot is None:
-        return lambda foot, response, row, ps, state, time: None
-    return mended
+        return None
+    a, b, omega = foot.cosine, foot.sine, foot.omega
+    c1, k1 = ps.m1 * ps.damping, ps.m1 * ps.stiffness
+    with_x = omega * (b * row[CX] - a * ((row[CV] - (state[0] - row[BEGIN])) / omega)) / time
+    with_v = omega * (b * row[CV] + a * omega * row[CX]) / time
+    own = 0.5 * omega * omega * (a * a + b * b)
+    response[POWERS] = c1 * row[U2] / time
+    response[POWERS + 3] = c1 * (own - with_v) - k1 * with_x

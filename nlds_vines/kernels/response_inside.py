@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from .compiling import chosen, jit
+from .compiling import jit
 from .contact_field import cos_sin, rotated
 from .impact import FT, LARGEST, LENGTH, LONGEST, WEIGHT, B, G, H, S, T, approach_of
 from .inside import PRECISE, ROOT_STEPS, WEIGHED, backward, half_impact, weigh
@@ -116,48 +116,31 @@ def tally_half(ps, damper, wall, sign, tally, half, way):
 
 
 @jit
-def tally_halves(rk4, ps, damper, wall, sign, arc, tally, rate, phase, took, before, after):
+def tally_halves(side, tally, phase, took, before, after):
     """Try to add an impact by its halves; return whether it is a short one.
 
     before, after: (q, s, x1, v1) at touch and release, and phase (cos, sin) at touch, all as at a
     near wall; took: its duration [s].
     """
-    # hot: once per impact
+    ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
     q, s, x1, v1 = before
     if not (q == 0.0 and s > 0.0):
         return False
-    approach = approach_of(ps, damper, wall, s, x1, v1, phase[0], phase[1])
-    if not (approach.size < LARGEST and rate * (approach.tick * LENGTH) < LONGEST):
+    approach = approach_of(side.ps, side.damper, side.wall, phase, (s, x1, v1))
+    if not (approach.size < LARGEST and side.rate * (approach.tick * LENGTH) < LONGEST):
         return False
     row = tally.row
     for i in range(BEGIN):
         row[KEPT + i] = row[i]
-    half = half_impact(ps, damper, wall, arc, phase, (s, x1, v1))
+    half = half_impact(side, phase, (s, x1, v1))
     time = half.time
     tally_half(ps, damper, wall, sign, tally, half, 1.0)
     _, s, x1, v1 = after
     cosine, sine = rotated(phase[0], phase[1], ps.omega * took)
-    back, pushing = backward(ps, damper)
-    half = half_impact(back, pushing, wall, arc, (cosine, -sine), (-s, x1, -v1))
+    half = half_impact(backward(side), (cosine, -sine), (-s, x1, -v1))
     tally_half(ps, damper, wall, sign, tally, half, -1.0)
     if abs(time + half.time - took) <= SAME * took:
         return True
     for i in range(BEGIN):  # it was stepped, although it looks like a short one
         row[i] = row[KEPT + i]
     return False
-
-
-@jit
-def no_halves(rk4, ps, damper, wall, sign, arc, tally, rate, phase, took, before, after):
-    """Return that a contact has none."""
-    # hot: once per impact
-    return False
-
-
-@chosen
-def tally_halves_if_exact(
-    rk4, ps, damper, wall, sign, arc, tally, rate, phase, took, before, after
-):
-    """Try to add a contact as a short impact, where such are solved."""
-    # hot: once per impact
-    return no_halves if rk4 is not None or arc is None else tally_halves

@@ -45,8 +45,9 @@ def raise_all(tally, sign, values):
 
 
 @jit
-def motion_in(tally, ps, damper, wall, c, d, k, row):
-    """Return `motion_of` a row (q, s, x1, v1, tau) of a contact; c, d: of the phase at tau = 0."""
+def motion_in(side, tally, phase, row):
+    """Return `motion_of` a row (q, s, x1, v1, tau) of a contact; phase: that at tau = 0."""
+    ps, damper, wall, k, (c, d) = side.ps, side.damper, side.wall, side.k, phase
     q, s, x1, v1 = k[row], k[row + 1], k[row + 2], k[row + 3]
     z = depth_of(wall, q)
     cosine, sine = cos_sin(ps.omega * k[row + 4])
@@ -58,20 +59,19 @@ def motion_in(tally, ps, damper, wall, c, d, k, row):
 
 
 @jit
-def tally_step(rk4, ps, damper, wall, sign, tally, c, d, landing, h, k):
-    """Add the contact step h from row Y to row NEW, which is kept, to a tally.
+def tally_step(side, tally, step):
+    """Add the contact step from row Y to row NEW, which is kept, to a tally.
 
     `slope` has filled the integrands into the rows of its slopes.
     """
-    # hot: once per step
+    sign, phase, k = side.sign, step.phase, side.k
     for i in range(SUMS):
-        tally.row[i] += h * rk.mean_of(rk4, k, rk.WIDTH + i)
-    before, rates = motion_in(tally, ps, damper, wall, c, d, k, int(rk.Y))
-    after, slopes = motion_in(tally, ps, damper, wall, c, d, k, int(rk.NEW))
+        tally.row[i] += step.h * rk.mean_of(side.rk4, k, rk.WIDTH + i)
+    before, rates = motion_in(side, tally, phase, int(rk.Y))
+    after, slopes = motion_in(side, tally, phase, int(rk.NEW))
     raise_all(tally, sign, before)
     raise_all(tally, sign, after)
-    for i in range(rk.WIDTH):
-        k[rk.SAVE + i] = k[rk.NEW + i]
+    rk.save(k)
     time = k[rk.NEW + 4]
     for which in range(6):
         top = tally.row[place_of(which, sign)]
@@ -80,14 +80,13 @@ def tally_step(rk4, ps, damper, wall, sign, tally, c, d, landing, h, k):
             low, high = 0.0, 1.0
             for _ in range(ROOT_STEPS):
                 x = secant(low, high, f0, f1)
-                rk.step(rk4, None, ps, damper, wall, c, d, landing, x * h, k)
-                values, turns = motion_in(tally, ps, damper, wall, c, d, k, int(rk.NEW))
+                rk.advance(side, None, rk.part_of(step, x))
+                values, turns = motion_in(side, tally, phase, int(rk.NEW))
                 raise_to(tally.row, place_of(which, sign), values[which])
                 if turns[which] == 0.0 or min(x - low, high - x) < PRECISE:
                     break
                 low, high, f0, f1 = narrowed(low, high, f0, f1, x, turns[which])
-            for i in range(rk.WIDTH):
-                k[rk.NEW + i] = k[rk.SAVE + i]
+            rk.restore(k)
 
 
 # ---- flights by rk4 ------------------------------------------------------------------------------
@@ -108,7 +107,7 @@ def add_at(tally, ps, damper, grid, j, x, dt, y):
 
 
 @jit
-def tally_fixed(rk4, ps, damper, tally, grid, begin, end, y):
+def tally_fixed(ps, damper, tally, grid, begin, end, y):
     """Add a flight by rk4 from `begin` to `end`, (step, place in it) each; y: its first state."""
     j, x = begin
     while j < end[0] or (j == end[0] and x < end[1]):

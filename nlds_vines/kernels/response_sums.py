@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from .compiling import chosen, jit
+from .compiling import jit
 from .flight import FACTOR
-from .force_law import elastic
 from .scene import accelerations, unloaded
 
 # Places of a tally's row:
@@ -52,28 +51,25 @@ class Tally(NamedTuple):
     foot: Any  # `Foot` where it moves, or None
 
 
-@chosen
-def foot_of(foot, ps):
-    """Return the `Foot` whose motion is the force P cos(omega t) = k1 y + c1 dy/dt, or None."""
-    if foot is None:
-        return lambda foot, ps: None
-    return moving_foot
-
-
 @jit
-def moving_foot(foot, ps):
-    """Return y = P (k1 cos + c1 omega sin) / (k1^2 + (c1 omega)^2)."""
+def foot_of(foot, ps):
+    """Return the `Foot` whose motion is the force P cos(omega t) = k1 y + c1 dy/dt, or None.
+
+    y = P (k1 cos + c1 omega sin) / (k1^2 + (c1 omega)^2).
+    """
+    if foot is None:
+        return None
     drag = ps.damping * ps.omega
     per = ps.force / (ps.stiffness * ps.stiffness + drag * drag)
     return Foot(per * ps.stiffness, per * drag, ps.omega)
 
 
-@chosen
+@jit
 def from_foot(foot, x1, v1, cosine, sine):
     """Return (x1 - y, its rate); (0, 0) where the foot does not move."""
     if foot is None:
-        return lambda foot, x1, v1, cosine, sine: (0.0, 0.0)
-    return lambda foot, x1, v1, cosine, sine: (
+        return (0.0, 0.0)
+    return (
         x1 - (foot.cosine * cosine + foot.sine * sine),
         v1 - foot.omega * (foot.sine * cosine - foot.cosine * sine),
     )
@@ -110,23 +106,6 @@ def add(tally, dt, y, a1, cosine, foot):
     if tally.foot is not None:
         row[Y2] += dt * foot[0] * foot[0]
         row[U2] += dt * foot[1] * foot[1]
-
-
-@jit
-def fill_works(tally, wall, q, z, y, a1, force, phase, weight, k, first):
-    """Write the integrands times dt/dtheta (`weight`) into k[first : first + SUMS].
-
-    y: (x1, v1, r, s); phase: (cos, sin) of the forcing's.
-    """
-    # hot: once per stage
-    x1, v1, r, s = y
-    gone, rate = from_foot(tally.foot, x1, v1, phase[0], phase[1])
-    k[first + X2], k[first + V2] = weight * x1 * x1, weight * v1 * v1
-    k[first + A2] = weight * a1 * a1
-    k[first + R2], k[first + S2] = weight * r * r, weight * s * s
-    k[first + CV], k[first + CX] = weight * phase[0] * v1, weight * phase[0] * x1
-    k[first + LOSS] = weight * (force - elastic(wall, wall.K, q, z)) * s
-    k[first + Y2], k[first + U2] = weight * gone * gone, weight * rate * rate
 
 
 @jit

@@ -23,9 +23,9 @@ from typing import NamedTuple
 
 from . import runge_kutta as rk
 from .codes import EXHAUSTED, RELEASED, STOPPED
-from .compiling import chosen, jit
+from .compiling import jit
 from .driven import drive_rebound, rows_of, seen_from_wall
-from .driven_flight import carry
+from .driven_flight import Linear, carry
 from .elementary import log
 from .exact import phase_of
 from .flight import (
@@ -57,12 +57,12 @@ class Stuck(NamedTuple):
     grid: Grid
 
 
-@chosen
+@jit
 def share_of_load(load, share):
     """Return a share of a constant load, None of none."""
     if load is None:
-        return lambda load, share: None
-    return lambda load, share: load * share
+        return None
+    return load * share
 
 
 @jit
@@ -86,12 +86,12 @@ def pressing(ps, damper, wall, x1, v1, c):
 
 
 @jit
-def stays(ps, damper, wall, rate, s, x1, v1, c, d):
+def stays(ps, damper, wall, rate, state, phase):
     """Tell whether rebounds from a speed s < 0 end in rest all but at once.
 
-    v1: of the structure once they have; c, d: cos and sin of the phase.
+    state: (s, x1, v1), v1 of the structure once they have; phase: (cos, sin) of the forcing's.
     """
-    # hot: once per impact
+    (s, x1, v1), (c, d) = state, phase
     a = pressing(ps, damper, wall, x1, v1, c)
     if not a > 0.0 or rate * -s > BRIEF * a:
         return False
@@ -114,7 +114,6 @@ def vary_at_impact(ps, damper, wall, before, after, stuck, c, tangent):
     t0 = -r / s: a variation is carried there by the motion before, and back by that after. (With
     e = 0, too, that after is a flight where the wall is left at once, as ds/dt < 0 there.)
     """
-    # hot: once per impact
     s, x1, v1 = before
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
     x, v, r, u = columns_of(tangent)
@@ -146,15 +145,13 @@ def keep_common_motion(ps, damper, tangent):
 
 
 @jit
-def rebound(
-    rk4, ps, damper, wall, sign, arc, limit_log, energy, impacts, tangent, steps, rate,
-    phase, left, now, k, held, place,
-):  # fmt: skip
+def rebound(side, watch, phase, place, left, now):
     """Follow an impact at once, and sticking to its release or for the time `left` [s].
 
     Arguments and result as those of `elastic_contact.follow_contact`.
     """
-    # hot: once per impact
+    ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
+    tangent, k = watch.tangent, side.k
     s, x1, v1 = sign * now[1], sign * now[2], sign * now[3]
     c, d = sign * phase[0], sign * phase[1]
     seen = mirrored_load(ps.load, ps, sign)
@@ -162,7 +159,7 @@ def rebound(
         before, u = (s, x1, v1), v1 - damper.share * s
         s = -wall.e * s
         v1 = u + damper.share * s
-        stuck = stays(seen, damper, wall, rate, s, x1, u, c, d)
+        stuck = stays(seen, damper, wall, side.rate, (s, x1, u), (c, d))
         if stuck:
             s, v1 = 0.0, u
         if tangent is not None:
@@ -174,12 +171,12 @@ def rebound(
     if s < 0.0 or not pressing(seen, damper, wall, x1, v1, c) > 0.0:
         return RELEASED, 0.0, sign * s, sign * x1, sign * v1, 0.0, 0.0
     start = x1, v1, wall.gap, 0.0
-    event, x1, v1, took = stick(ps, damper, wall, sign, energy, held, place, left, x1, v1)
+    event, x1, v1, took = stick(side, watch.energy, place, left, x1, v1)
     if tangent is not None:
         seen_from_wall(tangent, sign, 1.0)
         keep_common_motion(ps, damper, rows_of(tangent))
         seen_from_wall(tangent, sign, -1.0)
-        carry(tangent, wall, seen, damper, held.grid, sign, place, start, took)
+        carry(tangent, Linear(wall, seen, damper, sign, side.held.grid), place, start, took)
     return event, 0.0, 0.0, sign * x1, sign * v1, took, 0.0
 
 
@@ -236,14 +233,14 @@ def note_stuck_peaks(ps, damper, r, energy, grid, end):
 
 
 @jit
-def stick(ps, damper, wall, sign, energy, stuck, place, left, x1, v1):
+def stick(side, energy, place, left, x1, v1):
     """Follow a damper that rests on a wall until it would have to be pulled, or for `left` [s].
 
     x1, v1: mirrored by `sign`, as for the result (event, x1, v1, time [s]). place: share of the
     period that is over.
     """
-    # hot: once per sticking
-    grid = bare_grid(stuck.grid)
+    ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
+    grid = bare_grid(side.held.grid)
     w, x1, v1, took = grid.table, sign * x1, sign * v1, 0.0
     until = place + left / (grid.h * grid.n)
     j = min(int(place * grid.n), grid.n - 1)

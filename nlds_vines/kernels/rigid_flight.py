@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import chosen, jit
+from .compiling import jit
 from .elementary import cos_sin_of_turn
 from .flight import CELLS, STEP, TAYLOR, TERMS, Grid, grid_from, response_to
 from .fours import four_at, number_of
@@ -69,23 +69,23 @@ def grid_of_spans(ps, damper, n, begun):
 # ---- a cell of a span ----------------------------------------------------------------------------
 
 
-@chosen
+@jit
 def span_of(powers):
     """Return for how many cells one bound of the motion is used: it costs a square root."""
     if powers is None:
-        return lambda powers: SPAN
-    return lambda powers: LONG_SPAN
+        return SPAN
+    return LONG_SPAN
 
 
-@chosen
+@jit
 def in_span(powers, low, load, damper, w, start, j, y):
     """Return the state at the end of cell j, at whose beginning it is y.
 
     start: the first cell of its span, and the state at that one's beginning.
     """
     if powers is None:
-        return lambda powers, low, load, damper, w, start, j, y: after_cell(low, damper, w, j, y)
-    return from_start
+        return after_cell(low, damper, w, j, y)
+    return from_start(powers, low, load, damper, w, start, j, y)
 
 
 @jit
@@ -101,62 +101,58 @@ def from_start(powers, low, load, damper, w, start, j, y):
     return number_of(y, 0), number_of(y, 1), number_of(y, 2), number_of(y, 3)
 
 
-@chosen
+@jit
 def with_load(load, w, k, forced):
     """Add what a constant load does in a power, where there is one."""
     if load is None:
-        return lambda load, w, k, forced: forced
-    return lambda load, w, k, forced: forced + four_at(w, k + 24)
+        return forced
+    return forced + four_at(w, k + 24)
 
 
 # ---- the cell of an impact -----------------------------------------------------------------------
 
 
-@chosen
+@jit
 def note_end(powers, w, y):
     """Note with which state y a cell would have ended whose flight touches."""
-
-    def noted(powers, w, y):
-        i = powers + UNSTRUCK
-        w[i], w[i + 1], w[i + 2], w[i + 3] = y
-
-    return (lambda powers, w, y: None) if powers is None else noted
+    if powers is None:
+        return None
+    i = powers + UNSTRUCK
+    w[i], w[i + 1], w[i + 2], w[i + 3] = y
 
 
-@chosen
+@jit
 def note_speeds(powers, w, y):
     """Note the speeds of the state y of a touch whose `note_end` is done."""
-
-    def noted(powers, w, y):
-        i = powers + UNSTRUCK
-        w[i + 4], w[i + 5], w[i + 6] = y[1], y[3], 1.0
-
-    return (lambda powers, w, y: None) if powers is None else noted
+    if powers is None:
+        return None
+    i = powers + UNSTRUCK
+    w[i + 4], w[i + 5], w[i + 6] = y[1], y[3], 1.0
 
 
-@chosen
+@jit
 def unless_at_once(powers, w, took):
     """Forget how the cell would have ended where a contact took time [s]."""
-
-    def forgotten(powers, w, took):
-        if took > 0.0:
-            w[powers + UNSTRUCK + 6] = 0.0
-
-    return (lambda powers, w, took: None) if powers is None else forgotten
+    if powers is None:
+        return None
+    if took > 0.0:
+        w[powers + UNSTRUCK + 6] = 0.0
 
 
-@chosen
+@jit
 def knows_end(powers, w):
     """Tell whether it is known how the cell would have ended without the impact just before."""
     if powers is None:
-        return lambda powers, w: False
-    return lambda powers, w: w[powers + UNSTRUCK + 6] > 0.0
+        return False
+    return w[powers + UNSTRUCK + 6] > 0.0
 
 
-@chosen
+@jit
 def after_jump(powers, w, x, y):
     """Return the state at the end of the cell, x cells after the state y that an impact left."""
-    return (lambda powers, w, x, y: y) if powers is None else with_jump
+    if powers is None:
+        return y
+    return with_jump(powers, w, x, y)
 
 
 @jit

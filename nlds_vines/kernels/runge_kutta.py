@@ -8,8 +8,10 @@ Solving Ordinary Differential Equations I (1993), DOP853.
 
 from __future__ import annotations
 
-from .compiling import chosen, is_a, jit
+from .arguments import Step
+from .compiling import jit
 from .contact_field import slope
+from .deciding import is_a
 from .driven import count_of
 from .response_sums import Tally
 
@@ -96,49 +98,47 @@ B11 = 0.20136540080403034
 B12 = 0.04471061572777259
 
 
-@chosen
+@jit
 def width_of(tangent):
     """Return how many numbers of a row are in use: of plain variations a constant of the code."""
     if tangent is None or is_a(tangent, Tally):
-        return lambda tangent: WIDTH
-    return lambda tangent: WIDTH + count_of(tangent)
+        return WIDTH
+    return WIDTH + count_of(tangent)
 
 
 @jit
-def eighth(rk4, tangent, ps, damper, wall, c, d, landing, h, k):
-    """Advance row Y by a step h of order eight and write row NEW.
-
-    `rk4` is None; the other arguments as those of `slope`.
-    """
-    # hot: once per step; int() keeps each row from being compiled on its own
+def eighth(side, tangent, step):
+    """Advance row Y by a step of order eight and write row NEW."""
+    # int() keeps each row from being compiled on its own
+    k, h = side.k, step.h
     # Stage 1: the slope at row Y.
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(Y), int(K1))
+    slope(side, tangent, step, int(Y), int(K1))
     # Stage 2.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A2_1 * k[K1 + i])
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K2))
+    slope(side, tangent, step, int(STAGE), int(K2))
     # Stage 3.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A3_1 * k[K1 + i] + A3_2 * k[K2 + i])
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K3))
+    slope(side, tangent, step, int(STAGE), int(K3))
     # Stage 4.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A4_1 * k[K1 + i] + A4_3 * k[K3 + i])
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K4))
+    slope(side, tangent, step, int(STAGE), int(K4))
     # Stage 5.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A5_1 * k[K1 + i] + A5_3 * k[K3 + i] + A5_4 * k[K4 + i])
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K5))
+    slope(side, tangent, step, int(STAGE), int(K5))
     # Stage 6.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (A6_1 * k[K1 + i] + A6_4 * k[K4 + i] + A6_5 * k[K5 + i])
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K6))
+    slope(side, tangent, step, int(STAGE), int(K6))
     # Stage 7.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
             A7_1 * k[K1 + i] + A7_4 * k[K4 + i] + A7_5 * k[K5 + i] + A7_6 * k[K6 + i]
         )
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K7))
+    slope(side, tangent, step, int(STAGE), int(K7))
     # Stage 8.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
@@ -148,7 +148,7 @@ def eighth(rk4, tangent, ps, damper, wall, c, d, landing, h, k):
             + A8_6 * k[K6 + i]
             + A8_7 * k[K7 + i]
         )
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K8))
+    slope(side, tangent, step, int(STAGE), int(K8))
     # Stage 9.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
@@ -159,7 +159,7 @@ def eighth(rk4, tangent, ps, damper, wall, c, d, landing, h, k):
             + A9_7 * k[K7 + i]
             + A9_8 * k[K8 + i]
         )
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K9))
+    slope(side, tangent, step, int(STAGE), int(K9))
     # Stage 10.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
@@ -171,7 +171,7 @@ def eighth(rk4, tangent, ps, damper, wall, c, d, landing, h, k):
             + A10_8 * k[K8 + i]
             + A10_9 * k[K9 + i]
         )
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K10))
+    slope(side, tangent, step, int(STAGE), int(K10))
     # Stage 11.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
@@ -184,7 +184,7 @@ def eighth(rk4, tangent, ps, damper, wall, c, d, landing, h, k):
             + A11_9 * k[K9 + i]
             + A11_10 * k[K10 + i]
         )
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K11))
+    slope(side, tangent, step, int(STAGE), int(K11))
     # Stage 12.
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * (
@@ -198,7 +198,7 @@ def eighth(rk4, tangent, ps, damper, wall, c, d, landing, h, k):
             + A12_10 * k[K10 + i]
             + A12_11 * k[K11 + i]
         )
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K12))
+    slope(side, tangent, step, int(STAGE), int(K12))
     # The step itself.
     for i in range(width_of(tangent)):
         k[NEW + i] = k[i] + h * (
@@ -221,39 +221,58 @@ def mean_slope(k, i):
 
 
 @jit
-def mean_slope_of_fourth(k, i):
-    """Return the mean of the slopes at place i of their rows over the step of order four."""
+def mean_of(rk4, k, i):
+    """Return the mean of the slopes at place i of their rows by the order of the method."""
+    if rk4 is None:
+        return mean_slope(k, i)
     return (k[K1 + i] + 2.0 * (k[K2 + i] + k[K3 + i]) + k[K4 + i]) / 6.0
 
 
-@chosen
-def mean_of(rk4, k, i):
-    """Return the mean of the slopes at place i by the order of the method."""
-    if rk4 is None:
-        return lambda rk4, k, i: mean_slope(k, i)
-    return lambda rk4, k, i: mean_slope_of_fourth(k, i)
-
-
 @jit
-def fourth(rk4, tangent, ps, damper, wall, c, d, landing, h, k):
-    """Advance row Y by a classical Runge-Kutta step h of order four and write row NEW."""
-    # hot: once per step
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(Y), int(K1))
+def fourth(side, tangent, step):
+    """Advance row Y by a classical Runge-Kutta step of order four and write row NEW."""
+    k, h = side.k, step.h
+    slope(side, tangent, step, int(Y), int(K1))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + 0.5 * h * k[K1 + i]
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K2))
+    slope(side, tangent, step, int(STAGE), int(K2))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + 0.5 * h * k[K2 + i]
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K3))
+    slope(side, tangent, step, int(STAGE), int(K3))
     for i in range(width_of(tangent)):
         k[STAGE + i] = k[i] + h * k[K3 + i]
-    slope(tangent, ps, damper, wall, c, d, landing, k, int(STAGE), int(K4))
+    slope(side, tangent, step, int(STAGE), int(K4))
     for i in range(width_of(tangent)):
         k[NEW + i] = k[i] + h / 6.0 * (k[K1 + i] + 2.0 * (k[K2 + i] + k[K3 + i]) + k[K4 + i])
 
 
-@chosen
-def step(rk4, tangent, ps, damper, wall, c, d, landing, h, k):
-    """Advance by the order of the method: four of rk4, otherwise eight."""
-    # hot: once per step
-    return eighth if rk4 is None else fourth
+@jit
+def advance(side, tangent, step):
+    """Advance row Y by a `Step`, of the method's order: four of rk4, otherwise eight.
+
+    tangent: what goes along, as in `contact_field.slope`.
+    """
+    if side.rk4 is None:
+        eighth(side, tangent, step)
+    else:
+        fourth(side, tangent, step)
+
+
+@jit
+def part_of(step, x):
+    """Return the part x of a step, from 0 to 1."""
+    return Step(step.phase, step.landing, x * step.h)
+
+
+@jit
+def save(k):
+    """Keep row NEW in row SAVE."""
+    for i in range(WIDTH):
+        k[SAVE + i] = k[NEW + i]
+
+
+@jit
+def restore(k):
+    """Write what was kept into row NEW again."""
+    for i in range(WIDTH):
+        k[NEW + i] = k[SAVE + i]

@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from .compiling import chosen, is_a, jit
+from .compiling import jit
+from .deciding import is_a
 
 MOST_ROOT = 6  # p of z = q^p (`force_law`): the larger, the more steps there are near the touch
 SMOOTH = 10.0  # p (n + 1) where p n is no integer: derivatives that a step of order eight needs
@@ -64,6 +65,7 @@ class Wall(NamedTuple):
     K: float  # [N/m^1.5]
     kappa: float  # K / mu [m^-0.5 s^-2]
     speed: float  # sqrt(4 kappa / 5): approach speed = speed * (greatest depth)^(5/4)
+    damping: Any = None  # as of a `PowerWall`, which Hertz' law with damping is
 
 
 class Damping(NamedTuple):
@@ -122,15 +124,19 @@ class Constants(NamedTuple):
     e: float
 
 
-@chosen
+@jit
 def near_constants(apart, cell):
     """Return what holds the constants of the near wall's contact; apart: None where it is all's."""
     if apart is None:
-        return lambda apart, cell: cell
-    return lambda apart, cell: Constants(
-        cell.near_K, cell.near_exponent, cell.near_hunt_crossley, cell.near_kc, cell.near_cc,
+        return cell
+    return Constants(
+        cell.near_K,
+        cell.near_exponent,
+        cell.near_hunt_crossley,
+        cell.near_kc,
+        cell.near_cc,
         cell.near_e,
-    )  # fmt: skip
+    )
 
 
 @jit
@@ -155,20 +161,20 @@ def allowed(rk4, has_damper, near, far, apart, cell):
     return fine
 
 
-@chosen
+@jit
 def law_allowed(sort, cell):
     """Tell whether the constants of a wall's law are in range; sort: a wall of that law."""
     if is_a(sort, RigidWall):
-        return lambda sort, cell: 0.0 <= cell.e <= 1.0
+        return 0.0 <= cell.e <= 1.0
     if is_a(sort, LinearWall):
-        return lambda sort, cell: 0.0 < cell.kc < math.inf and 0.0 <= cell.cc < math.inf
+        return 0.0 < cell.kc < math.inf and 0.0 <= cell.cc < math.inf
     if is_a(sort, PowerWall):
-        return lambda sort, cell: (
+        return (
             0.0 < cell.K < math.inf
             and 1.0 <= cell.exponent <= 3.0
             and 0.0 <= cell.hunt_crossley < math.inf
         )
-    return lambda sort, cell: 0.0 < cell.K < math.inf
+    return 0.0 < cell.K < math.inf
 
 
 @jit
@@ -178,12 +184,12 @@ def structure_of(cell):
     return Structure(m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega, None)
 
 
-@chosen
+@jit
 def structure_under(load, cell):
     """Return the `Structure` of one cell, with its constant load unless `load` is None."""
     if load is None:
-        return lambda load, cell: structure_of(cell)
-    return lambda load, cell: with_load(structure_of(cell), cell.load)
+        return structure_of(cell)
+    return with_load(structure_of(cell), cell.load)
 
 
 @jit
@@ -192,12 +198,12 @@ def with_load(ps, load):
     return Structure(ps.m1, ps.k1, ps.stiffness, ps.damping, ps.force, ps.omega, load)
 
 
-@chosen
+@jit
 def mirrored_load(load, ps, sign):
     """Return the structure as a wall sees it that pushes towards `sign` x2."""
     if load is None:
-        return lambda load, ps, sign: ps
-    return lambda load, ps, sign: with_load(ps, sign * load)
+        return ps
+    return with_load(ps, sign * load)
 
 
 @jit
@@ -215,29 +221,29 @@ def ground_under(cell):
     return Ground(0.0, 0.0, 0.0, inv_m1, inv_m1, 1.0, 0.0)
 
 
-@chosen
+@jit
 def damper_of(sort, cell):
     """Return the `Damper` of one cell; its `Ground` where the sort is one; None where it is."""
     if sort is None:
-        return lambda sort, cell: None
+        return None
     if is_a(sort, Ground):
-        return lambda sort, cell: ground_under(cell)
-    return lambda sort, cell: damper_in(cell)
+        return ground_under(cell)
+    return damper_in(cell)
 
 
-@chosen
+@jit
 def joined(damper):
     """Return the damper, or None where nothing is joined to the structure."""
     if damper is None or is_a(damper, Ground):
-        return lambda damper: None
-    return lambda damper: damper
+        return None
+    return damper
 
 
 @jit
 def wall_at(gap, inv_mu, cell):
     """Return the `Wall` at a limit `gap` of the spring's shortening; inv_mu: of the bodies."""
     kappa = cell.K * inv_mu
-    return Wall(gap, cell.K, kappa, math.sqrt(0.8 * kappa))
+    return Wall(gap, cell.K, kappa, math.sqrt(0.8 * kappa), None)
 
 
 @jit
@@ -274,36 +280,36 @@ def power_wall_with(p, gap, K, n, damping, kappa):
     return PowerWall(gap, K, kappa, speed, n, p, int(high), fraction, whole, lasting, damping)
 
 
-@chosen
+@jit
 def wall_like(sort, gap, damper, cell):
     """Return the wall at a limit `gap`, of the same law as the wall `sort`; None where it is."""
     if sort is None:
-        return lambda sort, gap, damper, cell: None
+        return None
     if is_a(sort, RigidWall):
-        return lambda sort, gap, damper, cell: RigidWall(gap, cell.e)
+        return RigidWall(gap, cell.e)
     if is_a(sort, LinearWall):
-        return lambda sort, gap, damper, cell: LinearWall(gap, cell.kc, cell.cc, sort.pulls)
+        return LinearWall(gap, cell.kc, cell.cc, sort.pulls)
     if is_a(sort, PowerWall):
-        return lambda sort, gap, damper, cell: power_wall_at(
+        return power_wall_at(
             gap, cell.K, cell.exponent, damping_if(sort.damping, cell), damper.inv_mu
         )
-    return lambda sort, gap, damper, cell: wall_at(gap, damper.inv_mu, cell)
+    return wall_at(gap, damper.inv_mu, cell)
 
 
-@chosen
+@jit
 def damping_if(damping, cell):
     """Return the constant of Hunt and Crossley's damping of a cell, None where there is none."""
     if damping is None:
-        return lambda damping, cell: None
-    return lambda damping, cell: Damping(1.0, cell.hunt_crossley)
+        return None
+    return Damping(1.0, cell.hunt_crossley)
 
 
-@chosen
+@jit
 def under(load, alone):
     """Return an acceleration with that of a constant load, where there is one."""
     if load is None:
-        return lambda load, alone: alone
-    return lambda load, alone: alone + load
+        return alone
+    return alone + load
 
 
 @jit
@@ -312,12 +318,12 @@ def unloaded(ps):
     return with_load(ps, None)
 
 
-@chosen
+@jit
 def greatest_push(load, force):
     """Return the largest acceleration that force and load give."""
     if load is None:
-        return lambda load, force: force
-    return lambda load, force: force + abs(load)
+        return force
+    return force + abs(load)
 
 
 @jit

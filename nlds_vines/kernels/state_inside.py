@@ -119,44 +119,43 @@ def level_within(arc, size):
 
 
 @jit
-def state_from(ps, damper, wall, arc, phase, state, time):
+def state_from(side, phase, state, time):
     """Return (q, s, x1, v1) a `time` [s] after a touch with (s, x1, v1), in the impact's half."""
-    s, x1, v1 = state
-    approach = approach_of(ps, damper, wall, s, x1, v1, phase[0], phase[1])
+    approach = approach_of(side.ps, side.damper, side.wall, phase, state)
+    arc = side.arc
     level, settled = level_within(arc, approach.size), LAGGING * arc.settled * approach.size
-    return state_at(wall, solved_half(ps, damper, wall, arc, approach, level, settled), time)
+    return state_at(side.wall, solved_half(side, approach, level, settled), time)
 
 
 @jit
-def state_inside(ps, damper, wall, arc, phase, ahead, time):
+def state_inside(side, phase, ahead, time):
     """Return (q, s, x1, v1) a `time` [s] after the touch of an impact that is solved.
 
     phase: (cos, sin) at touch; ahead: `Ahead`. From the end of the impact that is nearer.
     """
     if time + time <= ahead.took:
-        return state_from(ps, damper, wall, arc, phase, ahead.touch, time)
+        return state_from(side, phase, ahead.touch, time)
     s, x1, v1 = ahead.release
-    c, d = rotated(phase[0], phase[1], ps.omega * ahead.took)
-    ps, damper = backward(ps, damper)
+    c, d = rotated(phase[0], phase[1], side.ps.omega * ahead.took)
     left = ahead.took - time
-    q, s, x1, v1 = state_from(ps, damper, wall, arc, (c, -d), (-s, x1, -v1), left)
+    q, s, x1, v1 = state_from(backward(side), (c, -d), (-s, x1, -v1), left)
     return q, -s, x1, -v1
 
 
 @jit
-def state_at_section(ps, damper, wall, arc, rate, phase, ahead):
+def state_at_section(side, phase, ahead):
     """Return (q, s, x1, v1) of a solved impact at a section, `ahead.elapsed` after its touch.
 
     phase: (cos, sin) at touch. Of an impact that is all but the last one that a section cut, it is
     known: of a settled orbit nothing is solved.
     """
-    # hot: once per section inside an impact
+    arc, rate = side.arc, side.rate
     w, k = arc.table, CUT
     (s, x1, v1), (c, d) = ahead.touch, phase
     apart = abs(w[k] - s) + rate * abs(w[k + 1] - x1) + abs(w[k + 2] - v1)
     turned = abs(w[k + 3] - c) + abs(w[k + 4] - d) + abs(w[k + 5] - ahead.elapsed) / ahead.took
     if not apart + s * turned <= AS_GOOD * arc.settled * s:
-        found = state_inside(ps, damper, wall, arc, phase, ahead, ahead.elapsed)
+        found = state_inside(side, phase, ahead, ahead.elapsed)
         w[k], w[k + 1], w[k + 2] = ahead.touch
         w[k + 3], w[k + 4], w[k + 5] = c, d, ahead.elapsed
         w[k + 6], w[k + 7], w[k + 8], w[k + 9] = found

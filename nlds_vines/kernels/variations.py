@@ -16,12 +16,13 @@ import numpy as np
 
 from .arguments import OrbitBuffers, Prepared, Span
 from .codes import OK
-from .compiling import chosen, is_a, jit
+from .compiling import jit
+from .deciding import is_a
 from .driven import rows_of
 from .elementary import log
 from .flight import Grid
 from .fours import four, four_at, put_four, sum_of
-from .orbit import SIZE, on_ground, orbit_of, set_mode
+from .orbit import SIZE, on_ground, run, set_mode
 from .runge_kutta import SHRUNK
 from .scene import Ground, LinearWall, RigidWall, Structure, joined, scale_of
 
@@ -68,12 +69,12 @@ def size_of(damper):
     return 4
 
 
-@chosen
+@jit
 def rest_of(damper):
     """Return the rest offset x2 - x1 [m] of the damper's spring, 0 without a damper."""
     if damper is None:
-        return lambda damper: 0.0
-    return lambda damper: damper.rest
+        return 0.0
+    return damper.rest
 
 
 @jit
@@ -87,14 +88,12 @@ def flow_of(prepared, exact_grid):
     )  # fmt: skip
 
 
-@chosen
+@jit
 def noted_of(scratch, flow, section):
     """Return the `OrbitBuffers` for periods with variations; scratch: None without a wall."""
     if scratch is None:
-        return lambda scratch, flow, section: OrbitBuffers(
-            None, section, None, None, None, None, None, None
-        )
-    return lambda scratch, flow, section: OrbitBuffers(
+        return OrbitBuffers(None, section, None, None, None, None, None, None)
+    return OrbitBuffers(
         None, section, flow.by_period, None, None, flow.clearance, flow.slowest, None
     )
 
@@ -109,41 +108,29 @@ def advance(flow, section, periods, tangent, state):
     """
     flow.by_period[:periods] = 0
     noted = noted_of(flow.prepared.scratch, flow, section)
-    run = orbit_of(flow.prepared.near, flow.prepared.far)
     walls_see(flow.prepared.damper, tangent)
     status = run(flow.prepared, noted, Span(0, periods, 1), state, tangent, flow.exact_grid)
     structure_sees(flow.prepared.damper, tangent)
     return status
 
 
-@chosen
+@jit
 def walls_see(damper, tangent):
     """Let r and s of variations be those of the structure, where walls limit it."""
-
-    def copied(damper, tangent):
+    if is_a(damper, Ground):
         rows = rows_of(tangent)
         for i in range(0, 16, 4):
             rows[i + 2], rows[i + 3] = rows[i], rows[i + 1]
 
-    return copied if is_a(damper, Ground) else nothing_seen
 
-
-@chosen
+@jit
 def structure_sees(damper, tangent):
     """Let the structure's variations be r and s, where walls limit it, and these be nothing."""
-
-    def copied(damper, tangent):
+    if is_a(damper, Ground):
         rows = rows_of(tangent)
         for i in range(0, 16, 4):
             rows[i], rows[i + 1] = rows[i + 2], rows[i + 3]
             rows[i + 2] = rows[i + 3] = 0.0
-
-    return copied if is_a(damper, Ground) else nothing_seen
-
-
-@jit
-def nothing_seen(damper, tangent):
-    """Leave variations as they are."""
 
 
 @jit
@@ -153,7 +140,6 @@ def run_on(flow, section, periods, state):
     section: rows for the sections, as far as there is room.
     """
     noted = OrbitBuffers(None, section, None, None, None, None, None, None)
-    run = orbit_of(flow.prepared.near, flow.prepared.far)
     return run(flow.prepared, noted, Span(0, periods, 1), state, None, None)
 
 
@@ -220,31 +206,25 @@ def orthonormalise(tangent, size, growth, lost=0.0):
         growth[i] += log(stretched)
 
 
-@chosen
+@jit
 def lost_of(near, far):
     """Return what of a length is round-off where a damper may stick, which ends variations."""
     if is_a(near, RigidWall) or is_a(far, RigidWall):
-        return lambda near, far: LOST
-    return lambda near, far: 0.0
+        return LOST
+    return 0.0
 
 
-@chosen
+@jit
 def shrunk_in_contacts(near, far, damping, other, flow, y, n):
     """Return the logarithm by which contacts shrink volumes in n periods from the section y.
 
     An impact of rigid bodies does so by e^2, as it scales both s and time by -e; damping by what it
     adds to the trace, as long as a contact lasts. damping, other: `damping_of` the two walls.
     """
-    instant = is_a(near, RigidWall) or is_a(far, RigidWall)
+    rigid = is_a(near, RigidWall) or is_a(far, RigidWall)
     linear = is_a(near, LinearWall) or is_a(far, LinearWall)
-    if instant or linear or damping is not None or other is not None:
-        return shrunk_on_the_way
-    return lambda near, far, damping, other, flow, y, n: 0.0
-
-
-@jit
-def shrunk_on_the_way(near, far, damping, other, flow, y, n):
-    """Return the same by following the orbit."""
+    if not (rigid or linear or damping is not None or other is not None):
+        return 0.0
     state, tangent, k = new_state(), np.zeros(16), flow.prepared.scratch
     place_state(flow, y, state)
     k[SHRUNK] = 0.0

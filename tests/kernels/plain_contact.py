@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support import Approach, contact_parts, references
+from support import NOTHING, Approach, contact_parts, references, side_of
 
 from nlds_vines.kernels import runge_kutta as rk
 from nlds_vines.kernels.codes import RELEASED, STOPPED
@@ -11,6 +11,7 @@ from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.kernels.scene import Wall
 
 SET6 = references()["ssul-set6"].numbers
+WAVE = np.cos(1.0), np.sin(1.0)
 FREE = dict.fromkeys(("k1", "c1", "k2", "c2", "P"), 0.0)
 
 
@@ -21,10 +22,8 @@ def parts_of(**changes):
 def follow(parts, q, s, x1, v1, stop=1e3, steps=28.0, rk4=None):
     """Follow a contact from phase 1 and return what `contact` does."""
     noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
-    return contact(
-        rk4, *parts, 1.0, None, None, noted, None, Steps(steps, np.inf), 10.0, np.cos(1.0),
-        np.sin(1.0), q, s, x1, v1, stop, np.zeros(rk.SCRATCH),
-    )  # fmt: skip
+    side = side_of(parts, steps=Steps(steps, np.inf), rate=10.0, rk4=rk4)
+    return contact(side, NOTHING._replace(impacts=noted), WAVE, (q, s, x1, v1), stop)
 
 
 # ---- the deepest point ---------------------------------------------------------------------------
@@ -71,13 +70,11 @@ def test_depth_where_a_contact_comes_to_rest():
     parts = parts_of(**soft, P=2858.5, K=7970.98)
     start = 0.0, 8.7324, 0.13344, -0.62335
     noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
+    watch, wave = NOTHING._replace(impacts=noted), (np.cos(1.7384), np.sin(1.7384))
     depths = [
-        contact(
-            None, *parts, 1.0, None, None, noted, None, steps, 32.6, np.cos(1.7384), np.sin(1.7384),
-            *start, 1.0, np.zeros(rk.SCRATCH),
-        )[6]
+        contact(side_of(parts, steps=steps, rate=32.6), watch, wave, start, 1.0)[6]
         for steps in [Steps(300.0, np.inf)] + [Steps(n, 1e-4) for n in np.linspace(4.2, 5.4, 25)]
-    ]  # fmt: skip
+    ]
     assert depths == pytest.approx([depths[0]] * 26, rel=2.5e-7)
 
 

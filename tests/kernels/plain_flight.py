@@ -5,8 +5,9 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from support import kernel_cell
+from support import NOTHING, kernel_cell
 
+from nlds_vines.kernels.arguments import Flight
 from nlds_vines.kernels.codes import SECTION, TOUCH_NEAR
 from nlds_vines.kernels.exact import bounds_of, fly
 from nlds_vines.kernels.flight import (
@@ -162,7 +163,8 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
     highest = ps.force / (2 * omega**2) * top * math.sin(top)
     cell = kernel_cell(**{**FORCED, "K": 1e7})
     wall = wall_at(highest * (1 + clearance), damper_in(cell).inv_mu, cell)
-    found = fly(None, ps, damper, wall, None, None, None, None, grid, 5, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    flight = Flight(None, ps, damper, wall, None, grid)
+    found = fly(flight, NOTHING, (0, 0.0), 5, (0.0, 0.0, 0.0, 0.0))
     assert found[0] == event
     if event == TOUCH_NEAR:
         assert (found[1] + found[2]) * grid.h * omega == pytest.approx(top, abs=1e-4)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from support import Approach, contact_parts, references
+from support import Approach, contact_parts, references, side_of
 
 from nlds_vines.kernels import impact
 from nlds_vines.kernels.flight import rate_of
@@ -43,18 +43,11 @@ def outside_of(approach, parts):
 
 
 def at_touch(approach, parts):
-    return approach_of(
-        *parts, approach.speed, approach.x1, approach.v1,
-        np.cos(approach.phase), np.sin(approach.phase),
-    )  # fmt: skip
+    return approach_of(*parts, approach.wave, approach.touch[1:])
 
 
 def accepted(approach, parts, impacts=True, arc=STANDARD):
-    ps, damper, _ = parts
-    return short_impact(
-        *parts, arc, impacts, rate_of(ps, damper), np.cos(approach.phase),
-        np.sin(approach.phase), 0.0, approach.speed, approach.x1, approach.v1,
-    )  # fmt: skip
+    return short_impact(side_of(parts, arc), impacts, approach.wave, approach.touch)
 
 
 def random_impacts(count, seed=5):

@@ -4,13 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from support import contact_parts, references
+from support import NOTHING, contact_parts, references, side_of
 
 from nlds_vines.kernels import inside, state_inside
-from nlds_vines.kernels import runge_kutta as rk
 from nlds_vines.kernels.codes import RELEASED, STOPPED
 from nlds_vines.kernels.contact import Steps, contact
-from nlds_vines.kernels.flight import rate_of
 from nlds_vines.kernels.impact import short_impact
 from nlds_vines.kernels.observe import energies
 from nlds_vines.model.catalogue import load_system
@@ -26,20 +24,13 @@ FINE = Steps(120.0, math.inf)
 
 def stepped(time, energy=None, touch=TOUCH, phase=PHASE, parts=PARTS):
     """Return (event, q, s, x1, v1) of an impact a `time` after its touch, by small steps."""
-    ps, damper, wall = parts
-    return contact(
-        None, ps, damper, wall, 1.0, None, energy, None, None, FINE, rate_of(ps, damper), *phase,
-        0.0, *touch, time, np.zeros(rk.SCRATCH),
-    )[:5]  # fmt: skip
+    watch = NOTHING._replace(energy=energy)
+    return contact(side_of(parts, steps=FINE), watch, phase, (0.0, *touch), time)[:5]
 
 
 def ahead_of(arc, touch=TOUCH, phase=PHASE, parts=PARTS):
     """Return what is ahead of an orbit at touch."""
-    ps, damper, wall = parts
-    s, x1, v1 = touch
-    solved, out, a1, b1, took, _ = short_impact(
-        ps, damper, wall, arc, None, rate_of(ps, damper), *phase, 0.0, s, x1, v1
-    )
+    solved, out, a1, b1, took, _ = short_impact(side_of(parts, arc), None, phase, (0.0, *touch))
     assert solved
     return inside.Ahead(took, 0.0, 0.0, touch, (out, a1, b1))
 
@@ -53,7 +44,7 @@ def test_the_state_at_any_time(tolerance):
         time = share * ahead.took
         event, q, s, x1, v1 = stepped(time)
         assert event == STOPPED
-        found, *others = state_inside.state_inside(*PARTS, arc, PHASE, ahead, time)
+        found, *others = state_inside.state_inside(side_of(PARTS, arc), PHASE, ahead, time)
         off = np.abs(np.array([found * found, *others]) - (q * q, s, x1, v1))
         scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
         assert (off / scales).max() <= tolerance + 1e-13
@@ -62,11 +53,11 @@ def test_the_state_at_any_time(tolerance):
 def test_the_ends_and_the_nodes_are_what_they_are():
     arc = make_arc(1e-9)
     ahead = ahead_of(arc)
-    half = inside.half_impact(*PARTS, arc, PHASE, TOUCH)
+    half = inside.half_impact(side_of(PARTS, arc), PHASE, TOUCH)
     q, s, x1, v1 = state_inside.state_at(PARTS[2], half, 0.0)
     assert q == 0.0
     np.testing.assert_allclose((s, x1, v1), TOUCH, rtol=2e-15)
-    at_end = state_inside.state_inside(*PARTS, arc, PHASE, ahead, ahead.took)
+    at_end = state_inside.state_inside(side_of(PARTS, arc), PHASE, ahead, ahead.took)
     np.testing.assert_allclose(at_end, (0.0, *ahead.release), rtol=0, atol=1e-13)
 
 
@@ -74,10 +65,11 @@ def test_backward_in_time_an_impact_is_an_impact():
     """From its release it leads to its touch. Notices: a dashpot that still takes."""
     arc = make_arc(1e-12)
     ahead = ahead_of(arc)
-    ps, damper = inside.backward(*PARTS[:2])
-    angle = 1.0 + ps.omega * ahead.took
+    turned = inside.backward(side_of(PARTS))
+    parts = turned.ps, turned.damper, turned.wall
+    angle = 1.0 + turned.ps.omega * ahead.took
     s, x1, v1 = ahead.release
-    back = ahead_of(arc, (-s, x1, -v1), (math.cos(angle), -math.sin(angle)), (ps, damper, PARTS[2]))
+    back = ahead_of(arc, (-s, x1, -v1), (math.cos(angle), -math.sin(angle)), parts)
     assert abs(back.took / ahead.took - 1) < 1e-12
     s, x1, v1 = back.release
     np.testing.assert_allclose((-s, x1, -v1), TOUCH, rtol=1e-12)
@@ -95,8 +87,7 @@ def drawn(count, seed=3):
         phase, touch = (math.cos(angle), math.sin(angle)), (
             10 ** rng.uniform(-2, 0.5), rng.normal(0, 0.02), rng.normal(0, 0.3),
         )  # fmt: skip
-        rate = rate_of(*parts[:2])
-        if short_impact(*parts, make_arc(), None, rate, *phase, 0.0, *touch)[0]:
+        if short_impact(side_of(parts, make_arc()), None, phase, (0.0, *touch))[0]:
             count -= 1
             yield touch, phase, parts
 
@@ -110,7 +101,7 @@ def test_a_state_errs_by_the_tolerance():
         for share in (0.001, 0.1, 0.3, 0.49, 0.7, 0.99):
             time, states = share * ahead.took, []
             for arc in (fine, *arcs):
-                q, *others = state_inside.state_inside(*parts, arc, phase, ahead, time)
+                q, *others = state_inside.state_inside(side_of(parts, arc), phase, ahead, time)
                 states.append([q * q, *others])
             off = np.abs(np.array(states[1:]) - states[0]).T
             round_off = 1e-15 * np.abs(states[0]) + 1e-13 * np.array(scales)
@@ -120,17 +111,17 @@ def test_a_state_errs_by_the_tolerance():
 
 def test_of_an_impact_that_is_known_nothing_is_solved():
     """All but the last one that a section cut. Notices: any impact taken for the last."""
-    arc, rate = make_arc(1e-9), rate_of(*PARTS[:2])
+    arc = make_arc(1e-9)
     ahead = ahead_of(arc)._replace(elapsed=0.001)
-    first = state_inside.state_at_section(*PARTS, arc, rate, PHASE, ahead)
-    assert first == state_inside.state_inside(*PARTS, arc, PHASE, ahead, 0.001)
+    first = state_inside.state_at_section(side_of(PARTS, arc), PHASE, ahead)
+    assert first == state_inside.state_inside(side_of(PARTS, arc), PHASE, ahead, 0.001)
     close = ahead._replace(elapsed=0.001 * (1 + 1e-13))
-    assert state_inside.state_at_section(*PARTS, arc, rate, PHASE, close) == first
+    assert state_inside.state_at_section(side_of(PARTS, arc), PHASE, close) == first
     later = ahead._replace(elapsed=0.001 * (1 + 1e-8))
     other = ahead_of(arc, (TOUCH[0], TOUCH[1], TOUCH[2] * (1 + 1e-9)))._replace(elapsed=0.001)
     for apart in (later, other):
-        found = state_inside.state_at_section(*PARTS, arc, rate, PHASE, apart)
-        assert found == state_inside.state_inside(*PARTS, arc, PHASE, apart, apart.elapsed)
+        found = state_inside.state_at_section(side_of(PARTS, arc), PHASE, apart)
+        assert found == state_inside.state_inside(side_of(PARTS, arc), PHASE, apart, apart.elapsed)
         assert found != first
 
 
@@ -146,8 +137,7 @@ def test_the_largest_energies_are_those_of_small_steps():
         start = ends.max(axis=0)
         true, found = start.copy(), start.copy()
         assert stepped(1.0, true, touch, phase, parts)[0] == RELEASED
-        rate = rate_of(ps, damper)
-        inside.note_inside(*parts, arc, found, rate, phase, ahead, ahead.took)
+        inside.note_inside(side_of(parts, arc), found, phase, ahead, ahead.took)
         # of the impact's own part in an energy: v1 and x1 are good to the tolerance of its speed
         own = ps.m1 * touch[0] * max(abs(touch[2]), abs(ahead.release[2]))
         assert (np.abs(found - true) <= 1e-9 * (true + own)).all()
@@ -160,16 +150,16 @@ def test_only_what_lasts_is_looked_at():
     arc = make_arc(1e-9)
     for touch, phase, parts in drawn(30, seed=4):
         ps, damper, wall = parts
-        rate, whole = rate_of(*parts[:2]), np.zeros(2)
+        whole = np.zeros(2)
         ahead = ahead_of(arc, touch, phase, parts)
-        inside.note_inside(*parts, arc, whole, rate, phase, ahead, ahead.took)
+        inside.note_inside(side_of(parts, arc), whole, phase, ahead, ahead.took)
         for share in (0.02, 0.5, 0.98):
             pieces, moment = np.zeros((2, 2)), share * ahead.took
-            inside.note_inside(*parts, arc, pieces[0], rate, phase, ahead, moment)
+            inside.note_inside(side_of(parts, arc), pieces[0], phase, ahead, moment)
             later = ahead._replace(elapsed=moment)
-            inside.note_inside(*parts, arc, pieces[1], rate, phase, later, ahead.took - moment)
+            inside.note_inside(side_of(parts, arc), pieces[1], phase, later, ahead.took - moment)
             known = np.maximum(*pieces)
-            q, s, x1, v1 = state_inside.state_inside(*parts, arc, phase, ahead, moment)
+            q, s, x1, v1 = state_inside.state_inside(side_of(parts, arc), phase, ahead, moment)
             cut = energies(ps, damper, x1, v1, wall.gap + q * q, s)
             s, x1, v1 = touch
             first = np.array(energies(ps, damper, x1, v1, wall.gap, s))
@@ -180,16 +170,16 @@ def test_only_what_lasts_is_looked_at():
 
 def test_a_record_out_of_reach_is_not_looked_for():
     """Of two equal impacts the second is known. Notices: doubt without end."""
-    arc, rate = make_arc(1e-9), rate_of(*PARTS[:2])
+    arc = make_arc(1e-9)
     ahead = ahead_of(arc)
-    assert inside.peaks_in_doubt(*PARTS, np.full(2, 1e9), PHASE[0], PHASE[0], ahead) == 0
-    assert inside.peaks_in_doubt(*PARTS, np.zeros(2), PHASE[0], PHASE[0], ahead) != 0
+    assert inside.peaks_in_doubt(side_of(PARTS), np.full(2, 1e9), PHASE[0], PHASE[0], ahead) == 0
+    assert inside.peaks_in_doubt(side_of(PARTS), np.zeros(2), PHASE[0], PHASE[0], ahead) != 0
     found = np.zeros(2)
-    inside.note_inside(*PARTS, arc, found, rate, PHASE, ahead, ahead.took)
+    inside.note_inside(side_of(PARTS, arc), found, PHASE, ahead, ahead.took)
     again, solved = np.zeros(2), inside.half_impact
     try:
         inside.half_impact = None
-        inside.note_inside(*PARTS, arc, again, rate, PHASE, ahead, ahead.took)
+        inside.note_inside(side_of(PARTS, arc), again, PHASE, ahead, ahead.took)
     finally:
         inside.half_impact = solved
     np.testing.assert_allclose(again, found, rtol=1e-15)

@@ -9,13 +9,12 @@ import math
 import numpy as np
 import pytest
 from plain_inside import PHASE, TOUCH, ahead_of, stepped
-from support import Approach, contact_parts, references
+from support import Approach, contact_parts, references, side_of
 from test_impact_variations import APPROACH, Impact
 
 from nlds_vines import load_system, simulate
 from nlds_vines.kernels import impact, inside, state_inside
 from nlds_vines.kernels.codes import RELEASED
-from nlds_vines.kernels.flight import rate_of
 from nlds_vines.kernels.limit import may_pass
 from nlds_vines.kernels.observe import LEVEL, energies
 from nlds_vines.kernels.scene import with_load
@@ -60,7 +59,7 @@ def test_a_short_impact_is_that_of_small_steps(load, tolerance):
     for share in (0.01, 0.4, 0.6, 0.99):
         time = share * ahead.took
         _, q, s, x1, v1 = stepped(time, parts=parts)
-        p, *others = state_inside.state_inside(*parts, arc, PHASE, ahead, time)
+        p, *others = state_inside.state_inside(side_of(parts, arc), PHASE, ahead, time)
         off = np.abs(np.array([p * p, *others]) - (q * q, s, x1, v1))
         scales = TOUCH[0] * ahead.took, TOUCH[0], TOUCH[0] * ahead.took, TOUCH[0]
         assert (off / scales).max() <= tolerance + 1e-13
@@ -74,7 +73,7 @@ def test_its_largest_energies_are_those_of_small_steps(load):
     found = np.array(energies(ps, damper, x1, v1, wall.gap, s))
     true = found.copy()
     assert stepped(1.0, true, parts=parts)[0] == RELEASED
-    inside.note_inside(*parts, arc, found, rate_of(*parts[:2]), PHASE, ahead, ahead.took)
+    inside.note_inside(side_of(parts, arc), found, PHASE, ahead, ahead.took)
     np.testing.assert_allclose(found, true, rtol=1e-9)
 
 
@@ -92,12 +91,10 @@ def test_its_variations_are_those_of_small_steps(load):
 def test_an_impact_is_doubted_whose_solution_lacks_a_force(monkeypatch):
     """The balance has its forces from the equation of motion, not from what solves the impact."""
     parts, arc = loaded(30.0), make_arc(1e-9)
-    ps, damper, _ = parts
-    phase, (s, x1, v1) = PHASE, TOUCH
-    arguments = arc, None, rate_of(ps, damper), *phase, 0.0, s, x1, v1
-    assert impact.short_impact(*parts, *arguments)[0]
+    arguments = side_of(parts, arc), None, PHASE, (0.0, *TOUCH)
+    assert impact.short_impact(*arguments)[0]
     monkeypatch.setattr(impact, "under", lambda load, alone: alone)
-    assert not impact.short_impact(*parts, *arguments)[0]
+    assert not impact.short_impact(*arguments)[0]
 
 
 def test_a_limit_may_be_passed_because_of_a_load():
@@ -107,5 +104,5 @@ def test_a_limit_may_be_passed_because_of_a_load():
     touch = 1.3, 0.0, 0.0
     log = np.zeros(6)
     log[LEVEL] = wall.gap + 1.001 * (math.sqrt(damper.m2 / 0.8 / wall.K) * touch[0]) ** 0.8
-    assert may_pass(ps, damper, wall, 1.0, log, 0.01, touch)
-    assert not may_pass(with_load(ps, 0.0), damper, wall, 1.0, log, 0.01, touch)
+    assert may_pass(side_of((ps, damper, wall)), log, 0.01, touch)
+    assert not may_pass(side_of((with_load(ps, 0.0), damper, wall)), log, 0.01, touch)

@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from support import kernel_cell, linear_flow
+from support import NOTHING, kernel_cell, linear_flow
 
 from nlds_vines.kernels import contact, linear, orbit
-from nlds_vines.kernels.arguments import CellBuffers, Span
+from nlds_vines.kernels.arguments import CellBuffers, Flight, Span
 from nlds_vines.kernels.cells import multiple_of, run_cell
 from nlds_vines.kernels.codes import (
     BAD_PARAMETERS,
@@ -99,7 +99,8 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
     inv_mu = damper_in(cell).inv_mu
     near, far = wall_at(cell.near, inv_mu, cell), wall_at(cell.far, inv_mu, cell)
     y, place = np.array([0.01, -0.2, 0.03, 0.4]), grid.h * (2 + x)
-    event, j, left, *found = fly(None, ps, damper, near, far, None, None, None, grid, 5, 2, x, *y)
+    flight = Flight(None, ps, damper, near, far, grid)
+    event, j, left, *found = fly(flight, NOTHING, (2, x), 5, tuple(y))
     assert (event, j, left) == (SECTION, 5, 0.0)
     angle = ps.omega * place
     user = [y[0], y[1], y[0] - y[2], y[1] - y[3], math.cos(angle), math.sin(angle)]

@@ -8,8 +8,9 @@ import math
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
-from support import kernel_cell
+from support import NOTHING, kernel_cell
 
+from nlds_vines.kernels.arguments import Flight
 from nlds_vines.kernels.codes import SECTION
 from nlds_vines.kernels.exact import bounds_of, fly
 from nlds_vines.kernels.flight import (
@@ -226,9 +227,8 @@ def flights(seed):
     j, x, cells = 0, 0.0, 0
     while cells < 25:
         begin = j + x
-        event, j, x, *end = fly(
-            None, ps, damper, wall, None, None, energy, None, grid, min(grid.n, j + 25), j, x, *y
-        )
+        flight, watch = Flight(None, ps, damper, wall, None, grid), NOTHING._replace(energy=energy)
+        event, j, x, *end = fly(flight, watch, (j, x), min(grid.n, j + 25), y)
         # the same flight cell by cell
         place = begin
         while place < j + x:

@@ -298,7 +298,7 @@ def test_an_impact_by_its_halves_is_that_which_is_stepped(name, monkeypatch):
         called.append(arguments)
         return False
 
-    monkeypatch.setattr(kernels, "tally_halves_if_exact", refused)
+    monkeypatch.setattr(kernels, "tally_halves", refused)
     stepped = simulate(system, 6, transient=2, record=record)
     assert len(called) > 3
     assert np.array_equal(halves.section, stepped.section)

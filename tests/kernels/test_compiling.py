@@ -5,13 +5,15 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numba
 import pytest
 
 import nlds_vines
 from nlds_vines.kernels import lanes
-from nlds_vines.kernels.compiling import Inner, chosen, jit, told_of_compilations
+from nlds_vines.kernels.compiling import Inner, jit, told_of_compilations
+from nlds_vines.kernels.deciding import is_a, same_sort
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 
@@ -21,16 +23,44 @@ def doubled(x):
     return x + x
 
 
-@chosen
-def last_of(x, y):
+class Pair(NamedTuple):
+    """Two numbers, the second of which may be absent."""
+
+    x: Any
+    y: Any
+
+
+class Alone(NamedTuple):
+    """One number."""
+
+    x: float
+
+
+@jit
+def last_of(part):
+    if is_a(part, Alone):
+        return doubled(part.x), None
+    x, y, _, _ = part.x, part.y, 0.0, 0.0
     if y is None:
-        return lambda x, y: doubled(x)
-    return lambda x, y: doubled(y)
+        return (doubled(x),)
+    return doubled(part.y)
+
+
+@jit
+def both_of(part, other):
+    if part is not None and other is not None and same_sort(part, other):
+        return part.x + other.x
+    return None
 
 
 @jit(entry=True)
-def last_doubled(x, y):
-    return last_of(x, y)
+def last_doubled(part):
+    return last_of(part), both_of(part, part), both_of(part, None), both_of(part, Alone(1.0))
+
+
+@jit(entry=True)
+def is_of_what_is_no_argument(x):
+    return is_a(doubled(x), Alone)
 
 
 def kernel(text, name="f", **options):
@@ -51,9 +81,17 @@ def test_kernels_that_kernels_call_have_no_wrapper_and_python_calls_them_all_the
         assert not isinstance(entry, Inner)
 
 
-def test_the_body_is_chosen_by_the_types_of_arguments_and_number_by_number_the_same():
-    assert last_of(2.0, None) == last_doubled(2.0, None) == 4.0
-    assert last_of(2.0, 3.0) == last_doubled(2.0, 3.0) == 6.0
+def test_types_of_arguments_and_of_their_fields_decide_branches_of_other_types():
+    """Of an absent part not even the code is typed. Notices: a field that is not looked at."""
+    assert last_doubled(Alone(2.0)) == ((4.0, None), 4.0, None, 3.0)
+    assert last_doubled(Pair(2.0, None)) == ((4.0,), 4.0, None, None)
+    assert last_doubled(Pair(2.0, 3.0)) == (6.0, 4.0, None, None)
+
+
+@pytest.mark.kernels
+def test_what_types_do_not_decide_is_an_error():
+    with pytest.raises(numba.TypingError):
+        is_of_what_is_no_argument(2.0)
 
 
 @pytest.mark.kernels

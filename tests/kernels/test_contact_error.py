@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from support import contact_parts, fitted_order, references
+from support import NOTHING, contact_parts, fitted_order, references, side_of
 
 from nlds_vines.kernels import runge_kutta as rk
 from nlds_vines.kernels.codes import RELEASED, STOPPED
@@ -20,7 +20,6 @@ from nlds_vines.kernels.contact import (
     contact,
     doubt_of,
     external_acceleration,
-    missed_balance,
     shrunk_by,
 )
 from nlds_vines.kernels.contact_field import rotated
@@ -63,14 +62,12 @@ class Contact:
 
     def follow(self, steps, begun=0.0, start=None, stop=None):
         """Follow it from a time and a state on; return its `End`, elapsed since its touch."""
-        ps, damper, _ = self.parts
         noted = Impacts(np.zeros((1, COLUMNS)), np.zeros(1, np.int64))
-        phase = self.phase + ps.omega * begun
-        start, stop = start or self.start, self.stop if stop is None else stop
-        event, q, s, x1, v1, took, depth = contact(
-            None, *self.parts, 1.0, None, None, noted, None, steps, rate_of(ps, damper),
-            np.cos(phase), np.sin(phase), *start, stop - begun, np.zeros(rk.SCRATCH),
-        )  # fmt: skip
+        phase = self.phase + self.parts[0].omega * begun
+        wave = float(np.cos(phase)), float(np.sin(phase))
+        start, stop = tuple(start or self.start), self.stop if stop is None else stop
+        side, watch = side_of(self.parts, steps=steps), NOTHING._replace(impacts=noted)
+        event, q, s, x1, v1, took, depth = contact(side, watch, wave, start, stop - begun)
         return End(event, q, s, x1, v1, begun + took, depth)
 
     def error(self, found, true):
@@ -215,28 +212,27 @@ def doubted(one, steps):
     """Return the sum of the doubts of even steps, and the end, whatever is doubted."""
     ps, damper, wall = one.parts
     rate = rate_of(ps, damper)
-    c, d, k = np.cos(one.phase), np.sin(one.phase), np.zeros(rk.SCRATCH)
+    side = side_of(one.parts)
+    c, d, k = np.cos(one.phase), np.sin(one.phase), side.k
     k[rk.Y : rk.Y + 4] = one.start
     elapsed = doubt = 0.0
     while True:
-        external = external_acceleration(ps, damper, wall, c, k)
+        external = external_acceleration(side, c)
         q, s = k[rk.Y], k[rk.Y + 1]
         reach = np.hypot(q**2.5, s / wall.speed)
         span = min(reach**0.4, 2.0 * max(q, np.sqrt(abs(s) / rate)))
         square = wall.kappa * reach**1.2 + abs(external) + (rate * span) ** 2
         h = WHOLE / steps / np.sqrt(square)
         while True:
-            landing, stopped, taken = advance(
-                None, None, ps, damper, wall, c, d, external, one.stop - elapsed, h, k
-            )
-            if landing or k[rk.NEW] > 0.0:
+            step, stopped = advance(side, None, (c, d), external, one.stop - elapsed, h)
+            if step.landing or k[rk.NEW] > 0.0:
                 break
             h *= 0.5
-        doubt += missed_balance(None, wall, reach, reach**0.8, taken, k)
+        doubt += doubt_of(side, reach, reach**0.8, step.h)
         elapsed += k[rk.NEW + 4]
-        if landing or stopped:
-            event = RELEASED if landing else STOPPED
-            q = 0.0 if landing else k[rk.NEW]
+        if step.landing or stopped:
+            event = RELEASED if step.landing else STOPPED
+            q = 0.0 if step.landing else k[rk.NEW]
             return doubt, End(event, q, *k[rk.NEW + 1 : rk.NEW + 4], elapsed, 0.0)
         c, d = rotated(c, d, ps.omega * k[rk.NEW + 4])
         k[rk.Y : rk.Y + 4] = k[rk.NEW : rk.NEW + 4]

@@ -8,15 +8,15 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support import BOTH, contact_parts, kernel_cell, system_of
+from support import BOTH, contact_parts, kernel_cell, side_of, system_of
 from twin import follow, model_of
 
 from nlds_vines.kernels import limit, observe
-from nlds_vines.kernels.arguments import CellBuffers, Parts, Span
+from nlds_vines.kernels.arguments import CellBuffers, Parts, Span, Step
 from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.orbit import SIZE
-from nlds_vines.kernels.runge_kutta import NEW, SCRATCH, Y
+from nlds_vines.kernels.runge_kutta import NEW, Y
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.orbits.hertz_arc import make_arc
 from nlds_vines.orbits.kernel_inputs import WALLS
@@ -123,15 +123,16 @@ def free_step(level, q, s, h=1.0, begun=2.0, beyond=0.0, sign=1.0):
 
     r = 0.1 + z then moves at the rate s, so that z = q^2 + s t.
     """
-    ps, damper, wall = contact_parts(
+    parts = contact_parts(
         m1=1e3, k1=0.0, c1=0.0, m2=1.0, k2=0.0, c2=0.0, P=0.0, omega=1.0, K=1e-9, near=0.1
     )
-    k, log = np.zeros(SCRATCH), np.zeros(6)
+    side, log = side_of(parts, rate=1.0, sign=sign), np.zeros(6)
+    k, step = side.k, Step((1.0, 0.0), False, h)
     log[[observe.LEVEL, observe.ORIGIN, observe.FIRST]] = level, 10.0, np.nan
     log[observe.BEYOND] = beyond
     k[Y], k[Y + 1] = q, s
-    limit.rk.step(None, None, ps, damper, wall, 1.0, 0.0, False, h, k)
-    limit.note_limit_step(None, ps, damper, wall, sign, log, 1.0, 0.0, False, h, k, begun)
+    limit.rk.advance(side, None, step)
+    limit.note_limit_step(side, log, step, begun)
     return log, k[NEW] ** 2, k[NEW + 4]
 
 
@@ -179,22 +180,23 @@ def turning_step(level, beyond=0.0, share=0.02, K=1e6):
         "P": 0.0,
         "omega": 1.0,
     }
-    ps, damper, wall = contact_parts(**free, K=K, near=0.1)
+    side, log = side_of(contact_parts(**free, K=K, near=0.1)), np.zeros(6)
+    wall, k = side.wall, side.k
     deepest = 0.01
     z = (1.0 - share) * deepest
     s = wall.speed * np.sqrt(deepest**2.5 - z**2.5)
-    k, log = np.zeros(SCRATCH), np.zeros(6)
     log[[observe.LEVEL, observe.ORIGIN, observe.FIRST]] = level, 10.0, np.nan
     log[observe.BEYOND] = beyond
     k[Y], k[Y + 1] = np.sqrt(z), s
     low, high = 0.0, 2.0 / np.sqrt(wall.kappa * deepest**1.5)
     for _ in range(60):  # the step after which s = -s
         h = 0.5 * (low + high)
-        limit.rk.step(None, None, ps, damper, wall, 1.0, 0.0, False, h, k)
+        limit.rk.advance(side, None, Step((1.0, 0.0), False, h))
         low, high = (h, high) if k[NEW + 1] > -s and k[NEW] > 0.0 else (low, h)
-    limit.rk.step(None, None, ps, damper, wall, 1.0, 0.0, False, h, k)
+    step = Step((1.0, 0.0), False, h)
+    limit.rk.advance(side, None, step)
     end = k[NEW : NEW + 5].copy()
-    limit.note_limit_step(None, ps, damper, wall, 1.0, log, 1.0, 0.0, False, h, k, 0.0)
+    limit.note_limit_step(side, log, step, 0.0)
     np.testing.assert_array_equal(k[NEW : NEW + 5], end)
     return log, z, deepest
 
@@ -224,9 +226,9 @@ BODIES = {"m1": 1000.0, "m2": 60.0, "omega": 6.28, "K": 1e6, "near": 0.1}
 
 def bend(q, s, v1, duration, **forces):
     parts = contact_parts(**{**BODIES, **NO_FORCES, **forces})
-    k = np.zeros(SCRATCH)
-    k[Y], k[Y + 1], k[Y + 3] = q, s, v1
-    return limit.bend_in_contact(*parts, k, duration), parts
+    side = side_of(parts)
+    side.k[Y], side.k[Y + 1], side.k[Y + 3] = q, s, v1
+    return limit.bend_in_contact(side, duration), parts
 
 
 @pytest.mark.kernels
@@ -251,17 +253,17 @@ def test_the_bound_of_the_bend_is_reached_by_each_of_its_parts():
 @pytest.mark.kernels
 def test_a_short_impact_is_trusted_only_where_its_energy_cannot_reach_the_limit():
     """Notices: short impacts taken though they may pass the limit; either wall."""
-    ps, damper, wall = contact_parts(**{**BODIES, **NO_FORCES})
-    depth = (1.0 / wall.speed) ** 0.8
+    side = side_of(contact_parts(**{**BODIES, **NO_FORCES}))
+    depth = (1.0 / side.wall.speed) ** 0.8
     log = np.zeros(6)
     for part, expected in ((0.999, True), (1.001, False)):
         log[observe.LEVEL] = 0.1 + part * depth
-        at_rest = limit.may_pass(ps, damper, wall, 1.0, log, 0.01, (1.0, 0.0, damper.share))
+        at_rest = limit.may_pass(side, log, 0.01, (1.0, 0.0, side.damper.share))
         assert at_rest == expected
-        moving = limit.may_pass(ps, damper, wall, 1.0, log, 0.01, (1.0, 0.0, 5.0))
+        moving = limit.may_pass(side, log, 0.01, (1.0, 0.0, 5.0))
         assert moving
     log[observe.LEVEL] = 0.09
-    assert limit.may_pass(ps, damper, wall, 1.0, log, 0.01, (1e-9, 0.0, 0.0))
+    assert limit.may_pass(side, log, 0.01, (1e-9, 0.0, 0.0))
     for level, expected in ((-0.11, True), (-0.1, False), (-0.05, False)):
         log[observe.LEVEL] = level
-        assert limit.may_pass(ps, damper, wall, -1.0, log, 0.01, (1.0, 0.0, 0.0)) == expected
+        assert limit.may_pass(side._replace(sign=-1.0), log, 0.01, (1.0, 0.0, 0.0)) == expected

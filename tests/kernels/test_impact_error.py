@@ -8,11 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from support import contact_parts
+from support import contact_parts, side_of
 from twin import HIGH, PI, REAL, Lanes, Model
 
 from nlds_vines.kernels import impact
-from nlds_vines.kernels.flight import rate_of
 from nlds_vines.kernels.impact import approach_of, short_impact
 from nlds_vines.orbits.hertz_arc import CHOICES, make_arc
 
@@ -36,21 +35,20 @@ class Impacts(NamedTuple):
         return contact_parts(**{name: float(values[i]) for name, values in self.numbers.items()})
 
     def at_touch(self, i):
+        """Return the phase (cos, sin) and (s, x1, v1)."""
         c, d = np.cos(self.phase[i]), np.sin(self.phase[i])
-        return float(c), float(d), float(self.s[i]), float(self.x1[i]), float(self.v1[i])
+        return (float(c), float(d)), (float(self.s[i]), float(self.x1[i]), float(self.v1[i]))
 
 
 def solved(impacts, i, arc):
     """Return (solved, s, x1, v1, duration, depth) of an impact."""
-    ps, damper, wall = impacts.parts(i)
-    c, d, s, x1, v1 = impacts.at_touch(i)
-    return short_impact(ps, damper, wall, arc, True, rate_of(ps, damper), c, d, 0.0, s, x1, v1)
+    phase, touch = impacts.at_touch(i)
+    return short_impact(side_of(impacts.parts(i), arc), True, phase, (0.0, *touch))
 
 
 def size_of(impacts, i):
     """Return e, the sum of the small numbers."""
-    c, d, s, x1, v1 = impacts.at_touch(i)
-    return approach_of(*impacts.parts(i), s, x1, v1, c, d).size
+    return approach_of(*impacts.parts(i), *impacts.at_touch(i)).size
 
 
 def drawn(count, seed=1):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from support import REPO, Approach, contact_parts, references
+from support import NOTHING, REPO, Approach, contact_parts, references, side_of
 
 from nlds_vines.kernels.codes import RELEASED, STOPPED
 from nlds_vines.kernels.contact import Steps, contact
@@ -16,7 +16,7 @@ from nlds_vines.kernels.impact import short_impact
 from nlds_vines.kernels.impact_variations import vary
 from nlds_vines.kernels.inside import Ahead, keep_ahead
 from nlds_vines.kernels.inside_variations import cut_in_two, vary_cut
-from nlds_vines.kernels.runge_kutta import AHEAD, SCRATCH
+from nlds_vines.kernels.runge_kutta import AHEAD
 from nlds_vines.orbits.hertz_arc import make_arc
 
 SET6 = references()["ssul-set6"].numbers
@@ -36,24 +36,18 @@ class Impact(NamedTuple):
 
     @property
     def phase(self):
-        return np.cos(self.approach.phase), np.sin(self.approach.phase)
+        return self.approach.wave
 
     def solve(self, arc, impacts=None):
         """Return (solved, s, x1, v1, duration, depth)."""
-        a = self.approach
-        return short_impact(
-            *self.parts, arc, impacts, self.rate, *self.phase, 0.0, a.speed, a.x1, a.v1
-        )
+        return short_impact(side_of(self.parts, arc), impacts, self.phase, self.approach.touch)
 
     def carried(self, arc, tangent=UNIT, impacts=None):
         """Return the variations (16,) at the release."""
         solved, s, x1, v1, took, _ = self.solve(arc, impacts)
         assert solved
-        a, found = self.approach, tangent.copy()
-        vary(
-            *self.parts, arc, self.rate, self.phase, (a.speed, a.x1, a.v1), (s, x1, v1, took),
-            found,
-        )  # fmt: skip
+        side, before, found = side_of(self.parts, arc), self.approach.touch[1:], tangent.copy()
+        vary(side, self.phase, before, (s, x1, v1, took), found)
         return found
 
     def stepped(self, steps, time=1.0e3):
@@ -61,11 +55,9 @@ class Impact(NamedTuple):
 
         Or after a time [s], if that comes before.
         """
-        a, found = self.approach, UNIT.copy()
-        event, _, _, _, _, took, _ = contact(
-            None, *self.parts, 1.0, None, None, None, found, Steps(steps, np.inf), self.rate,
-            *self.phase, 0.0, a.speed, a.x1, a.v1, time, np.zeros(SCRATCH),
-        )  # fmt: skip
+        found, side = UNIT.copy(), side_of(self.parts, steps=Steps(steps, np.inf))
+        watch = NOTHING._replace(tangent=found)
+        event, _, _, _, _, took, _ = contact(side, watch, self.phase, self.approach.touch, time)
         assert event == (RELEASED if time == 1.0e3 else STOPPED)
         return found, took
 
@@ -73,9 +65,8 @@ class Impact(NamedTuple):
         """Return the matrices of variations up to a share of the impact, and from there on."""
         solved, s, x1, v1, took, _ = self.solve(arc)
         assert solved
-        a = self.approach
-        ahead = Ahead(took, share * took, 0.0, (a.speed, a.x1, a.v1), (s, x1, v1))
-        return ahead, cut_in_two(*self.parts, arc, self.rate, self.phase, ahead)
+        ahead = Ahead(took, share * took, 0.0, self.approach.touch[1:], (s, x1, v1))
+        return ahead, cut_in_two(side_of(self.parts, arc), self.phase, ahead)
 
     def matrix(self, tangent):
         """Return the matrix of variations with displacements in units of velocity by `rate`."""
@@ -143,18 +134,18 @@ def test_variations_go_on_behind_a_section(share):
     arc, impact, tangent = make_arc(), one(), np.random.default_rng(4).normal(size=16)
     ahead, (first, _) = impact.cut(arc, share)
     angle = impact.approach.phase + impact.parts[0].omega * ahead.elapsed
-    kept, scratch = np.zeros(SCRATCH), np.zeros(SCRATCH)
-    arguments = *impact.parts, arc, impact.rate, (np.cos(angle), np.sin(angle))
-    keep_ahead(kept, AHEAD, ahead)
-    keep_ahead(scratch, AHEAD, ahead)
+    kept, fresh = side_of(impact.parts, arc), side_of(impact.parts, arc)
+    wave = float(np.cos(angle)), float(np.sin(angle))
+    keep_ahead(kept.k, AHEAD, ahead)
+    keep_ahead(fresh.k, AHEAD, ahead)
     found = tangent.copy()
-    vary_cut(*arguments, found, kept, True)
+    vary_cut(kept, wave, found, True)
     np.testing.assert_allclose(
         found.reshape(4, 4), tangent.reshape(4, 4) @ first.reshape(4, 4), rtol=1e-9
     )
     again = found.copy()
-    vary_cut(*arguments, found, kept, False)
-    vary_cut(*arguments, again, scratch, False)
+    vary_cut(kept, wave, found, False)
+    vary_cut(fresh, wave, again, False)
     np.testing.assert_array_equal(found, again)
     expected = tangent.reshape(4, 4) @ impact.carried(arc).reshape(4, 4)
     np.testing.assert_allclose(found.reshape(4, 4), expected, rtol=1e-9)

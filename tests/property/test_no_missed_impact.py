@@ -10,9 +10,10 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from support import follow_ssul, kernel_cell
+from support import NOTHING, follow_ssul, kernel_cell
 from twin import follow, follow_all, model_of
 
+from nlds_vines.kernels.arguments import Flight
 from nlds_vines.kernels.exact import SECTION, fly
 from nlds_vines.kernels.flight import cells_of, grid_of
 from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
@@ -251,9 +252,8 @@ def touches(numbers, start, periods, certified=True):
     x1, v1, x2, v2 = start
     y = x1, v1, x1 - x2 + numbers["V"] + numbers["C"], v1 - v2
     for _ in range(periods):
-        event, _, _, *y = fly(
-            None, ps, damper, wall, None, None, None, None, grid, grid.n, 0, 0.0, *y
-        )
+        flight = Flight(None, ps, damper, wall, None, grid)
+        event, _, _, *y = fly(flight, NOTHING, (0, 0.0), grid.n, tuple(y))
         if event != SECTION:
             return True
     return False

@@ -16,7 +16,7 @@ from bokeh.document import Document
 
 from nlds_vines.bifurcation.cell_start import CellStart
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.errors import RequestError, choice, number, shown
+from nlds_vines.errors import RequestError, choice, number, printable, shown, table
 from nlds_vines.explore import recipes
 from nlds_vines.explore.answers import Payload, in_words, job_state, payload
 from nlds_vines.explore.chosen import Chosen
@@ -32,6 +32,9 @@ from nlds_vines.model.system import System
 
 PROGRESS_SECONDS = 0.4
 """Seconds between two pictures of a map that is being computed."""
+
+_WRONG = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError)
+"""The errors of a message that no page of ours sends; `RequestError` is a ValueError."""
 
 PROGRESS_SHARE = 10.0
 """How many times longer than sending a map is computed before it is sent again."""
@@ -59,15 +62,13 @@ class Session:
 
     def _hear(self, attribute: str, old: Any, new: Mapping[str, Any]) -> None:
         """Do what a message of the page asks for; say what is wrong with it where something is."""
-        for text in new["message"]:
-            message = json.loads(text)
+        texts = new.get("message")
+        for text in texts if isinstance(texts, list) else ():
             try:
-                do = _ACTIONS.get(message.get("do"))
-                if do is None:
-                    raise RequestError(f"the page asks for {shown(message.get('do'))}")
-                do(self, message)
-            except (ValueError, KeyError, TypeError, IndexError) as error:
-                self._tell(trouble=str(error))
+                message = table("message", json.loads(text))
+                _ACTIONS[choice("do", message.get("do"), _ACTIONS)](self, message)
+            except _WRONG as error:
+                self._tell(trouble=printable(str(error)) or type(error).__name__)
 
     def _tell(self, **message: Any) -> None:
         """Tell the page something."""
@@ -99,7 +100,7 @@ class Session:
         self._chosen.free[name] = number(name, message["value"])
         try:
             self._follow(message)
-        except RequestError:
+        except _WRONG:
             self._chosen.free = before
             self._tell(sliders=self._chosen.slider_values())
             raise

@@ -31,6 +31,9 @@ from nlds_vines.toml import parse_toml
 MOST_SECTION = 2**24
 """The most numbers of sections that are kept (128 MB): of a larger map, fewer periods each."""
 
+MOST_LANES = 4_000_000
+"""The most orbits of a map on a page: some gigabytes of what is known of each."""
+
 _PLAIN = (
     *NUMBERS, "status", "label", "refined_label", "impacts", "residual", "averaging", "watched",
     "lyapunov_width", "orbit_clearance", "softest_impact", "multipliers", "orbit_point",
@@ -133,6 +136,7 @@ def stored(path: str | os.PathLike[str]) -> Stored:
             raise RequestError(f"{path} holds a {view.content}, not a scan: there is no map in it")
         with at(f"{path}: its scan"):
             scan = load_scan(parse_toml(view.text("scan"), "the attribute scan"))
+        _refuse_too_many(scan)
         _refuse_other_shape(path, view, scan)
         arrays = {name: view[name] for name in _PLAIN if name in view}
         if "section" in view:
@@ -142,6 +146,7 @@ def stored(path: str | os.PathLike[str]) -> Stored:
 
 def empty(scan: Scan) -> Stored:
     """Return the place for the results of a scan under way: every cell is not computed yet."""
+    _refuse_too_many(scan)
     arrays: dict[str, np.ndarray] = {}
     for name, dataset in scan.table.datasets.items():
         shape = scan.table.shape(name)
@@ -153,6 +158,15 @@ def empty(scan: Scan) -> Stored:
         arrays[name] = np.full(shape, dataset.fill, dtype)
     arrays["status"][...] = NOT_COMPUTED
     return Stored(scan, arrays)
+
+
+def _refuse_too_many(scan: Scan) -> None:
+    """Raise `RequestError` for a map of more orbits than a page can hold."""
+    if scan.lanes > MOST_LANES:
+        raise RequestError(
+            f"{scan.title} has {scan.lanes} orbits; a page shows up to {MOST_LANES}: "
+            "`nlds-vines plot` draws any number, and a scan of a part of it can be explored"
+        )
 
 
 def _refuse_other_shape(path: Path, view: ArchiveView, scan: Scan) -> None:

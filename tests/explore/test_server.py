@@ -3,9 +3,12 @@
 import contextlib
 import http.client
 import signal
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+import nlds_vines as nv
 from benchmarks.explore import Served
 from nlds_vines.__main__ import main
 
@@ -21,9 +24,13 @@ class Asked(Served):
         super().__init__(*map(str, arguments))
         _, _, self.host, self.token, _ = self.address.split("/")
         self.port = int(self.host.rpartition(":")[2])
+        self.headers = {}
 
-    def get(self, path, **headers):
+    def get(self, path, cookie=True, **headers):
+        """Return status and text of an answer, whose headers are kept; with the cookie or not."""
         headers.setdefault("Host", self.host)
+        if cookie:
+            headers["Cookie"] = f"nlds_vines_{self.port}={self.token}"
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
         with contextlib.closing(connection):
             connection.putrequest("GET", path, skip_host=True)
@@ -32,6 +39,7 @@ class Asked(Served):
             connection.endheaders()
             answer = connection.getresponse()
             with contextlib.closing(answer):
+                self.headers = dict(answer.getheaders())
                 text = "" if answer.status == 101 else answer.read().decode()
                 return answer.status, text
 
@@ -43,26 +51,50 @@ def server(small_map):
     running.end(signal.SIGKILL)
 
 
-def test_the_page_is_there_with_its_token(server):
-    status, text = server.get(f"/{server.token}/")
+def test_the_address_leads_to_the_page_and_leaves_a_cookie(server):
+    for path in (f"/{server.token}", f"/{server.token}/"):
+        assert server.get(path, cookie=False)[0] == 302
+        assert server.headers["Location"] == "/"
+        cookie = server.headers["Set-Cookie"]
+        assert cookie.startswith(f"nlds_vines_{server.port}={server.token};")
+        assert {"HttpOnly", "Path=/", "SameSite=Lax"} <= set(cookie.split("; "))
+    status, text = server.get("/")
     assert status == 200
     assert "a small map" in text
+    assert server.token not in text
     assert server.address.startswith("http://127.0.0.1:")
     assert len(server.token) >= 32
 
 
-@pytest.mark.parametrize(
-    "path", ["/", "/x/", "/static/js/bokeh.min.js", "/ws", "/{token}x/", "/favicon.ico"]
-)
-def test_without_the_token_everything_is_refused(server, path):
-    status, text = server.get(path.replace("{token}", server.token))
-    assert status == 403
-    assert "refused" in text
+@pytest.mark.parametrize("path", ["/", "/x/", "/static/js/bokeh.min.js", "/ws", "/favicon.ico"])
+def test_without_the_cookie_everything_is_refused(server, path):
+    for cookie in ("", f"nlds_vines_{server.port}=x", f"nlds_vines_{server.port + 1}=TOKEN"):
+        sent = cookie.replace("TOKEN", server.token)
+        status, text = server.get(path, cookie=False, Cookie=sent)
+        assert status == 403
+        assert "refused" in text
+
+
+def test_a_token_that_is_almost_right_is_refused(server):
+    for path in (f"/{server.token}x/", f"/{server.token[:-1]}", f"/{server.token}/ws"):
+        assert server.get(path, cookie=False)[0] == 403
+
+
+def test_every_answer_says_what_a_browser_may_load(server):
+    for path, cookie in (("/", True), ("/", False), (f"/{server.token}/", False), ("/no", True)):
+        server.get(path, cookie)
+        policy = server.headers["Content-Security-Policy"]
+        assert "default-src 'none'" in policy
+        assert "frame-ancestors 'none'" in policy
+        assert server.headers["X-Frame-Options"] == "DENY"
+        assert server.headers["Referrer-Policy"] == "no-referrer"
+        assert server.headers["X-Content-Type-Options"] == "nosniff"
 
 
 @pytest.mark.parametrize("host", ["evil.example", "localhost:{port}", "127.0.0.1"])
 def test_under_another_name_everything_is_refused(server, host):
-    assert server.get(f"/{server.token}/", Host=host.replace("{port}", str(server.port)))[0] == 403
+    for path in ("/", f"/{server.token}/"):
+        assert server.get(path, Host=host.replace("{port}", str(server.port)))[0] == 403
 
 
 SOCKET = {
@@ -77,20 +109,71 @@ SOCKET = {
 @pytest.mark.parametrize("path", ["", "ws"])
 def test_from_another_origin_everything_is_refused(server, origin, path):
     headers = SOCKET if path else {}
-    status, _ = server.get(
-        f"/{server.token}/{path}", Origin=origin.replace("{host}", server.host), **headers
-    )
+    status, _ = server.get(f"/{path}", Origin=origin.replace("{host}", server.host), **headers)
     assert status == 403
 
 
 def test_the_socket_opens_for_the_page_itself(server):
     headers = {**SOCKET, "Origin": f"http://{server.host}"}
-    assert server.get(f"/{server.token}/ws", **headers)[0] == 101
+    assert server.get("/ws", **headers)[0] == 101
 
 
 def test_no_file_is_served(server):
     for path in ("static/../../../../etc/passwd", "static/%2e%2e/%2e%2e/server.py", "map.h5"):
-        assert server.get(f"/{server.token}/{path}")[0] in (403, 404)
+        assert server.get(f"/{path}")[0] in (403, 404)
+
+
+@pytest.mark.parametrize(
+    "path", ["/%00", "/static/%00", "/static/js/%00.js", "/a%00/", "/%ff", "/static/%ff", "/a//b"]
+)
+def test_odd_addresses_are_refused_without_a_word(path, small_map):
+    running = Asked(small_map)
+    try:
+        assert running.get(path)[0] in (400, 403, 404)
+    finally:
+        status, errors = running.end()
+    assert (status, errors) == (130, "")
+
+
+@pytest.mark.slow("a server and many pages")
+def test_only_so_many_pages_are_open_at_a_time(small_map):
+    running = Asked(small_map)
+    with ThreadPoolExecutor(50) as pool:
+        asked = [pool.submit(running.get, "/") for _ in range(50)]
+        found = [answer.result() for answer in asked]
+    assert [status for status, _ in found].count(200) < 50  # those not used make room after 2 s
+    assert any(status == 503 and "pages are open" in text for status, text in found)
+    assert running.end() == (130, "")
+
+
+@pytest.mark.slow("a server and many pages")
+def test_ctrl_c_does_not_wait_for_pages_that_are_asked_for(small_map):
+    running = Asked(small_map)
+    with ThreadPoolExecutor(50) as pool:
+        for _ in range(50):
+            pool.submit(running.get, "/")
+        time.sleep(0.5)
+        began = time.perf_counter()
+        status, errors = running.end()
+    assert (status, errors) == (130, "")
+    assert time.perf_counter() - began < 5.0
+
+
+def test_a_map_of_too_many_orbits_is_refused_in_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    scan = nv.load_scan("ssul-set6", {"vary": PLANE})
+    (tmp_path / "large.toml").write_text(scan.to_toml())
+    assert main(["explore", "large.toml", "--no-browser", "--port", "0"]) == 2
+    found = capsys.readouterr().err
+    assert found.count("\n") == 1
+    assert "has 100000000 orbits; a page shows up to 4000000" in found
+
+
+PLANE = {
+    "omega": {"start": 5.0, "stop": 8.0, "num": 10_000},
+    "P": {"start": 500.0, "stop": 900.0, "num": 10_000},
+}
+"""A map of 1e8 cells."""
 
 
 def test_it_listens_on_this_machine_alone():
@@ -101,7 +184,7 @@ def test_it_listens_on_this_machine_alone():
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_ends_it(number, status, small_map):
     running = Asked(small_map)
-    assert running.get(f"/{running.token}/")[0] == 200
+    assert running.get("/")[0] == 200
     found, errors = running.end(number)
     assert found == status
     assert errors == ""

@@ -351,7 +351,7 @@ MUTANTS = (
         ),
         (
             "heaps: the first heap stands for all",
-            "place = data.find(_SIGN, place + len(_SIGN))",
+            "place = data.find(_SIGN, place + len(_SIGN), end)",
             "place = -1",
             _T_LAYOUT + "test_a_heap_whose_entries_do_not_end_with_it_is_damaged",
         ),

@@ -265,8 +265,8 @@ def test_the_doubt_has_the_order_of_the_error():
 
 @pytest.mark.kernels
 def test_no_step_of_order_four_is_doubted():
-    k = np.ones(rk.SCRATCH)
-    assert doubt_of(True, contact_parts(**SET6, near=0.1)[2], 1.0, 1.0, 1.0, k) == 0.0
+    side = side_of(contact_parts(**SET6, near=0.1))._replace(rk4=True, k=np.ones(rk.SCRATCH))
+    assert doubt_of(side, 1.0, 1.0, 1.0) == 0.0
 
 
 @pytest.mark.kernels

@@ -22,7 +22,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Self
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 """The names under which a Chromium may be installed."""
@@ -73,10 +73,13 @@ def new_page(browser: Any, **settings: Any) -> Any:
 class Served:
     """The command `nlds-vines explore` in a process of its own."""
 
+    program: ClassVar = ("-m", "nlds_vines")
+    """What Python is to run, which takes the words of the command."""
+
     def __init__(self, *arguments: str) -> None:
         """Start it, and wait until it has said its address."""
         self.began = time.perf_counter()
-        command = [sys.executable, "-m", "nlds_vines", "explore", *arguments]
+        command = [sys.executable, *self.program, "explore", *arguments]
         root = str(Path(__file__).resolve().parents[1])
         self.process = subprocess.Popen(
             [*command, "--no-browser", "--port", "0"],
@@ -104,6 +107,15 @@ class Served:
         _, errors = self.process.communicate(timeout=60)
         return self.process.returncode, errors
 
+    def __enter__(self) -> Self:
+        """Return it; at the end of the block it has ended."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End it if nobody has."""
+        if self.process.returncode is None:
+            self.end(signal.SIGKILL)
+
 
 def drawn(page: Any) -> None:
     """Wait until the orbit that was asked for is drawn."""
@@ -129,26 +141,22 @@ def click_times(page: Any, clicks: int) -> list[float]:
 
 def measure(archive: Path, clicks: int, picture: Path | None, history: str) -> list[str]:
     """Return the measured times in words."""
-    served = Served(str(archive))
-    try:
-        with opened_browser() as browser:
-            page = new_page(browser)
-            opened = time.perf_counter()
-            page.goto(served.address)
+    with Served(str(archive)) as served, opened_browser() as browser:
+        page = new_page(browser)
+        opened = time.perf_counter()
+        page.goto(served.address)
+        drawn(page)
+        usable = time.perf_counter() - opened
+        used = f"{served.processor_seconds():.2f} s" if KNOWN.exists() else "unknown"
+        if history:
+            page.evaluate("window.drawn = undefined")
+            page.select_option("#history", history)
             drawn(page)
-            usable = time.perf_counter() - opened
-            used = f"{served.processor_seconds():.2f} s" if KNOWN.exists() else "unknown"
-            if history:
-                page.evaluate("window.drawn = undefined")
-                page.select_option("#history", history)
-                drawn(page)
-            times = sorted(click_times(page, clicks))
-            if picture is not None:
-                page.mouse.move(2, 2)
-                page.wait_for_timeout(300)
-                page.screenshot(path=str(picture))
-    finally:
-        served.end()
+        times = sorted(click_times(page, clicks))
+        if picture is not None:
+            page.mouse.move(2, 2)
+            page.wait_for_timeout(300)
+            page.screenshot(path=str(picture))
     load = os.getloadavg()[0] / (os.cpu_count() or 1)
     return [
         f"{archive.name}: {clicks} clicks, load {load:.1f} for each processor",

@@ -15,8 +15,7 @@ pytest.importorskip("bokeh", reason="Bokeh is not installed")
 
 @pytest.fixture(scope="module")
 def page(small_basin):
-    with browser_or_skip() as browser:
-        served = Served(str(small_basin))
+    with browser_or_skip() as browser, Served(str(small_basin)) as served:
         page = watched_page(browser, accept_downloads=True)
         page.goto(served.address)
         drawn(page)

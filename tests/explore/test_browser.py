@@ -25,9 +25,9 @@ def browser():
 
 @pytest.fixture(scope="module")
 def server(small_map):
-    served = Served(str(small_map))
-    yield served
-    assert served.end() == (130, "")
+    with Served(str(small_map)) as served:
+        yield served
+        assert served.end() == (130, "")
 
 
 @pytest.fixture(scope="module")

@@ -156,7 +156,8 @@ def test_ctrl_c_does_not_wait_for_pages_that_are_asked_for(small_map):
         asked = [pool.submit(running.get, "/") for _ in range(MOST_PAGES)]
         next(as_completed(asked))
         assert running.end() == (130, "")
-    assert sum(answer.exception() is None for answer in asked) < MOST_PAGES
+    answers = [answer.result()[1] for answer in asked if answer.exception() is None]
+    assert 1 <= sum("a small map" in text for text in answers) < MOST_PAGES  # others are empty
 
 
 def test_a_map_of_too_many_orbits_is_refused_in_one_line(tmp_path, monkeypatch, capsys):

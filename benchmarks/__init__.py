@@ -2,7 +2,7 @@
 
     accuracy   error against run time with solvers of others: docs/accuracy.md, docs/stiffness.md
     extremes   the catalogue of extremes, each promise measured afresh: docs/extremes.md
-    speed      run times as ratios to a yardstick, compared with ratios.json
+    speed      run times, as ratios to those of another checkout
     safety     what it costs that no result is lost
     boundary_values   special points of a branch, found a second time by SciPy's `solve_bvp`
     contact_laws   the same damper under each contact law: docs/contact-laws.md

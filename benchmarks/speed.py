@@ -1,27 +1,30 @@
-"""What the program costs, as ratios that another machine or another load hardly changes.
+"""What the program costs beside another state of it, on this machine, now.
 
-    python -m benchmarks.speed                       measure, and compare with ratios.json beside it
-    python -m benchmarks.speed --keep                ... and make it the new baseline
-    python -m benchmarks.speed --only diagram rk4    some of them
+    python -m benchmarks.speed                            CPU times of this checkout
+    python -m benchmarks.speed --against ../before        ... and their ratios to another's
+    python -m benchmarks.speed --only diagram rk4         some of them
 
-Each benchmark is timed in turn with a yardstick: fixed Runge-Kutta steps of an impact oscillator,
-compiled by the same compiler, which no change of the program touches.  What counts is CPU time over
-that of the yardstick just before and after it, the median of several rounds.
+Each checkout runs in a process of its own. The two are asked in turn for the same piece of work, so
+that both meet the same load and the same clock; what counts is the median of the ratios of CPU time
+of such pairs. Beside it stands the ratio of the shortest times, which other work leaves alone.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
+import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import Any, Self
 
-import numba
 import numpy as np
 
+from nlds_vines import continue_orbit
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
@@ -29,51 +32,35 @@ from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Batch
 from nlds_vines.orbits.simulation import simulate
 
-BASELINE = Path(__file__).with_name("ratios.json")
-ROUNDS = 9
-LOUD = 1.15  # a ratio to the baseline beyond which a line is marked
+HERE = Path(__file__).resolve().parents[1]
 SET6 = load_system("ssul-set6")
-YARD = 200_000  # steps
-
-
-@numba.njit
-def oscillator(x: float, v: float, t: float) -> float:
-    """Return the acceleration of a forced oscillator behind a Hertz contact."""
-    return np.cos(t) - x - 0.05 * v - (40.0 * (x - 0.5) * np.sqrt(x - 0.5) if x > 0.5 else 0.0)
-
-
-@numba.njit
-def steps(count: int, h: float) -> float:
-    """Return its displacement after so many classical Runge-Kutta steps from rest."""
-    x = v = 0.0
-    for i in range(count):
-        t, g = i * h, 0.5 * h
-        b1 = oscillator(x, v, t)
-        a2, b2 = v + g * b1, oscillator(x + g * v, v + g * b1, t + g)
-        a3, b3 = v + g * b2, oscillator(x + g * a2, v + g * b2, t + g)
-        a4, b4 = v + h * b3, oscillator(x + h * a3, v + h * b3, t + h)
-        x += h / 6.0 * (v + 2.0 * (a2 + a3) + a4)
-        v += h / 6.0 * (b1 + 2.0 * (b2 + b3) + b4)
-    return x
-
-
-def yardstick() -> None:
-    """Do the work that all times are divided by."""
-    steps(YARD, 0.01)
+SECTIONS = ("section", "impacts")
+WINDOW = {"start": 7.0, "stop": 7.8}  # [rad/s] irregular orbits among regular ones
 
 
 def orbit(
-    name: str, periods: int, record: tuple[str, ...], **settings: Any
+    name: str, periods: int, record: tuple[str, ...] = SECTIONS, **settings: Any
 ) -> Callable[[], object]:
     """Return what follows one orbit."""
     system = load_system(name, omega=6.28)
     return lambda: simulate(system, periods, record=record, **settings)
 
 
-def scanned(num: int, **tables: object) -> Callable[[], object]:
-    """Return what computes a scan around the irregular window, archive and all else left out."""
-    document = {"system": "ssul-set6", "vary": {"omega": {"start": 7.0, "stop": 7.8, "num": num}}}
-    scan = load_scan({**document, **tables})
+def orbit_of(**changes: Any) -> Callable[[], object]:
+    """Return what follows an orbit of Set 6 with some parameters changed."""
+    system = SET6.with_(**changes)
+    return lambda: simulate(system, 20_000, record=SECTIONS)
+
+
+def orbit_under(law: str, **constants: float) -> Callable[[], object]:
+    """Return what follows an orbit of Set 6 under another contact law."""
+    system = load_system("ssul-set6", law=law, omega=6.28, **constants)
+    return lambda: simulate(system, 20_000, record=SECTIONS)
+
+
+def scanned(vary: Any, **tables: object) -> Callable[[], object]:
+    """Return what computes a scan, archive and all else left out."""
+    scan = load_scan({"system": "ssul-set6", "vary": vary, **tables})
     computer, blocks = Computer(scan), list(blocks_of(scan))
     return lambda: [computer.block(block) for block in blocks]
 
@@ -86,24 +73,28 @@ def designs() -> Callable[[], object]:
     return lambda: batch.run(cells, starts, 200, 60)
 
 
+LINE = {"omega": {**WINDOW, "num": 41}}
+PLANE = {"omega": {**WINDOW, "num": 9}, "P": {"start": 500.0, "stop": 900.0, "num": 5}}
+
 BENCHMARKS: dict[str, Callable[[], Callable[[], object]]] = {
-    "exact": lambda: orbit("ssul-set6", 4000, ("section", "impacts")),
-    "exact, two walls": lambda: orbit("ssbl", 2000, ("section", "impacts")),
-    "exact, no contact": lambda: orbit("tmd", 200_000, ("section",)),
-    "rk4": lambda: orbit("ssul-set6", 300, ("section", "impacts"), method="rk4"),
-    "energies": lambda: orbit("ssul-set6", 2000, ("energy",)),
-    "soft contacts": lambda: orbit_of(K=1e5),
+    "exact": lambda: orbit("ssul-set6", 40_000),
+    "two-walls": lambda: orbit("ssbl", 20_000),
+    "no-contact": lambda: orbit("tmd", 200_000, ("section",)),
+    "rk4": lambda: orbit("ssul-set6", 3000, method="rk4"),
+    "energies": lambda: orbit("ssul-set6", 20_000, ("energy",)),
+    "response": lambda: orbit("ssul-set6", 20_000, ("response",)),
+    "soft": lambda: orbit_of(K=1e5),
     "steel": lambda: orbit_of(E2=2.1e11),
-    "diagram": lambda: scanned(41, record={"want": ["section", "impacts", "energy"]}),
-    "verdicts": lambda: scanned(41, record={"want": ["regime", "lyapunov", "evidence"]}),
+    "hunt-crossley": lambda: orbit_of(hunt_crossley=0.3),
+    "power": lambda: orbit_under("power", K=6e6, exponent=1.2),
+    "linear": lambda: orbit_under("linear", kc=1e6, cc=1e3),
+    "restitution": lambda: orbit_under("restitution", e=0.7),
+    "diagram": lambda: scanned(LINE, record={"want": ["section", "impacts", "energy"]}),
+    "verdicts": lambda: scanned(LINE, record={"want": ["regime", "lyapunov", "evidence"]}),
+    "map": lambda: scanned(PLANE, record={"want": ["regime", "energy"]}),
+    "branch": lambda: lambda: continue_orbit(SET6, "omega", (5.0, 9.0), quiet=True),
     "designs": designs,
 }
-
-
-def orbit_of(**changes: float) -> Callable[[], object]:
-    """Return what follows an orbit of Set 6 with some parameters changed."""
-    system = SET6.with_(**changes)
-    return lambda: simulate(system, 2000, record=("section", "impacts"))
 
 
 def spent(work: Callable[[], object]) -> float:
@@ -113,38 +104,91 @@ def spent(work: Callable[[], object]) -> float:
     return time.process_time() - began
 
 
-def ratio(work: Callable[[], object]) -> float:
-    """Return the time of some work in yardsticks."""
-    work()  # compiles
-    yardstick()
-    found = []
-    for _ in range(ROUNDS):
-        before = spent(yardstick)
-        taken = spent(work)
-        found.append(2 * taken / (before + spent(yardstick)))
-    return median(found)
+class Checkout:
+    """A checkout whose package does the work in a process of its own, when it is asked to."""
+
+    def __init__(self, folder: Path) -> None:
+        """Start the process."""
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", str(Path(__file__).resolve()), "--serve"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONPATH": str(folder.resolve())},
+        )
+
+    def __enter__(self) -> Self:
+        """Return it; its process ends with the block."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.communicate()
+
+    def spends(self, name: str) -> float:
+        """Do a piece of work; return its CPU time [s].
+
+        Raises SystemExit where the checkout cannot.
+        """
+        asked, answers = self._process.stdin, self._process.stdout
+        assert asked is not None
+        assert answers is not None
+        print(name, file=asked, flush=True)
+        answer = answers.readline()
+        if not answer:
+            raise SystemExit(f"{name}: the process has ended")
+        return float(answer)
+
+
+def serve() -> None:
+    """Do the work that lines of standard input name, and print what each took."""
+    known: dict[str, Callable[[], object]] = {}
+    for line in sys.stdin:
+        name = line.strip()
+        if name not in known:
+            known[name] = BENCHMARKS[name]()
+            known[name]()  # compiles
+        print(spent(known[name]), flush=True)
 
 
 def main() -> None:
-    """Measure, compare and print."""
-    parser = argparse.ArgumentParser(description="Costs as ratios to a yardstick.")
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description="CPU times, beside those of another checkout.")
     parser.add_argument(
         "--only", nargs="+", metavar="NAME", choices=BENCHMARKS, help="some of them"
     )
-    parser.add_argument("--keep", action="store_true", help="make this the baseline")
+    parser.add_argument("--against", type=Path, metavar="CHECKOUT", help="a folder of the project")
+    parser.add_argument("--rounds", type=int, default=15, metavar="N", help="pairs (15)")
+    parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
-    names = options.only or list(BENCHMARKS)
-    known = json.loads(BASELINE.read_text()) if BASELINE.exists() else {}
-    for name in names:
-        found = ratio(BENCHMARKS[name]())
-        line = f"{name:20} {found:8.3f} yardsticks"
-        if name in known:
-            change = found / known[name]
-            line += f"  {change:6.3f} of before{'  <--' if change > LOUD else ''}"
-        print(line, flush=True)
-        known[name] = round(found, 4)
-    if options.keep:
-        BASELINE.write_text(json.dumps(known, indent=2) + "\n")
+    if options.serve:
+        return serve()
+    with ExitStack() as stack:
+        ours = stack.enter_context(Checkout(HERE))
+        other = stack.enter_context(Checkout(options.against)) if options.against else None
+        for name in options.only or BENCHMARKS:
+            print(f"{name:14} {compared(ours, other, name, options.rounds)}", flush=True)
+    return None
+
+
+def compared(ours: Checkout, other: Checkout | None, name: str, rounds: int) -> str:
+    """Return in words what a piece of work takes here, and beside the other checkout, if any."""
+    mine, theirs = [], []
+    for number in range(rounds + 1):
+        if number % 2:
+            mine.append(ours.spends(name))
+        if other is not None:
+            theirs.append(other.spends(name))
+        if not number % 2:
+            mine.append(ours.spends(name))
+    mine, theirs = mine[1:], theirs[1:]  # the first ones come after compiling
+    text = f"{median(mine):8.4f} s"
+    if other is not None:
+        ratios = [a / b for a, b in zip(mine, theirs, strict=True)]
+        text += f"   median of ratios {median(ratios):.3f}"
+        text += f"   of shortest {min(mine) / min(theirs):.3f}"
+    return text
 
 
 if __name__ == "__main__":

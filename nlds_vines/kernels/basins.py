@@ -17,6 +17,7 @@ import numpy as np
 from .codes import OK
 from .compiling import jit
 from .cycles import cell_flow
+from .flight import PERIOD
 from .variations import new_state, no_section, place_state, run_on
 
 TINY = 1.0e-7  # deviation, relative to the orbit, in which rounding and method errors show
@@ -86,7 +87,7 @@ def approaches(parts, cell, known, a, directions, radius):
     directions (count, 4) of length 1 by its P: deviations of the `radius` in each of them are
     followed for n periods.
     """
-    flow, status = cell_flow(parts, cell, None)
+    flow, status = cell_flow(parts, cell, PERIOD)
     if status != OK:
         return False
     state, y, before, after = new_state(), np.zeros(4), np.zeros(4), np.zeros(4)
@@ -115,7 +116,7 @@ def follow_to_known(begin, end, parts, cells, starts, rows, known, most, found, 
     # hot: one array for each quantity
     now, d, after = np.zeros(4), np.zeros(4), np.zeros(4)
     for lane in range(begin, end):
-        flow, code = cell_flow(parts, cells[lane], None)
+        flow, code = cell_flow(parts, cells[lane], PERIOD)
         state, p = new_state(), 0
         found[lane], arrival[lane] = int(NOWHERE), -1
         if code == OK:

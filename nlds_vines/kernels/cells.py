@@ -12,7 +12,7 @@ from .compiling import jit
 from .contact import Steps
 from .deciding import is_a
 from .fixed_step import fixed_grid_from
-from .flight import REACH, SHORT, cells_of, grid_from, grid_of
+from .flight import PERIOD, REACH, SHORT, cells_of, grid_from, grid_of
 from .impact import Arc
 from .linear_contact import Pressed, pressed_of, presses_too_stiff
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
@@ -112,7 +112,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
     """Return a cell `Prepared` for orbits with `stops` section points a period.
 
     ps, damper: its `Structure` and its `Damper` or None; n: the exact cells that a period needs;
-    begun: None, or a `flight.Begun` where periods count from another phase than zero.
+    begun: the `flight.Begun` that periods count from.
     """
     near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
     far = wall_like(parts.far, cell.far, damper, cell)
@@ -151,7 +151,7 @@ def run_cell(parts, cell, state, span, buffers):
     n = cells_of(ps, damper)
     if n < 0:
         return TOO_STIFF
-    prepared = prepared_cell(parts, cell, ps, damper, n, span.stops, None)
+    prepared = prepared_cell(parts, cell, ps, damper, n, span.stops, PERIOD)
     if held_too_stiff(prepared.held_near) or held_too_stiff(prepared.held_far):
         return TOO_STIFF
     if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
@@ -302,5 +302,5 @@ def judge_cell(parts, cell, ends, section, first, stages, evidence):
     """Say what the orbit of one cell is (parts and cell as `run_cell`, the rest as `judge`)."""
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
-    flow = flow_of(prepared_cell(parts, cell, ps, damper, n, 1, None), grid_of(ps, damper, n))
+    flow = flow_of(prepared_cell(parts, cell, ps, damper, n, 1, PERIOD), grid_of(ps, damper, n))
     return judge(flow, ends, section, first, stages, evidence)

@@ -42,7 +42,7 @@ ROOM = 4096  # impacts of a cycle whose speeds and forces are looked at
 
 @jit
 def cell_flow(parts, cell, begun):
-    """Return the `Flow` of a cell, and a status; begun: where its periods begin, None: at zero."""
+    """Return the `Flow` of a cell, and a status; its periods begin as `begun`."""
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n, status = cells_of(ps, damper), OK
     if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):

@@ -14,7 +14,7 @@ import numpy as np
 from .codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
 from .elementary import cos_sin_of_turn
-from .flight import length_of_cell, rate_of, turned
+from .flight import PERIOD, Begun, length_of_cell, rate_of, turned
 from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_energy, note_violation, opposite, powers_at
 from .roots import guarded, narrowed, secant
 from .scene import accelerations, joined
@@ -29,12 +29,12 @@ class FixedGrid(NamedTuple):
     rate: float  # bound on the rates of the linear motion [1/s]
     cosine: np.ndarray  # (n + 1,) cos of the phase at the start of each step and at the end
     middle: np.ndarray  # (n,) cos of the phase half a step later
-    begun: Any = None  # as of a `flight.Grid`
+    begun: Begun = PERIOD
 
 
 @jit
 def fixed_grid_from(ps, damper, n, begun):
-    """Prepare the share of a period that has a `Begun` in n steps; None: all of it."""
+    """Prepare the share of a period that is `begun` in n steps."""
     h = length_of_cell(ps, n, begun)
     cosine, middle = np.empty(n + 1), np.empty(n)
     for j in range(n):

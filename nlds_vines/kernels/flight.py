@@ -65,19 +65,23 @@ class Begun(NamedTuple):
     share: float  # 1 for as many periods as there are from there to there
 
 
+PERIOD = Begun(0.0, 1.0)
+"""A whole one, from phase zero on."""
+
+
 class Grid(NamedTuple):
     """One period of flight, prepared: everything that depends on the parameters alone."""
 
     n: int  # cells in a period
     h: float  # length of a cell [s]
-    turn: float  # 1 / n, if nothing has begun: the turn of the forcing's phase over a cell
+    turn: float  # the turn of the forcing's phase over a cell
     rate: float  # bound on the growth of the scaled state per second [1/s]
     push: float  # P / sqrt(m1): bound on the growth of the energy scale S
     bend: float  # |d2r/dt2| <= bend * S + P / m1
     table: np.ndarray  # (CELLS + 6 n + 6,), the table above; in inner kernels a bare row
     load: Any  # place in the table of what a constant load does; None where there is none
     low: Any = None  # place of the matrices of `once_rounded`; None where errors may add up
-    begun: Any = None  # `Begun`; None: a period from phase zero on
+    begun: Begun = PERIOD
     powers: Any = None  # place of the powers of `rigid_flight`; None where they would not pay
 
 
@@ -240,27 +244,24 @@ def at(w, x):
 @jit
 def grid_of(ps, damper, n):
     """Prepare one period of flight in `n` cells (see `cells_of`)."""
-    return grid_from(ps, damper, n, None)
+    return grid_from(ps, damper, n, PERIOD)
 
 
 @jit
 def grid_from(ps, damper, n, begun):
-    """Prepare the share of a period that has a `Begun` in n cells; None: all of it."""
+    """Prepare the share of a period that is `begun` in n cells."""
     return grid_with(ps, damper, length_of_cell(ps, n, begun), n, n, begun)
 
 
 @jit
 def length_of_cell(ps, n, begun):
-    """Return the length [s] of n cells in a period, or in the share of it that has a `Begun`."""
-    return share_left(begun) * (2.0 * math.pi / ps.omega) / n
+    """Return the length [s] of n cells in the share of a period that is `begun`."""
+    return begun.share * (2.0 * math.pi / ps.omega) / n
 
 
 @jit
 def grid_with(ps, damper, h, n, tabulated, begun):
-    """Prepare flight by cells of h [s], n in a period, so many of them `tabulated` by phase.
-
-    begun: `Begun` where they do not begin at phase zero, or are a share of the period.
-    """
+    """Prepare flight by cells of h [s], n in what is `begun`, so many of them `tabulated`."""
     load = place_of_load(ps.load, CELLS + 6 * tabulated + 6)
     w = np.zeros(CELLS + 6 * tabulated + 6 + room_for_load(load))
     unit = np.zeros(6)
@@ -292,23 +293,13 @@ def grid_with(ps, damper, h, n, tabulated, begun):
     w[OF_E2] = dampers_share(ps, own)
     w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, own)
     push = greatest_push(ps.load, ps.force) * math.sqrt(ps.m1)
-    turn = share_left(begun) / n
+    turn = begun.share / n
     return Grid(n, h, turn, rate_of(ps, own), push, bend_of(ps, damper), w, load, None, begun, None)
-
-
-@jit
-def share_left(begun):
-    """Return the share of the forcing's period that a grid's cells are."""
-    if begun is None:
-        return 1.0
-    return begun.share
 
 
 @jit
 def turned(begun, share):
     """Return the turn of the forcing's phase after a share of a grid's cells."""
-    if begun is None:
-        return share
     return begun.phase + begun.share * share
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from nlds_vines.kernels.arguments import Parts
 from nlds_vines.kernels.cells import prepared_cell
-from nlds_vines.kernels.flight import cells_of, grid_of
+from nlds_vines.kernels.flight import PERIOD, cells_of, grid_of
 from nlds_vines.kernels.scene import (
     Damping,
     Ground,
@@ -83,4 +83,4 @@ def flow_on(system: System, method: str = "exact", settings: Settings | None = N
     parts, cell = parts_of(method, system.scene, settings), cell_of(system)
     ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
     n = cells_of(ps, damper)
-    return flow_of(prepared_cell(parts, cell, ps, damper, n, 1, None), grid_of(ps, damper, n))
+    return flow_of(prepared_cell(parts, cell, ps, damper, n, 1, PERIOD), grid_of(ps, damper, n))

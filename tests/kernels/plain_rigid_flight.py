@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support import kernel_cell
 
-from nlds_vines.kernels.flight import CELLS, at, cell_polynomial, cells_of, grid_of, step
+from nlds_vines.kernels.flight import CELLS, PERIOD, at, cell_polynomial, cells_of, grid_of, step
 from nlds_vines.kernels.rigid_flight import (
     LONG_SPAN,
     after_jump,
@@ -41,7 +41,7 @@ def states():
 def test_the_cells_of_a_span_follow_from_its_start_as_one_from_the_other(kind):
     """Notices: a wrong power, cos and sin that do not turn from cell to cell, a load left out."""
     ps, damper, n = scene(kind)
-    plain, grid = grid_of(ps, damper, n), grid_of_spans(ps, damper, n, None)
+    plain, grid = grid_of(ps, damper, n), grid_of_spans(ps, damper, n, PERIOD)
     assert n >= LONG_SPAN
     for begin in states():
         for first in range(n - LONG_SPAN + 1):
@@ -59,7 +59,7 @@ def test_the_cells_of_a_span_follow_from_its_start_as_one_from_the_other(kind):
 def test_after_an_impact_a_cell_ends_as_its_own_polynomial_says(kind):
     """Notices: a jump of the wrong sign, or taken from the start of the cell."""
     ps, damper, n = scene(kind)
-    grid = grid_of_spans(ps, damper, n, None)
+    grid = grid_of_spans(ps, damper, n, PERIOD)
     w, j = grid.table, 2
     phase = w[CELLS + 6 * j + 4], w[CELLS + 6 * j + 5]
     for place, begin in zip(np.linspace(0.0, 1.0, 20), states(), strict=True):
@@ -84,7 +84,7 @@ def turned_by(angle, phase):
 
 def test_a_contact_that_took_time_ends_what_was_known():
     ps, damper, n = scene("damper")
-    grid = grid_of_spans(ps, damper, n, None)
+    grid = grid_of_spans(ps, damper, n, PERIOD)
     assert not knows_end(grid.powers, grid.table)
     note_speeds(grid.powers, grid.table, (0.1, 0.2, 0.3, 0.4))
     unless_at_once(grid.powers, grid.table, 0.0)

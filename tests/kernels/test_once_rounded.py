@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from support import kernel_cell
 
-from nlds_vines.kernels.flight import cell_polynomial, cells_of, phase_at
+from nlds_vines.kernels.flight import PERIOD, cell_polynomial, cells_of, phase_at
 from nlds_vines.kernels.once_rounded import (
     after_cell,
     after_piece,
@@ -62,7 +62,7 @@ def states(kind):
 def test_a_cell_is_rounded_once(kind):
     """Notices: a tail that is left out, a loss of a sum, or a power of the series."""
     ps, damper = bodies(kind, FREE)
-    grid = grid_once_rounded(ps, damper, 2 * cells_of(ps, damper), None)
+    grid = grid_once_rounded(ps, damper, 2 * cells_of(ps, damper), PERIOD)
     for y in states(kind):
         found = after_cell(grid.low, damper, grid.table, 3, y)
         expected = moved(ps, damper, y, (0.0, 0.0), Fraction(grid.h))
@@ -74,7 +74,7 @@ def test_a_cell_is_rounded_once(kind):
 def test_so_is_a_piece_of_one(kind, x):
     """But for powers of the fourth order, which are plain."""
     ps, damper = bodies(kind, FREE)
-    grid = grid_once_rounded(ps, damper, 2 * cells_of(ps, damper), None)
+    grid = grid_once_rounded(ps, damper, 2 * cells_of(ps, damper), PERIOD)
     for y in states(kind):
         cell_polynomial(grid, *y, 1.0, 0.0)
         found = after_piece(grid.low, damper, grid.load, grid.table, x, y, (1.0, 0.0))
@@ -89,7 +89,7 @@ def test_so_is_a_piece_of_one(kind, x):
 def test_forces_are_felt(kind, load):
     ps, damper = bodies(kind, DRIVEN)
     ps = with_load(ps, load)
-    grid = grid_once_rounded(ps, damper, 2 * cells_of(ps, damper), None)
+    grid = grid_once_rounded(ps, damper, 2 * cells_of(ps, damper), PERIOD)
     phase = phase_at(grid, 3, 0.0)
     for y in states(kind):
         cell_polynomial(grid, *y, *phase)

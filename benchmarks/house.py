@@ -17,7 +17,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
-MOST_PARAMETERS = 8  # of a function outside hot kernels, self and cls not counted
+MOST_PARAMETERS = 8  # of a function, self and cls not counted
 LONG = 50  # lines of a function from `def` to its end
 
 Graph = Mapping[str, set[str]]

@@ -211,21 +211,17 @@ class SectionMap:
                 return None
             if not value <= allowed.high:
                 return None
-        y, points, counts = np.zeros(4), np.empty((n, 4)), np.zeros(2, np.int64)
+        y, traced = np.zeros(4), room_for(n, size, len(values))
         y[:size] = place[:size]
-        matrix, slopes = np.empty((size, size)), np.empty((len(values), 4))
-        pairs, found = np.empty((size, 2)), np.empty(cycles.FOUND)
         cell, changes = self.cells(values[np.newaxis]), self._changes(values)
-        status = cycles.trace(
-            self._parts, cell, changes, self.since % 1.0, y, points, counts, matrix, slopes, pairs,
-            found,
-        )  # fmt: skip
-        if status != OK:
+        if cycles.trace(self._parts, cell, changes, self.since % 1.0, y, traced) != OK:
             return None
-        defect, span, clearance, slowest, volume = found.tolist()
+        defect, span, clearance, slowest, volume = traced.numbers.tolist()
+        pairs, counts = traced.multipliers, traced.counts
         return Cycle(
-            state=y[:size].copy(), values=values.copy(), points=points,
-            counts=(int(counts[0]), int(counts[1])), matrix=matrix, slopes=slopes[:, :size],
+            state=y[:size].copy(), values=values.copy(), points=traced.points,
+            counts=(int(counts[0]), int(counts[1])), matrix=traced.matrix,
+            slopes=traced.slopes[:, :size],
             multipliers=pairs[:, 0] + 1j * pairs[:, 1], defect=defect, span=span,
             clearance=clearance, slowest=slowest, volume=volume, since=self.since,
         )  # fmt: skip
@@ -287,7 +283,13 @@ class SectionMap:
         violation = None if self.scene.limit is None else np.zeros((count, 3))
         cells = self.cells(places[:, self.size :])
         cycles.measure_cycles(
-            0, count, self._parts, cells, starts, periods, energy, strokes, violation, touches
+            0,
+            count,
+            self._parts,
+            cells,
+            starts,
+            periods,
+            cycles.Extremes(energy, strokes, violation, touches),
         )
         depth = np.zeros(count) if violation is None else violation[:, 1]
         return Measured(energy[:, 0], energy[:, 1], strokes[:, 0], strokes[:, 1], depth)
@@ -305,6 +307,14 @@ class Measured:
     beyond: np.ndarray
 
 
+def room_for(n: int, size: int, count: int) -> cycles.Traced:
+    """Return room for what is found of an orbit of n periods and `count` parameters."""
+    return cycles.Traced(
+        np.empty((n, 4)), np.zeros(2, np.int64), np.empty((size, size)), np.empty((count, 4)),
+        np.empty((size, 2)), np.empty(cycles.FOUND),
+    )  # fmt: skip
+
+
 def compile_for(scene: Scene) -> None:
     """Have the kernels that follow branches of a scene compiled, unless the cache has them.
 
@@ -313,20 +323,14 @@ def compile_for(scene: Scene) -> None:
     parts, size = parts_of("exact", scene), len(scene.components)
     cells = np.zeros(1, cell_type(scene)).view(np.recarray)
     cycles.fill_norms(parts, cells[0], np.zeros(size))
-    state, points, counts = np.zeros(4), np.zeros((1, 4)), np.zeros(2, np.int64)
-    matrix, slopes, pairs = np.zeros((size, size)), np.zeros((1, 4)), np.zeros((size, 2))
-    cycles.trace(
-        parts, cells, cells, 0.0, state, points, counts, matrix, slopes, pairs,
-        np.zeros(cycles.FOUND),
-    )  # fmt: skip
+    state = np.zeros(4)
+    cycles.trace(parts, cells, cells, 0.0, state, room_for(1, size, 1))
     if shoots_from_flights(scene):
         part_period.come_on(parts, cells, 0.0, 1.0, state)
     violation = None if scene.limit is None else np.zeros((0, 3))
     none, pair = np.zeros(0, np.int64), np.zeros((0, 2))
-    touches = np.zeros((0, 0, 4))
-    cycles.measure_cycles(
-        0, 0, parts, cells, np.zeros((0, 4)), none, pair, pair, violation, touches
-    )
+    extremes = cycles.Extremes(pair, pair, violation, np.zeros((0, 0, 4)))
+    cycles.measure_cycles(0, 0, parts, cells, np.zeros((0, 4)), none, extremes)
     bordered(np.eye(size), np.zeros((1, size)), np.ones((1, size + 1)), np.zeros(size + 1))
 
 

@@ -36,6 +36,14 @@ class Known(NamedTuple):
     spans: Any  # (m,) the greatest length sqrt(y' P y) of the section points
 
 
+class Drawn(NamedTuple):
+    """To which known attractor orbits are drawn."""
+
+    attractor: Any  # (orbits,) its row, -1: to none within the periods
+    arrival: Any  # (orbits,) the periods until the orbit was in its region, -1: never
+    status: Any  # (orbits,) of `codes`
+
+
 @jit
 def length_of(form, d):
     """Return sqrt(d' P d) of a deviation d (4,)."""
@@ -105,15 +113,15 @@ def approaches(parts, cell, known, a, directions, radius):
 
 
 @jit(entry=True)
-def follow_to_known(begin, end, parts, cells, starts, rows, known, most, found, arrival, status):
+def follow_to_known(begin, end, parts, cells, starts, search, drawn):
     """Follow orbits `begin` to `end` - 1 until they belong to a known attractor of their system.
 
-    cells (orbits,) and starts (orbits, 4) at phase zero; rows (orbits, 2): which rows of `known`
-    are the attractors of that system, the first one and the one after the last. After `most`
-    periods an orbit is given up, with found -1. arrival takes the periods until it entered the
-    region; status those of `codes`.
+    cells (orbits,) and starts (orbits, 4) at phase zero; search: (rows, known, most), where rows
+    (orbits, 2) says which rows of `known` are the attractors of that system, the first one and the
+    one after the last, and an orbit is given up after `most` periods. Fills `Drawn`.
     """
-    # hot: one array for each quantity
+    rows, known, most = search
+    found, arrival, status = drawn
     now, d, after = np.zeros(4), np.zeros(4), np.zeros(4)
     for lane in range(begin, end):
         flow, code = cell_flow(parts, cells[lane], PERIOD)

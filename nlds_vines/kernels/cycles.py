@@ -6,6 +6,8 @@ respect to parameters are from variations that these drive (`driven`).
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from .arguments import CellBuffers, Span
@@ -38,6 +40,26 @@ from .variations import (
 DEFECT, SPAN, CLEARANCE, SLOWEST, VOLUME = range(5)
 FOUND = 5
 ROOM = 4096  # impacts of a cycle whose speeds and forces are looked at
+
+
+class Traced(NamedTuple):
+    """What is found of an orbit of n periods of (size,) components and of its m parameters."""
+
+    points: Any  # (n, 4) its sections
+    counts: Any  # (2,) impacts by wall
+    matrix: Any  # (size, size) the monodromy matrix
+    slopes: Any  # (m, 4) derivatives of the image by the parameters
+    multipliers: Any  # (size, 2) real and imaginary parts
+    numbers: Any  # (FOUND,)
+
+
+class Extremes(NamedTuple):
+    """What is measured on orbits."""
+
+    energy: Any  # (orbits, 2) the largest E1 and E2 [J]
+    strokes: Any  # (orbits, 2) the largest approach speed [m/s] and contact force [N]
+    violation: Any  # (orbits, 3) as `cells.report_violation`, or None
+    touches: Any  # (orbits, room, 4) the columns WALL to SPEED of impacts, as far as there is room
 
 
 @jit
@@ -93,22 +115,19 @@ def follow_slopes(parts, cell, changes, flow, y, n, slopes):
 
 
 @jit(entry=True)
-def trace(parts, cell, changes, phase, y, points, counts, matrix, slopes, multipliers, found):
-    """Follow an orbit from y (4,) for n = len(points) periods, with all its derivatives.
+def trace(parts, cell, changes, phase, y, traced):
+    """Follow an orbit from y (4,) for as many periods as `Traced` has points; fill that.
 
     phase: the share of the forcing's period at which y and all sections are. cell (1,) and changes
-    (m,): its derivatives by m free parameters, 4 at most. Fills points (n, 4) with the sections,
-    counts (2,) with the impacts by wall, matrix (size, size) with the monodromy matrix, slopes
-    (m, 4) with the derivatives of the image, multipliers (size, 2), and found (FOUND,). Returns a
-    status.
+    (m,): its derivatives by m free parameters, 4 at most. Returns a status.
     """
-    # hot: Python calls it for each iteration of Newton's method
+    points, matrix, found = traced.points, traced.matrix, traced.numbers
     flow, status = cell_flow(parts, cell[0], Begun(phase, 1.0))
     if status != OK:
         return status
     state, tangent, size = new_state(), np.zeros(16), len(matrix)
     forget_shrinking(flow.prepared.scratch)
-    status, clearance, slowest = trace_cycle(flow, y, points, counts, tangent, state)
+    status, clearance, slowest = trace_cycle(flow, y, points, traced.counts, tangent, state)
     if status != OK:
         return status
     n = len(points)
@@ -125,8 +144,9 @@ def trace(parts, cell, changes, phase, y, points, counts, matrix, slopes, multip
             matrix[i, j] = monodromy[i, j]
     values_of = eigenvalues(monodromy)
     for i in range(size):
-        multipliers[i, 0], multipliers[i, 1] = values_of[i, 0], values_of[i, 1]
-    return follow_slopes(parts, cell[0], changes, flow, y, n, slopes)
+        for c in range(2):
+            traced.multipliers[i, c] = values_of[i, c]
+    return follow_slopes(parts, cell[0], changes, flow, y, n, traced.slopes)
 
 
 @jit(entry=True)
@@ -194,25 +214,20 @@ def broken_limit(violation, lane):
 
 
 @jit(entry=True)
-def measure_cycles(
-    begin, end, parts, cells, starts, periods, energy, strokes, violation, touches
-):  # fmt: skip
-    """Measure orbits `begin` to `end` - 1 over so many `periods` (orbits,) each.
+def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
+    """Measure orbits `begin` to `end` - 1 over so many `periods` (orbits,) each; fill `Extremes`.
 
-    cells (orbits,) and starts (orbits, 4) at phase zero. Fills energy (orbits, 2) with the largest
-    E1 and E2 [J], strokes (orbits, 2) with the largest approach speed [m/s] and contact force [N],
-    violation (orbits, 3), if it is not None, as `cells.report_violation`, and touches
-    (orbits, room, 4) with the columns WALL to SPEED of impacts, as far as there is room.
+    cells (orbits,) and starts (orbits, 4) at phase zero.
     """
-    # hot: one array for each quantity
+    strokes, touches = extremes.strokes, extremes.touches
     for lane in range(begin, end):
         state, rows = np.zeros(SIZE), np.zeros((ROOM, COLUMNS))
         for i in range(4):
             state[i] = starts[lane, i]
         impacts = Impacts(rows, np.zeros(1, np.int64))
         buffers = CellBuffers(
-            None, None, None, impacts, energy[lane], None, None, broken_limit(violation, lane),
-            None, None,
+            None, None, None, impacts, extremes.energy[lane], None, None,
+            broken_limit(extremes.violation, lane), None, None,
         )  # fmt: skip
         run_cell(parts, cells[lane], state, Span(0, periods[lane], 1), buffers)
         for i in range(min(impacts.filled[0], touches.shape[1])):

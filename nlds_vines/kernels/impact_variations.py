@@ -391,7 +391,6 @@ def settle_variations(ps, nodes, approach, start, lasting, took, enough, size):
     end; time at release takes a fifth of it. An error of e grows like t^3 at least: the last node
     tells the largest, and a quarter of it acts. Where that is settled, b alone goes on.
     """
-    # hot: once per impact
     late, b, x, v = start
     shrinks = approach.size / 3.0
     of_speed = 5.0 * approach.s / approach.b * (shrinks * (shrinks + 0.2 * lasting))

@@ -80,7 +80,6 @@ def may_set_a_record(damper, energy, grid, bounds, length, before, after):
     length: of the piece in cells; bounds: `exact.Bounds` over the cell; before, after: `work_at`
     the ends of the piece.
     """
-    # hot: once per cell, and so short that it becomes part of the loop
     h, square = grid.h * length, length * length
     fourth = bounds.energy * (square * square)
     possible = highest(before[0], after[0], h * before[2], h * after[2], fourth) > energy[0]

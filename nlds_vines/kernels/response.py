@@ -197,7 +197,6 @@ def tally_cell(tally, grid, phase, y, end):
 
     grid: with a bare table; phase: (cos, sin) at its start.
     """
-    # hot: once per cell
     row, w, h = tally.row, grid.table, grid.h
     fill_acceleration(row, w, h)
     raise_within(tally, grid, place_of(int(OF_A), 1.0), bend_in_rows(row), end)

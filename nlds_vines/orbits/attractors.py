@@ -120,22 +120,9 @@ def known_of(attractors: Iterable[Attractor | None]) -> Known:
     )
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """To which known attractor orbits are drawn: arrays (orbits,) each.
-
-    Attributes: `attractor`, its row, -1: to none within the periods; `arrival`, the forcing periods
-    until the orbit was in its region, -1: never; `status`, how the kernel ended.
-    """
-
-    attractor: np.ndarray
-    arrival: np.ndarray
-    status: np.ndarray
-
-
 def follow(
     parts: Parts, cells: np.ndarray, starts: np.ndarray, rows: np.ndarray, known: Known, most: int
-) -> Drawn:
+) -> basins.Drawn:
     """Follow orbits until they belong to a known attractor of their system.
 
     Arguments: the kernels' `parts`; `cells` (orbits,); `starts` (orbits, 4), x1, v1, r, s at phase
@@ -145,10 +132,10 @@ def follow(
     Each orbit is on its own: neither threads nor the other orbits change a bit of it.
     """
     count = len(cells)
-    drawn = Drawn(*(np.empty(count, np.int64) for _ in range(3)))
+    drawn = basins.Drawn(*(np.empty(count, np.int64) for _ in range(3)))
     arguments = (
-        parts, records_of(cells), np.ascontiguousarray(starts), np.ascontiguousarray(rows),
-        known, most, drawn.attractor, drawn.arrival, drawn.status,
+        parts, records_of(cells), np.ascontiguousarray(starts),
+        (np.ascontiguousarray(rows), known, most), drawn,
     )  # fmt: skip
     on_threads(basins.follow_to_known, arguments, count, 16)
     return drawn

@@ -187,23 +187,12 @@ def test_a_broken_rule_of_names_is_caught(copy):
 
 
 def too_wide(package):
-    """Return the functions with too many parameters, but for kernels that say why."""
-    found = []
-    for name, node in functions(package):
-        if parameters(node) > MOST_PARAMETERS and name not in WIDE:
-            module = name.rpartition(".")[0]
-            hot = module.split(".")[0] == "kernels" and says_why(modules(package)[module], node)
-            found += [] if hot else [name]
-    return found
-
-
-def says_why(path, node):
-    """Tell whether a comment above or at the head of a function begins with `hot:`."""
-    lines = path.read_text(encoding="utf-8").splitlines()
-    first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
-    begin = node.body[min(1, len(node.body) - 1)].lineno  # the statement after the docstring
-    head = lines[max(first - 3, 0) : begin]
-    return any(line.strip().startswith("# hot:") for line in head)
+    """Return the functions with too many parameters."""
+    return [
+        name
+        for name, node in functions(package)
+        if parameters(node) > MOST_PARAMETERS and name not in WIDE
+    ]
 
 
 def test_functions_take_few_parameters():
@@ -214,9 +203,7 @@ def test_a_function_with_many_parameters_is_caught(copy):
     with (copy / "kernels" / "scene.py").open("a") as file:
         file.write("\n\n\n\ndef wide(a, b, c, d, e, f, g, h, i):\n    return a\n")
     with (copy / "runs" / "threads.py").open("a") as file:
-        file.write(
-            "\n\n\n\n# hot: no kernel\ndef broad(a, b, c, d, e, f, g, h, *, i):\n    return a\n"
-        )
+        file.write("\n\n\n\ndef broad(a, b, c, d, e, f, g, h, *, i):\n    return a\n")
     assert too_wide(copy) == ["kernels.scene.wide", "runs.threads.broad"]
 
 

@@ -89,7 +89,7 @@ def step_to(ps, damper, grid, j, x, length, y):
     return runge_kutta_step(ps, damper, length * grid.h, c0, c1, c2, y)
 
 
-class Step(NamedTuple):
+class FlightStep(NamedTuple):
     """One step of a flight."""
 
     ps: Any  # `scene.Structure`
@@ -230,7 +230,7 @@ def fly_fixed(flight, watch, begun, stop, y):
     while j < stop:
         length, event = 1.0 - x, SECTION
         z = step_to(ps, damper, grid, j, x, length, y)
-        step = Step(ps, damper, grid, j, x, length, y, z)
+        step = FlightStep(ps, damper, grid, j, x, length, y, z)
         # The step is repeated with the length that ends at the first touch in it, if there is one.
         if near is not None and may_touch(1.0, near, y, z):
             at = length_to_touch(step, 1.0, near)
@@ -242,7 +242,7 @@ def fly_fixed(flight, watch, begun, stop, y):
                 length, event = at, TOUCH_FAR
         if event != SECTION:
             z = within(step, length)
-        step = Step(ps, damper, grid, j, x, length, y, z)
+        step = FlightStep(ps, damper, grid, j, x, length, y, z)
         # Note what it has shown.
         if energy is not None:
             note_turns(step, energy)

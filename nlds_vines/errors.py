@@ -36,6 +36,10 @@ _NUMBERS = {
 """How numbers are written: Python itself would also take 1_000, and digits of any script."""
 
 
+class LeftAside(UserWarning):
+    """A request file has tables for other commands than the one that reads it."""
+
+
 class RequestError(ValueError):
     """The request is wrong: an unknown name, a value out of range, a contradiction.
 

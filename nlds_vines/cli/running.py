@@ -6,11 +6,14 @@ import argparse
 import atexit
 import gc
 import sys
-from collections.abc import Callable, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 from nlds_vines.cli.parser import Parser
-from nlds_vines.errors import RequestError, printable
+from nlds_vines.errors import LeftAside, RequestError, printable
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
 
 DONE, LANES_FAILED, DAMAGED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 1, 2
@@ -51,7 +54,9 @@ class Command:
         atexit.unregister(gc.freeze)  # once, however many commands a process runs
         atexit.register(gc.freeze)
         try:
-            return self.carry_out(self._options(list(sys.argv[1:] if argv is None else argv)))
+            options = self._options(list(sys.argv[1:] if argv is None else argv))
+            with _told_aside(self.name, getattr(options, "quiet", False)):
+                return self.carry_out(options)
         except RequestError as error:
             complain(self.name, f"error: {error}")
             return WRONG_REQUEST
@@ -79,6 +84,23 @@ class Command:
         options = parser.parse_args(arguments)
         options.argv = arguments
         return options
+
+
+@contextmanager
+def _told_aside(name: str, quiet: bool) -> Iterator[None]:
+    """Say in a line what a request file has for other commands than `name`, unless it is quiet."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore" if quiet else "always", LeftAside)
+        others = warnings.showwarning
+
+        def show(message: Any, category: Any, *where: Any, **more: Any) -> None:
+            if issubclass(category, LeftAside):
+                complain(name, str(message))
+            else:
+                others(message, category, *where, **more)
+
+        warnings.showwarning = show
+        yield
 
 
 def _in_words(error: OSError) -> str:

@@ -5,18 +5,23 @@ The command line, or the keywords of a function, give a second document of the s
 overrides the first one entry by entry.  Here both are checked for unknown keys and put together;
 what an entry means is known to the kind of request.  Every message begins with the place of what is
 wrong: the file and the table.
+
+One file serves several commands.  Where it has tables of another kind of request, it lends what all
+kinds have: title, system, [set], and of [sampling] what this kind knows, too.  What is left aside
+is told in a warning.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
+import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from nlds_vines.errors import RequestError, at, shown, string, table
+from nlds_vines.errors import LeftAside, RequestError, at, shown, string, table
 from nlds_vines.model.catalogue import load_system, system_from
 from nlds_vines.model.system import System
 from nlds_vines.toml import read_toml, toml_text
@@ -31,6 +36,26 @@ Check = Callable[[object], Any]
 def unchecked(value: object) -> Any:
     """Return the value as it is: for a key that is checked later, together with others."""
     return value
+
+
+LENT = ("title", "system", "set", "sampling")
+"""What a file lends to a command for which it was not written."""
+
+MARKS = {
+    "vary": "scan", "record": "scan", "free": "tuning", "over": "tuning", "surface": "tuning",
+    "along": "continuation", "plane": "continuation", "portrait": "portrait", "column": "portrait",
+    "figure": "page of curves", "panels": "page of curves", "curves": "page of curves",
+}  # fmt: skip
+"""What only some kinds of request have at the top of their files, and one that has it."""
+
+SHARED = ("start", "search")
+"""Tables that several kinds of request have, each with a meaning of its own."""
+
+SAMPLING = frozenset(
+    ("transient", "periods", "method", "tolerance", "effort", "nodes", "contact_steps",
+     "period_steps", "samples", "windows")
+)  # fmt: skip
+"""What some kind of request or other has in its [sampling]."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +85,8 @@ class Form:
     def open(self, source: object) -> Layer:
         """Return the layer of a path, of a document, or of a system or its name.
 
-        Raises `RequestError` for anything else, an unreadable file, and unknown keys.
+        Raises `RequestError` for anything else, an unreadable file, and unknown keys. Warns
+        (`LeftAside`) of what a file has for other kinds of request.
         """
         if isinstance(source, Mapping):
             return Layer(self, self.kind, source)
@@ -69,8 +95,34 @@ class Form:
         if self.names and isinstance(source, str) and not source.endswith(".toml"):
             return Layer(self, self.kind, {"system": load_system(source)})
         if isinstance(source, str | os.PathLike):
-            return Layer(self, str(source), read_toml(Path(source)))
+            document, left = self._own(read_toml(Path(source)))
+            if left:
+                what = ", ".join(left)
+                warnings.warn(f"{source}: left aside here: {what}", LeftAside, stacklevel=4)
+            return Layer(self, str(source), document, of_file=True)
         raise RequestError(f"{self.kind} = {shown(source)} must be {self.sources}")
+
+    def _own(self, document: Document) -> tuple[Document, list[str]]:
+        """Return what of a file is for this kind of request, and the names of what is not."""
+        others = (*MARKS, *SHARED)
+        foreign = [key for key in document if key in others and key not in self.keys]
+        if not foreign:
+            return document, []
+        ours = any(key in MARKS and key in self.keys for key in document)
+        taken = {
+            key: value
+            for key, value in document.items()
+            if key not in foreign and (ours or key in LENT or key not in self.keys)
+        }
+        left = [f"[{key}]" for key in document if key not in taken]
+        sampling, known = document.get("sampling"), self.tables.get("sampling")
+        if known is None:
+            left += ["[sampling]"] if taken.pop("sampling", None) else []
+        elif isinstance(sampling, Mapping):
+            other = [name for name in sampling if name in SAMPLING and name not in known]
+            taken["sampling"] = {k: v for k, v in sampling.items() if k not in other}
+            left += [f"{name} of [sampling]" for name in other]
+        return taken, left
 
 
 @dataclass(frozen=True)
@@ -80,6 +132,7 @@ class Layer:
     form: Form
     where: str
     document: Document
+    of_file: bool = False
 
     def __post_init__(self) -> None:
         """Raise `RequestError` for keys that the form does not know."""
@@ -145,10 +198,12 @@ class Layers:
     def title(self, outdated_by: Collection[str]) -> str | None:
         """Return the title; None where none is given.
 
-        The title of the layer below does not hold any more where the one above has something under
-        one of the keys `outdated_by`.
+        That of a file stays. Another title of the layer below does not hold any more where the one
+        above has something under one of the keys `outdated_by`.
         """
-        changed = any(self.above.document.get(key) for key in outdated_by)
+        changed = not self.below.of_file and any(
+            self.above.document.get(key) for key in outdated_by
+        )
         for layer in (self.above,) if changed else (self.above, self.below):
             if "title" in layer.document:
                 with at(layer.where):

@@ -84,7 +84,8 @@ def _scan(layers: Layers) -> Scan:
     if title is None:
         title = _made_up_title(layers, system, axes)
     with at(varying.place("vary")):
-        return Scan(title, system, axes, want, start, **sampling)
+        scan = Scan(title, system, axes, want, start, **sampling)
+    return layers.told(scan)
 
 
 def _made_up_title(layers: Layers, system: System, axes: tuple[Axis, ...]) -> str:

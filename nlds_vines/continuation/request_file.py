@@ -60,7 +60,7 @@ def load_continuation(
     with at(layers.place("start")):
         begin = _begin(layers.table("start"))
     with at(layers.holder("along").where):
-        return Continuation(
+        request = Continuation(
             title=_made_up_title(system, along) if title is None else title,
             system=system,
             along=along,
@@ -68,6 +68,7 @@ def load_continuation(
             plane=_interval(layers, "plane"),
             **layers.values("search"),
         )
+    return layers.told(request)
 
 
 def _opened(source: object) -> Layer:

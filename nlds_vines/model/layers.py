@@ -19,7 +19,7 @@ import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from nlds_vines.errors import LeftAside, RequestError, at, shown, string, table
 from nlds_vines.model.catalogue import load_system, system_from
@@ -28,6 +28,8 @@ from nlds_vines.toml import read_toml, toml_text
 
 Document = Mapping[str, Any]
 """What a TOML file holds, as nested tables."""
+
+Request = TypeVar("Request")
 
 Check = Callable[[object], Any]
 """Returns the value of a key as it is kept; raises `RequestError` where it is not allowed."""
@@ -85,8 +87,7 @@ class Form:
     def open(self, source: object) -> Layer:
         """Return the layer of a path, of a document, or of a system or its name.
 
-        Raises `RequestError` for anything else, an unreadable file, and unknown keys. Warns
-        (`LeftAside`) of what a file has for other kinds of request.
+        Raises `RequestError` for anything else, an unreadable file, and unknown keys.
         """
         if isinstance(source, Mapping):
             return Layer(self, self.kind, source)
@@ -96,10 +97,7 @@ class Form:
             return Layer(self, self.kind, {"system": load_system(source)})
         if isinstance(source, str | os.PathLike):
             document, left = self._own(read_toml(Path(source)))
-            if left:
-                what = ", ".join(left)
-                warnings.warn(f"{source}: left aside here: {what}", LeftAside, stacklevel=4)
-            return Layer(self, str(source), document, of_file=True)
+            return Layer(self, str(source), document, of_file=True, left=tuple(left))
         raise RequestError(f"{self.kind} = {shown(source)} must be {self.sources}")
 
     def _own(self, document: Document) -> tuple[Document, list[str]]:
@@ -133,6 +131,7 @@ class Layer:
     where: str
     document: Document
     of_file: bool = False
+    left: tuple[str, ...] = ()  # what of a file is for other kinds of request
 
     def __post_init__(self) -> None:
         """Raise `RequestError` for keys that the form does not know."""
@@ -172,6 +171,13 @@ class Layers:
     def __iter__(self) -> Iterator[Layer]:
         """Yield the layers, the one below first."""
         return iter((self.below, self.above))
+
+    def told(self, request: Request) -> Request:
+        """Return what was read, and warn (`LeftAside`) of what of the file is for others."""
+        if self.below.left:
+            what = ", ".join(self.below.left)
+            warnings.warn(f"{self.below.where}: left aside here: {what}", LeftAside, stacklevel=3)
+        return request
 
     def holder(self, key: str) -> Layer:
         """Return the uppermost layer with something under this key; the one below if none has."""

@@ -90,13 +90,14 @@ def load_portrait(
     look = layers.values("portrait")
     start = _start(layers)
     with at(layers.below.where):
-        return PortraitRequest(
+        request = PortraitRequest(
             _made_up_title(columns) if title is None else title,
             columns,
             start=start,
             **{name: sampling[name] for name in RUN if name in sampling},
             **look,
         )
+    return layers.told(request)
 
 
 def portrait_of(

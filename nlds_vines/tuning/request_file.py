@@ -69,7 +69,7 @@ def load_tuning(
     search, surface = Search(**layers.values("search")), _surface(layers)
     sampling = {"periods": periods, **layers.values("sampling")}
     with at(layers.holder("over").where):
-        return Tuning(
+        tuning = Tuning(
             title=_made_up_title(system, free, over) if title is None else title,
             system=system,
             free=free,
@@ -78,6 +78,7 @@ def load_tuning(
             search=search,
             **sampling,
         )
+    return layers.told(tuning)
 
 
 def _opened(source: object) -> Layer:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nlds_vines.archives.frames import library
 from nlds_vines.archives.outline import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, shown, typed, whole
 from nlds_vines.kernels.arguments import CellBuffers, Parts, Span
@@ -123,6 +124,36 @@ class Orbit(Outlined):
             others |= {"violations": self.violation.number, "depth [m]": self.violation.depth}
         if others:
             yield "limits", numbers(others)
+
+    def to_dataframe(self) -> Any:
+        """Return the trajectory as a `pandas.DataFrame`; needs the extra `xarray`.
+
+        Columns: `time` [s] from the start of the transient; the state, x1, v1, x2, v2 [m, m/s];
+        `phase` of the force [rad], omega t in [0, 2 pi); `force` P cos(omega t) [N]; and for each
+        wall whose force is known `contact`, or `contact_near` and `contact_far` where there are
+        two [N], positive in the direction of x2, eq. (2) and (3). Units are in its `attrs`.
+
+        Raises `RequestError` where no trajectory was recorded, or without pandas.
+        """
+        from nlds_vines.orbits.signals import contact_forces, harmonic_force
+
+        if self.trajectory is None or self.time is None:
+            raise RequestError("no trajectory: simulate the orbit with 'trajectory' in record")
+        names, system = self.system.scene.components, self.system
+        found = dict(zip(names, self.trajectory.T, strict=True))
+        turns = self.time * (system.parameters["omega"] / (2.0 * np.pi))
+        phase, force = 2.0 * np.pi * (turns % 1.0), harmonic_force(system, self.time)
+        contacts = contact_forces(system, self.trajectory)
+        walls = ("contact_near", "contact_far") if len(contacts) == 2 else ("contact",)
+        pushed = dict(zip(walls, contacts.values(), strict=False))
+        frame = library("pandas").DataFrame(
+            {"time": self.time, **found, "phase": phase, "force": force, **pushed}
+        )
+        speeds = {name: "m/s" if name.startswith("v") else "m" for name in names}
+        forces = dict.fromkeys(("force", *pushed), "N")
+        frame.attrs = {"title": system.heading(), "units": {"time": "s", "phase": "rad"}}
+        frame.attrs["units"] |= speeds | forces
+        return frame
 
 
 @typed

@@ -9,6 +9,7 @@ import fcntl
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 from collections import Counter
@@ -17,6 +18,9 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # a shell begins `pytest &` like this
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # or no program could be interrupted
 
 TESTS = Path(__file__).parent
 

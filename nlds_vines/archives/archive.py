@@ -203,6 +203,8 @@ def _member(file: h5py.File, name: str) -> Member:
         return Member("is not a dataset")
     if entry.is_virtual or entry.external or entry.shape is None:
         return Member("has its values elsewhere")
+    if not _names_its_scales(entry):
+        return Member("does not name its scales as HDF5 does, which would not survive it")
     text = h5py.check_string_dtype(entry.dtype) is not None
     numbers = entry.dtype.kind in "iuf"
     return Member(
@@ -215,6 +217,16 @@ def _member(file: h5py.File, name: str) -> Member:
         is_scale=entry.is_scale,
         values=partial(_readable, entry) if numbers and entry.is_scale else None,
     )
+
+
+def _names_its_scales(dataset: h5py.Dataset) -> bool:
+    """Tell whether what names a dataset's scales is of the type that HDF5 takes it for, unasked."""
+    if "DIMENSION_LIST" not in dataset.attrs:
+        return True
+    attribute = h5py.h5a.open(dataset.id, b"DIMENSION_LIST")
+    each = h5py.check_vlen_dtype(attribute.dtype)
+    known = each is not None and h5py.check_ref_dtype(each) is h5py.Reference
+    return known and attribute.shape == (len(dataset.shape),)
 
 
 def _readable(dataset: h5py.Dataset) -> np.ndarray | None:

@@ -41,6 +41,8 @@ CHANGES = {
     "a period of 0 after chaos": put("label", "transient chaos to 00T,0"),
     "lists within lists": attribute("scan", "a = " + "[" * 5000 + "]" * 5000, of=""),
     "tables within tables": attribute("scan", "a" + ".a" * 3000 + " = 1", of=""),
+    "a number for its scales": attribute("DIMENSION_LIST", 7),
+    "a text for its scales": attribute("DIMENSION_LIST", "omega"),
     "no TOML": attribute("scan", "=", of=""),
 }
 

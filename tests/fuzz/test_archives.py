@@ -1,0 +1,75 @@
+"""A thousand damaged archives: bytes that were flipped, cut or cleared, and values resealed."""
+
+import random
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+from contract.made_up import MAP, make_scan, write
+from fuzz.rule import CASES, VALUES, broken_by, command, short
+
+from nlds_vines.archives import durable
+from nlds_vines.archives.view import whole_crc
+
+pytestmark = pytest.mark.long
+
+ASKED = (
+    ["status"], ["verify"], ["plot", "--show", "?"], ["diff", "o.h5"], ["export", "-o", "c.csv"],
+    ["rerun", "-o", "r.h5", "--dry-run"],
+)  # fmt: skip
+
+
+def spoil(rng, path):
+    """Damage the bytes of a file; return what was done."""
+    data = bytearray(path.read_bytes())
+    kind = rng.randrange(4)
+    at, length = rng.randrange(len(data)), rng.randint(1, 4096)
+    if kind == 0:
+        for _ in range(rng.randint(1, 8)):
+            data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
+    elif kind == 1:
+        del data[at:]
+    elif kind == 2:
+        data[at : at + length] = bytes(len(data[at : at + length]))
+    else:
+        data[at : at + length] = rng.randbytes(len(data[at : at + length]))
+    path.write_bytes(data)
+    return ("flipped", "cut", "cleared", "overwritten")[kind], at, length
+
+
+def reseal(rng, path):
+    """Change a value or an attribute and make the checksums anew; return what was done."""
+    with h5py.File(path, "r+") as file:
+        names = sorted(name for name in file if isinstance(file[name], h5py.Dataset))
+        name, value = rng.choice(names), rng.choice(VALUES)
+        place = file if rng.random() < 0.4 else file[name]
+        attribute = rng.choice(sorted(place.attrs) or ["x"])
+        try:
+            if rng.random() < 0.5:
+                place.attrs[attribute] = value
+            else:
+                file[name][...] = value
+        except (TypeError, ValueError, OverflowError, OSError):
+            place.attrs[attribute] = rng.choice([7, -1.5, "word", np.zeros(3), "a" + ".a" * 3000])
+        if file[name].dtype.kind == "O" and file[name].size:
+            file[name].attrs["crc32"] = np.uint32(whole_crc(file[name]))
+    durable.seal(path)
+    return "resealed", name, attribute, value
+
+
+def test_no_archive_breaks_the_rule(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "o.h5", make_scan(("section", "energy", "regime"), vary=MAP))
+    rng, wrong = random.Random(3), []
+    for number in range(CASES):
+        path = tmp_path / "a.h5"
+        shutil.copy("o.h5", path)
+        done = (spoil if rng.random() < 0.5 else reseal)(rng, path)
+        name, *rest = rng.choice(ASKED)
+        if found := broken_by(command([name, "a.h5", *rest]), tmp_path):
+            wrong.append(f"case {number}: {name} after {short(done)}: {found}")
+        for each in tmp_path.iterdir():
+            if each.name not in ("o.h5", "a.h5"):
+                each.unlink()
+    assert not wrong, "\n".join(wrong)

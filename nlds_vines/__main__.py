@@ -6,44 +6,48 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from nlds_vines.archives.provenance import version
 from nlds_vines.cli.commands import COMMANDS
-from nlds_vines.cli.running import DONE, WRONG_REQUEST, complain
+from nlds_vines.cli.running import DONE, WRONG_REQUEST, complain, ended, say
 from nlds_vines.errors import unknown
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command that the first of the arguments names; returns its exit status."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    return ended("", lambda: _run(arguments))
+
+
+def _run(arguments: Sequence[str]) -> int:
+    """Run the command that the first of the arguments names: what it needs is loaded here."""
     name = arguments[0] if arguments else "--help"
     if name in COMMANDS:
         module, _ = COMMANDS[name]
         return import_module(module).main(arguments[1:])
     if name in ("-h", "--help"):
-        print(_help())
+        say(*_help())
         return DONE
     if name == "--version":
-        print(f"nlds-vines {version('nlds-vines')}")
+        from nlds_vines.archives.provenance import version
+
+        say(f"nlds-vines {version('nlds-vines')}")
         return DONE
     complain("", f"error: {unknown('command', name, COMMANDS)}")
     return WRONG_REQUEST
 
 
-def _help() -> str:
+def _help() -> list[str]:
     lines = (f"  {name:<17}{purpose}" for name, (_, purpose) in COMMANDS.items())
-    return "\n".join(
-        [
-            "usage: nlds-vines COMMAND ... | --help | --version",
-            "",
-            "Bifurcation and chaos analysis of vibro-impact nonlinear energy sinks.",
-            "",
-            "commands (each has its own --help with examples):",
-            *lines,
-            "",
-            "example:",
-            "  nlds-vines bifurcation --dry-run",
-        ]
-    )
+    return [
+        "usage: nlds-vines COMMAND ... | --help | --version",
+        "",
+        "Bifurcation and chaos analysis of vibro-impact nonlinear energy sinks.",
+        "",
+        "commands (each has its own --help with examples):",
+        *lines,
+        "",
+        "example:",
+        "  nlds-vines bifurcation --dry-run",
+    ]
 
 
 if __name__ == "__main__":

@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import atexit
 import gc
+import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,28 +54,14 @@ class Command:
         """
         atexit.unregister(gc.freeze)  # once, however many commands a process runs
         atexit.register(gc.freeze)
-        try:
-            options = self._options(list(sys.argv[1:] if argv is None else argv))
-            with _told_aside(self.name, getattr(options, "quiet", False)):
-                return self.carry_out(options)
-        except RequestError as error:
-            complain(self.name, f"error: {error}")
-            return WRONG_REQUEST
-        except OSError as error:
-            complain(self.name, f"error: {_in_words(error)}")
-            return WRONG_REQUEST
-        except MemoryError as error:
-            reason = f": {error}" if str(error) else ""
-            complain(self.name, f"error: the memory does not suffice{reason}")
-            return WRONG_REQUEST
-        except Interrupted as stop:
-            complain(self.name, str(stop))
-            return stop.status
-        except KeyboardInterrupt:
-            complain(self.name, "interrupted")
-            return INTERRUPTED
-        except SystemExit as stop:  # argparse after --help
-            return int(stop.code or DONE)
+        arguments = list(sys.argv[1:] if argv is None else argv)
+        return ended(self.name, lambda: self._carried_out(arguments))
+
+    def _carried_out(self, arguments: list[str]) -> int:
+        """Carry out what the arguments mean; return the exit status."""
+        options = self._options(arguments)
+        with _told_aside(self.name, getattr(options, "quiet", False)):
+            return self.carry_out(options)
 
     def _options(self, arguments: list[str]) -> argparse.Namespace:
         """Return the options that the arguments mean; `argv` among them is the arguments."""
@@ -103,6 +90,67 @@ def _told_aside(name: str, quiet: bool) -> Iterator[None]:
         yield
 
 
+def ended(name: str, work: Callable[[], int]) -> int:
+    """Return the exit status of some work of the command `name`; an error is told in one line.
+
+    Output that was not written, as to a full disk, is an error like any other.
+    """
+    _open_streams()
+    try:
+        try:
+            status = work()
+        except SystemExit as stop:  # argparse after --help
+            status = int(stop.code or DONE)
+        sys.stdout.flush()
+        return status
+    except RequestError as error:
+        complain(name, f"error: {error}")
+        return WRONG_REQUEST
+    except OSError as error:
+        _drop_output()
+        complain(name, f"error: {_in_words(error)}")
+        return WRONG_REQUEST
+    except MemoryError as error:
+        reason = f": {error}" if str(error) else ""
+        complain(name, f"error: the memory does not suffice{reason}")
+        return WRONG_REQUEST
+    except ImportError as error:
+        if "failed to map segment" not in str(error):
+            raise
+        complain(name, "error: the memory does not suffice to load the libraries")
+        return WRONG_REQUEST
+    except Interrupted as stop:
+        complain(name, str(stop))
+        return stop.status
+    except KeyboardInterrupt:
+        complain(name, "interrupted")
+        return INTERRUPTED
+
+
+def _open_streams() -> None:
+    """Open what was closed of input, output and errors (`>&-`), to nowhere.
+
+    An archive would otherwise get the number of one of them, and what is meant for a terminal
+    would be written into it.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:  # the lowest number that is free is this one
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
+    for number, name in ((1, "stdout"), (2, "stderr")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, "w", encoding="utf-8", closefd=False))
+
+
+def _drop_output() -> None:
+    """Drop output that cannot be written: Python would try, and complain, again at its end."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def _in_words(error: OSError) -> str:
     """Return the operating system's message, with the name of the file in front if it has one."""
     reason = error.strerror or str(error) or type(error).__name__
@@ -123,4 +171,5 @@ def say(*lines: object) -> None:
 def complain(name: str, message: str) -> None:
     """Print a message of the command `name` to standard error, as one line whatever is in it."""
     who = f"nlds-vines {name}".strip()
-    print(f"{who}: {printable(' '.join(message.split()))}", file=sys.stderr)
+    with suppress(OSError):  # there is no one who could be told
+        print(f"{who}: {printable(' '.join(message.split()))}", file=sys.stderr, flush=True)

@@ -46,6 +46,9 @@ _STRING = h5py.string_dtype()  # variable-length UTF-8
 _OVERHEAD = 1 << 19  # bytes for headers, attributes and what HDF5 leaves unused
 # pieces need not end where chunks do: half-written chunks are kept in this cache (64 MiB, and a
 # prime number of slots, as HDF5 advises)
+_NOTES = {"CLASS", "NAME", "DIMENSION_LIST"}
+"""The attributes in which HDF5 notes that a dataset is a scale, and which scales it has."""
+
 _CACHE = {"rdcc_nbytes": 1 << 26, "rdcc_nslots": 10007}
 
 
@@ -186,25 +189,32 @@ def _all_problems(path: Path, file: h5py.File) -> list[str]:
 
 
 def _problems_of_layout(file: h5py.File) -> list[str]:
-    """Return what is wrong with the layout of a file, one line each; nothing in it is followed."""
+    """Return what is wrong with the layout of a file, one line each; nothing in it is followed.
+
+    Scales are only looked for where all entries are such that HDF5 can.
+    """
     try:
-        return list(problems_of({name: _member(file, name) for name in file}))
+        outside = {name: Member(words) for name in file if (words := _outside(file, name))}
+        return list(problems_of(outside or {name: _member(file[name]) for name in file}))
     except DAMAGE as error:
         return [f"its layout cannot be read: {first_line(error)}"]
 
 
-def _member(file: h5py.File, name: str) -> Member:
-    """Return what is known of an entry of a file without following or reading it."""
+def _outside(file: h5py.File, name: str) -> str:
+    """Return in words what makes an entry none of an archive; empty for a dataset of its own."""
     link = file.get(name, getlink=True)
     if not isinstance(link, h5py.HardLink):
-        return Member(f"is a link to {getattr(link, 'filename', link.path)!r}: it may lead outside")
+        return f"is a link to {getattr(link, 'filename', link.path)!r}: it may lead outside"
     entry = file[name]
     if not isinstance(entry, h5py.Dataset):
-        return Member("is not a dataset")
+        return "is not a dataset"
     if entry.is_virtual or entry.external or entry.shape is None:
-        return Member("has its values elsewhere")
-    if not _names_its_scales(entry):
-        return Member("does not name its scales as HDF5 does, which would not survive it")
+        return "has its values elsewhere"
+    return "" if _has_sound_notes(entry) else "has notes on its dimensions that are of another type"
+
+
+def _member(entry: h5py.Dataset) -> Member:
+    """Return what is known of a dataset before its values are read."""
     text = h5py.check_string_dtype(entry.dtype) is not None
     numbers = entry.dtype.kind in "iuf"
     return Member(
@@ -219,14 +229,21 @@ def _member(file: h5py.File, name: str) -> Member:
     )
 
 
-def _names_its_scales(dataset: h5py.Dataset) -> bool:
-    """Tell whether what names a dataset's scales is of the type that HDF5 takes it for, unasked."""
-    if "DIMENSION_LIST" not in dataset.attrs:
-        return True
-    attribute = h5py.h5a.open(dataset.id, b"DIMENSION_LIST")
-    each = h5py.check_vlen_dtype(attribute.dtype)
-    known = each is not None and h5py.check_ref_dtype(each) is h5py.Reference
-    return known and attribute.shape == (len(dataset.shape),)
+def _has_sound_notes(dataset: h5py.Dataset) -> bool:
+    """Tell whether what HDF5 notes of dimensions and scales is of the types that it reads it as.
+
+    It looks at no type itself, and reads or writes beyond the end of anything else.
+    """
+    notes = {name: h5py.h5a.open(dataset.id, name.encode()) for name in _NOTES & {*dataset.attrs}}
+    for name, note in notes.items():
+        kind, shape = note.get_type(), (dataset.ndim,) if name == "DIMENSION_LIST" else ()
+        if name == "DIMENSION_LIST":
+            sound = kind.get_class() == h5py.h5t.VLEN and kind.get_super() == h5py.h5t.STD_REF_OBJ
+        else:
+            sound = kind.get_class() == h5py.h5t.STRING and not kind.is_variable_str()
+        if not sound or note.shape != shape:
+            return False
+    return True
 
 
 def _readable(dataset: h5py.Dataset) -> np.ndarray | None:

@@ -197,11 +197,12 @@ class ArchiveView(Outlined):
     def flags(self, name: str) -> dict[int, str]:
         """Return the words of an enumeration by their codes."""
         with _reading(self.path, f"the enumeration of dataset {name}"):
-            return flags_of(self._file[name].attrs)
+            notes = self._file[name].attrs
+            return flags_of({key: _plain(notes[key]) for key in notes if key.startswith("flag_")})
 
     def _attribute(self, name: str, attribute: str) -> Any:
         with _reading(self.path, f"dataset {name}"):
-            return self._file[name].attrs[attribute]
+            return _plain(self._file[name].attrs[attribute])
 
 
 @contextmanager
@@ -229,7 +230,9 @@ def is_text(dataset: Any) -> bool:
 
 
 def _plain(value: Any) -> Any:
-    """Return an attribute as a Python number or string."""
+    """Return an attribute as a Python number or string; what is no UTF-8 in it is replaced."""
+    if isinstance(value, str):
+        return value.encode(errors="surrogateescape").decode(errors="replace")
     return value.item() if isinstance(value, np.generic) else value
 
 

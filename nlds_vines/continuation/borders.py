@@ -30,9 +30,6 @@ SAME = 1.0e-6
 """Relative difference of two values of a special point that is met from both sides; one whose
 bracket is wider has not been located."""
 
-NEAR = 0.1
-"""How near, relative to the orbit, a branch is compared with it."""
-
 
 @dataclass(frozen=True)
 class Walk:
@@ -166,13 +163,8 @@ def _segments_of(
     cycle = at_value(section_map, place, branch.period, value)
     if cycle is None:
         return
-    weights = section_map.weights(cycle, np.ones(1))[:-1]
-    for segment, near in found.places_at(branch, value):
-        off = np.abs(cycle.points[:, : len(weights)] - near[:-1]) * weights
-        if off.max(axis=1).min() > NEAR:
-            continue
-        other = at_value(section_map, near, branch.period, value)
-        if other is not None and is_same(section_map, cycle, other):
+    for segment, other in found.cycles_at(section_map, branch, value):
+        if is_same(section_map, cycle, other):
             yield segment
 
 

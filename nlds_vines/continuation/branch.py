@@ -23,10 +23,10 @@ from nlds_vines.continuation.arclength import (
 )
 from nlds_vines.continuation.phases import (
     SAME_ORBIT,
-    at_zero,
     better_map,
     is_symmetric,
     moved,
+    place_at,
     point_at_zero,
 )
 from nlds_vines.continuation.section_map import Cycle, SectionMap, shoots_from_flights
@@ -173,7 +173,7 @@ def follow(
 
 def _from_longest_flight(section_map: SectionMap, arm: Arm, stepper: Stepper) -> SectionMap:
     """Return the map of the next step; where it is another, take the last points over to it."""
-    better = None if arm.end else better_map(section_map, arm.points[-1])
+    better = None if arm.end else better_map(section_map, arm.points[-1].cycle)
     if better is None:
         return section_map
     points = [moved(section_map, better, point) for point in (arm.begin, *arm.points[-RECENT:])]
@@ -357,7 +357,7 @@ def _is_beyond(section_map: SectionMap, point: Point) -> bool:
     if section_map.scene.limit is None:
         return False
     n = point.cycle.n
-    place = at_zero(section_map, point.cycle.place, n)
+    place = place_at(section_map, point.cycle.place, n)
     measured = None if place is None else section_map.measure(place[np.newaxis], np.array([n]))
     return measured is None or bool(measured.beyond[0] > 0.0)
 

@@ -1,7 +1,7 @@
 """Along a curve of special points in the plane of two parameters, step by step.
 
-The unknowns are the state at phase zero and both parameters; the equations, those of the orbit and
-one more (`curve_conditions`).
+The unknowns are the state, at phase zero or in a flight of rigid bodies (`phases`), and both
+parameters; the equations, those of the orbit and one more (`curve_conditions`).
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from nlds_vines.continuation.curve_conditions import (
     other_condition,
     singular_matrix,
 )
+from nlds_vines.continuation.phases import better_map, place_at, seen_by
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
 from nlds_vines.continuation.special_points import is_torus, narrowed_down
 from nlds_vines.continuation.switching import null_vector
@@ -147,7 +148,13 @@ def tangent_of(cycle: Cycle, slope: np.ndarray, toward: np.ndarray) -> np.ndarra
 
 @dataclass
 class Tracer:
-    """Follows one curve in both directions."""
+    """Follows one curve in both directions.
+
+    Attributes:
+        section_map: that at phase zero; an orbit is told by the map it is shot from, its `since`.
+        low, high: (2,) of both parameters.
+        softness, without, wall: of the impact that grazes (`curve_conditions.grazing`).
+    """
 
     section_map: SectionMap
     kind: str
@@ -163,14 +170,12 @@ class Tracer:
             return grazing(self.without, self.wall, self.softness)
         return augmented(self.kind, cycle)
 
-    def point(self, place: np.ndarray, n: int, toward: np.ndarray) -> CurvePoint | None:
-        """Return the point of the curve near a place, its tangent turned toward a direction."""
-        cycle = self.section_map.at(place, n)
-        if cycle is None:
-            return None
+    def point(self, cycle: Cycle, toward: np.ndarray) -> CurvePoint | None:
+        """Return the point of the curve near an orbit, its tangent turned toward a direction."""
+        here, place = self.section_map.shot(cycle.since), cycle.place
         weights = self.section_map.weights(cycle, self.high - self.low)
         row = weights * weights * toward
-        found, slope, _ = corrected(self.section_map, place, n, self.function(cycle), row, weights)
+        found, slope, _ = corrected(here, place, cycle.n, self.function(cycle), row, weights)
         if found is None:
             return None
         return self._with_tangent(found, slope, row, weights)
@@ -183,12 +188,32 @@ class Tracer:
             return None
         return CurvePoint(cycle, tangent / length(weights, tangent), weights)
 
+    def map_of(self, point: CurvePoint) -> SectionMap:
+        """Return the map that a point is shot by."""
+        return self.section_map.shot(point.cycle.since)
+
+    def at_best(self, point: CurvePoint) -> CurvePoint:
+        """Return a point by the map that is best to go on from (`phases.better_map`)."""
+        better = better_map(self.map_of(point), point.cycle)
+        return point if better is None else self.seen_by(better, point) or point
+
+    def seen_by(self, after: SectionMap, point: CurvePoint) -> CurvePoint | None:
+        """Return a point of the curve as another map has it; None where the orbit is lost."""
+        if after.since == point.cycle.since:
+            return point
+        seen = seen_by(self.map_of(point), after, point.cycle, point.tangent)
+        if seen is None:
+            return None
+        cycle, way = seen
+        weights = self.section_map.weights(cycle, self.high - self.low)
+        return CurvePoint(cycle, way / length(weights, way), weights)
+
     def along(self, point: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
         """Return the point of the curve a step ahead, and the contraction of Newton's method."""
         place = point.cycle.place + step * point.tangent
         row, n = point.weights * point.weights * point.tangent, point.cycle.n
-        function = self.function(point.cycle)
-        cycle, slope, ratio = corrected(self.section_map, place, n, function, row, point.weights)
+        function, there = self.function(point.cycle), self.map_of(point)
+        cycle, slope, ratio = corrected(there, place, n, function, row, point.weights)
         if cycle is None:
             return None, ratio
         weights = self.section_map.weights(cycle, self.high - self.low)
@@ -208,19 +233,19 @@ class Tracer:
                 continue
             inside = (self.low <= b.cycle.values) & (b.cycle.values <= self.high)
             meetings.extend(self.meetings(a, b, step))
-            points.append(b)
+            points.append(self.at_best(b))
             if not inside.all():
                 return points, meetings, "bound"
             if self.kind == "NS" and not is_torus(b.cycle):
                 return points, meetings, "neutral"
-            if _is_back(points):
+            if self._is_back(points):
                 return points, meetings, "closed"
             step = min(LONGEST_STEP, step * min(2.0, max(0.5, 1.0 / max(worst, 1.0e-3))))
         return points, meetings, "long"
 
     def finished(self, point: CurvePoint) -> CurvePoint | None:
-        """Return the point of the curve of a point that has been followed; None of none."""
-        return point
+        """Return the point of the curve, at phase zero, of one that was followed; None of none."""
+        return self.seen_by(self.section_map, point)
 
     def _worst(self, a: CurvePoint, b: CurvePoint, ratio: float) -> float:
         """Return by what a step is too long: contraction, but of slopes with a kink, or angle."""
@@ -268,7 +293,7 @@ class Tracer:
         for sign in (1.0, -1.0):
             place = cycle.place
             place[:size] += sign * unit * right
-            other = self.section_map.at(place, cycle.n)
+            other = self.map_of(point).at(place, cycle.n)
             if other is None:
                 return math.nan
             images.append(other.points[-1, :size])
@@ -282,23 +307,29 @@ class Tracer:
             return any(abs(mu.imag) > 1.0e-6 for mu in point.cycle.multipliers.tolist())
         return True
 
+    def _is_back(self, points: list[CurvePoint]) -> bool:
+        """Tell whether a curve has come back to its first point, at whatever phase of the orbit."""
+        if len(points) < 5:
+            return False
+        first, a, b = points[0], points[-2], points[-1]
+        before, now = self._place_at(first.cycle.since, a), self._place_at(first.cycle.since, b)
+        if before is None or now is None:
+            return False
+        size = first.cycle.state.size
+        step = length(a.weights, now - before)
+        for point in first.cycle.points:
+            place = np.concatenate([point[:size], first.cycle.values])
+            if length(a.weights, place - now) < 0.6 * step:
+                return True
+        return False
+
+    def _place_at(self, since: float, point: CurvePoint) -> np.ndarray | None:
+        """Return the place of a point's orbit so many periods after phase zero; None if lost."""
+        return place_at(self.map_of(point), point.cycle.place, point.cycle.n, since)
+
 
 def _turn(a: CurvePoint, b: CurvePoint) -> float:
     """Return the angle between the tangents of two points."""
     weights = a.weights * a.weights
     cosine = float((weights * a.tangent * b.tangent).sum()) / length(a.weights, b.tangent)
     return math.acos(max(-1.0, min(1.0, cosine)))
-
-
-def _is_back(points: list[CurvePoint]) -> bool:
-    """Tell whether a curve has come back to its first point, at whatever phase of the orbit."""
-    if len(points) < 5:
-        return False
-    first, a, b = points[0], points[-2], points[-1]
-    weights, size = a.weights, first.cycle.state.size
-    step = length(weights, b.cycle.place - a.cycle.place)
-    for point in first.cycle.points:
-        place = np.concatenate([point[:size], first.cycle.values])
-        if length(weights, place - b.cycle.place) < 0.6 * step:
-            return True
-    return False

@@ -31,11 +31,12 @@ ASIDE = 1.0e-6
 """Step along a branch whose image tells which way the branch goes at another phase."""
 
 
-def better_map(section_map: SectionMap, point: Point) -> SectionMap | None:
+def better_map(section_map: SectionMap, cycle: Cycle) -> SectionMap | None:
     """Return the map from the middle of an orbit's longest flight; None if it need not change."""
     if not shoots_from_flights(section_map.scene):
         return None
-    n, start = point.cycle.n, at_zero(section_map, point.cycle.place, point.cycle.n)
+    n = cycle.n
+    start = place_at(section_map, cycle.place, n)
     rows = None if start is None else section_map.impacts(start, n)
     if rows is None or not len(rows) or np.isnan(rows[:, 2]).any():
         return None
@@ -50,9 +51,32 @@ def better_map(section_map: SectionMap, point: Point) -> SectionMap | None:
     return section_map.shot(middle % n)
 
 
-def at_zero(section_map: SectionMap, place: np.ndarray, n: int) -> np.ndarray | None:
-    """Return the place at phase zero, and time zero, of an nT orbit at one of a map."""
-    return section_map.later(place, n - section_map.since) if section_map.since else place
+def best_map(zero: SectionMap, place: np.ndarray, n: int) -> SectionMap:
+    """Return the map that an orbit near a place of the map at phase zero is best shot by."""
+    cycle = zero.at(place, n)
+    return (None if cycle is None else better_map(zero, cycle)) or zero
+
+
+def place_at(
+    section_map: SectionMap, place: np.ndarray, n: int, since: float = 0.0
+) -> np.ndarray | None:
+    """Return the place of an nT orbit, at one of a map, so many periods after phase zero."""
+    time = (since - section_map.since) % n
+    return section_map.later(place, time) if time else place
+
+
+def seen_by(
+    before: SectionMap, after: SectionMap, cycle: Cycle, direction: np.ndarray
+) -> tuple[Cycle, np.ndarray] | None:
+    """Return an orbit, and a direction at it, found by a map, as another map has them."""
+    there = place_at(before, cycle.place, cycle.n, after.since)
+    beside = place_at(before, cycle.place + ASIDE * direction, cycle.n, after.since)
+    found = None if there is None else after.at(there, cycle.n)
+    if found is None or there is None or beside is None:
+        return None
+    # what no phase changes stays as it is: at a grazing, an impact is there or not
+    same = {name: getattr(cycle, name) for name in INVARIANT}
+    return replace(found, **same), (beside - there) / ASIDE
 
 
 def moved(before: SectionMap, after: SectionMap, point: Point) -> Point | None:
@@ -60,22 +84,24 @@ def moved(before: SectionMap, after: SectionMap, point: Point) -> Point | None:
 
     Where two branches cross, its border is 0, there is no single tangent: it is carried on.
     """
-    cycle = point.cycle
-    time = (after.since - before.since) % cycle.n
-    ahead = cycle.place + ASIDE * point.tangent
-    there, beside = before.later(cycle.place, time), before.later(ahead, time)
-    found = None if there is None else after.at(there, cycle.n)
-    if found is None or there is None or beside is None:
+    seen = seen_by(before, after, point.cycle, point.tangent)
+    if seen is None:
         return None
-    # what no phase changes stays as it is: at a grazing, an impact is there or not
-    same = {name: getattr(cycle, name) for name in INVARIANT}
-    found = replace(found, **same)
-    lengths, way = 1.0 / point.weights[-1:], (beside - there) / ASIDE
+    found, way = seen
+    lengths = 1.0 / point.weights[-1:]
     exact = point_of(after, found, way, lengths) if point.border != 0.0 else None
     if exact is not None:
         return exact
     weights = after.weights(found, lengths)
     return Point(found, way / length(weights, way), weights, point.border)
+
+
+def cycle_at_zero(zero: SectionMap, cycle: Cycle) -> Cycle | None:
+    """Return an orbit as the map at phase zero has it; None where it is lost on the way there."""
+    if not cycle.since:
+        return cycle
+    seen = seen_by(zero.shot(cycle.since), zero, cycle, np.zeros(len(cycle.place)))
+    return None if seen is None else seen[0]
 
 
 def point_at_zero(zero: SectionMap, point: Point) -> Point:

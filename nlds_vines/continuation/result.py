@@ -18,6 +18,7 @@ from nlds_vines.continuation.branch_table import KIND_FLAGS, ORIGINS, Tables, da
 from nlds_vines.continuation.curve_table import curve_datasets
 from nlds_vines.continuation.curve_tracer import ENDS as CURVE_ENDS
 from nlds_vines.continuation.exploration import is_same
+from nlds_vines.continuation.phases import best_map, cycle_at_zero, place_at
 from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.continuation.section_map import Cycle, SectionMap
@@ -244,9 +245,8 @@ class Continued(Outlined):
         found: list[Crossing] = []
         for i, branch in enumerate(self.branches):
             cycles: list[Cycle] = []
-            for _, place in self.places_at(branch, value):
-                cycle = at_value(section_map, place, branch.period, value)
-                if cycle is None or any(is_same(section_map, cycle, other) for other in cycles):
+            for _, cycle in self.cycles_at(section_map, branch, value):
+                if any(is_same(section_map, cycle, other) for other in cycles):
                     continue
                 cycles.append(cycle)
                 state = states_of(self.request.system, (along.name,), cycle.place[np.newaxis])[0]
@@ -258,14 +258,30 @@ class Continued(Outlined):
                 found.append(Crossing(i, label, state, mu, cycle.unstable, sections))
         return found
 
-    def places_at(self, branch: Branch, value: float) -> Iterator[tuple[int, np.ndarray]]:
-        """Yield where a branch passes a value: the point before, a place (size + 1,) between."""
-        values, name, system = branch.parameter, self.request.along.name, self.request.system
+    def cycles_at(
+        self, section_map: SectionMap, branch: Branch, value: float
+    ) -> Iterator[tuple[int, Cycle]]:
+        """Yield the orbits of a branch at a value, each with the number of the point before.
+
+        The states at phase zero of two neighbours may stand on both sides of an impact of rigid
+        bodies: what is between them is sought in flight.
+        """
+        values, name, n = branch.parameter, self.request.along.name, branch.period
         for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
+            ends = [
+                place_of(self.request.system, name, float(values[j]), tuple(branch.states[j]))
+                for j in (i, i + 1)
+            ]
+            there = best_map(section_map, ends[0], n)
+            a, b = (place_at(section_map, place, n, there.since) for place in ends)
+            if a is None or b is None:
+                continue
             step = values[i + 1] - values[i]
             share = (value - values[i]) / step if step else 0.0
-            state = branch.states[i] + share * (branch.states[i + 1] - branch.states[i])
-            yield int(i), place_of(system, name, value, tuple(state.tolist()))
+            cycle = at_value(there, a + share * (b - a), n, value)
+            found = None if cycle is None else cycle_at_zero(section_map, cycle)
+            if found is not None:
+                yield int(i), found
 
     def edges_at(self, value: float) -> list[Crossing]:
         """Return the orbits with one unstable multiplier: candidates of edge states.

@@ -22,6 +22,7 @@ from nlds_vines.continuation.curve_tracer import (
     Tracer,
     corrected,
 )
+from nlds_vines.continuation.phases import best_map, place_at
 from nlds_vines.continuation.section_map import Cycle, SectionMap, bordered, closing
 from nlds_vines.continuation.special_points import limit_of
 
@@ -57,7 +58,7 @@ class RigidTracer(Tracer):
         for share in NEARER:
             function = self._miss(share * self.level)
             found, *_ = corrected(
-                self.section_map, cycle.place, cycle.n, function, row, point.weights
+                self.map_of(point), cycle.place, cycle.n, function, row, point.weights
             )
             if found is None:
                 return None
@@ -65,7 +66,7 @@ class RigidTracer(Tracer):
             knots.append((cycle.clearance, cycle.place))
         place, size = limit_of(knots), self.section_map.size
         grazes = replace(cycle, state=place[:size], values=place[size:], clearance=0.0)
-        return CurvePoint(grazes, point.tangent, point.weights)
+        return super().finished(CurvePoint(grazes, point.tangent, point.weights))
 
     def meetings(self, a: CurvePoint, b: CurvePoint, step: float) -> list[Meeting]:
         """Return nothing: on the other side, other kinds end where an orbit grazes."""
@@ -167,11 +168,16 @@ def trace_curve(tracer: Tracer, place: np.ndarray, n: int, impacts: int) -> Curv
 
 def _start(tracer: Tracer, place: np.ndarray, n: int) -> CurvePoint | None:
     """Return the first point of a curve, along which one of the parameters rises."""
-    size = tracer.section_map.size
+    zero, size = tracer.section_map, tracer.section_map.size
+    here = best_map(zero, place, n)
+    there = place_at(zero, place, n, here.since)
+    cycle = None if there is None else here.at(there, n)
+    if cycle is None:
+        return None
     for axis in (size + 1, size):  # the second parameter first: the curve crosses the branch
         toward = np.zeros(size + 2)
         toward[axis] = 1.0
-        start = tracer.point(place, n, toward)
+        start = tracer.point(cycle, toward)
         if start is not None:
             return start
     return None

@@ -94,12 +94,12 @@ def test_derivatives_at_a_phase_are_those_of_differences():
 def test_the_phase_changes_before_an_impact_is_near():
     """To the middle of the longest flight; there, it is kept."""
     zero, point = on_branch(BEFORE)
-    better = better_map(zero, point)
+    better = better_map(zero, point.cycle)
     rows = zero.impacts(point.cycle.place, 1)
     assert rows[:, 0].tolist() in ([0, 1], [1, 0])
     apart = np.abs((rows[:, 1] - better.since + 0.5) % 1.0 - 0.5)
     np.testing.assert_allclose(apart, 0.25, rtol=0, atol=0.05)
-    assert better_map(better, moved(zero, better, point)) is None
+    assert better_map(better, moved(zero, better, point).cycle) is None
 
 
 @pytest.mark.parametrize("case", [SOFT, BEFORE])

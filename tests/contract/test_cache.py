@@ -91,6 +91,7 @@ def edited(folder, module, before, after):
         path.write_text(text)
 
 
+@pytest.mark.kernels
 @pytest.mark.slow("a cache that only these tests change is compiled for all of them")
 def test_the_second_process_compiles_nothing(copy):
     again = run(copy)
@@ -98,6 +99,7 @@ def test_the_second_process_compiles_nothing(copy):
     assert again["labels"] == ["T,0", "T,0"]
 
 
+@pytest.mark.kernels
 def test_a_docstring_or_a_comment_that_is_changed_compiles_nothing(copy):
     with docstring(copy):
         assert run(copy)["compiled"] == []
@@ -151,11 +153,13 @@ def remove(path):
     path.unlink()
 
 
+DAMAGES = [cut, flip, empty, nonsense, remove]
+
+
+@pytest.mark.kernels
 @pytest.mark.slow("two processes for each way")
-@pytest.mark.parametrize("damage", [cut, flip, empty, nonsense, remove])
-@pytest.mark.parametrize(
-    "which", ["lanes.run_lanes", pytest.param("flight.", marks=pytest.mark.kernels)]
-)
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("which", ["lanes.run_lanes", "flight."])
 def test_a_damaged_cache_heals_itself(copy, damage, which):
     files = [path for path in (copy / "cache").rglob(f"{which}*") if path.is_file()]
     assert files
@@ -273,6 +277,19 @@ NOWHERE = """
 import tempfile
 tempfile.gettempdir = lambda: "/dev/null"
 """
+
+
+def test_a_damaged_file_of_the_cache_heals_itself(blocked, tmp_path):
+    """In all ways, what is compiled for `BLOCKED`; another test has flights and entries."""
+    home = tmp_path / "home"
+    assert blocked(home, tmp_path / "tmp") == ""
+    sound = {path: path.read_bytes() for path in compiled_in(home)}
+    for damage in DAMAGES:
+        for path in sound:
+            damage(path)
+        said = blocked(home, tmp_path / "tmp")
+        assert said.count("\n") == (0 if damage is remove else 1)
+        assert {path: path.read_bytes() for path in compiled_in(home)} == sound
 
 
 def test_without_any_folder_it_works_all_the_same(blocked, monkeypatch):

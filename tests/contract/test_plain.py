@@ -17,11 +17,16 @@ LONG = {
     "tests/accuracy/plain_costs.py",
     "tests/bifurcation/plain_sweeps.py",
     "tests/continuation/plain_derivatives.py",
+    "tests/continuation/plain_limits.py",
     "tests/kernels/plain_contact_laws.py",
+    "tests/kernels/plain_eigenvalues.py",
+    "tests/kernels/plain_exact.py",
     "tests/kernels/plain_impact.py",
     "tests/kernels/plain_inside.py",
+    "tests/kernels/plain_loads.py",
     "tests/kernels/plain_peaks.py",
     "tests/kernels/plain_response.py",
+    "tests/kernels/plain_speeds.py",
     "tests/kernels/plain_verdict.py",
     "tests/orbits/plain_hertz_arc.py",
     "tests/property/plain_laws.py",
@@ -34,17 +39,28 @@ def test_the_long_ones_exist():
     assert set(FILES) > LONG
 
 
+SHORT = [file for file in FILES if file not in LONG]
+
+
+@pytest.mark.slow("as many seconds as thousands of steps of plain Python take")
+@pytest.mark.parametrize("files", [SHORT[::2], SHORT[1::2]], ids=["some", "others"])
+def test_without_the_compiler(files):
+    run_plain(files)
+
+
 @pytest.mark.slow("a process, and as many seconds as thousands of steps of plain Python take")
-@pytest.mark.parametrize(
-    "file",
-    [pytest.param(file, marks=pytest.mark.kernels if file in LONG else ()) for file in FILES],
-)
-def test_without_the_compiler(file):
-    """Run a file in a process whose kernels are plain Python."""
+@pytest.mark.kernels
+@pytest.mark.parametrize("file", sorted(LONG))
+def test_long_ones_without_the_compiler(file):
+    run_plain([file])
+
+
+def run_plain(files):
+    """Run files in a process whose kernels are plain Python."""
     options = ["-p", "no:cacheprovider", "-o", "addopts=", "-q", "--tb=short"]
     options += ["-W", "ignore::RuntimeWarning"]  # NumPy warns where compiled kernels do not
     found = subprocess.run(
-        [sys.executable, "-m", "pytest", *options, file], cwd=REPO, capture_output=True,
+        [sys.executable, "-m", "pytest", *options, *files], cwd=REPO, capture_output=True,
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, text=True, check=False,
     )  # fmt: skip
     assert found.returncode == 0, found.stdout

@@ -132,12 +132,11 @@ def test_no_file_is_served(server):
         assert server.get(f"/{path}")[0] in (403, 404)
 
 
-@pytest.mark.parametrize(
-    "path", ["/%00", "/static/%00", "/static/js/%00.js", "/a%00/", "/%ff", "/static/%ff", "/a//b"]
-)
-def test_odd_addresses_are_refused_without_a_word(path, small_map):
+def test_odd_addresses_are_refused_without_a_word(small_map):
+    odd = "/%00", "/static/%00", "/static/js/%00.js", "/a%00/", "/%ff", "/static/%ff", "/a//b"
     with Asked(small_map) as running:
-        assert running.get(path)[0] in (400, 403, 404)
+        found = {path: running.get(path)[0] for path in odd}
+        assert {path for path, status in found.items() if status not in (400, 403, 404)} == set()
         assert running.end() == (130, "")
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nlds_vines.continuation.arclength import CLOSED
+from nlds_vines.continuation.arclength import CLOSED, length
 from nlds_vines.continuation.curve_conditions import Function
 from nlds_vines.continuation.curve_tracer import (
     MOST_ITERATIONS,
@@ -32,6 +32,9 @@ BESIDE = 1.0e-7
 LEVEL, NEARER = 1.0e-3, (0.75, 0.5, 0.25)
 """Nearest miss of orbits that stand for one that grazes rigid bodies, relative to the orbit; and
 parts of it, of the orbits nearer to that one."""
+
+SMOOTH = 1.0e-3
+"""By how much, relative to the orbit, polynomials of two degrees may differ at the grazing."""
 
 
 @dataclass
@@ -54,19 +57,23 @@ class RigidTracer(Tracer):
     def finished(self, point: CurvePoint) -> CurvePoint | None:
         """Return the orbit that grazes, in the plane across the curve at one that all but does."""
         cycle, row = point.cycle, point.weights * point.weights * point.tangent
-        knots = [(cycle.clearance, cycle.place)]
-        for share in NEARER:
-            function = self._miss(share * self.level)
-            found, *_ = corrected(
-                self.map_of(point), cycle.place, cycle.n, function, row, point.weights
-            )
-            if found is None:
+        here, n, knots = self.map_of(point), point.cycle.n, list[tuple[float, np.ndarray]]()
+        for share in (1.0, *NEARER):
+            if knots:
+                function = self._miss(share * self.level)
+                found, *_ = corrected(here, cycle.place, n, function, row, point.weights)
+                if found is None:
+                    return None
+                cycle = found
+            place = place_at(here, cycle.place, n)
+            if place is None:
                 return None
-            cycle = found
-            knots.append((cycle.clearance, cycle.place))
+            knots.append((cycle.clearance, place))
         place, size = limit_of(knots), self.section_map.size
-        grazes = replace(cycle, state=place[:size], values=place[size:], clearance=0.0)
-        return super().finished(CurvePoint(grazes, point.tangent, point.weights))
+        if length(point.weights, place - limit_of(knots[1:])) > SMOOTH:
+            return None  # between them, an impact passes phase zero
+        grazes = replace(cycle, state=place[:size], values=place[size:], clearance=0.0, since=0.0)
+        return CurvePoint(grazes, point.tangent, point.weights)
 
     def meetings(self, a: CurvePoint, b: CurvePoint, step: float) -> list[Meeting]:
         """Return nothing: on the other side, other kinds end where an orbit grazes."""

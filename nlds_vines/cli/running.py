@@ -15,7 +15,13 @@ from typing import Any
 
 from nlds_vines.cli.parser import Parser
 from nlds_vines.errors import LeftAside, RequestError, printable
-from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
+from nlds_vines.runs.interrupts import (
+    INTERRUPTED,
+    TERMINATED,
+    Interrupted,
+    Terminated,
+    terminated_like_interrupted,
+)
 
 DONE, LANES_FAILED, DAMAGED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 1, 2
 """Exit statuses, beside those of `interrupts`."""
@@ -98,7 +104,8 @@ def ended(name: str, work: Callable[[], int]) -> int:
     _open_streams()
     try:
         try:
-            status = work()
+            with terminated_like_interrupted():
+                status = work()
         except SystemExit as stop:  # argparse after --help
             status = int(stop.code or DONE)
         sys.stdout.flush()
@@ -122,9 +129,9 @@ def ended(name: str, work: Callable[[], int]) -> int:
     except Interrupted as stop:
         complain(name, str(stop))
         return stop.status
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         complain(name, "interrupted")
-        return INTERRUPTED
+        return TERMINATED if isinstance(stop, Terminated) else INTERRUPTED
 
 
 def _open_streams() -> None:

@@ -36,7 +36,6 @@ _HOMES = {
     "orbit_of": "bifurcation.cell_orbit",
     "plot": "upkeep.plot",
     "ScanArchive": "bifurcation.result",
-    "reproduce_paper": "reproduce.command",
     "response_curves": "response_curves.command",
     "ResponseCurves": "response_curves.result",
     "curves_in": "response_curves.result",
@@ -61,6 +60,8 @@ _HOMES = {
     "verify": "archives.archive",
 }
 
+_MOVED = {"reproduce_paper": "in a clone, `paper.reproduce_paper` makes the paper's figures"}
+
 __all__ = sorted([*_HOMES, "__version__"])
 
 
@@ -71,7 +72,7 @@ def __getattr__(name: str) -> Any:
 
         return version("nlds-vines")
     if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        raise AttributeError(_MOVED.get(name) or f"module {__name__!r} has no attribute {name!r}")
     if _HOMES[name].startswith("orbits.") or name == "orbit_of":  # which loads Numba
         from nlds_vines.runs.threads import check_environment
 

@@ -23,7 +23,6 @@ from nlds_vines.orbits.simulation import simulate as simulate
 from nlds_vines.orbits.spectrum import Spectrum as Spectrum
 from nlds_vines.orbits.spectrum import spectrum as spectrum
 from nlds_vines.portrait.command import portrait as portrait
-from nlds_vines.reproduce.command import reproduce_paper as reproduce_paper
 from nlds_vines.response_curves.command import response_curves as response_curves
 from nlds_vines.response_curves.result import ResponseCurves as ResponseCurves
 from nlds_vines.response_curves.result import curves_in as curves_in

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from nlds_vines.cli.commands import COMMANDS
+from nlds_vines.cli.commands import COMMANDS, MOVED, TASKS, UPKEEP
 from nlds_vines.cli.running import DONE, WRONG_REQUEST, complain, ended, say
 from nlds_vines.errors import unknown
 
@@ -31,19 +31,26 @@ def _run(arguments: Sequence[str]) -> int:
 
         say(f"nlds-vines {version('nlds-vines')}")
         return DONE
-    complain("", f"error: {unknown('command', name, COMMANDS)}")
+    reason = MOVED.get(name) or unknown("command", name, COMMANDS)
+    complain("", f"error: {reason}")
     return WRONG_REQUEST
 
 
 def _help() -> list[str]:
-    lines = (f"  {name:<17}{purpose}" for name, (_, purpose) in COMMANDS.items())
+    tasks, upkeep = (
+        [f"  {name:<17}{purpose}" for name, (_, purpose) in commands.items()]
+        for commands in (TASKS, UPKEEP)
+    )
     return [
         "usage: nlds-vines COMMAND ... | --help | --version",
         "",
         "Bifurcation and chaos analysis of vibro-impact nonlinear energy sinks.",
         "",
         "commands (each has its own --help with examples):",
-        *lines,
+        *tasks,
+        "",
+        "archives, and the program itself:",
+        *upkeep,
         "",
         "example:",
         "  nlds-vines bifurcation --dry-run",

@@ -152,7 +152,8 @@ def string(what: str, value: object, lines: bool = False) -> str:
         )
     refuse_bytes(what, value)
     allowed = "\t\r\n" if lines else ""
-    hidden = [letter for letter in value if letter not in allowed and _refused(letter)]
+    odd = "" if value.isprintable() else value  # most texts are looked at as a whole
+    hidden = [letter for letter in odd if letter not in allowed and _refused(letter)]
     if hidden:
         raise RequestError(
             f"{what} = {shown(value)} holds {hidden[0]!r}: "

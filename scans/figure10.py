@@ -1,13 +1,9 @@
-"""Figure 10: chaos at 7.400 rad/s.
-
-`python scans/figure10.py [OPTION ...]` draws figure10.png; the options are those of the command
-`nlds-vines portrait`, here with the request file beside this script.
-"""
+"""Figure 10: from the request file beside this script, in the current folder."""
 
 import sys
 from pathlib import Path
 
-from nlds_vines.portrait.command import main
+from nlds_vines.__main__ import main
 
 if __name__ == "__main__":
-    sys.exit(main([str(Path(__file__).with_suffix(".toml")), *sys.argv[1:]]))
+    sys.exit(main(["portrait", str(Path(__file__).with_suffix(".toml"))]))

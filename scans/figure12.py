@@ -1,13 +1,9 @@
-"""Figure 12: the energies of structure and damper in these regimes.
-
-`python scans/figure12.py [OPTION ...]` draws figure12.png; the options are those of the command
-`nlds-vines portrait`, here with the request file beside this script.
-"""
+"""Figure 12: from the request file beside this script, in the current folder."""
 
 import sys
 from pathlib import Path
 
-from nlds_vines.portrait.command import main
+from nlds_vines.__main__ import main
 
 if __name__ == "__main__":
-    sys.exit(main([str(Path(__file__).with_suffix(".toml")), *sys.argv[1:]]))
+    sys.exit(main(["portrait", str(Path(__file__).with_suffix(".toml"))]))

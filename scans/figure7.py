@@ -1,8 +1,9 @@
 """Figure 7: from the request file beside this script, in the current folder."""
 
+import sys
 from pathlib import Path
 
-from nlds_vines.reproduce.command import draw_figure
+from nlds_vines.__main__ import main
 
 if __name__ == "__main__":
-    draw_figure(Path(__file__).with_suffix(".toml"))
+    sys.exit(main(["response-curves", str(Path(__file__).with_suffix(".toml")), "--resume"]))

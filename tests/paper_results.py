@@ -16,10 +16,10 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request_file import load_portrait
-from nlds_vines.reproduce.claims import Data
-from nlds_vines.reproduce.claims.measured import Breadth, Motion, curve_of
-from nlds_vines.reproduce.request import FigureRequest
-from nlds_vines.reproduce.request_file import packaged_figures
+from paper.claims import Data
+from paper.claims.measured import Breadth, Motion, curve_of
+from paper.request import FigureRequest
+from paper.request_file import packaged_figures
 
 PATTERN = ((2, 2), (3, 2), (4, 2), (1, 0), (2, 1), (0, 5))  # above T,1
 SPECIAL = {7.375: (3, 3), 7.4: (0, 90), 7.575: (1, 0)}

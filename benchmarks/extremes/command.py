@@ -17,7 +17,7 @@ from nlds_vines.cli.running import DONE, Command
 BROKEN = 1
 """Exit status where a promise is not kept."""
 
-_NAME = "extremes"
+_NAME = "python -m benchmarks.extremes"
 _EXAMPLES = """\
 examples:
   python -m benchmarks.extremes
@@ -59,7 +59,7 @@ def _declare(parser: Parser) -> None:
 def _made_by(argv: Sequence[str]) -> list[str]:
     """Return the end of a page: the command, without what only says how it ran."""
     given = [text for text in argv if text != "--quiet"]
-    return ["", "```sh", shlex.join(["python", "-m", f"benchmarks.{_NAME}", *given]), "```", ""]
+    return ["", "```sh", shlex.join([*_NAME.split(), *given]), "```", ""]
 
 
 main = Command(
@@ -68,5 +68,4 @@ main = Command(
     examples=_EXAMPLES,
     declare=_declare,
     carry_out=_carry_out,
-    program=f"python -m benchmarks.{_NAME}",
 ).main

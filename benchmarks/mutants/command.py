@@ -102,10 +102,9 @@ def _declare(parser: Parser) -> None:
 
 
 main = Command(
-    name="mutants",
+    name="python -m benchmarks.mutants",
     description="Small changes that make the sources wrong: the tests must notice each of them.",
     examples=_EXAMPLES,
     declare=_declare,
     carry_out=_carry_out,
-    program="python -m benchmarks.mutants",
 ).main

@@ -2,35 +2,41 @@
 
 from __future__ import annotations
 
-COMMANDS = {
+TASKS = {
     "bifurcation": ("nlds_vines.bifurcation.command", "scan one parameter or two"),
-    "transients": ("nlds_vines.transients.command", "how long chaos lasts, where starts end"),
-    "tuning": ("nlds_vines.tuning.command", "search for the best damper"),
-    "portrait": ("nlds_vines.portrait.command", "one orbit in full"),
     "response-curves": (
         "nlds_vines.response_curves.command",
         "dampers compared: energies against frequency",
     ),
+    "portrait": ("nlds_vines.portrait.command", "one orbit in full"),
     "continuation": (
         "nlds_vines.continuation.command",
         "branches of periodic orbits, and what changes them",
     ),
+    "tuning": ("nlds_vines.tuning.command", "search for the best damper"),
+    "transients": ("nlds_vines.transients.command", "how long chaos lasts, where starts end"),
     "explore": ("nlds_vines.explore.command", "click a map and see its orbit, in a browser"),
-    "report": ("nlds_vines.explore.report.command", "a map as one page to send"),
-    "reproduce": (
-        "nlds_vines.reproduce.command",
-        "the paper: figures and claims",
-    ),
-    "accuracy": ("nlds_vines.accuracy.command", "error against run time of every method"),
     "plot": ("nlds_vines.upkeep.plot", "draw a finished archive"),
-    "basins": ("nlds_vines.upkeep.basin_report", "measure basins of attraction"),
+}
+"""What most people need."""
+
+UPKEEP = {
     "status": ("nlds_vines.upkeep.status", "how a scan under way stands"),
-    "consolidate": ("nlds_vines.upkeep.consolidate", "join the parts of shards into an archive"),
     "verify": ("nlds_vines.upkeep.verify", "check archives and parts from end to end"),
+    "consolidate": ("nlds_vines.upkeep.consolidate", "join the parts of shards into an archive"),
     "rerun": ("nlds_vines.upkeep.rerun", "repeat a scan from its own archive"),
     "diff": ("nlds_vines.upkeep.diff", "what differs between two archives"),
     "export": ("nlds_vines.upkeep.export", "an archive as comma-separated values"),
+    "report": ("nlds_vines.explore.report.command", "a map as one page to send"),
+    "basins": ("nlds_vines.upkeep.basin_report", "measure basins of attraction"),
+    "accuracy": ("nlds_vines.accuracy.command", "error against run time of every method"),
     "compile": ("nlds_vines.upkeep.compile", "compile kernels before runs need them"),
     "completion": ("nlds_vines.upkeep.completion", "completion of commands for a shell"),
 }
-"""The sister commands: the module of each, whose `main` takes the arguments, and its purpose."""
+"""What looks after archives and the program itself."""
+
+COMMANDS = TASKS | UPKEEP
+"""All sister commands: the module of each, whose `main` takes the arguments, and its purpose."""
+
+MOVED = {"reproduce": "in a clone, `python -m paper` makes the paper's figures and report"}
+"""Commands of earlier versions, and what has taken their place."""

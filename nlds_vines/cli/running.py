@@ -15,7 +15,13 @@ from typing import Any
 
 from nlds_vines.cli.parser import Parser
 from nlds_vines.errors import LeftAside, RequestError, printable
-from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
+from nlds_vines.runs.interrupts import (
+    INTERRUPTED,
+    TERMINATED,
+    Interrupted,
+    Terminated,
+    terminated_like_interrupted,
+)
 
 DONE, LANES_FAILED, DAMAGED, DIFFERENT, WRONG_REQUEST = 0, 1, 1, 1, 2
 """Exit statuses, beside those of `interrupts`."""
@@ -26,13 +32,12 @@ class Command:
     """One command of the console script.
 
     Arguments:
-        name: as it is called, `nlds-vines NAME`.
+        name: as it is called, `nlds-vines NAME`; or a program of its own, `python -m NAME`.
         description: one sentence for the top of its help.
         examples: the end of its help: examples that work, and the exit statuses.
         declare: declares its options on a parser.
         carry_out: does what the options ask for and returns the exit status; `options.argv` is
             the list of the arguments as they were given.
-        program: how it is called, where that is not `nlds-vines NAME`.
     """
 
     name: str
@@ -40,7 +45,6 @@ class Command:
     examples: str
     declare: Callable[[Parser], None]
     carry_out: Callable[[argparse.Namespace], int]
-    program: str = ""
 
     def main(self, argv: Sequence[str] | None = None) -> int:
         """Run the command with the arguments `argv`, None for the process's own.
@@ -65,8 +69,8 @@ class Command:
 
     def _options(self, arguments: list[str]) -> argparse.Namespace:
         """Return the options that the arguments mean; `argv` among them is the arguments."""
-        prog = self.program or f"nlds-vines {self.name}"
-        parser = Parser(prog=prog, description=self.description, epilog=self.examples)
+        prog, top, end = _program(self.name), self.description, self.examples
+        parser = Parser(prog=prog, description=top, epilog=end)
         self.declare(parser)
         options = parser.parse_args(arguments)
         options.argv = arguments
@@ -98,7 +102,8 @@ def ended(name: str, work: Callable[[], int]) -> int:
     _open_streams()
     try:
         try:
-            status = work()
+            with terminated_like_interrupted():
+                status = work()
         except SystemExit as stop:  # argparse after --help
             status = int(stop.code or DONE)
         sys.stdout.flush()
@@ -122,9 +127,9 @@ def ended(name: str, work: Callable[[], int]) -> int:
     except Interrupted as stop:
         complain(name, str(stop))
         return stop.status
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         complain(name, "interrupted")
-        return INTERRUPTED
+        return TERMINATED if isinstance(stop, Terminated) else INTERRUPTED
 
 
 def _open_streams() -> None:
@@ -170,6 +175,11 @@ def say(*lines: object) -> None:
 
 def complain(name: str, message: str) -> None:
     """Print a message of the command `name` to standard error, as one line whatever is in it."""
-    who = f"nlds-vines {name}".strip()
     with suppress(OSError):  # there is no one who could be told
-        print(f"{who}: {printable(' '.join(message.split()))}", file=sys.stderr, flush=True)
+        text = printable(" ".join(message.split()))
+        print(f"{_program(name)}: {text}", file=sys.stderr, flush=True)
+
+
+def _program(name: str) -> str:
+    """Return how a command is called."""
+    return name if name.startswith("python ") else f"nlds-vines {name}".strip()

@@ -23,9 +23,9 @@ from nlds_vines.archives import durable
 from nlds_vines.errors import MOST_CHARACTERS, RequestError, printable
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.system import System
-from nlds_vines.reproduce.request_file import load_figure
 from nlds_vines.runs.manifest import Manifest
 from nlds_vines.runs.threads import check_environment
+from paper.request_file import load_figure
 
 ODD = "a\udcff"  # how Python keeps the bytes a\xff
 SLOW = 2.0  # s of computing: far less than what is refused would take, and kernels are not loaded
@@ -80,7 +80,6 @@ REQUESTS = {
     "portrait picture": ([*P, "--plot", f"{ODD}.png"], ["not UTF-8"]),
     "transients output": ([*E, "-o", f"{ODD}.h5"], ["not UTF-8"]),
     "accuracy output": (["accuracy", "-o", f"{ODD}.h5"], ["not UTF-8"]),
-    "reproduce folder": (["reproduce", "-o", ODD], ["not UTF-8"]),
     "rerun output": (["rerun", "old.h5", "-o", f"{ODD}.h5"], ["not UTF-8"]),
     "status": (["status", f"{ODD}.h5"], ["not UTF-8"]),
     "consolidate": (["consolidate", f"{ODD}.h5"], ["not UTF-8"]),
@@ -98,7 +97,7 @@ REQUESTS = {
     "escape in a source": ([*B, "escape-note.toml"], ["sources.m1", "'\\x1b'"]),
     "null in a key": ([*B, "null-key.toml"], ["unknown key 'a\\x00b'"]),
     "null in a column": ([*P, "column.toml"], ["name", "null"]),
-    "null in a curve": (["reproduce", "curves.toml"], ["label", "null"]),
+    "null in a curve": (["response-curves", "curves.toml"], ["label", "null"]),
     "the title of a tuning": ([*T, "null-title.toml"], ["title"]),
     # numbers
     "underscores": ([*B, "--set", "P=1_000"], ["--set P = '1_000'", "without _"]),

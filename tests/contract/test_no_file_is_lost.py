@@ -10,8 +10,9 @@ from nlds_vines.__main__ import main as console
 from nlds_vines.archives import durable
 from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.errors import RequestError
-from nlds_vines.reproduce import report
-from nlds_vines.reproduce.claims import measured
+from paper import report
+from paper.claims import measured
+from paper.command import main as paper
 
 NOTES = b"the notes of a year"
 
@@ -126,11 +127,12 @@ def test_a_dry_run_refuses_what_the_run_would(here, capsys, command):
 def test_figures_and_their_report_replace_none_but_their_own(here, capsys, name):
     (here / name).write_bytes(NOTES)
     for options in ([], ["--dry-run"]):
-        assert f"{name}' exists" in refused(here, capsys, ["reproduce", "-o", ".", *options])
+        assert paper(["-o", ".", *options]) == 2
+        assert f"{name}' exists" in capsys.readouterr().err
     report.write(here / "other.md", here, "png", measured.not_followed)
     (here / name).unlink()
     (here / "other.md").rename("reproduction.md")
-    assert console(["reproduce", "-o", ".", "--dry-run"]) == 0
+    assert paper(["-o", ".", "--dry-run"]) == 0
 
 
 def test_a_dry_run_of_the_page_refuses_a_port_that_is_taken(here, capsys):

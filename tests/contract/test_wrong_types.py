@@ -6,6 +6,7 @@ from made_up import make_scan, write
 
 import nlds_vines as nv
 from nlds_vines.errors import typed
+from paper.command import reproduce_paper
 
 SCAN, TUNING, BRANCHES = nv.load_scan(), nv.load_tuning(), nv.load_continuation()
 PARTS = {
@@ -37,9 +38,9 @@ CALLS = {
     "shard of bifurcation": lambda: nv.bifurcation(shard=3),
     "scheduler of bifurcation": lambda: nv.bifurcation(scheduler=3),
     "overwrite of bifurcation": lambda: nv.bifurcation(overwrite=np.zeros(3)),
-    "output of reproduce_paper": lambda: nv.reproduce_paper(7),
-    "only of reproduce_paper": lambda: nv.reproduce_paper(only=7),
-    "only of reproduce_paper, of lists": lambda: nv.reproduce_paper(only=[[]]),
+    "output of reproduce_paper": lambda: reproduce_paper(7),
+    "only of reproduce_paper": lambda: reproduce_paper(only=7),
+    "only of reproduce_paper, of lists": lambda: reproduce_paper(only=[[]]),
     "output of tune": lambda: nv.tune(output=b"a.h5"),
     "output of transients": lambda: nv.transients(output=[]),
     "resume of transients": lambda: nv.transients(resume=np.zeros(3)),

@@ -152,8 +152,7 @@ def test_the_command_writes_the_page_and_says_its_size(small_map, tmp_path, caps
         (["{map}", "-o", "{map}"], "is another file of this run"),
         (["{map}", "-o", "no/x.html"], "no folder"),
         (["{map}", "--branches", "{map}"], "not a continuation"),
-        (["{map}", "--claims", "{folder}"], "archives"),
-        (["{folder}"], "archives"),
+        (["{folder}"], "no regular file"),
     ],
 )
 def test_a_wrong_request_is_one_line(arguments, words, small_map, tmp_path, capsys, monkeypatch):
@@ -207,17 +206,3 @@ def test_branches_of_another_parameter_are_refused(branches, folder, capsys):
         main(["report", str(path), "--branches", str(branches), "-o", str(folder / "x.html")]) == 2
     )
     assert "continues along omega" in capsys.readouterr().err
-
-
-@pytest.mark.kernels
-def test_a_folder_of_reproduce_gives_the_claims(small_diagram, tmp_path):
-    (tmp_path / "archives").mkdir()
-    (tmp_path / "archives" / "figure8.h5").write_bytes(small_diagram.read_bytes())
-    output = tmp_path / "page.html"
-    assert main(["report", str(tmp_path), "-o", str(output), "--quiet"]) == 0
-    html = output.read_text(encoding="utf-8")
-    from nlds_vines.reproduce.claims import CLAIMS
-
-    table = html[html.index('id="claims"') :]
-    assert table.count("<tr><td>") == len(CLAIMS)
-    assert "not computed" in table

@@ -4,7 +4,6 @@ In reading order:
 
     packing          the numbers of all cells in few bytes
     branch_lines     branches and special points of a continuation, over the map
-    claims_rows      the claims of the paper and their verdicts, from a folder of `reproduce`
     report_page      the page put together
     command          `python -m nlds_vines.explore.report`, `nlds-vines report`
 """

@@ -7,7 +7,7 @@ curves, the special points on the line of the continuation.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -35,12 +35,12 @@ KINDS = {
 ENERGIES = ("E1max", "E2max")
 
 
-class SpecialRow(NamedTuple):
-    """A special point in words: its kind, where it lies, what it changes."""
+class Table(NamedTuple):
+    """A table of a page: title, names of the columns, rows of as many words."""
 
-    kind: str
-    place: str
-    change: str
+    title: str
+    head: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
 
 
 def branches_of(path: Path, found: Stored) -> Continued:
@@ -63,19 +63,20 @@ def branches_of(path: Path, found: Stored) -> Continued:
     return result
 
 
-def special_rows(result: Continued) -> list[SpecialRow]:
+def special_table(result: Continued) -> Table:
     """Return the special points in words, and where curves meet."""
     name = result.request.along.name
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for row in result.special:
         change = f"{row.before} → {row.after}" if row.before != row.after else str(row.before)
-        rows.append(SpecialRow(str(row.kind), f"{name} = {row.value:.8g}", change))
+        rows.append((str(row.kind), f"{name} = {row.value:.8g}", change))
     names = [item.name for item in result.request.free]
     for curve in result.curves:
         for kind, first, second in curve.meetings:
             place = f"{names[0]} = {first:.6g}, {names[1]} = {second:.6g}"
-            rows.append(SpecialRow(kind, place, f"on the curve of {curve.kind}, {curve.period}T"))
-    return rows
+            rows.append((kind, place, f"on the curve of {curve.kind}, {curve.period}T"))
+    head = "kind", "at", "regime along the branch"
+    return Table("Special points of the branches", head, rows)
 
 
 def draw_branches(figure: Any, result: Continued, found: Stored) -> None:

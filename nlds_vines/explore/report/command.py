@@ -23,8 +23,6 @@ examples:
       the map of an archive: hover, click and the arrow keys show what is stored of a cell
   nlds-vines report map.h5 --branches curves.h5 -o map.html
       with the branches and special points of a continuation over it
-  nlds-vines report reproduction -o paper.html
-      Figure 8 of a folder that `nlds-vines reproduce` has made, with the table of the claims
 The page is one file of 5 MB at most, opens without a network, and prints.  Needs the extra
 `explore`: pip install 'nlds-vines[explore]'
 exit status: 0 done; 2 the request is wrong
@@ -32,21 +30,17 @@ exit status: 0 done; 2 the request is wrong
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    source, claims = Path(options.source), optional_path(options.claims)
-    branches = optional_path(options.branches)
+    source, branches = Path(options.source), optional_path(options.branches)
     output = Path(options.output or f"{source.name.removesuffix('.h5')}.html")
-    for path in filter(None, (source, claims, branches)):
+    for path in filter(None, (source, branches)):
         if not path.exists():
-            raise RequestError(f"{shown(str(path))}: there is no such file or folder")
+            raise RequestError(f"{shown(str(path))}: there is no such file")
         refuse_same(path, output)
     check_writable("output", output)
     refuse_replacing("output", output, RunOptions(overwrite=options.overwrite))
     refuse_without_bokeh(_NAME)
-    from nlds_vines.explore.report.claims_rows import claims_rows, main_archive
     from nlds_vines.explore.stored import stored
 
-    if source.is_dir():
-        claims, source = claims or source, main_archive(source)
     found = stored(source)
     if options.dry_run:
         say(f"{found.scan.title}: {found.scan.lanes} orbits into {output}")
@@ -55,7 +49,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     from nlds_vines.explore.report.report_page import report_page
 
     continued = None if branches is None else branches_of(branches, found)
-    report = report_page(found, continued, () if claims is None else claims_rows(claims))
+    report = report_page(found, continued)
     write_text(output, report.html)
     if not options.quiet:
         say(f"{output}: {report.size / 1e6:.1f} MB. {report.left_out}")
@@ -64,10 +58,9 @@ def _carry_out(options: argparse.Namespace) -> int:
 
 def _declare(parser: Parser) -> None:
     add = parser.add_argument
-    add("source", metavar="FILE.h5|FOLDER", help="an archive, or a folder of `reproduce`")
+    add("source", metavar="FILE.h5", help="an archive")
     add("-o", "--output", metavar="PAGE.html", help="[FILE.html]")
     add("--branches", metavar="FILE.h5", help="a continuation, drawn over the map")
-    add("--claims", metavar="FOLDER", help="of `reproduce`: the table of the claims")
     add("--overwrite", action="store_true", help="replace a page")
     add("--dry-run", action="store_true", help="only say what would be done")
     add("--quiet", action="store_true", help="say nothing")

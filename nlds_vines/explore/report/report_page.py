@@ -18,8 +18,7 @@ from nlds_vines.explore.look import frame, page_file, plain_figure, roled
 from nlds_vines.explore.map_figure import map_figures
 from nlds_vines.explore.map_meta import meta_of
 from nlds_vines.explore.opened import middle
-from nlds_vines.explore.report.branch_lines import draw_branches, special_rows
-from nlds_vines.explore.report.claims_rows import ClaimRow
+from nlds_vines.explore.report.branch_lines import Table, draw_branches, special_table
 from nlds_vines.explore.report.packing import Packed, coded, packed
 from nlds_vines.explore.stored import Stored
 
@@ -54,15 +53,17 @@ class Report:
 
 
 def report_page(
-    found: Stored, branches: Continued | None = None, claims: Sequence[ClaimRow] = ()
+    found: Stored, branches: Continued | None = None, tables: Sequence[Table] = ()
 ) -> Report:
-    """Return the page of a map, with branches and claims where there are any.
+    """Return the page of a map, with branches and further tables where there are any.
 
     It holds as many states of the sections, and as many of the recorded numbers, as `MOST_BYTES`
     allow, the most telling first.
     """
-    bare = _page(found, branches, claims, _Content([], 0, []))
-    return _page(found, branches, claims, _chosen(found, MOST_BYTES - bare.size))
+    special = [] if branches is None else [special_table(branches)]
+    tables = [table for table in (*special, *tables) if table.rows]
+    bare = _page(found, branches, tables, _Content([], 0, []))
+    return _page(found, branches, tables, _chosen(found, MOST_BYTES - bare.size))
 
 
 class _Content(NamedTuple):
@@ -107,7 +108,7 @@ def _bytes(one: Packed) -> int:
 
 
 def _page(
-    found: Stored, branches: Continued | None, claims: Sequence[ClaimRow], content: _Content
+    found: Stored, branches: Continued | None, tables: Sequence[Table], content: _Content
 ) -> Report:
     """Return the page of a map with so much content."""
     kept = [one.name for one in content.columns]
@@ -126,8 +127,7 @@ def _page(
         "provenance": _provenance(found),
         "request": found.scan.to_toml(),
         "left_out": left_out,
-        "claims": claims,
-        "special": [] if branches is None else special_rows(branches),
+        "tables": tables,
         "planes": ("plane 1", "plane 2"),
     }
     html = file_html(

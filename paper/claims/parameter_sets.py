@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 
 from nlds_vines.orbits.labels import TRANSIENT
-from nlds_vines.reproduce.claims.claim import (
+from paper.claims.claim import (
     Claim,
     Finding,
     Verdict,
@@ -18,7 +18,7 @@ from nlds_vines.reproduce.claims.claim import (
     tuning_frequency,
     weighed,
 )
-from nlds_vines.reproduce.claims.measured import Data, Evidence
+from paper.claims.measured import Data, Evidence
 
 SETS = tuple(f"ssul-set{number}" for number in range(1, 7))
 SET6 = "ssul-set6"

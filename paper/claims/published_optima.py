@@ -10,15 +10,15 @@ from collections.abc import Mapping
 import numpy as np
 
 from nlds_vines.model.catalogue import catalogue
-from nlds_vines.reproduce.claims.claim import (
+from paper.claims.claim import (
     Claim,
     Finding,
     decided,
     tuning_frequency,
     weighed,
 )
-from nlds_vines.reproduce.claims.measured import Data, Evidence
-from nlds_vines.reproduce.claims.parameter_sets import SETS
+from paper.claims.measured import Data, Evidence
+from paper.claims.parameter_sets import SETS
 
 NEAR = 0.1  # of each printed value, how far a better design may be
 OPTIMAL = 0.03  # of the best energy nearby, how much more an optimum may have

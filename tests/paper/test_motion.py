@@ -1,17 +1,17 @@
 """Motions in portraits: what is measured for the claims."""
 
 import numpy as np
-import paper_results as paper
+import paper_results
 import pytest
 
 import nlds_vines as nv
 from nlds_vines.orbits.simulation import IntegrationError
 from nlds_vines.portrait.request_file import load_portrait
 from nlds_vines.portrait.run import views_of
-from nlds_vines.reproduce import motion
-from nlds_vines.reproduce.claims import Missing
-from nlds_vines.reproduce.motion import motion_of, motions_of
-from nlds_vines.reproduce.request_file import load_figure
+from paper import motion
+from paper.claims import Missing
+from paper.motion import motion_of, motions_of
+from paper.request_file import load_figure
 
 SHORT = {"sampling": {"samples": 64, "transient": 2000, "periods": 48}}
 SYSTEM = {"system": "ssul-set6", "set": {"omega": 7.375, "K": 2.5e7}}
@@ -70,9 +70,9 @@ def test_an_orbit_that_ends_early_leaves_its_claims_open(monkeypatch):
 
     monkeypatch.setattr(motion, "views_of", fail)
     with pytest.raises(Missing, match="figure9: too many impacts"):
-        motions_of(paper.requests()["9"])
+        motions_of(paper_results.requests()["9"])
 
 
 def test_the_packaged_portraits_are_those_that_claims_ask_for():
-    kinds = {short: request.kind for short, request in paper.requests().items()}
+    kinds = {short: request.kind for short, request in paper_results.requests().items()}
     assert {kinds[short] for short in ("9", "10", "impact")} == {"portrait"}

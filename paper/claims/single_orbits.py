@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from nlds_vines.reproduce.claims.claim import Claim, Finding, decided, listed, weighed
-from nlds_vines.reproduce.claims.measured import POWER, Evidence
+from paper.claims.claim import Claim, Finding, decided, listed, weighed
+from paper.claims.measured import POWER, Evidence
 
 DISTINCT = 0.1  # of the largest force of a cycle, least difference of two that are different
 BROAD = 0.5  # of the power, least share outside the lines of a periodic orbit

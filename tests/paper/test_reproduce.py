@@ -6,18 +6,18 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
-import paper_results as paper
+import paper_results
 import pytest
 from matplotlib.colors import to_hex
 
 from nlds_vines.archives.archive import verify
 from nlds_vines.bifurcation import run as scan_run
 from nlds_vines.errors import RequestError
-from nlds_vines.reproduce import command, page_picture, report
-from nlds_vines.reproduce.command import main, reproduce_paper
-from nlds_vines.reproduce.request_file import load_figure
 from nlds_vines.response_curves import picture as drawing
 from nlds_vines.runs.interrupts import Interrupted
+from paper import command, page_picture, report
+from paper.command import main, reproduce_paper
+from paper.request_file import load_figure
 
 PAGE = """
 title = "a small page"
@@ -173,7 +173,7 @@ def test_a_wrong_request_is_one_line(here, capsys, arguments, words):
     assert main(arguments) == 2
     out, err = capsys.readouterr()
     assert out == ""
-    assert err.startswith("nlds-vines reproduce: error: ")
+    assert err.startswith("python -m paper: error: ")
     assert err.count("\n") == 1
     for word in words:
         assert word in err
@@ -181,9 +181,7 @@ def test_a_wrong_request_is_one_line(here, capsys, arguments, words):
 
 
 def test_help_and_refusals_load_nothing_heavy(here):
-    program = (
-        "import sys; from nlds_vines.reproduce.command import main; print(main(sys.argv[1:])); "
-    )
+    program = "import sys; from paper.command import main; print(main(sys.argv[1:])); "
     program += "print(sorted({'numba', 'matplotlib', 'h5py'} & sys.modules.keys()))"
     for arguments in (["--help"], ["--only", "13"], ["--dry-run"]):
         done = subprocess.run(
@@ -234,12 +232,12 @@ def test_a_portrait_is_handed_to_its_command(here, monkeypatch, capsys, make):
 def archives(tmp_path_factory):
     """Made-up archives of all packaged requests but the largest: results as published."""
     folder = tmp_path_factory.mktemp("archives")
-    evidence = paper.made_up()
-    for short, request in paper.requests().items():
+    evidence = paper_results.made_up()
+    for short, request in paper_results.requests().items():
         for curve in request.curves:
             path = folder / request.archive(curve)
             if not path.exists() and "section" not in curve.scan.want:
-                paper.write_archive(path, curve.scan, evidence(short, curve.name).numbers)
+                paper_results.write_archive(path, curve.scan, evidence(short, curve.name).numbers)
     return folder
 
 
@@ -268,7 +266,7 @@ def test_the_report_asks_for_the_orbits_of_portraits_that_were_drawn(tmp_path, a
 
     def follow(request):
         asked.append(request.name)
-        return paper.as_published("9")
+        return paper_results.as_published("9")
 
     report.write(tmp_path / "r.md", archives, "png", follow)
     text = (tmp_path / "r.md").read_text()
@@ -294,7 +292,7 @@ def test_a_report_that_cannot_be_written_leaves_nothing(tmp_path, archives):
 
 
 def page_of(short, archives):
-    request = paper.requests()[short]
+    request = paper_results.requests()[short]
     found = page_picture.values_of(request.page, lambda curve: archives / request.archive(curve))
     return request, drawing.draw_page(request.page, found)
 
@@ -304,7 +302,7 @@ def test_curves_are_the_archives_energies_solid_and_dotted(archives):
     (frame,) = figure.axes
     lines = {(line.get_color(), line.get_linestyle()): line for line in frame.get_lines()}
     damped = request.curves[3]
-    evidence = paper.made_up()("3", "ssul-set6")
+    evidence = paper_results.made_up()("3", "ssul-set6")
     np.testing.assert_array_equal(lines[damped.colour, "-"].get_ydata(), evidence["E1max"])
     of_damper = [line for line in frame.get_lines() if line._unscaled_dash_pattern[1] == (1, 1.6)]
     assert [line.get_color() for line in of_damper] == [c.colour for c in request.curves[1:]]
@@ -318,12 +316,12 @@ def test_curves_are_the_archives_energies_solid_and_dotted(archives):
 
 
 def test_impacts_are_yellow_and_every_window_without_them_is_marked(tmp_path):
-    request = paper.requests()["2b"]
+    request = paper_results.requests()["2b"]
     (curve,) = request.curves
     omega = curve.scan.axes[0].values
     free = ((omega > 7.5) & (omega < 7.7)) | ((omega > 7.899) & (omega < 7.901))
     numbers = {"E1max": omega, "E2max": omega, "impacts": np.where(free, 0, 120)}
-    path = paper.write_archive(tmp_path / "a.h5", curve.scan, numbers)
+    path = paper_results.write_archive(tmp_path / "a.h5", curve.scan, numbers)
     found = page_picture.values_of(request.page, lambda _: path)
     (frame,) = drawing.draw_page(request.page, found).axes
     yellow = [patch for patch in frame.patches if to_hex(patch.get_facecolor()) == drawing.IMPACTS]
@@ -374,7 +372,7 @@ def test_the_tuning_is_marked_and_settings_name_panels_and_curves(archives):
 
 
 def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archives):
-    request = paper.requests()["3"]
+    request = paper_results.requests()["3"]
     paths = [tmp_path / name for name in ("a.png", "b.png")]
     for path in paths:
         page_picture.save_page(request.page, lambda curve: archives / request.archive(curve), path)
@@ -389,7 +387,7 @@ def test_pages_repeat_byte_by_byte_and_other_kinds_are_refused(tmp_path, archive
 @pytest.mark.long
 def test_the_whole_paper_is_reproduced(tmp_path):
     text = reproduce_paper(tmp_path / "out").read_text()
-    for request in paper.requests().values():
+    for request in paper_results.requests().values():
         assert (tmp_path / "out" / f"{request.name}.png").stat().st_size > 0
     assert "not computed" not in text
     assert text.count("**agree**") >= 25
@@ -401,4 +399,4 @@ def test_one_figure_by_name(tmp_path, monkeypatch):
         reproduce_paper(tmp_path / "out", only=["2b"])
     with pytest.raises(RequestError, match="unknown figure"):
         reproduce_paper(tmp_path / "out", only=["x"])
-    assert load_figure(Path(paper.requests()["2b"].path)).name == "figure2b"
+    assert load_figure(Path(paper_results.requests()["2b"].path)).name == "figure2b"

@@ -16,18 +16,18 @@ In reading order:
     facts               closed forms beside the results of simulations
 """
 
-from nlds_vines.reproduce.claims.claim import Claim, Finding, Verdict, judge
-from nlds_vines.reproduce.claims.contact_constants import CONTACT
-from nlds_vines.reproduce.claims.damper_designs import DESIGNS
-from nlds_vines.reproduce.claims.damping_and_force import DAMPING_AND_FORCE
-from nlds_vines.reproduce.claims.dynamics import DYNAMICS
-from nlds_vines.reproduce.claims.facts import FACTS
-from nlds_vines.reproduce.claims.measured import Data, Evidence, Missing, Motion, archived
-from nlds_vines.reproduce.claims.parameter_sets import PARAMETER_SETS
-from nlds_vines.reproduce.claims.published_optima import OPTIMA
-from nlds_vines.reproduce.claims.retention import STIFFNESS_CHANGED
-from nlds_vines.reproduce.claims.single_orbits import SINGLE_ORBITS
-from nlds_vines.reproduce.claims.three_dampers import COMPARISON
+from paper.claims.claim import Claim, Finding, Verdict, judge
+from paper.claims.contact_constants import CONTACT
+from paper.claims.damper_designs import DESIGNS
+from paper.claims.damping_and_force import DAMPING_AND_FORCE
+from paper.claims.dynamics import DYNAMICS
+from paper.claims.facts import FACTS
+from paper.claims.measured import Data, Evidence, Missing, Motion, archived
+from paper.claims.parameter_sets import PARAMETER_SETS
+from paper.claims.published_optima import OPTIMA
+from paper.claims.retention import STIFFNESS_CHANGED
+from paper.claims.single_orbits import SINGLE_ORBITS
+from paper.claims.three_dampers import COMPARISON
 
 CLAIMS = (
     *CONTACT,

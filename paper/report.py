@@ -12,7 +12,7 @@ from nlds_vines.archives.provenance import version
 from nlds_vines.cli.markdown import table
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.reproduce.claims import (
+from paper.claims import (
     CLAIMS,
     FACTS,
     Claim,
@@ -22,14 +22,14 @@ from nlds_vines.reproduce.claims import (
     archived,
     judge,
 )
-from nlds_vines.reproduce.claims.claim import tuning_frequency
-from nlds_vines.reproduce.claims.contact_constants import SPECIAL
-from nlds_vines.reproduce.claims.measured import Follow, Motion, not_followed
-from nlds_vines.reproduce.claims.parameter_sets import SET6, SETS
-from nlds_vines.reproduce.claims.retention import Retained, retained
-from nlds_vines.reproduce.claims.three_dampers import FREED
-from nlds_vines.reproduce.request import FigureRequest
-from nlds_vines.reproduce.request_file import packaged_figures
+from paper.claims.claim import tuning_frequency
+from paper.claims.contact_constants import SPECIAL
+from paper.claims.measured import Follow, Motion, not_followed
+from paper.claims.parameter_sets import SET6, SETS
+from paper.claims.retention import Retained, retained
+from paper.claims.three_dampers import FREED
+from paper.request import FigureRequest
+from paper.request_file import packaged_figures
 
 RETENTION = (("4", "k1"), ("6", "c1"), ("7", "P"))
 """The figures on which one parameter changes, by short name, and that parameter."""
@@ -92,7 +92,7 @@ class _Report:
         yield "# The paper, claim by claim"
         yield ""
         yield (
-            f"Made by `nlds-vines reproduce`, nlds_vines {version('nlds-vines')}; not written by "
+            f"Made by `python -m paper`, nlds_vines {version('nlds-vines')}; not written by "
             "hand. The claims are the paper's in our words. Every number comes from an archive "
             "in the folder beside this report, from the orbit of a figure, or from a closed form "
             "where that is said. A claim agrees in part where one measure of it holds and another "

@@ -12,8 +12,8 @@ import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.model.system import System
-from nlds_vines.reproduce.request import FigureRequest
 from nlds_vines.response_curves.request import Curve
+from paper.request import FigureRequest
 
 CLOSE = 1e-9
 """The largest distance of a frequency on a grid from the one asked for [rad/s]: round-off."""

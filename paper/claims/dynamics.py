@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from nlds_vines.model.linear_response import response
-from nlds_vines.reproduce.claims.claim import (
+from paper.claims.claim import (
     Claim,
     Finding,
     Verdict,
@@ -16,9 +16,9 @@ from nlds_vines.reproduce.claims.claim import (
     spans,
     weighed,
 )
-from nlds_vines.reproduce.claims.contact_constants import SPECIAL
-from nlds_vines.reproduce.claims.measured import Data, Evidence
-from nlds_vines.reproduce.claims.parameter_sets import SET6, simple_region
+from paper.claims.contact_constants import SPECIAL
+from paper.claims.measured import Data, Evidence
+from paper.claims.parameter_sets import SET6, simple_region
 
 SOFTER = 2.5e7  # N/m^1.5, a K at which all three special regimes are found
 MOST, ALMOST_ALL = (

@@ -50,6 +50,11 @@ class FigureRequest:
         """All curves, panel by panel."""
         return tuple(curve for panel in self.panels for curve in panel.curves)
 
+    @property
+    def archives(self) -> tuple[str, ...]:
+        """The names of its archives."""
+        return tuple(self.archive(curve) for curve in self.curves)
+
     def archive(self, curve: Curve) -> str:
         """Return the name of a curve's archive, which changes with anything that is computed.
 

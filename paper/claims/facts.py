@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nlds_vines.model.linear_response import response
-from nlds_vines.reproduce.claims.claim import (
+from paper.claims.claim import (
     Check,
     Claim,
     Finding,
@@ -13,7 +13,7 @@ from nlds_vines.reproduce.claims.claim import (
     spans,
     tuning_frequency,
 )
-from nlds_vines.reproduce.claims.measured import Evidence
+from paper.claims.measured import Evidence
 
 EXACT = 1e-6
 """The largest relative difference of a settled orbit's energy from the closed form."""

@@ -9,7 +9,7 @@ from enum import StrEnum
 import numpy as np
 
 from nlds_vines.model.catalogue import catalogue
-from nlds_vines.reproduce.claims.measured import Evidence, Missing
+from paper.claims.measured import Evidence, Missing
 
 
 class Verdict(StrEnum):

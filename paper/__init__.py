@@ -8,5 +8,6 @@ In reading order:
     claims/        what the paper says, each with the rule by which it is judged
     motion         orbits of figures, for the claims about them
     report         the page of claims and retention
-    command        `python -m nlds_vines.reproduce`
+    claims_page    Figure 8 to click, with the claims
+    command        `python -m paper`
 """

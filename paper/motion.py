@@ -10,8 +10,8 @@ from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request_file import load_portrait
 from nlds_vines.portrait.result import View
 from nlds_vines.portrait.run import views_of
-from nlds_vines.reproduce.claims.measured import POWER, Breadth, Missing, Motion
-from nlds_vines.reproduce.request import FigureRequest
+from paper.claims.measured import POWER, Breadth, Missing, Motion
+from paper.request import FigureRequest
 
 BROKEN_DOWN = ("x2", "force")
 """The signals whose spectra are measured."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.linear_response import response
-from nlds_vines.reproduce.claims.claim import (
+from paper.claims.claim import (
     Claim,
     Finding,
     by_name,
@@ -15,10 +15,10 @@ from nlds_vines.reproduce.claims.claim import (
     tuning_frequency,
     weighed,
 )
-from nlds_vines.reproduce.claims.measured import Data, Evidence
-from nlds_vines.reproduce.claims.parameter_sets import SAME_CURVE, SET6
-from nlds_vines.reproduce.claims.retention import name
-from nlds_vines.reproduce.claims.three_dampers import absorber
+from paper.claims.measured import Data, Evidence
+from paper.claims.parameter_sets import SAME_CURVE, SET6
+from paper.claims.retention import name
+from paper.claims.three_dampers import absorber
 
 MODULI = (2.05e6, 2.05e7, 2.05e8, 2.05e9, 2.1e11)
 """Values of E2 [Pa], chosen here: the paper's, softer, and harder up to that of the obstacle."""

@@ -8,8 +8,8 @@ import pytest
 from nlds_vines import packaged_files
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.reproduce.request import short_name
-from nlds_vines.reproduce.request_file import load_figure, packaged_figures
+from paper.request import short_name
+from paper.request_file import load_figure, packaged_figures
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = """

@@ -1,7 +1,7 @@
 """The paper, figure by figure: every picture, and a report that checks every claim.
 
-As a command: `python -m nlds_vines.reproduce`, or `nlds-vines reproduce`.
-In Python: `nlds_vines.reproduce_paper(folder)`.
+As a command, in a clone: `python -m paper`.
+In Python: `paper.command.reproduce_paper(folder)`.
 """
 
 from __future__ import annotations
@@ -16,29 +16,39 @@ from pathlib import Path
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import PLOT_SUFFIXES, check_writable, refuse_begun, refuse_replacing
+from nlds_vines.cli.paths import (
+    PLOT_SUFFIXES,
+    check_writable,
+    optional_path,
+    refuse_begun,
+    refuse_replacing,
+)
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, choice, shown, typed, unknown
-from nlds_vines.reproduce.request import FigureRequest
-from nlds_vines.reproduce.request_file import load_figure, packaged_figures
+from nlds_vines.explore.command import refuse_without_bokeh
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
 from nlds_vines.runs.manifest import SCAN
+from paper.request import FigureRequest, short_name
+from paper.request_file import load_figure, packaged_figures
 
-_NAME = "reproduce"
+_NAME = "python -m paper"
 _FOLDER = "reproduction"
 _ARCHIVES = "archives"
 _REPORT = "reproduction.md"
-_OWN_REPORT = "Made by `nlds-vines reproduce`"  # stands in every report, and in no other file
+_SHOWN = "8"
+_OWN_REPORT = "Made by `python -m paper`"  # stands in every report, and in no other file
 FORMATS = tuple(suffix.removeprefix(".") for suffix in PLOT_SUFFIXES)
 """The formats of pictures."""
 
 _EXAMPLES = """\
 examples:
-  nlds-vines reproduce
+  python -m paper
       every figure and the report, in the folder `reproduction`
-  nlds-vines reproduce --only 2a,3,8 -o some --format pdf
+  python -m paper --only 2a,3,8 -o some --format pdf
       three of the figures; what is computed already is used again
+  python -m paper --page paper.html
+      beside all this, a page to click: Figure 8, and the claims (needs the extra `explore`)
 pages of your own: nlds-vines response-curves, bifurcation or portrait FILE.toml
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 130 interrupted, 143 terminated: the same command goes on
@@ -68,20 +78,9 @@ def reproduce_paper(
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
     how = _how(threads, overwrite, quiet)
-    job = _Job(_chosen(only), Path(output), picture, how, report=True)
+    job = _Job(_chosen(only), Path(output), picture, how)
     job.run()
     return job.report_path
-
-
-def draw_figure(path: str | os.PathLike[str], output: str | os.PathLike[str] = ".") -> Path:
-    """Compute and draw the figure of a request file; return the path of the picture.
-
-    The archives go into `output`/archives.  The scripts in `scans` call it.
-    """
-    how = _how(threads=None, overwrite=False, quiet=False)
-    job = _Job((load_figure(Path(path)),), Path(output), "png", how, report=False)
-    job.run()
-    return job.picture_path(job.requests[0])
 
 
 def _how(threads: int | None, overwrite: bool, quiet: bool) -> RunOptions:
@@ -97,13 +96,22 @@ class _Job:
     folder: Path
     picture: str
     how: RunOptions
-    report: bool
+    page: Path | None = None
 
     def __post_init__(self) -> None:
         choice("--format", self.picture, FORMATS)
         if self.folder.exists() and not self.folder.is_dir():
             raise RequestError(f"output {shown(str(self.folder))} is a file: name a folder")
         check_writable("output", self.folder / _REPORT if self.folder.is_dir() else self._probe())
+        if self.page is not None:
+            self._check_page(self.page)
+
+    def _check_page(self, page: Path) -> None:
+        """Raise `RequestError` where the page cannot be made."""
+        refuse_without_bokeh(_NAME)
+        if not any(short_name(request.name) == _SHOWN for request in self.requests):
+            raise RequestError(f"--page shows figure {_SHOWN}: --only leaves it out")
+        check_writable("--page", page)
 
     def _probe(self) -> Path:
         """Return a file that can be written where the folder can be made."""
@@ -131,8 +139,9 @@ class _Job:
         for request in self.requests:
             own = "recipe_hash" if request.kind == "portrait" else "scan_hash"
             refuse_replacing("picture", self.picture_path(request), self.how, own)
-        if self.report:
-            refuse_replacing("report", self.report_path, self.how, _OWN_REPORT)
+        refuse_replacing("report", self.report_path, self.how, _OWN_REPORT)
+        if self.page is not None:
+            refuse_replacing("--page", self.page, self.how)
         for name, scan in self.scans.items() if dry_run else ():
             refuse_begun(self.folder / _ARCHIVES / name, scan, SCAN, self.how)
 
@@ -144,14 +153,25 @@ class _Job:
             refuse_without_room(scan, self.folder / _ARCHIVES / name)
         failed = sum(self._compute(name, scan) for name, scan in self.scans.items())
         failed += sum(self._draw(request) for request in self.requests)
-        if self.report:
-            from nlds_vines.reproduce import report
-            from nlds_vines.reproduce.motion import motions_of
-
-            archives = self.folder / _ARCHIVES
-            report.write(self.report_path, archives, self.picture, motions_of)
-            self._say(str(self.report_path))
+        self._write_report()
+        if self.page is not None:
+            self._write_page(self.page)
         return failed
+
+    def _write_report(self) -> None:
+        from paper import report
+        from paper.motion import motions_of
+
+        archives = self.folder / _ARCHIVES
+        report.write(self.report_path, archives, self.picture, motions_of)
+        self._say(str(self.report_path))
+
+    def _write_page(self, page: Path) -> None:
+        from paper.claims_page import write_page
+
+        known = packaged_figures()
+        write_page(page, self.folder / _ARCHIVES, known, known[_SHOWN].archives[0])
+        self._say(str(page))
 
     def _compute(self, name: str, scan: Scan) -> int:
         """Compute one scan unless its archive is there; return how many of its orbits failed."""
@@ -173,7 +193,7 @@ class _Job:
         if request.kind == "portrait":
             return self._draw_portrait(request, path)
         from nlds_vines.bifurcation.picture.drawing import save
-        from nlds_vines.reproduce.page_picture import save_page
+        from paper.page_picture import save_page
 
         archives = self.folder / _ARCHIVES
         if request.kind == "scan":
@@ -237,7 +257,7 @@ def _job(options: argparse.Namespace) -> _Job:
         folder=Path(options.output),
         picture=options.format,
         how=_how(options.threads, options.overwrite, options.quiet),
-        report=True,
+        page=optional_path(options.page),
     )
 
 
@@ -264,6 +284,7 @@ def _declare(parser: Parser) -> None:
     parser.add_argument("sources", nargs="*", help=argparse.SUPPRESS)  # told where it went
     parser.add_argument("--only", metavar="A,B", help="figures by name, as 2a,3,8")
     parser.add_argument("-o", "--output", metavar="FOLDER", default=_FOLDER, help=f"[{_FOLDER}]")
+    parser.add_argument("--page", metavar="FILE.html", help="a page to click, with the claims")
     parser.add_argument("--format", metavar="FORM", default="png", help=f"{', '.join(FORMATS)}")
     parser.add_argument("--threads", type=int, metavar="N", help="by default all processors")
     parser.add_argument("--overwrite", action="store_true", help="compute again what is there")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from nlds_vines.reproduce.claims.claim import Claim, Finding, Verdict, decided, weighed
-from nlds_vines.reproduce.claims.measured import Data, Evidence
+from paper.claims.claim import Claim, Finding, Verdict, decided, weighed
+from paper.claims.measured import Data, Evidence
 
 SPECIAL = (7.375, 7.4, 7.575)
 """The frequencies of the special regimes in Section 5 [rad/s]."""

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nlds_vines.model.catalogue import catalogue
-from nlds_vines.reproduce.claims.claim import (
+from nlds_vines.response_curves.request import Curve
+from paper.claims.claim import (
     Claim,
     Finding,
     Verdict,
@@ -17,9 +18,8 @@ from nlds_vines.reproduce.claims.claim import (
     listed,
     weighed,
 )
-from nlds_vines.reproduce.claims.measured import Data, Evidence
-from nlds_vines.reproduce.request import FigureRequest
-from nlds_vines.response_curves.request import Curve
+from paper.claims.measured import Data, Evidence
+from paper.request import FigureRequest
 
 ALONE = "none"
 """The system without a damper, with which every damper is compared."""

@@ -3,14 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
-import paper_results as paper
+import paper_results
 import pytest
 from paper_worlds import RESULTS, unchanging
 
-from nlds_vines.reproduce.claims import CLAIMS, Verdict, judge
-from nlds_vines.reproduce.claims.claim import weighed
-from nlds_vines.reproduce.claims.measured import Breadth
-from nlds_vines.reproduce.claims.published_optima import near
+from paper.claims import CLAIMS, Verdict, judge
+from paper.claims.claim import weighed
+from paper.claims.measured import Breadth
+from paper.claims.published_optima import near
 
 AGREE, PART, DIFFER, OPEN = Verdict.AGREE, Verdict.PART, Verdict.DIFFER, Verdict.OPEN
 
@@ -128,14 +128,14 @@ def test_sets_whose_reductions_differ_by_13_points_are_similar_where_tuned_alone
 
     def energy(system, omega):
         if not system.scene.walls:
-            return paper.bell(omega, 1568, 6.28)
-        return paper.bell(omega, peaks.get(system.parameters["C"], 670), 5.7) + 78
+            return paper_results.bell(omega, 1568, 6.28)
+        return paper_results.bell(omega, peaks.get(system.parameters["C"], 670), 5.7) + 78
 
-    assert verdict("Sets 3 to 6 reduce", paper.made_up(energy)) == PART
+    assert verdict("Sets 3 to 6 reduce", paper_results.made_up(energy)) == PART
 
 
 def test_a_damper_with_more_energy_than_the_structure_only_where_tuned_has_much_in_part():
-    class TunedAlone(paper.MadeUp):
+    class TunedAlone(paper_results.MadeUp):
         def __call__(self, figure, name=""):
             data = super().__call__(figure, name)
             near = np.abs(data.omega - 6.28) < 0.3
@@ -155,7 +155,7 @@ def test_the_best_set_by_peak_need_not_be_the_best_where_tuned():
         there = 90 - 10 * (system.parameters.get("k2") != 668.9)
         return np.where(np.abs(omega - 5.7) < 0.2, peak, there)
 
-    found = judge(claim_of("Set 6 is slightly the most"), paper.made_up(energy))
+    found = judge(claim_of("Set 6 is slightly the most"), paper_results.made_up(energy))
     assert found.verdict == PART
     assert "Set 6 the last of Sets 3 to 6" in found.text
 
@@ -164,7 +164,7 @@ def test_a_peak_that_grows_with_that_of_the_structure_agrees_in_part():
     def energy(system, omega):
         return unchanging(system, omega) * (452.0 / system.parameters["c1"]) ** 2
 
-    found = judge(claim_of("With c1 changed, the reduction"), paper.made_up(energy))
+    found = judge(claim_of("With c1 changed, the reduction"), paper_results.made_up(energy))
     assert found.verdict == PART  # as much is taken off, but of more
     assert "ssbl 1.65, 1.00, 0.67" in found.text
 
@@ -172,26 +172,26 @@ def test_a_peak_that_grows_with_that_of_the_structure_agrees_in_part():
 def test_a_regime_that_only_another_K_gives_agrees_in_part():
     def at(K):
         def regimes(system, omega):
-            n, k, label = paper.motion(system, omega)
+            n, k, label = paper_results.motion(system, omega)
             there = (np.abs(omega - 7.375) < 1e-9) & (abs(system.K / K - 1) > 1e-6)
             return np.where(there, 1, n), np.where(there, 1, k), np.where(there, "T,1", label)
 
-        return paper.made_up(regimes=regimes)
+        return paper_results.made_up(regimes=regimes)
 
     words = ("3T,3 at 7.375 rad/s.", "2T, 3T, 4T with 1, 2, 3 impacts")
     assert [verdict(word, at(2.5e7)) for word in words] == [PART, PART]
     assert [verdict(word, at(1.0)) for word in words] == [DIFFER, DIFFER]
-    assert [verdict(word, paper.made_up()) for word in words] == [AGREE, PART]
+    assert [verdict(word, paper_results.made_up()) for word in words] == [AGREE, PART]
 
 
 @pytest.mark.parametrize(("word", "expected"), [("undetermined", OPEN), ("quasiperiodic", DIFFER)])
 def test_labels_are_read_and_not_known_beforehand(word, expected):
     def regimes(system, omega):
-        n, k, label = paper.motion(system, omega)
+        n, k, label = paper_results.motion(system, omega)
         there = np.abs(omega - 7.375) < 1e-9
         return np.where(there, 0, n), k, np.where(there, word, label)
 
-    found = judge(claim_of("3T,3 at 7.375 rad/s."), paper.made_up(regimes=regimes))
+    found = judge(claim_of("3T,3 at 7.375 rad/s."), paper_results.made_up(regimes=regimes))
     assert found.verdict == expected
     assert found.text.startswith(f"{word} with the assumed K")
 
@@ -199,48 +199,50 @@ def test_labels_are_read_and_not_known_beforehand(word, expected):
 def test_chaos_and_transient_chaos_are_looked_for_one_by_one():
     def only(kept):
         def regimes(system, omega):
-            n, k, label = paper.motion(system, omega)
+            n, k, label = paper_results.motion(system, omega)
             other = np.array(["chaos" in word and word != kept for word in label])
             return n, k, np.where(other, "T,1", label)
 
-        return paper.made_up(regimes=regimes)
+        return paper_results.made_up(regimes=regimes)
 
     words = "Among them are chaotic motions"
     assert verdict(words, only("chaos")) == PART
     assert verdict(words, only("transient chaos to T,0")) == PART
-    assert verdict(words, paper.made_up()) == AGREE
+    assert verdict(words, paper_results.made_up()) == AGREE
 
 
 @pytest.mark.parametrize(("burst", "expected"), [(1.1, AGREE), (1.3, PART)])
 def test_irregular_motion_is_compared_with_regular_motion_next_to_it(burst, expected):
     def energy(system, omega):
-        irregular = paper.motion(system, omega)[2] == "chaos"
-        return np.where(irregular, burst, 1.0) * paper.bell(omega, 50, 7.4, 2) + 400 * (omega < 6)
+        irregular = paper_results.motion(system, omega)[2] == "chaos"
+        return np.where(irregular, burst, 1.0) * paper_results.bell(omega, 50, 7.4, 2) + 400 * (
+            omega < 6
+        )
 
     def regimes(system, omega):
-        n, k, label = paper.motion(system, omega)
+        n, k, label = paper_results.motion(system, omega)
         chaos = label == "chaos"  # transient chaos has settled, and is regular
         return np.where(chaos, 0, np.maximum(n, 1)), k, np.where(chaos | (n > 0), label, "T,1")
 
-    found = judge(claim_of("Irregular motion"), paper.made_up(energy, regimes=regimes))
+    found = judge(claim_of("Irregular motion"), paper_results.made_up(energy, regimes=regimes))
     assert found.verdict == expected, found.text
     assert f"up to {burst:.2f} times" in found.text
 
 
 def test_designs_that_come_where_they_must_not_do_not_count():
-    class Violating(paper.MadeUp):
+    class Violating(paper_results.MadeUp):
         def __call__(self, figure, name=""):
             data = super().__call__(figure, name)
             if figure == "model-1b":
                 data.numbers["violations"][...] = 1
             return data
 
-    found = judge(claim_of("hardly mitigates"), Violating(design=paper.better_design))
+    found = judge(claim_of("hardly mitigates"), Violating(design=paper_results.better_design))
     assert (found.verdict, found.text) == (AGREE, "none of 500 designs keeps x1 < x2")
 
 
 def test_near_a_design_means_all_of_its_parameters():
-    data = paper.made_up()("tuned-ssbl")
+    data = paper_results.made_up()("tuned-ssbl")
     around = near(data, {"C": 0.36, "c2": 232.0}, 0.04)
     C, c2 = np.meshgrid(data.axes["C"], data.axes["c2"], indexing="ij")
     expected = (np.abs(C / 0.36 - 1) <= 0.04) & (np.abs(c2 / 232 - 1) <= 0.04)
@@ -249,11 +251,13 @@ def test_near_a_design_means_all_of_its_parameters():
 
 
 def test_a_spectrum_with_lines_and_a_floor_agrees_in_part():
-    (motion,) = paper.as_published("10")
+    (motion,) = paper_results.as_published("10")
     lines = {**motion.breadths, "x2": Breadth(3, 0.04, 31, 32)}
     orbits = {"lines": lines, "not growing": dict.fromkeys(lines, Breadth(3, 0.8, 32, 32))}
     for breadths in orbits.values():
         seen = replace(motion, breadths=breadths)
-        found = judge(claim_of("broad and continuous"), paper.made_up(orbits=lambda _, s=seen: [s]))
+        found = judge(
+            claim_of("broad and continuous"), paper_results.made_up(orbits=lambda _, s=seen: [s])
+        )
         assert found.verdict == PART
-    assert verdict("broad and continuous", paper.made_up()) == AGREE
+    assert verdict("broad and continuous", paper_results.made_up()) == AGREE

@@ -9,15 +9,15 @@ import numpy as np
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
-from nlds_vines.reproduce.claims.claim import (
+from paper.claims.claim import (
     Claim,
     Finding,
     by_name,
     tuning_frequency,
     weighed,
 )
-from nlds_vines.reproduce.claims.measured import Evidence
-from nlds_vines.reproduce.claims.parameter_sets import (
+from paper.claims.measured import Evidence
+from paper.claims.parameter_sets import (
     ALIKE,
     SAME_CURVE,
     SET6,

@@ -1,14 +1,18 @@
 """Claims: every check that can be decided can hold and can fail, and reports what it measured."""
 
+import subprocess
+import sys
+
 import numpy as np
-import paper_results as paper
+import paper_results
 import pytest
 from paper_worlds import RESULTS
+from support import REPO
 
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.system import System
-from nlds_vines.reproduce.claims import CLAIMS, FACTS, Data, Missing, Verdict, archived, judge
-from nlds_vines.reproduce.claims.claim import maxima, spans
+from paper.claims import CLAIMS, FACTS, Data, Missing, Verdict, archived, judge
+from paper.claims.claim import maxima, spans
 
 ALL = (*CLAIMS, *FACTS)
 NEVER_DECIDED = {  # the paper is silent
@@ -37,10 +41,16 @@ def test_every_check_can_fail_and_can_hold(verdicts, claim):
         assert {Verdict.AGREE, Verdict.DIFFER} <= found
 
 
+def test_claims_and_report_load_no_kernel():
+    """They judge what stands in archives."""
+    program = "import sys, paper.claims, paper.report; sys.exit('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", program], cwd=REPO, check=False).returncode == 0
+
+
 def test_claims_name_place_figure_and_one_line():
     for claim in ALL:
         assert claim.where
-        assert claim.figure in paper.requests()
+        assert claim.figure in paper_results.requests()
         text = judge(claim, RESULTS["published"]).text
         assert text
         assert "\n" not in text
@@ -48,7 +58,7 @@ def test_claims_name_place_figure_and_one_line():
 
 
 def test_what_was_not_computed_is_said_to_be(tmp_path):
-    evidence = archived(paper.requests(), tmp_path)
+    evidence = archived(paper_results.requests(), tmp_path)
     found = [judge(claim, evidence) for claim in ALL]
     # the only one that needs nothing computed is about what is not printed
     assert [f.verdict for f in found].count(Verdict.NOT_RUN) == len(ALL) - 1
@@ -58,18 +68,20 @@ def test_what_was_not_computed_is_said_to_be(tmp_path):
 
 def test_a_doctored_archive_changes_the_verdict(tmp_path):
     claim = next(claim for claim in CLAIMS if "Sets 1 and 2" in claim.statement)
-    request = paper.requests()["2a"]
+    request = paper_results.requests()["2a"]
     curves = {curve.name: curve for curve in request.curves}
     for name in ("ssul-set1", "ssul-set2"):
         numbers = RESULTS["published"]("2a", name).numbers
-        paper.write_archive(tmp_path / request.archive(curves[name]), curves[name].scan, numbers)
-    assert judge(claim, archived(paper.requests(), tmp_path)).verdict == Verdict.AGREE
+        paper_results.write_archive(
+            tmp_path / request.archive(curves[name]), curves[name].scan, numbers
+        )
+    assert judge(claim, archived(paper_results.requests(), tmp_path)).verdict == Verdict.AGREE
     (tmp_path / request.archive(curves["ssul-set2"])).unlink()
     doctored = {name: values * 1.1 for name, values in numbers.items() if name != "label"}
-    paper.write_archive(
+    paper_results.write_archive(
         tmp_path / request.archive(curves["ssul-set2"]), curves["ssul-set2"].scan, doctored
     )
-    found = judge(claim, archived(paper.requests(), tmp_path))
+    found = judge(claim, archived(paper_results.requests(), tmp_path))
     assert found.verdict == Verdict.DIFFER
     assert found.text == "at most 10.0 % of the peak apart"
 

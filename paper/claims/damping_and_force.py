@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nlds_vines.model.catalogue import catalogue
-from nlds_vines.reproduce.claims.claim import (
+from paper.claims.claim import (
     Check,
     Claim,
     Finding,
@@ -16,9 +16,9 @@ from nlds_vines.reproduce.claims.claim import (
     tuning_frequency,
     weighed,
 )
-from nlds_vines.reproduce.claims.measured import Data, Evidence
-from nlds_vines.reproduce.claims.parameter_sets import SET6, SIMILAR, simple_region
-from nlds_vines.reproduce.claims.retention import (
+from paper.claims.measured import Data, Evidence
+from paper.claims.parameter_sets import SET6, SIMILAR, simple_region
+from paper.claims.retention import (
     ALONE,
     DAMPERS,
     MUCH,

@@ -9,9 +9,9 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import at, string
 from nlds_vines.model.layers import Document
 from nlds_vines.packaged_files import figure_files
-from nlds_vines.reproduce.request import FigureRequest, short_name
 from nlds_vines.response_curves.request_file import load_page
 from nlds_vines.toml import read_toml
+from paper.request import FigureRequest, short_name
 
 
 def packaged_figures() -> dict[str, FigureRequest]:

@@ -1,0 +1,37 @@
+"""The page of Figure 8 with the claims."""
+
+import paper_results
+import pytest
+from paper_worlds import RESULTS
+
+from paper import claims_page
+from paper.claims import CLAIMS
+from paper.claims.measured import not_followed
+from paper.command import main
+
+pytest.importorskip("bokeh")
+
+
+@pytest.mark.slow("a page of 1201 orbits")
+def test_the_page_has_the_diagram_and_every_claim(tmp_path, monkeypatch):
+    monkeypatch.setattr(claims_page, "motions_of", not_followed)
+    requests = paper_results.requests()
+    (name,), (curve,) = requests["8"].archives, requests["8"].curves
+    numbers = RESULTS["published"]("8", curve.name).numbers
+    paper_results.write_archive(tmp_path / name, curve.scan, numbers)
+    output = tmp_path / "page.html"
+    claims_page.write_page(output, tmp_path, requests, name)
+    html = output.read_text(encoding="utf-8")
+    table = html[html.index("<h2>The claims of the paper</h2>") :]
+    assert table[: table.index("</table>")].count("<tr><td>") == len(CLAIMS)
+    assert "not computed" in table
+
+
+def test_a_page_without_its_figure_is_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["--only", "3", "--page", "page.html"]) == 2
+    assert "--page shows figure 8" in capsys.readouterr().err
+    (tmp_path / "page.html").write_text("mine")
+    assert main(["--page", "page.html"]) == 2
+    assert "page.html" in capsys.readouterr().err
+    assert (tmp_path / "page.html").read_text() == "mine"

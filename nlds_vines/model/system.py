@@ -15,7 +15,7 @@ import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, number, shown, string, table, typed, unknown
-from nlds_vines.model.laws import DAMPING, HERTZ, LAWS, SECOND
+from nlds_vines.model.laws import CONSTANTS, DAMPING, HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import CONTACT, OSCILLATOR, PARAMETERS, STRUCTURE
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
@@ -34,7 +34,7 @@ spring's shortening, and `far`, its lengthening [m], at which the walls are touc
 `rest` [m]; `limit`, the shortening [m] that must not be reached. A field that the scene does not
 have is 0, and no kernel reads it."""
 
-_OF_LAWS = ("exponent", DAMPING, "kc", "cc", "e")
+_OF_LAWS = tuple(name for name in CONSTANTS if name != "K")
 NEAR = "near_contact"
 """The field of a cell for the constants of the near wall's contact, where it has its own."""
 

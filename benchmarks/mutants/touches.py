@@ -250,7 +250,7 @@ MUTANTS = (
         ),
         (
             "contact: the balance of the virial is not asked for",
-            " + abs(virial) / (lasting_of(wall) * max(deep, y))) / fast",
+            " + abs(virial) / (wall.lasting * max(deep, y))) / fast",
             ") / fast",
             _T_CONTACT_ERROR + "test_the_doubt_is_never_below_a_third_of_the_error",
         ),

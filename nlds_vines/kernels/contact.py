@@ -36,7 +36,6 @@ from .laws.law import (
     faint,
     force_of,
     gained,
-    lasting_of,
     pressed,
     rate_of_switching,
     reach_of,
@@ -46,7 +45,6 @@ from .laws.law import (
     turn_of,
     way_of_step,
     weight_of,
-    whole_of,
 )
 from .limit import note_limit_step
 from .observe import note_force, note_step
@@ -263,7 +261,7 @@ def doubt_of(side, reach, deep, h):
     energy -= h * rk.mean_slope(k, int(WORK))
     virial = y * u - z * s - h * rk.mean_slope(k, int(VIRIAL))
     fast = max(wall.speed * reach, abs(u))
-    return (abs(energy) / fast + abs(virial) / (lasting_of(wall) * max(deep, y))) / fast
+    return (abs(energy) / fast + abs(virial) / (wall.lasting * max(deep, y))) / fast
 
 
 @jit
@@ -467,7 +465,7 @@ def contact(side, watch, phase, now, stop):
         span = min(root, 2.0 * max(q, root_of(wall, abs(s) / rate)))  # of q: others may stop it
         swing = max(ps.omega, part * rate) * weight_of(wall, span)
         rate_squared = wall.kappa * cube + pressed(wall, external) + swing * swing
-        per_theta = math.sqrt(rate_squared) / whole_of(wall)  # free impacts
+        per_theta = math.sqrt(rate_squared) / wall.whole  # free impacts
         late = 1.0 + way / LONG
         h = 1.0 / (per_theta * steps.per_impact * finer * math.sqrt(math.sqrt(math.sqrt(late))))
         # Step to the release, to the end of the time or by h, until it ends inside the contact and

@@ -17,9 +17,9 @@ from .codes import (
     TOUCH_NEAR,
 )
 from .compiling import jit
-from .deciding import is_a, same_sort
+from .deciding import is_a, same_sort, says
 from .elastic_contact import follow
-from .laws.law import depth_of, force_at, lets_go_inside
+from .laws.law import depth_of, force_at
 from .scene import Ground
 
 
@@ -92,7 +92,7 @@ def follow_at(near, far, mode, watch, phase, place, left, now):
 @jit
 def may_leave(near, far):
     """Tell whether there is a wall that may let go of a damper before it is out."""
-    return lets_go_inside(near) or lets_go_inside(far)
+    return says(near, "LINEAR") or says(far, "LINEAR")
 
 
 @jit

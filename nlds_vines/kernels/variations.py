@@ -22,7 +22,6 @@ from .driven import rows_of
 from .elementary import log
 from .flight import Grid
 from .fours import four, four_at, put_four, sum_of
-from .laws.law import shrinks
 from .orbit import SIZE, on_ground, run, set_mode
 from .runge_kutta import SHRUNK
 from .scene import Ground, Structure, joined, scale_of
@@ -213,6 +212,16 @@ def lost_of(near, far):
     if says(near, "AT_ONCE") or says(far, "AT_ONCE"):
         return LOST
     return 0.0
+
+
+@jit
+def shrinks(wall):
+    """Tell whether contacts with a wall shrink volumes of states: by e^2, or by their damping."""
+    if wall is None:
+        return False
+    if says(wall, "AT_ONCE") or says(wall, "LINEAR"):
+        return True
+    return wall.damping is not None
 
 
 @jit

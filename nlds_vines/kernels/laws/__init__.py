@@ -11,7 +11,8 @@ is chosen by the wall (`by_law`). `SORTS` of a file has a wall for each law of t
 knows, with or without damping: kernels look at nothing but its type. What is to be known of a law
 before anything is computed is a constant of its file, which `deciding.says` finds:
 
-    LINEAR           its contacts are as exact as flights, whose cells must be so, too
+    LINEAR           its contacts are as exact as flights, whose cells must be so, too; the wall may
+                     let go of a damper before it is out, which then flies out
     AT_ONCE          its impacts take no time, and sticking forgets the state
     SHORT_IMPACTS    its contacts may be short impacts, solved on an arc
 """

@@ -44,6 +44,8 @@ class HertzWall(NamedTuple):
     K: float  # [N/m^1.5]
     kappa: float  # K / mu [m^-0.5 s^-2]
     speed: float  # sqrt(4 kappa / 5): approach speed = speed * (greatest depth)^(5/4)
+    whole: float = WHOLE
+    lasting: float = LASTING
     damping: Any = None  # none: `power` has Hertz's law with damping
     switch: Any = None
 
@@ -64,7 +66,7 @@ def made(sort, gap, damper, cell):
 def hertz_wall_at(gap, inv_mu, cell):
     """Return the `HertzWall` at a limit `gap` of the spring's shortening; inv_mu: of the bodies."""
     kappa = cell.K * inv_mu
-    return HertzWall(gap, cell.K, kappa, math.sqrt(0.8 * kappa), None, None)
+    return HertzWall(gap, cell.K, kappa, math.sqrt(0.8 * kappa), WHOLE, LASTING, None, None)
 
 
 @jit
@@ -162,18 +164,6 @@ def pressed(wall, external):
 def faint(wall, ratio):
     """Return the depth [m] at which kappa z^(3/2) is `ratio` kappa [m^1.5]."""
     return exp(2.0 / 3.0 * log(ratio))
-
-
-@jit
-def whole_of(wall):
-    """Return theta from touch to release of a free contact in units of its own rate."""
-    return WHOLE
-
-
-@jit
-def lasting_of(wall):
-    """Return the time from touch to release of a free contact in units of depth / speed."""
-    return LASTING
 
 
 # ---- what parameters change ----------------------------------------------------------------------

@@ -82,20 +82,6 @@ def into(wall, r):
     return (root_of(wall, r - wall.gap), r)
 
 
-@by_wall
-def lets_go_inside(wall):
-    """Tell whether a wall may let go of a damper before it is out, which then flies out."""
-    return False
-
-
-@by_wall
-def shrinks(wall):
-    """Tell whether contacts with a wall shrink volumes of states."""
-    if wall is None:
-        return False
-    return wall.damping is not None
-
-
 # ---- depth ---------------------------------------------------------------------------------------
 
 
@@ -300,18 +286,6 @@ def pressed(wall, external):
 def faint(wall, ratio):
     """Return the depth [m] at which kappa z^n is `ratio` kappa [m^n]."""
     return exp(log(ratio) / wall.exponent)
-
-
-@by_wall
-def whole_of(wall):
-    """Return theta from touch to release of a free contact in units of its own rate."""
-    return wall.whole
-
-
-@by_wall
-def lasting_of(wall):
-    """Return the time from touch to release of a free contact in units of depth / speed."""
-    return wall.lasting
 
 
 # ---- what parameters change ----------------------------------------------------------------------

@@ -111,18 +111,6 @@ def pushes(wall, q, s):
 
 
 @jit
-def lets_go_inside(wall):
-    """Tell that a wall may let go of a damper before it is out."""
-    return True
-
-
-@jit
-def shrinks(wall):
-    """Tell that contacts shrink volumes of states."""
-    return True
-
-
-@jit
 def depth_of(wall, q):
     """Return the depth z [m]: q is z itself."""
     return q

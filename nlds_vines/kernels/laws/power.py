@@ -187,26 +187,14 @@ def fill_constants(sort, change, rates, at):
 @jit
 def pushed_by_constants(wall, by, at, q, z, s):
     """Return what changes of the force [N] by K, n and the damping."""
-    found = by[at + OF_K] * elastic(wall, 1.0, q, z) * factor_of(wall.damping, s)
+    found = by[at + OF_K] * elastic(wall, 1.0, q, z)
+    if wall.damping is not None:
+        found *= damped(wall, s)
     if z > 0.0:
         found += by[at + EXPONENT] * force_of(wall, q, z, s) * log(z)
-    return found + by[at + DAMPED] * s * where_damped(wall.damping, wall, q, z)
-
-
-@jit
-def factor_of(damping, s):
-    """Return the factor of the force, 1 without damping."""
-    if damping is None:
-        return 1.0
-    return damping.acts + damping.a * s
-
-
-@jit
-def where_damped(damping, wall, q, z):
-    """Return K z^n [N] where damping acts on the force, otherwise 0."""
-    if damping is None:
-        return 0.0
-    return damping.acts * elastic(wall, wall.K, q, z)
+    if wall.damping is not None:
+        found += by[at + DAMPED] * s * (wall.damping.acts * elastic(wall, wall.K, q, z))
+    return found
 
 
 @jit

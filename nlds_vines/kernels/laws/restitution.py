@@ -126,12 +126,6 @@ def depth_of(wall, q):
 
 
 @jit
-def shrinks(wall):
-    """Tell that impacts shrink volumes of states, by e^2: s and time are scaled by -e."""
-    return True
-
-
-@jit
 def force_at(wall, depth):
     """Return the force of an impact that takes no time."""
     return math.inf

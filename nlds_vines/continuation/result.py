@@ -7,10 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.archives.archive import read
+from nlds_vines.archives.archive_path import Archived, ArchivePath
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.continuation.branch import ENDS, at_value
@@ -27,6 +29,10 @@ from nlds_vines.continuation.start_orbits import place_of, states_of
 from nlds_vines.errors import RequestError, number, typed
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.toml import parse_toml
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _KINDS = {code: kind for kind, code in KIND_FLAGS.items()}
 _ORIGINS = {code: word for word, code in ORIGINS.items()}
@@ -123,11 +129,25 @@ class SpecialCurve(Outlined):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Continued(Outlined):
-    """The branches of a continuation, and their special points."""
+class Continued(Outlined, Archived):
+    """The branches of a continuation, and their special points.
+
+    Attributes:
+        request: with which the same is computed again.
+        tables: the datasets of its archive by name.
+        path: the archive; None for results that have none.
+    """
 
     request: Continuation
     tables: Tables
+    path: ArchivePath | None = None
+
+    def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
+        """Return the picture of the branches, as `nlds_vines.plot` does."""
+        from nlds_vines.continuation.picture import PICTURE
+        from nlds_vines.plotting.chosen_panels import picture_of
+
+        return picture_of(PICTURE, self.archive, show, ax)
 
     @cached_property
     def branches(self) -> tuple[Branch, ...]:
@@ -362,7 +382,7 @@ def continued(path: str | os.PathLike[str]) -> Continued:
         request = load_continuation(parse_toml(view.text("scan"), str(path)))
         names = [entry.name for entry in _datasets(request) if entry.name in view]
         tables = {name: view[name] for name in names}
-    return Continued(request, with_empty(request, tables))
+    return Continued(request, with_empty(request, tables), ArchivePath.of(path))
 
 
 def _datasets(request: Continuation) -> list[Dataset]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.archives.archive import read
+from nlds_vines.archives.archive_path import Archived, ArchivePath
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.errors import RequestError, shown, typed
 from nlds_vines.model.parameters import PARAMETERS
@@ -17,6 +18,10 @@ from nlds_vines.response_curves.request import CurvePage
 from nlds_vines.response_curves.request_file import load_page
 from nlds_vines.runs.manifest import RESPONSE_CURVES
 from nlds_vines.toml import parse_toml
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -48,7 +53,7 @@ class CurveValues:
 
 
 @dataclass(frozen=True)
-class ResponseCurves:
+class ResponseCurves(Archived):
     """The response curves in an archive.
 
     Attributes:
@@ -57,9 +62,16 @@ class ResponseCurves:
         curves: what was computed, in the order of `request.curves`.
     """
 
-    path: Path
+    path: ArchivePath
     request: CurvePage
     curves: tuple[CurveValues, ...]
+
+    def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
+        """Return the picture of the curves, as `nlds_vines.plot` does."""
+        from nlds_vines.plotting.chosen_panels import picture_of
+        from nlds_vines.response_curves.picture import PICTURE
+
+        return picture_of(PICTURE, self.path, show, ax)
 
     @property
     def failed(self) -> int:
@@ -107,7 +119,7 @@ def curves_of(view: ArchiveView) -> ResponseCurves:
     if view.content != RESPONSE_CURVES:
         raise RequestError(f"{view.path} holds a {view.content}, no response curves")
     page = load_page(parse_toml(view.text("scan"), "the attribute scan"))
-    return ResponseCurves(Path(view.path), page, tuple(_curves(view, page)))
+    return ResponseCurves(ArchivePath.of(view.path), page, tuple(_curves(view, page)))
 
 
 def _curves(view: ArchiveView, page: CurvePage) -> Iterator[CurveValues]:

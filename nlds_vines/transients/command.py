@@ -16,6 +16,7 @@ import numpy as np
 
 from nlds_vines.bifurcation.command import Job, bifurcation, carry_out
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli.option_values import (
     add_system_options,
     add_tolerance,
@@ -29,6 +30,7 @@ from nlds_vines.cli.paths import (
     file_path,
     optional_path,
     refuse_replacing,
+    request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
@@ -63,6 +65,53 @@ examples:
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
 """
+
+
+# public: its keywords are those of the command, more than eight
+@typed
+def ensemble(
+    system: System | str | os.PathLike[str] | None = None,
+    *,
+    to: str | os.PathLike[str] | None = None,
+    starts: int = STARTS,
+    seed: int = 0,
+    transient: int = TRANSIENT,
+    periods: int = PERIODS,
+    method: str = "exact",
+    effort: str = "standard",
+    tolerance: float | str | None = None,
+    delay: float = DELAY,
+    threads: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    quiet: bool = False,
+) -> Ensemble:
+    """Follow an ensemble of starts; return how long each took to settle, and where.
+
+    Arguments:
+        system: a `System`, the name of one or the path of a TOML file, by default SSul NES Set 6.
+        to: the archive (.h5); None for one that is gone with what is returned.
+        starts, seed: how many random starts, drawn by which seed (`orbits.starts.random_states`).
+        transient, periods: forcing periods of each, discarded and sampled; what has not settled
+            then is watched for as many more as the `effort` of verdicts allows.
+        method: of `orbits.settings.METHODS`; effort: of `orbits.settings.EFFORTS`.
+        tolerance: of method exact: a number, draft, standard (the default) or fine.
+        delay: forcing periods after which lifetimes count in the exponential law.
+        threads: how many; by default as many as the machine has processors.
+        resume, overwrite: continue or replace an archive that exists; not both.
+        quiet: whether to show no progress.
+
+    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    """
+    sampling = {"transient": transient, "periods": periods, "method": method, "effort": effort}
+    scan = _scan(system, starts, seed, {**sampling, "tolerance": tolerance})
+    delay = _checked_delay(delay)
+    archive = ScanArchive.for_result(to, _NAME, resume, overwrite)
+    how = RunOptions(threads, resume, overwrite, quiet=quiet)
+    job = Job(scan, request_path(system), archive, None, how)
+    job.refuse()
+    job.run()
+    return _ensemble(archive, delay, None)
 
 
 # public: its keywords are those of the command, more than eight

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView, read
+from nlds_vines.archives.archive_path import Archived, ArchivePath
 from nlds_vines.archives.outline import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.status_words import OK
@@ -17,6 +18,10 @@ from nlds_vines.toml import parse_toml
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _AT_BOUND = 1e-3  # of the range: an optimum that near to a bound is reported
 
@@ -44,7 +49,7 @@ class Optimum(Outlined):
 
 
 @dataclass(frozen=True, repr=False)
-class Tuned(Outlined):
+class Tuned(Outlined, Archived):
     """The results of a tuning.
 
     `optima` are designs nearly as good as the best and apart from one another, the best first;
@@ -57,7 +62,19 @@ class Tuned(Outlined):
     spread: Mapping[int, float]
     evaluations: int
     refused: int
-    path: Path
+    path: ArchivePath
+
+    @property
+    def request(self) -> Tuning:
+        """The tuning, with which the same is computed again."""
+        return self.tuning
+
+    def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
+        """Return the picture of the designs, as `nlds_vines.plot` does."""
+        from nlds_vines.plotting.chosen_panels import picture_of
+        from nlds_vines.tuning.picture import PICTURE
+
+        return picture_of(PICTURE, self.path, show, ax)
 
     def heading(self) -> str:
         """Return the title."""
@@ -139,7 +156,7 @@ def tuned(path: str | os.PathLike[str]) -> Tuned:
             spread=dict(zip(seeds, best, strict=True)),
             evaluations=int(stage.size),
             refused=int(np.count_nonzero(refused & (stage <= STAGES["polish"]))),
-            path=Path(path),
+            path=ArchivePath.of(path),
         )
 
 

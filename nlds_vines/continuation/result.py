@@ -7,12 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.archives.archive import read
-from nlds_vines.archives.archive_path import Archived, ArchivePath
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.continuation.branch import ENDS, at_value
@@ -28,11 +27,8 @@ from nlds_vines.continuation.special_points import label_of_cycle
 from nlds_vines.continuation.start_orbits import place_of, states_of
 from nlds_vines.errors import RequestError, number, typed
 from nlds_vines.orbits.settings import Settings
+from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.toml import parse_toml
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _KINDS = {code: kind for kind, code in KIND_FLAGS.items()}
 _ORIGINS = {code: word for word, code in ORIGINS.items()}
@@ -129,7 +125,7 @@ class SpecialCurve(Outlined):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Continued(Outlined, Archived):
+class Continued(Outlined, Drawable):
     """The branches of a continuation, and their special points.
 
     Attributes:
@@ -138,16 +134,11 @@ class Continued(Outlined, Archived):
         path: the archive; None for results that have none.
     """
 
+    drawn_by = "nlds_vines.continuation.picture"
+
     request: Continuation
     tables: Tables
     path: ArchivePath | None = None
-
-    def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
-        """Return the picture of the branches, as `nlds_vines.plot` does."""
-        from nlds_vines.continuation.picture import PICTURE
-        from nlds_vines.plotting.chosen_panels import picture_of
-
-        return picture_of(PICTURE, self.archive, show, ax)
 
     @cached_property
     def branches(self) -> tuple[Branch, ...]:

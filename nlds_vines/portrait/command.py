@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -132,9 +133,9 @@ def portrait(
 
 
 def _carry_out(options: argparse.Namespace) -> int:
+    usual = _usual_name(options)
     request = _request(options)
-    stem = _NAME if options.source is None else Path(options.source).stem
-    plot = Path(f"{stem}.png" if options.plot is None else options.plot)
+    plot = Path(usual if options.plot is None else options.plot)
     check_plot(plot)
     _refuse(plot, request, options.overwrite)
     if options.dry_run:
@@ -151,6 +152,16 @@ def _carry_out(options: argparse.Namespace) -> int:
     if not options.quiet:
         say(request.title, *(line for view in views for line in view.lines()), plot)
     return DONE
+
+
+def _usual_name(options: argparse.Namespace) -> str:
+    """Return the name of the picture where none is given: of a cell, which one it is."""
+    stem = _NAME if options.source is None else Path(options.source).stem
+    if not _is_archive(options.source):
+        return f"{stem}.png"
+    start = None if options.start is None else f"start={options.start}"
+    cell = [*(comma_separated(options.at) or ("cell",)), *filter(None, [start])]
+    return re.sub(r"[^\w.=+-]", "_", "-".join([stem, *cell])) + ".png"
 
 
 def _refuse(path: Path, request: PortraitRequest, overwrite: bool) -> None:

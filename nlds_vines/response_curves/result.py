@@ -5,23 +5,19 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.archives.archive import read
-from nlds_vines.archives.archive_path import Archived, ArchivePath
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.errors import RequestError, shown, typed
 from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.response_curves.request import CurvePage
 from nlds_vines.response_curves.request_file import load_page
 from nlds_vines.runs.manifest import RESPONSE_CURVES
 from nlds_vines.toml import parse_toml
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -53,7 +49,7 @@ class CurveValues:
 
 
 @dataclass(frozen=True)
-class ResponseCurves(Archived):
+class ResponseCurves(Drawable):
     """The response curves in an archive.
 
     Attributes:
@@ -62,16 +58,11 @@ class ResponseCurves(Archived):
         curves: what was computed, in the order of `request.curves`.
     """
 
+    drawn_by = "nlds_vines.response_curves.picture"
+
     path: ArchivePath
     request: CurvePage
     curves: tuple[CurveValues, ...]
-
-    def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
-        """Return the picture of the curves, as `nlds_vines.plot` does."""
-        from nlds_vines.plotting.chosen_panels import picture_of
-        from nlds_vines.response_curves.picture import PICTURE
-
-        return picture_of(PICTURE, self.path, show, ax)
 
     @property
     def failed(self) -> int:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nlds_vines.bifurcation.command import Job, bifurcation, carry_out
+from nlds_vines.bifurcation.command import Job, carry_out
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli.option_values import (
@@ -114,50 +114,29 @@ def ensemble(
     return _ensemble(archive, delay, None)
 
 
-# public: its keywords are those of the command, more than eight
 @typed
 def transients(
     system: System | str | os.PathLike[str] | None = None,
-    output: str | os.PathLike[str] | None = None,
+    output: str | os.PathLike[str] = f"{_NAME}.h5",
     *,
-    starts: int = STARTS,
-    seed: int = 0,
-    transient: int = TRANSIENT,
-    periods: int = PERIODS,
-    method: str = "exact",
-    effort: str = "standard",
-    tolerance: float | str | None = None,
-    delay: float = DELAY,
     plot: str | os.PathLike[str] | None = None,
-    **running: Any,
+    **options: Any,
 ) -> Ensemble:
-    """Follow an ensemble of starts; return how long each took to settle, and where.
+    """Follow an ensemble by the name that `ensemble` had; it goes with version 0.2.
 
-    Arguments:
-        system: a `System`, the name of one or the path of a TOML file, by default SSul NES Set 6.
-        output: the archive, by default transients.h5 in the current folder.
-        starts, seed: how many random starts, drawn by which seed (`orbits.starts.random_states`).
-        transient, periods: forcing periods of each, discarded and sampled; what has not settled
-            then is watched for as many more as the `effort` of verdicts allows.
-        method: of `orbits.settings.METHODS`; effort: of `orbits.settings.EFFORTS`.
-        tolerance: of method exact: a number, draft, standard (the default) or fine.
-        delay: forcing periods after which lifetimes count in the exponential law.
-        plot: a picture to draw as well (.png, .pdf or .svg).
-        running: `threads`, `resume`, `overwrite`, `quiet`, as `bifurcation` takes them.
-
-    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    Arguments: as `ensemble`, whose `to` is called `output` here; a picture to `plot`.
     """
-    sampling = {"transient": transient, "periods": periods, "method": method, "effort": effort}
-    scan = _scan(system, starts, seed, {**sampling, "tolerance": tolerance})
-    delay, path = _checked_delay(delay), optional_path(plot)
+    path = optional_path(plot)
     if path is not None:
         check_plot(path)
-    target = Path(f"{_NAME}.h5" if output is None else output)
-    check_output(target, path)
-    existing = {name: running.get(name, False) for name in ("resume", "overwrite")}
-    refuse_replacing("picture", path, RunOptions(**existing), scan.hash)
-    archive = bifurcation(scan, target, **running)
-    return _ensemble(archive, delay, path)
+        check_output(Path(output), path)
+    found = ensemble(system, to=output, **options)
+    if path is not None:
+        how = RunOptions(resume=True)
+        with found.archive.read() as view:
+            refuse_replacing("picture", path, how, view.text("scan_hash"))
+        _ensemble(found.archive, found.delay, path)
+    return found
 
 
 def _carry_out(options: argparse.Namespace) -> int:

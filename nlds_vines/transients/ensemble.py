@@ -14,18 +14,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.archives.archive_path import Archived, ArchivePath
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.outline import Outlined
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.errors import RequestError, typed
 from nlds_vines.orbits.coexistence import by_frequency, finals
 from nlds_vines.orbits.labels import TRANSIENT
+from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.transients.survival import LEVEL, Decay, Survival, decay, share_interval, survival
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from nlds_vines.archives.archive import ArchiveView
     from nlds_vines.bifurcation.request import Scan
 
@@ -58,7 +56,7 @@ class Share:
 
 @typed
 @dataclass(frozen=True, repr=False)
-class Ensemble(Outlined, Archived):
+class Ensemble(Outlined, Drawable):
     """The results of the starts of one cell.
 
     Arguments:
@@ -69,6 +67,8 @@ class Ensemble(Outlined, Archived):
         level: confidence of all intervals.
         path: the archive of its orbits; None for numbers that came another way.
     """
+
+    drawn_by = "nlds_vines.transients.picture"
 
     labels: np.ndarray
     settling: np.ndarray
@@ -87,13 +87,6 @@ class Ensemble(Outlined, Archived):
     def request(self) -> Scan:
         """The scan of its starts, with which the same is computed again."""
         return ScanArchive.of(self.archive).request
-
-    def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
-        """Return the picture of lifetimes and shares, as `nlds_vines.plot` does."""
-        from nlds_vines.plotting.chosen_panels import picture_of
-        from nlds_vines.transients.picture import PICTURE
-
-        return picture_of(PICTURE, self.archive, show, ax)
 
     @cached_property
     def counted(self) -> np.ndarray:

@@ -61,22 +61,20 @@ exit status: 0 done; 1 no design was admissible; 2 the request is wrong;
 @typed
 def tune(
     source: str | os.PathLike[str] | Mapping[str, Any] | System | Tuning | None = None,
-    output: str | os.PathLike[str] | None = None,
-    *,
     to: str | os.PathLike[str] | None = None,
+    *,
     plot: str | os.PathLike[str] | None = None,
     threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
     quiet: bool = False,
-    **tables: Mapping[str, Any],
+    **tables: Any,
 ) -> Tuned:
     """Tune a damper and return what was found.
 
     Arguments:
         source: a name of the catalogue, a `System`, a `Tuning`, the path of a tuning file, the
             document in one, or None for SSul.
-        output: what `to` is called until version 0.2.
         to: the archive (.h5) of all evaluations; None for one that is gone with what is returned.
         plot: a picture of the surface to draw as well (.png, .pdf or .svg).
         threads: how many; by default as many as the machine has processors.
@@ -87,12 +85,13 @@ def tune(
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
-    if output is not None:
+    if "output" in tables:  # until version 0.2
         renamed("output of nv.tune", "to", 4)
+        to = tables.pop("output")
     job = _Job(
         tuning=_drawable(load_tuning(source, tables, "tune"), plot),
         source=request_path(source),
-        archive=ArchivePath.for_result(to or output, _NAME, resume, overwrite),
+        archive=ArchivePath.for_result(to, _NAME, resume, overwrite),
         plot=optional_path(plot),
         how=RunOptions(threads, resume, overwrite, quiet=quiet),
     )

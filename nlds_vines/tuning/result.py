@@ -5,23 +5,19 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView, read
-from nlds_vines.archives.archive_path import Archived, ArchivePath
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.outline import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.status_words import OK
+from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.toml import parse_toml
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _AT_BOUND = 1e-3  # of the range: an optimum that near to a bound is reported
 
@@ -49,13 +45,15 @@ class Optimum(Outlined):
 
 
 @dataclass(frozen=True, repr=False)
-class Tuned(Outlined, Archived):
+class Tuned(Outlined, Drawable):
     """The results of a tuning.
 
     `optima` are designs nearly as good as the best and apart from one another, the best first;
     empty where every design was inadmissible.  `spread` is the best objective of each seed;
     `evaluations` counts all designs evaluated, `refused` those whose orbits failed.
     """
+
+    drawn_by = "nlds_vines.tuning.picture"
 
     tuning: Tuning
     optima: tuple[Optimum, ...]
@@ -68,13 +66,6 @@ class Tuned(Outlined, Archived):
     def request(self) -> Tuning:
         """The tuning, with which the same is computed again."""
         return self.tuning
-
-    def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
-        """Return the picture of the designs, as `nlds_vines.plot` does."""
-        from nlds_vines.plotting.chosen_panels import picture_of
-        from nlds_vines.tuning.picture import PICTURE
-
-        return picture_of(PICTURE, self.path, show, ax)
 
     def heading(self) -> str:
         """Return the title."""

@@ -157,7 +157,7 @@ def test_an_archive_is_opened_as_what_it_holds(here):
         (lambda: nv.continue_orbit(1, 2, 3), "nv.follow"),
         (lambda: nv.continued(1), "nv.open"),
         (lambda: nv.curves_in(1), "nv.open"),
-        (lambda: nv.tune(1, "x.h5"), "to"),
+        (lambda: nv.tune(1, output="x.h5"), "to"),
     ],
     ids=["scan", "ensemble", "curves", "portray", "follow", "continued", "curves in", "tune"],
 )

@@ -18,10 +18,11 @@ from nlds_vines.kernels.codes import OK, RELEASED
 from nlds_vines.kernels.contact import Steps, contact
 from nlds_vines.kernels.flight import rate_of
 from nlds_vines.kernels.impact import short_impact
+from nlds_vines.kernels.laws.hertz import hertz_wall_at
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.kernels.runge_kutta import SCRATCH as STEP_SCRATCH
-from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
+from nlds_vines.kernels.scene import damper_in, structure_of
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System
@@ -91,7 +92,7 @@ def contact_parts(**numbers: float) -> tuple[Any, Any, Any]:
     """Return (structure, damper, near wall) as kernels see them, for a contact on its own."""
     cell = kernel_cell(**numbers)
     damper = damper_in(cell)
-    return structure_of(cell), damper, wall_at(cell.near, damper.inv_mu, cell)
+    return structure_of(cell), damper, hertz_wall_at(cell.near, damper.inv_mu, cell)
 
 
 NOTHING = Watch(None, None, None, None, None)

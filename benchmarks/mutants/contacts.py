@@ -43,7 +43,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/restitution.py",
+        "nlds_vines/kernels/laws/restitution.py",
         (
             "restitution: impacts take no energy",
             "s = -wall.e * s\n",
@@ -100,7 +100,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/force_law.py",
+        "nlds_vines/kernels/laws/hertz.py",
         (
             "force law: variations see no stiffness of the contact",
             "1.5 * wall.K * q",
@@ -113,9 +113,12 @@ MUTANTS = (
             "stiffness * depth",
             _PLAIN_METHODS + "test_both_methods_note_the_same[ssul]",
         ),
+    ),
+    *of(
+        "nlds_vines/kernels/laws/power.py",
         (
             "force law: damping attracts",
-            "acts = 1.0 if pushes else 0.0",
+            "acts = 1.0 if positive else 0.0",
             "acts = 1.0",
             _T_LAWS + "test_a_damped_contact_never_attracts",
         ),
@@ -127,8 +130,8 @@ MUTANTS = (
         ),
         (
             "force law: the power of the stiffness is that of the force",
-            "steep = power(q, wall.high - wall.root, wall.fraction)",
-            "steep = power(q, wall.high, wall.fraction)",
+            "power(q, wall.high - wall.root, wall.fraction)",
+            "power(q, wall.high, wall.fraction)",
             _PLAIN_LAWS + "test_variations_are_the_derivative_of_the_flow[n = 1.2]",
         ),
     ),
@@ -148,7 +151,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/linear_contact.py",
+        "nlds_vines/kernels/laws/linear_contact.py",
         (
             "linear contact: a variation is not moved on where the force jumps",
             "late = (way * wall.cc) * r",
@@ -250,8 +253,8 @@ MUTANTS = (
         "nlds_vines/kernels/contact.py",
         (
             "contact: a wall that has let go does not push again",
-            "        pushes = pushes != switches\n",
-            "        pushes = pushes and not switches\n",
+            "        positive = positive != switches\n",
+            "        positive = positive and not switches\n",
             _PLAIN_LAWS + "test_variations_where_a_wall_lets_go_or_pushes_again[-0.1-start1]",
         ),
         (

@@ -17,18 +17,6 @@ MUTANTS = (
             _EACH + "[restitution-C]",
         ),
         (
-            "driven: rebounds know nothing of the masses",
-            "sign * s * (by[SHARE] * back + damper.share * more)",
-            "sign * s * (damper.share * more)",
-            _EACH + "[restitution-m2]",
-        ),
-        (
-            "driven: the structure takes no notice of e",
-            "sign * s * (by[SHARE] * back + damper.share * more)",
-            "sign * s * (by[SHARE] * back)",
-            _EACH + "[restitution-e]",
-        ),
-        (
             "driven: a flight is as long at every frequency",
             "rates[SLOWER] = -change.omega / ps.omega",
             "rates[SLOWER] = 0.0",
@@ -47,23 +35,41 @@ MUTANTS = (
             _EACH + "[restitution-m2]",
         ),
         (
+            "driven: a stepped contact is where it was",
+            "pushed = sign * (pushed_by_constants(wall, by, at + 1, q, z, s) - stiffness * by[at + GAP])",
+            "pushed = sign * pushed_by_constants(wall, by, at + 1, q, z, s)",
+            _EACH + "[power-C]",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/laws/restitution.py",
+        (
+            "driven: rebounds know nothing of the masses",
+            "sign * s * (by[SHARE] * back + damper.share * more)",
+            "sign * s * (damper.share * more)",
+            _EACH + "[restitution-m2]",
+        ),
+        (
+            "driven: the structure takes no notice of e",
+            "sign * s * (by[SHARE] * back + damper.share * more)",
+            "sign * s * (by[SHARE] * back)",
+            _EACH + "[restitution-e]",
+        ),
+    ),
+    *of(
+        "nlds_vines/kernels/laws/power.py",
+        (
             "driven: a steeper power has no other force",
             "found += by[at + EXPONENT] * force_of(wall, q, z, s) * log(z)",
             "found += 0.0 * log(z)",
             _EACH + "[power-exponent]",
         ),
-        (
-            "driven: a stepped contact is where it was",
-            "pushed = sign * (push_by_law(wall, by, at, q, z, s) - stiffness * by[at + GAP])",
-            "pushed = sign * push_by_law(wall, by, at, q, z, s)",
-            _EACH + "[power-C]",
-        ),
     ),
     *of(
-        "nlds_vines/kernels/driven_flight.py",
+        "nlds_vines/kernels/laws/linear_contact.py",
         (
             "driven: a spring counts from where its wall was",
-            "return sign * (found - constant * wall.kc * by[at + GAP])",
+            "return sign * (found - constant * wall.kc * by[wall_at(sign) + GAP])",
             "return sign * found",
             _EACH + "[kelvin-voigt-C]",
         ),
@@ -73,5 +79,8 @@ MUTANTS = (
             "found = by[at + KC] * (r - constant * wall.gap)",
             _EACH + "[kelvin-voigt-cc]",
         ),
+    ),
+    *of(
+        "nlds_vines/kernels/driven_flight.py",
     ),
 )

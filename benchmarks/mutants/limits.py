@@ -29,13 +29,13 @@ MUTANTS = (
         ),
         (
             "limit: no contact may reach it",
-            "    return room <= 0.0 or 0.8 * wall.K * room * room * math.sqrt(room) <= scale * scale",
+            "    return room <= 0.0 or 2.0 * stored(wall, wall.K, room, root_of(wall, room)) <= scale * scale",
             "    return False",
             _T_CONTACT_LIMIT,
         ),
         (
             "limit: a contact may reach it only where it begins beyond",
-            "    return room <= 0.0 or 0.8 * wall.K * room * room * math.sqrt(room) <= scale * scale",
+            "    return room <= 0.0 or 2.0 * stored(wall, wall.K, room, root_of(wall, room)) <= scale * scale",
             "    return room <= 0.0",
             _T_CONTACT_LIMIT,
         ),
@@ -65,7 +65,7 @@ MUTANTS = (
         ),
         (
             "limit: the energy of a contact is left out",
-            "    scale = math.sqrt(scale * scale + twice_stored(wall, z, q))\n",
+            "    scale = math.sqrt(scale * scale + 2.0 * stored(wall, wall.K, z, q))\n",
             "",
             _T_CONTACT_LIMIT,
         ),

@@ -65,7 +65,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/elastic_contact.py",
+        "nlds_vines/kernels/laws/hertz.py",
         (
             "elastic contact: a short impact goes on where a section cut it, as if it had not begun",
             "    k[rk.AHEAD + 1] = before + left\n",
@@ -78,6 +78,9 @@ MUTANTS = (
             "    stops = remains > left + 1.0\n",
             _PLAIN_INSIDE + "test_samples_inside_impacts_are_states_of_the_orbit[64]",
         ),
+    ),
+    *of(
+        "nlds_vines/kernels/elastic_contact.py",
         (
             "elastic contact: the forcing is not mirrored for a far wall",
             "(sign * phase[0], sign * phase[1])",

@@ -28,7 +28,8 @@ from nlds_vines.continuation.curve_table import curve_datasets
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.laws import LAWS, of_second
-from nlds_vines.model.parameters import PARAMETERS, Parameter
+from nlds_vines.model.parameter import Parameter
+from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
 from nlds_vines.orbits.starts import Start

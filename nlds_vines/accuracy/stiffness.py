@@ -22,7 +22,8 @@ from nlds_vines.accuracy.survey import Survey, Task
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels import impact
 from nlds_vines.kernels.flight import rate_of
-from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
+from nlds_vines.kernels.laws.hertz import hertz_wall_at
+from nlds_vines.kernels.scene import damper_in, structure_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.settings import PERIOD_STEPS, TOLERANCE, Settings
@@ -137,7 +138,7 @@ def nodes_of_impacts(case: Case, settings: Settings) -> Iterator[int | None]:
         # the kernels see a touch of the far wall in a mirror
         sign, gap = (1.0, cell.near) if struck == scene.struck["near"] else (-1.0, cell.far)
         forcing = sign * math.cos(phase), sign * math.sin(phase)
-        wall = wall_at(gap, damper.inv_mu, cell)
+        wall = hertz_wall_at(gap, damper.inv_mu, cell)
         approach = impact.approach_of(ps, damper, wall, forcing, (speed, sign * x1, sign * v1))
         lasting = rate * approach.tick * impact.LENGTH
         if approach.size < impact.LARGEST and lasting < impact.LONGEST:

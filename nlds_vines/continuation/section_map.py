@@ -130,8 +130,8 @@ class SectionMap:
         return np.atleast_1d(self.system.cells())
 
     @cached_property
-    def _direct(self) -> tuple[tuple[str, ...], ...] | None:
-        """The fields of a cell's record that a free parameter is, for each; None where it is more.
+    def _direct(self) -> tuple[tuple[int, ...], ...] | None:
+        """The numbers of a cell's record that a free parameter is, for each; None where it is more.
 
         Records are made by `System.cells`; where a parameter only stands in them, it is put there.
         """
@@ -143,9 +143,10 @@ class SectionMap:
             other = value * (1.0 + 2.0**-10) if value else PARAMETERS[name].low + 2.0**-10
             if not PARAMETERS[name].accepts(np.asarray(other)):
                 return None
-            before, after = self.system.cells(), self.system.cells({name: np.asarray(other)})
-            changed = [field for field in before.dtype.names or () if before[field] != after[field]]
-            if any(after[field] != other or before[field] != value for field in changed):
+            before = self.system.cells().reshape(1).view(np.float64)
+            after = self.system.cells({name: np.asarray(other)}).reshape(1).view(np.float64)
+            changed = np.flatnonzero(before != after).tolist()
+            if any(after[place] != other or before[place] != value for place in changed):
                 return None
             found.append(tuple(changed))
         return tuple(found)
@@ -161,18 +162,18 @@ class SectionMap:
             grid = {name: points[:, i] for i, name in enumerate(self.names)}
             return self.system.cells(grid).view(np.recarray)
         found = np.repeat(self._template, len(points))
-        for i, fields in enumerate(self._direct):
-            for field in fields:
-                found[field] = points[:, i]
+        numbers = found.view(np.float64).reshape(len(points), -1)
+        for i, places in enumerate(self._direct):
+            numbers[:, places] = points[:, i : i + 1]
         return found.view(np.recarray)
 
     @cached_property
     def _units(self) -> np.ndarray:
         """The derivatives (m,) of a cell's numbers by parameters that only stand in it."""
         found = np.zeros(len(self.names), self._template.dtype)
-        for i, fields in enumerate(self._direct or ()):
-            for field in fields:
-                found[field][i] = 1.0
+        numbers = found.view(np.float64).reshape(len(found), -1)
+        for i, places in enumerate(self._direct or ()):
+            numbers[i, places] = 1.0
         return found
 
     def _changes(self, values: np.ndarray) -> np.recarray:

@@ -6,7 +6,8 @@ from math import isfinite
 from typing import Any
 
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.model.parameters import CONTACT, Parameter, described
+from nlds_vines.model.parameter import Parameter
+from nlds_vines.model.parameters import CONTACT, described
 
 LOGARITHMIC = ("K", "E1", "E2", "A", "B", "kc", "k2", "c1", "c2", "cc", "hunt_crossley")
 """The parameters, and those of a second wall, that are known to an order of magnitude or spread

@@ -6,13 +6,14 @@ In reading order:
     linking          how an entry and all that it calls become one piece of machine code
     deciding         branches that the types of arguments decide: what is absent, which law
     compiling        how kernels are compiled
+    by_law           which kernel is called where laws differ
     fours            four numbers worked on at once
     twofold          numbers of twice the precision, as pairs
-    elementary       sine, cosine, exponential, logarithm, a root: the same bits everywhere
+    elementary       sine, exponential, logarithm, roots and powers: the same bits everywhere
     codes            statuses, events and kinds of verdicts: each number once
     arguments        what travels together: Parts, Span, Side, Flight, Watch, buffers
     scene            structure, damper and walls as kernels see them; equation (5)
-    force_law        the force of a contact that is stepped, by its law
+    laws             contact laws, each one file, and what they may say
     bare_rows        arrays as inner kernels read them, whose references are not counted
     roots            the root finder
     cubics           what values and slopes at two ends prove of the motion between them
@@ -35,10 +36,8 @@ In reading order:
     inside           half of it, from touch or from release; its largest energies
     state_inside     its state between touch and release
     inside_variations   variations there
-    elastic_contact  a contact of elastic bodies: a short impact where it is one, or stepped
-    linear_contact   a contact with a spring and a dashpot: exact, like a flight
-    restitution      a contact of rigid bodies: impacts at once, sticking
-    by_law           what differs by the laws of the walls, for the time loop
+    elastic_contact  a contact as the time loop asks for it, which is stepped in general
+    sides            the two walls of a scene, of which one is touched
     response_inside  a response over a short impact
     response         the response over the sampled periods: largest values, rms, powers
     orbit            the time loop: flights, contacts, sections
@@ -77,7 +76,7 @@ Letters:
     ps, damper, wall      the numbers of the structure, of the damper, of one wall (`scene`)
     x1, v1                displacement [m] and velocity [m/s] of the structure
     r, s                  shortening of the damper's spring, x1 - x2 + rest [m], and its rate [m/s]
-    z, q                  depth of a contact [m], r - gap or -r - gap, and sqrt(z) (`force_law`)
+    z, q                  depth of a contact [m], r - gap or -r - gap, and sqrt(z) (`laws.law`)
     c, d                  cos and sin of the forcing's phase
     j, x                  number of a cell (or fixed step) in the period, place in it from 0 to 1
     w                     the table of a grid (`flight`) or of an arc (`impact`)

@@ -21,7 +21,7 @@ class Parts(NamedTuple):
     far: Any  # the same of the far wall
     apart: Any  # True where the near wall's contact has constants of its own, otherwise None
     load: Any  # True where the structure is under a constant load, otherwise None
-    arc: Any  # `impact.Arc` where a wall obeys Hertz' law, otherwise None
+    arc: Any  # `impact.Arc` where a law has short impacts, otherwise None
     contact_steps: float  # Runge-Kutta steps of a free impact that is stepped
     contact_tolerance: float  # relative error of a contact that is stepped; infinite: not checked
     period_steps: float  # Runge-Kutta steps of a forcing period; `rk4` alone uses it
@@ -33,14 +33,13 @@ class Prepared(NamedTuple):
     rk4: Any  # as in `Parts`
     ps: Any  # `scene.Structure`
     damper: Any  # `scene.Damper`, `scene.Ground` or None
-    near: Any  # `scene.Wall`, `PowerWall`, `LinearWall`, `RigidWall` or None
+    near: Any  # a wall by the numbers of the cell, or None
     far: Any  # the same
     arc: Any  # `impact.Arc` with scratch of its own, or None
     grid: Any  # `flight.Grid`, or `fixed_step.FixedGrid` of `rk4`
     contact_steps: Any  # `contact.Steps`
     scratch: Any  # (`runge_kutta.SCRATCH`,) or None without a wall
-    held_near: Any  # the motion on the near wall: `restitution.Stuck` of a rigid one,
-    #                 `linear_contact.Pressed` of a linear one, otherwise None
+    held_near: Any  # the motion on the near wall, if its law has one (`cells.held_at`), or None
     held_far: Any  # the same of the far wall
 
 
@@ -52,7 +51,7 @@ class Side(NamedTuple):
     damper: Any  # `scene.Damper` or `Ground`
     wall: Any
     sign: float  # 1 at a near wall; -1 at a far one, which sees state and phase mirrored
-    arc: Any  # `impact.Arc` where the wall obeys Hertz' law, otherwise None
+    arc: Any  # `impact.Arc` where its law has short impacts, otherwise None
     held: Any  # the motion on the wall, as in `Prepared`
     steps: Any  # `contact.Steps`
     rate: float  # the bound of `flight.rate_of` [1/s]

@@ -1,213 +1,78 @@
-"""What differs by the laws of the walls, for the time loop: each scene has but its own.
+"""Which kernel is called where laws differ: that of the wall's law.
 
-The two walls of a scene may be of different sorts; the `mode` tells which one is touched.
+A kernel marked `by_wall` is what holds in general. Where the file of a law (`laws`) has a kernel of
+the same name, that one is called for walls of this law: walls that are the first argument, or its
+field `wall`. It is chosen when the caller is compiled. So a law says nothing but what is its own,
+and nothing but its own file knows of it.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
+from typing import Any
 
-from .codes import (
-    ASTRAY,
-    CLEARED,
-    EXHAUSTED,
-    FLYING,
-    LEAVING_FAR,
-    LEAVING_NEAR,
-    RETURNED,
-    SECTION,
-    STOPPED,
-    TOUCH_FAR,
-    TOUCH_NEAR,
-)
-from .compiling import jit
-from .deciding import is_a, same_sort
-from .driven import Driven
-from .elastic_contact import follow_contact, follow_driven
-from .force_law import at_depth, depth_of, root_of
-from .linear_contact import leave, press
-from .restitution import rebound
-from .scene import Ground, LinearWall, RigidWall
-
-ROUND_OFF = 4.0e-15  # of a place that was computed from two positions
+from .compiling import Inner, jit
+from .deciding import law_of
 
 
-@jit
-def pushes(wall, q, s):
-    """Tell whether a wall pushes a damper that is beyond the place of touch."""
-    if not is_a(wall, LinearWall):
-        return True
-    return wall.pulls is not None or wall.kc * q + wall.cc * s > 0.0
+class Chosen(Inner):
+    """A kernel in place of which that of a law is called, if the law has one."""
+
+    needed: bool  # whether each law must
+
+    def own(self, wall: Any) -> Any:
+        """Return the kernel that the law of a sort of walls has of its own, or None."""
+        return _own(law_of(wall), self.py_func.__name__, self, self.needed)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return Numba's template of a call with arguments of these types."""
+        own = self.own(_sort_of(args[0]))
+        call = super().get_call_template if own is None else own.get_call_template
+        return call(args, kws)
+
+    def get_overload(self, sig: Any) -> Any:
+        """Return the entry of what is called with arguments of these types."""
+        own = self.own(_sort_of(sig[0]))
+        return super().get_overload(sig) if own is None else own.get_overload(sig)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the kernel from Python."""
+        own = self.own(type(getattr(arguments[0], "wall", arguments[0])))
+        return super().__call__(*arguments) if own is None else own(*arguments)
 
 
-@jit
-def rests(wall, r, s, scale):
-    """Tell whether a damper rests on a rigid wall, but for round-off of positions of a `scale`."""
-    if is_a(wall, RigidWall):
-        return s == 0.0 and wall.gap - r <= ROUND_OFF * scale
-    return False
+def _sort_of(kind: Any) -> Any:
+    """Return the sort of walls by the type of a first argument."""
+    inside = dict(zip(getattr(kind, "fields", ()), getattr(kind, "types", ()), strict=True))
+    return getattr(inside.get("wall", kind), "instance_class", None)
 
 
-@jit
-def into(wall, r):
-    """Return (q, r) of a state at r > gap: q = sqrt(z), but at a rigid wall it is on the wall."""
-    if is_a(wall, RigidWall):
-        return (0.0, wall.gap)
-    return (root_of(wall, r - wall.gap), r)
+def _own(law: Any, name: str, general: Any, needed: bool) -> Any:
+    """Return what a law has of its own of a name, or None.
 
-
-@jit
-def sign_of(mode):
-    """Return 1 at the near wall, -1 at the far one."""
-    return 1.0 if mode in (TOUCH_NEAR, LEAVING_NEAR) else -1.0
-
-
-@jit
-def gap_of(near, far, mode):
-    """Return the gap [m] of the wall that is touched."""
-    if far is None:
-        return near.gap
-    if near is None:
-        return far.gap
-    return near.gap if sign_of(mode) > 0.0 else far.gap
-
-
-@jit
-def depth_at(near, far, mode, q):
-    """Return the depth [m] at the wall that is touched."""
-    if far is None:
-        return depth_of(near, q)
-    if near is None:
-        return depth_of(far, q)
-    return depth_of(near, q) if mode == TOUCH_NEAR else depth_of(far, q)
-
-
-@jit
-def force_at(wall, depth):
-    """Return the greatest force of a contact that was so deep [m]; 0 where it has been noted."""
-    if is_a(wall, RigidWall):
-        return math.inf
-    if is_a(wall, LinearWall):
-        return 0.0
-    if wall.damping is not None:  # which makes another the greatest
-        return 0.0
-    return at_depth(wall, wall.K, depth)
-
-
-@jit
-def force_in(near, far, mode, depth):
-    """Return `force_at` at the wall that is touched."""
-    if far is None:
-        return force_at(near, depth)
-    if near is None:
-        return force_at(far, depth)
-    return force_at(near, depth) if mode == TOUCH_NEAR else force_at(far, depth)
-
-
-@jit
-def structure_at(damper, x1, v1, r, s):
-    """Return (x1, v1), which are r and s where walls limit the structure itself."""
-    # of two that are integrated side by side, round-off must not make two
-    if is_a(damper, Ground):
-        return (r, s)
-    return (x1, v1)
-
-
-# ---- a contact -----------------------------------------------------------------------------------
-
-
-@jit
-def follow_by_law(side, watch, phase, place, left, now):
-    """Follow a contact by the law of its wall (`elastic_contact.follow_contact`)."""
-    if is_a(side.wall, RigidWall):
-        return rebound(side, watch, phase, place, left, now)
-    if is_a(side.wall, LinearWall):
-        return press(side, watch, phase, place, left, now)
-    if is_a(watch.tangent, Driven):
-        return follow_driven(side, watch, phase, place, left, now)
-    return follow_contact(side, watch, phase, place, left, now)
-
-
-@jit
-def follow_at(near, far, mode, watch, phase, place, left, now):
-    """Follow a contact at the side of the `mode`, near or far; a side that is not there is None."""
-    if near is None:
-        return follow_by_law(far, watch, phase, place, left, now)
-    if far is None:
-        return follow_by_law(near, watch, phase, place, left, now)
-    if same_sort(near, far):  # one text for both
-        side = near if mode == TOUCH_NEAR else far
-        return follow_by_law(side, watch, phase, place, left, now)
-    if mode == TOUCH_NEAR:
-        return follow_by_law(near, watch, phase, place, left, now)
-    return follow_by_law(far, watch, phase, place, left, now)
-
-
-# ---- leaving a wall whose force has vanished -----------------------------------------------------
-
-
-@jit
-def leaves(near, far, mode):
-    """Tell whether an orbit that is not FLYING leaves a wall whose force has vanished."""
-    if is_a(near, LinearWall) or is_a(far, LinearWall):
-        return mode in (LEAVING_NEAR, LEAVING_FAR)
-    return False
-
-
-@jit
-def depth_of_touch(near, far, mode, q):
-    """Return q of a touch: 0, but where a wall pushes again that has been left."""
-    if is_a(near, LinearWall) or is_a(far, LinearWall):
-        return 0.0 if mode == FLYING else q
-    return 0.0
-
-
-@jit
-def after_release(near, far, mode, q):
-    """Return what an orbit does after the contact of a `mode`: fly, or first leave its place."""
-    if not (is_a(near, LinearWall) or is_a(far, LinearWall)):
-        return FLYING
-    if q > 0.0:  # it is 0 where the damper is at the place of touch
-        return LEAVING_NEAR if mode == TOUCH_NEAR else LEAVING_FAR
-    return FLYING
-
-
-@jit
-def leave_one(side, watch, place, left, now):
-    """Leave a wall that may let go before the damper is out (`linear_contact.leave`)."""
-    if is_a(side.wall, LinearWall):
-        return leave(side, watch, place, left, now)
-    return CLEARED, now[0], now[1], now[2], now[3], 0.0
-
-
-@jit
-def leave_wall(near, far, mode, watch, grid, stop, begun, now):
-    """Leave the place of a contact whose force has vanished, at the side of the `mode`.
-
-    begun: (cell, place in it); now: (q, x1, v1, r, s). Returns (event, j, x, q, x1, v1, r, s):
-    CLEARED where no wall is in the way any more, otherwise as a flight.
+    Raises TypeError where it has none and must have.
     """
-    (q, x1, v1, r, s), (j, x) = now, begun
-    place, left, inner = (j + x) / grid.n, (stop - j - x) * grid.h, (q, s, x1, v1)
-    event, took, gap, sign = CLEARED, 0.0, 0.0, 1.0
-    if near is not None and mode == LEAVING_NEAR:
-        event, q, s, x1, v1, took = leave_one(near, watch, place, left, inner)
-        gap = near.wall.gap
-    if far is not None and mode == LEAVING_FAR:
-        event, q, s, x1, v1, took = leave_one(far, watch, place, left, inner)
-        gap, sign = far.wall.gap, -1.0
-    at_place = j + x + took / grid.h
-    r = sign * (gap + q)
-    if near is not None:
-        x1, v1 = structure_at(near.damper, x1, v1, r, s)
-    else:
-        x1, v1 = structure_at(far.damper, x1, v1, r, s)
-    j = min(int(at_place), stop - 1)
-    x = at_place - j
-    if event == EXHAUSTED:
-        return ASTRAY, j, x, q, x1, v1, r, s
-    if event == STOPPED:
-        return SECTION, stop, 0.0, q, x1, v1, r, s
-    if event == RETURNED:
-        event = TOUCH_NEAR if mode == LEAVING_NEAR else TOUCH_FAR
-    return event, j, x, q, x1, v1, r, s
+    own = vars(law).get(name) if law else None
+    if law and own is None and needed:
+        raise TypeError(f"{law.__name__} has no kernel {name!r}, which each law must have")
+    return None if own is general else own  # a law may call what holds in general
+
+
+def by_wall(function: Callable[..., Any] | None = None, *, needed: bool = False) -> Any:
+    """Compile a kernel in place of which that of the same name in the law of a wall is called.
+
+    needed: each law has one; what is marked only says its meaning.
+    """
+    if function is None:
+        return lambda f: by_wall(f, needed=needed)
+    kernel: Any = jit(function)
+    if isinstance(kernel, Inner):
+        kernel.__class__, kernel.needed = Chosen, needed
+        return kernel
+
+    def chosen(*arguments: Any) -> Any:
+        law = law_of(type(getattr(arguments[0], "wall", arguments[0])))
+        own = _own(law, function.__name__, chosen, needed)
+        return function(*arguments) if own is None else own(*arguments)
+
+    return chosen

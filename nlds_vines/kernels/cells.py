@@ -7,31 +7,28 @@ import math
 import numpy as np
 
 from .arguments import OrbitBuffers, Prepared, Span
+from .by_law import by_wall
 from .codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
 from .compiling import jit
 from .contact import Steps
-from .deciding import is_a
+from .deciding import says
 from .fixed_step import fixed_grid_from
 from .flight import PERIOD, REACH, SHORT, cells_of, grid_from, grid_of
 from .impact import Arc
-from .linear_contact import Pressed, pressed_of, presses_too_stiff
+from .laws.law import wall_like
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
 from .once_rounded import grid_once_rounded
 from .orbit import bounded, on_ground, run, set_mode
 from .response import begin_tally, report, tally_for
-from .restitution import stuck_of
 from .rigid_flight import grid_of_spans
 from .runge_kutta import SCRATCH
 from .scene import (
-    LinearWall,
-    RigidWall,
     allowed,
     damper_of,
     finite,
     joined,
     near_constants,
     structure_under,
-    wall_like,
 )
 from .variations import flow_of
 from .verdict import judge
@@ -58,20 +55,18 @@ def scratch_for(near, far):
     return np.zeros(SCRATCH)
 
 
-@jit
+@by_wall
 def held_at(wall, ps, damper, n, begun):
-    """Return the motion on a wall: `Stuck`, on n cells a period, `Pressed`, or None."""
-    if is_a(wall, RigidWall):
-        return stuck_of(ps, damper, n, begun)
-    if is_a(wall, LinearWall):
-        return pressed_of(ps, damper, wall, begun)
+    """Return the motion on a wall, if its law has one that is prepared, as a tuple of its own.
+
+    n: cells of a period; begun: as of its grid.
+    """
+    return None
 
 
-@jit
-def held_too_stiff(held):
+@by_wall
+def too_stiff(held):
     """Tell whether the motion on a wall is too fast to be followed."""
-    if is_a(held, Pressed):
-        return presses_too_stiff(held)
     return False
 
 
@@ -87,9 +82,9 @@ def make_grid(parts, ps, damper, n, begun):
     near, far = parts.near, parts.far
     if parts.rk4 is not None:
         return fixed_grid_from(ps, damper, n, begun)
-    if is_a(near, LinearWall) or is_a(far, LinearWall):
+    if says(near, "LINEAR") or says(far, "LINEAR"):
         return grid_once_rounded(ps, damper, n, begun)
-    if is_a(near, RigidWall) or is_a(far, RigidWall):
+    if says(near, "AT_ONCE") or says(far, "AT_ONCE"):
         return grid_of_spans(ps, damper, n, begun)
     return grid_from(ps, damper, n, begun)
 
@@ -102,7 +97,7 @@ def cells_for(parts, n, stops):
     """
     if parts.rk4 is not None:
         return multiple_of(stops, int(parts.period_steps))
-    if is_a(parts.near, LinearWall) or is_a(parts.far, LinearWall):
+    if says(parts.near, "LINEAR") or says(parts.far, "LINEAR"):
         return multiple_of(stops, math.ceil(REACH / SHORT * n))
     return multiple_of(stops, n)
 
@@ -152,7 +147,7 @@ def run_cell(parts, cell, state, span, buffers):
     if n < 0:
         return TOO_STIFF
     prepared = prepared_cell(parts, cell, ps, damper, n, span.stops, PERIOD)
-    if held_too_stiff(prepared.held_near) or held_too_stiff(prepared.held_far):
+    if too_stiff(prepared.held_near) or too_stiff(prepared.held_far):
         return TOO_STIFF
     if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
         return TOO_STIFF

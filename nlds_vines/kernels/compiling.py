@@ -26,7 +26,7 @@ from numba.core import registry, sigutils, types, typing
 from numba.core.compiler_lock import global_compiler_lock
 
 from . import linking, stored_code
-from .deciding import DecidingCompiler
+from .deciding import DecidingCompiler, laws_among
 
 LINKED = linking.as_expected()
 """Whether entries are linked from inner kernels; otherwise Numba compiles as it does by itself."""
@@ -130,7 +130,8 @@ class Kernel(_Dispatcher):
         name = self.py_func.__qualname__
         symbol = linking.symbol(name, self.py_func, kinds)
         processor = self.targetctx.codegen().magic_tuple()
-        return stored_code.file_name(source, name, f"{symbol} {processor}")
+        laws = {Path(law.__file__) for law in laws_among(kinds)}
+        return stored_code.file_name([source, *sorted(laws)], name, f"{symbol} {processor}")
 
 
 class Inner(Kernel):

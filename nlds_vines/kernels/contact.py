@@ -30,17 +30,19 @@ from .compiling import jit
 from .contact_field import DRAIN, VIRIAL, WORK, cos_sin, rotated
 from .deciding import is_a
 from .driven import count_of, drive_start, rows_of
-from .force_law import (
+from .laws.law import (
     acting,
     depth_of,
-    factor_of,
     faint,
     force_of,
     gained,
     lasting_of,
     pressed,
+    rate_of_switching,
     reach_of,
+    rise_of,
     root_of,
+    switching,
     turn_of,
     way_of_step,
     weight_of,
@@ -62,7 +64,7 @@ LONG = 4.0  # free impacts after which a contact is granted half as much doubt f
 MOST_TURNS = 20  # tries to find the deepest point in a step: one does but for very long steps
 NEAR_TURN = 1.0e-6  # part of the depth that a parabola may add to it
 NEAR_SWITCH = 1.0e-13  # error of the place of a switch in a step, where largest values have corners
-SLIGHT = 1.0e-14  # of 1 + a dz/dt: it has not changed its sign
+SLIGHT = 1.0e-14  # of `switching`: it has not changed its sign
 ROUND_OFF = 1.0e-15  # doubt of a step that means nothing
 FAINT = 1.0e-16  # Hertz acceleration, as a share of the external one, that is round-off
 SOON = 1.0e-5  # time in units of 1/rate for which an external acceleration is constant
@@ -271,38 +273,41 @@ def shrunk_by(doubt, share):
 
 
 @jit
-def pushes_at(wall, s):
-    """Tell whether a wall pushes what is in contact and moves with dz/dt = s."""
-    return factor_of(wall.damping, s) > 0.0
+def is_positive(wall, q, s):
+    """Tell on which side of its switch a wall acts, if it has one."""
+    if wall.switch is None:
+        return True
+    return switching(wall, depth_of(wall, q), s) > 0.0
 
 
 @jit
-def margin(wall, pushes, s):
-    """Return 1 + a s, or minus it where the wall has let go: negative behind the switch."""
-    return factor_of(wall.damping, s) if pushes else -factor_of(wall.damping, s)
+def margin(side, positive, row):
+    """Return `switching` at a row, or minus it where it has not been positive: negative behind."""
+    q, s = side.k[row], side.k[row + 1]
+    found = switching(side.wall, depth_of(side.wall, q), s)
+    return found if positive else -found
 
 
 @jit
-def up_to_switch(side, now, tangent, pushes, step):
-    """Cut a step short where a damped wall lets go, or pushes again; row NEW is there.
+def up_to_switch(side, now, tangent, positive, step):
+    """Cut a step short where the force of a wall becomes another function; row NEW is there.
 
-    pushes: what it does at row Y, and in all of the step as it is; now: the side with that wall.
-    Returns (switches, step).
+    positive: what `switching` is at row Y, and the wall of `now` takes for granted in all of the
+    step. Returns (switches, step).
     """
-    if side.wall.damping is None:
+    if side.wall.switch is None:
         return False, step
-    wall, k = side.wall, side.k
-    low, high, f0 = 0.0, 1.0, max(margin(wall, pushes, k[rk.Y + 1]), 0.0)
-    f1 = margin(wall, pushes, k[rk.NEW + 1])
+    low, high, f0 = 0.0, 1.0, max(margin(side, positive, int(rk.Y)), 0.0)
+    f1 = margin(side, positive, int(rk.NEW))
     if not f1 < -SLIGHT:
-        high, f1 = least_margin(wall, now, pushes, step)
+        high, f1 = least_margin(side, now, positive, step)
         if not f1 < -SLIGHT:
             return False, step
     x = high
     for _ in range(MOST_TURNS):
         x = secant(low, high, f0, f1)
         rk.advance(now, None, rk.part_of(step, x))
-        f = margin(wall, pushes, k[rk.NEW + 1])
+        f = margin(side, positive, int(rk.NEW))
         if f == 0.0 or min(x - low, high - x) < NEAR_SWITCH:
             break
         low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
@@ -312,18 +317,24 @@ def up_to_switch(side, now, tangent, pushes, step):
 
 
 @jit
-def least_margin(wall, now, pushes, step):
-    """Return (place, `margin`) where s turns within a step, or (1, 0): row NEW is kept.
+def swing(side, now, phase, row):
+    """Return `rate_of_switching` at a row within a step, phase being that at row Y."""
+    _, _, ds = motion_at(now, phase, row)
+    return rate_of_switching(side.wall, side.k[row + 1], ds)
+
+
+@jit
+def least_margin(side, now, positive, step):
+    """Return (place, `margin`) where that is least within a step, or (1, 0): row NEW is kept.
 
     Only where the margin may become negative by its rates at the ends, twice as large.
     """
     phase, k = step.phase, now.k
-    s0, s1 = k[rk.Y + 1], k[rk.NEW + 1]
-    _, _, f0 = motion_at(now, phase, int(rk.Y))
-    _, _, f1 = motion_at(now, phase, int(rk.NEW))
-    way = 1.0 if pushes else -1.0
-    reach = 2.0 * wall.damping.a * max(abs(f0), abs(f1)) * k[rk.NEW + 4]
-    least = min(margin(wall, pushes, s0), margin(wall, pushes, s1))
+    f0, a = swing(side, now, phase, int(rk.Y))
+    f1, _ = swing(side, now, phase, int(rk.NEW))
+    way = 1.0 if positive else -1.0
+    reach = 2.0 * a * max(abs(f0), abs(f1)) * k[rk.NEW + 4]
+    least = min(margin(side, positive, int(rk.Y)), margin(side, positive, int(rk.NEW)))
     if not (way * f0 < 0.0 and way * f1 > 0.0 and least < reach):
         return 1.0, 0.0
     rk.save(k)
@@ -331,8 +342,8 @@ def least_margin(wall, now, pushes, step):
     for _ in range(MOST_TURNS):
         x = secant(low, high, f0, f1)
         rk.advance(now, None, rk.part_of(step, x))
-        _, _, f = motion_at(now, phase, int(rk.NEW))
-        least = margin(wall, pushes, k[rk.NEW + 1])
+        f, _ = swing(side, now, phase, int(rk.NEW))
+        least = margin(side, positive, int(rk.NEW))
         if f == 0.0 or min(x - low, high - x) < NEAR_TURN:
             break
         low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
@@ -364,12 +375,11 @@ def keep_along(side, tangent, h):
 
 @jit
 def push_at(side, phase, row):
-    """Return (F, dF/dtheta) of a row within a step: of K z^n (1 + a s), but for what multiplies."""
+    """Return (F, its rate but for a positive factor) of a row within a step."""
     wall, k = side.wall, side.k
     q, s = k[row], k[row + 1]
     z, _, ds = motion_at(side, phase, row)
-    rise = wall.exponent * s * factor_of(wall.damping, s) + z * wall.damping.a * ds
-    return force_of(wall, q, z, s), rise
+    return force_of(wall, q, z, s), rise_of(wall, q, z, s, ds)
 
 
 @jit
@@ -377,7 +387,7 @@ def note_push(side, impacts, step):
     """Raise the greatest force to its maximum in the step from row Y to row NEW, which is kept.
 
     Of a damped contact: otherwise it is at the greatest depth. It is where the sign of
-    n s (1 + a s) + z a ds/dt changes from + to -.
+    its rate changes from + to -.
     """
     k, phase = side.k, step.phase
     low, high = 0.0, 1.0
@@ -440,7 +450,7 @@ def contact(side, watch, phase, now, stop):
     # are than `steps` says.
     way, saved, finer = 0.0, 0.0, 1.0
     part = VERIFIED if steps.tolerance < math.inf else 1.0
-    pushes = pushes_at(wall, now[1])
+    positive = is_positive(wall, now[0], now[1])
     begin_along(tangent, k)
     for count in range(MOST_STEPS):
         if count == 0:
@@ -463,7 +473,7 @@ def contact(side, watch, phase, now, stop):
         # Step to the release, to the end of the time or by h, until it ends inside the contact and
         # no more of it is doubted than is granted.
         step, stopped, inside, doubt, share = Step((c, d), False, h), False, False, 0.0, 0.0
-        at = side_with(side, ps, side.damper, acting(wall, pushes), steps)
+        at = side_with(side, ps, side.damper, acting(wall, positive), steps)
         for attempt in range(MOST_ATTEMPTS):
             step, stopped = advance(at, tangent, (c, d), external, stop - elapsed, h)
             inside = step.landing or k[rk.NEW] > 0.0
@@ -483,13 +493,13 @@ def contact(side, watch, phase, now, stop):
             break
         if steps.tolerance < math.inf:
             way, saved = way + h * per_theta, max(share - doubt, 0.0)
-        switches, step = up_to_switch(side, at, tangent, pushes, step)
+        switches, step = up_to_switch(side, at, tangent, positive, step)
         # Note what the step has shown.
         depth = noted(at, watch, step, elapsed, depth)
         elapsed += k[rk.NEW + 4]
         keep_along(side, tangent, step.h)
         # End here, or go on from row NEW.
-        pushes = pushes != switches
+        positive = positive != switches
         if step.landing and not switches:
             return RELEASED, 0.0, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth
         if stopped and not switches:

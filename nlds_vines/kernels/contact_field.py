@@ -17,7 +17,7 @@ sides are known: with a = ds/dt without the Hertz force,
     d(s^2 / 2 + 2/5 kappa q^5)/dtheta = q s a        d(q^2 s)/dtheta = q (s^2 + q^2 ds/dt)
 
 The left sides are functions of the state, the right ones are integrated along with it. (Other
-laws: `force_law`.)
+laws: `laws.law`.)
 
 For a wall that pushes towards -x2 the mirrored state and forcing are handed in: eq. (5) is odd.
 """
@@ -27,7 +27,7 @@ from __future__ import annotations
 from .compiling import jit
 from .deciding import is_a
 from .driven import Driven, count_of, drive_contact
-from .force_law import (
+from .laws.law import (
     depth_of,
     drag_of,
     elastic,

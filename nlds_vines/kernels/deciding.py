@@ -1,14 +1,17 @@
 """Branches that the types of a kernel's arguments decide: what they leave out is not even typed.
 
 A part that is absent is None, and a law is the sort of its wall. Whether an argument, or a field of
-one that is a tuple, is None (`x is None`) or of a sort (`is_a`) is known as soon as a kernel is
-compiled. One of the two branches is then taken out before anything else looks at the kernel, so
-that the two may differ in type, and the other holds nothing of what is absent.
+one that is a tuple, is None (`x is None`), of a sort (`is_a`) or a wall of a law with a property
+(`says`) is known as soon as a kernel is compiled. One of the two branches is then taken out before
+anything else looks at the kernel, so that the two may differ in type, and the other holds nothing
+of what is absent.
 """
 
 from __future__ import annotations
 
 import operator
+import sys
+from collections.abc import Iterator
 from typing import Any
 
 from numba.core import analysis, ir, ir_utils, types
@@ -21,6 +24,29 @@ from numba.core.untyped_passes import IRProcessing
 def is_a(part: object, sort: type) -> bool:
     """Tell whether a part is a tuple of this sort."""
     return isinstance(part, sort)
+
+
+LAWS = f"{__name__.rpartition('.')[0]}.laws."
+"""How the names of modules begin that are laws."""
+
+
+def law_of(sort: Any) -> Any:
+    """Return the module of the law of a sort of walls; None of anything else."""
+    name = getattr(sort, "__module__", "")
+    return sys.modules[name] if name.startswith(LAWS) else None
+
+
+def says(part: object, word: str) -> bool:
+    """Tell whether a part is a wall whose law has a property: a constant of that name."""
+    return hasattr(law_of(type(part)), word)
+
+
+def laws_among(kinds: Any) -> Iterator[Any]:
+    """Yield the laws of all walls among some types, and among their fields."""
+    for kind in kinds:
+        if law := law_of(getattr(kind, "instance_class", None)):
+            yield law
+        yield from laws_among(getattr(kind, "types", ()))
 
 
 def same_sort(part: object, other: object) -> bool:
@@ -51,7 +77,7 @@ class Decide(FunctionPass):
             text._definitions = ir_utils.build_definitions(text.blocks)
             text._consts = ConstantInference(text)
         for line in _lines(text):
-            if _is_one_of(line.value, (is_a, same_sort)):  # which has no type of its own
+            if _is_one_of(line.value, QUESTIONS):  # which has no type of its own
                 line.value = ir.Const(None, line.loc)
         return changed
 
@@ -139,8 +165,11 @@ def _answer(text: Any, kinds: tuple[Any, ...], value: Any) -> bool | None:
         sides = [_kind(text, kinds, side) for side in (value.lhs, value.rhs)]
         if types.none in sides and None not in sides:
             return bool(value.fn(sides[0], sides[1]))
-    if _is_call(text, value, (is_a, same_sort)):
+    if _is_call(text, value, QUESTIONS):
         part = _kind(text, kinds, value.args[0])
+        if part is not None and _is_call(text, value, (says,)):
+            law = law_of(getattr(part, "instance_class", None))
+            return hasattr(law, _meaning(text, value.args[1]).value)
         if part is not None and _is_call(text, value, (is_a,)):
             return getattr(part, "instance_class", None) is _meaning(text, value.args[1]).value
         other = _kind(text, kinds, value.args[1])
@@ -151,3 +180,6 @@ def _answer(text: Any, kinds: tuple[Any, ...], value: Any) -> bool | None:
 
 ASKED = (operator.is_, operator.is_not)
 """Questions whether something is None."""
+
+QUESTIONS = (is_a, same_sort, says)
+"""Questions of other kinds."""

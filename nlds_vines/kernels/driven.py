@@ -15,31 +15,20 @@ Walls see states mirrored by a `sign`; variations are not mirrored, but what dri
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 from .compiling import jit
 from .deciding import is_a
-from .elementary import log
-from .force_law import depth_of, elastic, factor_of, force_of, root_of, stiffness_of
-from .scene import (
-    SMOOTH,
-    Ground,
-    LinearWall,
-    PowerWall,
-    RigidWall,
-    accelerations,
-    near_constants,
-    power_wall_with,
-)
+from .laws.law import fill_constants, force_of, pushed_by_constants, stiffness_of
+from .scene import Ground, accelerations, near_constants
 
 # Columns of the rates of a parameter, the derivatives of what kernels know of a cell:
 #   SLOWER         -1/omega of the frequency         INV_M1, INV_MU, SHARE     of `scene.Damper`
 #   STIFFNESS ... LOAD, K2, C2   as they are called   NEAR, FAR  from there on those of a wall:
-#   GAP, OF_K, EXPONENT, DAMPED (of Hunt and Crossley), KC, CC, OF_E
+#   its GAP, then the constants of its law
 SLOWER, STIFFNESS, DAMPING, FORCE, LOAD, K2, C2, INV_M1, INV_MU, SHARE = range(10)
-GAP, OF_K, EXPONENT, DAMPED, KC, CC, OF_E = range(7)
-NEAR, FAR, RATES = 10, 17, 24
+GAP, CONSTANTS = 0, 6  # at most so many of a law
+NEAR, FAR, RATES = 10, 11 + CONSTANTS, 12 + 2 * CONSTANTS
 
 
 class Driven(NamedTuple):
@@ -108,31 +97,20 @@ def fill_wall(sort, change, gap, rates, at):
     """Fill the rates of a wall of a sort, from column `at` on; gap: that of its place."""
     if sort is None:
         return None
-    if is_a(sort, RigidWall):
-        rates[at + GAP], rates[at + OF_E] = gap, change.e
-        return None
-    if is_a(sort, LinearWall):
-        rates[at + GAP], rates[at + KC], rates[at + CC] = gap, change.kc, change.cc
-        return None
-    if is_a(sort, PowerWall):
-        rates[at + GAP], rates[at + OF_K], rates[at + EXPONENT] = gap, change.K, change.exponent
-        rates[at + DAMPED] = change_of_damping(sort.damping, change)
-        return None
-    rates[at + GAP], rates[at + OF_K] = gap, change.K
-
-
-@jit
-def change_of_damping(damping, change):
-    """Return what changes of Hunt and Crossley's constant, where there is one."""
-    if damping is None:
-        return 0.0
-    return change.hunt_crossley
+    rates[at + GAP] = gap
+    fill_constants(sort, change, rates, at + 1)
 
 
 @jit
 def wall_at(sign):
     """Return the column at which the rates of the near (sign 1) or of the far wall begin."""
     return NEAR if sign > 0.0 else FAR
+
+
+@jit
+def constants_of(sign):
+    """Return the column at which the constants of the law of that wall begin."""
+    return wall_at(sign) + 1
 
 
 # ---- what drives a variation ---------------------------------------------------------------------
@@ -159,47 +137,6 @@ def source_of(ps, damper, by, sign, constant, state, drive, pushes):
 
 
 @jit
-def push_by_law(wall, by, at, q, z, s):
-    """Return what changes of the force [N] of an elastic contact by the constants of its law."""
-    if is_a(wall, PowerWall):
-        found = by[at + OF_K] * elastic(wall, 1.0, q, z) * factor_of(wall.damping, s)
-        if z > 0.0:
-            found += by[at + EXPONENT] * force_of(wall, q, z, s) * log(z)
-        return found + by[at + DAMPED] * s * where_damped(wall.damping, wall, q, z, s)
-    return by[at + OF_K] * elastic(wall, 1.0, q, z)
-
-
-@jit
-def smoothed(tangent, wall, sign):
-    """Return the wall with a root p of z = q^p that makes smooth, too, what its exponent drives.
-
-    That is z^n ln z.
-    """
-    if is_a(wall, PowerWall):
-        p, at = max(wall.root, math.ceil(SMOOTH / (wall.exponent + 1.0))), wall_at(sign)
-        for i in range(len(tangent.rates)):
-            if tangent.rates[i, at + EXPONENT] != 0.0:
-                return power_wall_with(p, wall.gap, wall.K, wall.exponent, wall.damping, wall.kappa)
-    return wall
-
-
-@jit
-def by_root_of(wall, before, q):
-    """Return the q of a depth that has another one `before`, at a wall with another root p."""
-    if is_a(wall, PowerWall):
-        return q if wall.root == before.root else root_of(wall, depth_of(before, q))
-    return q
-
-
-@jit
-def where_damped(damping, wall, q, z, s):
-    """Return K z^n [N] where damping acts on the force, otherwise 0."""
-    if damping is None:
-        return 0.0
-    return damping.acts * elastic(wall, wall.K, q, z)
-
-
-@jit
 def drive_contact(side, tangent, motion, drive, slopes, weight, out):
     """Add what parameters drive to the slopes of variations, k[out + 5:], of a stepped contact.
 
@@ -213,7 +150,7 @@ def drive_contact(side, tangent, motion, drive, slopes, weight, out):
     state = x1, v1, wall.gap + z, s
     for i in range(len(tangent.rates)):
         by, place = tangent.rates[i], out + 5 + 4 * i
-        pushed = sign * (push_by_law(wall, by, at, q, z, s) - stiffness * by[at + GAP])
+        pushed = sign * (pushed_by_constants(wall, by, at + 1, q, z, s) - stiffness * by[at + GAP])
         b, d = source_of(ps, damper, by, sign, 1.0, state, drive, (push, pushed))
         pace = sign * by[SLOWER]
         k[place] += weight * (pace * v1)
@@ -231,22 +168,6 @@ def seen_from_wall(tangent, sign, way):
     if is_a(tangent, Driven):
         for i in range(len(tangent.rates)):
             tangent.rows[4 * i + 2] -= way * sign * tangent.rates[i, wall_at(sign) + GAP]
-
-
-@jit
-def drive_rebound(tangent, damper, wall, sign, s, stays):
-    """Add what the constants of an impact of rigid bodies, at the approach speed s, change.
-
-    stays: whether the damper is at rest afterwards.
-    """
-    if is_a(tangent, Driven):
-        for i in range(len(tangent.rates)):
-            by = tangent.rates[i]
-            more, back = by[wall_at(sign) + OF_E], 1.0 + wall.e
-            if stays:
-                more, back = 0.0, 1.0
-            tangent.rows[4 * i + 1] -= sign * s * (by[SHARE] * back + damper.share * more)
-            tangent.rows[4 * i + 3] -= sign * s * more
 
 
 @jit

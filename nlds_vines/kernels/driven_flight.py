@@ -9,25 +9,13 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from .by_law import by_wall
 from .compiling import jit
 from .deciding import is_a
-from .driven import (
-    CC,
-    DAMPING,
-    FORCE,
-    GAP,
-    KC,
-    LOAD,
-    SHARE,
-    SLOWER,
-    STIFFNESS,
-    Driven,
-    source_of,
-    wall_at,
-)
+from .driven import SLOWER, Driven, source_of
 from .elementary import cos_sin_of_turn
 from .flight import ORDER, propagate, turned
-from .scene import RigidWall, accelerations, unloaded
+from .scene import accelerations, unloaded
 
 
 class Linear(NamedTuple):
@@ -40,22 +28,16 @@ class Linear(NamedTuple):
     grid: Any  # whose cells are short enough for Taylor polynomials
 
 
-@jit
+@by_wall
 def push_of(wall, constant, r, s, c, d):
     """Return the force of what is linear on a wall, r and s as it sees them; and of a variation."""
-    if wall is None:
-        return (0.0, 0.0)
-    return (wall.kc * (r - constant * wall.gap) + wall.cc * s, wall.kc * c + wall.cc * d)
+    return (0.0, 0.0)
 
 
-@jit
-def pushed_by_joint(wall, by, sign, constant, r, s):
+@by_wall
+def push_changed(wall, by, sign, constant, r, s):
     """Return what changes of that force by the parameter itself."""
-    if wall is None:
-        return 0.0
-    at = wall_at(sign)
-    found = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s
-    return sign * (found - constant * wall.kc * by[at + GAP])
+    return 0.0
 
 
 @jit
@@ -66,11 +48,12 @@ def under_once(load, constant, alone):
     return alone + constant * load
 
 
-@jit
-def driven_terms(linear, by, constant, state, drive, variation):
+@by_wall
+def terms_on(linear, by, constant, state, drive, variation):
     """Return (dv1/dt, ds/dt) of a motion, and of a variation driven along it, by terms of both.
 
-    The motion is a flight, or that on a wall with a linear law.
+    The motion is a flight, or on a wall that pushes by `push_of`. constant: 1, or 0 for Taylor
+    coefficients but the first.
     """
     wall, ps, damper, sign = linear.wall, linear.ps, linear.damper, linear.sign
     free = unloaded(ps)
@@ -82,35 +65,12 @@ def driven_terms(linear, by, constant, state, drive, variation):
     if damper is not None:
         ds = under_once(ps.load, constant, ds)
     db, dd = accelerations(free, damper, a, b, c, d, 0.0, push_varied)
-    pushed = pushed_by_joint(wall, by, sign, constant, r, s)
+    pushed = push_changed(wall, by, sign, constant, r, s)
     more, other = source_of(ps, damper, by, sign, constant, state, drive, (push, pushed))
     pace = sign * by[SLOWER]
     return (
         dv, ds, pace * v1 + b, db + more + pace * dv, pace * s + d, dd + other + pace * ds
     )  # fmt: skip
-
-
-@jit
-def stuck_terms(linear, by, constant, state, drive, variation):
-    """Return the same of a damper that stays on a rigid wall, one mass with the structure."""
-    ps, damper, sign = linear.ps, linear.damper, linear.sign
-    x1, v1, _, _ = state
-    a, b, _, _ = variation
-    other, pace = 1.0 - damper.share, sign * by[SLOWER]
-    alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1
-    alone = under_once(ps.load, constant, alone)
-    more = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)
-    more += constant * by[LOAD] - (ps.stiffness * a + ps.damping * b)
-    dv, db = other * alone, other * more - sign * by[SHARE] * alone
-    return dv, 0.0, pace * v1 + b, db + pace * dv, 0.0, 0.0
-
-
-@jit
-def terms_on(linear, by, constant, state, drive, variation):
-    """Return the terms of a flight, or of the motion on a wall, by its law."""
-    if is_a(linear.wall, RigidWall):
-        return stuck_terms(linear, by, constant, state, drive, variation)
-    return driven_terms(linear, by, constant, state, drive, variation)
 
 
 @jit

@@ -186,3 +186,24 @@ def fifth_root(x):
     tail = (0.025536 - g * 0.0204288) + g2 * (0.01692672 - g * 0.014387712)
     tail = g * ((0.2 - g * 0.08) + g2 * ((0.048 - g * 0.0336) + g2 * tail))
     return (y + y * tail) * (power_of_two(fifth) * back)
+
+
+@jit
+def whole_power(q, m):
+    """Return q^m for a whole m >= 0."""
+    result = 1.0
+    while m > 0:
+        if m % 2 == 1:
+            result *= q
+        q *= q
+        m //= 2
+    return result
+
+
+@jit
+def power(q, m, fraction):
+    """Return q^(m + fraction) for q >= 0."""
+    result = whole_power(q, m)
+    if fraction > 0.0:
+        result = result * exp(fraction * log(q)) if q > 0.0 else 0.0
+    return result

@@ -39,7 +39,6 @@ import numpy as np
 from .compiling import jit
 from .contact_field import cos_sin
 from .elementary import fifth_root
-from .force_law import LASTING
 from .fours import four, four_at, larger_of, largest_of, number_of, put_four, sum_of
 from .scene import accelerations_of, under
 
@@ -81,6 +80,7 @@ U, S, WEIGHT, CUBE, DOUBLE, GB, GT, MATRIX = 0, 1, 2, 3, 4, 5, 21, 38  # in rows
 GUESSED, TIMED, MISSED = 16, 17, 36  # terms of the series of b, of time, of what the nodes miss
 
 LENGTH = 1.4716375921623523  # integral of u from touch to release: B(2/5, 1/2) 2/5
+LASTING = 2.943  # time from touch to release of a free impact, times speed / depth
 LARGEST = 0.15  # of e, the external acceleration in units of the contact's own: above it, stepped
 LONGEST = 0.25  # duration of a short impact in units of 1/rate: a longer one is stepped
 MOST_SWEEPS = 12  # a sweep gains one digit or two; from the guess, some two are needed

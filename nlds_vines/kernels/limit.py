@@ -17,7 +17,7 @@ import math
 from . import runge_kutta as rk
 from .compiling import jit
 from .flight import bend_of
-from .force_law import at_depth, damped, depth_of, twice_stored
+from .laws.law import at_depth, damped, depth_of, root_of, stored
 from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, alike, note_violation
 from .roots import narrowed, secant
 from .scene import greatest_push, scale_of
@@ -57,7 +57,7 @@ def may_pass(side, limit_log, duration, touch):
     scale = scale_of(ps, side.damper, x1, v1, wall.gap, s)
     scale += most_push(ps) * math.sqrt(ps.m1) * duration
     room = limit_log[LEVEL] - wall.gap
-    return room <= 0.0 or 0.8 * wall.K * room * room * math.sqrt(room) <= scale * scale
+    return room <= 0.0 or 2.0 * stored(wall, wall.K, room, root_of(wall, room)) <= scale * scale
 
 
 @jit
@@ -67,7 +67,7 @@ def bend_in_contact(side, duration):
     q = k[rk.Y]
     z = depth_of(wall, q)
     scale = scale_of(ps, damper, k[rk.Y + 2], k[rk.Y + 3], wall.gap + z, k[rk.Y + 1])
-    scale = math.sqrt(scale * scale + twice_stored(wall, z, q))
+    scale = math.sqrt(scale * scale + 2.0 * stored(wall, wall.K, z, q))
     scale += most_push(ps) * math.sqrt(ps.m1) * duration
     fast = scale * math.sqrt(damper.inv_mu)
     deepest = z + fast * duration

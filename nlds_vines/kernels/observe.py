@@ -17,7 +17,7 @@ from . import runge_kutta as rk
 from .compiling import jit
 from .contact_field import cos_sin
 from .deciding import is_a
-from .force_law import depth_of, force_of
+from .laws.law import depth_of, force_of
 from .roots import narrowed, secant
 from .scene import under
 

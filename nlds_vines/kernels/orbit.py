@@ -9,21 +9,7 @@ from __future__ import annotations
 from . import runge_kutta as rk
 from .arguments import Flight, Past, Side, Watch
 from .bare_rows import bare
-from .by_law import (
-    after_release,
-    depth_at,
-    depth_of_touch,
-    follow_at,
-    force_in,
-    gap_of,
-    into,
-    leave_wall,
-    leaves,
-    pushes,
-    rests,
-    sign_of,
-    structure_at,
-)
+from .by_law import by_wall
 from .codes import (
     ASTRAY,
     CLEARED,
@@ -41,12 +27,13 @@ from .codes import (
     TOUCH_NEAR,
 )
 from .compiling import jit
-from .deciding import is_a
+from .deciding import is_a, says
 from .driven_flight import Linear, carry
 from .exact import fly
 from .fixed_step import FixedGrid, fly_fixed, phase_in_step
 from .flight import bare_grid, coarse_map, phase_at, step
 from .impact import Arc
+from .laws.law import into, pushes, rests
 from .limit import begin_contact
 from .observe import (
     ORIGIN,
@@ -64,9 +51,20 @@ from .response import (
     tally_leaving,
     tally_share,
 )
-from .restitution import Stuck
 from .rigid_flight import unless_at_once
-from .scene import Ground, Wall, joined
+from .scene import Ground, joined
+from .sides import (
+    after_release,
+    depth_at,
+    depth_of_touch,
+    follow_at,
+    force_in,
+    gap_of,
+    leave_wall,
+    leaves,
+    sign_of,
+    structure_at,
+)
 
 HUGE = 1.0e150  # beyond any state of a damped system; NaN is caught by the same comparison
 MOST_TOUCHES = 100_000  # touches in one period: beyond it the status is STEP_BUDGET
@@ -188,11 +186,9 @@ def bare_if_any(row):
     return bare(row)
 
 
-@jit
+@by_wall
 def bare_held(held):
-    """Return the motion on a rigid wall with its table as a bare row, any other as it is."""
-    if is_a(held, Stuck):
-        return Stuck(held.ps, bare_grid(held.grid))
+    """Return the motion on a wall, or None, with bare rows where that saves time."""
     return held
 
 
@@ -210,7 +206,7 @@ def side_of(prepared, wall, sign, held):
     """Return the `Side` of a wall of a cell, None where it is."""
     if wall is None:
         return None
-    arc = bare_arc(prepared.arc) if is_a(wall, Wall) else None
+    arc = bare_arc(prepared.arc) if says(wall, "SHORT_IMPACTS") else None
     return Side(
         prepared.rk4, prepared.ps, prepared.damper, wall, sign, arc, bare_held(held),
         prepared.contact_steps, prepared.grid.rate, bare(prepared.scratch),

@@ -8,7 +8,7 @@ so is this code compiled.
 from __future__ import annotations
 
 from .arguments import OrbitBuffers, Prepared, Span
-from .cells import STABLE, held_too_stiff, prepared_cell
+from .cells import STABLE, prepared_cell, too_stiff
 from .codes import BAD_PARAMETERS, OK, TOO_STIFF
 from .compiling import jit
 from .flight import Begun, Grid, cells_of
@@ -60,7 +60,7 @@ def come_along(parts, cell, begun, state):
         flown_cell_by_cell(whole.rk4, whole.grid),
         whole.contact_steps, whole.scratch, whole.held_near, whole.held_far,
     )  # fmt: skip
-    if held_too_stiff(prepared.held_near) or held_too_stiff(prepared.held_far):
+    if too_stiff(prepared.held_near) or too_stiff(prepared.held_far):
         return TOO_STIFF
     if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
         return TOO_STIFF

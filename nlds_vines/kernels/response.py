@@ -6,7 +6,7 @@ is linear it is a Taylor polynomial cell by cell: products of states are integra
 so many that the error is below round-off in the longest cell (1.4^12 / 6e15: products turn twice as
 fast). A quantity is largest where its rate, a polynomial too, vanishes: such roots are looked for
 where bends allow the largest value so far to be exceeded, and proven to be all of them
-(`peaks.note_roots`). Contacts are in `response_inside` and `response_steps`.
+(`peaks.note_roots`). Contacts are in `response_inside`, in `response_steps` and with their laws.
 
 Power comes in by the force P cos(omega t), or, where the foot moves, by what moves it. It is
 dissipated by the dashpots and by contacts: by the force that is not elastic, or as rigid bodies
@@ -19,21 +19,16 @@ import math
 
 import numpy as np
 
-from .arguments import Watch
 from .bare_rows import bare
-from .by_law import sign_of
-from .codes import FLYING, OF_FORCES, OF_IMPULSES, POWERS, RELEASED
+from .by_law import by_wall
+from .codes import LEAVING_FAR, LEAVING_NEAR, OF_FORCES, OF_IMPULSES, POWERS
 from .compiling import jit
-from .contact import contact
-from .deciding import is_a, same_sort
-from .elastic_contact import as_seen, turned
-from .elementary import cos_sin_of_turn
+from .deciding import same_sort
+from .elastic_contact import tally_by_law
 from .exact import phase_of
 from .flight import COEF, DRIVE, FACTOR, ORDER, at, bare_grid, cell_polynomial
 from .fours import four, four_at, larger_of, number_of
-from .linear_contact import carried
 from .peaks import factor_at, note_roots
-from .response_inside import tally_halves
 from .response_steps import tally_fixed
 from .response_sums import (
     A2,
@@ -46,7 +41,6 @@ from .response_sums import (
     MOST,
     OF_A,
     OF_FOOT,
-    OF_FORCE,
     OF_R,
     OF_V,
     PLACE,
@@ -62,7 +56,8 @@ from .response_sums import (
     place_of,
     raise_to,
 )
-from .scene import LinearWall, RigidWall, joined
+from .scene import joined
+from .sides import sign_of
 
 # Gauss points of [0, 1] and their weights: the error of a cell is 6!^4 / (13 12!^3) f^(12)
 POINTS = (
@@ -116,15 +111,6 @@ def fill_from_foot(row, foot, w, phase):
     for k in range(ORDER + 1):
         turned = cosine if k % 2 == 0 else sine
         row[FACTOR + k] = w[COEF + 4 * k] - w[DRIVE + k] * turned
-
-
-@jit
-def fill_force(row, w, wall, sign):
-    """Fill them with the force of a wall with a spring and a dashpot."""
-    for k in range(ORDER + 1):
-        i = COEF + 4 * k + 2
-        row[FACTOR + k] = sign * (wall.kc * w[i] + wall.cc * w[i + 1])
-    row[FACTOR] -= wall.kc * wall.gap
 
 
 @jit
@@ -254,113 +240,30 @@ def tally_share(tally, flight, share, y):
     tally_flight(tally, flight, (n * i // stops, 0.0), (n * (i + 1) // stops, 0.0), y)
 
 
+# ---- a contact -----------------------------------------------------------------------------------
+
+
+@by_wall
+def loss_of_leaving(wall, before, after):
+    """Return what a wall dissipates [J] that has let go and springs back from one depth to another.
+
+    before, after: the depths [m].
+    """
+    return 0.0
+
+
 @jit
 def tally_leaving(tally, near, far, mode, before, after):
     """Add what a wall dissipates that still springs back, without a force, behind a release.
 
-    before, after: the depth [m] at the ends of a flight. It stores kc z^2 / 2 less.
+    before, after: the depth [m] at the ends of a flight.
     """
-    if tally is None or not (is_a(near, LinearWall) or is_a(far, LinearWall)):
-        return None
-    if mode != FLYING:
-        wall = spring_of(near, far, mode)
-        tally.row[LOSS] += 0.5 * wall.kc * (before - after) * (before + after)
-
-
-@jit
-def spring_of(near, far, mode):
-    """Return the wall with a spring and a dashpot that is touched."""
-    if not is_a(far, LinearWall):
-        return near
-    if not is_a(near, LinearWall):
-        return far
-    return near if sign_of(mode) > 0.0 else far
-
-
-# ---- a contact -----------------------------------------------------------------------------------
-
-
-@jit
-def tally_steps(side, tally, past):
-    """Add a contact of elastic bodies, by its halves if it is a short impact, or stepped."""
-    seen, before, phase = as_seen(side, past.before, past.phase)
-    after = turned(side.sign, past.after)
-    left = past.took
-    if past.event == RELEASED:
-        left = math.inf
-        exact = side.rk4 is None and side.arc is not None
-        if exact and tally_halves(seen, tally, phase, past.took, before, after):
-            return
-    contact(seen, Watch(None, tally, None, None, tally), phase, before, left)
-
-
-@jit
-def tally_pressed(side, tally, past):
-    """Add a contact with a spring and a dashpot, cell by cell (`linear_contact.press`)."""
-    ps, damper, wall = side.ps, side.damper, side.wall
-    sign, held, took, place = side.sign, side.held, past.took, past.place
-    period, since = 2.0 * math.pi / ps.omega, 0.0
-    grid, shift = bare_grid(held.grid), sign * held.shift
-    w, row = grid.table, tally.row
-    z, s, x1, v1 = past.before
-    moved = carried(damper, shift)
-    y = x1 - moved, v1, sign * (z + (wall.gap - held.shift)), s
-    while since < took:
-        end = min(1.0, (took - since) / grid.h)
-        now = cos_sin_of_turn(place + since / period)
-        cell_polynomial(grid, y[0], y[1], y[2], y[3], now[0], now[1])
-        y = at(w, end)
-        w[COEF] += moved  # the rows hold x1 and r themselves
-        w[COEF + 2] += shift
-        slow, first = row[S2], at(w, 0.0)
-        tally_cell(tally, grid, now, first, end)
-        row[LOSS] += wall.cc * (row[S2] - slow)
-        fill_force(row, w, wall, sign)
-        raise_within(tally, grid, place_of(int(OF_FORCE), sign), bend_in_rows(row), end)
-        since += end * grid.h
-        if end < 1.0:
-            break
-
-
-@jit
-def tally_rigid(side, tally, past):
-    """Add an impact of rigid bodies, and sticking, during which nothing is dissipated by them."""
-    damper, wall, sign, row = side.damper, side.wall, side.sign, tally.row
-    _, s, x1, v1 = past.before
-    took, place = past.took, past.place
-    if sign * s > 0.0:
-        mu, rebound = 1.0 / damper.inv_mu, past.after[1]
-        raise_to(row, int(IMPULSE) + (0 if sign > 0.0 else 1), mu * (s - rebound))
-        row[LOSS] += 0.5 * mu * (s - rebound) * (s + rebound)
-    if not took > 0.0:
+    if tally is None:
         return
-    grid, r = bare_grid(side.held.grid), sign * wall.gap
-    w, v1 = grid.table, v1 - damper.share * s
-    until = place + took / (grid.h * grid.n)
-    j = min(int(place * grid.n), grid.n - 1)
-    x = place * grid.n - j
-    while True:
-        now = phase_of(grid, j, x)
-        end = min(1.0, until * grid.n - j) - x
-        cell_polynomial(grid, x1, v1, 0.0, 0.0, now[0], now[1])
-        for i in range(ORDER + 1):
-            w[COEF + 4 * i + 2], w[COEF + 4 * i + 3] = 0.0, 0.0
-        w[COEF + 2] = r
-        x1, v1, _, _ = tally_cell(tally, grid, now, (x1, v1, r, 0.0), end)
-        j, x = j + 1, 0.0
-        if j >= until * grid.n:
-            return
-
-
-@jit
-def tally_by_law(side, tally, past):
-    """Add a contact by the law of its wall."""
-    if is_a(side.wall, RigidWall):
-        tally_rigid(side, tally, past)
-    elif is_a(side.wall, LinearWall):
-        tally_pressed(side, tally, past)
-    else:
-        tally_steps(side, tally, past)
+    if near is not None and mode == LEAVING_NEAR:
+        tally.row[LOSS] += loss_of_leaving(near, before, after)
+    if far is not None and mode == LEAVING_FAR:
+        tally.row[LOSS] += loss_of_leaving(far, before, after)
 
 
 @jit

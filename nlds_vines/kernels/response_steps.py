@@ -10,7 +10,7 @@ from . import runge_kutta as rk
 from .compiling import jit
 from .contact_field import cos_sin
 from .fixed_step import phase_in_step, step_to
-from .force_law import depth_of, force_of, pushed_by, stiffness_of
+from .laws.law import depth_of, force_of, pushed_by, stiffness_of
 from .observe import PRECISE, opposite
 from .response_sums import OF_FOOT, OF_FORCE, SUMS, add, from_foot, motion_of, place_of, raise_to
 from .roots import narrowed, secant

@@ -13,9 +13,7 @@ from typing import Any, NamedTuple
 
 from .compiling import jit
 from .deciding import is_a
-
-MOST_ROOT = 6  # p of z = q^p (`force_law`): the larger, the more steps there are near the touch
-SMOOTH = 10.0  # p (n + 1) where p n is no integer: derivatives that a step of order eight needs
+from .laws.law import in_range
 
 
 class Structure(NamedTuple):
@@ -58,70 +56,10 @@ class Ground(NamedTuple):
     rest: float
 
 
-class Wall(NamedTuple):
-    """Obstacle with Hertz contact: depth z = r - gap (or -r - gap), force K z^(3/2)."""
-
-    gap: float  # [m]
-    K: float  # [N/m^1.5]
-    kappa: float  # K / mu [m^-0.5 s^-2]
-    speed: float  # sqrt(4 kappa / 5): approach speed = speed * (greatest depth)^(5/4)
-    damping: Any = None  # as of a `PowerWall`, which Hertz' law with damping is
-
-
-class Damping(NamedTuple):
-    """Hunt and Crossley's: a force times `acts` + a dz/dt; both 0 where it would attract."""
-
-    acts: float  # 1, or 0 where the wall has let go
-    a: float  # [s/m]
-
-
-class PowerWall(NamedTuple):
-    """Obstacle with force K z^n, with or without damping: see `force_law`."""
-
-    gap: float  # [m]
-    K: float  # [N/m^n]
-    kappa: float  # K / mu [m^(1 - n) s^-2]
-    speed: float  # sqrt(2 kappa / (n + 1)): approach speed = speed * (greatest depth)^((n + 1)/2)
-    exponent: float  # n
-    root: int  # p of z = q^p
-    high: int  # p n is `high` + `fraction`
-    fraction: float
-    whole: float  # theta, and in its units time, of a free contact
-    lasting: float
-    damping: Any  # `Damping`, or None
-
-
-class LinearWall(NamedTuple):
-    """Obstacle on a spring and a dashpot: force kc z + cc dz/dt (`linear_contact`)."""
-
-    gap: float  # [m]
-    kc: float  # [N/m]
-    cc: float  # [N s/m]
-    pulls: Any  # True where it may pull until the depth is zero, otherwise None
-
-
-class RigidWall(NamedTuple):
-    """Obstacle of a rigid body: the approach speed s turns into -e s (`restitution`)."""
-
-    gap: float  # [m]
-    e: float  # coefficient of restitution, 0 to 1
-
-
 @jit
 def finite(x):
     """Tell whether a number is neither infinite nor NaN."""
     return abs(x) < math.inf
-
-
-class Constants(NamedTuple):
-    """The constants of contacts, where those of the near wall are its own."""
-
-    K: float
-    exponent: float
-    hunt_crossley: float
-    kc: float
-    cc: float
-    e: float
 
 
 @jit
@@ -129,14 +67,7 @@ def near_constants(apart, cell):
     """Return what holds the constants of the near wall's contact; apart: None where it is all's."""
     if apart is None:
         return cell
-    return Constants(
-        cell.near_K,
-        cell.near_exponent,
-        cell.near_hunt_crossley,
-        cell.near_kc,
-        cell.near_cc,
-        cell.near_e,
-    )
+    return cell.near_contact
 
 
 @jit
@@ -153,28 +84,12 @@ def allowed(rk4, has_damper, near, far, apart, cell):
         fine = fine and 0.0 < cell.m2 < math.inf and finite(cell.rest)
         fine = fine and 0.0 <= cell.k2 < math.inf and 0.0 <= cell.c2 < math.inf
     if near is not None:
-        fine = fine and law_allowed(near, near_constants(apart, cell)) and finite(cell.near)
+        fine = fine and in_range(near, near_constants(apart, cell)) and finite(cell.near)
     if far is not None:
-        fine = fine and law_allowed(far, cell) and finite(cell.far)
+        fine = fine and in_range(far, cell) and finite(cell.far)
         if near is not None:
             fine = fine and cell.near + cell.far >= 0.0
     return fine
-
-
-@jit
-def law_allowed(sort, cell):
-    """Tell whether the constants of a wall's law are in range; sort: a wall of that law."""
-    if is_a(sort, RigidWall):
-        return 0.0 <= cell.e <= 1.0
-    if is_a(sort, LinearWall):
-        return 0.0 < cell.kc < math.inf and 0.0 <= cell.cc < math.inf
-    if is_a(sort, PowerWall):
-        return (
-            0.0 < cell.K < math.inf
-            and 1.0 <= cell.exponent <= 3.0
-            and 0.0 <= cell.hunt_crossley < math.inf
-        )
-    return 0.0 < cell.K < math.inf
 
 
 @jit
@@ -237,71 +152,6 @@ def joined(damper):
     if damper is None or is_a(damper, Ground):
         return None
     return damper
-
-
-@jit
-def wall_at(gap, inv_mu, cell):
-    """Return the `Wall` at a limit `gap` of the spring's shortening; inv_mu: of the bodies."""
-    kappa = cell.K * inv_mu
-    return Wall(gap, cell.K, kappa, math.sqrt(0.8 * kappa), None)
-
-
-@jit
-def root_for(n):
-    """Return the number p of z = q^p for a force z^n."""
-    for p in range(1, MOST_ROOT + 1):
-        if abs(p * n - math.floor(p * n + 0.5)) < 1.0e-12:
-            return p
-    return math.ceil(SMOOTH / (n + 1.0))
-
-
-@jit
-def free_integral(N):
-    """Return I(N) = sqrt(pi) Gamma(1 + 1/N) / Gamma(1/2 + 1/N) to half a per cent, N >= 2."""
-    return 1.0 + 1.3863 / (N + 0.44)
-
-
-@jit
-def power_wall_at(gap, K, n, damping, inv_mu):
-    """Return the `PowerWall` at a limit `gap` [m]; inv_mu: of the bodies; damping: or None."""
-    return power_wall_with(root_for(n), gap, K, n, damping, K * inv_mu)
-
-
-@jit
-def power_wall_with(p, gap, K, n, damping, kappa):
-    """Return the `PowerWall` with a root p of z = q^p; kappa: K / mu."""
-    high = math.floor(p * n + 1.0e-12)
-    fraction = p * n - high
-    if fraction < 1.0e-11:
-        fraction = 0.0
-    speed = math.sqrt(2.0 * kappa / (n + 1.0))
-    whole = 2.0 * p * free_integral(p * (n + 1.0)) / math.sqrt(2.0 / (n + 1.0))
-    lasting = 2.0 * free_integral(n + 1.0)
-    return PowerWall(gap, K, kappa, speed, n, p, int(high), fraction, whole, lasting, damping)
-
-
-@jit
-def wall_like(sort, gap, damper, cell):
-    """Return the wall at a limit `gap`, of the same law as the wall `sort`; None where it is."""
-    if sort is None:
-        return None
-    if is_a(sort, RigidWall):
-        return RigidWall(gap, cell.e)
-    if is_a(sort, LinearWall):
-        return LinearWall(gap, cell.kc, cell.cc, sort.pulls)
-    if is_a(sort, PowerWall):
-        return power_wall_at(
-            gap, cell.K, cell.exponent, damping_if(sort.damping, cell), damper.inv_mu
-        )
-    return wall_at(gap, damper.inv_mu, cell)
-
-
-@jit
-def damping_if(damping, cell):
-    """Return the constant of Hunt and Crossley's damping of a cell, None where there is none."""
-    if damping is None:
-        return None
-    return Damping(1.0, cell.hunt_crossley)
 
 
 @jit

@@ -4,8 +4,9 @@ Each specialisation of a kernel is a file of its own, written whole, so that any
 may read and write.  A file that is damaged counts as not there, and is written anew.
 
 What a file holds for is told by a stamp: of the syntax tree of the kernel's module, without
-comments and docstrings, and of all modules beside it that it imports.  So a docstring may be
-changed, or a verdict, and no flight is compiled again.
+comments and docstrings, and of all modules of the kernels that it imports; and of the laws of the
+walls among its arguments, which it need not know (`by_law`).  So a docstring may be changed, or a
+verdict, or another law, and no flight is compiled again.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import os
 import stat
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import cache, lru_cache
 from pathlib import Path
@@ -124,8 +125,8 @@ def read_source(text: bytes) -> tuple[str, list[str]]:
     beside = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom):
-            module = f".{node.module or ''}" if node.level == 1 else node.module or ""
-            if node.level == 1 or module.startswith("nlds_vines.kernels"):
+            module = f".{node.module or ''}" if node.level > 0 else node.module or ""
+            if node.level > 0 or module.startswith("nlds_vines.kernels"):
                 beside |= {module.rpartition(".")[2], *(alias.name for alias in node.names)}
     return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), sorted(beside)
 
@@ -162,23 +163,27 @@ def _write_notes() -> None:
             _write_whole(place / "sources.json", json.dumps(_notes()).encode())
 
 
-@cache
-def stamp_of(path: Path) -> str:
-    """Return a hash of what the compiled code of a module's kernels depends on.
+def modules() -> dict[str, Path]:
+    """Return the files of all kernels by their names, which are used once."""
+    return {path.stem: path for path in KERNELS.rglob("*.py") if path.stem != "__init__"}
 
-    These are the module, those beside it that it imports, and theirs; the versions of Python and of
-    the compiler, and how much it is to optimise.
+
+@cache
+def stamp_of(*paths: Path) -> str:
+    """Return a hash of what the compiled code of a kernel depends on.
+
+    These are its module and those of its laws, those of the kernels that they import, and theirs;
+    the versions of Python and of the compiler, and how much it is to optimise.
     """
     config = numba.config
     options = config.OPT, config.LOOP_VECTORIZE, config.SLP_VECTORIZE  # type: ignore[attr-defined]
     versions = sys.version, numba.__version__, llvmlite.__version__
     digest = hashlib.sha256(repr((versions, options)).encode())
-    left, known = [path], {path}
+    there, left, known = modules(), [*paths], {*paths}
     while left:
         code, beside = _source(left.pop())
         digest.update(code.encode())
-        fresh = {KERNELS / f"{name}.py" for name in beside} - known
-        found = sorted(one for one in fresh if one.exists())
+        found = sorted({there[name] for name in beside if name in there} - known)
         left += found
         known |= {*found}
     return digest.hexdigest()
@@ -233,18 +238,24 @@ def save(name: str, data: bytes) -> None:
 @lru_cache(maxsize=1)
 def _remove_stale(place: Path) -> None:
     """Remove from a folder what holds for other sources of these modules."""
-    stamps = {path.stem: stamp_of(path) for path in KERNELS.glob("*.py")}
+    there = modules()
     for path in place.glob(f"*{SUFFIX}"):
-        stamp = stamps.get(path.name.partition(".")[0])
-        if stamp is not None and not path.name.endswith(f"-{stamp[:16]}{SUFFIX}"):
-            path.unlink(missing_ok=True)
+        names = path.name.partition(".")[0].split("+")
+        if all(name in there for name in names):
+            stamp = stamp_of(*(there[name] for name in names))
+            if not path.name.endswith(f"-{stamp[:16]}{SUFFIX}"):
+                path.unlink(missing_ok=True)
 
 
 SUFFIX = ".compiled"
 
 
-def file_name(source: Path, name: str, key: str) -> str:
-    """Return the name of the file of a kernel: of its `source`, its `name`, for a `key`."""
+def file_name(sources: Sequence[Path], name: str, key: str) -> str:
+    """Return the name of the file of a kernel: of its `name`, for a `key`.
+
+    sources: its module, then the laws of the walls among its arguments.
+    """
     digest = hashlib.sha256(key.encode()).hexdigest()[:24]
     plain = "".join(letter for letter in name if letter.isalnum() or letter in "._")
-    return f"{source.stem}.{plain}-{digest}-{stamp_of(source)[:16]}{SUFFIX}"
+    stems, stamp = "+".join(source.stem for source in sources), stamp_of(*sources)
+    return f"{stems}.{plain}-{digest}-{stamp[:16]}{SUFFIX}"

@@ -17,14 +17,15 @@ import numpy as np
 from .arguments import OrbitBuffers, Prepared, Span
 from .codes import OK
 from .compiling import jit
-from .deciding import is_a
+from .deciding import is_a, says
 from .driven import rows_of
 from .elementary import log
 from .flight import Grid
 from .fours import four, four_at, put_four, sum_of
+from .laws.law import shrinks
 from .orbit import SIZE, on_ground, run, set_mode
 from .runge_kutta import SHRUNK
-from .scene import Ground, LinearWall, RigidWall, Structure, joined, scale_of
+from .scene import Ground, Structure, joined, scale_of
 
 
 class Space(NamedTuple):
@@ -209,21 +210,20 @@ def orthonormalise(tangent, size, growth, lost=0.0):
 @jit
 def lost_of(near, far):
     """Return what of a length is round-off where a damper may stick, which ends variations."""
-    if is_a(near, RigidWall) or is_a(far, RigidWall):
+    if says(near, "AT_ONCE") or says(far, "AT_ONCE"):
         return LOST
     return 0.0
 
 
 @jit
-def shrunk_in_contacts(near, far, damping, other, flow, y, n):
+def shrunk_in_contacts(near, far, flow, y, n):
     """Return the logarithm by which contacts shrink volumes in n periods from the section y.
 
-    An impact of rigid bodies does so by e^2, as it scales both s and time by -e; damping by what it
-    adds to the trace, as long as a contact lasts. damping, other: `damping_of` the two walls.
+    Damping does so by what it adds to the trace, as long as a contact lasts.
     """
-    rigid = is_a(near, RigidWall) or is_a(far, RigidWall)
-    linear = is_a(near, LinearWall) or is_a(far, LinearWall)
-    if not (rigid or linear or damping is not None or other is not None):
+    if near is None and far is None:
+        return 0.0
+    if not (shrinks(near) or shrinks(far)):
         return 0.0
     state, tangent, k = new_state(), np.zeros(16), flow.prepared.scratch
     place_state(flow, y, state)

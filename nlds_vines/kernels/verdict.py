@@ -20,7 +20,6 @@ from .codes import CHAOTIC, OK, QUASIPERIODIC, UNDETERMINED
 from .compiling import jit
 from .course import Course, follow, follow_growth, longer, with_room
 from .elementary import log
-from .force_law import damping_of
 from .growth import digits_of
 from .period_search import FEW, FOUND, MANY, NOTHING, SHORT, find_period
 from .settling import MARGIN, growth_of, note_chaotic_transient
@@ -60,9 +59,7 @@ def note_cycle(flow, evidence, period):
     evidence[ev.EXPONENTS : ev.EXPONENTS + 4] = np.nan
     volume = flow.trace * n * period
     near, far = flow.prepared.near, flow.prepared.far
-    volume += shrunk_in_contacts(
-        near, far, damping_of(near), damping_of(far), flow, evidence[ev.POINT : ev.POINT + 4], n
-    )
+    volume += shrunk_in_contacts(near, far, flow, evidence[ev.POINT : ev.POINT + 4], n)
     if volume > RESOLVED:
         return
     state, tangent, growth = new_state(), np.zeros(16), np.zeros(4)

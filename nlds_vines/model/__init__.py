@@ -2,8 +2,9 @@
 
 In reading order:
 
-    parameters        every parameter: symbol, unit, range
-    laws              the contact laws
+    parameter         one parameter: symbol, unit, range
+    laws              the contact laws, with the parameters that are theirs
+    parameters        every parameter by name
     axis              a parameter and the values it takes
     scenes/           the kinds of systems, a file each
     system            a kind with its parameters, checked

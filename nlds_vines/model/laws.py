@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nlds_vines.model.parameters import CONTACT
+from nlds_vines.model.parameter import Parameter
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,7 @@ class Law:
         constants: the names of its parameters.
         instead: a parameter that may be given in place of all constants; "" for none.
         optional: parameters that may be given as well; 0 where they are not.
+        own: the parameters that no law before it has.
         force: returns the force [N] at a depth z > 0 [m] that grows with dz/dt = s [m/s], from the
             constants by name and arrays of z and s; None where an impact takes no time.
     """
@@ -32,6 +33,7 @@ class Law:
     constants: tuple[str, ...]
     instead: str = ""
     optional: tuple[str, ...] = ()
+    own: tuple[Parameter, ...] = ()
     force: Callable[[Mapping[str, float], np.ndarray, np.ndarray], np.ndarray] | None = None
 
     @property
@@ -73,10 +75,20 @@ def _of_pressed_joint(p: Mapping[str, float], z: np.ndarray, s: np.ndarray) -> n
 HERTZ = Law(
     "hertz",
     "elastic bodies: force K z^1.5, equations (2) and (4)",
-    CONTACT,
+    ("E1", "E2", "nu1", "nu2", "A", "B", "q1"),
     "K",
     (DAMPING,),
-    _of_power,
+    own=(
+        Parameter("E1", "E₁", "Pa", "Young's modulus of the obstacle", low=0, above=True),
+        Parameter("E2", "E₂", "Pa", "Young's modulus of the damper's surface", low=0, above=True),
+        Parameter("nu1", "ν₁", "1", "Poisson's ratio of the obstacle", low=0, high=0.5),
+        Parameter("nu2", "ν₂", "1", "Poisson's ratio of the damper's surface", low=0, high=0.5),
+        Parameter("A", "A", "1/m", "first constant of the gap between the surfaces", low=0),
+        Parameter("B", "B", "1/m", "second constant of the gap between the surfaces", low=0),
+        Parameter("q1", "q₁", "1", "Hertz coefficient that belongs to A / B", low=0, above=True),
+        Parameter("K", "K", "N/m^1.5", "contact stiffness", low=0, above=True),
+    ),
+    force=_of_power,
 )
 """The paper's law, and that of every system which names none."""
 
@@ -87,6 +99,12 @@ _ALL = (
         "force K z^n, n the exponent",
         ("K", "exponent"),
         optional=(DAMPING,),
+        own=(
+            Parameter("exponent", "n", "1", "exponent of the contact force", low=1, high=3),
+            Parameter(
+                "hunt_crossley", "a", "s/m", "damping of the contact, Hunt and Crossley's", low=0
+            ),
+        ),
         force=_of_power,
     ),
     Law(
@@ -94,6 +112,10 @@ _ALL = (
         "spring and dashpot: force kc z + cc dz/dt, until it is zero",
         ("kc",),
         optional=("cc",),
+        own=(
+            Parameter("kc", "kc", "N/m", "stiffness of the contact", low=0, above=True),
+            Parameter("cc", "cc", "N s/m", "damping of the contact", low=0),
+        ),
         force=_of_pressed_joint,
     ),
     Law(
@@ -107,11 +129,17 @@ _ALL = (
         "restitution",
         "rigid bodies: the approach speed turns into -e times itself, at once",
         ("e",),
+        own=(Parameter("e", "e", "1", "coefficient of restitution", low=0, high=1),),
     ),
 )
 
 LAWS: Mapping[str, Law] = {law.name: law for law in _ALL}
 """All contact laws by name."""
+
+_SAY_ALL = {name for law in _ALL for name in law.needed + law.optional}
+
+CONSTANTS = tuple(one.name for law in _ALL for one in law.own if one.name in _SAY_ALL)
+"""The names of all that kernels need to know of contacts."""
 
 SECOND = "_2"
 """The ending of the second wall's constants and law, where they are its own: K_2, e_2, law_2."""

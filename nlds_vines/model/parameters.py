@@ -1,4 +1,4 @@
-"""Every parameter by name: symbol, unit, meaning and allowed range.
+"""Every parameter by name: symbol, unit, meaning and allowed range; those of contacts: `laws`.
 
 The names are those of the paper's equations (1)-(6).  All values are in SI units.
 """
@@ -6,12 +6,11 @@ The names are those of the paper's equations (1)-(6).  All values are in SI unit
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from math import inf, pi
+from dataclasses import replace
+from math import pi
 
-import numpy as np
-
-from nlds_vines.errors import RequestError
+from nlds_vines.model.laws import CONSTANTS, HERTZ, LAWS
+from nlds_vines.model.parameter import Parameter
 
 STRUCTURE = ("m1", "k1", "c1")
 """The parameters of the primary structure: mass, stiffness, damping."""
@@ -25,58 +24,8 @@ OSCILLATOR = ("m", "k", "c")
 FORCING = ("P", "omega")
 """The parameters of the harmonic force on the structure, P cos(omega t)."""
 
-CONTACT = ("E1", "E2", "nu1", "nu2", "A", "B", "q1")
+CONTACT = HERTZ.constants
 """The constants of a Hertz contact, equation (4); `K` may be given in place of all seven."""
-
-
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """One parameter: what it means and which finite values are allowed.
-
-    Attributes:
-        name: as in files, archives and Python.
-        symbol: as in formulas and pictures.
-        unit: SI; "1" for a number without a unit.
-        meaning: in words.
-        low, high: the allowed range, `low` <= value <= `high`.
-        above: whether `low` itself is excluded.
-    """
-
-    name: str
-    symbol: str
-    unit: str
-    meaning: str
-    low: float = -inf
-    high: float = inf
-    above: bool = False
-
-    @property
-    def allowed(self) -> str:
-        """The allowed range in words, for messages and documentation: `> 0 and finite`."""
-        if self.high < inf:
-            return f"from {self.low:g} to {self.high:g}"
-        if self.low > -inf:
-            return f"{'>' if self.above else '>='} {self.low:g} and finite"
-        return "finite"
-
-    def accepts(self, values: np.ndarray) -> np.ndarray:
-        """Return whether `values` are allowed, element by element, in the same shape.
-
-        NaN is never allowed.
-        """
-        bottom = values > self.low if self.above else values >= self.low
-        return bottom & (values <= self.high) & np.isfinite(values)
-
-    def check(self, values: np.ndarray) -> None:
-        """Raise `RequestError` for the first of `values` (any shape) outside the range, if any."""
-        wrong = ~self.accepts(values)
-        if np.any(wrong):
-            given = float(values[wrong].flat[0])
-            unit = f" [{self.unit}]" if self.unit != "1" else ""
-            raise RequestError(
-                f"{self.name} = {given!r} is not allowed: "
-                f"{self.name} ({self.meaning}){unit} must be {self.allowed}"
-            )
 
 
 _ALL = (
@@ -100,22 +49,7 @@ _ALL = (
     Parameter("base_acceleration", "a", "m/s^2", "amplitude of the ground's acceleration", low=0),
     Parameter("g", "g", "m/s^2", "acceleration of gravity", low=0, above=True),
     Parameter("omega", "ω", "rad/s", "angular frequency of the force", low=0, above=True),
-    Parameter("E1", "E₁", "Pa", "Young's modulus of the obstacle", low=0, above=True),
-    Parameter("E2", "E₂", "Pa", "Young's modulus of the damper's surface", low=0, above=True),
-    Parameter("nu1", "ν₁", "1", "Poisson's ratio of the obstacle", low=0, high=0.5),
-    Parameter("nu2", "ν₂", "1", "Poisson's ratio of the damper's surface", low=0, high=0.5),
-    Parameter("A", "A", "1/m", "first constant of the gap between the surfaces", low=0),
-    Parameter("B", "B", "1/m", "second constant of the gap between the surfaces", low=0),
-    Parameter("q1", "q₁", "1", "Hertz coefficient that belongs to A / B", low=0, above=True),
-    Parameter("K", "K", "N/m^1.5", "contact stiffness", low=0, above=True),
-    Parameter("exponent", "n", "1", "exponent of the contact force", low=1, high=3),
-    Parameter("hunt_crossley", "a", "s/m", "damping of the contact, Hunt and Crossley's", low=0),
-    Parameter("kc", "kc", "N/m", "stiffness of the contact", low=0, above=True),
-    Parameter("cc", "cc", "N s/m", "damping of the contact", low=0),
-    Parameter("e", "e", "1", "coefficient of restitution", low=0, high=1),
 )
-
-_OF_CONTACTS = ("K", "exponent", "hunt_crossley", "kc", "cc", "e")
 
 
 def _of_second(parameter: Parameter) -> Parameter:
@@ -128,10 +62,12 @@ def _of_second(parameter: Parameter) -> Parameter:
     )
 
 
-_NAMED = {parameter.name: parameter for parameter in _ALL}
+_OWN = [constant for law in LAWS.values() for constant in law.own]
+
+_NAMED = {parameter.name: parameter for parameter in (*_ALL, *_OWN)}
 
 PARAMETERS: Mapping[str, Parameter] = _NAMED | {
-    f"{name}_2": _of_second(_NAMED[name]) for name in _OF_CONTACTS
+    f"{name}_2": _of_second(_NAMED[name]) for name in CONSTANTS
 }
 """All parameters of all kinds of dampers, by name."""
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, number, shown, string, table, typed, unknown
-from nlds_vines.model.laws import DAMPING, HERTZ, LAWS, SECOND
+from nlds_vines.model.laws import CONSTANTS, DAMPING, HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import CONTACT, OSCILLATOR, PARAMETERS, STRUCTURE
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
@@ -34,27 +34,28 @@ spring's shortening, and `far`, its lengthening [m], at which the walls are touc
 `rest` [m]; `limit`, the shortening [m] that must not be reached. A field that the scene does not
 have is 0, and no kernel reads it."""
 
-_OF_LAWS = ("exponent", DAMPING, "kc", "cc", "e")
-_OF_NEAR = tuple(f"near_{name}" for name in ("K", *_OF_LAWS))
+_OF_LAWS = tuple(name for name in CONSTANTS if name != "K")
+NEAR = "near_contact"
+"""The field of a cell for the constants of the near wall's contact, where it has its own."""
 
 
 def cell_type(scene: Scene) -> np.dtype:
     """Return the type of the records of a scene's cells: that of `CELL`, and what else it has.
 
-    More are the constants of other laws, under their names; those of the near wall, as `near_...`,
-    where the two differ; and `load` [m/s^2], a constant force on the structure per its mass.
+    More are the constants of other laws, under their names; those of the near wall, in the field
+    `NEAR`, where the two differ; and `load` [m/s^2], a constant force on the structure, per mass.
     """
-    names: tuple[str, ...] = ()
-    if scene.walls and (scene.laws != (HERTZ,) or scene.optional):
-        names = _OF_LAWS
-    if scene.law_2 is not None:
-        names = _OF_NEAR + names
+    more: list[Any] = []
     if scene.load is not None:
-        names = ("load", *names)
-    if not names:
+        more += [("load", np.float64)]
+    if scene.law_2 is not None:
+        more += [(NEAR, [(name, np.float64) for name in ("K", *_OF_LAWS)])]
+    if scene.walls and (scene.laws != (HERTZ,) or scene.optional):
+        more += [(name, np.float64) for name in _OF_LAWS]
+    if not more:
         return CELL
     # first, since Numba would take a record that begins like another for a kind of that one
-    return np.dtype([(name, np.float64) for name in (*names, *(CELL.names or ()))])
+    return np.dtype([*more, *((name, np.float64) for name in CELL.names or ())])
 
 
 def hertz_stiffness(p: Mapping[str, Any]) -> Any:
@@ -166,7 +167,7 @@ class System(Outlined):
         if "K" not in self.scene.allowed:
             raise RequestError(f"law {self.law!r} has no stiffness K")
         ahead = self.law_2 and self.scene.second == "far"
-        return float(self.cells()["near_K" if ahead else "K"])
+        return float((self.cells()[NEAR] if ahead else self.cells())["K"])
 
     @property
     def structure(self) -> tuple[float, float, float]:
@@ -177,10 +178,9 @@ class System(Outlined):
 
     def contact(self, wall: str) -> dict[str, float]:
         """Return the constants of the contact at a wall, "near" or "far", by their plain names."""
-        cell, near = self.cells(), "near_" if self.law_2 and wall == "near" else ""
+        cell = self.cells()[NEAR] if self.law_2 and wall == "near" else self.cells()
         names = self.scene.law_at(wall).needed + self.scene.law_at(wall).optional
-        known = {name: near + name for name in names if near + name in (cell.dtype.names or ())}
-        return {name: float(cell[field]) for name, field in known.items()}
+        return {name: float(cell[name]) for name in names if name in (cell.dtype.names or ())}
 
     @property
     def force(self) -> float:
@@ -299,8 +299,12 @@ class System(Outlined):
             cells[_ALSO.get(name, name)] = values[name]
         if "P" not in values:
             cells["P"] = _force(self.scene, values)
-        for name, value in (_derived(self.scene, values) | _contact(self.scene, values)).items():
+        for name, value in _derived(self.scene, values).items():
             cells[name] = value
+        for wall in self.scene.walls:
+            own = cells[NEAR] if self.scene.law_2 and wall == "near" else cells
+            for name, value in _contact(self.scene, wall, values).items():
+                own[name] = value
         return cells
 
 
@@ -345,18 +349,15 @@ def modulus(real: Any, imaginary: Any) -> np.ndarray:
     return most * np.sqrt(1 + share * share)
 
 
-def _contact(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the constants of contacts as a cell has them: of the near wall, if it differs, too."""
-    found: dict[str, Any] = {}
-    for wall in scene.walls:
-        ending, start = scene.ending(wall), "near_" if scene.law_2 and wall == "near" else ""
-        for name in ("K", *_OF_LAWS):
-            if name + ending in values:
-                found[start + name] = values[name + ending]
-        if scene.law_at(wall) == HERTZ and DAMPING + ending in scene.optional:
-            found[start + "exponent"] = 1.5
-        if "K" + ending not in values and scene.law_at(wall) == HERTZ:
-            found[start + "K"] = _checked_stiffness(values)
+def _contact(scene: Scene, wall: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the constants of the contact at a wall, as a cell has them."""
+    ending, hertz = scene.ending(wall), scene.law_at(wall) == HERTZ
+    names = [name for name in ("K", *_OF_LAWS) if name + ending in values]
+    found: dict[str, Any] = {name: values[name + ending] for name in names}
+    if hertz and scene.is_damped(wall):
+        found["exponent"] = 1.5
+    if hertz and "K" + ending not in values:
+        found["K"] = _checked_stiffness(values)
     return found
 
 

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from pkgutil import iter_modules
 from typing import Any
 
 import numpy as np
 
+from nlds_vines.kernels import laws
 from nlds_vines.kernels.arguments import Parts
 from nlds_vines.kernels.cells import prepared_cell
+from nlds_vines.kernels.deciding import says
 from nlds_vines.kernels.flight import PERIOD, cells_of, grid_of
-from nlds_vines.kernels.scene import (
-    Damping,
-    Ground,
-    LinearWall,
-    PowerWall,
-    RigidWall,
-    Wall,
-    damper_of,
-    structure_under,
-)
+from nlds_vines.kernels.scene import Ground, damper_of, structure_under
 from nlds_vines.kernels.variations import Flow, flow_of
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
@@ -28,26 +23,22 @@ from nlds_vines.orbits.settings import Settings
 GROUND = Ground(*[0.0] * len(Ground._fields))
 """What walls stand on that limit the structure itself: of its numbers, kernels look at none."""
 
-_POWER = PowerWall(0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 0.0, 0.0, 0.0, None)
+_FILES = [import_module(f"{laws.__name__}.{file.name}") for file in iter_modules(laws.__path__)]
 
-WALLS: dict[str, Any] = {
-    "hertz": Wall(0.0, 0.0, 0.0, 0.0),
-    "power": _POWER,
-    "linear": LinearWall(0.0, 0.0, 0.0, None),
-    "kelvin-voigt": LinearWall(0.0, 0.0, 0.0, True),
-    "restitution": RigidWall(0.0, 0.0),
+WALLS: dict[tuple[str, bool], Any] = {
+    law: wall for file in _FILES for law, wall in getattr(file, "SORTS", {}).items()
 }
-"""A wall by the name of its law: of its numbers, kernels look at none."""
+"""A wall by the name of its law, and by whether that is damped by a constant more (`is_damped`).
 
-DAMPED = _POWER._replace(damping=Damping(0.0, 0.0))
-"""A wall whose law, a power of the depth, has Hunt and Crossley's damping."""
+Of its numbers, kernels look at none.
+"""
 
 
 def wall_of(scene: Scene, name: str) -> Any:
     """Return a wall of the law at the near or far wall of a scene, None where it has none."""
     if name not in scene.walls:
         return None
-    return DAMPED if scene.is_damped(name) else WALLS[scene.law_at(name).name]
+    return WALLS[scene.law_at(name).name, scene.is_damped(name)]
 
 
 def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Parts:
@@ -58,7 +49,7 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
     """
     settings = Settings.of(method) if settings is None else settings
     near, far = wall_of(scene, "near"), wall_of(scene, "far")
-    hertz = isinstance(near, Wall) or isinstance(far, Wall)
+    short = says(near, "SHORT_IMPACTS") or says(far, "SHORT_IMPACTS")
     return Parts(
         rk4=None if method == "exact" else True,
         damper=True if scene.damper else GROUND if scene.grounded else None,
@@ -66,7 +57,7 @@ def parts_of(method: str, scene: Scene, settings: Settings | None = None) -> Par
         far=far,
         apart=None if scene.law_2 is None else True,
         load=None if scene.load is None else True,
-        arc=make_arc(settings.contact_tolerance, settings.nodes) if hertz else None,
+        arc=make_arc(settings.contact_tolerance, settings.nodes) if short else None,
         contact_steps=float(settings.steps),
         contact_tolerance=float(settings.stepped_to),
         period_steps=float(settings.period_steps),

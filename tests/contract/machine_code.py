@@ -45,11 +45,11 @@ KERNEL = re.compile(r"_ZN10nlds_vines7kernels(\w+)")
 def kernel_of(symbol):
     """Return `module.function` of a mangled name of the kernels (lengths before the words)."""
     rest, words = KERNEL.match(symbol).group(1), []
-    for _ in range(2):
-        length = re.match(r"\d+", rest).group()
-        words.append(rest[len(length) : len(length) + int(length)])
-        rest = rest[len(length) + int(length) :]
-    return ".".join(words)
+    while length := re.match(r"\d+", rest):
+        end = len(length.group()) + int(length.group())
+        words.append(rest[len(length.group()) : end])
+        rest = rest[end:]
+    return ".".join(words[-2:])
 
 
 def undecided(kinds):

@@ -260,25 +260,28 @@ COMPILING = {
 }  # fmt: skip
 """Modules on how kernels are compiled, and kept."""
 
+CHOOSING = {"kernels.by_law"}
+"""Modules on which of several kernels is called: plain Python that the compiler asks."""
+
 
 @pytest.mark.parametrize("name", kernels())
 def test_kernels_know_numbers_only(name):
     found = imports(MODULES[name], PACKAGE)
     outside = {full.split(".")[0] for full in found} - {"nlds_vines", "__future__"}
     if name not in COMPILING:
-        of_types = {"collections", "llvmlite", "operator"} if name in TYPES else set()
+        of_types = {"collections", "llvmlite", "operator"} if name in TYPES | CHOOSING else set()
         assert outside <= {"numba", "numpy", "math", "typing"} | of_types
     if name != "kernels.stored_code":
         tree = ast.parse(MODULES[name].read_text(encoding="utf-8"))
         assert not {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)} & INPUT_OUTPUT
 
 
-@pytest.mark.parametrize("name", sorted(set(kernels()) - TYPES - COMPILING))
+@pytest.mark.parametrize("name", sorted(set(kernels()) - TYPES - COMPILING - CHOOSING))
 def test_every_kernel_is_compiled(name):
     for node in ast.parse(MODULES[name].read_text(encoding="utf-8")).body:
         if isinstance(node, ast.FunctionDef):
             used = {ast.unparse(decorator).split("(")[0] for decorator in node.decorator_list}
-            assert used & {"jit"}, node.name
+            assert used & {"jit", "by_wall"}, node.name
 
 
 def test_only_the_archive_imports_h5py():

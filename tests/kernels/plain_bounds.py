@@ -31,9 +31,10 @@ from nlds_vines.kernels.flight import (
     grid_of,
     rate_of,
 )
+from nlds_vines.kernels.laws.hertz import HertzWall
 from nlds_vines.kernels.observe import energies
 from nlds_vines.kernels.peaks import damper_bound
-from nlds_vines.kernels.scene import Wall, allowed, damper_in, scale_of, structure_of
+from nlds_vines.kernels.scene import allowed, damper_in, scale_of, structure_of
 from nlds_vines.kernels.touch import LOST, NOWHERE, tightened
 
 PLACES = np.linspace(0.0, 1.0, 201)
@@ -75,7 +76,7 @@ def test_bounds_from_the_energy_stay_where_they_are_less():
 # ---- what they prove of a cell -------------------------------------------------------------------
 
 
-NEAR, FAR = Wall(0.1, 1e7, 1e5, 1.0), Wall(0.05, 1e7, 1e5, 1.0)
+NEAR, FAR = HertzWall(0.1, 1e7, 1e5, 1.0), HertzWall(0.05, 1e7, 1e5, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -346,4 +347,4 @@ def test_more_cells_than_memory_are_refused():
 )
 def test_numbers_that_are_allowed(changes, rk4, fine):
     cell = kernel_cell(**{**FORCED, "near": 0.1, "far": 0.1, **changes})
-    assert bool(allowed(rk4, True, True, True, None, cell)) is fine
+    assert bool(allowed(rk4, True, NEAR, FAR, None, cell)) is fine

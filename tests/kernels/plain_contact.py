@@ -7,8 +7,8 @@ from support import NOTHING, Approach, contact_parts, references, side_of
 from nlds_vines.kernels import runge_kutta as rk
 from nlds_vines.kernels.codes import RELEASED, STOPPED
 from nlds_vines.kernels.contact import Steps, contact, near_release
+from nlds_vines.kernels.laws.hertz import HertzWall
 from nlds_vines.kernels.observe import COLUMNS, Impacts
-from nlds_vines.kernels.scene import Wall
 
 SET6 = references()["ssul-set6"].numbers
 WAVE = np.cos(1.0), np.sin(1.0)
@@ -97,7 +97,7 @@ def test_a_step_lands_only_on_a_release_that_is_certain(external, s, near):
     """Notices: the other forces ignored, the direction, the distance."""
     k = np.zeros(rk.SCRATCH)
     k[rk.Y], k[rk.Y + 1] = 1.0, s
-    assert near_release(Wall(0.0, 1.0, 1.0, 1.0), external, 1.0, k) == near
+    assert near_release(HertzWall(0.0, 1.0, 1.0, 1.0), external, 1.0, k) == near
 
 
 def test_a_damper_that_is_pressed_back_before_it_is_out_stays_in_contact():

@@ -6,7 +6,7 @@ from laws_with_forces import LAWS
 from support import Approach, contact_parts, fitted_order, period_map
 
 from nlds_vines import load_system, simulate
-from nlds_vines.kernels.scene import Damping, power_wall_at
+from nlds_vines.kernels.laws.power import Damping, power_wall_with, root_for
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import flow_on
@@ -18,7 +18,9 @@ def test_stepped_contacts_have_order_eight(n, a):
     """From touch to release, in any power, damped or not."""
     numbers = {**load_system("ssul-set6").parameters, "K": 1e7}
     ps, damper, _ = contact_parts(**{k: v for k, v in numbers.items() if k not in CONTACT})
-    wall = power_wall_at(0.06, 1e7, n, Damping(1.0, a) if a > 0.0 else None, damper.inv_mu)
+    damping, switch = (Damping(1.0, a), True) if a > 0.0 else (None, None)
+    kappa = 1e7 * damper.inv_mu
+    wall = power_wall_with(root_for(n), 0.06, 1e7, n, damping, kappa, switch)
     approach = Approach(0.8, 0.01, 0.5, 0.7)
     # by n = 1 the motion is a sine, and twelve steps are as good as round-off
     steps = np.array([4, 5, 6, 8]) if n == 1.0 else np.array([12, 16, 20, 24, 32])

@@ -8,8 +8,8 @@ from support import system_of
 from nlds_vines.kernels.codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from nlds_vines.kernels.exact import Bounds, may_hold_a_miss, note_misses, touch_in
 from nlds_vines.kernels.flight import COEF, TAYLOR, Grid
+from nlds_vines.kernels.laws.hertz import HertzWall
 from nlds_vines.kernels.peaks import proves_no_root
-from nlds_vines.kernels.scene import Wall
 from nlds_vines.kernels.touch import (
     CLEAR,
     CROSSED,
@@ -21,7 +21,7 @@ from nlds_vines.kernels.touch import (
 )
 from nlds_vines.orbits.simulation import simulate
 
-NEAR, FAR = Wall(0.4, 1e7, 1e5, 300.0), Wall(0.3, 1e7, 1e5, 300.0)
+NEAR, FAR = HertzWall(0.4, 1e7, 1e5, 300.0), HertzWall(0.3, 1e7, 1e5, 300.0)
 X = Polynomial([0.0, 1.0])
 
 

@@ -18,7 +18,8 @@ from nlds_vines.kernels.flight import (
     phase_at,
     rate_of,
 )
-from nlds_vines.kernels.scene import accelerations, damper_in, scale_of, structure_of, wall_at
+from nlds_vines.kernels.laws.hertz import hertz_wall_at
+from nlds_vines.kernels.scene import accelerations, damper_in, scale_of, structure_of
 
 USUAL = {"m1": 1000.0, "k1": 3.95e4, "c1": 452.0, "m2": 60.0, "k2": 669.0, "c2": 50.8}
 FORCED = {**USUAL, "P": 800.0, "omega": 6.28}
@@ -162,7 +163,7 @@ def test_a_touch_that_the_forcing_brings_about_after_some_cells(clearance, event
     top = 2.028757838110434  # tan x = -x
     highest = ps.force / (2 * omega**2) * top * math.sin(top)
     cell = kernel_cell(**{**FORCED, "K": 1e7})
-    wall = wall_at(highest * (1 + clearance), damper_in(cell).inv_mu, cell)
+    wall = hertz_wall_at(highest * (1 + clearance), damper_in(cell).inv_mu, cell)
     flight = Flight(None, ps, damper, wall, None, grid)
     found = fly(flight, NOTHING, (0, 0.0), 5, (0.0, 0.0, 0.0, 0.0))
     assert found[0] == event

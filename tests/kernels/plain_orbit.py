@@ -24,8 +24,9 @@ from nlds_vines.kernels.codes import (
 )
 from nlds_vines.kernels.exact import fly
 from nlds_vines.kernels.flight import cells_of, grid_of
+from nlds_vines.kernels.laws.hertz import hertz_wall_at
 from nlds_vines.kernels.orbit import HUGE, SIZE, bounded, keep_slowest, set_mode
-from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
+from nlds_vines.kernels.scene import damper_in, structure_of
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
@@ -97,7 +98,7 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
     ps, damper = structure_of(cell), damper_in(cell)
     grid = grid_of(ps, damper, cells_of(ps, damper))
     inv_mu = damper_in(cell).inv_mu
-    near, far = wall_at(cell.near, inv_mu, cell), wall_at(cell.far, inv_mu, cell)
+    near, far = hertz_wall_at(cell.near, inv_mu, cell), hertz_wall_at(cell.far, inv_mu, cell)
     y, place = np.array([0.01, -0.2, 0.03, 0.4]), grid.h * (2 + x)
     flight = Flight(None, ps, damper, near, far, grid)
     event, j, left, *found = fly(flight, NOTHING, (2, x), 5, tuple(y))
@@ -124,7 +125,7 @@ def test_a_flight_may_begin_anywhere_in_a_cell(x):
 def test_a_state_beyond_a_wall_is_inside_a_contact(r, q, mode):
     cell, state = kernel_cell(m1=1.0, m2=1.0, K=1.0), np.zeros(SIZE)
     state[2], state[4], state[5] = r, 9.0, 9.0
-    set_mode(wall_at(0.1, 1.0, cell), wall_at(0.2, 1.0, cell), state)
+    set_mode(hertz_wall_at(0.1, 1.0, cell), hertz_wall_at(0.2, 1.0, cell), state)
     assert state[4] == pytest.approx(q, abs=1e-12)
     assert state[5] == mode
 

@@ -23,6 +23,7 @@ from nlds_vines.kernels.flight import (
     expand,
     grid_of,
 )
+from nlds_vines.kernels.laws.hertz import hertz_wall_at
 from nlds_vines.kernels.observe import energies, note_energy, powers_at
 from nlds_vines.kernels.peaks import (
     damper_bound,
@@ -33,7 +34,7 @@ from nlds_vines.kernels.peaks import (
     record_breakers,
     work_at,
 )
-from nlds_vines.kernels.scene import damper_in, scale_of, structure_of, wall_at
+from nlds_vines.kernels.scene import damper_in, scale_of, structure_of
 
 USUAL = {"m1": 1000.0, "k1": 39500.0, "c1": 450.0, "m2": 60.0, "k2": 700.0, "c2": 50.0}
 FORCED = {**USUAL, "P": 800.0, "omega": 6.28}
@@ -222,7 +223,7 @@ def flights(seed):
     grid = grid_of(ps, damper, cells_of(ps, damper))
     y = rng.normal(size=4) / np.sqrt([ps.k1, ps.m1, damper.k2, damper.m2])
     y = (y[0], y[1], -abs(y[2]), y[1] - y[3])
-    wall = wall_at(0.3 * abs(y[2]), damper_in(cell).inv_mu, cell)
+    wall = hertz_wall_at(0.3 * abs(y[2]), damper_in(cell).inv_mu, cell)
     energy, truth = np.zeros(2), np.zeros(2)
     j, x, cells = 0, 0.0, 0
     while cells < 25:

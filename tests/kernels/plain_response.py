@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
-from nlds_vines.kernels import response as kernels
+from nlds_vines.kernels.laws import hertz
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.linear_response import response, steady_state
 from nlds_vines.orbits.simulation import simulate
@@ -298,7 +298,7 @@ def test_an_impact_by_its_halves_is_that_which_is_stepped(name, monkeypatch):
         called.append(arguments)
         return False
 
-    monkeypatch.setattr(kernels, "tally_halves", refused)
+    monkeypatch.setattr(hertz, "tally_halves", refused)
     stepped = simulate(system, 6, transient=2, record=record)
     assert len(called) > 3
     assert np.array_equal(halves.section, stepped.section)

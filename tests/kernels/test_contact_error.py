@@ -24,7 +24,7 @@ from nlds_vines.kernels.contact import (
 )
 from nlds_vines.kernels.contact_field import rotated
 from nlds_vines.kernels.flight import rate_of
-from nlds_vines.kernels.force_law import LASTING, WHOLE
+from nlds_vines.kernels.laws.hertz import LASTING, WHOLE
 from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.orbits.settings import Settings
 

@@ -16,7 +16,8 @@ from twin import follow, follow_all, model_of
 from nlds_vines.kernels.arguments import Flight
 from nlds_vines.kernels.exact import SECTION, fly
 from nlds_vines.kernels.flight import cells_of, grid_of
-from nlds_vines.kernels.scene import damper_in, structure_of, wall_at
+from nlds_vines.kernels.laws.hertz import hertz_wall_at
+from nlds_vines.kernels.scene import damper_in, structure_of
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
@@ -245,7 +246,7 @@ def touches(numbers, start, periods, certified=True):
     """
     cell = kernel_cell(**numbers)
     ps, damper = structure_of(cell), damper_in(cell)
-    wall = wall_at(numbers["C"], damper.inv_mu, cell)
+    wall = hertz_wall_at(numbers["C"], damper.inv_mu, cell)
     grid = grid_of(ps, damper, cells_of(ps, damper))
     if not certified:
         ps, grid = ps._replace(force=0.0), grid._replace(bend=0.0)

@@ -21,14 +21,26 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from . import runge_kutta as rk
-from .codes import EXHAUSTED, RELEASED, STOPPED
-from .compiling import jit
-from .driven import drive_rebound, rows_of, seen_from_wall
-from .driven_flight import Linear, carry
-from .elementary import log
-from .exact import phase_of
-from .flight import (
+from .. import runge_kutta as rk
+from ..codes import EXHAUSTED, RELEASED, STOPPED
+from ..compiling import jit
+from ..deciding import is_a
+from ..driven import (
+    DAMPING,
+    FORCE,
+    LOAD,
+    SHARE,
+    SLOWER,
+    STIFFNESS,
+    Driven,
+    constants_of,
+    rows_of,
+    seen_from_wall,
+)
+from ..driven_flight import Linear, carry, under_once
+from ..elementary import log
+from ..exact import phase_of
+from ..flight import (
     COEF,
     DRIVE,
     FACTOR,
@@ -39,15 +51,32 @@ from .flight import (
     cell_polynomial,
     grid_from,
 )
-from .impact_variations import columns_of, put_columns
-from .observe import note_energy
-from .peaks import note_roots
-from .scene import Structure, accelerations, greatest_push, mirrored_load, under
-from .touch import LOST, R, first_touch, tightened
+from ..impact_variations import columns_of, put_columns
+from ..observe import note_energy
+from ..peaks import note_roots
+from ..response import tally_cell
+from ..response_sums import IMPULSE, LOSS, raise_to
+from ..scene import Structure, accelerations, greatest_push, mirrored_load, under
+from ..touch import LOST, R, first_touch, tightened
 
 BRIEF = 1.0e-5  # speed of a rebound that is followed by rest, in units of a / rate
 STEADY = 0.1  # change of a, and phase of the fastest motion, in what a completed series would last
 PULL = 1.0e-12  # with which a wall holds the damper before it lets go, in units of the forces
+
+
+AT_ONCE = True
+ROUND_OFF = 4.0e-15  # of a place that was computed from two positions
+OF_E = 0  # column of what parameters change
+
+
+class RigidWall(NamedTuple):
+    """Obstacle of a rigid body: the approach speed s turns into -e s."""
+
+    gap: float  # [m]
+    e: float  # coefficient of restitution, 0 to 1
+
+
+SORTS = {("restitution", False): RigidWall(0.0, 0.0)}
 
 
 class Stuck(NamedTuple):
@@ -55,6 +84,60 @@ class Stuck(NamedTuple):
 
     ps: Structure
     grid: Grid
+
+
+# ---- a wall --------------------------------------------------------------------------------------
+
+
+@jit
+def made(sort, gap, damper, cell):
+    """Return the wall at a limit `gap` [m] of r."""
+    return RigidWall(gap, cell.e)
+
+
+@jit
+def in_range(sort, cell):
+    """Tell whether the constant is in range."""
+    return 0.0 <= cell.e <= 1.0
+
+
+@jit
+def fill_constants(sort, change, rates, at):
+    """Fill what changes of e."""
+    rates[at + OF_E] = change.e
+
+
+@jit
+def rests(wall, r, s, scale):
+    """Tell whether a damper rests on a wall, but for round-off of positions of a `scale`."""
+    return s == 0.0 and wall.gap - r <= ROUND_OFF * scale
+
+
+@jit
+def into(wall, r):
+    """Return (q, r) of a state at r > gap: it is on the wall."""
+    return (0.0, wall.gap)
+
+
+@jit
+def depth_of(wall, q):
+    """Return the depth: none."""
+    return 0.0
+
+
+@jit
+def shrinks(wall):
+    """Tell that impacts shrink volumes of states, by e^2: s and time are scaled by -e."""
+    return True
+
+
+@jit
+def force_at(wall, depth):
+    """Return the force of an impact that takes no time."""
+    return math.inf
+
+
+# ---- sticking made ready -------------------------------------------------------------------------
 
 
 @jit
@@ -66,7 +149,7 @@ def share_of_load(load, share):
 
 
 @jit
-def stuck_of(ps, damper, n, begun):
+def held_at(wall, ps, damper, n, begun):
     """Return the `Stuck` motion of a cell, on n cells a period; `begun` as of its grid."""
     other = 1.0 - damper.share
     one = Structure(
@@ -74,6 +157,12 @@ def stuck_of(ps, damper, n, begun):
         ps.omega, share_of_load(ps.load, other),
     )  # fmt: skip
     return Stuck(one, grid_from(one, None, n, begun))
+
+
+@jit
+def bare_held(held):
+    """Return the motion on a wall with its table as a bare row."""
+    return Stuck(held.ps, bare_grid(held.grid))
 
 
 # ---- the impact ----------------------------------------------------------------------------------
@@ -145,10 +234,26 @@ def keep_common_motion(ps, damper, tangent):
 
 
 @jit
-def rebound(side, watch, phase, place, left, now):
+def drive_rebound(tangent, damper, wall, sign, s, stays):
+    """Add what the constants of an impact of rigid bodies, at the approach speed s, change.
+
+    stays: whether the damper is at rest afterwards.
+    """
+    if is_a(tangent, Driven):
+        for i in range(len(tangent.rates)):
+            by = tangent.rates[i]
+            more, back = by[constants_of(sign) + OF_E], 1.0 + wall.e
+            if stays:
+                more, back = 0.0, 1.0
+            tangent.rows[4 * i + 1] -= sign * s * (by[SHARE] * back + damper.share * more)
+            tangent.rows[4 * i + 3] -= sign * s * more
+
+
+@jit
+def follow(side, watch, phase, place, left, now):
     """Follow an impact at once, and sticking to its release or for the time `left` [s].
 
-    Arguments and result as those of `elastic_contact.follow_contact`.
+    Arguments and result as those of `elastic_contact.follow`.
     """
     ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
     tangent, k = watch.tangent, side.k
@@ -267,3 +372,51 @@ def stick(side, energy, place, left, x1, v1):
         j, x = j + 1, 0.0
         if j >= until * grid.n:
             return STOPPED, sign * x1, sign * v1, left
+
+
+# ---- what parameters drive, and responses --------------------------------------------------------
+
+
+@jit
+def terms_on(linear, by, constant, state, drive, variation):
+    """Return `driven_flight.terms_on` of a damper that stays: one mass with the structure."""
+    ps, damper, sign = linear.ps, linear.damper, linear.sign
+    x1, v1, _, _ = state
+    a, b, _, _ = variation
+    other, pace = 1.0 - damper.share, sign * by[SLOWER]
+    alone = ps.force * drive - ps.stiffness * x1 - ps.damping * v1
+    alone = under_once(ps.load, constant, alone)
+    more = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1)
+    more += constant * by[LOAD] - (ps.stiffness * a + ps.damping * b)
+    dv, db = other * alone, other * more - sign * by[SHARE] * alone
+    return dv, 0.0, pace * v1 + b, db + pace * dv, 0.0, 0.0
+
+
+@jit
+def tally_by_law(side, tally, past):
+    """Add an impact of rigid bodies, and sticking, during which nothing is dissipated by them."""
+    damper, wall, sign, row = side.damper, side.wall, side.sign, tally.row
+    _, s, x1, v1 = past.before
+    took, place = past.took, past.place
+    if sign * s > 0.0:
+        mu, rebound = 1.0 / damper.inv_mu, past.after[1]
+        raise_to(row, int(IMPULSE) + (0 if sign > 0.0 else 1), mu * (s - rebound))
+        row[LOSS] += 0.5 * mu * (s - rebound) * (s + rebound)
+    if not took > 0.0:
+        return
+    grid, r = bare_grid(side.held.grid), sign * wall.gap
+    w, v1 = grid.table, v1 - damper.share * s
+    until = place + took / (grid.h * grid.n)
+    j = min(int(place * grid.n), grid.n - 1)
+    x = place * grid.n - j
+    while True:
+        now = phase_of(grid, j, x)
+        end = min(1.0, until * grid.n - j) - x
+        cell_polynomial(grid, x1, v1, 0.0, 0.0, now[0], now[1])
+        for i in range(ORDER + 1):
+            w[COEF + 4 * i + 2], w[COEF + 4 * i + 3] = 0.0, 0.0
+        w[COEF + 2] = r
+        x1, v1, _, _ = tally_cell(tally, grid, now, (x1, v1, r, 0.0), end)
+        j, x = j + 1, 0.0
+        if j >= until * grid.n:
+            return

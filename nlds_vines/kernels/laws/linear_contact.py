@@ -18,14 +18,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import runge_kutta as rk
-from .codes import CLEARED, EXHAUSTED, RELEASED, RETURNED, STOPPED
-from .compiling import jit
-from .deciding import is_a
-from .driven import rows_of, seen_from_wall
-from .driven_flight import Linear, carry
-from .elementary import cos_sin_of_turn
-from .flight import (
+from .. import runge_kutta as rk
+from ..codes import CLEARED, EXHAUSTED, RELEASED, RETURNED, STOPPED
+from ..compiling import jit
+from ..deciding import is_a
+from ..driven import GAP, constants_of, rows_of, seen_from_wall, wall_at
+from ..driven_flight import Linear, carry
+from ..elementary import cos_sin_of_turn
+from ..flight import (
     COEF,
     DRIVE,
     FACTOR,
@@ -40,15 +40,36 @@ from .flight import (
     rate_of,
     turned,
 )
-from .impact_variations import columns_of, put_columns
-from .observe import note_depth, note_energy, note_force
-from .once_rounded import piece_once_rounded, rounded_once, whole_at_phase
-from .peaks import factor_at, note_peaks, note_roots, root
-from .scene import Damper, Ground, Structure, joined, mirrored_load, under
-from .touch import LOST, R, first_touch, note_limit, tightened
+from ..impact_variations import columns_of, put_columns
+from ..observe import note_depth, note_energy, note_force
+from ..once_rounded import piece_once_rounded, rounded_once, whole_at_phase
+from ..peaks import factor_at, note_peaks, note_roots, root
+from ..response import bend_in_rows, raise_within, tally_cell
+from ..response_sums import LOSS, OF_FORCE, S2, place_of
+from ..scene import Damper, Ground, Structure, joined, mirrored_load, under
+from ..touch import LOST, R, first_touch, note_limit, tightened
 
 MOST_CELLS = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
 FEWEST = 8.0  # cells of a period, at least
+
+
+LINEAR = True
+KC, CC = 0, 1  # columns of what parameters change
+
+
+class LinearWall(NamedTuple):
+    """Obstacle on a spring and a dashpot: force kc z + cc dz/dt."""
+
+    gap: float  # [m]
+    kc: float  # [N/m]
+    cc: float  # [N s/m]
+    pulls: Any  # True where it may pull until the depth is zero, otherwise None
+
+
+SORTS = {
+    ("linear", False): LinearWall(0.0, 0.0, 0.0, None),
+    ("kelvin-voigt", False): LinearWall(0.0, 0.0, 0.0, True),
+}
 
 
 class Pressed(NamedTuple):
@@ -60,6 +81,63 @@ class Pressed(NamedTuple):
     grid: Grid
     loose: Grid  # of the motion without the wall
     watched: np.ndarray  # rows of what is watched, where a grid's table has those of r
+
+
+# ---- a wall --------------------------------------------------------------------------------------
+
+
+@jit
+def made(sort, gap, damper, cell):
+    """Return the wall at a limit `gap` [m] of r."""
+    return LinearWall(gap, cell.kc, cell.cc, sort.pulls)
+
+
+@jit
+def in_range(sort, cell):
+    """Tell whether the constants are in range."""
+    return 0.0 < cell.kc < math.inf and 0.0 <= cell.cc < math.inf
+
+
+@jit
+def fill_constants(sort, change, rates, at):
+    """Fill what changes of stiffness and damping."""
+    rates[at + KC], rates[at + CC] = change.kc, change.cc
+
+
+@jit
+def pushes(wall, q, s):
+    """Tell whether a wall pushes a damper that is beyond the place of touch, or may pull."""
+    return wall.pulls is not None or wall.kc * q + wall.cc * s > 0.0
+
+
+@jit
+def lets_go_inside(wall):
+    """Tell that a wall may let go of a damper before it is out."""
+    return True
+
+
+@jit
+def shrinks(wall):
+    """Tell that contacts shrink volumes of states."""
+    return True
+
+
+@jit
+def depth_of(wall, q):
+    """Return the depth z [m]: q is z itself."""
+    return q
+
+
+@jit
+def root_of(wall, z):
+    """Return q, the depth itself [m]."""
+    return z
+
+
+@jit
+def force_at(wall, depth):
+    """Return 0: the greatest force has been noted."""
+    return 0.0
 
 
 # ---- made ready ----------------------------------------------------------------------------------
@@ -102,7 +180,7 @@ def local_grid(ps, damper, begun):
 
 
 @jit
-def pressed_of(ps, damper, wall, begun):
+def held_at(wall, ps, damper, n, begun):
     """Return the `Pressed` of a cell at a wall; `begun` as `flight.grid_with` takes it."""
     one, joint, share = pressed_bodies(ps, damper, wall)
     return Pressed(
@@ -112,7 +190,7 @@ def pressed_of(ps, damper, wall, begun):
 
 
 @jit
-def presses_too_stiff(held):
+def too_stiff(held):
     """Tell whether a period on the wall had more cells than can be followed."""
     period = 2.0 * math.pi / held.ps.omega
     return not period <= MOST_CELLS * held.grid.h
@@ -229,10 +307,10 @@ def jump_at(wall, damper, tangent, sign, way):
 
 
 @jit
-def press(side, watch, phase, place, left, now):
+def follow(side, watch, phase, place, left, now):
     """Follow a contact from `now` = (z, s, x1, v1) to its release or for the time `left` [s].
 
-    Arguments and result as those of `elastic_contact.follow_contact`, with z in place of q.
+    Arguments and result as those of `elastic_contact.follow`, with z in place of q.
     """
     ps, damper, wall, sign, held = side.ps, side.damper, side.wall, side.sign, side.held
     energy, impacts, limit_log, tangent = (
@@ -349,3 +427,63 @@ def leave(side, watch, place, left, now):
             break
     z = 0.0 if event == CLEARED else max(sign * r - wall.gap, 0.0)
     return event, z, s, x1, v1, took
+
+
+# ---- what parameters drive, and responses --------------------------------------------------------
+
+
+@jit
+def push_of(wall, constant, r, s, c, d):
+    """Return the force of what is linear on a wall, r and s as it sees them; and of a variation."""
+    return (wall.kc * (r - constant * wall.gap) + wall.cc * s, wall.kc * c + wall.cc * d)
+
+
+@jit
+def push_changed(wall, by, sign, constant, r, s):
+    """Return what changes of that force by the parameter itself."""
+    at = constants_of(sign)
+    found = by[at + KC] * (r - constant * wall.gap) + by[at + CC] * s
+    return sign * (found - constant * wall.kc * by[wall_at(sign) + GAP])
+
+
+@jit
+def loss_of_leaving(wall, before, after):
+    """Return what the wall dissipates that springs back without a force: it stores kc z^2 / 2."""
+    return 0.5 * wall.kc * (before - after) * (before + after)
+
+
+@jit
+def fill_force(row, w, wall, sign):
+    """Fill them with the force of a wall with a spring and a dashpot."""
+    for k in range(ORDER + 1):
+        i = COEF + 4 * k + 2
+        row[FACTOR + k] = sign * (wall.kc * w[i] + wall.cc * w[i + 1])
+    row[FACTOR] -= wall.kc * wall.gap
+
+
+@jit
+def tally_by_law(side, tally, past):
+    """Add a contact that is `Past` to a response, cell by cell (`follow`)."""
+    ps, damper, wall = side.ps, side.damper, side.wall
+    sign, held, took, place = side.sign, side.held, past.took, past.place
+    period, since = 2.0 * math.pi / ps.omega, 0.0
+    grid, shift = bare_grid(held.grid), sign * held.shift
+    w, row = grid.table, tally.row
+    z, s, x1, v1 = past.before
+    moved = carried(damper, shift)
+    y = x1 - moved, v1, sign * (z + (wall.gap - held.shift)), s
+    while since < took:
+        end = min(1.0, (took - since) / grid.h)
+        now = cos_sin_of_turn(place + since / period)
+        cell_polynomial(grid, y[0], y[1], y[2], y[3], now[0], now[1])
+        y = at(w, end)
+        w[COEF] += moved  # the rows hold x1 and r themselves
+        w[COEF + 2] += shift
+        slow, first = row[S2], at(w, 0.0)
+        tally_cell(tally, grid, now, first, end)
+        row[LOSS] += wall.cc * (row[S2] - slow)
+        fill_force(row, w, wall, sign)
+        raise_within(tally, grid, place_of(int(OF_FORCE), sign), bend_in_rows(row), end)
+        since += end * grid.h
+        if end < 1.0:
+            break

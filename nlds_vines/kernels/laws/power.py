@@ -1,0 +1,227 @@
+"""Force K z^n, or with damping, of Hertz's law, too, K z^n max(0, 1 + a dz/dt).
+
+(Hunt and Crossley: Journal of Applied Mechanics 42 (1975) 440. It never attracts: where 1 + a dz/dt
+falls through zero the wall lets go, and there is no force until it rises again. That is a switch of
+the contact (`contact.up_to_switch`), and so each factor here is smooth: 1 + a dz/dt, or 0.)
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from ..compiling import jit
+from ..elementary import log, power
+from .law import depth_of, force_of, root_of, scales_of
+
+MOST_ROOT = 6  # p of z = q^p: the larger, the more steps there are near the touch
+SMOOTH = 10.0  # p (n + 1) where p n is no integer: derivatives that a step of order eight needs
+OF_K, EXPONENT, DAMPED = 0, 1, 2  # columns of what parameters change
+
+
+class Damping(NamedTuple):
+    """Hunt and Crossley's: a force times `acts` + a dz/dt; both 0 where it would attract."""
+
+    acts: float  # 1, or 0 where the wall has let go
+    a: float  # [s/m]
+
+
+class PowerWall(NamedTuple):
+    """Obstacle with force K z^n, with or without damping; the numbers are those of `law`."""
+
+    gap: float  # [m]
+    K: float  # [N/m^n]
+    kappa: float  # K / mu [m^(1 - n) s^-2]
+    speed: float
+    exponent: float  # n
+    root: int  # p of z = q^p
+    high: int  # p n is `high` + `fraction`
+    fraction: float
+    whole: float
+    lasting: float
+    damping: Any  # `Damping`, or None
+    switch: Any  # the same: the wall lets go where the factor falls through zero
+
+
+_PLAIN = PowerWall(0.0, 0.0, 0.0, 0.0, 0.0, 1, 1, 0.0, 0.0, 0.0, None, None)
+_DAMPED = _PLAIN._replace(damping=Damping(0.0, 0.0), switch=True)
+SORTS = {("power", False): _PLAIN, ("power", True): _DAMPED, ("hertz", True): _DAMPED}
+
+
+# ---- a wall --------------------------------------------------------------------------------------
+
+
+@jit
+def made(sort, gap, damper, cell):
+    """Return the wall at a limit `gap` [m] of r."""
+    root, kappa = root_for(cell.exponent), cell.K * damper.inv_mu
+    return power_wall_with(
+        root, gap, cell.K, cell.exponent, damping_if(sort.damping, cell), kappa, sort.switch
+    )
+
+
+@jit
+def damping_if(damping, cell):
+    """Return the constant of Hunt and Crossley's damping of a cell, None where there is none."""
+    if damping is None:
+        return None
+    return Damping(1.0, cell.hunt_crossley)
+
+
+@jit
+def root_for(n):
+    """Return the number p of z = q^p for a force z^n."""
+    for p in range(1, MOST_ROOT + 1):
+        if abs(p * n - math.floor(p * n + 0.5)) < 1.0e-12:
+            return p
+    return math.ceil(SMOOTH / (n + 1.0))
+
+
+@jit
+def power_wall_with(p, gap, K, n, damping, kappa, switch):
+    """Return the `PowerWall` with a root p of z = q^p; kappa: K / mu."""
+    high = math.floor(p * n + 1.0e-12)
+    fraction = p * n - high
+    if fraction < 1.0e-11:
+        fraction = 0.0
+    speed, whole, lasting = scales_of(p, n, kappa)
+    return PowerWall(
+        gap, K, kappa, speed, n, p, int(high), fraction, whole, lasting, damping, switch
+    )
+
+
+@jit
+def in_range(sort, cell):
+    """Tell whether the constants are in range."""
+    fine = 0.0 < cell.K < math.inf and 1.0 <= cell.exponent <= 3.0
+    return fine and 0.0 <= cell.hunt_crossley < math.inf
+
+
+# ---- force and energy ----------------------------------------------------------------------------
+
+
+@jit
+def elastic(wall, stiffness, q, z):
+    """Return stiffness z^n."""
+    return stiffness * power(q, wall.high, wall.fraction)
+
+
+@jit
+def steepness(wall, q):
+    """Return n K z^(n - 1) by the power of q."""
+    return wall.exponent * wall.K * power(q, wall.high - wall.root, wall.fraction)
+
+
+@jit
+def stored(wall, stiffness, z, q):
+    """Return stiffness z^(n + 1) / (n + 1)."""
+    return elastic(wall, stiffness, q, z) * z / (wall.exponent + 1.0)
+
+
+@jit
+def gained(wall, y, p, z, q):
+    """Return by how much kappa z^(n + 1) / (n + 1) rises from z to y."""
+    return (elastic(wall, wall.kappa, p, y) * y - elastic(wall, wall.kappa, q, z) * z) / (
+        wall.exponent + 1.0
+    )
+
+
+# ---- damping -------------------------------------------------------------------------------------
+
+
+@jit
+def damped(wall, s):
+    """Return 1 + a s, 0 where the wall has let go."""
+    return wall.damping.acts + wall.damping.a * s
+
+
+@jit
+def drag_of(wall, q, z, s):
+    """Return dF/ds [N s/m]."""
+    if wall.damping is None:
+        return 0.0
+    return wall.damping.a * elastic(wall, wall.K, q, z)
+
+
+@jit
+def rise_of(wall, q, z, s, ds):
+    """Return n s (1 + a s) + z a ds/dt, the rate of K z^n (1 + a s) over K z^(n - 1)."""
+    return wall.exponent * s * damped(wall, s) + z * wall.damping.a * ds
+
+
+@jit
+def switching(wall, z, s):
+    """Return 1 + a s."""
+    return damped(wall, s)
+
+
+@jit
+def rate_of_switching(wall, s, ds):
+    """Return (ds/dt, a)."""
+    return ds, wall.damping.a
+
+
+@jit
+def acting(wall, positive):
+    """Return a wall as it acts while it pushes, or while it has let go: with damping, or 0."""
+    if wall.damping is None:
+        return wall
+    acts = 1.0 if positive else 0.0
+    return PowerWall(
+        wall.gap, wall.K, wall.kappa, wall.speed, wall.exponent, wall.root, wall.high,
+        wall.fraction, wall.whole, wall.lasting, Damping(acts, acts * wall.damping.a), wall.switch,
+    )  # fmt: skip
+
+
+# ---- what parameters change ----------------------------------------------------------------------
+
+
+@jit
+def fill_constants(sort, change, rates, at):
+    """Fill what changes of K, of n and of Hunt and Crossley's constant, where there is one."""
+    rates[at + OF_K], rates[at + EXPONENT] = change.K, change.exponent
+    if sort.damping is not None:
+        rates[at + DAMPED] = change.hunt_crossley
+
+
+@jit
+def pushed_by_constants(wall, by, at, q, z, s):
+    """Return what changes of the force [N] by K, n and the damping."""
+    found = by[at + OF_K] * elastic(wall, 1.0, q, z) * factor_of(wall.damping, s)
+    if z > 0.0:
+        found += by[at + EXPONENT] * force_of(wall, q, z, s) * log(z)
+    return found + by[at + DAMPED] * s * where_damped(wall.damping, wall, q, z)
+
+
+@jit
+def factor_of(damping, s):
+    """Return the factor of the force, 1 without damping."""
+    if damping is None:
+        return 1.0
+    return damping.acts + damping.a * s
+
+
+@jit
+def where_damped(damping, wall, q, z):
+    """Return K z^n [N] where damping acts on the force, otherwise 0."""
+    if damping is None:
+        return 0.0
+    return damping.acts * elastic(wall, wall.K, q, z)
+
+
+@jit
+def smoothed(wall, tangent, at):
+    """Return the wall with a root p that makes z^n ln z smooth, too, where the exponent changes."""
+    p = max(wall.root, math.ceil(SMOOTH / (wall.exponent + 1.0)))
+    for i in range(len(tangent.rates)):
+        if tangent.rates[i, at + EXPONENT] != 0.0:
+            return power_wall_with(
+                p, wall.gap, wall.K, wall.exponent, wall.damping, wall.kappa, wall.switch
+            )
+    return wall
+
+
+@jit
+def by_root_of(wall, before, q):
+    """Return the q of a depth that has another one `before`, at a wall with another root p."""
+    return q if wall.root == before.root else root_of(wall, depth_of(before, q))

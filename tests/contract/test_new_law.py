@@ -1,0 +1,223 @@
+"""A new contact law is one file and one entry of the model: done here with an example.
+
+Two springs of a wall, the second from a depth on. The test applies the change that CONTRIBUTING
+shows to a copy of the package, and compares states, labels, multipliers and derivatives by the
+law's constants with a solver that shares nothing with the kernels.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from nlds_vines.kernels.laws import law
+
+ROOT = Path(__file__).parents[2]
+
+CONSTANTS = {"ka": 2e5, "za": 0.01, "kb": 2e6}
+RECORDED = (6.0, 6.9, 7.2)  # omega [rad/s]: the deepest contacts of each pass za
+JUDGED = (6.0, 7.8)  # with impacts beyond za, and without
+PERIODS = 12
+
+PROGRAM = """
+import json, sys
+import numpy as np
+import nlds_vines as nv
+from nlds_vines.continuation.section_map import SectionMap
+
+constants, recorded, judged, periods = json.loads(sys.argv[1])
+system = nv.load_system("ssul-set6", law="bilinear", **constants)
+
+def about(omega):
+    there = system.with_(omega=omega)
+    cell = there.cells()
+    return {**there.parameters, "gap": float(cell["near"]), "rest": float(cell["rest"])}
+
+found = {"orbits": [], "regimes": []}
+for omega in recorded:
+    orbit = nv.simulate(system.with_(omega=omega), periods, record=("section", "impacts", "energy"))
+    impacts = {name: orbit.impacts[name].tolist() for name in ("depth", "force")}
+    found["orbits"].append([about(omega), orbit.section.tolist(), impacts])
+for omega in judged:
+    regime = nv.classify(system.with_(omega=omega), quiet=True)
+    pairs = [[z.real, z.imag] for z in np.asarray(regime.multipliers).tolist()]
+    kind = [regime.label, regime.period, regime.impacts]
+    found["regimes"].append([about(omega), np.asarray(regime.point).tolist(), pairs, *kind])
+there = SectionMap(system.with_(omega=recorded[0]), tuple(constants))
+state = np.array([-0.01, 0.3, 0.02, 0.5])
+cycle = there.at(np.concatenate([state, list(constants.values())]), 2)
+found["slopes"] = [about(recorded[0]), state.tolist(), cycle.slopes.tolist()]
+print(json.dumps(found))
+"""
+
+
+class Twin:
+    """Equation (5) with that wall, by SciPy: from event to event, each piece smooth."""
+
+    def __init__(self, p):
+        self.p, self.period, self.depths = p, 2 * np.pi / p["omega"], (0.0, p["za"])
+        self.passed = [0, 0, 0]  # how often each piece was left for one that is deeper
+
+    def depth(self, y):
+        return y[0] - y[2] + self.p["rest"] - self.p["gap"]
+
+    def rates(self, t, y, piece):
+        """Return the derivatives of (x1, v1, x2, v2) off the wall, on one spring, or on two."""
+        p, (x1, v1, x2, v2), z = self.p, y, self.depth(y)
+        force = (0.0, p["ka"] * z, p["ka"] * p["za"] + p["kb"] * (z - p["za"]))[piece]
+        pull = p["k2"] * (x1 - x2 + p["rest"]) + p["c2"] * (v1 - v2) + force
+        own = p["P"] * np.cos(p["omega"] * t) - p["k1"] * x1 - p["c1"] * v1
+        return v1, (own - pull) / p["m1"], v2, pull / p["m2"]
+
+    def events(self, piece):
+        """Return what ends a piece, by what is added to its number: its depth is passed."""
+        found = {}
+        for more, at in ((1, piece), (-1, piece - 1)):
+            if 0 <= at < len(self.depths):
+
+                def passed(t, y, piece, depth=self.depths[at]):
+                    return self.depth(y) - depth
+
+                passed.terminal, passed.direction = True, more
+                found[more] = passed
+        return found
+
+    def sections(self, y, periods):
+        """Return the states (periods, 4) at the ends of periods from a state at phase zero."""
+        t, piece, found = 0.0, sum(self.depth(y) > depth for depth in self.depths), []
+        for n in range(1, periods + 1):
+            while t < n * self.period:
+                ends = self.events(piece)
+                done = solve_ivp(
+                    self.rates, (t, n * self.period), y, "DOP853", args=(piece,),
+                    events=list(ends.values()), rtol=3e-14, atol=1e-15,
+                )  # fmt: skip
+                t, y = done.t[-1], done.y[:, -1]
+                if done.status == 1:
+                    hits = zip(ends, done.t_events, strict=True)
+                    more = next(more for more, times in hits if len(times))
+                    self.passed[piece] += more > 0
+                    piece += more
+            t = n * self.period
+            found.append(y)
+        return np.array(found)
+
+
+def end_of(twin, periods, y):
+    return twin.sections(y, periods)[-1]
+
+
+def derivative(f, x, steps):
+    """Return the derivatives of f by each component of x, as columns, by central differences."""
+    columns = []
+    for i, step in enumerate(steps):
+        e = np.zeros(len(x))
+        e[i] = step
+        far, near = f(x + e) - f(x - e), f(x + 0.5 * e) - f(x - 0.5 * e)
+        columns.append((8 * near - far) / (6 * step))
+    return np.array(columns).T
+
+
+def changed(folder):
+    """Copy the package into a folder and apply the change that CONTRIBUTING shows."""
+    for name in ("nlds_vines", "data", "scans"):
+        ignored = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    (folder / "law.diff").write_text(text.partition("```diff\n")[2].partition("```\n")[0])
+    subprocess.run(["git", "apply", "--unsafe-paths", "law.diff"], cwd=folder, check=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """Return what the changed package computes."""
+    folder = changed(tmp_path_factory.mktemp("changed"))
+    given = json.dumps([CONSTANTS, RECORDED, JUDGED, PERIODS])
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", PROGRAM, given],
+        cwd=folder, capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+pytestmark = pytest.mark.kernels
+compiles = pytest.mark.slow("compiles the kernels of a law that no other test has")
+
+
+@compiles
+def test_its_change_is_one_file_and_one_entry_of_the_model(tmp_path):
+    files = {path.relative_to(ROOT) for path in (ROOT / "nlds_vines").rglob("*.py")}
+    new = changed(tmp_path)
+    there = {path.relative_to(new) for path in (new / "nlds_vines").rglob("*.py")}
+    differ = {path for path in files if (ROOT / path).read_bytes() != (new / path).read_bytes()}
+    assert there - files == {Path("nlds_vines/kernels/laws/bilinear.py")}
+    assert differ == {Path("nlds_vines/model/laws.py")}
+
+
+@compiles
+def test_states_are_those_of_another_solver(found):
+    for p, section, impacts in found["orbits"]:
+        twin, start = Twin(p), np.array([0.0, 0.0, p["rest"], 0.0])
+        np.testing.assert_allclose(section, twin.sections(start, PERIODS), rtol=0, atol=1e-11)
+        assert twin.passed[0] == len(impacts["depth"])
+        depth, force = np.array(impacts["depth"]), np.array(impacts["force"])
+        assert depth.max() > p["za"]
+        expected = p["ka"] * np.minimum(depth, p["za"]) + p["kb"] * np.fmax(depth - p["za"], 0.0)
+        np.testing.assert_allclose(force, expected, rtol=1e-9)
+
+
+@compiles
+def test_label_and_multipliers_are_those_of_another_solver(found):
+    for beyond, (p, point, pairs, *regime) in zip((1, 0), found["regimes"], strict=True):
+        twin, y, (label, period, impacts) = Twin(p), np.array(point), regime
+        sections = twin.sections(y, period)
+        assert label == f"{'' if period == 1 else period}T,{impacts}"
+        assert twin.passed[:2] == [impacts, beyond]
+        np.testing.assert_allclose(sections[-1], y, rtol=0, atol=1e-9)
+        assert all(np.abs(one - y).max() > 1e-6 for one in sections[:-1])
+        image = partial(end_of, twin, period)
+        matrix = derivative(image, y, [1e-5] * 4)
+        ours = np.sort_complex([complex(*pair) for pair in pairs])
+        theirs = np.sort_complex(np.linalg.eigvals(matrix))
+        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-6)
+
+
+@compiles
+def test_derivatives_by_its_constants_are_those_of_another_solver(found):
+    p, (x1, v1, r, s), slopes = found["slopes"]
+    start = np.array([x1, v1, x1 - r + p["rest"], v1 - s])
+
+    def image(constants):
+        there = Twin({**p, **dict(zip(CONSTANTS, constants, strict=True))})
+        x1, v1, x2, v2 = there.sections(start, 2)[-1]
+        return np.array([x1, v1, x1 - x2 + p["rest"], v1 - v2])
+
+    constants = np.array(list(CONSTANTS.values()))
+    theirs = derivative(image, constants, 1e-3 * constants).T
+    scale = np.abs(theirs).max(axis=1, keepdims=True)
+    np.testing.assert_allclose(np.array(slopes) / scale, theirs / scale, rtol=0, atol=1e-6)
+
+
+class Mute(NamedTuple):
+    """A wall of a law that says nothing."""
+
+    gap: float
+
+
+def test_a_law_that_lacks_a_kernel_is_refused_in_words(monkeypatch):
+    monkeypatch.setitem(sys.modules, "nlds_vines.kernels.laws.mute", ModuleType("mute"))
+    monkeypatch.setattr(Mute, "__module__", "nlds_vines.kernels.laws.mute")
+    with pytest.raises(TypeError, match="has no kernel 'elastic', which each law must have"):
+        law.elastic(Mute(0.0), 1.0, 0.0, 0.0)

@@ -3,7 +3,7 @@
     import nlds_vines as nv
     system = nv.load_system("ssul-set6", omega=7.45)
     orbit = nv.simulate(system, periods=100)
-    nv.bifurcation("scan.toml")
+    nv.scan("scan.toml", to="scan.h5")
 
 Everything is loaded when it is first used, so that asking for help costs nothing.  The types of the
 public names stand in `__init__.pyi`.
@@ -14,6 +14,8 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 from typing import Any
+
+from nlds_vines.errors import renamed
 
 if sys.platform == "win32":  # which has neither fcntl nor resource nor SIGUSR1
     _as_program = sys.argv[0] == "-m" or "nlds-vines" in sys.argv[0]  # then without a traceback
@@ -32,33 +34,42 @@ _HOMES = {
     "simulate": "orbits.simulation",
     "Regime": "orbits.classification",
     "classify": "orbits.classification",
-    "bifurcation": "bifurcation.command",
+    "scan": "bifurcation.command",
     "orbit_of": "bifurcation.cell_orbit",
     "plot": "upkeep.plot",
     "ScanArchive": "bifurcation.result",
-    "response_curves": "response_curves.command",
+    "curves": "response_curves.command",
     "ResponseCurves": "response_curves.result",
-    "curves_in": "response_curves.result",
     "Tuned": "tuning.result",
     "Tuning": "tuning.request",
     "load_tuning": "tuning.request_file",
     "tune": "tuning.command",
     "Continued": "continuation.result",
     "Continuation": "continuation.request",
-    "continue_orbit": "continuation.command",
-    "continued": "continuation.result",
+    "follow": "continuation.command",
     "load_continuation": "continuation.request_file",
-    "portrait": "portrait.command",
-    "transients": "transients.command",
+    "portray": "portrait.command",
+    "ensemble": "transients.command",
     "Ensemble": "transients.ensemble",
     "ensemble_of": "transients.ensemble",
     "basin_measures": "transients.basin_shares",
     "Basins": "transients.basin_shares",
     "spectrum": "orbits.spectrum",
     "Spectrum": "orbits.spectrum",
+    "open": "upkeep.opening",
     "read": "archives.archive",
     "verify": "archives.archive",
 }
+
+_OLD = {
+    "continue_orbit": ("continuation.command", "follow"),
+    "continued": ("continuation.result", "open"),
+    "curves_in": ("response_curves.result", "open"),
+}
+"""Names that go with version 0.2: where each is, and what to call instead."""
+
+_FOLDERS = "bifurcation", "portrait", "response_curves", "transients"
+"""Folders that can be called (`callable_package`) until then."""
 
 _MOVED = {"reproduce_paper": "in a clone, `paper.reproduce_paper` makes the paper's figures"}
 
@@ -71,6 +82,12 @@ def __getattr__(name: str) -> Any:
         from nlds_vines.archives.provenance import version
 
         return version("nlds-vines")
+    if name in _FOLDERS:
+        return import_module(f"{__name__}.{name}")
+    if name in _OLD:
+        home, new = _OLD[name]
+        renamed(f"nv.{name}", f"nv.{new}")
+        return getattr(import_module(f"{__name__}.{home}"), name)
     if name not in _HOMES:
         raise AttributeError(_MOVED.get(name) or f"module {__name__!r} has no attribute {name!r}")
     if _HOMES[name].startswith("orbits.") or name == "orbit_of":  # which loads Numba
@@ -78,8 +95,6 @@ def __getattr__(name: str) -> Any:
 
         check_environment()
     module = import_module(f"{__name__}.{_HOMES[name]}")
-    if _HOMES[name] == f"{name}.command":  # a folder that is called like its function
-        return sys.modules[f"{__name__}.{name}"]
     globals()[name] = value = getattr(module, name)
     return value
 

@@ -2,6 +2,7 @@
 
 `python -m nlds_vines.bifurcation` needs a package of that name, `nv.bifurcation(...)` a function.
 Importing the package puts it in the function's place, so the package itself is made callable.
+These functions have other names now, and the old ones go with version 0.2.
 """
 
 from __future__ import annotations
@@ -13,12 +14,15 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
+from nlds_vines.errors import renamed
+
 
 class CallablePackage(ModuleType):
     """A package whose call is that of the function of its name in its module `command`."""
 
     def __call__(self, *args: Any, **keywords: Any) -> Any:
-        """Load the command's module and call the function."""
+        """Load the command's module and call the function; say what it is called now."""
+        renamed(f"nv.{self.__name__.rpartition('.')[2]}", f"nv.{self.__dict__['NEW_NAME']}", 3)
         return self._function(*args, **keywords)
 
     @property
@@ -32,6 +36,10 @@ class CallablePackage(ModuleType):
         return getattr(import_module(f"{self.__name__}.command"), name)
 
 
-def make_callable(package: str) -> None:
-    """Make the package of this name callable; its `__init__` calls this with `__name__`."""
+def make_callable(package: str, new_name: str) -> None:
+    """Make the package of this name callable; its `__init__` calls this with `__name__`.
+
+    Arguments: `new_name`, what the function is called now.
+    """
+    vars(sys.modules[package])["NEW_NAME"] = new_name
     sys.modules[package].__class__ = CallablePackage

@@ -12,6 +12,7 @@ import numbers
 import os
 import re
 import unicodedata
+import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import wraps
@@ -219,6 +220,12 @@ _KINDS: Mapping[str, tuple[str, Any]] = {
     "Document": ("a table", Mapping),
 }
 """What the words of an annotation mean; every other word is the name of a class."""
+
+
+def renamed(old: str, new: str, depth: int = 3) -> None:
+    """Warn that `old` is called `new` now; `depth` calls above stands the user's line."""
+    text = f"{old} is called {new} now; the old name goes with version 0.2"
+    warnings.warn(text, DeprecationWarning, stacklevel=depth)
 
 
 def typed(public: Public) -> Public:

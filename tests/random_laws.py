@@ -165,7 +165,7 @@ def errors_of(
     )  # fmt: skip
     try:
         seen, sections = course_of(case, orbit.section), orbit.section
-        wide = np.abs(orbit.trajectory).max(axis=0)
+        wide = np.abs(np.vstack([case.start, orbit.trajectory])).max(axis=0)
         scale = np.array([wide[::2].max(), wide[1::2].max()] * (len(wide) // 2))
         near = course_of(case, sections, NUDGE * scale)
     except ChatterError:

@@ -9,4 +9,4 @@ period of the force; the strip on top has the regimes, the green curve the struc
 import nlds_vines as nv
 
 scan = {"system": "ssul-set6", "vary": {"omega": {"start": 7.2, "stop": 7.8, "num": 241}}}
-nv.bifurcation(scan, "diagram.h5", plot="diagram.png")
+nv.scan(scan).plot().savefig("diagram.png", dpi=200)

@@ -15,4 +15,4 @@ scan = {
     "start": {"policy": "both"},
     "record": {"want": ["section", "regime", "lyapunov"]},
 }
-nv.bifurcation(scan, "hysteresis.h5", plot="hysteresis.png")
+nv.scan(scan).plot().savefig("hysteresis.png", dpi=200)

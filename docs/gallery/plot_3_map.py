@@ -18,9 +18,10 @@ scan = {
     "sampling": {"transient": 240, "periods": 60},
     "record": {"want": ["regime", "settling"]},
 }
-nv.bifurcation(scan, "map.h5", plot="map.png")
+archive = nv.scan(scan, to="map.h5")
+archive.plot().savefig("map.png", dpi=200)
 
 # %%
 # The same archive shows other things: here for how many periods orbits need until they settle.
 
-nv.bifurcation(scan, "map.h5", plot="settling.png", show="settling", resume=True)
+archive.plot("settling").savefig("settling.png", dpi=200)

@@ -11,7 +11,7 @@ import numpy as np
 
 import nlds_vines as nv
 
-found = nv.continue_orbit("ssul-set6", along="omega", between=(7.0, 8.0), doublings=1)
+found = nv.follow("ssul-set6", along="omega", between=(7.0, 8.0), doublings=1)
 for row in found.special[:3]:
     print(row.kind, f"{row.value:.6f} rad/s", row.before, row.after)
 

@@ -20,7 +20,7 @@ scans = {
     },
 }
 for name, scan in scans.items():
-    nv.bifurcation({**scan, "sampling": sampling, "record": {"want": ["energy"]}}, f"{name}.h5")
+    nv.scan(scan, sampling=sampling, record=["energy"], to=f"{name}.h5")
 
 # %%
 # The dimensions of ``E1max`` are the varied parameters and the start, of which there is one.

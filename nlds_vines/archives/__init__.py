@@ -13,4 +13,5 @@ In reading order:
     frames       an archive for xarray, pandas, and as CSV
     view         an open archive: datasets by name, attributes, dimensions
     archive      the archive itself, written, read and verified: the only module that imports h5py
+    archive_path   its path, which can be read; one without a name lives as long as that
 """

@@ -117,6 +117,8 @@ def read(path: str | os.PathLike[str]) -> ArchiveView:
 
 def _as_path(path: object) -> Path:
     """Return the path of an archive; `RequestError` for anything that is none."""
+    if isinstance(path, Path):
+        return path
     if isinstance(path, str | os.PathLike):
         return Path(path)
     raise RequestError(f"archive = {shown(path)} must be the path of a file")

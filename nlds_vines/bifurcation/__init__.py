@@ -24,9 +24,9 @@ In reading order:
     estimate       how long a scan takes, from a sample of it
     result         the archive as a path that can be read and drawn
     picture/       diagrams and maps, drawn from the archive alone
-    command        `python -m nlds_vines.bifurcation` and `nv.bifurcation`
+    command        `python -m nlds_vines.bifurcation` and `nv.scan`
 """
 
 from nlds_vines.callable_package import make_callable
 
-make_callable(__name__)
+make_callable(__name__, "scan")

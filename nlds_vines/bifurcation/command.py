@@ -1,7 +1,7 @@
 """Scan one parameter or two: a bifurcation diagram or a map, in an archive and a picture.
 
 As a command: `python -m nlds_vines.bifurcation`, or `nlds-vines bifurcation`.
-In Python: `nlds_vines.bifurcation(scan)`.
+In Python: `nlds_vines.scan(scan)`.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from nlds_vines.cli.paths import (
     refuse_begun,
     refuse_existing,
     refuse_replacing,
+    request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
@@ -61,6 +62,52 @@ examples:
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
 """
+
+
+# public: its keywords are those of the command, more than eight
+@typed
+def scan(
+    source: Scan | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    *,
+    to: str | os.PathLike[str] | None = None,
+    threads: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    scheduler: str | None = None,
+    quiet: bool = False,
+    **tables: Any,
+) -> ScanArchive:
+    """Compute a scan and return its archive, which can be read and drawn.
+
+    Arguments:
+        source: a `System` or the name of one, a `Scan`, the path of a scan file, the document in
+            one, or None for Figure 8.
+        to: the archive (.h5); None for one that is gone with what is returned.
+        threads: how many; by default as many as the machine has processors.
+        resume, overwrite: continue or replace an archive that exists; not both.
+        scheduler: `local:N`, or the address of a Dask scheduler whose workers are to compute.
+        quiet: whether to show no progress.
+        tables: tables of a scan file laid over the source, as `vary={"omega": {"start": 5.0,
+            "stop": 8.0, "num": 1201}}`, `sampling={"transient": 600}`; `record` may be a list of
+            names, `start` the name of a policy.
+
+    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    """
+    document = dict(tables)
+    if isinstance(document.get("record"), list | tuple):
+        document["record"] = {"want": list(document["record"])}
+    if isinstance(document.get("start"), str):
+        document["start"] = {"policy": document["start"]}
+    job = Job(
+        scan=load_scan(source, document, "scan"),
+        source=request_path(source),
+        archive=ScanArchive.for_result(to, "scan", resume, overwrite),
+        plot=None,
+        how=RunOptions(threads, resume, overwrite, None, scheduler, quiet),
+    )
+    job.refuse()
+    job.run()
+    return ScanArchive.of(job.archive)
 
 
 # public: its keywords are those of the command, more than eight

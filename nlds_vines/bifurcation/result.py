@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import os
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from nlds_vines.archives.archive_path import ArchivePath
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from nlds_vines.archives.view import ArchiveView
+    from nlds_vines.bifurcation.request import Scan
 
 
-class ScanArchive(type(Path())):  # type: ignore[misc]  # the concrete class: Path alone is abstract
+class ScanArchive(ArchivePath):
     """The path of a scan's archive; wherever a path may stand, it may stand.
 
     Attributes:
@@ -28,19 +29,22 @@ class ScanArchive(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
         cls, path: str | os.PathLike[str], picture: str | os.PathLike[str] | None = None
     ) -> ScanArchive:
         """Return the archive at a path, with the path of its picture."""
-        found = cls(path)
+        found = super().of(path)
         found.picture = None if picture is None else Path(picture)
         return found
 
-    def read(self) -> AbstractContextManager[ArchiveView]:
-        """Open it, in a `with` statement, as `nlds_vines.read` does."""
-        from nlds_vines.archives.archive import read
+    @property
+    def request(self) -> Scan:
+        """The scan, with which the same numbers are computed again."""
+        from nlds_vines.bifurcation.archived import scan_in
 
-        return read(self)
+        return scan_in(self)
 
     def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
         """Return its picture as a matplotlib figure, as `nlds_vines.plot` does."""
         from nlds_vines.bifurcation.picture.drawing import draw
+        from nlds_vines.plotting.notebook import let_figures_be_shown
 
+        let_figures_be_shown()
         with self.read() as view:
             return draw(view, show, ax=ax)

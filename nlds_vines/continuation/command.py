@@ -1,20 +1,21 @@
 """Follow periodic orbits, stable or not, along a parameter: where and why regimes change.
 
 As a command: `python -m nlds_vines.continuation`, or `nlds-vines continuation`.
-In Python: `nlds_vines.continue_orbit(system, along="omega", between=(5.0, 9.0))`.
+In Python: `nlds_vines.follow(system, along="omega", between=(5.0, 9.0))`.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.cli.option_values import (
     add_system_options,
     add_tolerance,
@@ -68,12 +69,13 @@ exit status: 0 done; 1 a branch is not complete; 2 the request is wrong;
 
 # public: its keywords are those of the command, more than eight
 @typed
-def continue_orbit(
+def follow(
     system: System | str | os.PathLike[str],
     along: str,
     between: tuple[float, float],
     start: Regime | Sequence[float] | np.ndarray | str | None = None,
     *,
+    to: str | os.PathLike[str] | None = None,
     period: int | None = None,
     plane: tuple[str, float, float] | None = None,
     doublings: int = 0,
@@ -82,6 +84,8 @@ def continue_orbit(
     step: float = 0.02,
     unstable: int = 3000,
     tolerance: float | str = "fine",
+    resume: bool = False,
+    overwrite: bool = False,
     quiet: bool = False,
 ) -> Continued:
     """Follow the branches of periodic orbits along a parameter and return them.
@@ -94,6 +98,7 @@ def continue_orbit(
         start: None for the orbit from rest; a `Regime` that is periodic, at its own value of the
             parameter; a state (x1, v1, x2, v2) or (x, v) [m, m/s], whose orbit is judged; a label
             such as "3T,3", looked for among random starts; "random" for all their orbits.
+        to: the archive (.h5); None for one that is gone with what is returned.
         period: n, with a state: the nT orbit nearest to it, stable or not, in place of the orbit
             that it ends in.
         plane: a second parameter, its smallest and its largest value, around the system's own: then
@@ -103,7 +108,8 @@ def continue_orbit(
         step: the longest step, relative to the orbit and the interval together.
         unstable: the most points, one after another, that are followed where orbits are unstable.
         tolerance: of the contacts: a number, draft, standard or fine.
-        quiet: whether not to say that something is compiled.
+        resume, overwrite: continue or replace an archive that exists; not both.
+        quiet: whether to show no progress.
 
     Raises `RequestError` for anything else, and where the start is no periodic orbit.
 
@@ -112,29 +118,55 @@ def continue_orbit(
     impact may appear or vanish along a branch: with Hertz contacts the map stays continuously
     differentiable there.  Cost: some 0.4 ms for each point of T,1, once compiled.
     """
+    how = RunOptions(None, resume, overwrite, quiet=quiet)
+    request = _request_of(
+        system, along, between, start, period,
+        {"doublings": doublings, "step": step, "unstable": unstable, "tolerance": tolerance},
+        {"count": starts, "seed": seed}, plane,
+    )  # fmt: skip
+    archive = ArchivePath.for_result(to, "branches", resume, overwrite)
+    return Job(request, request_path(system), archive, None, None, how).run()
+
+
+@typed
+def continue_orbit(
+    system: System | str | os.PathLike[str],
+    along: str,
+    between: tuple[float, float],
+    start: Regime | Sequence[float] | np.ndarray | str | None = None,
+    **options: Any,
+) -> Continued:
+    """Follow branches by the name that `follow` had; it goes with version 0.2.
+
+    Arguments: as `follow`.
+    """
+    return follow(system, along, between, start, **options)
+
+
+def _request_of(
+    system: System | str | os.PathLike[str],
+    along: str,
+    between: tuple[float, float],
+    start: Regime | Sequence[float] | np.ndarray | str | None,
+    period: int | None,
+    search: Mapping[str, Any],
+    draws: dict[str, int],
+    plane: tuple[str, float, float] | None,
+) -> Continuation:
+    """Return the request that the arguments of `follow` mean."""
     known = as_system(system)
     first, last = _pair(between)
     changes: dict[str, Any] = {
         "along": {along: {"start": first, "stop": last}},
         "start": _near(known, along, start, (first, last), period)
         if period is not None
-        else _start_table(known, along, start, (first, last), {"count": starts, "seed": seed}),
-        "search": {
-            "doublings": doublings,
-            "step": step,
-            "unstable": unstable,
-            "tolerance": tolerance,
-        },
+        else _start_table(known, along, start, (first, last), draws),
+        "search": search,
     }
     if plane is not None:
         name, low, high = _triple(plane)
         changes["plane"] = {name: {"start": low, "stop": high}}
-    request = load_continuation(known, changes, "continue_orbit")
-    from nlds_vines.continuation.result import Continued
-    from nlds_vines.continuation.run import compute
-    from nlds_vines.orbits.compilation import notice
-
-    return Continued(request, compute(request, tell=notice(quiet)))
+    return load_continuation(known, changes, "follow")
 
 
 def _pair(between: Sequence[float]) -> tuple[float, float]:
@@ -168,7 +200,7 @@ def _start_table(
     between: tuple[float, float],
     draws: dict[str, int],
 ) -> dict[str, Any]:
-    """Return the table [start] that the start of `continue_orbit` means."""
+    """Return the table [start] that the start of `follow` means."""
     if start is None or (isinstance(start, str) and start == "rest"):
         return {"policy": "rest"}
     if isinstance(start, str):

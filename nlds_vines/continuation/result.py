@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from nlds_vines.archives.archive import read
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.continuation.branch import ENDS, at_value
@@ -26,6 +27,7 @@ from nlds_vines.continuation.special_points import label_of_cycle
 from nlds_vines.continuation.start_orbits import place_of, states_of
 from nlds_vines.errors import RequestError, number, typed
 from nlds_vines.orbits.settings import Settings
+from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.toml import parse_toml
 
 _KINDS = {code: kind for kind, code in KIND_FLAGS.items()}
@@ -123,11 +125,20 @@ class SpecialCurve(Outlined):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Continued(Outlined):
-    """The branches of a continuation, and their special points."""
+class Continued(Outlined, Drawable):
+    """The branches of a continuation, and their special points.
+
+    Attributes:
+        request: with which the same is computed again.
+        tables: the datasets of its archive by name.
+        path: the archive; None for results that have none.
+    """
+
+    drawn_by = "nlds_vines.continuation.picture"
 
     request: Continuation
     tables: Tables
+    path: ArchivePath | None = None
 
     @cached_property
     def branches(self) -> tuple[Branch, ...]:
@@ -362,7 +373,7 @@ def continued(path: str | os.PathLike[str]) -> Continued:
         request = load_continuation(parse_toml(view.text("scan"), str(path)))
         names = [entry.name for entry in _datasets(request) if entry.name in view]
         tables = {name: view[name] for name in names}
-    return Continued(request, with_empty(request, tables))
+    return Continued(request, with_empty(request, tables), ArchivePath.of(path))
 
 
 def _datasets(request: Continuation) -> list[Dataset]:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.plotting.page import Page, into
+from nlds_vines.plotting.notebook import let_figures_be_shown
+from nlds_vines.plotting.page import Page, into, page_of
+from nlds_vines.plotting.save import drawn
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,15 @@ def drawn_by(
     if show is not None and len(names) > 1:
         raise several_panels(show, known)
     return into(ax, lambda: picture.fill(ax, view, names[0]))
+
+
+def picture_of(
+    picture: Picture, path: str | os.PathLike[str], show: str | None, ax: Axes | None
+) -> Figure:
+    """Return the figure of the archive at a path, as `drawn_by` does, on the usual page."""
+    let_figures_be_shown()
+    with read(path) as view:
+        return drawn(view, lambda opened: drawn_by(picture, opened, show, page_of(2), ax))
 
 
 def several_panels(show: str, known: Mapping[str, object]) -> RequestError:

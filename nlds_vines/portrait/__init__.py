@@ -9,9 +9,9 @@ In reading order:
     page_layout      where the panels stand
     spectrum_panel   the panel of the spectrum
     picture          the page drawn
-    command          `python -m nlds_vines.portrait` and `nv.portrait`
+    command          `python -m nlds_vines.portrait` and `nv.portray`
 """
 
 from nlds_vines.callable_package import make_callable
 
-make_callable(__name__)
+make_callable(__name__, "portray")

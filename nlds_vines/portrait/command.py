@@ -1,13 +1,14 @@
 """One orbit in full, as one page: histories, phase planes, forces, energies, spectrum.
 
 As a command: `python -m nlds_vines.portrait`, or `nlds-vines portrait`.
-In Python: `nlds_vines.portrait(system)`.
+In Python: `nlds_vines.portray(system)`.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import re
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -70,10 +71,12 @@ exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 
 
 
 @typed
-def portrait(
+def portray(
     source: PortraitRequest | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
-    plot: str | os.PathLike[str] | None = None,
+    *,
+    to: str | os.PathLike[str] | None = None,
     overwrite: bool = False,
+    quiet: bool = False,
     **options: Any,
 ) -> Figure:
     """Follow an orbit and return its portrait, a matplotlib `Figure`.
@@ -82,8 +85,9 @@ def portrait(
         source: a `System` or the name of one, a `PortraitRequest`, the path of a request file
             (.toml) or the document in one; None for SSul NES Set 6; or the path of a scan's
             archive (.h5), with `at` and `start` among the options.
-        plot: where to save it (.png, .pdf or .svg), if anywhere.
+        to: where to save it (.png, .pdf or .svg), if anywhere.
         overwrite: whether to replace the picture of another request.
+        quiet: whether not to say that something is compiled.
         options: what the command's options change: `windows`, pairs (begin, end) of forcing
             periods, or `transient` and `periods`; `panels`, `start` (x1, v1, x2, v2) [m, m/s],
             `samples`, `method`, `tolerance`, `show`, `signal`, `taper`, `comb`.  Of an archive,
@@ -100,24 +104,38 @@ def portrait(
         request = source
     elif _is_archive(source):
         at, start = options.pop("at", {}), options.pop("start", 0)
-        request = _of_cell(str(source), at, start, _document(options), "portrait")
+        request = _of_cell(str(source), at, start, _document(options), "portray")
     else:
-        request = load_portrait(source, _document(options), "portrait")
-    path = optional_path(plot)
+        request = load_portrait(source, _document(options), "portray")
+    path = optional_path(to)
     if path is not None:
         check_plot(path)
         _refuse(path, request, overwrite)
-    _, figure = _drawn(request, path)
+    _, figure = _drawn(request, path, quiet)
     from nlds_vines.plotting.notebook import let_figures_be_shown
 
     let_figures_be_shown()
     return figure
 
 
+@typed
+def portrait(
+    source: PortraitRequest | System | str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    plot: str | os.PathLike[str] | None = None,
+    overwrite: bool = False,
+    **options: Any,
+) -> Figure:
+    """Return the portrait of an orbit by the name that `portray` had; it goes with version 0.2.
+
+    Arguments: as `portray`, whose `to` is called `plot` here.
+    """
+    return portray(source, to=plot, overwrite=overwrite, **options)
+
+
 def _carry_out(options: argparse.Namespace) -> int:
+    usual = _usual_name(options)
     request = _request(options)
-    stem = _NAME if options.source is None else Path(options.source).stem
-    plot = Path(f"{stem}.png" if options.plot is None else options.plot)
+    plot = Path(usual if options.plot is None else options.plot)
     check_plot(plot)
     _refuse(plot, request, options.overwrite)
     if options.dry_run:
@@ -134,6 +152,16 @@ def _carry_out(options: argparse.Namespace) -> int:
     if not options.quiet:
         say(request.title, *(line for view in views for line in view.lines()), plot)
     return DONE
+
+
+def _usual_name(options: argparse.Namespace) -> str:
+    """Return the name of the picture where none is given: of a cell, which one it is."""
+    stem = _NAME if options.source is None else Path(options.source).stem
+    if not _is_archive(options.source):
+        return f"{stem}.png"
+    start = None if options.start is None else f"start={options.start}"
+    cell = [*(comma_separated(options.at) or ("cell",)), *filter(None, [start])]
+    return re.sub(r"[^\w.=+-]", "_", "-".join([stem, *cell])) + ".png"
 
 
 def _refuse(path: Path, request: PortraitRequest, overwrite: bool) -> None:

@@ -10,9 +10,9 @@ In reading order:
     result         `ResponseCurves`: an archive read
     curve_picture  how curves look, and the entries of a legend
     picture        a page of curves drawn
-    command        `python -m nlds_vines.response_curves` and `nv.response_curves`
+    command        `python -m nlds_vines.response_curves` and `nv.curves`
 """
 
 from nlds_vines.callable_package import make_callable
 
-make_callable(__name__)
+make_callable(__name__, "curves")

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
@@ -48,6 +49,37 @@ examples:
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
 """
+
+
+@typed
+def curves(
+    source: Source = None,
+    *,
+    to: str | os.PathLike[str] | None = None,
+    threads: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    quiet: bool = False,
+    **tables: Any,
+) -> ResponseCurves:
+    """Compute response curves of dampers and of the structure alone, and return them.
+
+    Arguments:
+        source: a list of systems or of their names, one of these, the path of a request file with
+            [[curves]], the document in one, a `CurvePage`, or None for the paper's dampers.
+        to: the archive (.h5); None for one that is gone with what is returned.
+        threads: how many; by default as many as the machine has processors.
+        resume, overwrite: continue or replace an archive that exists; not both.
+        quiet: whether to show no progress.
+        tables: tables of a request file laid over the source, as `vary={"omega": {"start": 5.0,
+            "stop": 7.0, "num": 201}}`, `set={"P": 600.0}`.
+
+    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    """
+    page = page_from(source, (), tables, "curves")
+    archive = ArchivePath.for_result(to, "curves", resume, overwrite)
+    how = RunOptions(threads, resume, overwrite, quiet=quiet)
+    return Job(page, request_path(source), archive, None, how).run()
 
 
 @typed

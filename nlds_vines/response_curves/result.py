@@ -5,14 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from nlds_vines.archives.archive import read
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.errors import RequestError, shown, typed
 from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.response_curves.request import CurvePage
 from nlds_vines.response_curves.request_file import load_page
 from nlds_vines.runs.manifest import RESPONSE_CURVES
@@ -48,7 +49,7 @@ class CurveValues:
 
 
 @dataclass(frozen=True)
-class ResponseCurves:
+class ResponseCurves(Drawable):
     """The response curves in an archive.
 
     Attributes:
@@ -57,7 +58,9 @@ class ResponseCurves:
         curves: what was computed, in the order of `request.curves`.
     """
 
-    path: Path
+    drawn_by = "nlds_vines.response_curves.picture"
+
+    path: ArchivePath
     request: CurvePage
     curves: tuple[CurveValues, ...]
 
@@ -107,7 +110,7 @@ def curves_of(view: ArchiveView) -> ResponseCurves:
     if view.content != RESPONSE_CURVES:
         raise RequestError(f"{view.path} holds a {view.content}, no response curves")
     page = load_page(parse_toml(view.text("scan"), "the attribute scan"))
-    return ResponseCurves(Path(view.path), page, tuple(_curves(view, page)))
+    return ResponseCurves(ArchivePath.of(view.path), page, tuple(_curves(view, page)))
 
 
 def _curves(view: ArchiveView, page: CurvePage) -> Iterator[CurveValues]:

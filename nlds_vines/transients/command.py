@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nlds_vines.bifurcation.command import Job, bifurcation, carry_out
+from nlds_vines.bifurcation.command import Job, carry_out
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli.option_values import (
     add_system_options,
     add_tolerance,
@@ -29,6 +30,7 @@ from nlds_vines.cli.paths import (
     file_path,
     optional_path,
     refuse_replacing,
+    request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
@@ -67,10 +69,10 @@ exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 
 # public: its keywords are those of the command, more than eight
 @typed
-def transients(
+def ensemble(
     system: System | str | os.PathLike[str] | None = None,
-    output: str | os.PathLike[str] | None = None,
     *,
+    to: str | os.PathLike[str] | None = None,
     starts: int = STARTS,
     seed: int = 0,
     transient: int = TRANSIENT,
@@ -79,36 +81,62 @@ def transients(
     effort: str = "standard",
     tolerance: float | str | None = None,
     delay: float = DELAY,
-    plot: str | os.PathLike[str] | None = None,
-    **running: Any,
+    threads: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    quiet: bool = False,
 ) -> Ensemble:
     """Follow an ensemble of starts; return how long each took to settle, and where.
 
     Arguments:
         system: a `System`, the name of one or the path of a TOML file, by default SSul NES Set 6.
-        output: the archive, by default transients.h5 in the current folder.
+        to: the archive (.h5); None for one that is gone with what is returned.
         starts, seed: how many random starts, drawn by which seed (`orbits.starts.random_states`).
         transient, periods: forcing periods of each, discarded and sampled; what has not settled
             then is watched for as many more as the `effort` of verdicts allows.
         method: of `orbits.settings.METHODS`; effort: of `orbits.settings.EFFORTS`.
         tolerance: of method exact: a number, draft, standard (the default) or fine.
         delay: forcing periods after which lifetimes count in the exponential law.
-        plot: a picture to draw as well (.png, .pdf or .svg).
-        running: `threads`, `resume`, `overwrite`, `quiet`, as `bifurcation` takes them.
+        threads: how many; by default as many as the machine has processors.
+        resume, overwrite: continue or replace an archive that exists; not both.
+        quiet: whether to show no progress.
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
     sampling = {"transient": transient, "periods": periods, "method": method, "effort": effort}
     scan = _scan(system, starts, seed, {**sampling, "tolerance": tolerance})
-    delay, path = _checked_delay(delay), optional_path(plot)
+    delay = _checked_delay(delay)
+    archive = ScanArchive.for_result(to, _NAME, resume, overwrite)
+    how = RunOptions(threads, resume, overwrite, quiet=quiet)
+    job = Job(scan, request_path(system), archive, None, how)
+    job.refuse()
+    job.run()
+    return _ensemble(archive, delay, None)
+
+
+@typed
+def transients(
+    system: System | str | os.PathLike[str] | None = None,
+    output: str | os.PathLike[str] = f"{_NAME}.h5",
+    *,
+    plot: str | os.PathLike[str] | None = None,
+    **options: Any,
+) -> Ensemble:
+    """Follow an ensemble by the name that `ensemble` had; it goes with version 0.2.
+
+    Arguments: as `ensemble`, whose `to` is called `output` here; a picture to `plot`.
+    """
+    path = optional_path(plot)
     if path is not None:
         check_plot(path)
-    target = Path(f"{_NAME}.h5" if output is None else output)
-    check_output(target, path)
-    existing = {name: running.get(name, False) for name in ("resume", "overwrite")}
-    refuse_replacing("picture", path, RunOptions(**existing), scan.hash)
-    archive = bifurcation(scan, target, **running)
-    return _ensemble(archive, delay, path)
+        check_output(Path(output), path)
+    found = ensemble(system, to=output, **options)
+    if path is not None:
+        how = RunOptions(resume=True)
+        with found.archive.read() as view:
+            refuse_replacing("picture", path, how, view.text("scan_hash"))
+        _ensemble(found.archive, found.delay, path)
+    return found
 
 
 def _carry_out(options: argparse.Namespace) -> int:

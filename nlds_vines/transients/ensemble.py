@@ -8,20 +8,24 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.outline import Outlined
+from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.errors import RequestError, typed
 from nlds_vines.orbits.coexistence import by_frequency, finals
 from nlds_vines.orbits.labels import TRANSIENT
+from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.transients.survival import LEVEL, Decay, Survival, decay, share_interval, survival
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
+    from nlds_vines.bifurcation.request import Scan
 
 NEEDED = ("label", "settling", "watched")
 """The datasets that an archive must hold; they are those of regime, settling and evidence."""
@@ -52,7 +56,7 @@ class Share:
 
 @typed
 @dataclass(frozen=True, repr=False)
-class Ensemble(Outlined):
+class Ensemble(Outlined, Drawable):
     """The results of the starts of one cell.
 
     Arguments:
@@ -61,19 +65,28 @@ class Ensemble(Outlined):
         watched: forcing periods for which it was watched, NaN of what failed, (n,).
         delay: forcing periods from which the exponential law is fitted.
         level: confidence of all intervals.
+        path: the archive of its orbits; None for numbers that came another way.
     """
+
+    drawn_by = "nlds_vines.transients.picture"
 
     labels: np.ndarray
     settling: np.ndarray
     watched: np.ndarray
     delay: float = 0.0
     level: float = LEVEL
+    path: ArchivePath | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         """Raise `RequestError` unless there are as many of each, and at least one."""
         sizes = {np.size(self.labels), np.size(self.settling), np.size(self.watched)}
         if len(sizes) > 1 or sizes == {0}:
             raise RequestError("an ensemble needs labels, settling and watched of as many starts")
+
+    @property
+    def request(self) -> Scan:
+        """The scan of its starts, with which the same is computed again."""
+        return ScanArchive.of(self.archive).request
 
     @cached_property
     def counted(self) -> np.ndarray:
@@ -164,6 +177,12 @@ class Ensemble(Outlined):
         )
 
 
+def is_ensemble(view: ArchiveView) -> bool:
+    """Tell whether a scan is an ensemble of starts in one cell, as `transients` makes it."""
+    one = all(view[name].size == 1 for name in view.axes)
+    return one and view["start"].size > 2 and all(name in view for name in NEEDED)
+
+
 @typed
 def ensemble_of(
     source: ArchiveView | str | os.PathLike[str],
@@ -190,4 +209,5 @@ def ensemble_of(
         raise RequestError(f"{view.path} holds no {', '.join(missing)}: record {wants}")
     where = dict(zip(view.axes, cell or (0,) * len(view.axes), strict=True))
     labels, settling, watched = (view.take(name, **where) for name in NEEDED)
-    return Ensemble(labels, settling, watched, delay, level)
+    path = ArchivePath.of(view.path) if all(view[name].size == 1 for name in view.axes) else None
+    return Ensemble(labels, settling, watched, delay, level, path)

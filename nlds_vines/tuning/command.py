@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
     check_output,
@@ -27,7 +28,7 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import at, shown, typed
+from nlds_vines.errors import at, renamed, shown, typed
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.manifest import TUNING
@@ -60,21 +61,21 @@ exit status: 0 done; 1 no design was admissible; 2 the request is wrong;
 @typed
 def tune(
     source: str | os.PathLike[str] | Mapping[str, Any] | System | Tuning | None = None,
-    output: str | os.PathLike[str] = _DEFAULT,
+    to: str | os.PathLike[str] | None = None,
     *,
     plot: str | os.PathLike[str] | None = None,
     threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
     quiet: bool = False,
-    **tables: Mapping[str, Any],
+    **tables: Any,
 ) -> Tuned:
     """Tune a damper and return what was found.
 
     Arguments:
         source: a name of the catalogue, a `System`, a `Tuning`, the path of a tuning file, the
             document in one, or None for SSul.
-        output: the archive of all evaluations.
+        to: the archive (.h5) of all evaluations; None for one that is gone with what is returned.
         plot: a picture of the surface to draw as well (.png, .pdf or .svg).
         threads: how many; by default as many as the machine has processors.
         resume, overwrite: continue or replace an archive that exists; not both.
@@ -84,10 +85,13 @@ def tune(
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
+    if "output" in tables:  # until version 0.2
+        renamed("output of nv.tune", "to", 4)
+        to = tables.pop("output")
     job = _Job(
         tuning=_drawable(load_tuning(source, tables, "tune"), plot),
         source=request_path(source),
-        archive=Path(output),
+        archive=ArchivePath.for_result(to, _NAME, resume, overwrite),
         plot=optional_path(plot),
         how=RunOptions(threads, resume, overwrite, quiet=quiet),
     )

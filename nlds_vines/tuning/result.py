@@ -5,14 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView, read
+from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.outline import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.status_words import OK
+from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.toml import parse_toml
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.request import Tuning
@@ -44,7 +45,7 @@ class Optimum(Outlined):
 
 
 @dataclass(frozen=True, repr=False)
-class Tuned(Outlined):
+class Tuned(Outlined, Drawable):
     """The results of a tuning.
 
     `optima` are designs nearly as good as the best and apart from one another, the best first;
@@ -52,12 +53,19 @@ class Tuned(Outlined):
     `evaluations` counts all designs evaluated, `refused` those whose orbits failed.
     """
 
+    drawn_by = "nlds_vines.tuning.picture"
+
     tuning: Tuning
     optima: tuple[Optimum, ...]
     spread: Mapping[int, float]
     evaluations: int
     refused: int
-    path: Path
+    path: ArchivePath
+
+    @property
+    def request(self) -> Tuning:
+        """The tuning, with which the same is computed again."""
+        return self.tuning
 
     def heading(self) -> str:
         """Return the title."""
@@ -139,7 +147,7 @@ def tuned(path: str | os.PathLike[str]) -> Tuned:
             spread=dict(zip(seeds, best, strict=True)),
             evaluations=int(stage.size),
             refused=int(np.count_nonzero(refused & (stage <= STAGES["polish"]))),
-            path=Path(path),
+            path=ArchivePath.of(path),
         )
 
 

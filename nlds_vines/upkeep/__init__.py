@@ -5,6 +5,7 @@ In reading order:
     basin_report  basins of attraction in an archive measured
     status        how a scan under way stands
     plot          a finished archive drawn
+    opening       what an archive holds, as the function returns it that has computed it
     verify        archives and parts checked from end to end
     consolidate   the parts of shards joined into an archive
     rerun         a scan repeated from its own archive

@@ -109,12 +109,10 @@ def _points(view: ArchiveView, edges: str | os.PathLike[str]) -> np.ndarray:
 
 
 def _is_ensemble(view: ArchiveView, show: str | None) -> bool:
-    """Return whether a scan is an ensemble of starts in one cell, as `transients` makes it.
+    """Return whether a scan is drawn as an ensemble: also its quantities can be shown."""
+    from nlds_vines.transients.ensemble import is_ensemble
 
-    Its recorded quantities can be shown as those of any scan.
-    """
-    one = all(view[name].size == 1 for name in view.axes)
-    if not (one and view["start"].size > 2 and "settling" in view and "label" in view):
+    if not is_ensemble(view):
         return False
     return show is None or bool(
         {word.strip() for word in show.split(",")} & {*_ensembles().panels(view)}

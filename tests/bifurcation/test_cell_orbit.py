@@ -124,7 +124,8 @@ def test_the_command_draws_a_cell(archive, tmp_path, monkeypatch, capsys):
     assert out.startswith("SSul NES, Set 6, K = 3e+07")
     assert "start random 2" in out
     assert "periods 150 to 190" in out
-    assert (tmp_path / "random.png").stat().st_size > 0
+    name = "random-omega=7.5-K=3e7-start=random_2.png"  # not that of the map's own picture
+    assert (tmp_path / name).stat().st_size > 0
     for more, words in (
         (["--set", "P=700"], "set beside an archive"),
         (["--tolerance", "1e-6"], "tolerance beside an archive"),

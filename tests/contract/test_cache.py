@@ -279,6 +279,7 @@ tempfile.gettempdir = lambda: "/dev/null"
 """
 
 
+@pytest.mark.slow("six processes that load the compiler")
 def test_a_damaged_file_of_the_cache_heals_itself(blocked, tmp_path):
     """In all ways, what is compiled for `BLOCKED`; another test has flights and entries."""
     home = tmp_path / "home"

@@ -42,10 +42,10 @@ WORDS = {"request", "request_file", "run", "result", "picture", "command", "__ma
 """The words that stand in every wing; any other file name is used once."""
 
 WIDE = {
-    "bifurcation.command.bifurcation",
-    "continuation.command.continue_orbit",
+    "bifurcation.command.bifurcation",  # until 0.2
+    "continuation.command.follow",
     "orbits.simulation.simulate",
-    "transients.command.transients",
+    "transients.command.ensemble",
 }
 """Public functions whose keywords are those of the command or of the paper's parameters."""
 
@@ -289,7 +289,12 @@ def test_only_the_archive_imports_h5py():
 
 
 def test_only_pictures_import_matplotlib():
-    types = {"accuracy.request", "bifurcation.result", "upkeep.plot"}  # only the type of a figure
+    types = {
+        "accuracy.request",
+        "bifurcation.result",
+        "plotting.drawable",
+        "upkeep.plot",
+    }  # only the type of a figure
     found = who_imports("matplotlib") - types
     homes = ("plotting.", "bifurcation.picture.", "portrait.")
     assert found

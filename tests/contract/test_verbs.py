@@ -1,0 +1,176 @@
+"""The verbs of Python: they compute in memory, and write a file only where `to` says so."""
+
+import gc
+import os
+import pickle
+import warnings
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.archives.archive_path import ArchivePath
+
+SHORT = {"transient": 20, "periods": 12}
+FEW = {"omega": {"start": 6.0, "stop": 6.2, "num": 3}}
+
+
+def scan(**more):
+    return nv.scan(
+        "ssul-set6", vary=FEW, sampling=SHORT, record=["section", "impacts", "energy", "regime"],
+        quiet=True, **more,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_scan_in_memory_leaves_no_file(here):
+    found = scan()
+    assert os.listdir(here) == []
+    assert found.request.axes[0].values.tolist() == [6.0, 6.1, 6.2]
+    assert list(found.to_xarray()["label"].values.ravel()) == ["T,1"] * 3
+    assert found.to_dataframe()["E1max"].gt(0).all()
+    assert found.plot().axes
+    place, folder = str(found), found.parent
+    with found.read() as view:
+        del found
+        gc.collect()
+        assert view["E1max"].shape == (3, 1)  # what is open stays open
+    del view
+    gc.collect()
+    assert not os.path.exists(place)
+    assert not folder.exists()
+
+
+def test_a_file_has_what_memory_has(here):
+    named, nameless = scan(to="scan.h5"), scan()
+    assert named == ArchivePath("scan.h5")
+    assert os.listdir(here) == ["scan.h5"]
+    a, b = (one.to_xarray() for one in (named, nameless))
+    assert a.equals(b)
+    with pytest.raises(nv.RequestError, match=r"scan\.h5' exists"):
+        scan(to="scan.h5")
+    assert scan(to="scan.h5", resume=True) == named
+
+
+@pytest.mark.parametrize("name", ["resume", "overwrite"])
+def test_without_a_file_nothing_is_resumed(name):
+    with pytest.raises(nv.RequestError, match="name it by to="):
+        scan(**{name: True})
+
+
+def test_a_start_may_be_a_word():
+    assert scan(start="up").request.start.policy == "up"
+
+
+@pytest.mark.slow("an ensemble of its own records")
+@pytest.mark.kernels
+def test_an_ensemble(here):
+    found = nv.ensemble("ssul-set6", starts=8, transient=200, periods=20, quiet=True)
+    assert os.listdir(here) == []
+    assert found.labels.size == 8
+    assert found.request.starts == 8
+    assert "label" in found.to_xarray()
+    assert found.plot().axes
+    assert nv.open(nv.ensemble("tmd", starts=3, transient=9, quiet=True, to="e.h5").archive)
+
+
+@pytest.mark.slow("kernels of the structure alone")
+@pytest.mark.kernels
+def test_curves(here):
+    found = nv.curves(["none", "ssul-set6"], vary=FEW, sampling=SHORT, quiet=True)
+    assert os.listdir(here) == []
+    assert found["SSul NES, Set 6"].E1max.shape == (3,)
+    assert found.request.axis == "omega"
+    assert found.plot().axes
+    again = nv.curves(["none", "ssul-set6"], vary=FEW, sampling=SHORT, quiet=True, to="c.h5")
+    opened = nv.open("c.h5")
+    assert type(opened) is type(again)
+    np.testing.assert_array_equal(opened.curves[1].E1max, found.curves[1].E1max)
+    assert found.to_xarray().equals(opened.to_xarray())
+
+
+@pytest.mark.slow("designs of a tuning")
+@pytest.mark.kernels
+def test_a_tuning(here):
+    few = {"population": 5, "generations": 1, "seeds": 1, "polish": 0}
+    free = {"k2": {"low": 100.0, "high": 3000.0}}
+    found = nv.tune("ssul-set6", free=free, search=few, sampling=SHORT, quiet=True)
+    assert os.listdir(here) == []
+    assert found.request == found.tuning
+    nv.tune("ssul-set6", free=free, search=few, sampling=SHORT, quiet=True, to="t.h5")
+    assert nv.open("t.h5").best.objective == found.best.objective
+    assert "objective" in found.to_xarray()
+
+
+@pytest.mark.slow("branches")
+def test_branches(here):
+    found = nv.follow("ssul-set6", along="omega", between=(6.2, 6.4), quiet=True)
+    assert os.listdir(here) == []
+    assert found.branches[0].labels[0] == "T,1"
+    assert found.request.along.name == "omega"
+    assert found.plot().axes
+    assert "label" in found.to_xarray()
+    nv.follow("ssul-set6", along="omega", between=(6.2, 6.4), quiet=True, to="b.h5")
+    np.testing.assert_array_equal(nv.open("b.h5").branches[0].states, found.branches[0].states)
+
+
+def test_a_portrait_is_a_figure_and_a_file_where_it_is_asked_for(here):
+    options = {"transient": 5, "periods": 3, "samples": 32, "panels": ["phase"]}
+    assert nv.portray("ssul-set6", quiet=True, **options).axes
+    assert os.listdir(here) == []
+    nv.portray("ssul-set6", to="p.png", quiet=True, **options)
+    assert os.listdir(here) == ["p.png"]
+
+
+def test_results_and_requests_are_pickled(here):
+    found = scan()
+    copy = pickle.loads(pickle.dumps(found))
+    assert copy != found
+    assert copy.to_xarray().equals(found.to_xarray())
+    assert pickle.loads(pickle.dumps(nv.scan)) is nv.scan
+    assert pickle.loads(pickle.dumps(found.request)) == found.request
+    named = scan(to="scan.h5")
+    assert pickle.loads(pickle.dumps(named)) == named
+
+
+def test_an_archive_is_opened_as_what_it_holds(here):
+    scan(to="scan.h5")
+    assert type(nv.open("scan.h5")) is type(scan())
+    with pytest.raises(nv.RequestError, match="no such file"):
+        nv.open("no.h5")
+    with pytest.raises(nv.RequestError, match="path of a file"):
+        nv.open(3)
+
+
+@pytest.mark.parametrize(
+    ("call", "new"),
+    [
+        (lambda: nv.bifurcation(1), "nv.scan"),
+        (lambda: nv.transients(1), "nv.ensemble"),
+        (lambda: nv.response_curves(1), "nv.curves"),
+        (lambda: nv.portrait(1), "nv.portray"),
+        (lambda: nv.continue_orbit(1, 2, 3), "nv.follow"),
+        (lambda: nv.continued(1), "nv.open"),
+        (lambda: nv.curves_in(1), "nv.open"),
+        (lambda: nv.tune(1, output="x.h5"), "to"),
+    ],
+    ids=["scan", "ensemble", "curves", "portray", "follow", "continued", "curves in", "tune"],
+)
+def test_old_names_say_the_new_one(call, new, here):
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        with pytest.raises(nv.RequestError):
+            call()
+    (warning,) = told
+    assert f"is called {new} now" in str(warning.message)
+    assert warning.filename == __file__
+
+
+def test_what_has_gone_says_where_it_went():
+    with pytest.raises(AttributeError, match=r"paper\.reproduce_paper"):
+        _ = nv.reproduce_paper

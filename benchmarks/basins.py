@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from nlds_vines.archives.archive import read
-from nlds_vines.bifurcation.command import bifurcation
+from nlds_vines.bifurcation.command import scan as compute
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.orbits.coexistence import finals
@@ -48,7 +48,7 @@ def main(arguments: list[str]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(arguments[1] if arguments[1:] else f"{folder}/plane.h5")
         began = time.perf_counter()
-        bifurcation(scan, path, quiet=True, overwrite=True)
+        compute(scan, to=path, quiet=True, overwrite=True)
         seconds = time.perf_counter() - began
         print(f"{side} x {side} cells: {seconds:.1f} s, {1e6 * seconds / scan.lanes:.1f} us each")
         with read(path) as view:

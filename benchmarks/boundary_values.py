@@ -34,7 +34,7 @@ import numpy as np
 from scipy.integrate import solve_bvp, solve_ivp
 
 from nlds_vines.cli.markdown import table
-from nlds_vines.continuation.command import continue_orbit
+from nlds_vines.continuation.command import follow
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
 
@@ -281,9 +281,9 @@ def check_sides(motion: Motion, y: np.ndarray) -> None:
 
 def own_points() -> tuple[list[Point], float]:
     """Return the special points that the continuation finds, and its CPU time once compiled."""
-    continue_orbit(SOFT, "omega", BETWEEN)
+    follow(SOFT, "omega", BETWEEN)
     began = process_time()
-    path = continue_orbit(SOFT, "omega", BETWEEN)
+    path = follow(SOFT, "omega", BETWEEN)
     seconds = process_time() - began
     return [Point(s.kind, s.value, s.state) for s in path.special if s.kind in KINDS], seconds
 

@@ -18,7 +18,7 @@ from nlds_vines.archives.archive import read
 from nlds_vines.archives.durable import write_text
 from nlds_vines.cli.markdown import table
 from nlds_vines.continuation.borders import borders_of, report, strays
-from nlds_vines.continuation.command import continue_orbit
+from nlds_vines.continuation.command import follow
 from nlds_vines.continuation.picture import save
 from nlds_vines.continuation.result import Continued, continued
 from nlds_vines.model.catalogue import load_system
@@ -70,11 +70,11 @@ def spent(work: Callable[[], Continued]) -> tuple[float, Continued]:
 def costs() -> Iterator[str]:
     """Yield the table of what branches cost."""
     jobs = {
-        "T,1 of Set 6, 5 to 9 rad/s": lambda: continue_orbit("ssul-set6", "omega", AROUND),
-        "the same, to 2T": lambda: continue_orbit("ssul-set6", "omega", AROUND, doublings=1),
-        "the same, to 8T": lambda: continue_orbit("ssul-set6", "omega", AROUND, doublings=3),
-        "3T,2 of Set 6, an isola": lambda: continue_orbit(BISTABLE, "omega", AROUND, "3T,2"),
-        "curves of PD and GR, P = 400 to 1200 N": lambda: continue_orbit(
+        "T,1 of Set 6, 5 to 9 rad/s": lambda: follow("ssul-set6", "omega", AROUND),
+        "the same, to 2T": lambda: follow("ssul-set6", "omega", AROUND, doublings=1),
+        "the same, to 8T": lambda: follow("ssul-set6", "omega", AROUND, doublings=3),
+        "3T,2 of Set 6, an isola": lambda: follow(BISTABLE, "omega", AROUND, "3T,2"),
+        "curves of PD and GR, P = 400 to 1200 N": lambda: follow(
             "ssul-set6", "omega", AROUND, plane=("P", 400.0, 1200.0)
         ),
     }

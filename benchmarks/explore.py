@@ -180,7 +180,7 @@ def main() -> int:
         if archive is None:
             import nlds_vines as nv
 
-            archive = nv.bifurcation(None, Path(folder) / "figure8.h5")
+            archive = nv.scan(to=Path(folder) / "figure8.h5")
         print(*measure(archive, options.clicks, options.picture, options.history), sep="\n")
     return 0
 

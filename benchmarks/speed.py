@@ -24,10 +24,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from nlds_vines import continue_orbit
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.continuation.command import continue_orbit
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Batch
 from nlds_vines.orbits.simulation import simulate

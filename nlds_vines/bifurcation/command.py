@@ -126,24 +126,11 @@ def bifurcation(
     scheduler: str | None = None,
     quiet: bool = False,
 ) -> ScanArchive:
-    """Compute a scan and return the path of its archive, which can be read and drawn.
+    """Compute a scan by the name that `scan` had, into a file unasked; it goes with version 0.2.
 
-    Arguments:
-        scan: a `Scan`, the path of a scan file, the document in one, or None for Figure 8; a
-            `System` or the name of one stands for Figure 8 of that system.
-        output: the archive; by default the scan file's name with `.h5`, in the current folder.
-        plot: a picture to draw as well (.png, .pdf or .svg).
-        show: what the picture shows: of a map `regimes`, `coexisting`, `shares`, `share:LABEL` or
-            a recorded number; of a diagram recorded quantities separated by commas.
-        tolerance: in place of the scan's own: a number, draft, standard or fine.
-        threads: how many; by default as many as the machine has processors.
-        resume, overwrite: continue or replace an archive that exists; not both.
-        shard: `3/7` computes the third of seven shares, into parts that `nlds-vines consolidate`
-            makes an archive of.
-        scheduler: `local:N`, or the address of a Dask scheduler whose workers are to compute.
-        quiet: whether to show no progress.
-
-    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    Arguments: as `scan`, whose `source` is called `scan` here, and its `to` `output`; the archive
+    has the scan file's name where none is given. Beside these a picture to `plot` and what of it to
+    `show`, as `nlds_vines.plot` has it, and the `shard` of a run that is shared out, as `3/7`.
     """
     named = isinstance(scan, str) and not looks_like_path(scan)
     source = Path(scan) if isinstance(scan, str | os.PathLike) and not named else None

@@ -94,20 +94,9 @@ def response_curves(
     quiet: bool = True,
     **tables: Any,
 ) -> ResponseCurves:
-    """Compute response curves of dampers and of the structure alone, and return them.
+    """Compute response curves by the name that `curves` had; it goes with version 0.2.
 
-    Arguments:
-        source: a list of systems or of their names, one of these, the path of a request file with
-            [[curves]], the document in one, a `CurvePage`, or None for the paper's dampers.
-        output: the archive.
-        plot: a picture to draw as well (.png, .pdf or .svg).
-        threads: how many; by default as many as the machine has processors.
-        resume, overwrite: continue or replace an archive that exists; not both.
-        quiet: whether to show no progress.
-        tables: tables of a request file laid over the source, as `vary={"omega": {"start": 5.0,
-            "stop": 7.0, "num": 201}}`, `set={"P": 600.0}`.
-
-    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    Arguments: as `curves`, whose `to` is called `output` here; a picture to `plot`.
     """
     page = page_from(source, (), tables, "response_curves")
     how = RunOptions(threads, resume, overwrite, quiet=quiet)

@@ -162,7 +162,7 @@ class SectionMap:
             grid = {name: points[:, i] for i, name in enumerate(self.names)}
             return self.system.cells(grid).view(np.recarray)
         found = np.repeat(self._template, len(points))
-        numbers = found.view(np.float64).reshape(len(points), -1)
+        numbers = found.view(np.float64).reshape(len(points), found.dtype.itemsize // 8)
         for i, places in enumerate(self._direct):
             numbers[:, places] = points[:, i : i + 1]
         return found.view(np.recarray)

@@ -1,5 +1,6 @@
 """The command that makes the paper's figures: pages, reuse of archives, report, exit statuses."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -183,6 +184,7 @@ def test_a_wrong_request_is_one_line(here, capsys, arguments, words):
 def test_help_and_refusals_load_nothing_heavy(here):
     program = "import sys; from paper.command import main; print(main(sys.argv[1:])); "
     program += "print(sorted({'numba', 'matplotlib', 'h5py'} & sys.modules.keys()))"
+    root = str(Path(__file__).parents[2])
     for arguments in (["--help"], ["--only", "13"], ["--dry-run"]):
         done = subprocess.run(
             [sys.executable, "-c", program, *arguments],
@@ -190,6 +192,7 @@ def test_help_and_refusals_load_nothing_heavy(here):
             text=True,
             check=False,
             cwd=here,
+            env={**os.environ, "PYTHONPATH": root},
         )
         assert done.stdout.endswith("[]\n"), (arguments, done.stdout, done.stderr)
 

@@ -6,4 +6,5 @@ from pathlib import Path
 from nlds_vines.__main__ import main
 
 if __name__ == "__main__":
-    sys.exit(main(["portrait", str(Path(__file__).with_suffix(".toml"))]))
+    request = str(Path(__file__).with_suffix(".toml"))
+    sys.exit(main(["portrait", request, *sys.argv[1:]]))

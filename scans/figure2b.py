@@ -6,4 +6,5 @@ from pathlib import Path
 from nlds_vines.__main__ import main
 
 if __name__ == "__main__":
-    sys.exit(main(["response-curves", str(Path(__file__).with_suffix(".toml")), "--resume"]))
+    request = str(Path(__file__).with_suffix(".toml"))
+    sys.exit(main(["response-curves", request, "--resume", *sys.argv[1:]]))

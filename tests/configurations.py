@@ -6,6 +6,8 @@ Run as a program it compiles them, unless they are there, and prints the names o
 import json
 import sys
 
+import numpy as np
+
 import nlds_vines as nv
 from nlds_vines.kernels.compiling import Kernel
 from nlds_vines.model.scenes import scene_of
@@ -20,6 +22,7 @@ def compile_all():
     """Compile the four configurations."""
     from nlds_vines.continuation.section_map import compile_for
     from nlds_vines.kernels.elementary import exp
+    from nlds_vines.kernels.recurrence import TOLERANCE, period_of
     from nlds_vines.orbits.batch import Kernels, Wanted
     from nlds_vines.orbits.settings import Settings
 
@@ -29,6 +32,7 @@ def compile_all():
     nv.simulate(nv.load_system("ssul-set6"), periods=1, quiet=True)
     compile_for(scene_of("ssul"))
     exp(0.0)  # by which branches compare their multipliers with the damping
+    period_of(np.zeros((4, 4)), TOLERANCE)  # by which portraits find theirs
 
 
 def files():

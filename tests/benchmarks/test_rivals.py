@@ -17,9 +17,9 @@ from benchmarks.rivals import RIVALS as OTHERS
 from benchmarks.rivals import octave
 from nlds_vines.accuracy.cases import near_grazing, of_system
 from nlds_vines.accuracy.reference import FINEST, watched
-from nlds_vines.accuracy.rivals import RIVALS as OURS
-from nlds_vines.accuracy.rivals import Asked, RivalFailure, installed
-from nlds_vines.accuracy.rivals import rival as base
+from benchmarks.rivals import RIVALS as OURS
+from benchmarks.rivals import Asked, SolverFailure, installed
+from benchmarks.rivals import rival as base
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.simulation import simulate
 
@@ -250,14 +250,14 @@ def test_a_spent_budget_ends_the_orbit(rival, monkeypatch):
     needed(rival)
     limited(rival, monkeypatch)
     flow = rival.prepare(SET6, of_system(SET6).state)
-    with pytest.raises(RivalFailure, match=r"more than|gave up|killed|limit|steps|max_num_steps"):
+    with pytest.raises(SolverFailure, match=r"more than|gave up|killed|limit|steps|max_num_steps"):
         flow(of(FINE, rival), PERIODS, False)
 
 
 @each(RIVALS)
 def test_a_start_that_is_no_number_is_refused(rival):
     needed(rival)
-    with pytest.raises(RivalFailure, match="not finite"):
+    with pytest.raises(SolverFailure, match="not finite"):
         rival.prepare(SET6, np.array([0.0, np.nan, 0.0, 0.0]))
 
 
@@ -266,13 +266,13 @@ def test_a_start_that_is_no_number_is_refused(rival):
 def test_a_state_beyond_all_numbers_is_a_failure(rival):
     needed(rival)
     flow = rival.prepare(SET6, np.array([0.0, 0.0, -1e300, 0.0]))
-    with pytest.raises(RivalFailure):
+    with pytest.raises(SolverFailure):
         flow(of(COARSE, rival), 1, False)
 
 
 def test_octave_that_prints_nothing_has_failed(monkeypatch):
     monkeypatch.setattr(octave, "_executed", lambda script, limit: "")
-    with pytest.raises(RivalFailure):
+    with pytest.raises(SolverFailure):
         OCTAVE.prepare(SET6, of_system(SET6).state)(1e-3, 1, False)
 
 
@@ -281,7 +281,7 @@ def test_octave_that_prints_nothing_has_failed(monkeypatch):
 _ASKED = """
 import json, sys
 from benchmarks.rivals import RIVALS
-from nlds_vines.accuracy.rivals import installed
+from benchmarks.rivals import installed
 names = [rival.name for rival in installed(RIVALS)]
 print(json.dumps([names, sorted(sys.modules)]))
 """

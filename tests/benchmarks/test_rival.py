@@ -7,9 +7,9 @@ import pytest
 
 from nlds_vines.accuracy.cases import of_system
 from nlds_vines.accuracy.reference import FINEST, watched
-from nlds_vines.accuracy.rivals import RIVALS, Asked, RivalFailure
-from nlds_vines.accuracy.rivals import rival as base
-from nlds_vines.accuracy.rivals.rival import Track
+from benchmarks.rivals import RIVALS, Asked, SolverFailure
+from benchmarks.rivals import rival as base
+from benchmarks.rivals.rival import Track
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.simulation import simulate
 
@@ -60,12 +60,12 @@ def broken(error):
         (TypeError("no such thing\nas this"), "^TypeError: no such thing$"),
         (ValueError(), "^ValueError$"),
         (RuntimeError("broken"), "^RuntimeError: broken$"),
-        (RivalFailure("too stiff"), "^too stiff$"),
+        (SolverFailure("too stiff"), "^too stiff$"),
     ],
 )
 def test_any_exception_is_a_failure_in_one_sentence(error, words):
     for rival in broken(error):
-        with pytest.raises(RivalFailure, match=words):
+        with pytest.raises(SolverFailure, match=words):
             rival.prepare(SET6, np.zeros(4))(256, 1, False)
 
 

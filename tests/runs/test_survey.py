@@ -6,7 +6,7 @@ from typing import Annotated
 import pytest
 
 from nlds_vines.accuracy import survey
-from nlds_vines.accuracy.columns import Column, columns, record_of, row_of
+from nlds_vines.archives.columns import Column, columns, record_of, row_of
 from nlds_vines.accuracy.survey import Survey, Task
 from nlds_vines.archives import archive
 from nlds_vines.cli.run_options import RunOptions

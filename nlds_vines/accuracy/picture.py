@@ -74,7 +74,7 @@ def draw(
     across = view.attrs.get("survey") == SHAPE and page.beside
     columns = min(len(chosen), 2) if across else 1
     rows = -(-len(chosen) // columns)
-    figure = Figure(figsize=(page.width, 0.0), layout="constrained")
+    figure = Figure(figsize=(page.width, rows * _PANEL), layout="constrained")
     frames = figure.subplots(rows, columns, squeeze=False).ravel()
     legend: dict[str, Any] = {}
     for frame, name in zip(frames, chosen, strict=False):

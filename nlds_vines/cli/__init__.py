@@ -4,6 +4,7 @@ In reading order:
 
     parser          the argument parser
     option_values   --system, --set NAME=VALUE, START:STOP:NUM and their like
+    setting_options the options that override a request file, as its settings say
     run_options     the options that say how a run goes
     paths           checks of the paths that are written
     running         a command from its arguments to its exit status

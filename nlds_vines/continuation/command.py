@@ -18,10 +18,7 @@ import numpy as np
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.cli.option_values import (
     add_system_options,
-    add_tolerance,
     assignments,
-    given,
-    number_or_word,
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
@@ -36,7 +33,8 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.continuation.request import STARTS, Continuation
+from nlds_vines.cli.setting_options import add_settings, changed
+from nlds_vines.continuation.request import STARTS, Begin, Continuation
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.errors import RequestError, at, from_text, number, shown, typed
 from nlds_vines.model.catalogue import as_system
@@ -330,16 +328,8 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
         text = getattr(options, key)
         if text is not None:
             found[key] = _interval(f"--{key}", text)
-    found["search"] = given(
-        {
-            "doublings": options.doublings,
-            "step": options.step,
-            "unstable": options.unstable,
-            "tolerance": number_or_word("--tolerance", options.tolerance),
-        }
-    )
-    draws = given({"count": options.starts, "seed": options.seed})
-    found["start"] = _from(options, found) | draws
+    found |= changed(options, Begin, Continuation)
+    found["start"] = _from(options, found) | found.get("start", {})
     return {key: value for key, value in found.items() if value}
 
 
@@ -420,17 +410,7 @@ def _declare(parser: Parser) -> None:
         help="rest, random, a label, or a scan's archive FILE.h5[@NAME=VALUE,...] [rest]",
     )  # fmt: skip
     add("--all", dest="everything", action="store_true", help="all orbits of random starts")
-    add("--starts", type=int, metavar="N", help=f"random ones [{STARTS}]")
-    add("--seed", type=int, metavar="N", help="that they are drawn by [0]")
-    add("--doublings", type=int, metavar="N", help="period doublings followed on and on [0]")
-    add("--step", type=float, metavar="LENGTH", help="the longest, relative [0.02]")
-    add(
-        "--unstable",
-        type=int,
-        metavar="N",
-        help="points that are unstable, one after another [3000]",
-    )
-    add_tolerance(group)
+    add_settings(group, Begin, Continuation)
     add_local_options(parser)
 
 

@@ -28,6 +28,7 @@ from nlds_vines.continuation.branch_table import datasets_of as of_branches
 from nlds_vines.continuation.curve_table import curve_datasets
 from nlds_vines.continuation.request import Begin, Continuation
 from nlds_vines.continuation.request_file import load_continuation
+from nlds_vines.loads.request import Decay
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.laws import LAWS, of_second
 from nlds_vines.model.parameter import Parameter
@@ -233,6 +234,7 @@ REQUESTS: Mapping[str, tuple[type, ...]] = {
     "tuning": (Tuning, Search, Surface),
     "portrait": (Times, PortraitRequest),
     "continuation": (Begin, Continuation),
+    "decay": (Decay,),
 }
 """The kinds of request files, and what describes their keys."""
 

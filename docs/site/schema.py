@@ -99,6 +99,7 @@ def schema() -> Schema:
         {
             "title": {"type": "string", "maxLength": 1000},
             "system": {"anyOf": [names, own]},
+            "systems": {"type": "array", "items": {"anyOf": [names, own]}},
             "set": settings,
             "vary": named((*PARAMETERS, *INITIAL), table(AXIS)),
             "over": named(PARAMETERS, table(AXIS)),

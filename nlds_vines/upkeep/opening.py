@@ -15,11 +15,12 @@ from nlds_vines.upkeep.tasks import TASKS, Task
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.result import ScanArchive
     from nlds_vines.continuation.result import Continued
+    from nlds_vines.loads.result import Decays
     from nlds_vines.response_curves.result import ResponseCurves
     from nlds_vines.transients.ensemble import Ensemble
     from nlds_vines.tuning.result import Tuned
 
-    Opened = ScanArchive | Ensemble | ResponseCurves | Tuned | Continued | ArchivePath
+    Opened = ScanArchive | Ensemble | ResponseCurves | Tuned | Continued | Decays | ArchivePath
 
 
 @typed

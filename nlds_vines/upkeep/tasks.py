@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from nlds_vines.runs.manifest import CONTINUATION, RESPONSE_CURVES, SCAN, SURVEY, TUNING
+from nlds_vines.runs.manifest import CONTINUATION, DECAY, RESPONSE_CURVES, SCAN, SURVEY, TUNING
 
 
 class Task(NamedTuple):
@@ -33,6 +33,7 @@ TASKS: Mapping[str, Task] = {
     TUNING: Task("tuning", "tuned"),
     CONTINUATION: Task("continuation", "continued"),
     RESPONSE_CURVES: Task("response_curves", "curves_in"),
+    DECAY: Task("loads", "decays_in"),
     SURVEY: Task("accuracy"),
 }
 """A new kind of archive is a new entry."""

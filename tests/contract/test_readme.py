@@ -93,8 +93,11 @@ def test_the_scan_file_means_what_its_comments_say(own):
     assert (scan.shape, scan.transient, scan.periods) == ((41, 2), 300, 60)
 
 
+RUN = ("export.md", "own-figure.md", "python.md", "branches.md", "decay.md")
+
+
 @pytest.mark.kernels
-@pytest.mark.parametrize("page", ["export.md", "own-figure.md", "python.md", "branches.md"])
+@pytest.mark.parametrize("page", RUN)
 def test_the_python_examples_print_what_is_shown(page, own):
     names = {}
     programs = [step for step in walk.steps(text_of(page)) if step[0] == "python"]
@@ -108,8 +111,7 @@ def test_the_python_examples_print_what_is_shown(page, own):
 
 def test_no_other_page_has_python_that_nobody_runs():
     with_python = {page.name for page in PAGES if "\n```python\n" in page.read_text("utf-8")}
-    run_above = {"export.md", "own-figure.md", "python.md", "branches.md"}
-    assert with_python == run_above | {"tutorial.md"}
+    assert with_python == {*RUN, "tutorial.md"}
 
 
 COMPUTE = {name for name, (module, _) in COMMANDS.items() if "upkeep" not in module}

@@ -15,6 +15,10 @@ from nlds_vines.continuation.request_file import load_continuation as load_conti
 from nlds_vines.continuation.result import Continued as Continued
 from nlds_vines.continuation.result import continued as continued
 from nlds_vines.errors import RequestError as RequestError
+from nlds_vines.loads.command import decay as decay
+from nlds_vines.loads.request import Decay as Decay
+from nlds_vines.loads.request_file import load_decay as load_decay
+from nlds_vines.loads.result import Decays as Decays
 from nlds_vines.model.catalogue import load_system as load_system
 from nlds_vines.model.system import System as System
 from nlds_vines.orbits.classification import Regime as Regime

@@ -218,6 +218,7 @@ _KINDS: Mapping[str, tuple[str, Any]] = {
     "Collection": ("a collection", Collection),
     "Mapping": ("a table", Mapping),
     "Document": ("a table", Mapping),
+    "Source": ("a system, a list of systems or a file", object),
 }
 """What the words of an annotation mean; every other word is the name of a class."""
 

@@ -6,5 +6,6 @@ from pathlib import Path
 from nlds_vines.__main__ import main
 
 if __name__ == "__main__":
-    request = str(Path(__file__).with_suffix(".toml"))
-    sys.exit(main(["response-curves", request, "--resume", *sys.argv[1:]]))
+    request = Path(__file__).with_suffix(".toml")
+    picture = request.with_suffix(".png").name
+    sys.exit(main(["response-curves", str(request), "--resume", "--plot", picture, *sys.argv[1:]]))

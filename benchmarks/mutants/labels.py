@@ -183,8 +183,8 @@ MUTANTS = (
         "nlds_vines/bifurcation/request.py",
         (
             "request: a scan's hash forgets how long it runs",
-            "sampling = {name: getattr(self, name) for name in SAMPLING}",
-            "sampling = {name: getattr(self, name) for name in list(SAMPLING)[1:]}",
+            '"sampling": entries(self, "sampling"),',
+            '"sampling": dict(list(entries(self, "sampling").items())[1:]),',
             _T_SCAN + "test_hash_sees_whatever_changes_numbers",
         ),
         (

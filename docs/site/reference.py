@@ -1,6 +1,6 @@
 """Fills the tables of the reference pages from the program's own: what stands between their marks.
 
-    python docs/site/reference.py            # writes docs/parameters.md, datasets.md, commands.md
+    python docs/site/reference.py            # writes docs/parameters.md, datasets.md, keys.md, ...
     python docs/site/reference.py --check    # says which of them is out of date
 
 A table stands between `<!-- made: NAME -->` and `<!-- end -->`; the text around is written by hand.
@@ -21,21 +21,29 @@ import numpy as np
 from nlds_vines.__main__ import COMMANDS
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.datasets import table_of
+from nlds_vines.bifurcation.request import Scan
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.running import Command
 from nlds_vines.continuation.branch_table import datasets_of as of_branches
 from nlds_vines.continuation.curve_table import curve_datasets
+from nlds_vines.continuation.request import Begin, Continuation
 from nlds_vines.continuation.request_file import load_continuation
+from nlds_vines.loads.request import Decay
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.laws import LAWS, of_second
 from nlds_vines.model.parameter import Parameter
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
+from nlds_vines.model.setting import settings_of
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.orbits.wants import WANTS
+from nlds_vines.portrait.request import PortraitRequest
+from nlds_vines.portrait.request_file import Times
+from nlds_vines.response_curves.request import CurvePage
 from nlds_vines.tuning.archive_table import Findings, contents
+from nlds_vines.tuning.request import Search, Surface, Tuning
 from nlds_vines.tuning.request_file import load_tuning
 
 DOCS = Path(__file__).resolve().parents[1]
@@ -217,6 +225,41 @@ def statuses() -> str:
     return table(("status", "remedy"), rows)
 
 
+# ---- request files -------------------------------------------------------------------------------
+
+
+REQUESTS: Mapping[str, tuple[type, ...]] = {
+    "scan": (Start, Scan),
+    "page of curves": (Start, Scan, CurvePage),
+    "tuning": (Tuning, Search, Surface),
+    "portrait": (Times, PortraitRequest),
+    "continuation": (Begin, Continuation),
+    "decay": (Decay,),
+}
+"""The kinds of request files, and what describes their keys."""
+
+
+def keys() -> str:
+    """Return the table of the keys whose values are checked one by one."""
+    files: dict[tuple[str, str, str], dict[str, str]] = defaultdict(dict)
+    for kind, owners in REQUESTS.items():
+        for said in (said for owner in owners for said in settings_of(owner).values()):
+            files[said.table, said.key, said.words][kind] = said.default_in_words
+    tables = list(dict.fromkeys(table for table, _, _ in files))
+    rows = [
+        (f"`[{place}]`", f"`{key}`", ", ".join(kinds), words, _defaults(kinds))
+        for (place, key, words), kinds in sorted(files.items(), key=lambda i: tables.index(i[0][0]))
+    ]
+    return table(("table", "key", "in", "meaning", "default"), rows)
+
+
+def _defaults(kinds: Mapping[str, str]) -> str:
+    """Return a default: what all files have, or what each has that differs from the first."""
+    first, *_ = kinds.values()
+    others = {kind: value for kind, value in kinds.items() if value != first}
+    return "; ".join([first, *(f"{kind}: {value}" for kind, value in others.items())])
+
+
 # ---- commands ------------------------------------------------------------------------------------
 
 
@@ -273,6 +316,7 @@ MADE: Mapping[str, Callable[[], str]] = {
     "tunings": of_tunings,
     "continuations": of_continuations,
     "statuses": statuses,
+    "keys": keys,
     "commands": commands,
 }
 

@@ -20,19 +20,15 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.bifurcation.room import refuse_without_room
+from nlds_vines.cli import job as jobs
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
-    check_output,
-    check_plot,
     optional_path,
-    refuse_begun,
-    refuse_existing,
-    refuse_replacing,
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import RequestError, at, shown, typed
+from nlds_vines.cli.running import Command
+from nlds_vines.errors import RequestError, typed
 from nlds_vines.model.catalogue import looks_like_path
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -99,13 +95,12 @@ def scan(
     if isinstance(document.get("start"), str):
         document["start"] = {"policy": document["start"]}
     job = Job(
-        scan=load_scan(source, document, "scan"),
+        request=load_scan(source, document, "scan"),
         source=request_path(source),
         archive=ScanArchive.for_result(to, "scan", resume, overwrite),
         plot=None,
         how=RunOptions(threads, resume, overwrite, None, scheduler, quiet),
     )
-    job.refuse()
     job.run()
     return ScanArchive.of(job.archive)
 
@@ -137,132 +132,102 @@ def bifurcation(
     share = None if shard is None else Shard.parse(shard)
     asked = None if tolerance is None else {"sampling": {"tolerance": tolerance}}
     job = Job(
-        scan=load_scan(scan, asked, "bifurcation"),
+        request=load_scan(scan, asked, "bifurcation"),
         source=source,
         archive=_archive_path(output, source),
         plot=optional_path(plot),
         how=RunOptions(threads, resume, overwrite, share, scheduler, quiet),
         show=show,
     )
-    job.refuse()
     job.run()
     return ScanArchive.of(job.archive, job.plot)
 
 
 @dataclass(frozen=True)
-class Job:
-    """A scan, where it goes and how it runs; checked when made, before anything heavy is loaded.
+class Job(jobs.Job):
+    """A scan and where it goes; `show`, what the picture shows, None for what is usual."""
 
-    Arguments:
-        scan: what to compute; source: the file that it was read from, which is not to be replaced.
-        archive, plot: the files to write; None for no picture.
-        how: how the run goes.
-        show: what the picture shows, None for what is usual.
-    """
+    content = SCAN
 
-    scan: Scan
-    source: Path | None
-    archive: Path
-    plot: Path | None
-    how: RunOptions
+    request: Scan
     show: str | None = None
 
     def __post_init__(self) -> None:
         """Raise `RequestError` unless archive and picture can be written, and the picture drawn."""
-        check_output(self.archive, self.source, self.plot)
-        if self.plot is not None:
-            self._check_plot(self.plot)
+        super().__post_init__()
         if self.show is not None:
-            self._check_show(self.show)
+            datasets = self.request.table.datasets
+            known = quantities(datasets.values(), self.request.system.scene.components)
+            values = [axis.values for axis in self.request.axes]
+            check_show(self.show, values, self.request.starts, known, "label" in datasets)
 
-    def _check_show(self, show: str) -> None:
-        datasets = self.scan.table.datasets
-        known = quantities(datasets.values(), self.scan.system.scene.components)
-        values = [axis.values for axis in self.scan.axes]
-        check_show(show, values, self.scan.starts, known, "label" in datasets)
-
-    def _check_plot(self, plot: Path) -> None:
-        check_plot(plot)
+    def check_picture(self) -> None:
+        """Raise `RequestError` where there will be nothing to draw."""
         if self.how.shard is not None:
             raise RequestError(
-                f"--plot {shown(str(plot))}: a shard makes no archive to draw; "
+                "a shard makes no archive to draw; "
                 "--resume --plot draws what `nlds-vines consolidate` has made"
             )
-        if not _can_be_drawn(self.scan):
+        if not _can_be_drawn(self.request):
             raise RequestError(
-                f"--plot {shown(str(plot))}: a map of want = ['section'] alone cannot be "
-                "drawn; record energy or regime as well"
+                "a map of want = ['section'] alone cannot be drawn; record energy or regime as well"
             )
-        with at(f"--plot {shown(str(plot))}"):
-            for axis in self.scan.axes:
-                refuse_undrawable(axis.name, axis.values)
+        for axis in self.request.axes:
+            refuse_undrawable(axis.name, axis.values)
 
-    def refuse(self) -> None:
-        """Raise `RequestError` where the archive exists, or the scan does not fit the machine."""
-        refuse_existing(self.archive, self.how)
-        refuse_replacing("picture", self.plot, self.how, self.scan.hash)
-        refuse_without_room(self.scan, self.archive)
+    def refuse(self, dry_run: bool = False) -> None:
+        """Raise `RequestError` as any job, and where the scan does not fit the machine."""
+        super().refuse()
+        refuse_without_room(self.request, self.archive)
+        if dry_run:
+            super().refuse(dry_run)
 
-    def run(self) -> Report:
-        """Compute the scan, draw the picture, and return the report of the run.
-
-        Performance: what draws is imported first, as the process that compiles the verdict takes
-        longer than this one: nobody waits for it.
-        """
+    def found(self) -> Report:
+        """Compute the scan, and return the report of the run."""
         from nlds_vines.bifurcation.run import run
 
-        if self.plot is None:
-            return run(self.scan, self.archive, self.how)
+        return run(self.request, self.archive, self.how)
+
+    def draw(self, plot: Path, found: Report) -> None:
+        """Draw what is to be shown."""
         from nlds_vines.bifurcation.picture.drawing import save
 
-        report = run(self.scan, self.archive, self.how)
-        save(self.archive, self.plot, self.show)
-        return report
+        save(self.archive, plot, self.show)
 
+    def plan(self) -> list[str]:
+        """Return what the scan would take, one fact a line."""
+        from nlds_vines.bifurcation.blocks import share_in_words
+        from nlds_vines.bifurcation.estimate import estimate
 
-def carry_out(name: str, job: Job, dry_run: bool) -> int:
-    """Do a job for the command `name`, or only say what it would take; return the exit status."""
-    if dry_run:
-        return _dry_run(job)
-    job.refuse()
-    report = job.run()
-    if not job.how.quiet:
-        say(report.summary(), *report.remarks(), *_refined(job), *_made(job))
-    if report.failed_lanes:
-        where = f"the dataset `status` of {job.archive} says why"
-        complain(name, f"{report.failed_lanes} of {report.lanes} orbits failed: {where}")
-        return LANES_FAILED
-    return DONE
+        share = [] if self.how.shard is None else [share_in_words(self.request, self.how.shard)]
+        return [*estimate(self.request, self.how.threads).lines(), *share]
 
+    def lines(self, found: Report) -> list[str]:
+        """Return what was found, and by how much it changes where that was asked for."""
+        return [found.summary(), *found.remarks(), *self._refined()]
 
-def _dry_run(job: Job) -> int:
-    job.refuse()
-    refuse_begun(job.archive, job.scan, SCAN, job.how)
-    from nlds_vines.bifurcation.blocks import share_in_words
-    from nlds_vines.bifurcation.estimate import estimate
+    def _refined(self) -> list[str]:
+        """Return a line on the change of the results under refinement, where it was asked for."""
+        if "error" not in self.request.want or self.how.shard is not None:
+            return []
+        from nlds_vines.archives import archive
+        from nlds_vines.bifurcation.tally import refinement_summary
 
-    say(*estimate(job.scan, job.how.threads).lines())
-    if job.how.shard is not None:
-        say(share_in_words(job.scan, job.how.shard))
-    return DONE
+        with archive.read(self.archive) as view:
+            return [refinement_summary(view)]
 
+    def paths(self) -> list[str]:
+        """Return where the results are, one line each."""
+        if self.how.shard is not None:
+            return [f"when all shards are there: nlds-vines consolidate {self.archive}"]
+        return super().paths()
 
-def _refined(job: Job) -> list[str]:
-    """Return a line on the change of the results under refinement, where that was asked for."""
-    if "error" not in job.scan.want or job.how.shard is not None:
-        return []
-    from nlds_vines.archives import archive
-    from nlds_vines.bifurcation.tally import refinement_summary
-
-    with archive.read(job.archive) as view:
-        return [refinement_summary(view)]
-
-
-def _made(job: Job) -> list[str]:
-    """Return where the results are, one line each."""
-    if job.how.shard is not None:
-        return [f"when all shards are there: nlds-vines consolidate {job.archive}"]
-    return [str(path) for path in (job.archive, job.plot) if path is not None]
+    def failure(self, found: Report) -> str:
+        """Return how many orbits failed, and where it is said why."""
+        if not found.failed_lanes:
+            return ""
+        where = f"the dataset `status` of {self.archive} says why"
+        return f"{found.failed_lanes} of {found.lanes} orbits failed: {where}"
 
 
 def _job(options: argparse.Namespace) -> Job:
@@ -306,6 +271,6 @@ COMMAND = Command(
     description="Scan one parameter or two: an archive (HDF5) and a picture.",
     examples=_EXAMPLES,
     declare=_declare,
-    carry_out=lambda options: carry_out("bifurcation", _job(options), options.dry_run),
+    carry_out=lambda options: _job(options).carry_out("bifurcation", options.dry_run),
 )
 main = COMMAND.main

@@ -5,21 +5,17 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from nlds_vines.bifurcation.request import Scan
 from nlds_vines.cli.option_values import (
     add_system_options,
-    add_tolerance,
     assignments,
-    comma_separated,
-    given,
-    number_or_word,
     spaced,
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, from_text
-from nlds_vines.orbits.settings import EFFORTS, METHODS
 from nlds_vines.orbits.starts import STATE
-from nlds_vines.orbits.wants import WANTS
 
 
 def add_scan_options(parser: Parser) -> None:
@@ -38,12 +34,7 @@ def add_scan_options(parser: Parser) -> None:
         metavar="POLICY",
         help="rest, up, down, both, random:N or x1,v1,x2,v2; @PHASE after it",
     )
-    group.add_argument("--transient", type=int, metavar="PERIODS", help="discarded")
-    group.add_argument("--periods", type=int, metavar="PERIODS", help="sampled")
-    group.add_argument("--record", metavar="A,B,C", help=f"of {', '.join(WANTS)}")
-    group.add_argument("--method", metavar="METHOD", help=" or ".join(METHODS))
-    group.add_argument("--effort", metavar="EFFORT", help=f"of verdicts: {', '.join(EFFORTS)}")
-    add_tolerance(group)
+    add_settings(group, Scan)
 
 
 def changes(options: argparse.Namespace) -> dict[str, Any]:
@@ -51,19 +42,14 @@ def changes(options: argparse.Namespace) -> dict[str, Any]:
 
     Raises `RequestError` for an option that cannot be read as its form demands.
     """
-    sampling = ("transient", "periods", "method", "effort")
-    values = {name: getattr(options, name) for name in sampling}
-    values["tolerance"] = number_or_word("--tolerance", options.tolerance)
     vary = assignments("--vary", options.vary, "NAME=START:STOP:NUM")
     found: dict[str, Any] = {
         **system_changes(options),
         "vary": {name: spaced(f"--vary {name}", text, log=True) for name, text in vary.items()},
-        "sampling": given(values),
+        **changed(options, Scan),
     }
     if options.start is not None:
         found["start"] = _start(options.start)
-    if options.record is not None:
-        found["record"] = {"want": comma_separated(options.record)}
     return {key: value for key, value in found.items() if value}
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import MISSING, dataclass, field
 from functools import cached_property
 from math import prod
 from typing import Any
@@ -11,18 +11,32 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.archives.dataset import Scale, Table
-from nlds_vines.archives.outline import Outlined, Rows
+from nlds_vines.archives.outline import Rows
 from nlds_vines.archives.provenance import Value
 from nlds_vines.bifurcation.datasets import scales_of, table_of
-from nlds_vines.errors import RequestError, choice, string, typed, unknown, whole
+from nlds_vines.errors import RequestError, string, typed, unknown
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.layers import request_hash
 from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, component_of
+from nlds_vines.model.setting import (
+    Checked,
+    OneOf,
+    Request,
+    Whole,
+    check_settings,
+    entries,
+    setting,
+)
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import EFFORTS, FINENESS, METHODS, Settings, chosen_settings
+from nlds_vines.orbits.settings import (
+    EFFORTS,
+    FINENESS,
+    METHODS,
+    Settings,
+    chosen_settings,
+    tolerance_setting,
+)
 from nlds_vines.orbits.starts import AT_ANY_PHASE, Start
-from nlds_vines.orbits.wants import ATTRACTOR, checked_want, refuse_impossible
-from nlds_vines.toml import toml_text
+from nlds_vines.orbits.wants import ATTRACTOR, USUAL, WANTS, checked_want, refuse_impossible
 
 MOST_LANES = 10**8
 """The most orbits of one scan: days of work on a large machine."""
@@ -39,19 +53,15 @@ def refuse_too_many(shape: Sequence[int], starts: int) -> None:
         )
 
 
-SAMPLING: Mapping[str, Callable[[object], Any]] = {
-    "transient": lambda value: whole("transient", value, 0),
-    "periods": lambda value: whole("periods", value, 1),
-    "method": lambda value: choice("method", value, METHODS),
-    "effort": lambda value: choice("effort", value, EFFORTS),
-    **FINENESS,
-}
-"""The checks of the table [sampling] of a scan file, by key."""
+def _for_experts(name: str, words: str) -> Any:
+    """Return the setting of what the tolerance decides otherwise."""
+    words += ", for experts, as [`nv.simulate`](python.md#options-of-simulate) takes them"
+    return setting(None, Checked(FINENESS[name]), "sampling", words)
 
 
 @typed
 @dataclass(frozen=True, repr=False)
-class Scan(Outlined):
+class Scan(Request):
     """What to compute; checked when made, immutable afterwards.
 
     Arguments:
@@ -60,11 +70,8 @@ class Scan(Outlined):
         axes: one or two varied parameters, or initial conditions (`parameters.INITIAL`).
         want: of `orbits.wants.WANTS`, kept in that order; nothing else is computed.
         start: where the orbits of each cell begin.
-        transient, periods: forcing periods discarded (>= 0) and sampled (>= 1).
-        method: one of `METHODS`.
-        effort: one of `EFFORTS`: how much a verdict may cost.
-        tolerance: of method exact: a number or one of `TOLERANCES`, 1e-9 where it is None.
-        nodes, contact_steps, period_steps: for experts, as `simulate` takes them.
+
+    and what the fields say of themselves.
 
     Raises `RequestError` for anything else, and for a varied value that the system refuses.
     """
@@ -72,27 +79,32 @@ class Scan(Outlined):
     title: str
     system: System
     axes: tuple[Axis, ...]
-    want: tuple[str, ...]
+    want: tuple[str, ...] = setting(
+        MISSING, Checked(checked_want, listed=True), "record",
+        f"what is recorded, see [Datasets](datasets.md): of {', '.join(WANTS)}", "A,B,C",
+        option="--record", usual=", ".join(USUAL),
+    )  # fmt: skip
     start: Start = field(default_factory=Start)
-    transient: int = 600
-    periods: int = 120
-    method: str = "exact"
-    effort: str = "standard"
-    tolerance: float | str | None = None
-    nodes: int | None = None
-    contact_steps: float | None = None
-    period_steps: float | None = None
+    transient: int = setting(
+        600, Whole(0), "sampling", "forcing periods that are discarded", "PERIODS"
+    )
+    periods: int = setting(120, Whole(1), "sampling", "forcing periods that are sampled", "PERIODS")
+    method: str = setting("exact", OneOf(METHODS), "sampling", "`exact` or `rk4`", "METHOD")
+    effort: str = setting(
+        "standard", OneOf(EFFORTS), "sampling",
+        "of a verdict: `quick`, `standard` or `thorough`, see [Labels](labels.md)", "EFFORT",
+    )  # fmt: skip
+    tolerance: float | str | None = tolerance_setting("sampling")
+    nodes: int | None = _for_experts("nodes", "collocation nodes of a short impact")
+    contact_steps: float | None = _for_experts("contact_steps", "steps of a contact")
+    period_steps: float | None = _for_experts("period_steps", "steps of a period by `rk4`")
 
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
         object.__setattr__(self, "axes", tuple(self.axes))
         object.__setattr__(self, "system", self.system.with_axes(axis.name for axis in self.axes))
-        object.__setattr__(self, "want", checked_want(self.want))
-        for name, check in SAMPLING.items():
-            value = getattr(self, name)
-            if name not in FINENESS or value is not None:
-                object.__setattr__(self, name, check(value))
+        check_settings(self)
         settings = self.settings
         if self.method == "exact":
             object.__setattr__(self, "tolerance", settings.tolerance)
@@ -211,9 +223,11 @@ class Scan(Outlined):
         return scales_of(self.axes, self.system.scene, self.start, self.periods, self.want)
 
     def document(self) -> dict[str, Any]:
-        """Return the scan file that means exactly this scan, complete, as nested tables."""
+        """Return the scan file that means exactly this scan, complete, as nested tables.
+
+        All parameters and all values of the axes are written out.
+        """
         start: dict[str, Any] = {"policy": self.start.policy}
-        sampling = {name: getattr(self, name) for name in SAMPLING}
         if self.start.policy == "random":
             start |= {"count": self.start.count, "seed": self.start.seed}
         if self.start.state:
@@ -225,23 +239,11 @@ class Scan(Outlined):
             "system": self.system.to_table(),
             "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.axes},
             "start": start,
-            "sampling": {name: value for name, value in sampling.items() if value is not None},
+            "sampling": entries(self, "sampling"),
             "record": {"want": list(self.want)},
         }
-
-    def to_toml(self) -> str:
-        """Return the scan as canonical TOML, which `load_scan` reads back to an equal scan.
-
-        All parameters and all values of the axes are written out, to the last digit.
-        """
-        return toml_text(self.document())
 
     @property
     def about(self) -> dict[str, Value]:
         """The attributes of its archive beside the request itself: system, parameters, seed."""
         return {**self.system.attributes, "seed": self.start.seed}
-
-    @cached_property
-    def hash(self) -> str:
-        """SHA-256 of what determines the numbers: the canonical TOML without titles and sources."""
-        return request_hash(self.document())

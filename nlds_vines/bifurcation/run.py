@@ -6,7 +6,6 @@ block is stored while the next one is being computed.
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -25,12 +24,12 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.tally import COUNTED, Note, Tally
 from nlds_vines.bifurcation.watched import of_chaos
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.errors import printable
 from nlds_vines.orbits.coexistence import CHAOS
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.settings import most_watched
 from nlds_vines.runs import interrupts
 from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.runs.journal import tell_discarded
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.shard import Shard
 from nlds_vines.runs.threads import use_threads
@@ -145,8 +144,7 @@ def _left(parts: Parts, blocks: Sequence[Block], tally: Tally) -> list[Block]:
     for block, part in parts.sound(blocks):
         done.add(block.index)
         tally.note(part.arrays)
-    for line in parts.discarded:
-        print(printable(line), file=sys.stderr)
+    tell_discarded(parts)
     return [block for block in blocks if block.index not in done]
 
 
@@ -156,11 +154,9 @@ def _prepared(parts: Parts, how: RunOptions, tell: Tell, stop: interrupts.Stop) 
     if computer.attracted is not None:
         use_threads(how.threads if how.scheduler is None else None)
         tell(computer.attracted.in_words(), 0.0)
-        told = len(parts.discarded)
         parts.learn(computer.attracted, stop.check)
         tell("", 0.0)
-        for line in parts.discarded[told:]:
-            print(printable(line), file=sys.stderr)
+        tell_discarded(parts)
     return computer
 
 

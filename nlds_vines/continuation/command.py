@@ -16,27 +16,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.cli import job as jobs
 from nlds_vines.cli.option_values import (
     add_system_options,
-    add_tolerance,
     assignments,
-    given,
-    number_or_word,
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
-    check_output,
-    check_plot,
     optional_path,
-    refuse_begun,
-    refuse_existing,
-    refuse_replacing,
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.continuation.request import STARTS, Continuation
+from nlds_vines.cli.running import Command
+from nlds_vines.cli.setting_options import add_settings, changed
+from nlds_vines.continuation.request import STARTS, Begin, Continuation
 from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.errors import RequestError, at, from_text, number, shown, typed
 from nlds_vines.model.catalogue import as_system
@@ -125,7 +119,7 @@ def follow(
         {"count": starts, "seed": seed}, plane,
     )  # fmt: skip
     archive = ArchivePath.for_result(to, "branches", resume, overwrite)
-    return Job(request, request_path(system), archive, None, None, how).run()
+    return Job(request, request_path(system), archive, None, how).run()
 
 
 @typed
@@ -225,44 +219,46 @@ def _start_table(
 
 
 @dataclass(frozen=True)
-class Job:
-    """A continuation and where it goes; checked when made, before anything heavy is loaded."""
+class Job(jobs.Job):
+    """A continuation and where it goes; `over`, a scan that its branches are drawn over."""
+
+    content = CONTINUATION
 
     request: Continuation
-    source: Path | None
-    archive: Path
-    plot: Path | None
-    over: Path | None
-    how: RunOptions
+    over: Path | None = None
+
+    def others(self) -> Sequence[Path | None]:
+        """Return the scan."""
+        return (self.over,)
 
     def __post_init__(self) -> None:
         """Check the paths."""
-        check_output(self.archive, self.source, self.plot, self.over)
-        if self.plot is not None:
-            check_plot(self.plot)
+        super().__post_init__()
         if self.over is not None and not self.over.is_file():
             raise RequestError(f"--over {shown(str(self.over))}: there is no such file")
 
-    def refuse(self, dry_run: bool = False) -> None:
-        """Raise `RequestError` where files exist; with `dry_run` for all that a run refuses."""
-        refuse_existing(self.archive, self.how)
-        refuse_replacing("picture", self.plot, self.how, self.request.hash)
-        if dry_run:
-            refuse_begun(self.archive, self.request, CONTINUATION, self.how)
-
-    def run(self) -> Continued:
-        """Follow the branches, draw the picture, and return what was found."""
-        self.refuse()
+    def found(self) -> Continued:
+        """Follow the branches, and return the branches."""
         from nlds_vines.continuation.result import continued
         from nlds_vines.continuation.run import run
 
         run(self.request, self.archive, self.how)
-        found = continued(self.archive)
-        if self.plot is not None:
-            from nlds_vines.continuation.picture import save
+        return continued(self.archive)
 
-            save(self.archive, self.plot, self.over)
-        return found
+    def draw(self, plot: Path, found: Continued) -> None:
+        """Draw the branches."""
+        from nlds_vines.continuation.picture import save
+
+        save(self.archive, plot, self.over)
+
+    def lines(self, found: Continued) -> list[str]:
+        """Return what was found, and what makes the borders of the scan."""
+        return [*found.lines(), *self.border_lines(found)]
+
+    def failure(self, found: Continued) -> str:
+        """Return how many branches are not complete."""
+        incomplete = int(found.tables["status"].sum())
+        return f"{incomplete} branches are not complete: their ends say why" if incomplete else ""
 
     def plan(self) -> list[str]:
         """Return what a continuation would do, one fact a line."""
@@ -294,21 +290,6 @@ class Job:
             return list(report(found, scan, borders_of(found, scan)))
 
 
-def _carry_out(options: argparse.Namespace) -> int:
-    job = _job(options)
-    if options.dry_run:
-        job.refuse(dry_run=True)
-        say(*job.plan())
-        return DONE
-    found = job.run()
-    if not job.how.quiet:
-        say(*found.lines(), *job.border_lines(found), *filter(None, (job.archive, job.plot)))
-    incomplete = int(found.tables["status"].sum())
-    if incomplete:
-        complain(_NAME, f"{incomplete} branches are not complete: their ends say why")
-    return LANES_FAILED if incomplete else DONE
-
-
 def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
     source = options.continuation
@@ -330,16 +311,8 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
         text = getattr(options, key)
         if text is not None:
             found[key] = _interval(f"--{key}", text)
-    found["search"] = given(
-        {
-            "doublings": options.doublings,
-            "step": options.step,
-            "unstable": options.unstable,
-            "tolerance": number_or_word("--tolerance", options.tolerance),
-        }
-    )
-    draws = given({"count": options.starts, "seed": options.seed})
-    found["start"] = _from(options, found) | draws
+    found |= changed(options, Begin, Continuation)
+    found["start"] = _from(options, found) | found.get("start", {})
     return {key: value for key, value in found.items() if value}
 
 
@@ -420,17 +393,7 @@ def _declare(parser: Parser) -> None:
         help="rest, random, a label, or a scan's archive FILE.h5[@NAME=VALUE,...] [rest]",
     )  # fmt: skip
     add("--all", dest="everything", action="store_true", help="all orbits of random starts")
-    add("--starts", type=int, metavar="N", help=f"random ones [{STARTS}]")
-    add("--seed", type=int, metavar="N", help="that they are drawn by [0]")
-    add("--doublings", type=int, metavar="N", help="period doublings followed on and on [0]")
-    add("--step", type=float, metavar="LENGTH", help="the longest, relative [0.02]")
-    add(
-        "--unstable",
-        type=int,
-        metavar="N",
-        help="points that are unstable, one after another [3000]",
-    )
-    add_tolerance(group)
+    add_settings(group, Begin, Continuation)
     add_local_options(parser)
 
 
@@ -439,6 +402,6 @@ COMMAND = Command(
     description="Follow periodic orbits, stable or not, along a parameter, with what changes them.",
     examples=_EXAMPLES,
     declare=_declare,
-    carry_out=_carry_out,
+    carry_out=lambda options: _job(options).carry_out(_NAME, options.dry_run),
 )
 main = COMMAND.main

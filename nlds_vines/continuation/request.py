@@ -5,22 +5,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from nlds_vines.archives.outline import Outlined
 from nlds_vines.archives.provenance import Value
-from nlds_vines.errors import RequestError, choice, number, shown, string, typed, whole
-from nlds_vines.model.layers import request_hash
+from nlds_vines.errors import RequestError, choice, number, shown, string, typed
 from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.setting import (
+    Checked,
+    OneOf,
+    Real,
+    Request,
+    Text,
+    Whole,
+    check_settings,
+    entries,
+    setting,
+)
 from nlds_vines.model.system import System
 from nlds_vines.orbits.labels import PERIODIC, TRANSIENT
-from nlds_vines.orbits.settings import TOLERANCES, checked_tolerance
-from nlds_vines.toml import toml_text
+from nlds_vines.orbits.settings import TOLERANCES, tolerance_setting
 
 POLICIES = ("rest", "random", "label", "orbits")
 """Where branches may begin: the orbit from rest; the orbits of random starts; one of these with a
@@ -29,23 +35,11 @@ label; given orbits."""
 STARTS = 100
 """Random starts, by default."""
 
+PERIODS = Whole(1, 10**6)
+"""Forcing periods of a given orbit."""
+
 MOST_ORBITS = 10_000
 """Start orbits that may be given."""
-
-SEARCH: Mapping[str, Callable[[object], Any]] = {
-    "doublings": lambda value: whole("doublings", value, 0, 10),
-    "step": lambda value: _step(value),
-    "unstable": lambda value: whole("unstable", value, 1, 10**5),
-    "tolerance": checked_tolerance,
-}
-"""The checks of the table [search] of a continuation file, by key."""
-
-
-def _step(value: object) -> float:
-    found = number("step", value)
-    if 1e-6 <= found <= 1.0:
-        return found
-    raise RequestError(f"step = {found!r}; allowed: 1e-6 to 1")
 
 
 @dataclass(frozen=True)
@@ -90,21 +84,29 @@ class Begin:
         policy: of `POLICIES`.
         label: of the orbit that is looked for among random starts, "3T,3".
         count, seed: of random starts.
-        orbits: given ones.
+        states, values, periods: given orbits.
     """
 
-    policy: str = "rest"
-    label: str = ""
-    count: int = STARTS
-    seed: int = 0
-    orbits: tuple[Orbit, ...] = ()
+    policy: str = setting("rest", OneOf(POLICIES), "start", "`rest`, `random`, `label` or `orbits`")
+    label: str = setting("", Text(), "start", "for `label`: the regime to begin with")
+    count: int = setting(STARTS, Whole(1, 10**6), "start", "random starts", "N", option="--starts")
+    seed: int = setting(0, Whole(0, 2**63 - 1), "start", "that random starts are drawn by", "N")
+    states: tuple[tuple[float, ...], ...] = setting(
+        (), Checked(lambda value: tuple(map(_state, _listed("states", value)))), "start",
+        "for `orbits`: a state of each",
+    )  # fmt: skip
+    values: tuple[float, ...] = setting(
+        (), Checked(lambda value: tuple(number("value", v) for v in _listed("values", value))),
+        "start", "for `orbits`: the value of the parameter",
+    )  # fmt: skip
+    periods: tuple[int, ...] = setting(
+        (), Checked(lambda value: tuple(PERIODS("period", n) for n in _listed("periods", value))),
+        "start", "for `orbits`: n of each",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         """Check everything."""
-        choice("policy", self.policy, POLICIES)
-        string("label", self.label)
-        whole("count", self.count, 1, 10**6)
-        whole("seed", self.seed, 0, 2**63 - 1)
+        check_settings(self)
         if (self.policy == "label") != bool(self.label):
             raise RequestError("label belongs to policy 'label': give both or neither")
         if self.label and not PERIODIC.fullmatch(self.label.removeprefix(TRANSIENT)):
@@ -112,15 +114,34 @@ class Begin:
                 f"start {shown(self.label)} must be rest, random, an archive FILE.h5 or the label "
                 "of a periodic orbit, such as 3T,3"
             )
-        if (self.policy == "orbits") != bool(self.orbits):
+        if len({len(self.states), len(self.values), len(self.periods)}) != 1:
+            raise RequestError("states, values and periods must be as many")
+        if (self.policy == "orbits") != bool(self.states):
             raise RequestError("orbits belong to policy 'orbits': give both or neither")
-        if len(self.orbits) > MOST_ORBITS:
-            raise RequestError(f"{len(self.orbits)} start orbits; allowed: up to {MOST_ORBITS}")
+        if len(self.states) > MOST_ORBITS:
+            raise RequestError(f"{len(self.states)} start orbits; allowed: up to {MOST_ORBITS}")
+
+    @property
+    def orbits(self) -> tuple[Orbit, ...]:
+        """The given orbits."""
+        return tuple(map(Orbit, self.states, self.values, self.periods))
+
+
+def _listed(key: str, value: object) -> list[Any] | tuple[Any, ...]:
+    if not isinstance(value, list | tuple):
+        raise RequestError(f"{key} = {shown(value)} must be a list")
+    return value
+
+
+def _state(state: object) -> tuple[float, ...]:
+    if not isinstance(state, list | tuple):
+        raise RequestError(f"state = {shown(state)} must be a list of numbers")
+    return tuple(number("state", value) for value in state)
 
 
 @typed
 @dataclass(frozen=True, repr=False)
-class Continuation(Outlined):
+class Continuation(Request):
     """What to follow; checked when made, immutable afterwards.
 
     Arguments:
@@ -128,10 +149,7 @@ class Continuation(Outlined):
         system: the parameters that are not free.
         along: the free parameter and its interval.
         begin: where branches begin.
-        doublings: how many period doublings, one after another, are followed to their branches.
-        step: the longest step, relative to the orbit and the interval together.
-        unstable: the most points, one after another, that are followed where orbits are unstable.
-        tolerance: of method exact: a number or one of `TOLERANCES`.
+        doublings, step, unstable, tolerance: as the fields say; of method exact.
         plane: a second free parameter, for curves of special points; None for none.
 
     Raises `RequestError` for anything else, and for a value that the system refuses.
@@ -141,17 +159,23 @@ class Continuation(Outlined):
     system: System
     along: Interval
     begin: Begin = field(default_factory=Begin)
-    doublings: int = 0
-    step: float = 0.02
-    unstable: int = 3000
-    tolerance: float | str = TOLERANCES["fine"]
+    doublings: int = setting(
+        0, Whole(0, 10), "search", "period doublings, one after another, that are followed", "N"
+    )
+    step: float = setting(
+        0.02, Real(1e-6, 1.0), "search",
+        "the longest along a branch, relative to the orbit and the interval together", "LENGTH",
+    )  # fmt: skip
+    unstable: int = setting(
+        3000, Whole(1, 10**5), "search", "ends a branch: unstable points, one after another", "N"
+    )
+    tolerance: float | str = tolerance_setting("search", TOLERANCES["fine"])
     plane: Interval | None = None
 
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
-        for name, check in SEARCH.items():
-            object.__setattr__(self, name, check(getattr(self, name)))
+        check_settings(self)
         system = self.system.with_axes([item.name for item in self.free])
         object.__setattr__(self, "system", system)
         for item in self.free:
@@ -205,26 +229,16 @@ class Continuation(Outlined):
         if self.begin.label:
             begin["label"] = self.begin.label
         if self.begin.orbits:
-            begin["states"] = [list(orbit.state) for orbit in self.begin.orbits]
-            begin["values"] = [orbit.value for orbit in self.begin.orbits]
-            begin["periods"] = [orbit.period for orbit in self.begin.orbits]
+            begin["states"] = [list(state) for state in self.begin.states]
+            begin |= {"values": list(self.begin.values), "periods": list(self.begin.periods)}
         found = {
             "title": self.title,
             "system": self.system.to_table(),
             "along": _table(self.along),
             "start": begin,
-            "search": {name: getattr(self, name) for name in SEARCH},
+            "search": entries(self, "search"),
         }
         return found if self.plane is None else {**found, "plane": _table(self.plane)}
-
-    def to_toml(self) -> str:
-        """Return it as canonical TOML, which `load_continuation` reads back to an equal one."""
-        return toml_text(self.document())
-
-    @cached_property
-    def hash(self) -> str:
-        """SHA-256 of what determines the numbers: the canonical TOML without titles and sources."""
-        return request_hash(self.document())
 
 
 def _table(item: Interval) -> dict[str, dict[str, float]]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from typing import Any
 
-from nlds_vines.continuation.request import SEARCH, Begin, Continuation, Interval, Orbit
-from nlds_vines.errors import RequestError, at, number, shown, table, typed, whole
-from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
+from nlds_vines.continuation.request import Begin, Continuation, Interval
+from nlds_vines.errors import RequestError, at, shown, table, typed
+from nlds_vines.model.layers import Document, Form, Layer, Layers
+from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
 from nlds_vines.model.words import symbol_of, system_in_words
 
@@ -17,10 +17,7 @@ FORM = Form(
         "set": None,
         "along": None,
         "plane": None,
-        "start": dict.fromkeys(
-            ("policy", "label", "count", "seed", "states", "values", "periods"), unchecked
-        ),
-        "search": SEARCH,
+        **checks(Begin, Continuation),
     },
 )
 """What may stand in a continuation file."""
@@ -98,34 +95,10 @@ def _interval_of(key: str, entries: Document) -> Interval:
 
 
 def _begin(entries: Document) -> Begin:
-    """Return where branches begin, as a table `[start]` says."""
-    plain = {key: entries[key] for key in ("policy", "label", "count", "seed") if key in entries}
-    lists = {key: entries.get(key, ()) for key in ("states", "values", "periods")}
-    for key, values in lists.items():
-        if not isinstance(values, list | tuple):
-            raise RequestError(f"{key} = {shown(values)} must be a list")
-    if len({len(values) for values in lists.values()}) != 1:
-        raise RequestError("states, values and periods must be as many")
-    orbits = tuple(
-        Orbit(_state(state), number("value", value), whole("period", period, 1, 10**6))
-        for state, value, period in zip(*lists.values(), strict=True)
-    )
-    return Begin(orbits=orbits, **_with_policy(plain, orbits))
-
-
-def _with_policy(plain: dict[str, Any], orbits: tuple[Orbit, ...]) -> dict[str, Any]:
-    """Return the entries with the policy that a label, or orbits, alone mean."""
-    if "policy" not in plain and orbits:
-        return {**plain, "policy": "orbits"}
-    if "policy" not in plain and plain.get("label"):
-        return {**plain, "policy": "label"}
-    return plain
-
-
-def _state(state: object) -> tuple[float, ...]:
-    if not isinstance(state, list | tuple):
-        raise RequestError(f"state = {shown(state)} must be a list of numbers")
-    return tuple(number("state", value) for value in state)
+    """Return where branches begin: a label, or orbits, alone mean their policy."""
+    meant = {"orbits": entries.get("states"), "label": entries.get("label")}
+    policy = next((policy for policy, given in meant.items() if given), "rest")
+    return Begin(**{"policy": policy, **entries})
 
 
 def _made_up_title(system: System, along: Interval) -> str:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
-from nlds_vines.archives import archive
-from nlds_vines.archives.dataset import Table
-from nlds_vines.archives.provenance import attributes
+from nlds_vines.archives.provenance import Value
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.continuation.branch import Bounds
 from nlds_vines.continuation.branch_table import Tables, datasets_of, scales_of, tables_of
@@ -21,9 +18,8 @@ from nlds_vines.continuation.request import Continuation
 from nlds_vines.continuation.result import map_of
 from nlds_vines.continuation.start_orbits import seeds_of
 from nlds_vines.continuation.track import Arrays
-from nlds_vines.errors import printable
-from nlds_vines.runs import interrupts
-from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.runs.interrupts import Stop
+from nlds_vines.runs.journal import Made, complete, tell_discarded
 from nlds_vines.runs.manifest import CONTINUATION
 from nlds_vines.runs.numbered_parts import NumberedParts
 from nlds_vines.runs.progress import Progress, Tell
@@ -93,31 +89,24 @@ def run(request: Continuation, output: Path, how: RunOptions | None = None) -> N
     `RequestError` where there is no periodic orbit to begin with.
     """
     how = RunOptions() if how is None else how
-    threads = use_threads(how.threads)
-    began = time.monotonic()
-    opened = TrackFolder.open(output, request, resume=how.resume, overwrite=how.overwrite)
-    with opened as folder, interrupts.stop_on_signals() as stop:
-        if folder.complete:
-            return
+    threads, began = use_threads(how.threads), time.monotonic()
+
+    def work(folder: TrackFolder, progress: Progress, stop: Stop) -> Made:
         known = folder.begin()
-        for line in folder.discarded:
-            print(printable(line), file=sys.stderr)
-        try:
-            with Progress(None, "curve", quiet=how.quiet) as progress:
-                tables = _followed(request, folder, progress, stop)
-            spent = {"threads": threads, "seconds": round(time.monotonic() - began, 3)}
-            _store(request, tables, folder, {**spent, "replayed": known})
-        except (interrupts.Stopped, KeyboardInterrupt):
-            raise Interrupted(
-                f"interrupted: the branches that are complete are kept in {folder.folder}; "
-                "the same command with --resume (in place of --overwrite) goes on from there",
-                stop.status,
-            ) from None
+        tell_discarded(folder)
+        tables = _followed(request, folder, progress, stop)
+        seconds = round(time.monotonic() - began, 3)
+        return _made(request, tables, {"threads": threads, "seconds": seconds, "replayed": known})
+
+    complete(
+        TrackFolder.open(output, request, resume=how.resume, overwrite=how.overwrite),
+        work,
+        Progress(None, "curve", quiet=how.quiet),
+        lambda _: "the branches that are complete are",
+    )
 
 
-def _followed(
-    request: Continuation, folder: TrackFolder, progress: Progress, stop: interrupts.Stop
-) -> Tables:
+def _followed(request: Continuation, folder: TrackFolder, progress: Progress, stop: Stop) -> Tables:
     count = 0
 
     def keep(arrays: Arrays) -> None:
@@ -129,25 +118,12 @@ def _followed(
     return compute(request, recall=folder.recall, keep=keep, check=stop.check, tell=progress.wait)
 
 
-def _store(
-    request: Continuation, tables: Tables, folder: TrackFolder, spent: dict[str, float | int]
-) -> None:
-    """Write the archive, put it in its place and remove the parts."""
-    attrs = attributes(
-        request, {**request.about, "content": folder.content, **folder.begun_by(), **spent}
-    )
-    for item in request.free:  # what is free has no value of its own
-        attrs.pop(item.name, None)
+def _made(request: Continuation, tables: Tables, spent: Mapping[str, Value]) -> Made:
+    """Return what the archive of these tables holds."""
     entries, scales = datasets_of(request), scales_of(request, tables)
     if request.plane is not None:
         entries, scales = [*entries, *curve_datasets(request)], [*scales, *curve_scales(tables)]
     contents = [
-        (entry, tables[entry.name])
-        for entry in entries
-        if tables.get(entry.name) is not None and tables[entry.name].size
+        (entry, tables[entry.name]) for entry in entries if tables.get(entry.name) is not None
     ]
-    table = Table.of(
-        (entry for entry, _ in contents), {scale.name: scale.values.size for scale in scales}
-    )
-    pieces = archive.whole(contents)
-    folder.deliver(lambda path: archive.write(path, table, scales, pieces, lambda: attrs))
+    return Made(scales, contents, spent, [item.name for item in request.free])

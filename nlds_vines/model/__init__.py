@@ -12,4 +12,5 @@ In reading order:
     words             systems and parameters in a few words
     linear_response   the motion without contact, in closed form
     layers            a request read from a file, with changes laid over it
+    setting           a key of a request file, said once, and what follows from it
 """

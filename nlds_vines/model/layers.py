@@ -47,6 +47,7 @@ MARKS = {
     "vary": "scan", "record": "scan", "free": "tuning", "over": "tuning", "surface": "tuning",
     "along": "continuation", "plane": "continuation", "portrait": "portrait", "column": "portrait",
     "figure": "page of curves", "panels": "page of curves", "curves": "page of curves",
+    "systems": "decay", "load": "decay",
 }  # fmt: skip
 """What only some kinds of request have at the top of their files, and one that has it."""
 
@@ -55,7 +56,7 @@ SHARED = ("start", "search")
 
 SAMPLING = frozenset(
     ("transient", "periods", "method", "tolerance", "effort", "nodes", "contact_steps",
-     "period_steps", "samples", "windows")
+     "period_steps", "samples", "windows", "duration")
 )  # fmt: skip
 """What some kind of request or other has in its [sampling]."""
 
@@ -220,6 +221,10 @@ class Layers:
 def request_hash(document: Document) -> str:
     """Return the SHA-256 of what determines the numbers of a request: no titles, no sources."""
     keys = ("kind", "parameters", "law", "law_2")  # the laws where they are not the paper's
-    system = {key: value for key, value in document["system"].items() if key in keys}
-    text = toml_text({**document, "title": "", "system": system})
+    counted = {**document, "title": ""}
+    if "system" in document:
+        counted["system"] = {k: v for k, v in document["system"].items() if k in keys}
+    for name in ("systems",) if "systems" in document else ():
+        counted[name] = [{k: v for k, v in one.items() if k in keys} for one in document[name]]
+    text = toml_text(counted)
     return hashlib.sha256(text.encode()).hexdigest()

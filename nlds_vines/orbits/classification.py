@@ -18,7 +18,7 @@ from nlds_vines.orbits.compilation import notice
 from nlds_vines.orbits.labels import FLAGS, least_lifetime
 from nlds_vines.orbits.settings import EFFORTS, METHODS, chosen_settings
 from nlds_vines.orbits.simulation import IntegrationError, start_state
-from nlds_vines.orbits.status_words import OK, STATUS
+from nlds_vines.orbits.status_words import OK
 from nlds_vines.orbits.wants import USUAL
 
 _KINDS = {code: name for name, code in FLAGS.items()}
@@ -138,7 +138,7 @@ def classify(
     outputs = kernels.run(cells, state[np.newaxis, :4], before, sampled)
     code = int(outputs.status[0, 0])
     if code != OK:
-        raise IntegrationError(f"{system.name}: {STATUS[code].name}. {STATUS[code].remedy}")
+        raise IntegrationError.of(system, code)
     arrays = outputs.verdicts(cells)
     assert outputs.energy is not None
     found = {name: values[0, 0] for name, values in arrays.items()}

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from nlds_vines.errors import RequestError, number, shown, whole
+from nlds_vines.model.setting import Checked, setting
 
 METHODS = ("exact", "rk4")
 """The integrators."""
@@ -136,6 +137,16 @@ def checked_tolerance(tolerance: object) -> float:
             f"{MOST_TOLERANCE:g}, or {', '.join(TOLERANCES)}"
         )
     return found
+
+
+def tolerance_setting(table: str, default: float | None = None) -> Any:
+    """Return the setting of a tolerance in a table of a request file."""
+    presets = ", ".join(f"`{name}` ({value:g})" for name, value in TOLERANCES.items())
+    words = f"of `exact`: relative error, {LEAST_TOLERANCE:g} to {MOST_TOLERANCE:g}, or {presets}"
+    words += "; see [Accuracy and speed](accuracy-and-speed.md)"
+    check = Checked(checked_tolerance)
+    usual = "" if default is not None else "`standard`"
+    return setting(default, check, table, words, "RELATIVE", usual=usual)
 
 
 def checked_steps(name: str, steps: float) -> float:

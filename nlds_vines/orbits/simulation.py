@@ -58,7 +58,19 @@ _RUN_CELL = getattr(run_cell, "entry", run_cell)
 
 
 class IntegrationError(RuntimeError):
-    """An orbit could not be followed to its end; the message names the remedy."""
+    """An orbit could not be followed to its end; the message names the remedy.
+
+    `code` is its `STATUS`.
+    """
+
+    code: int
+
+    @classmethod
+    def of(cls, system: System, code: int) -> IntegrationError:
+        """Return the error of an orbit of a system that ended with a code."""
+        error = cls(f"{system.name}: {STATUS[code].name}. {STATUS[code].remedy}")
+        error.code = code
+        return error
 
 
 class Violation(NamedTuple):
@@ -258,8 +270,7 @@ class Beginning(NamedTuple):
         with compilation.followed({_RUN_CELL: "orbit"}):
             code = buffers.run(parts, self.cell, state, transient, periods)
         if code != OK:
-            status = STATUS[code]
-            raise IntegrationError(f"{self.system.name}: {status.name}. {status.remedy}")
+            raise IntegrationError.of(self.system, code)
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nlds_vines.errors import RequestError, choice, number, shown, whole
+from nlds_vines.errors import RequestError, number, shown
 from nlds_vines.model.parameters import INITIAL, PHASE
 from nlds_vines.model.scenes import Scene
+from nlds_vines.model.setting import Checked, OneOf, Whole, check_settings, setting
 
 POLICIES = ("rest", "up", "down", "both", "random")
 """Where orbits may begin, beside a `STATE` that is given."""
@@ -49,30 +50,35 @@ class Start:
     Raises `RequestError` for anything else.
     """
 
-    policy: str = "rest"
-    count: int = 1
-    seed: int = 0
-    state: tuple[float, ...] = ()
-    phase: float = 0.0
+    policy: str = setting(
+        "rest", OneOf((*POLICIES, STATE)), "start",
+        "where the orbits begin: [`rest`, `up`, `down`, `both`, `random`]"
+        "(own-damper.md#where-orbits-begin)",
+    )  # fmt: skip
+    count: int = setting(1, Whole(1, 10**6), "start", "for `random` only: how many starts")
+    seed: int = setting(0, Whole(0, 2**63 - 1), "start", "for `random` only: what draws them")
+    state: tuple[float, ...] = setting(
+        (), Checked(lambda value: _numbers(value)), "start",
+        "where all orbits begin: x1, v1, x2, v2 at t = 0 [m, m/s]; the policy is then `state`",
+    )  # fmt: skip
+    phase: float = setting(
+        0.0, Checked(lambda value: _phase(value)), "start",
+        "for `rest` and a state: the [phase](basins.md) of the force at the start [rad], 0 to 2 pi",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         """Check everything."""
-        choice("policy", self.policy, (*POLICIES, STATE))
-        object.__setattr__(self, "state", _numbers(self.state))
+        check_settings(self)
         if bool(self.state) != (self.policy == STATE):
             raise RequestError(
                 f"policy {self.policy!r} with state = {shown(list(self.state))}: a state belongs "
                 f"to policy {STATE!r}, which needs one"
             )
-        object.__setattr__(self, "phase", number("phase", self.phase))
-        INITIAL[PHASE].check(np.array([self.phase]))
         if self.phase and self.policy not in AT_ANY_PHASE:
             raise RequestError(
                 f"phase = {self.phase!r} with policy {self.policy!r}: orbits that begin at another "
                 f"phase than 0 have policy {' or '.join(map(repr, AT_ANY_PHASE))}"
             )
-        whole("count", self.count, 1, 10**6)
-        whole("seed", self.seed, 0, 2**63 - 1)
         if self.policy != "random" and (self.count, self.seed) != (1, 0):
             raise RequestError(
                 f"count and seed belong to policy 'random', not to policy {self.policy!r}"
@@ -94,6 +100,13 @@ class Start:
         if self.policy == "random" and self.count > 1:
             return tuple(f"random {i}" for i in range(self.count))
         return self.sweeps or (self.policy,)
+
+
+def _phase(value: object) -> float:
+    """Return a phase of the force [rad]; `RequestError` for one out of range."""
+    phase = number("phase", value)
+    INITIAL[PHASE].check(np.array([phase]))
+    return phase
 
 
 def _numbers(state: object) -> tuple[float, ...]:

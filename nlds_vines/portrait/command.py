@@ -15,33 +15,25 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.cli.option_values import (
     add_system_options,
-    add_tolerance,
     assignments,
     comma_separated,
-    given,
-    number_or_word,
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import ARCHIVE_SUFFIXES, check_plot, optional_path, refuse_replacing
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
+from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, from_text, typed
+from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.signals import SIGNALS
-from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.portrait.request import (
-    LOOK,
     PANELS,
-    PERIODS,
-    SAMPLES,
-    SHOW,
-    TRANSIENT,
     PortraitRequest,
     span,
 )
-from nlds_vines.portrait.request_file import load_portrait, portrait_of
+from nlds_vines.portrait.request_file import Times, load_portrait, portrait_of
 from nlds_vines.runs.threads import check_environment
 
 if TYPE_CHECKING:
@@ -239,17 +231,7 @@ def _declare(parser: Parser) -> None:
         metavar="X1,V1,X2,V2",
         help="state at t = 0 [m, m/s], or rest; of SCAN.h5: number",
     )
-    add("--transient", type=int, metavar="PERIODS", help=f"discarded [{TRANSIENT}]")
-    add("--periods", type=int, metavar="PERIODS", help=f"looked at [{PERIODS}]")
-    add("--windows", metavar="B:E,B:E", help="periods to look at, in place of the last two")
-    add("--samples", type=int, metavar="N", help=f"states of a period [{SAMPLES}]")
-    add("--method", metavar="METHOD", help=" or ".join(METHODS))
-    add_tolerance(parser)
-    add("--panels", metavar="A,B,C", help="see below")
-    add("--show", type=int, metavar="PERIODS", help=f"of a time history [{SHOW}]")
-    add("--signal", metavar="NAME", help="that the spectrum is of [x2, or x1]")
-    add("--taper", metavar="NAME", help=f"of the spectrum: {' or '.join(TAPERS)}")
-    add("--comb", type=int, metavar="N", help="nT whose lines are not broadband [as found, or T]")
+    add_settings(parser, Times, PortraitRequest)
     add("--dry-run", action="store_true", help="only say what would be done")
     add("--overwrite", action="store_true", help="replace the picture of another request")
     add("--quiet", action="store_true", help="say nothing")
@@ -257,16 +239,13 @@ def _declare(parser: Parser) -> None:
 
 def _changes(options: argparse.Namespace) -> dict[str, Any]:
     """Return what the options change in a request file, as a document of the same form."""
-    values = {name: getattr(options, name) for name in (*_SAMPLING, *LOOK)}
-    values |= {name: comma_separated(values[name]) for name in ("windows", "panels")}
-    values["tolerance"] = number_or_word("--tolerance", options.tolerance)
-    found = {**system_changes(options), **_document(given(values))}
+    found = {**system_changes(options), **changed(options, Times, PortraitRequest)}
     if options.start is not None:
         found |= _document({"start": _state(options.start)})
     return found
 
 
-_SAMPLING = ("transient", "periods", "windows", "samples", "method", "tolerance")
+_SAMPLING = (*settings_of(Times, "sampling"), *settings_of(PortraitRequest, "sampling"))
 
 
 def _state(text: str) -> list[float] | None:
@@ -287,7 +266,7 @@ def _document(values: Mapping[str, Any]) -> dict[str, Any]:
             state = list(value) if isinstance(value, Collection) else value
             found["start"] = {"policy": "rest"} if value is None else {"state": state}
         else:
-            found.setdefault("sampling" if name in _SAMPLING else "portrait", {})[name] = value
+            found.setdefault("portrait" if name not in _SAMPLING else "sampling", {})[name] = value
     return found
 
 

@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from nlds_vines.archives.outline import Outlined
 from nlds_vines.errors import RequestError, choice, from_text, shown, string, whole
 from nlds_vines.model.scenes import Scene
+from nlds_vines.model.setting import (
+    Checked,
+    OneOf,
+    Request,
+    Text,
+    Whole,
+    check_settings,
+    entries,
+    setting,
+)
 from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
-from nlds_vines.orbits.settings import METHODS, checked_tolerance, chosen_settings
+from nlds_vines.orbits.settings import METHODS, chosen_settings, tolerance_setting
 from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.plotting.bands import LARGEST
@@ -42,7 +52,7 @@ USUAL = ("displacement", "relative", "force", "energy", "phase1", "phase2", "spe
 _OF_DAMPER = ("relative", "energy2", "phase2")
 _OF_FORCES = ("force",)
 
-SYSTEM, TRANSIENT, PERIODS, SAMPLES, SHOW = "ssul-set6", 600, 240, 1024, 12
+SYSTEM, SAMPLES, SHOW = "ssul-set6", 1024, 12
 """What is drawn unless something else is asked for.  1024 samples of a period are some 20 of a
 contact: its force is folded onto its lines by 4e-4 of the largest at most."""
 
@@ -51,22 +61,6 @@ MOST_STATES = 10**7
 
 MOST_COLUMNS = 4
 """Columns of a page: more of them are too narrow to read."""
-
-RUN: Mapping[str, Callable[[object], Any]] = {
-    "samples": lambda value: whole("samples", value, 2, 10**6),
-    "method": lambda value: choice("method", value, METHODS),
-    "tolerance": checked_tolerance,
-}
-"""The checks of how an orbit is computed, by key of the table [sampling]."""
-
-LOOK: Mapping[str, Callable[[object], Any]] = {
-    "panels": lambda value: _words("panels", value, PANELS),
-    "show": lambda value: whole("show", value, 1),
-    "signal": lambda value: string("signal", value),
-    "taper": lambda value: choice("taper", value, TAPERS),
-    "comb": lambda value: whole("comb", value, 0),
-}
-"""The checks of what is drawn, by key of the table [portrait]."""
 
 
 class Window(NamedTuple):
@@ -94,7 +88,7 @@ class Column:
 
 
 @dataclass(frozen=True, repr=False)
-class PortraitRequest(Outlined):
+class PortraitRequest(Request):
     """What to draw; checked when made, immutable afterwards.
 
     Arguments:
@@ -102,37 +96,46 @@ class PortraitRequest(Outlined):
         columns: one to four; those of equal systems show one run.
         panels: of `PANELS`, from top to bottom.  Those that no scene here can fill are left out.
         start: (x1, v1, x2, v2) [m, m/s] of every orbit, None for rest.
-        samples: states in each forcing period; method: one of `METHODS`.
-        tolerance: of method exact: a number or one of `TOLERANCES`, 1e-9 where it is None.
-        show: the most periods drawn in a time history, from the beginning of its window.
-        signal: what the spectrum is of, by default x2, or x1 without a damper; taper: its window.
-        comb: n of the nT whose lines do not count as broadband; 0 for the period that is found, or
-            T where none is.
         cell: the orbit of an archive's cell, in place of one from `start`.
+
+    and what the fields say of themselves.
 
     Raises `RequestError` for anything else.
     """
 
     title: str
     columns: tuple[Column, ...]
-    panels: tuple[str, ...] = USUAL
+    panels: tuple[str, ...] = setting(
+        USUAL, Checked(lambda value: _words("panels", value, PANELS), listed=True), "portrait",
+        "from top to bottom, see [Portrait](portrait.md)", "A,B,C", usual=", ".join(USUAL),
+    )  # fmt: skip
     start: tuple[float, ...] | None = None
-    samples: int = SAMPLES
-    method: str = "exact"
-    show: int = SHOW
-    signal: str = ""
-    taper: str = "rectangular"
-    comb: int = 0
-    tolerance: float | str | None = None
+    samples: int = setting(
+        SAMPLES, Whole(2, 10**6), "sampling", "states in each forcing period", "N"
+    )
+    method: str = setting("exact", OneOf(METHODS), "sampling", "`exact` or `rk4`", "METHOD")
+    show: int = setting(
+        SHOW, Whole(1), "portrait", "forcing periods in a time history, at most", "PERIODS"
+    )
+    signal: str = setting(
+        "", Text(), "portrait", "what the spectrum is of", "NAME", usual="x2, or x1 without damper"
+    )
+    taper: str = setting(
+        "rectangular", OneOf(TAPERS), "portrait",
+        f"of the spectrum: {' or '.join(f'`{name}`' for name in TAPERS)}", "NAME",
+    )  # fmt: skip
+    comb: int = setting(
+        0, Whole(0), "portrait", "n of the nT whose lines do not count as broadband", "N",
+        usual="as found, or 1",
+    )  # fmt: skip
+    tolerance: float | str | None = tolerance_setting("sampling")
     cell: CellOrbit | None = None
 
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
         whole("number of columns", len(self.columns), 1, MOST_COLUMNS)
-        for name, check in {**RUN, **LOOK}.items():
-            if name != "tolerance" or self.tolerance is not None:
-                object.__setattr__(self, name, check(getattr(self, name)))
+        check_settings(self)
         settings = chosen_settings(self.method, {"tolerance": self.tolerance})
         if self.method == "exact":
             object.__setattr__(self, "tolerance", settings.tolerance)
@@ -209,7 +212,34 @@ class PortraitRequest(Outlined):
                 groups.append([column])
         return tuple(tuple(group) for group in groups)
 
-    @property
+    def document(self) -> dict[str, Any]:
+        """Return the request file that means exactly this portrait; of a cell, as one from a state.
+
+        The system is that of the first column; the others set what they have differently.
+        """
+        system, *_ = (column.system for column in self.columns)
+        return {
+            "title": self.title,
+            "system": system.to_table(),
+            "start": {"policy": "rest"} if self.start is None else {"state": list(self.start)},
+            "sampling": entries(self, "sampling"),
+            "portrait": entries(self, "portrait") | {"panels": list(self.panels)},
+            "column": [
+                {
+                    "name": column.name,
+                    "window": list(column.window),
+                    "panels": list(column.panels),
+                    "set": {
+                        name: value
+                        for name, value in column.system.parameters.items()
+                        if value != system.parameters.get(name)
+                    },
+                }
+                for column in self.columns
+            ],
+        }
+
+    @cached_property
     def hash(self) -> str:
         """SHA-256 of all that determines the picture."""
         columns = {

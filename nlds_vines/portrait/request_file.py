@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines.errors import RequestError, at, choice, number, shown, string, table, whole
-from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
+from nlds_vines.errors import RequestError, at, choice, number, shown, string, table
+from nlds_vines.model.layers import Document, Form, Layer, Layers
+from nlds_vines.model.setting import Checked, OneOf, Whole, checks, setting, settings_of
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.settings import laid_over
 from nlds_vines.portrait.request import (
-    LOOK,
-    PERIODS,
-    RUN,
     SYSTEM,
-    TRANSIENT,
     Column,
     PortraitRequest,
     Window,
@@ -48,22 +45,34 @@ def _checked_windows(value: object) -> list[Window]:
 _COLUMN_KEYS = ("name", "set", "window", "panels")
 _LENGTHS = ("transient", "periods")  # in place of which windows may be given
 
+
+@dataclass(frozen=True)
+class Times:
+    """Where orbits of a portrait begin, and which of their periods are looked at."""
+
+    policy: str = setting("rest", OneOf(("rest",)), "start", "`rest`")
+    state: Any = setting(
+        (), Checked(lambda value: value), "start", "x1, v1, x2, v2 at t = 0 [m, m/s]"
+    )
+    transient: int = setting(
+        600, Whole(0), "sampling", "forcing periods that are discarded", "PERIODS"
+    )
+    periods: int = setting(240, Whole(1), "sampling", "forcing periods that are sampled", "PERIODS")
+    windows: Any = setting(
+        (), Checked(_checked_windows, listed=True), "sampling",
+        "`[[begin, end], ...]`: periods to look at, in place of `transient` and `periods`",
+        "B:E,B:E",
+    )  # fmt: skip
+
+
 FORM = Form(
     kind="portrait",
-    tables={
-        "set": None,
-        "start": {"policy": unchecked, "state": unchecked},
-        "sampling": {
-            "transient": lambda value: whole("transient", value, 0),
-            "periods": lambda value: whole("periods", value, 1),
-            "windows": _checked_windows,
-            **RUN,
-        },
-        "portrait": LOOK,
-    },
+    tables={"set": None, **checks(Times, PortraitRequest)},
     lists=("column",),
 )
 """What may stand in the request file of a portrait."""
+
+_OF_RUN = tuple(settings_of(PortraitRequest, "sampling"))
 
 
 def load_portrait(
@@ -94,7 +103,7 @@ def load_portrait(
             _made_up_title(columns) if title is None else title,
             columns,
             start=start,
-            **{name: sampling[name] for name in RUN if name in sampling},
+            **{name: sampling[name] for name in _OF_RUN if name in sampling},
             **look,
         )
     return layers.told(request)
@@ -165,8 +174,8 @@ def _windows(layers: Layers) -> list[Window]:
     sampling = layers.values("sampling")
     if "windows" in sampling and not layers.above.table("sampling").keys() & set(_LENGTHS):
         return list(sampling["windows"])
-    transient = sampling.get("transient", TRANSIENT)
-    return [Window(transient, transient + sampling.get("periods", PERIODS))]
+    transient = sampling.get("transient", Times.transient)
+    return [Window(transient, transient + sampling.get("periods", Times.periods))]
 
 
 def _start(layers: Layers) -> tuple[float, ...] | None:

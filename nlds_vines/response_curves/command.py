@@ -8,25 +8,20 @@ from __future__ import annotations
 
 import argparse
 import os
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.bifurcation.room import refuse_without_room
+from nlds_vines.cli import job as jobs
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
-    check_output,
-    check_plot,
     optional_path,
-    refuse_begun,
-    refuse_existing,
-    refuse_replacing,
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import at, shown, typed
+from nlds_vines.cli.running import Command
+from nlds_vines.errors import typed
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.response_curves.curve_options import Source, add_curve_options, changes, page_from
 from nlds_vines.response_curves.request import CurvePage, label_of
@@ -103,55 +98,47 @@ def response_curves(
     return Job(page, request_path(source), Path(output), optional_path(plot), how).run()
 
 
-@dataclass(frozen=True)
-class Job:
-    """A page of curves and where it goes; checked when made, before anything heavy is loaded."""
+class Job(jobs.Job):
+    """A page of curves and where it goes."""
 
-    page: CurvePage
-    source: Path | None
-    archive: Path
-    plot: Path | None
-    how: RunOptions
+    content = RESPONSE_CURVES
 
-    def __post_init__(self) -> None:
-        """Raise `RequestError` for files that cannot be written and values that cannot be drawn."""
-        check_output(self.archive, self.source, self.plot)
-        if self.plot is not None:
-            check_plot(self.plot)
-            with at(f"--plot {shown(str(self.plot))}"):
-                refuse_undrawable(self.page.axis, self.page.values)
+    request: CurvePage
+
+    def check_picture(self) -> None:
+        """Raise `RequestError` for values that cannot be drawn."""
+        refuse_undrawable(self.request.axis, self.request.values)
 
     def refuse(self, dry_run: bool = False) -> None:
-        """Raise `RequestError` where files exist, or the curves do not fit the machine.
-
-        With `dry_run` for all that a run refuses.
-        """
-        refuse_existing(self.archive, self.how)
-        refuse_replacing("picture", self.plot, self.how, self.page.hash)
-        for curve in self.page.curves:
+        """Raise `RequestError` as any job, and where the curves do not fit the machine."""
+        super().refuse(dry_run)
+        for curve in self.request.curves:
             refuse_without_room(curve.scan, self.archive)
-        if dry_run:
-            refuse_begun(self.archive, self.page, RESPONSE_CURVES, self.how)
 
-    def run(self) -> ResponseCurves:
-        """Compute, draw, and return what was found.
-
-        Raises `RequestError` for an archive that exists, without --resume and --overwrite.
-        """
-        self.refuse()
+    def found(self) -> ResponseCurves:
+        """Compute the curves, and return the curves."""
         from nlds_vines.response_curves.result import curves_in
         from nlds_vines.response_curves.run import run
 
-        run(self.page, self.archive, self.how)
-        if self.plot is not None:
-            from nlds_vines.response_curves.picture import save
-
-            save(self.archive, self.plot)
+        run(self.request, self.archive, self.how)
         return curves_in(self.archive)
+
+    def draw(self, plot: Path, found: ResponseCurves) -> None:
+        """Draw the page."""
+        from nlds_vines.response_curves.picture import save
+
+        save(self.archive, plot)
+
+    def failure(self, found: ResponseCurves) -> str:
+        """Return how many orbits failed, and where it is said why."""
+        if not found.failed:
+            return ""
+        where = f"the dataset `status` of {self.archive} says why"
+        return f"{found.failed} of {self.request.lanes} orbits failed: {where}"
 
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""
-        page, scan = self.page, self.page.curves[0].scan
+        page, scan = self.request, self.request.curves[0].scan
         curves = [f"curve:    {label_of(c)}, {c.scan.lanes} orbits" for c in page.curves]
         each = scan.transient + scan.periods
         return [
@@ -168,18 +155,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     archive = _archive_path(options.output, options.source)
     plot = optional_path(options.plot)
     job = Job(page, request_path(options.source), archive, plot, run_options(options))
-    if options.dry_run:
-        job.refuse(dry_run=True)
-        say(*job.plan())
-        return DONE
-    found = job.run()
-    if not job.how.quiet:
-        say(*found.lines(), *filter(None, (job.archive, job.plot)))
-    if found.failed:
-        where = f"the dataset `status` of {archive} says why"
-        complain(_NAME, f"{found.failed} of {page.lanes} orbits failed: {where}")
-        return LANES_FAILED
-    return DONE
+    return job.carry_out(_NAME, options.dry_run)
 
 
 def _archive_path(output: str | None, source: str | None) -> Path:

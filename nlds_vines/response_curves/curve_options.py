@@ -9,21 +9,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from nlds_vines.bifurcation.request import Scan
 from nlds_vines.cli.option_values import (
-    add_tolerance,
     assignments,
-    given,
-    number_or_word,
     settings_of,
     spaced,
 )
 from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, at, choice, shown
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.system import System
 from nlds_vines.model.words import range_in_words, setting_in_words, system_in_words
-from nlds_vines.orbits.settings import METHODS
 from nlds_vines.response_curves.request import ALONE_COLOUR, CurvePage, turns, with_structure_alone
 from nlds_vines.response_curves.request_file import load_page
 from nlds_vines.toml import read_toml
@@ -31,11 +29,10 @@ from nlds_vines.toml import read_toml
 USUAL = ("ssul-set6", "ssbl", "tmd")
 """The dampers that are compared unless others are named: those of the paper's Table 2."""
 
-TRANSIENT, PERIODS = 600, 240
+SAMPLING = {"transient": 600, "periods": 240}
 """Forcing periods discarded and sampled: long, for the sake of irregular regimes."""
 
 _VARY = {"omega": {"start": 4.5, "stop": 8.0, "num": 351}}
-_SAMPLING = ("transient", "periods", "method")
 
 Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | CurvePage | None
 """What may stand for a page: systems or their names, a file, the document in one."""
@@ -53,26 +50,19 @@ def add_curve_options(parser: Parser) -> None:
     )
     group.add_argument("--vary", metavar="NAME=START:STOP:NUM", help="[omega=4.5:8:351]")
     group.add_argument("--start", metavar="POLICY", help="rest, up or down [rest]")
-    group.add_argument("--transient", type=int, metavar="PERIODS", help=f"discarded [{TRANSIENT}]")
-    group.add_argument("--periods", type=int, metavar="PERIODS", help=f"sampled [{PERIODS}]")
-    group.add_argument("--method", metavar="METHOD", help=" or ".join(METHODS))
-    add_tolerance(group)
-    group.add_argument("--damper-energy", action="store_true", help="draw E2max, too")
+    add_settings(group, Scan, CurvePage, but=("want", "effort"), usual=SAMPLING)
 
 
 def changes(options: argparse.Namespace) -> dict[str, Any]:
     """Return what the options change in a request file, as a document of the same form."""
-    sampling = {name: getattr(options, name) for name in _SAMPLING}
-    sampling["tolerance"] = number_or_word("--tolerance", options.tolerance)
     if options.start is not None:
         choice("--start", options.start, ("rest", "up", "down"))
     pairs = assignments("--vary", [options.vary] if options.vary else [], "NAME=START:STOP:NUM")
     found: dict[str, Any] = {
         "set": settings_of(options),
         "vary": {name: spaced(f"--vary {name}", text) for name, text in pairs.items()},
-        "sampling": given(sampling),
         "start": {} if options.start is None else {"policy": options.start},
-        "figure": {"damper_energy": True} if options.damper_energy else {},
+        **changed(options, Scan, CurvePage),
     }
     return {key: value for key, value in found.items() if value}
 
@@ -126,7 +116,7 @@ def _document(systems: Sequence[str | System]) -> dict[str, Any]:
     """Return the request file of a page that nobody wrote."""
     return {
         "vary": _VARY,
-        "sampling": {"transient": TRANSIENT, "periods": PERIODS},
+        "sampling": SAMPLING,
         "record": {"want": ["impacts", "energy"]},
         "figure": {"reduction": True},
         "curves": _curves(systems),

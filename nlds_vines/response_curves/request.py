@@ -18,13 +18,23 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError, shown, string
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.setting import (
+    Request,
+    Truth,
+    Whole,
+    check_settings,
+    entries,
+    setting,
+)
 from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.plotting.style import HUES
-from nlds_vines.toml import toml_text
 
 COLOURS: Mapping[str, str] = HUES
 """Colours by name, those of Okabe and Ito; a request file may also write `#rrggbb`."""
+
+MOST_COLUMNS = 4
+"""Panels side by side: more of them are too narrow to read."""
 
 LINES = ("solid", "dashed", "dashdot")
 """Kinds of line; a dotted one is the damper's energy."""
@@ -75,16 +85,14 @@ class Panel:
     base: bool = False
 
 
-@dataclass(frozen=True)
-class CurvePage:
+@dataclass(frozen=True, repr=False)
+class CurvePage(Request):
     """A page of response curves; checked when made, immutable afterwards.
 
     Arguments:
         title: one line for people.
         panels: each with its curves.
-        columns: panels side by side.
-        damper_energy: whether E2max is drawn beside E1max, dotted.
-        reduction: whether the reduction by each damper is drawn below; only of a single panel.
+        columns, damper_energy, reduction: as the fields say; a reduction only of a single panel.
 
     Raises `RequestError` for curves that cannot stand on one page: along different parameters or
     values, with several starts, or without energies.
@@ -92,13 +100,18 @@ class CurvePage:
 
     title: str
     panels: tuple[Panel, ...]
-    columns: int = 1
-    damper_energy: bool = False
-    reduction: bool = False
+    columns: int = setting(1, Whole(1, MOST_COLUMNS), "figure", "panels side by side")
+    damper_energy: bool = setting(
+        False, Truth(), "figure", "draws E2max, too, dotted", option="--damper-energy"
+    )
+    reduction: bool = setting(
+        False, Truth(), "figure", "draws the reduction by each damper below the curves"
+    )
 
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
+        check_settings(self)
         if self.reduction and len(self.panels) > 1:
             raise RequestError("reduction = true needs a page of one panel: leave out [[panels]]")
         first = self.curves[0].scan
@@ -151,11 +164,10 @@ class CurvePage:
         """Return the request file that means exactly this page, complete, as nested tables."""
         most = max(self.curves, key=lambda curve: len(curve.scan.want))
         scan = most.scan.document()  # what a system cannot give is left out when this is read
-        figure = {name: getattr(self, name) for name in ("columns", "damper_energy", "reduction")}
         return {
             "title": self.title,
             **{key: scan[key] for key in ("vary", "start", "sampling", "record")},
-            "figure": figure,
+            "figure": entries(self, "figure"),
             "panels": [
                 {"title": panel.title, "set": dict(panel.settings), "base": panel.base}
                 for panel in self.panels
@@ -169,10 +181,6 @@ class CurvePage:
         look = {name: getattr(curve, name) for name in ("label", "colour", "line", "base", "shade")}
         own = {name: value for name, value in curve.settings.items() if name not in shared}
         return {**look, "panel": place + 1, "system": curve.scan.system.to_table(), "set": own}
-
-    def to_toml(self) -> str:
-        """Return it as canonical TOML, which `load_page` reads back to an equal page."""
-        return toml_text(self.document())
 
 
 def _refuse_unlike(scan: Scan, first: Scan) -> None:

@@ -17,29 +17,16 @@ from nlds_vines.bifurcation.request_file import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError, at, choice, shown, string, table, unknown, whole
 from nlds_vines.model.layers import Document, Form, Layer
+from nlds_vines.model.setting import Truth, checks
 from nlds_vines.response_curves.request import COLOURS, LINES, Curve, CurvePage, Panel
 from nlds_vines.toml import read_toml
 
-_MOST_COLUMNS = 4  # panels side by side: more of them are too narrow to read
 _HEX = re.compile(r"#[0-9a-f]{6}")
-
-
-def _truth(key: str, value: object) -> bool:
-    if not isinstance(value, bool):
-        raise RequestError(f"{key} = {shown(value)} must be true or false")
-    return value
 
 
 FORM = Form(
     kind="page of curves",
-    tables={
-        **SCAN_FORM.tables,
-        "figure": {
-            "columns": lambda value: whole("columns", value, 1, _MOST_COLUMNS),
-            "damper_energy": lambda value: _truth("damper_energy", value),
-            "reduction": lambda value: _truth("reduction", value),
-        },
-    },
+    tables={**SCAN_FORM.tables, **checks(CurvePage)},
     lists=("panels", "curves"),
     names=False,
     sources="a path, a table or a CurvePage",
@@ -163,7 +150,7 @@ def _settings(entry: Document) -> Mapping[str, Any]:
 
 
 def _flag(entry: Document, key: str) -> bool:
-    return _truth(key, entry.get(key, False))
+    return Truth()(key, entry.get(key, False))
 
 
 def _colour(value: object) -> str:

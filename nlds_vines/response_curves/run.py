@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,18 +10,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from nlds_vines.archives import archive
-from nlds_vines.archives.dataset import Table
-from nlds_vines.archives.provenance import attributes
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.errors import printable
 from nlds_vines.response_curves.curves_table import ARRAYS, contents, scales_of
 from nlds_vines.response_curves.request import CurvePage
-from nlds_vines.runs import interrupts
-from nlds_vines.runs.interrupts import Interrupted, Stop
+from nlds_vines.runs.interrupts import Stop
+from nlds_vines.runs.journal import Made, complete
 from nlds_vines.runs.manifest import RESPONSE_CURVES
 from nlds_vines.runs.numbered_parts import NumberedParts
 from nlds_vines.runs.progress import Progress
@@ -54,26 +49,21 @@ def run(page: CurvePage, output: Path, how: RunOptions | None = None) -> None:
     """
     how = RunOptions() if how is None else how
     threads, began = use_threads(how.threads), time.monotonic()
-    opened = CurveFolder.open(output, page, resume=how.resume, overwrite=how.overwrite)
-    with opened as folder, interrupts.stop_on_signals() as stop:
-        if folder.complete:
-            return
-        try:
-            with Progress(page.lanes, "orbit", quiet=how.quiet) as progress:
-                found = [
-                    _curve(folder, index, progress, stop, threads)
-                    for index in range(len(page.curves))
-                ]
-        except (interrupts.Stopped, KeyboardInterrupt):
-            raise Interrupted(
-                f"interrupted: the curves that are complete are kept in {folder.folder}; "
-                "the same command with --resume (in place of --overwrite) goes on from there",
-                stop.status,
-            ) from None
-        for line in folder.discarded:
-            print(printable(line), file=sys.stderr)
+
+    def work(folder: CurveFolder, progress: Progress, stop: Stop) -> Made:
+        places = range(len(page.curves))
+        found = [_curve(folder, index, progress, stop, threads) for index in places]
         seconds = round(time.monotonic() - began, 3)
-        _deliver(folder, page, found, {"threads": threads, "seconds": seconds})
+        return Made(
+            scales_of(page), contents(page, found), {"threads": threads, "seconds": seconds}
+        )
+
+    complete(
+        CurveFolder.open(output, page, resume=how.resume, overwrite=how.overwrite),
+        work,
+        Progress(page.lanes, "orbit", quiet=how.quiet),
+        lambda _: "the curves that are complete are",
+    )
 
 
 def _curve(folder: CurveFolder, index: int, progress: Progress, stop: Stop, threads: int) -> Arrays:
@@ -99,16 +89,3 @@ def _computed(scan: Scan, progress: Progress, stop: Stop) -> Arrays:
         name: np.ascontiguousarray(np.concatenate([piece[name] for piece in pieces])[:, 0])
         for name in names
     }
-
-
-def _deliver(
-    folder: CurveFolder, page: CurvePage, found: list[Arrays], spent: Mapping[str, float | int]
-) -> None:
-    """Write the archive, put it in its place and remove the parts."""
-    attrs = attributes(
-        page, {**page.about, "content": folder.content, **folder.begun_by(), **spent}
-    )
-    filled, scales = contents(page, found), scales_of(page)
-    sizes = {scale.name: scale.values.size for scale in scales}
-    table, pieces = Table.of((entry for entry, _ in filled), sizes), archive.whole(filled)
-    folder.deliver(lambda path: archive.write(path, table, scales, pieces, lambda: attrs))

@@ -10,6 +10,7 @@ In reading order:
     survey          a table that is measured task by task
     interrupts      Ctrl-C and SIGTERM, which end a run between two pieces of work
     progress        how much is done, how fast, how long to go
+    journal         a run from its folder to its archive
     machine         processors, free memory and disk
     threads         how many threads the kernels use, and whether the environment allows them
     pool            lanes handed out to these threads, piece by piece

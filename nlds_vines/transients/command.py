@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nlds_vines.bifurcation.command import Job, carry_out
+from nlds_vines.bifurcation.command import Job
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli.option_values import (
@@ -108,9 +108,7 @@ def ensemble(
     delay = _checked_delay(delay)
     archive = ScanArchive.for_result(to, _NAME, resume, overwrite)
     how = RunOptions(threads, resume, overwrite, quiet=quiet)
-    job = Job(scan, request_path(system), archive, None, how)
-    job.refuse()
-    job.run()
+    Job(scan, request_path(system), archive, None, how).run()
     return _ensemble(archive, delay, None)
 
 
@@ -153,8 +151,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     job = Job(scan, None, archive, None, run_options(options))
     refuse_replacing("picture", plot, job.how, scan.hash)
     if options.dry_run:
-        return carry_out(_NAME, job, dry_run=True)
-    job.refuse()
+        return job.carry_out(_NAME, dry_run=True)
     report = job.run()
     found = _ensemble(archive, delay, plot)
     if not job.how.quiet:

@@ -9,26 +9,21 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.cli import job as jobs
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
-    check_output,
-    check_plot,
     optional_path,
-    refuse_begun,
-    refuse_existing,
-    refuse_replacing,
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
-from nlds_vines.errors import at, renamed, shown, typed
+from nlds_vines.cli.running import Command
+from nlds_vines.errors import renamed, typed
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.manifest import TUNING
@@ -88,8 +83,8 @@ def tune(
     if "output" in tables:  # until version 0.2
         renamed("output of nv.tune", "to", 4)
         to = tables.pop("output")
-    job = _Job(
-        tuning=_drawable(load_tuning(source, tables, "tune"), plot),
+    job = Job(
+        request=_drawable(load_tuning(source, tables, "tune"), plot),
         source=request_path(source),
         archive=ArchivePath.for_result(to, _NAME, resume, overwrite),
         plot=optional_path(plot),
@@ -98,100 +93,76 @@ def tune(
     return job.run()
 
 
-@dataclass(frozen=True)
-class _Job:
-    """A tuning and where it goes; checked when made, before anything heavy is loaded."""
+class Job(jobs.Job):
+    """A tuning and where it goes."""
 
-    tuning: Tuning
-    source: Path | None
-    archive: Path
-    plot: Path | None
-    how: RunOptions
+    content = TUNING
+
+    request: Tuning
 
     def __post_init__(self) -> None:
-        check_installed(self.tuning.search.method)
-        check_output(self.archive, self.source, self.plot)
-        if self.plot is not None:
-            check_plot(self.plot)
-            self._refuse_undrawable(self.plot)
+        """Check everything."""
+        check_installed(self.request.search.method)
+        super().__post_init__()
 
-    def _refuse_undrawable(self, plot: Path) -> None:
-        surface = self.tuning.surface
-        with at(f"--plot {shown(str(plot))}"):
-            for item in self.tuning.free:
-                if surface is not None and item.name in surface.parameters:
-                    refuse_undrawable(item.name, np.array([item.low, item.high]))
+    def check_picture(self) -> None:
+        """Raise `RequestError` for bounds of the surface that cannot be drawn."""
+        surface = self.request.surface
+        for item in self.request.free:
+            if surface is not None and item.name in surface.parameters:
+                refuse_undrawable(item.name, np.array([item.low, item.high]))
 
-    def refuse(self, dry_run: bool = False) -> None:
-        """Raise `RequestError` where files exist; with `dry_run` for all that a run refuses."""
-        refuse_existing(self.archive, self.how)
-        refuse_replacing("picture", self.plot, self.how, self.tuning.hash)
-        if dry_run:
-            refuse_begun(self.archive, self.tuning, TUNING, self.how)
-
-    def run(self) -> Tuned:
-        """Search, draw the picture, and return what was found.
-
-        Raises `RequestError` for an archive that exists, without --resume and --overwrite.
-        """
-        self.refuse()
+    def found(self) -> Tuned:
+        """Search, and return what was found."""
         from nlds_vines.tuning.result import tuned
         from nlds_vines.tuning.run import run
 
-        run(self.tuning, self.archive, self.how)
-        found = tuned(self.archive)
-        if self.plot is not None and found.optima:
+        run(self.request, self.archive, self.how)
+        return tuned(self.archive)
+
+    def draw(self, plot: Path, found: Tuned) -> None:
+        """Draw the surface, if there is an optimum to draw it through."""
+        if found.optima:
             from nlds_vines.tuning.picture import save
 
-            save(self.archive, self.plot)
-        return found
+            save(self.archive, plot)
+
+    def failure(self, found: Tuned) -> str:
+        """Return where it is said why there is no design."""
+        if found.optima:
+            return ""
+        return f"no design was admissible: `status` of {self.archive} says why"
+
+    def plan(self) -> list[str]:
+        """Return what a tuning would do, one fact a line."""
+        tuning = self.request
+        search, each = tuning.search, tuning.transient + tuning.periods
+        cases = [f"{axis.values.size} values of {axis.name}" for axis in tuning.over]
+        cases_in_words = " x ".join(cases) or "one orbit"
+        bounds = [
+            f"free:     {item.name} from {item.low:g} to {item.high:g}"
+            f"{', logarithmic' if item.logarithmic else ''}"
+            f"{' (does not enter the dynamics: shifts pictures only)' if item.inert else ''}"
+            for item in tuning.free
+        ]
+        return [
+            tuning.title,
+            *bounds,
+            f"judged:   by the largest {search.objective} of {cases_in_words}, from rest",
+            f"search:   {search.method}, {search.population} designs in each of at most "
+            f"{search.generations + 1} generations, seeds {search.seed} to {search.all_seeds[-1]}",
+            f"designs:  at most {tuning.most_evaluations}, {tuning.case_count} orbits each",
+            f"periods:  {tuning.transient} + {tuning.periods} each, "
+            f"at most {tuning.most_lanes * each} in all",
+            f"archive:  {self.archive}",
+        ]
 
 
-def _carry_out(options: argparse.Namespace) -> int:
-    job = _job(options)
-    if options.dry_run:
-        job.refuse(dry_run=True)
-        say(*_plan(job))
-        return DONE
-    found = job.run()
-    if not job.how.quiet:
-        say(*found.lines(), *filter(None, (job.archive, job.plot)))
-    if not found.optima:
-        complain(_NAME, f"no design was admissible: `status` of {job.archive} says why")
-        return LANES_FAILED
-    return DONE
-
-
-def _plan(job: _Job) -> list[str]:
-    """Return what a tuning would do, one fact a line."""
-    tuning = job.tuning
-    search, each = tuning.search, tuning.transient + tuning.periods
-    cases = [f"{axis.values.size} values of {axis.name}" for axis in tuning.over]
-    cases_in_words = " x ".join(cases) or "one orbit"
-    bounds = [
-        f"free:     {item.name} from {item.low:g} to {item.high:g}"
-        f"{', logarithmic' if item.logarithmic else ''}"
-        f"{' (does not enter the dynamics: shifts pictures only)' if item.inert else ''}"
-        for item in tuning.free
-    ]
-    return [
-        tuning.title,
-        *bounds,
-        f"judged:   by the largest {search.objective} of {cases_in_words}, from rest",
-        f"search:   {search.method}, {search.population} designs in each of at most "
-        f"{search.generations + 1} generations, seeds {search.seed} to {search.all_seeds[-1]}",
-        f"designs:  at most {tuning.most_evaluations}, {tuning.case_count} orbits each",
-        f"periods:  {tuning.transient} + {tuning.periods} each, "
-        f"at most {tuning.most_lanes * each} in all",
-        f"archive:  {job.archive}",
-    ]
-
-
-def _job(options: argparse.Namespace) -> _Job:
+def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
     tuning = load_tuning(options.tuning, changes(options), "command line")
-    return _Job(
-        tuning=_drawable(tuning, options.plot),
+    return Job(
+        request=_drawable(tuning, options.plot),
         source=request_path(options.tuning),
         archive=_DEFAULT if options.output is None else Path(options.output),
         plot=optional_path(options.plot),
@@ -223,6 +194,6 @@ COMMAND = Command(
     description="Tune all parameters of a damper at once for the least E1max, or --objective.",
     examples=_EXAMPLES,
     declare=_declare,
-    carry_out=_carry_out,
+    carry_out=lambda options: _job(options).carry_out(_NAME, options.dry_run),
 )
 main = COMMAND.main

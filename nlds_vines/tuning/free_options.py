@@ -8,20 +8,15 @@ from typing import Any
 
 from nlds_vines.cli.option_values import (
     add_system_options,
-    add_tolerance,
     assignments,
-    comma_separated,
-    given,
     interval,
-    number_or_word,
     spaced,
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, from_text
-from nlds_vines.tuning.request import SEARCHES
-
-_SEARCH = ("objective", "population", "generations", "polish", "optima", "seed", "seeds")
+from nlds_vines.tuning.request import Search, Surface, Tuning
 
 
 def add_tuning_options(parser: Parser) -> None:
@@ -31,23 +26,9 @@ def add_tuning_options(parser: Parser) -> None:
     _repeated(group, "--free", "NAME[=LOW:HIGH]", "tune this too, or within other bounds")
     group.add_argument("--band", metavar="LOW:HIGH:NUM", help="the peak over these omega [rad/s]")
     _repeated(group, "--over", "NAME=A,B,...", "the worst over these values; several combine")
-    group.add_argument("--transient", type=int, metavar="PERIODS", help="discarded [300]")
-    group.add_argument("--periods", type=int, metavar="PERIODS", help="sampled [60; no walls: 2]")
-    add_tolerance(group)
-    group = parser.add_argument_group("how to search")
-    group.add_argument(
-        "--objective", metavar="NAME", help="what is to be small: E2max, a1_rms, ... [E1max]"
-    )
-    group.add_argument("--search", metavar="METHOD", help=f"{' or '.join(SEARCHES)} [de]")
-    group.add_argument("--population", type=int, metavar="N", help="designs in a generation [60]")
-    group.add_argument("--generations", type=int, metavar="N", help="at most [80]")
-    group.add_argument("--polish", type=int, metavar="N", help="evaluations of local search [150]")
-    group.add_argument("--optima", type=int, metavar="N", help="near-equal designs, at most [5]")
-    group.add_argument("--seed", type=int, metavar="N", help="the same seed, the same bits [0]")
-    group.add_argument("--seeds", type=int, metavar="N", help="repeat with so many seeds [1]")
-    group = parser.add_argument_group("the objective over two free parameters")
-    group.add_argument("--surface", metavar="A,B", help="compute a grid through the optimum")
-    group.add_argument("--surface-size", type=int, metavar="N", help="values of each [41]")
+    add_settings(group, Tuning)
+    add_settings(parser.add_argument_group("how to search"), Search)
+    add_settings(parser.add_argument_group("the objective over two free parameters"), Surface)
 
 
 def changes(options: argparse.Namespace) -> dict[str, Any]:
@@ -55,17 +36,11 @@ def changes(options: argparse.Namespace) -> dict[str, Any]:
 
     Raises `RequestError` for an option that cannot be read as its form demands.
     """
-    search = {name: getattr(options, name) for name in _SEARCH} | {"method": options.search}
-    sampling: dict[str, Any] = {"transient": options.transient, "periods": options.periods}
-    sampling["tolerance"] = number_or_word("--tolerance", options.tolerance)
-    names = comma_separated(options.surface)
     found: dict[str, Any] = {
         **system_changes(options),
         "free": _free(options.free),
         "over": _over(options.over, options.band),
-        "search": given(search),
-        "sampling": given(sampling),
-        "surface": given({"parameters": names, "size": options.surface_size}),
+        **changed(options, Tuning, Search, Surface),
     }
     return {key: value for key, value in found.items() if value}
 

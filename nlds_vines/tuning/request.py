@@ -5,9 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field
 from itertools import product
 from math import prod
 from types import MappingProxyType
@@ -15,15 +14,24 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.archives.outline import Outlined
 from nlds_vines.archives.provenance import Value
-from nlds_vines.errors import RequestError, choice, number, string, typed, whole
+from nlds_vines.errors import RequestError, choice, shown, string, typed
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.layers import request_hash
+from nlds_vines.model.setting import (
+    Check,
+    Checked,
+    OneOf,
+    Real,
+    Request,
+    Text,
+    Whole,
+    check_settings,
+    entries,
+    setting,
+)
 from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import objectives_of
-from nlds_vines.orbits.settings import TOLERANCE, checked_tolerance
-from nlds_vines.toml import toml_text
+from nlds_vines.orbits.settings import TOLERANCE, tolerance_setting
 from nlds_vines.tuning.free_parameter import Free, tunable
 
 SAMPLED, SAMPLED_FREE = 60, 2
@@ -44,67 +52,52 @@ DETUNING, SHIFT, STARTS, STRETCH = 0.01, 0.02, 4, 5
 starts, and this multiple of the periods (which shows an orbit that had not settled, or is
 irregular)."""
 
-SAMPLING: Mapping[str, Callable[[object], Any]] = {
-    "transient": lambda value: whole("transient", value, 0),
-    "periods": lambda value: whole("periods", value, 1),
-    "tolerance": checked_tolerance,
-}
-"""The checks of the table [sampling] of a tuning file, by key."""
 
-SEARCH: Mapping[str, Callable[[object], Any]] = {
-    "method": lambda value: choice("search method", value, SEARCHES),
-    "objective": lambda value: string("objective", value),
-    "population": lambda value: whole("population", value, 5, 10**5),
-    "generations": lambda value: whole("generations", value, 1, 10**5),
-    "polish": lambda value: whole("polish", value, 0, 10**5),
-    "optima": lambda value: whole("optima", value, 1, 50),
-    "within": lambda value: _fraction("within", value),
-    "apart": lambda value: _fraction("apart", value),
-    "seed": lambda value: whole("seed", value, 0, 2**31),
-    "seeds": lambda value: whole("seeds", value, 1, 1000),
-}
-"""The checks of the table [search] of a tuning file, by key."""
-
-
-def _fraction(what: str, value: object) -> float:
-    found = number(what, value)
-    if 0 < found < 1:
-        return found
-    raise RequestError(f"{what} = {found!r} must be between 0 and 1")
+def _of_search(default: Any, check: Check, words: str, form: str = "", **more: Any) -> Any:
+    return setting(default, check, "search", words, form, **more)
 
 
 @dataclass(frozen=True)
 class Search:
-    """How to search; checked when made.
+    """How to search, as the fields say of themselves; checked when made."""
 
-    Arguments:
-        method: one of `SEARCHES`.
-        objective: what is to be small, of `responses.objectives_of` the scene.
-        population: designs in a generation, all computed at once.
-        generations: the most there are of them; a search that has contracted stops before.
-        polish: the most evaluations of each local search (Nelder-Mead) that follows.
-        optima: the most designs that are polished, and that are returned.
-        within: how much worse than the best a near-equal design may be.
-        apart: how far from each other near-equal designs are at least, in the unit cube that the
-            bounds span.
-        seed, seeds: the search is repeated with so many seeds, from `seed` on.
-    """
-
-    method: str = "de"
-    objective: str = OBJECTIVE
-    population: int = 60
-    generations: int = 80
-    polish: int = 150
-    optima: int = 5
-    within: float = 0.02
-    apart: float = 0.1
-    seed: int = 0
-    seeds: int = 1
+    method: str = _of_search(
+        "de", OneOf(SEARCHES, "search method"),
+        f"the global search: {' or '.join(f'`{name}`' for name in SEARCHES)}", "METHOD",
+        option="--search",
+    )  # fmt: skip
+    objective: str = _of_search(
+        OBJECTIVE, Text(),
+        "what is to be small: `E1max`, `E2max`, a number of a [response](datasets.md) as `a1_rms`",
+        "NAME", later=True,
+    )  # fmt: skip
+    population: int = _of_search(
+        60, Whole(5, 10**5), "designs in a generation, all computed at once", "N"
+    )
+    generations: int = _of_search(
+        80, Whole(1, 10**5), "at most: a search that has contracted stops before", "N"
+    )
+    polish: int = _of_search(
+        150, Whole(0, 10**5), "evaluations of each local search that follows, at most", "N"
+    )
+    optima: int = _of_search(
+        5, Whole(1, 50), "designs that are polished and returned, at most", "N"
+    )
+    within: float = _of_search(
+        0.02, Real(0.0, 1.0, inside=True), "by which share a nearly equal design may be worse"
+    )
+    apart: float = _of_search(
+        0.1, Real(0.0, 1.0, inside=True),
+        "how far from each other nearly equal designs are, in the unit cube of the bounds",
+    )  # fmt: skip
+    seed: int = _of_search(
+        0, Whole(0, 2**31), "of the first search: the same seed, the same bits", "N"
+    )
+    seeds: int = _of_search(1, Whole(1, 1000), "how many searches, each with the next seed", "N")
 
     def __post_init__(self) -> None:
         """Check everything."""
-        for name, check in SEARCH.items():
-            object.__setattr__(self, name, check(getattr(self, name)))
+        check_settings(self)
 
     @property
     def all_seeds(self) -> range:
@@ -116,17 +109,29 @@ class Search:
 class Surface:
     """The grid of the objective over two free parameters, `size` values each."""
 
-    parameters: tuple[str, str]
-    size: int = 41
+    parameters: tuple[str, str] = setting(
+        MISSING, Checked(lambda value: _two_names(value), listed=True), "surface",
+        "two free parameters: the objective over them, through the optimum", "A,B",
+        option="--surface",
+    )  # fmt: skip
+    size: int = setting(
+        41, Whole(2, 10**4), "surface", "how many values of each", "N", option="--surface-size"
+    )
 
     def __post_init__(self) -> None:
         """Check the size; the tuning checks the parameters."""
-        whole("size of the surface", self.size, 2, 10**4)
+        check_settings(self)
+
+
+def _two_names(names: object) -> tuple[str, str]:
+    if not isinstance(names, list | tuple) or len(names) != 2:
+        raise RequestError(f"parameters of the surface = {shown(names)} must be two names")
+    return names[0], names[1]
 
 
 @typed
 @dataclass(frozen=True, repr=False)
-class Tuning(Outlined):
+class Tuning(Request):
     """What to tune; checked when made, immutable afterwards.
 
     The objective of a design is E1max [J] after the transient, or another number that
@@ -139,8 +144,7 @@ class Tuning(Outlined):
         free: one or more parameters of the damper.
         over: other parameters and their values, such as omega for the peak over a band.
         surface: a grid to compute through the optimum, or None.
-        transient, periods: forcing periods discarded (>= 0) and sampled (>= 1).
-        tolerance: of method exact, which all tunings use: a number or one of `TOLERANCES`.
+        transient, periods, tolerance: as the fields say; of method exact, which all tunings use.
         search: how to search.
 
     Raises `RequestError` for anything else, and for a value that the system refuses.
@@ -151,18 +155,22 @@ class Tuning(Outlined):
     free: tuple[Free, ...]
     over: tuple[Axis, ...] = ()
     surface: Surface | None = None
-    transient: int = 300
-    periods: int = SAMPLED
+    transient: int = setting(
+        300, Whole(0), "sampling", "forcing periods that are discarded", "PERIODS"
+    )
+    periods: int = setting(
+        SAMPLED, Whole(1), "sampling", "forcing periods that are sampled", "PERIODS",
+        usual=f"{SAMPLED}; without walls {SAMPLED_FREE}",
+    )  # fmt: skip
     search: Search = field(default_factory=Search)
-    tolerance: float | str = TOLERANCE
+    tolerance: float | str = tolerance_setting("sampling", TOLERANCE)
 
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
         system = self.system.with_axes(axis.name for axis in self.over)
         object.__setattr__(self, "system", system)
-        for name, check in SAMPLING.items():
-            object.__setattr__(self, name, check(getattr(self, name)))
+        check_settings(self)
         self._check_names()
         self._check_corners()
         if self.most_lanes > MOST_LANES:
@@ -247,21 +255,9 @@ class Tuning(Outlined):
             "system": self.system.to_table(),
             "free": {item.name: {"low": item.low, "high": item.high} for item in self.free},
             "over": {axis.name: {"values": axis.values.tolist()} for axis in self.over},
-            "sampling": {name: getattr(self, name) for name in SAMPLING},
-            "search": {name: getattr(self.search, name) for name in SEARCH},
+            "sampling": entries(self, "sampling"),
+            "search": entries(self.search, "search"),
         }
-        if self.search.objective == OBJECTIVE:  # as tunings were before they had a choice
-            del found["search"]["objective"]
         if self.surface is not None:
-            size = self.surface.size
-            found["surface"] = {"parameters": list(self.surface.parameters), "size": size}
+            found["surface"] = entries(self.surface, "surface")
         return found
-
-    def to_toml(self) -> str:
-        """Return the tuning as canonical TOML, which `load_tuning` reads back to an equal one."""
-        return toml_text(self.document())
-
-    @cached_property
-    def hash(self) -> str:
-        """SHA-256 of what determines the numbers: the canonical TOML without titles and sources."""
-        return request_hash(self.document())

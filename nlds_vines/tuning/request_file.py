@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from math import prod
 from typing import Any
 
-from nlds_vines.errors import RequestError, at, choice, shown, typed
+from nlds_vines.errors import RequestError, at, choice, typed
 from nlds_vines.model.axis import Axis, announced
-from nlds_vines.model.layers import Document, Form, Layer, Layers, unchecked
+from nlds_vines.model.layers import Document, Form, Layer, Layers
+from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
 from nlds_vines.model.words import range_in_words, setting_in_words, symbol_of
 from nlds_vines.tuning.free_parameter import Free, tunable, usual
@@ -17,8 +17,6 @@ from nlds_vines.tuning.request import (
     MOST_LANES,
     SAMPLED,
     SAMPLED_FREE,
-    SAMPLING,
-    SEARCH,
     Search,
     Surface,
     Tuning,
@@ -26,14 +24,7 @@ from nlds_vines.tuning.request import (
 
 FORM = Form(
     kind="tuning",
-    tables={
-        "set": None,
-        "free": None,
-        "over": None,
-        "sampling": SAMPLING,
-        "search": SEARCH,
-        "surface": {"parameters": unchecked, "size": unchecked},
-    },
+    tables={"set": None, "free": None, "over": None, **checks(Tuning, Search, Surface)},
 )
 """What may stand in a tuning file."""
 
@@ -134,14 +125,11 @@ def _over(layers: Layers) -> tuple[Axis, ...]:
 
 def _surface(layers: Layers) -> Surface | None:
     """Return the surface that the table means; None where there is no table."""
-    entry: Mapping[str, Any] = layers.table("surface")
+    entry = layers.table("surface")
     if not entry:
         return None
     with at(layers.place("surface")):
-        names = entry.get("parameters")
-        if not isinstance(names, list | tuple) or len(names) != 2:
-            raise RequestError(f"parameters of the surface = {shown(names)} must be two names")
-        return Surface(parameters=(names[0], names[1]), size=entry.get("size", Surface.size))
+        return Surface(**{"parameters": None, **entry})
 
 
 def _made_up_title(system: System, free: tuple[Free, ...], over: tuple[Axis, ...]) -> str:

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 
-from nlds_vines.archives import archive
-from nlds_vines.archives.dataset import Table
-from nlds_vines.archives.provenance import attributes
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.errors import printable
 from nlds_vines.model.parameters import CONTACT
-from nlds_vines.runs import interrupts
-from nlds_vines.runs.interrupts import Interrupted
+from nlds_vines.runs.interrupts import Stop
+from nlds_vines.runs.journal import Made, complete, tell_discarded
 from nlds_vines.runs.progress import Progress
 from nlds_vines.runs.threads import use_threads
 from nlds_vines.tuning import archive_table
@@ -39,27 +34,22 @@ def run(tuning: Tuning, output: Path, how: RunOptions | None = None) -> None:
     """
     how = RunOptions() if how is None else how
     threads = use_threads(how.threads)
-    opened = Journal.open(output, tuning, resume=how.resume, overwrite=how.overwrite)
-    with opened as journal, interrupts.stop_on_signals() as stop:
-        if journal.complete:
-            return
+
+    def work(journal: Journal, progress: Progress, stop: Stop) -> Made:
         known = journal.begin(threads)
-        for line in journal.discarded:
-            print(printable(line), file=sys.stderr)
+        tell_discarded(journal)
         try:
-            with Progress(
-                tuning.most_evaluations, "design", quiet=how.quiet, at_most=True
-            ) as progress:
-                found = _findings(tuning, Log(tuning, journal, progress, stop))
+            found = _findings(tuning, Log(tuning, journal, progress, stop))
+        finally:
             journal.flush()
-            _store(tuning, found, journal, known)
-        except (interrupts.Stopped, KeyboardInterrupt):
-            journal.flush()
-            raise Interrupted(
-                f"interrupted: {journal.length} evaluations are kept in {journal.folder}; "
-                "the same command with --resume (in place of --overwrite) goes on from there",
-                stop.status,
-            ) from None
+        return _made(tuning, found, journal, known)
+
+    complete(
+        Journal.open(output, tuning, resume=how.resume, overwrite=how.overwrite),
+        work,
+        Progress(tuning.most_evaluations, "design", quiet=how.quiet, at_most=True),
+        lambda journal: f"{journal.length} evaluations are",
+    )
 
 
 def _findings(tuning: Tuning, log: Log) -> archive_table.Findings:
@@ -125,18 +115,9 @@ def _surface(
     return across, up, np.array(rows)
 
 
-def _store(tuning: Tuning, found: archive_table.Findings, journal: Journal, known: int) -> None:
-    """Write the archive, put it in its place and remove the journal."""
+def _made(tuning: Tuning, found: archive_table.Findings, journal: Journal, known: int) -> Made:
+    """Return what the archive holds; what is free has no value of its own."""
     spent = {"threads": journal.threads, "seconds": round(journal.seconds, 3), "replayed": known}
-    attrs = attributes(
-        tuning, {**tuning.about, "content": journal.content, **journal.begun_by(), **spent}
-    )
     derived = ("K",) if set(CONTACT) & set(tuning.names) else ()
-    for name in (*tuning.names, *derived):  # what is free has no value of its own
-        attrs.pop(name, None)
     scales, contents = archive_table.scales(tuning, found), archive_table.contents(tuning, found)
-    table = Table.of(
-        (entry for entry, _ in contents), {scale.name: scale.values.size for scale in scales}
-    )
-    pieces = archive.whole(contents)
-    journal.deliver(lambda path: archive.write(path, table, scales, pieces, lambda: attrs))
+    return Made(scales, contents, spent, (*tuning.names, *derived))

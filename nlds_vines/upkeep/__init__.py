@@ -2,13 +2,14 @@
 
 In reading order:
 
+    tasks         the tasks by the kind of their archives
     basin_report  basins of attraction in an archive measured
     status        how a scan under way stands
     plot          a finished archive drawn
     opening       what an archive holds, as the function returns it that has computed it
     verify        archives and parts checked from end to end
     consolidate   the parts of shards joined into an archive
-    rerun         a scan repeated from its own archive
+    rerun         what an archive holds repeated, and compared
     diff          what differs between two archives
     export        an archive as comma-separated values
     compile       kernels compiled before runs need them

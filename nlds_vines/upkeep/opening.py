@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nlds_vines.archives.archive import ArchiveView, read
+from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.errors import typed
-from nlds_vines.runs.manifest import CONTINUATION, RESPONSE_CURVES, SCAN, TUNING
+from nlds_vines.runs.manifest import SCAN
+from nlds_vines.upkeep.tasks import TASKS, Task
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.result import ScanArchive
     from nlds_vines.continuation.result import Continued
+    from nlds_vines.loads.result import Decays
     from nlds_vines.response_curves.result import ResponseCurves
     from nlds_vines.transients.ensemble import Ensemble
     from nlds_vines.tuning.result import Tuned
 
-    Opened = ScanArchive | Ensemble | ResponseCurves | Tuned | Continued | ArchivePath
+    Opened = ScanArchive | Ensemble | ResponseCurves | Tuned | Continued | Decays | ArchivePath
 
 
 @typed
@@ -31,42 +33,10 @@ def open(path: str | os.PathLike[str]) -> Opened:
     Raises `RequestError` if it cannot be read.
     """
     with read(path) as view:
-        return _READERS.get(view.content, _any)(view)
+        if view.content == SCAN:
+            from nlds_vines.bifurcation.result import ScanArchive
+            from nlds_vines.transients.ensemble import ensemble_of, is_ensemble
 
-
-def _scan(view: ArchiveView) -> ScanArchive | Ensemble:
-    from nlds_vines.bifurcation.result import ScanArchive
-    from nlds_vines.transients.ensemble import ensemble_of, is_ensemble
-
-    return ensemble_of(view) if is_ensemble(view) else ScanArchive.of(view.path)
-
-
-def _curves(view: ArchiveView) -> ResponseCurves:
-    from nlds_vines.response_curves.result import curves_of
-
-    return curves_of(view)
-
-
-def _tuning(view: ArchiveView) -> Tuned:
-    from nlds_vines.tuning.result import tuned
-
-    return tuned(view.path)
-
-
-def _branches(view: ArchiveView) -> Continued:
-    from nlds_vines.continuation.result import continued
-
-    return continued(view.path)
-
-
-def _any(view: ArchiveView) -> ArchivePath:
-    return ArchivePath.of(view.path)
-
-
-_READERS: dict[str, Callable[[ArchiveView], Opened]] = {
-    SCAN: _scan,
-    RESPONSE_CURVES: _curves,
-    TUNING: _tuning,
-    CONTINUATION: _branches,
-}
-"""What reads an archive, by the kind of its content."""
+            return ensemble_of(view) if is_ensemble(view) else ScanArchive.of(view.path)
+        task = TASKS.get(view.content, Task(""))
+        return task.read(Path(view.path)) if task.reads else ArchivePath.of(view.path)

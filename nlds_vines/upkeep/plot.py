@@ -16,7 +16,8 @@ from nlds_vines.cli.paths import check_plot, refuse_replacing, refuse_same
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown, typed
-from nlds_vines.runs.manifest import CONTINUATION, RESPONSE_CURVES, SCAN, SURVEY, TUNING
+from nlds_vines.runs.manifest import SCAN
+from nlds_vines.upkeep.tasks import TASKS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -96,9 +97,9 @@ def _draw(
         return draw(view, show, page, ax, None if edges is None else _points(view, edges))
     if edges is not None:
         raise RequestError(f"{view.path} holds a {view.content}: edges are for basins alone")
-    if view.content not in _PICTURES:
+    if view.content not in TASKS:
         raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
-    return drawn_by(_PICTURES[view.content](), view, show, page, ax)
+    return drawn_by(_picture(view.content), view, show, page, ax)
 
 
 def _points(view: ArchiveView, edges: str | os.PathLike[str]) -> np.ndarray:
@@ -115,48 +116,18 @@ def _is_ensemble(view: ArchiveView, show: str | None) -> bool:
     if not is_ensemble(view):
         return False
     return show is None or bool(
-        {word.strip() for word in show.split(",")} & {*_ensembles().panels(view)}
+        {word.strip() for word in show.split(",")} & {*_picture(SCAN).panels(view)}
     )
 
 
-def _ensembles() -> Picture:
-    from nlds_vines.transients.picture import PICTURE
+def _picture(content: str) -> Picture:
+    """Return what draws an archive that is no ordinary scan."""
+    if content == SCAN:
+        from nlds_vines.transients.picture import PICTURE
 
-    return PICTURE
-
-
-def _tunings() -> Picture:
-    from nlds_vines.tuning.picture import PICTURE
-
-    return PICTURE
-
-
-def _surveys() -> Picture:
-    from nlds_vines.accuracy.picture import PICTURE
-
-    return PICTURE
-
-
-def _continuations() -> Picture:
-    from nlds_vines.continuation.picture import PICTURE
-
-    return PICTURE
-
-
-def _curves() -> Picture:
-    from nlds_vines.response_curves.picture import PICTURE
-
-    return PICTURE
-
-
-_PICTURES = {
-    SCAN: _ensembles,
-    TUNING: _tunings,
-    SURVEY: _surveys,
-    CONTINUATION: _continuations,
-    RESPONSE_CURVES: _curves,
-}
-"""What draws an archive that is no ordinary scan, by the kind of its content."""
+        return PICTURE
+    picture: Picture = TASKS[content].part("picture").PICTURE
+    return picture
 
 
 def names_of(archive: str | os.PathLike[str]) -> list[str]:
@@ -173,8 +144,8 @@ def _meanings(view: ArchiveView) -> dict[str, str]:
     from nlds_vines.bifurcation.picture.quantities import quantities_in
 
     known: dict[str, str] = {}
-    if view.content in _PICTURES and (view.content != SCAN or _is_ensemble(view, None)):
-        known |= _PICTURES[view.content]().panels(view)
+    if view.content in TASKS and (view.content != SCAN or _is_ensemble(view, None)):
+        known |= _picture(view.content).panels(view)
     if view.content == SCAN:
         recorded = quantities_in(view).items()
         known |= {name: f"{q.long_name}{_unit(q.units)}" for name, q in recorded}

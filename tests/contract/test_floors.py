@@ -32,7 +32,7 @@ FLOORS = (
     {"archives"},  # what is finished
     {"model", "runs"},  # the system; what is under way
     {"orbits", "plotting", "cli"},  # orbits in Python; the kits of pictures and of commands
-    {"bifurcation", "portrait", "tuning", "continuation", "response_curves"},  # tasks
+    {"bifurcation", "portrait", "tuning", "continuation", "response_curves", "loads"},  # tasks
     {"transients", "accuracy", "upkeep"},  # tasks that use other tasks
     {"explore", "__main__"},  # pages over all tasks; the console script
 )

@@ -14,7 +14,7 @@ from nlds_vines.model.layers import LENT, MARKS, SAMPLING, SHARED
 SCANS = Path(__file__).parents[2] / "scans"
 FORMS = {
     wing: import_module(f"nlds_vines.{wing}.request_file").FORM
-    for wing in ("bifurcation", "tuning", "continuation", "portrait", "response_curves")
+    for wing in ("bifurcation", "tuning", "continuation", "portrait", "response_curves", "loads")
 }
 SCAN = """
 title = "My damper"

@@ -9,12 +9,14 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from importlib import import_module
 from importlib.machinery import SourceFileLoader
 from importlib.util import find_spec, module_from_spec, spec_from_loader
 from itertools import pairwise
 from pathlib import Path
 
+import jsonschema
 import matplotlib
 import pytest
 
@@ -91,8 +93,11 @@ def test_the_scan_file_means_what_its_comments_say(own):
     assert (scan.shape, scan.transient, scan.periods) == ((41, 2), 300, 60)
 
 
+RUN = ("export.md", "own-figure.md", "python.md", "branches.md", "decay.md")
+
+
 @pytest.mark.kernels
-@pytest.mark.parametrize("page", ["export.md", "own-figure.md", "python.md", "branches.md"])
+@pytest.mark.parametrize("page", RUN)
 def test_the_python_examples_print_what_is_shown(page, own):
     names = {}
     programs = [step for step in walk.steps(text_of(page)) if step[0] == "python"]
@@ -106,8 +111,7 @@ def test_the_python_examples_print_what_is_shown(page, own):
 
 def test_no_other_page_has_python_that_nobody_runs():
     with_python = {page.name for page in PAGES if "\n```python\n" in page.read_text("utf-8")}
-    run_above = {"export.md", "own-figure.md", "python.md", "branches.md"}
-    assert with_python == run_above | {"tutorial.md"}
+    assert with_python == {*RUN, "tutorial.md"}
 
 
 COMPUTE = {name for name, (module, _) in COMMANDS.items() if "upkeep" not in module}
@@ -509,3 +513,35 @@ def test_no_two_documented_commands_write_the_same_file():
 def test_a_file_that_two_commands_write_is_found():
     text = "nlds-vines tuning -o a.h5\npython -m nlds_vines.tuning --seed 1 -o a.h5\n"
     assert len(outputs(text)["a.h5"]) == 2
+
+
+# ---- the schema of request files -----------------------------------------------------------------
+
+sys.path.append(str(DOCS / "site"))  # it reads the file beside it
+schema = loaded(DOCS / "site" / "schema.py")
+
+
+def test_the_schema_is_the_programs_own():
+    said = "run python docs/site/schema.py"
+    assert schema.PATH.read_text(encoding="utf-8") == schema.text(), said
+
+
+@pytest.mark.parametrize("path", [*(ROOT / "scans").glob("*.toml")], ids=lambda path: path.name)
+def test_request_files_are_as_the_schema_says(path):
+    jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), schema.schema())
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"sampling": {"periods": 0}},
+        {"sampling": {"period": 10}},
+        {"vary": {"omgea": {"start": 1.0, "stop": 2.0, "num": 3}}},
+        {"search": {"method": "newton"}},
+        {"figure": {"reduction": 1}},
+    ],
+    ids=str,
+)
+def test_the_schema_refuses_mistakes(wrong):
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(wrong, schema.schema())

@@ -162,8 +162,8 @@ def test_what_looks_after_scans_knows_a_tuning(tmp_path, interrupt, monkeypatch,
     assert "block-000031.part is out of order" in said
     interrupt(None)
     assert main([*TMD, "-o", str(path), "--quiet", "--resume"]) == 0
-    assert console(["rerun", str(path)]) == 2
-    assert "holds a tuning, not a scan" in capsys.readouterr().err
+    assert console(["rerun", str(path), "-o", str(tmp_path / "again.h5")]) == 0
+    assert "parameters and results are the same" in capsys.readouterr().out
     assert console(["diff", str(path), str(path)]) == 0
 
 

@@ -86,7 +86,9 @@ def near_orbit(level, method, stops, K=1e6, start=0.0):
     numbers = {**SSBL, "K": K}
     cell = kernel_cell(**{**numbers, "near": 0.02, "rest": 0.1, "limit": level})
     rk4 = None if method == "exact" else True
-    parts = Parts(rk4, True, WALLS["hertz"], None, None, None, make_arc(), 28.0, np.inf, 4096.0)
+    parts = Parts(
+        rk4, True, WALLS["hertz", False], None, None, None, make_arc(), 28.0, np.inf, 4096.0
+    )
     state, section, violation = np.zeros(SIZE), np.zeros((PERIODS * stops, 4)), np.zeros(3)
     state[3] = start
     buffers = CellBuffers(section=section, violation=violation)

@@ -139,7 +139,7 @@ def test_a_script_beside_a_request_does_the_same(here):
         [sys.executable, "page.py"], capture_output=True, text=True, check=False, cwd=here
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.endswith("page.png\n")
+    assert done.stdout.endswith("page.h5\npage.png\n")
     assert (here / "page.png").stat().st_size > 0
 
 

@@ -127,6 +127,7 @@ def _page(
         "provenance": _provenance(found),
         "request": found.scan.to_toml(),
         "left_out": left_out,
+        "branches": branches is not None,
         "tables": tables,
         "planes": ("plane 1", "plane 2"),
     }

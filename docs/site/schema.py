@@ -1,0 +1,121 @@
+"""Writes the schema of request files, by which editors complete keys and underline mistakes.
+
+    python docs/site/schema.py               # writes docs/static/request.schema.json
+
+One schema holds for all request files, as one file may serve several commands.  It follows from the
+settings of the requests; what depends on several keys at once, only the program itself refuses.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from reference import REQUESTS
+
+from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.laws import LAWS
+from nlds_vines.model.parameters import INITIAL, PARAMETERS
+from nlds_vines.model.scenes import SCENES
+from nlds_vines.model.setting import Check, OneOf, Real, Text, Truth, Whole, settings_of
+
+PATH = Path(__file__).resolve().parents[1] / "static" / "request.schema.json"
+
+Schema = dict[str, Any]
+
+NUMBERS: Schema = {"type": "array", "items": {"type": "number"}}
+AXIS = {
+    "start": {"type": "number"},
+    "stop": {"type": "number"},
+    "num": {"type": "integer", "minimum": 1},
+    "scale": {"enum": ["linear", "log"]},
+    "values": NUMBERS,
+}
+
+
+def named(names: Iterable[str], of_each: Schema) -> Schema:
+    """Return the schema of a table whose keys are of these names, each with a table `of_each`."""
+    keys = {"enum": list(names)}
+    return {"type": "object", "propertyNames": keys, "additionalProperties": of_each}
+
+
+def table(properties: Schema) -> Schema:
+    """Return the schema of a table with these keys, and no others."""
+    return {"type": "object", "properties": properties, "additionalProperties": False}
+
+
+def of(check: Check) -> Schema:
+    """Return the schema of the values that a check lets through; {} where it depends."""
+    match check:
+        case Whole(low, high):
+            return {"type": "integer", "minimum": low, "maximum": high}
+        case Real(low, high):
+            return {"type": "number", "minimum": low, "maximum": high}
+        case OneOf(words):
+            return {"enum": list(words)}
+        case Text():
+            return {"type": "string"}
+        case Truth():
+            return {"type": "boolean"}
+    return {}
+
+
+def tables() -> dict[str, Schema]:
+    """Return the tables of settings; a key that means several things may have any of its forms."""
+    found: dict[str, dict[str, list[Schema]]] = {}
+    for owner in dict.fromkeys(owner for owners in REQUESTS.values() for owner in owners):
+        for said in settings_of(owner).values():
+            forms = found.setdefault(said.table, {}).setdefault(said.key, [])
+            one = {"description": said.words} | of(said.check)
+            forms += [] if one in forms else [one]
+    return {
+        name: table(
+            {key: forms[0] if len(forms) == 1 else {"anyOf": forms} for key, forms in keys.items()}
+        )
+        for name, keys in found.items()
+    }
+
+
+def schema() -> Schema:
+    """Return the schema of a request file."""
+    settings = table(
+        {
+            name: {"type": "number", "description": f"{entry.meaning} [{entry.unit}]"}
+            for name, entry in PARAMETERS.items()
+        }
+        | {law: {"enum": list(LAWS)} for law in ("law", "law_2")}
+    )
+    interval = table({"low": {"type": "number"}, "high": {"type": "number"}})
+    ends = table({"start": {"type": "number"}, "stop": {"type": "number"}})
+    names = {"anyOf": [{"enum": list(catalogue())}, {"type": "string"}]}
+    own = {"type": "object", "properties": {"kind": {"enum": list(SCENES)}}}
+    entry = {"type": "array", "items": {"type": "object"}}
+    return {
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "nlds_vines: a request file",
+    } | table(
+        {
+            "title": {"type": "string", "maxLength": 1000},
+            "system": {"anyOf": [names, own]},
+            "systems": {"type": "array", "items": {"anyOf": [names, own]}},
+            "set": settings,
+            "vary": named((*PARAMETERS, *INITIAL), table(AXIS)),
+            "over": named(PARAMETERS, table(AXIS)),
+            "free": named(PARAMETERS, interval),
+            "along": named(PARAMETERS, ends),
+            "plane": named(PARAMETERS, ends),
+            **tables(),
+            **dict.fromkeys(("column", "panels", "curves"), entry),
+        }
+    )
+
+
+def text() -> str:
+    """Return the file."""
+    return json.dumps(schema(), indent=1, ensure_ascii=False) + "\n"
+
+
+if __name__ == "__main__":
+    PATH.write_text(text(), encoding="utf-8")

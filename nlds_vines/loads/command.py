@@ -1,0 +1,164 @@
+"""Strike a structure once, with each damper: how its energy falls, and where it goes.
+
+As a command: `python -m nlds_vines.loads`, or `nlds-vines decay`.
+In Python: `nlds_vines.decay(system, impulse=1000.0)`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.cli import job as jobs
+from nlds_vines.cli.option_values import settings_of
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.paths import optional_path, request_path
+from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
+from nlds_vines.cli.running import Command
+from nlds_vines.cli.setting_options import add_settings, changed
+from nlds_vines.errors import at, typed
+from nlds_vines.loads.request import Decay
+from nlds_vines.loads.request_file import Source, load_decay
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.words import system_in_words
+from nlds_vines.runs.manifest import DECAY
+
+if TYPE_CHECKING:
+    from nlds_vines.loads.result import Decays
+
+_NAME = "decay"
+_DEFAULT = Path("decay.h5")
+_EXAMPLES = """\
+examples:
+  nlds-vines decay --impulse 1000 --duration 20 --plot decay.png
+      the paper's structure alone and with its dampers, struck to 1 m/s
+  nlds-vines decay --impulse 300 --system tmd --system ssul-set6 --set c1=100 -o soft.h5
+      a softer blow, two dampers, a structure with less damping of its own
+exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
+130 interrupted, 143 terminated: --resume goes on
+"""
+
+
+@typed
+def decay(
+    source: Source = None,
+    *,
+    impulse: float | None = None,
+    duration: float | None = None,
+    to: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    quiet: bool = False,
+    **tables: Any,
+) -> Decays:
+    """Strike a structure once and return how its energy falls, with each damper.
+
+    Arguments:
+        source: a system or its name, a list of these, the path of a request file, the document in
+            one, a `Decay`, or None for the paper's structure alone and with its dampers.
+        impulse: of the blow on m1 at t = 0 [N s]; the structure was at rest, the harmonic force is
+            off.
+        duration: how long it is watched [s], 60 by default.
+        to: the archive (.h5); None for one that is gone with what is returned.
+        resume, overwrite: continue or replace an archive that exists; not both.
+        quiet: whether to show no progress.
+        tables: tables of a request file laid over the source, as `set={"c1": 100.0}`.
+
+    Raises `RequestError` where anything asked for is wrong, before anything is computed.
+    """
+    given = {"load": {"impulse": impulse}, "sampling": {"duration": duration}}
+    above = dict(tables)
+    for key, entries in given.items():
+        asked = {name: value for name, value in entries.items() if value is not None}
+        above |= {key: {**above.get(key, {}), **asked}} if asked else {}
+    how = RunOptions(None, resume, overwrite, quiet=quiet)
+    archive = ArchivePath.for_result(to, _NAME, resume, overwrite)
+    request = load_decay(source, above, _NAME)
+    found: Decays = Job(request, request_path(source), archive, None, how).run()
+    return found
+
+
+class Job(jobs.Job):
+    """A decay and where it goes."""
+
+    content = DECAY
+
+    request: Decay
+
+    def found(self) -> Decays:
+        """Follow the structure with each damper, and return what was found."""
+        from nlds_vines.loads.result import decays_in
+        from nlds_vines.loads.run import run
+
+        run(self.request, self.archive, self.how)
+        return decays_in(self.archive)
+
+    def draw(self, plot: Path, found: Decays) -> None:
+        """Draw the energies and their shares."""
+        from nlds_vines.loads.picture import save
+
+        save(self.archive, plot)
+
+    def failure(self, found: Decays) -> str:
+        """Return of how many dampers the orbit failed."""
+        return f"{found.failed} of {len(found.falls)} orbits failed" if found.failed else ""
+
+    def plan(self) -> list[str]:
+        """Return what would be done, one fact a line."""
+        request = self.request
+        return [
+            request.title,
+            *(f"damper:   {system_in_words(system)}" for system in request.systems),
+            f"followed: {request.duration:g} s, {request.windows * request.samples} states each",
+            f"archive:  {self.archive}",
+            *([] if self.plot is None else [f"picture:  {self.plot}"]),
+        ]
+
+
+def _job(options: argparse.Namespace) -> Job:
+    """Return the job that the command line means."""
+    above: dict[str, Any] = changed(options, Decay)
+    if settings := settings_of(options):
+        above["set"] = settings
+    if options.systems:
+        with at("--system"):
+            above["systems"] = [load_system(name) for name in options.systems]
+    archive = _DEFAULT if options.source is None else Path(f"{Path(options.source).stem}.h5")
+    return Job(
+        request=load_decay(options.source, above, "command line"),
+        source=request_path(options.source),
+        archive=archive if options.output is None else Path(options.output),
+        plot=optional_path(options.plot),
+        how=run_options(options),
+    )
+
+
+def _declare(parser: Parser) -> None:
+    text = "a request file, or a damper [the paper's structure alone and with its dampers]"
+    parser.add_argument("source", nargs="?", metavar="DECAY.toml", help=text)
+    parser.add_argument("-o", "--output", metavar="FILE.h5", help=f"archive [{_DEFAULT}]")
+    parser.add_argument("--plot", metavar="FILE", help="picture: .png, .pdf or .svg")
+    group = parser.add_argument_group("options that override the request file")
+    group.add_argument(
+        "--system", action="append", default=[], metavar="NAME", dest="systems",
+        help="a damper: of the catalogue, or a TOML file; once for each",
+    )  # fmt: skip
+    group.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE",
+        help="of all that have it, SI units",
+    )  # fmt: skip
+    add_settings(group, Decay)
+    add_local_options(parser, threads=False)
+
+
+COMMAND = Command(
+    name=_NAME,
+    description="Strike a structure once: how its energy falls with each damper, where it goes.",
+    examples=_EXAMPLES,
+    declare=_declare,
+    carry_out=lambda options: _job(options).carry_out(_NAME, options.dry_run),
+)
+main = COMMAND.main

@@ -1,0 +1,102 @@
+"""The request file of a decay (TOML), or what stands for one, read and checked."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from nlds_vines.errors import RequestError, at, shown, typed
+from nlds_vines.loads.request import Decay
+from nlds_vines.model.catalogue import as_system, load_system, system_from
+from nlds_vines.model.layers import Document, Form, Layer, Layers
+from nlds_vines.model.setting import checks
+from nlds_vines.model.system import System
+from nlds_vines.model.words import system_in_words
+
+FORM = Form(
+    kind="decay",
+    tables={"set": None, **checks(Decay)},
+    lists=("systems",),
+    sources="a path, a name, a System, a list of these, a table or a Decay",
+)
+"""What may stand in the request file of a decay."""
+
+USUAL = ("none", "tmd", "ssbl", "ssul-set6")
+"""What is compared unless systems are named: the structure alone, and the paper's dampers."""
+
+Source = str | os.PathLike[str] | System | Sequence[Any] | Mapping[str, Any] | Decay | None
+"""What may stand for a decay: systems or their names, a file, the document in one."""
+
+
+@typed
+def load_decay(
+    source: Source = None, changes: Document | None = None, changes_from: str = "changes"
+) -> Decay:
+    """Return the decay that a source means, checked throughout.
+
+    Arguments:
+        source: path of a TOML file, a system or its name, a list of these, the document in a file
+            as nested tables, a `Decay`, or None for the paper's dampers.
+        changes: a document of the same form that overrides it entry by entry; `changes_from` names
+            it in the message of an error.
+
+    Raises `RequestError`, one line that names place, key, value and what is allowed.
+    """
+    if isinstance(source, Decay) and not changes:
+        return source
+    layers = Layers.of(_opened(source), changes, changes_from)
+    systems = tuple(_systems(layers))
+    title = layers.title(outdated_by=("systems", "system", "set", "load"))
+    values = {**layers.values("load"), **layers.values("sampling")}
+    if "impulse" not in values:
+        raise RequestError(f"{layers.place('load')}: give the impulse of the blow [N s]")
+    with at(layers.holder("load").where):
+        made_up = f"A blow of {values['impulse']:g} N s: " + ", ".join(
+            map(system_in_words, systems)
+        )
+        return layers.told(Decay(made_up if title is None else title, systems, **values))
+
+
+def _opened(source: Source) -> Layer:
+    if source is None:
+        return FORM.open({"systems": list(USUAL)})
+    if isinstance(source, Sequence) and not isinstance(source, str):
+        return FORM.open({"systems": list(source)})
+    return FORM.open(source.document() if isinstance(source, Decay) else source)
+
+
+def _systems(layers: Layers) -> list[System]:
+    """Return the systems with the parameters set in both layers, the upper one last.
+
+    A parameter that a system does not have is set for the others alone.
+    """
+    layer = layers.holder("systems")
+    if not layer.document.get("systems"):
+        layer = layers.holder("system")
+        named: Any = [layer.document.get("system")]
+    else:
+        named = layer.document["systems"]
+    with at(layer.where):
+        if not isinstance(named, list | tuple):
+            raise RequestError(f"systems = {shown(named)} must be a list of systems")
+        found = [_system(one) for one in named]
+    settings = layers.table("set")
+    with at(layers.place("set")):
+        for name in settings:
+            if not any(name in (*system.scene.allowed, "law", "law_2") for system in found):
+                found[0].with_(**{name: settings[name]})  # which says what is allowed
+        return [
+            system.with_(**{k: v for k, v in settings.items() if _has(system, k)})
+            for system in found
+        ]
+
+
+def _has(system: System, name: str) -> bool:
+    return name in system.scene.allowed or (name in ("law", "law_2") and bool(system.scene.walls))
+
+
+def _system(source: Any) -> System:
+    if isinstance(source, str) and source.endswith(".toml"):
+        return as_system(source)
+    return load_system(source) if isinstance(source, str) else system_from(source)

@@ -1,0 +1,49 @@
+"""The tasks by the kind of their archives: what reads, draws and repeats one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from nlds_vines.runs.manifest import CONTINUATION, DECAY, RESPONSE_CURVES, SCAN, SURVEY, TUNING
+
+
+class Task(NamedTuple):
+    """The folder of a task, whose `picture` has the `PICTURE` and whose `command` has the `Job`.
+
+    `reads` is the function of its `result` that reads an archive; empty where there is none.
+    """
+
+    folder: str
+    reads: str = ""
+
+    def part(self, word: str) -> Any:
+        """Return the module of its folder that has this name."""
+        return import_module(f"nlds_vines.{self.folder}.{word}")
+
+    def read(self, path: Path) -> Any:
+        """Return what an archive holds, as the function returns it that has computed it."""
+        return getattr(self.part("result"), self.reads)(path)
+
+
+TASKS: Mapping[str, Task] = {
+    SCAN: Task("bifurcation"),  # many of them, read one by one: `bifurcation.archived`
+    TUNING: Task("tuning", "tuned"),
+    CONTINUATION: Task("continuation", "continued"),
+    RESPONSE_CURVES: Task("response_curves", "curves_in"),
+    DECAY: Task("loads", "decays_in"),
+    SURVEY: Task("accuracy"),
+}
+"""A new kind of archive is a new entry."""
+
+
+def content_of(path: Path) -> str:
+    """Return the kind of an archive; that of a scan where there is no file."""
+    if not path.is_file():
+        return SCAN
+    from nlds_vines.archives.archive import read
+
+    with read(path) as view:
+        return view.content

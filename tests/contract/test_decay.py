@@ -1,0 +1,224 @@
+"""A struck structure: closed forms, the balance of energies, last times, archives, refusals."""
+
+import math
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main as console
+from nlds_vines.errors import RequestError
+from nlds_vines.loads.command import main
+from nlds_vines.loads.request_file import load_decay
+
+SHORT = {"duration": 12.0, "quiet": True}
+
+
+def alone(times, v0, m=1000.0, k=40000.0, c=452.0):
+    """Return E1 of a linear structure struck to v0, and its displacement, in closed form."""
+    zeta, w = c / (2 * math.sqrt(k * m)), math.sqrt(k / m)
+    damped, a = w * math.sqrt(1 - zeta**2), zeta * w
+    x = np.exp(-a * times) * v0 / damped * np.sin(damped * times)
+    v = np.exp(-a * times) * v0 * (np.cos(damped * times) - a / damped * np.sin(damped * times))
+    return 0.5 * m * v**2 + 0.5 * k * x**2, x
+
+
+def closed(system, times, v0):
+    """Return the states (n, 4) of a linear structure with a damper, by the modes of its matrix."""
+    p = system.parameters
+    m, n = p["m1"], p["m2"]
+    rates = np.array([
+        [0, 1, 0, 0],
+        [-(p["k1"] + p["k2"]) / m, -(p["c1"] + p["c2"]) / m, p["k2"] / m, p["c2"] / m],
+        [0, 0, 0, 1],
+        [p["k2"] / n, p["c2"] / n, -p["k2"] / n, -p["c2"] / n],
+    ])  # fmt: skip
+    values, modes = np.linalg.eig(rates)
+    parts = np.linalg.solve(modes, np.array([0, v0, 0, 0], complex))
+    return (modes @ (parts[:, None] * np.exp(values[:, None] * times))).real.T
+
+
+def test_the_structure_alone_and_with_a_tmd_in_closed_form():
+    found = nv.decay(["none", "tmd"], impulse=1000.0, **SHORT)
+    fall = found["none"]
+    p = nv.load_system("none").parameters
+    energy, x = alone(fall.time, 1.0, p["m1"], p["k1"], p["c1"])
+    np.testing.assert_allclose(fall.E1, energy, rtol=0, atol=1e-11 * 500)
+    np.testing.assert_allclose(fall.x1, x, rtol=0, atol=1e-12)
+    tmd = found["tmd"]
+    states = closed(nv.load_system("tmd"), tmd.time, 1.0)
+    np.testing.assert_allclose(tmd.x1, states[:, 0], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(tmd.x2, states[:, 2], rtol=0, atol=1e-12)
+
+
+def test_last_times_are_those_of_the_closed_form():
+    found = nv.decay("none", impulse=300.0, **SHORT)
+    p = nv.load_system("none").parameters
+    for share, last in found.times.items():
+        fine = last + np.linspace(-1e-9, 1e-9, 3)
+        energy = alone(fine, 0.3, p["m1"], p["k1"], p["c1"])[0]
+        assert energy[0] > share * 45.0 > energy[2]
+        later = alone(np.linspace(last + 1e-9, 20.0, 20000), 0.3, p["m1"], p["k1"], p["c1"])[0]
+        assert (later < share * 45.0).all()
+
+
+@pytest.mark.parametrize(
+    ("impulse", "times"),
+    [
+        (300.0, {"none": 10.112, "tmd": 6.553, "ssbl": 7.114, "ssul-set6": 8.381}),
+        (1000.0, {"none": 10.112, "tmd": 6.553, "ssbl": 7.012, "ssul-set6": 5.715}),
+        (1770.0, {"none": 10.112, "tmd": 6.553, "ssbl": 6.581, "ssul-set6": 5.490}),
+    ],
+)
+def test_the_paper_s_dampers_under_a_blow(impulse, times):
+    """Computed with other programs: SciPy's DOP853 beside the twin of the tests."""
+    found = nv.decay(impulse=impulse, **SHORT)
+    assert {name: round(fall.last[0], 3) for name, fall in found.falls.items()} == times
+    for fall in found.falls.values():
+        assert fall.numbers["balance"] < 1e-11
+        shares = [energies[-1] for energies in fall.dissipated.values()]
+        assert np.nansum(shares) < fall.numbers["energy_in"]
+
+
+def test_a_linear_structure_has_its_own_damping_ratio():
+    """The equivalent ratio of a structure alone is its own, but for where in a swing 10 % lies."""
+    p = nv.load_system("none").parameters
+    zeta = p["c1"] / (2 * math.sqrt(p["k1"] * p["m1"]))
+    assert nv.decay("none", impulse=10.0, **SHORT)["none"].numbers[
+        "damping_ratio"
+    ] == pytest.approx(zeta, rel=0.05)
+
+
+def test_a_blow_the_other_way_is_the_mirror_image_without_walls():
+    one, other = (nv.decay("tmd", impulse=i, **SHORT)["tmd"] for i in (500.0, -500.0))
+    np.testing.assert_array_equal(one.x1, -other.x1)
+    np.testing.assert_array_equal(one.E1, other.E1)
+
+
+def test_contacts_that_dissipate_take_their_share():
+    system = nv.load_system("ssul-set6", law="restitution", e=0.7)
+    fall = nv.decay(system, impulse=1000.0, **SHORT)[system.name]
+    assert fall.numbers["balance"] < 1e-11
+    assert fall.dissipated["contact"][-1] > 50.0
+    assert np.diff(fall.dissipated["contact"]).min() > -1e-9
+    assert fall.numbers["impacts"] >= 5
+
+
+def test_a_damper_that_cannot_be_followed_is_told(capsys, tmp_path, monkeypatch):
+    from nlds_vines.loads import run
+    from nlds_vines.orbits.simulation import IntegrationError
+    from nlds_vines.orbits.status_words import STATUS
+
+    real, path, code = run.fall_of, tmp_path / "decay.h5", max(STATUS)
+
+    def fails(request, system, check):
+        if system.name == "ssbl":
+            raise IntegrationError.of(system, code)
+        return real(request, system, check)
+
+    monkeypatch.setattr(run, "fall_of", fails)
+    line = ["--system", "tmd", "--system", "ssbl", "--impulse", "9", "--duration", "3", "-o"]
+    assert main([*line, str(path)]) == 1
+    said = capsys.readouterr()
+    assert STATUS[code].remedy in said.out
+    assert "1 of 2 orbits failed" in said.err
+    found = nv.open(path)
+    assert (found["tmd"].status, found["ssbl"].status) == (0, code)
+    assert np.isnan(found["ssbl"].E1).all()
+    assert console(["verify", str(path)]) == 0
+
+
+# ---- command, archive, picture -------------------------------------------------------------------
+
+
+def test_an_archive_is_written_drawn_opened_and_made_again(tmp_path, capsys):
+    path, plot = tmp_path / "decay.h5", tmp_path / "decay.png"
+    line = ["--system", "none", "--system", "ssul-set6", "--impulse", "1000", "--duration", "5"]
+    assert main([*line, "-o", str(path), "--plot", str(plot), "--quiet"]) == 0
+    assert plot.stat().st_size > 10000
+    found = nv.open(path)
+    assert list(found.falls) == ["none", "ssul-set6"]
+    assert found["ssul-set6"].numbers["impacts"] >= 1
+    assert console(["verify", str(path)]) == 0
+    assert console(["plot", str(path), "--show", "energy", "-o", str(tmp_path / "e.pdf")]) == 0
+    capsys.readouterr()
+    assert console(["rerun", str(path), "-o", str(tmp_path / "again.h5")]) == 0
+    assert "parameters and results are the same" in capsys.readouterr().out
+    with nv.read(path) as view:
+        assert "impulse_max" not in view  # no wall is rigid
+
+
+def test_an_interrupted_decay_goes_on(tmp_path, monkeypatch):
+    from nlds_vines.loads import run
+
+    path, whole, real, seen = tmp_path / "a.h5", tmp_path / "b.h5", run.fall_of, []
+
+    def once(request, system, check):
+        seen.append(system.name)
+        if len(seen) == 2:
+            raise KeyboardInterrupt
+        return real(request, system, check)
+
+    line = ["--system", "none", "--system", "tmd", "--impulse", "9", "--duration", "3", "--quiet"]
+    monkeypatch.setattr(run, "fall_of", once)
+    assert main([*line, "-o", str(path)]) == 130
+    assert main([*line, "-o", str(path), "--resume"]) == 0
+    assert seen == ["none", "tmd", "tmd"]
+    assert main([*line, "-o", str(whole)]) == 0
+    assert console(["diff", str(path), str(whole)]) == 0
+
+
+def test_a_dry_run_says_what_would_be_done(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["--impulse", "100", "--dry-run"]) == 0
+    assert "Tuned mass damper" in capsys.readouterr().out
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_means_the_same_decay(tmp_path):
+    text = """\
+title = "a blow"
+systems = ["tmd", "ssbl"]
+
+[set]
+c1 = 100.0
+
+[load]
+impulse = 500.0
+
+[sampling]
+duration = 7.0
+"""
+    (tmp_path / "blow.toml").write_text(text)
+    request = load_decay(tmp_path / "blow.toml")
+    assert [system.parameters["c1"] for system in request.systems] == [100.0, 100.0]
+    assert load_decay(request.document()) == request
+    assert request.systems[0].parameters["P"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("document", "words"),
+    [
+        ({"systems": ["tmd"]}, ["load", "impulse"]),
+        ({"systems": ["tmd"], "load": {"impulse": 0.0}}, ["impulse = 0.0", "1e-9"]),
+        ({"systems": ["tmd"], "load": {"impulse": math.nan}}, ["impulse", "nan"]),
+        ({"systems": ["tmd", "tmd"], "load": {"impulse": 1.0}}, ["tmd", "twice"]),
+        ({"systems": [], "load": {"impulse": 1.0}}, ["system"]),
+        ({"systems": ["tmd"], "load": {"impulse": 1.0, "shape": "x"}}, ["shape", "impulse"]),
+        (
+            {"systems": ["tmd"], "load": {"impulse": 1.0}, "sampling": {"duration": 0.0}},
+            ["duration", "1e-06"],
+        ),
+        (
+            {"systems": ["tmd"], "load": {"impulse": 1.0}, "sampling": {"duration": 1e9}},
+            ["natural periods", "10000000"],
+        ),
+        ({"systems": ["tmd"], "set": {"K": 1.0}, "load": {"impulse": 1.0}}, ["K"]),
+    ],
+)
+def test_bad_requests_get_one_line(document, words):
+    with pytest.raises(RequestError) as caught:
+        load_decay(document)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert all(word in message for word in words), message

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
-from nlds_vines.accuracy.comparison_page import duration, family_of
 
+from nlds_vines.accuracy.picture import family_of
 from nlds_vines.accuracy.results import Known, Result, Setting
+from nlds_vines.accuracy.tables import duration
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.archives.columns import Column, columns
 from nlds_vines.cli.markdown import table

@@ -1,6 +1,6 @@
 """Results and curves whose order and cost are known because they are made up."""
 
-from nlds_vines.accuracy.curves import Curve
+from benchmarks.accuracy.curves import Curve
 from nlds_vines.accuracy.results import Result, Setting
 
 

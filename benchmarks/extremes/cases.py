@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.linalg import expm
 
-from nlds_vines.accuracy.cases import of_system
-from nlds_vines.accuracy.reference import stored_section
-from nlds_vines.accuracy.rigid import Rigid
+from benchmarks.accuracy.cases import stored_section
+from benchmarks.stiffness.rigid import Rigid
+from nlds_vines.accuracy.results import Case
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.linear_response import flow_matrix, response
@@ -142,7 +141,7 @@ def stored_state(system: System, periods: int) -> np.ndarray:
     Found beforehand to 25 digits by two methods in quadruple precision, `data/reference`.
     Raises `RequestError` where none is stored.
     """
-    found = stored_section(replace(of_system(system), periods=periods))
+    found = stored_section(Case.of(system, periods))
     if found is None:
         omega = system.parameters["omega"]
         raise RequestError(f"{system.name} at omega = {omega:g}: no state is stored")
@@ -151,7 +150,7 @@ def stored_state(system: System, periods: int) -> np.ndarray:
 
 def rigid_state(system: System, periods: int) -> np.ndarray:
     """Return the state (4,) [m, m/s] that an orbit from rest has with rigid elastic walls."""
-    return Rigid(replace(of_system(system), periods=periods)).state()
+    return Rigid(Case.of(system, periods)).state()
 
 
 def orbit_of(system: System, periods: int, **options: Any) -> Orbit:

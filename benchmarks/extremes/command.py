@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks import extremes
+from benchmarks.pages import command_line, declare_page
 from nlds_vines.archives.durable import write_text
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import check_writable
@@ -45,21 +44,17 @@ def _carry_out(options: argparse.Namespace) -> int:
     lines = list(extremes.page(found))
     print(*lines, sep="\n")
     if path is not None:
-        write_text(path, "\n".join([*lines, *_made_by(options.argv)]))
+        write_text(
+            path, "\n".join([*lines, "", "```sh", command_line(_NAME, options.argv), "```", ""])
+        )
     return DONE if all(finding.passed for _, finding in found) else BROKEN
 
 
 def _declare(parser: Parser) -> None:
     parser.add_argument("--long", action="store_true", help="also what takes long")
-    parser.add_argument("--markdown", metavar="FILE.md", help="write the page, too")
+    declare_page(parser)
     parser.add_argument("--dry-run", action="store_true", help="only say what would be checked")
     parser.add_argument("--quiet", action="store_true", help="no progress")
-
-
-def _made_by(argv: Sequence[str]) -> list[str]:
-    """Return the end of a page: the command, without what only says how it ran."""
-    given = [text for text in argv if text != "--quiet"]
-    return ["", "```sh", shlex.join([*_NAME.split(), *given]), "```", ""]
 
 
 main = Command(

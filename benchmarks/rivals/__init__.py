@@ -1,5 +1,12 @@
-"""Solvers of others that need further packages, each in one module that imports it when used.
+"""What a user would choose instead: solvers of others, each used well and plainly.
 
+All of them solve eq. (5) in its own variables x1, v1, x2, v2 and share no formula with the kernels.
+The last five need further packages; each imports its own when it is used.
+
+    equation             eq. (5) and its events, compiled
+    rival                what a rival is, and what all of them share
+    plain                the classical Runge-Kutta method at a fixed step
+    scipy_solvers        SciPy's solvers
     numbalsoda_solvers   compiled DOP853 and LSODA
     heyoka_taylor        Taylor series
     sundials             BDF and Adams of SUNDIALS, by scikit-sundae
@@ -14,11 +21,15 @@ from benchmarks.rivals import (
     heyoka_taylor,
     numbalsoda_solvers,
     octave,
+    plain,
+    scipy_solvers,
     sundials,
 )
-from nlds_vines.accuracy.rivals import Rival
+from benchmarks.rivals.rival import Rival
 
 RIVALS: tuple[Rival, ...] = (
+    *plain.RIVALS,
+    *scipy_solvers.RIVALS,
     *numbalsoda_solvers.RIVALS,
     *heyoka_taylor.RIVALS,
     *sundials.RIVALS,
@@ -26,3 +37,8 @@ RIVALS: tuple[Rival, ...] = (
     *octave.RIVALS,
 )
 """All of them, whether installed or not."""
+
+
+def installed() -> tuple[Rival, ...]:
+    """Return the rivals of which all that they need is installed."""
+    return tuple(rival for rival in RIVALS if rival.available())

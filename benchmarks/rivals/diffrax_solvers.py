@@ -17,13 +17,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nlds_vines.accuracy.rivals.equation import begin, constants
-from nlds_vines.accuracy.rivals.rival import (
+from benchmarks.rivals.equation import begin, constants
+from benchmarks.rivals.rival import (
     BUDGET,
     TOLERANCES,
     Flow,
     Rival,
-    RivalFailure,
+    SolverFailure,
     Track,
     begun,
     flow_of,
@@ -306,14 +306,14 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
             states, well, *rest = (np.asarray(item) for item in found)
         states = states[: len(wanted)]
         if not well:
-            raise RivalFailure(
+            raise SolverFailure(
                 f"{method} gave up: too many steps or events, or a state that is not finite"
             )
         if not rest:
             return Track(states)
         touches, count, steps = rest
         if count > room:
-            raise RivalFailure(f"more than {room} touches")
+            raise SolverFailure(f"more than {room} touches")
         return Track(states, touches[:count], float(steps / count) if count else None)
 
     return flow_of(system, state, follow)

@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.accuracy.rivals.equation import begin, constants, depth
-from nlds_vines.accuracy.rivals.rival import (
+from benchmarks.rivals.equation import begin, constants, depth
+from benchmarks.rivals.rival import (
     BUDGET,
     TOLERANCES,
     Flow,
     Rival,
-    RivalFailure,
+    SolverFailure,
     Track,
     begun,
     flow_of,
@@ -125,10 +125,10 @@ class _Integrators:
                 self._note(state)
                 continue
             if not -len(self.walls) <= int(outcome) < 0:
-                raise RivalFailure(f"in flight at t = {flight.time:.6g} s: {outcome}")
+                raise SolverFailure(f"in flight at t = {flight.time:.6g} s: {outcome}")
             self.touches.append(flight.time)
             if len(self.touches) > most:
-                raise RivalFailure(f"more than {most} touches up to t = {flight.time:.6g} s")
+                raise SolverFailure(f"more than {most} touches up to t = {flight.time:.6g} s")
             self._contact(self.walls[-1 - int(outcome)], 0.0)
         mean = self.steps / self.releases if self.releases else None
         return Track(self.states, self.touches, mean)
@@ -155,7 +155,7 @@ class _Integrators:
             if int(outcome) == RELEASE:
                 break
             if int(outcome) != MOMENT:
-                raise RivalFailure(f"in the contact at t = {t + passed:.6g} s: {outcome}")
+                raise SolverFailure(f"in the contact at t = {t + passed:.6g} s: {outcome}")
             self._note(flight.state)
             pars[1] = moments[self.noted] - t
             if self.noted == len(self.states):
@@ -175,7 +175,7 @@ def _prepare(system: System, start: np.ndarray) -> Flow:
         try:
             return integrators(tolerance).follow(state, times, most_events(system, times))
         except ValueError as error:  # a state that is not finite
-            raise RivalFailure(str(error)) from None
+            raise SolverFailure(str(error)) from None
 
     return flow_of(system, state, follow)
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.accuracy.rivals.equation import (
+from benchmarks.rivals.equation import (
     begin,
     constants,
     derivative,
@@ -22,12 +22,12 @@ from nlds_vines.accuracy.rivals.equation import (
     switch,
     turning,
 )
-from nlds_vines.accuracy.rivals.rival import (
+from benchmarks.rivals.rival import (
     BUDGET,
     TOLERANCES,
     Flow,
     Rival,
-    RivalFailure,
+    SolverFailure,
     Track,
     begun,
     flow_of,
@@ -154,7 +154,7 @@ def _events(system: System, start: np.ndarray) -> Flow:
                 states, touches, len(times) + most_events(system, times),
             )  # fmt: skip
             if room < 0:
-                raise RivalFailure("DOP853 gave up: too many steps or events, or steps too small")
+                raise SolverFailure("DOP853 gave up: too many steps or events, or steps too small")
             if room <= touches.size:
                 return Track(states, touches[:room])
 
@@ -172,7 +172,7 @@ def _plain(system: System, start: np.ndarray, *, method: str) -> Flow:
         grid = np.concatenate([[0.0], times])
         states, well = solve(rates.address, state, grid, p, rtol, 1e-3 * rtol, BUDGET)
         if not well:
-            raise RivalFailure(f"{method.upper()} gave up: too many steps, or steps too small")
+            raise SolverFailure(f"{method.upper()} gave up: too many steps, or steps too small")
         return Track(states[1:])
 
     return flow_of(system, state, follow)

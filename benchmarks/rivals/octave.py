@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from nlds_vines.accuracy.rivals.equation import constants
-from nlds_vines.accuracy.rivals.rival import Flow, Rival, RivalFailure, Track, begun, flow_of
+from benchmarks.rivals.equation import constants
+from benchmarks.rivals.rival import Flow, Rival, SolverFailure, Track, begun, flow_of
 from nlds_vines.model.system import System
 
 SETTINGS = (1e-3, 1e-4, 1e-5, 1e-6)  # without the Jacobian the last takes longest, for the same
@@ -112,10 +112,10 @@ def _executed(script: str, limit: float) -> str:
                 stdin=subprocess.DEVNULL,
             )
         except subprocess.TimeoutExpired:
-            raise RivalFailure(f"ode23s was killed after {limit:g} s") from None
+            raise SolverFailure(f"ode23s was killed after {limit:g} s") from None
     if done.returncode != 0:
         words = done.stderr.strip().splitlines()
-        raise RivalFailure(f"Octave failed: {words[0] if words else done.returncode}")
+        raise SolverFailure(f"Octave failed: {words[0] if words else done.returncode}")
     return done.stdout
 
 
@@ -128,7 +128,7 @@ def _prepare(system: System, start: np.ndarray, *, jacobian: bool) -> Flow:
         head, *rows = printed.splitlines()[-1 - len(times) :]
         words = head.split()
         if len(rows) < len(times) or words[0] != "seconds":
-            raise RivalFailure("ode23s gave up before the end")
+            raise SolverFailure("ode23s gave up before the end")
         states = np.array([[float(word) for word in row.split()] for row in rows])
         return Track(states, seconds=float(words[1]))
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.accuracy.rivals.equation import (
+from benchmarks.rivals.equation import (
     begin,
     closing,
     constants,
@@ -24,12 +24,12 @@ from nlds_vines.accuracy.rivals.equation import (
     slope_into,
     switch,
 )
-from nlds_vines.accuracy.rivals.rival import (
+from benchmarks.rivals.rival import (
     BUDGET_IN_PYTHON,
     TOLERANCES,
     Flow,
     Rival,
-    RivalFailure,
+    SolverFailure,
     Track,
     begun,
     flow_of,
@@ -125,7 +125,7 @@ class _Split:
     def _note(self, found: Any, turn: float) -> float:
         """Write down the state at a time that is noted; return up to where to go on."""
         if not found.success:
-            raise RivalFailure(f"at t = {found.t:.6g} s: {found.message}")
+            raise SolverFailure(f"at t = {found.t:.6g} s: {found.message}")
         if self.times[self.noted] > turn:  # by round-off nothing is touched before it
             return math.inf
         self.states[self.noted] = found.y
@@ -133,10 +133,10 @@ class _Split:
         return turn
 
     def _count(self, t: float) -> None:
-        """Count an event; raises `RivalFailure` where there are too many."""
+        """Count an event; raises `SolverFailure` where there are too many."""
         self.events, self.listed = self.events + 1, self.listed + 1
         if self.events > self.most:
-            raise RivalFailure(f"more than {self.most} events up to t = {t:.6g} s")
+            raise SolverFailure(f"more than {self.most} events up to t = {t:.6g} s")
 
     def _switch(self, found: Any) -> None:
         self.t, self.y = found.t, found.y
@@ -160,7 +160,7 @@ def _whole(
     solver = new(eventsfn=touch, num_events=len(walls)) if counting else new()
     found = solver.solve(np.concatenate([[0.0], times]), start)
     if not found.success:
-        raise RivalFailure(f"at t = {found.t[-1]:.6g} s: {found.message}")
+        raise SolverFailure(f"at t = {found.t[-1]:.6g} s: {found.message}")
     touches = [] if found.t_events is None else found.t_events
     return Track(found.y[1:], touches if counting else None)
 
@@ -175,7 +175,7 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
                 return _Split(p, state, times, most_events(system, times), new).follow()
             return _whole(p, state, times, watched, new)
         except (ArithmeticError, RuntimeError) as error:
-            raise RivalFailure(str(error)) from None
+            raise SolverFailure(str(error)) from None
 
     return flow_of(system, state, follow)
 

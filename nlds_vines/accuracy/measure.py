@@ -1,22 +1,37 @@
-"""One contender on one case: errors of state, touches, energy and label, and CPU time."""
+"""One method at one setting on one case: errors of state, touches, energy and label; CPU time."""
 
 from __future__ import annotations
 
 import math
 import statistics
 import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
-from nlds_vines.accuracy.cases import Case
-from nlds_vines.accuracy.contenders import Contender
-from nlds_vines.accuracy.reference import Reference
-from nlds_vines.accuracy.results import Result
-from nlds_vines.accuracy.rivals import Asked, Course, RivalFailure
-from nlds_vines.kernels.recurrence import period_of
-from nlds_vines.orbits.classification import classify
-from nlds_vines.orbits.simulation import IntegrationError
+from nlds_vines.accuracy import scipy_solver
+from nlds_vines.accuracy.reference import Truth, followed, truth_of
+from nlds_vines.accuracy.results import (
+    COLUMNS,
+    SHAPE,
+    Case,
+    Course,
+    Result,
+    Setting,
+    SolverFailure,
+)
+from nlds_vines.archives.columns import Row, row_of
+from nlds_vines.orbits.simulation import IntegrationError, simulate
+from nlds_vines.runs.survey import Survey, Task
+
+EXACT = tuple(float(f"1e-{k}") for k in range(3, 14))
+"""Settings of `exact` from coarse to fine: tolerances."""
+
+RK4 = (64, 128, 256, 512, 1024, 2048, 4096, 8192)
+"""Settings of `rk4`: steps of a period."""
 
 REPEATS = 5
 """Runs whose median is the CPU time; one is enough where it takes `PATIENCE`."""
@@ -24,74 +39,108 @@ REPEATS = 5
 SHORTEST, PATIENCE = 0.05, 1.0
 """Seconds that a timed run takes at least, and from which on it is not repeated."""
 
-LOOKED_AT = 24
-"""Periods from a point of the true orbit in which a label is looked for, at least four of its n."""
-
-RETURN = 1e-3
-"""Of a recurrence, relative to the orbit: the eye of a reader of a bifurcation diagram."""
-
 
 @dataclass(frozen=True)
-class Truth:
-    """A case, what is true of it, and a case that begins on its steady orbit."""
+class Contender:
+    """A method at a setting, ready to run: it compiles when it first meets a system.
 
-    case: Case
-    reference: Reference
-    label: str
-    steady: Case | None
-
-
-def truth_of(case: Case, reference: Reference) -> Truth:
-    """Return a case with its label, and the point on its orbit from which labels are judged.
-
-    Where both methods do not find the same label there is none to judge by.
+    `follow` takes a case and whether touches are asked for beside the section.
     """
-    try:
-        regime = classify(case.system, start=case.start)
-        other = classify(case.system, start=case.start, method="rk4")
-    except IntegrationError:
-        return Truth(case, reference, "unknown: it ends later on", None)
-    if regime.label != other.label:
-        words = f"uncertain: {regime.label} by exact, {other.label} by rk4"
-        return Truth(case, reference, words, None)
-    if regime.point is None:
-        return Truth(case, reference, regime.label, None)
-    periods = max(LOOKED_AT, 4 * regime.period)
-    start = tuple(float(value) for value in regime.point)
-    return Truth(case, reference, regime.label, replace(case, start=start, periods=periods))
+
+    setting: Setting
+    follow: Callable[[Case, bool], Course]
 
 
-def measured(truth: Truth, contender: Contender, asked: Asked = Asked.ALL) -> Result:
-    """Return errors and CPU time of one contender, compilation apart.
+def our_contenders(case: Case) -> Iterator[Contender]:
+    """Yield our methods on a case, each from coarse to fine."""
+    for tolerance in EXACT if case.system.scene.walls else EXACT[-1:]:
+        words = f"tolerance {tolerance:.0e}" if case.system.scene.walls else "no contact"
+        yield ours("exact", tolerance, words, tolerance=tolerance)
+    for steps in RK4:
+        yield ours("rk4", steps, f"{steps} steps", period_steps=float(steps))
 
-    `asked` says whether E1max counts, which costs others several runs.
+
+def ours(method: str, value: float, words: str, **keywords: Any) -> Contender:
+    """Return one of our methods at a setting; timed, it records the section alone, as all do."""
+    keywords = {"method": method, **keywords}
+
+    def follow(case: Case, observed: bool) -> Course:
+        if observed:
+            orbit = followed(case, **keywords)
+        else:
+            orbit = simulate(
+                case.system, case.periods, start=case.start, record=["section"], **keywords
+            )
+        assert orbit.section is not None
+        return Course(
+            orbit.section, np.empty(0) if orbit.impacts is None else orbit.impacts["touch"]
+        )
+
+    order = 4.0 if method == "rk4" else math.nan
+    return Contender(Setting(method, value, words, True, order), follow)
+
+
+def scipy_contenders() -> Iterator[Contender]:
+    """Yield SciPy's solver from coarse to fine."""
+    for rtol in scipy_solver.SETTINGS:
+
+        def follow(case: Case, observed: bool, rtol: float = rtol) -> Course:
+            return scipy_solver.follow(case.system, case.periods, case.state, rtol)
+
+        yield Contender(Setting(scipy_solver.NAME, rtol, f"rtol {rtol:.0e}", False, 8.0), follow)
+
+
+def comparison(
+    cases: Sequence[Case],
+    others: Sequence[Contender],
+    versions: Mapping[str, str],
+    known: Callable[[Case], Truth] = truth_of,
+) -> Survey:
+    """Return the survey of our methods and, where there is a damper, of `others` on some cases.
+
+    Arguments: the `versions` of the programs of others by name; what is `known` of a case.
     """
-    case, reference = truth.case, truth.reference
+    about = {"cases": {case.name: case.to_table() for case in cases}, "peers": dict(versions)}
+    tasks = []
+    for case in cases:
+        known_once = cache(partial(known, case))
+        methods: dict[str, list[Contender]] = {}
+        for entry in (*our_contenders(case), *(others if case.system.scene.damper else ())):
+            methods.setdefault(entry.setting.method, []).append(entry)
+        for method, entries in methods.items():
+            tasks.append(Task(f"{case.name}: {method}", partial(_rows, known_once, entries)))
+    return Survey("Error against run time", SHAPE, about, COLUMNS, tuple(tasks))
+
+
+def _rows(known: Callable[[], Truth], entries: Sequence[Contender]) -> list[Row]:
+    """Measure a method at all its settings."""
+    results = (measured(known(), entry) for entry in entries)
+    return [row_of(known().known, found.setting, found) for found in results]
+
+
+def measured(truth: Truth, contender: Contender) -> Result:
+    """Return errors and CPU time of one contender, compilation apart."""
     try:
-        course = contender.follow(case, asked)
-        error = _largest(course.section[-1] - reference.section[-1])
+        course = contender.follow(truth.case, True)
+        error = float(np.abs(course.section[-1] - truth.section[-1]).max())
         if not math.isfinite(error):
             return Result(contender.setting, failure="the state is not finite")
-        missed, touch_error = _touches(course, reference)
+        missed, touch_error = _touches(course, truth)
         return Result(
             setting=contender.setting,
             error=error,
             touch_error=touch_error,
             missed=missed,
-            energy_error=math.nan if not course.E1max else abs(course.E1max - reference.E1max),
-            label=_label(truth.steady, contender),
-            seconds=seconds_of(truth.steady or case, contender),
-            steps=math.nan if course.steps_in_contact is None else course.steps_in_contact,
+            seconds=seconds_of(truth.later, contender),
         )
-    except (RivalFailure, IntegrationError) as failure:
+    except (SolverFailure, IntegrationError) as failure:
         return Result(contender.setting, failure=str(failure))
 
 
 def seconds_of(case: Case, contender: Contender) -> float:
     """Return the CPU time of a period [s]: median of runs that are long enough to be timed.
 
-    On a steady orbit all periods cost the same, however many are run.  Before each timed length
-    the contender runs once, so that what it compiles is compiled.
+    Before each timed length the contender runs once, so that what it compiles is compiled.
     """
     _spent(replace(case, periods=2), contender)
     spent = _spent(case, contender)
@@ -114,37 +163,17 @@ def _spent(case: Case, contender: Contender) -> float:
     return course.seconds if course.seconds is not None else spent
 
 
-def _touches(course: Course, reference: Reference) -> tuple[float, float]:
+def _touches(course: Course, truth: Truth) -> tuple[float, float]:
     """Return how many touches were missed and the largest error of their times [s].
 
     One that is nearer to another's time than to its own is another: missed, though their number
     may be right.
     """
-    if reference.touches is None or course.touches is None:
+    if truth.touches is None or course.touches is None:
         return math.nan, math.nan
-    missed = len(reference.touches) - len(course.touches)
-    if missed or not len(reference.touches):
+    missed = len(truth.touches) - len(course.touches)
+    if missed or not len(truth.touches):
         return float(missed), math.nan
-    late = np.abs(course.touches - reference.touches)
-    others = np.count_nonzero(late > 0.5 * np.diff(reference.touches).min(initial=math.inf))
+    late = np.abs(course.touches - truth.touches)
+    others = np.count_nonzero(late > 0.5 * np.diff(truth.touches).min(initial=math.inf))
     return (float(others), math.nan) if others else (0.0, float(late.max()))
-
-
-def _label(steady: Case | None, contender: Contender) -> str:
-    """Return the label that the contender gives to the orbit that begins on the true one."""
-    if steady is None:
-        return ""
-    course = contender.follow(steady, Asked.TOUCHES)
-    n = int(period_of(np.ascontiguousarray(course.section), RETURN))
-    if n == 0:
-        return "undetermined"
-    name = "T" if n == 1 else f"{n}T"
-    if course.touches is None:
-        return f"{name},?"
-    cycles = steady.periods // (2 * n)
-    since = (steady.periods - cycles * n) * steady.system.period
-    return f"{name},{round(np.count_nonzero(course.touches >= since) / cycles)}"
-
-
-def _largest(values: np.ndarray) -> float:
-    return float(np.abs(values).max())

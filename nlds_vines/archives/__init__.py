@@ -3,6 +3,7 @@
 In reading order:
 
     dataset      the description of datasets and dimensions: type, unit, meaning, shape
+    columns      records that describe their own columns of a table
     durable      files that survive a power cut; seals, locks
     provenance   where an archive comes from: request, versions, sources, machine
     layout       how an array is laid out on the disk: chunks, slabs, checksums

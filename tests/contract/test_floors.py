@@ -290,7 +290,7 @@ def test_only_the_archive_imports_h5py():
 
 def test_only_pictures_import_matplotlib():
     types = {
-        "accuracy.request",
+        "accuracy.command",
         "bifurcation.result",
         "plotting.drawable",
         "upkeep.plot",

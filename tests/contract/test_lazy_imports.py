@@ -124,7 +124,7 @@ def test_transients_load_nothing_heavy_before_they_must(arguments, status, tmp_p
     [
         (["--help"], 0),
         (["--want", "2"], 2),
-        (["--stiff", "--system", "tmd"], 2),
+        (["--stiff"], 2),
         (["-o", "no/x"], 2),
     ],
 )

@@ -169,11 +169,11 @@ REQUESTS = {
         ["another file of this run"],
     ),
     "a page that is its archive": (
-        ["accuracy", "-o", "x.h5", "--markdown", "x.h5"],
+        ["accuracy", "-o", "x.h5", "--plot", "x.h5"],
         ["another file of this run"],
     ),
     "a page that is its source": (
-        ["accuracy", "good.toml", "--markdown", "good.toml"],
+        ["accuracy", "good.toml", "--plot", "good.toml"],
         ["another file of this run"],
     ),
     "an archive that is its picture": ([*E, "-o", "x.png"], ["'x.png'", "must end in .h5"]),
@@ -211,7 +211,7 @@ def _nothing_is_computed(monkeypatch):
         raise AssertionError("a faulty request has reached the kernels")
 
     names = {"bifurcation": ("run", "estimate"), "tuning": ("run",), "portrait": ("run",)}
-    for wing, modules in {**names, "accuracy": ("survey",)}.items():
+    for wing, modules in {**names, "accuracy": ("measure",), "runs": ("survey",)}.items():
         for name in modules:
             fake = ModuleType(f"nlds_vines.{wing}.{name}")
             vars(fake).update(run=run, estimate=run, views_of=run)

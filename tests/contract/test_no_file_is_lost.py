@@ -45,7 +45,6 @@ WRITERS = {  # what writes a file that is no archive: the command, and the file'
     "plot": ["plot", "a.h5", "-o", "{}.png"],
     "export": ["export", "a.h5", "-o", "{}.csv"],
     "portrait": ["portrait", "--plot", "{}.png"],
-    "accuracy, its page": ["accuracy", "-o", "n.h5", "--markdown", "{}.md"],
     "accuracy, its picture": ["accuracy", "-o", "n.h5", "--plot", "{}.png"],
     "bifurcation, its picture": ["bifurcation", "-o", "n.h5", "--plot", "{}.png"],
     "transients, its picture": ["transients", "-o", "n.h5", "--plot", "{}.png"],
@@ -90,7 +89,7 @@ def test_an_archive_is_never_replaced_by_anything_else(here, capsys, writer):
     assert "it is an archive" in refused(here, capsys, [*command, "--overwrite"])
 
 
-@pytest.mark.parametrize("writer", ["report", "accuracy, its page"])
+@pytest.mark.parametrize("writer", ["report"])
 def test_nothing_but_an_archive_takes_the_name_of_one(here, capsys, writer):
     *command, _ = WRITERS[writer]
     for name in ("new.h5", "new.hdf5", "new.NC"):

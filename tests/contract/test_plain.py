@@ -14,7 +14,7 @@ from support import REPO
 FILES = sorted(path.relative_to(REPO).as_posix() for path in REPO.glob("tests/**/plain_*.py"))
 
 LONG = {
-    "tests/accuracy/plain_costs.py",
+    "tests/benchmarks/plain_costs.py",
     "tests/bifurcation/plain_sweeps.py",
     "tests/continuation/plain_derivatives.py",
     "tests/continuation/plain_limits.py",

@@ -1,14 +1,15 @@
-"""What a row of measurements says: order, cost of a wanted error, the cheapest setting."""
+"""What the results of one method say: order, and the cost of an error."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from nlds_vines.accuracy.results import Result
+from nlds_vines.accuracy.picture import front
+from nlds_vines.accuracy.results import Measured, Result
 
 DECADES = tuple(10.0**-k for k in range(3, 13))
 """Errors at which costs are compared, from 1e-3 to 1e-12."""
@@ -70,6 +71,12 @@ class Curve:
         return float(np.exp(np.interp(-math.log(error), -errors, seconds)))
 
 
+def curves_of(case: Measured) -> dict[str, Curve]:
+    """Return the curve of each method on a case."""
+    found = case.by_method().items()
+    return {method: Curve(method, results, case.doubt) for method, results in found}
+
+
 def above(curves: Iterable[Curve], ours: Curve) -> list[tuple[str, float]]:
     """Return at which of `DECADES` a method is cheaper than ours, by name; empty if at none.
 
@@ -81,29 +88,3 @@ def above(curves: Iterable[Curve], ours: Curve) -> list[tuple[str, float]]:
         for error in DECADES
         if curve.method != ours.method and curve.cost(error) < ours.cost(error)
     ]
-
-
-def advised(results: Iterable[Result], want: float | None, label: str) -> Result | None:
-    """Return the cheapest of our settings that is good enough; None if none is.
-
-    Good enough: no touch missed or invented, the label of the truth (where it has one), and an
-    error of the state of at most `want` where that is given.
-    """
-    enough = [
-        found
-        for found in results
-        if found.setting.ours
-        and found.complete
-        and (not found.label or found.label == label.removeprefix("transient chaos to "))
-        and (want is None or found.error <= want)
-    ]
-    return min(enough, key=lambda found: found.seconds, default=None)
-
-
-def front(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return the points than which no other has less error and less seconds, coarse ones first."""
-    best: list[tuple[float, float]] = []
-    for error, seconds in sorted(points, key=lambda point: (point[1], point[0])):
-        if not best or error < best[-1][0]:
-            best.append((error, seconds))
-    return best

@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
-from nlds_vines.accuracy.rivals import constants, derivative
-from nlds_vines.accuracy.rivals.equation import begin, indicator, jacobian, slope, switch
+from benchmarks.rivals.equation import (
+    begin,
+    constants,
+    derivative,
+    indicator,
+    jacobian,
+    slope,
+    switch,
+)
 from nlds_vines.model.catalogue import load_system
 
 SET6 = load_system("ssul-set6", omega=6.28)

@@ -9,10 +9,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from nlds_vines.accuracy.columns import Column, columns
-from nlds_vines.accuracy.comparison_page import duration, family_of, number_words
+from nlds_vines.accuracy.picture import family_of
 from nlds_vines.accuracy.results import Known, Result, Setting
+from nlds_vines.accuracy.tables import duration
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.archives.columns import Column, columns
 from nlds_vines.cli.markdown import table
 
 SHAPE = "stiffness"
@@ -28,9 +29,12 @@ class Stiffened:
     ]
     touches: Annotated[int, Column("1", "touches there are")]
     rigid: Annotated[float, Column("m, m/s", "distance of the true state from the rigid limit's")]
+    steps: Annotated[
+        float, Column("1", "steps, or nodes, of a contact: ours as set, others' counted")
+    ] = math.nan
 
 
-_UNUSED = "source independent witness value expected_order energy_error label"
+_UNUSED = "case title truth periods source independent witness value expected_order"
 
 COLUMNS = columns(Stiffened, Known, Setting, Result, without=_UNUSED.split())
 
@@ -152,8 +156,8 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
         f"{row['error']:.1e}",
         f"{row['growth']:.2g}",
         f"{row['touches']}",
-        number_words(row["missed"]),
-        _three_digits(row["steps"]),
+        _digits(row["missed"]),
+        _digits(row["steps"]),
         duration(row["seconds"]),
         f"{row['rigid']:.1e}",
     )
@@ -179,8 +183,8 @@ def _summary(rows: dict[str, np.ndarray], method: str) -> tuple[str, ...]:
     )
 
 
-def _three_digits(value: float) -> str:
-    return number_words(float(f"{value:.3g}"))
+def _digits(value: float) -> str:
+    return "" if math.isnan(value) else f"{float(f'{value:.3g}'):g}"
 
 
 def _counted(steps: np.ndarray) -> str:

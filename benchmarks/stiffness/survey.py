@@ -9,16 +9,14 @@ from functools import cache, partial
 
 import numpy as np
 
-from nlds_vines.accuracy.cases import Case
-from nlds_vines.accuracy.columns import Row, row_of
-from nlds_vines.accuracy.contenders import Contender, of_rival, ours
-from nlds_vines.accuracy.measure import Truth, measured
-from nlds_vines.accuracy.reference import UNKNOWN, Reference, reference_of
-from nlds_vines.accuracy.results import Result
-from nlds_vines.accuracy.rigid import Rigid
-from nlds_vines.accuracy.rivals import Asked, Rival
-from nlds_vines.accuracy.stiffness_table import COLUMNS, SHAPE, Stiffened
-from nlds_vines.accuracy.survey import Survey, Task
+from benchmarks.rivals.rival import Course as RivalCourse
+from benchmarks.rivals.rival import Rival, contenders_of
+from benchmarks.stiffness.rigid import Rigid
+from benchmarks.stiffness.table import COLUMNS, SHAPE, Stiffened
+from nlds_vines.accuracy.measure import Contender, measured, ours
+from nlds_vines.accuracy.reference import Truth, truth_of
+from nlds_vines.accuracy.results import Case, Course, Known, Result
+from nlds_vines.archives.columns import Row, row_of
 from nlds_vines.errors import RequestError
 from nlds_vines.kernels import impact
 from nlds_vines.kernels.flight import rate_of
@@ -28,6 +26,7 @@ from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.settings import PERIOD_STEPS, TOLERANCE, Settings
 from nlds_vines.orbits.simulation import SAMPLES, simulate
+from nlds_vines.runs.survey import Survey, Task
 
 MODULI = (2e5, 2e6, 2.05e7, 2e8, 2e9, 2.1e10, 2.1e11, 2.1e12, 2.1e13)
 """Young's moduli E2 of the damper's side [Pa]: soft rubber, rubber, ..., steel, beyond."""
@@ -72,30 +71,36 @@ def _rigid_state(case: Case) -> np.ndarray:
 
 def _rows(case: Case, rigid: Callable[[], np.ndarray], rivals: Sequence[Rival]) -> list[Row]:
     """Measure every method on one stiffness; where there is no reference all fail."""
-    methods = list(_methods(rivals))
+    contenders, E2 = list(_methods(rivals)), case.system.parameters.get("E2", math.nan)
     try:
-        reference = reference_of(case)
+        truth = truth_of(case)
     except RequestError as error:
-        results = [Result(contender.setting, failure=str(error)) for contender in methods]
-        return _rows_of(case, UNKNOWN, math.nan, results)
-    truth = Truth(case, reference, "", None)
-    results = [_measured(truth, contender) for contender in methods]
-    return _rows_of(case, reference, float(np.abs(reference.section[-1] - rigid()).max()), results)
+        unknown = Known("", "", "", case.periods, "", math.nan, math.nan, "", math.nan)
+        stiffened = Stiffened(case.system.K, E2, 0, math.nan)
+        failed = (Result(entry.setting, failure=str(error)) for entry in contenders)
+        return [row_of(stiffened, unknown, found.setting, found) for found in failed]
+    touches = 0 if truth.touches is None else len(truth.touches)
+    distance = float(np.abs(truth.section[-1] - rigid()).max())
+    rows = []
+    for contender in contenders:
+        found, taken = _measured(truth, contender)
+        stiffened = Stiffened(case.system.K, E2, touches, distance, taken)
+        rows.append(row_of(stiffened, truth.known, found.setting, found))
+    return rows
 
 
-def _measured(truth: Truth, contender: Contender) -> Result:
-    """Return what is found of a contender, with the steps of a contact where they are set."""
-    found = measured(truth, contender, Asked.TOUCHES)
-    taken = steps(truth.case, contender)
-    return found if math.isnan(taken) else replace(found, steps=taken)
+def _measured(truth: Truth, contender: Contender) -> tuple[Result, float]:
+    """Return what is found of a contender, and the steps of a contact: set, or counted."""
+    counted = []
 
+    def follow(case: Case, observed: bool) -> Course:
+        course = contender.follow(case, observed)
+        if isinstance(course, RivalCourse) and course.steps_in_contact is not None:
+            counted.append(course.steps_in_contact)
+        return course
 
-def _rows_of(case: Case, reference: Reference, distance: float, results: list[Result]) -> list[Row]:
-    """Return the rows of a stiffness; `distance` is that of the true state from the rigid one."""
-    E2 = case.system.parameters.get("E2", math.nan)
-    touches = 0 if reference.touches is None else len(reference.touches)
-    stiffened = Stiffened(case.system.K, E2, touches, distance)
-    return [row_of(stiffened, reference, found.setting, found) for found in results]
+    found, taken = measured(truth, replace(contender, follow=follow)), steps(truth.case, contender)
+    return found, counted[0] if counted else taken
 
 
 def _methods(rivals: Sequence[Rival]) -> Iterator[Contender]:
@@ -104,7 +109,7 @@ def _methods(rivals: Sequence[Rival]) -> Iterator[Contender]:
     yield ours("rk4", PERIOD_STEPS, "as it comes", period_steps=PERIOD_STEPS)
     for rival in rivals:
         fitting = max(rival.settings) if rival.setting == "steps" else nearest(rival.settings)
-        yield from of_rival(replace(rival, settings=(fitting,)))
+        yield from contenders_of(replace(rival, settings=(fitting,)))
 
 
 def nearest(tolerances: tuple[float, ...]) -> float:

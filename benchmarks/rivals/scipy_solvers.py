@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.accuracy.rivals.equation import (
+from benchmarks.rivals.equation import (
     begin,
     closing,
     constants,
@@ -26,12 +26,12 @@ from nlds_vines.accuracy.rivals.equation import (
     switch,
     turns,
 )
-from nlds_vines.accuracy.rivals.rival import (
+from benchmarks.rivals.rival import (
     BUDGET_IN_PYTHON,
     TOLERANCES,
     Flow,
     Rival,
-    RivalFailure,
+    SolverFailure,
     Track,
     begun,
     flow_of,
@@ -67,10 +67,10 @@ class _Run:
         while solver.status == "running":
             message = solver.step()
             if solver.status == "failed":
-                raise RivalFailure(f"at t = {solver.t:.6g} s: {message}")
+                raise SolverFailure(f"at t = {solver.t:.6g} s: {message}")
             self.steps += 1
             if self.steps > self.most:
-                raise RivalFailure(f"more than {self.most} steps up to t = {solver.t:.6g} s")
+                raise SolverFailure(f"more than {self.most} steps up to t = {solver.t:.6g} s")
             self.inside_steps += self.watch[0] > 0.0
             until = self._passed(solver) if self.looking else math.nan
             ended = not math.isnan(until)
@@ -150,7 +150,7 @@ def _prepare(system: System, start: np.ndarray, *, method: str, split: bool) -> 
                 while run.noted < len(times):
                     run.advance(bound)
             except (ArithmeticError, ValueError) as error:
-                raise RivalFailure(f"at t = {run.t:.6g} s or later: {error}") from None
+                raise SolverFailure(f"at t = {run.t:.6g} s or later: {error}") from None
         mean = run.inside_steps / run.releases if run.split and run.releases else None
         return Track(run.states, run.touches, mean)
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nlds_vines.accuracy.cases import of_system
-from nlds_vines.accuracy.reference import FINEST, watched
-from nlds_vines.accuracy.rivals import RIVALS, Asked, RivalFailure
-from nlds_vines.accuracy.rivals import rival as base
-from nlds_vines.accuracy.rivals.rival import Track
+from benchmarks.rivals import RIVALS
+from benchmarks.rivals import rival as base
+from benchmarks.rivals.rival import Asked, SolverFailure, Track
+from nlds_vines.accuracy.reference import FINEST, followed
+from nlds_vines.accuracy.results import Case
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.simulation import simulate
 
@@ -20,7 +20,7 @@ NAIVE = RIVALS[0]
 
 @pytest.fixture(scope="module")
 def truth():
-    return watched(replace(of_system(SET6), periods=PERIODS), **FINEST)
+    return followed(Case.of(SET6, PERIODS), **FINEST)
 
 
 def flow_between(fits):
@@ -31,7 +31,7 @@ def flow_between(fits):
         every = round(times[0] / SET6.period * base.LOOKS)
         return Track(states[every - 1 :: every] + (1e-9 / every if fits else 0.0))
 
-    return base.flow_of(SET6, of_system(SET6).state, follow)
+    return base.flow_of(SET6, Case.of(SET6).state, follow)
 
 
 @pytest.mark.kernels
@@ -60,12 +60,12 @@ def broken(error):
         (TypeError("no such thing\nas this"), "^TypeError: no such thing$"),
         (ValueError(), "^ValueError$"),
         (RuntimeError("broken"), "^RuntimeError: broken$"),
-        (RivalFailure("too stiff"), "^too stiff$"),
+        (SolverFailure("too stiff"), "^too stiff$"),
     ],
 )
 def test_any_exception_is_a_failure_in_one_sentence(error, words):
     for rival in broken(error):
-        with pytest.raises(RivalFailure, match=words):
+        with pytest.raises(SolverFailure, match=words):
             rival.prepare(SET6, np.zeros(4))(256, 1, False)
 
 

@@ -1,8 +1,14 @@
-"""What each part of a scene and each record of an orbit costs: the table of `accuracy --parts`."""
+"""What each part of a scene and each record of an orbit costs: docs/accuracy-and-speed.md.
+
+python -m benchmarks.costs                    SSul NES Set 6
+python -m benchmarks.costs --system tmd --set omega=6.9
+"""
 
 from __future__ import annotations
 
+import argparse
 import statistics
+import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -10,7 +16,10 @@ from functools import cache
 
 import numpy as np
 
+from nlds_vines.accuracy.command import declare_system, system_of
 from nlds_vines.cli.markdown import table
+from nlds_vines.cli.parser import Parser
+from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits.wants import possible_want
@@ -169,3 +178,31 @@ def _judging(system: System) -> Callable[[int], object]:
         kernels.run(cells, starts, TRANSIENT, DIAGRAM - TRANSIENT)
 
     return run
+
+
+def _declare(parser: Parser) -> None:
+    declare_system(parser)
+    parser.add_argument("--dry-run", action="store_true", help="only say what it would take")
+
+
+def _carry_out(options: argparse.Namespace) -> int:
+    system = system_of(options)
+    if options.dry_run:
+        for part in parts(system):
+            say(f"{part.name}: {part.periods} periods, {REPEATS} times")
+        return DONE
+    for line in report(system):
+        say(line)
+    return DONE
+
+
+main = Command(
+    name="python -m benchmarks.costs",
+    description="What each part of a scene and each record of an orbit costs per forcing period.",
+    examples="exit status: 0 done; 2 the request is wrong",
+    declare=_declare,
+    carry_out=_carry_out,
+).main
+
+if __name__ == "__main__":
+    sys.exit(main())

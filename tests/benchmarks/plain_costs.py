@@ -2,7 +2,7 @@
 
 import pytest
 
-from nlds_vines.accuracy import costs
+from benchmarks import costs
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
 

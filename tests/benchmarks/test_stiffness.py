@@ -6,17 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nlds_vines.accuracy import stiffness, survey
-from nlds_vines.accuracy.cases import of_system
-from nlds_vines.accuracy.picture import draw_stiffness
-from nlds_vines.accuracy.rigid import EXPONENT, Rigid
-from nlds_vines.accuracy.stiffness_table import lines, page, read_stiffness
+from benchmarks.stiffness import survey as stiffness
+from benchmarks.stiffness.rigid import EXPONENT, Rigid
+from benchmarks.stiffness.table import lines, page, read_stiffness, representatives
+from nlds_vines.accuracy.picture import draw
+from nlds_vines.accuracy.results import Case
 from nlds_vines.archives import archive
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.hertz_arc import choices_for
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.simulation import simulate
+from nlds_vines.runs import survey
 
 SET6 = load_system("ssul-set6", omega=6.28)
 KS = (1e10, 1e12, 1e14, 1e16)
@@ -34,7 +35,7 @@ def energy(system, state):
 def test_rigid_impacts_keep_the_energy(name):
     system = load_system(name, omega=6.28, c1=0.0, c2=0.0, P=0.0)
     start = (0.0, 0.3, system.rest, 0.0)
-    case = replace(of_system(system), start=start, periods=6)
+    case = replace(Case.of(system), start=start, periods=6)
     end = Rigid(case).state()
     assert energy(system, end) == pytest.approx(energy(system, start), rel=1e-10)
     assert np.abs(end - start).max() > 0.01
@@ -42,7 +43,7 @@ def test_rigid_impacts_keep_the_energy(name):
 
 def test_without_contact_the_rigid_limit_is_the_linear_motion():
     system = SET6.with_(C=100.0)
-    case = replace(of_system(system), periods=5)
+    case = replace(Case.of(system), periods=5)
     np.testing.assert_allclose(Rigid(case).state(), simulate(system, 5).state, atol=1e-12)
 
 
@@ -50,7 +51,7 @@ def test_accumulating_impacts_are_told():
     """A damper pressed on to the obstacle bounces ever faster."""
     system = SET6.with_(C=-0.05, P=0.0)
     with pytest.raises(RequestError, match="accumulate"):
-        Rigid(replace(of_system(system), start=(0.0, 0.0, 0.0, 0.0))).state()
+        Rigid(replace(Case.of(system), start=(0.0, 0.0, 0.0, 0.0))).state()
 
 
 @pytest.fixture(scope="module")
@@ -113,18 +114,20 @@ def preloaded(tmp_path_factory):
     path = tmp_path_factory.mktemp("preloaded") / "a.h5"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stiffness, "STIFFNESSES", (1e6, 1e7))
-        given = stiffness.reference_of
+        given = stiffness.truth_of
 
         def known(case):
             if case.system.K > 5e6:
                 raise RequestError("there is no reference")
             return given(case)
 
-        patch.setattr(stiffness, "reference_of", known)
+        patch.setattr(stiffness, "truth_of", known)
         system = load_system("ssul-set6", K=2.5e7, C=-0.01)
         survey.run(stiffness.stiffness(system, 3), path)
     with archive.read(path) as view:
-        return read_stiffness(view)
+        found = read_stiffness(view)
+        assert draw(view, methods=representatives(found)).axes
+    return found
 
 
 @pytest.mark.kernels
@@ -140,7 +143,6 @@ def test_without_a_rigid_limit_the_rest_is_measured(preloaded):
 def test_a_stiffness_without_a_reference_fails_alone(preloaded):
     assert preloaded.of("exact")["status"].tolist() == [0, 1]
     assert "failed: there is no reference" in page(preloaded, "a.png", "command")
-    assert draw_stiffness(preloaded).axes
 
 
 @pytest.mark.kernels

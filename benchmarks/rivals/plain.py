@@ -9,13 +9,13 @@ import math
 
 import numpy as np
 
-from nlds_vines.accuracy.rivals.equation import constants, depth, derivative
-from nlds_vines.accuracy.rivals.rival import (
+from benchmarks.rivals.equation import constants, depth, derivative
+from benchmarks.rivals.rival import (
     Asked,
     Course,
     Flow,
     Rival,
-    RivalFailure,
+    SolverFailure,
     begun,
     touches_of,
 )
@@ -89,10 +89,10 @@ def _prepare(system: System, start: np.ndarray) -> Flow:
         else:
             runge_kutta(p, steps, periods, state, section, None, None)
         if not np.isfinite(section).all():
-            raise RivalFailure("the state is no longer finite")
+            raise SolverFailure("the state is no longer finite")
         if not watched:
-            return Course(section[:, :width], None, None)
-        return Course(section[:, :width], touches_of(system, touches), energy)
+            return Course(section[:, :width], None)
+        return Course(section[:, :width], touches_of(system, touches), None, energy)
 
     return flow
 

@@ -5,13 +5,12 @@ from typing import Annotated
 
 import pytest
 
-from nlds_vines.accuracy import survey
-from nlds_vines.accuracy.columns import Column, columns, record_of, row_of
-from nlds_vines.accuracy.survey import Survey, Task
 from nlds_vines.archives import archive
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.archives.columns import Column, columns, record_of, row_of
 from nlds_vines.errors import RequestError
+from nlds_vines.runs import survey
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted, Stopped
+from nlds_vines.runs.survey import Survey, Task
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,7 @@ def test_a_survey_is_resumed_where_it_ended(tmp_path):
     assert stop.value.status == INTERRUPTED
     assert not cut.exists()
     calls = []
-    survey.run(made_up_survey(calls), cut, RunOptions(resume=True))
+    survey.run(made_up_survey(calls), cut, resume=True)
     assert calls == [2, 3]
     assert table(cut) == table(whole)
     assert archive.verify(cut) == []
@@ -83,7 +82,7 @@ def test_a_damaged_part_is_measured_again(tmp_path):
     data[-60] ^= 1
     part.write_bytes(data)
     calls = []
-    survey.run(made_up_survey(calls), path, RunOptions(resume=True))
+    survey.run(made_up_survey(calls), path, resume=True)
     assert calls == [1, 3]
 
 
@@ -106,5 +105,5 @@ def test_an_archive_is_not_touched_unasked(tmp_path):
     with pytest.raises(RequestError, match="exists"):
         survey.run(made_up_survey([]), path)
     calls = []
-    survey.run(made_up_survey(calls), path, RunOptions(resume=True))  # complete: nothing to do
+    survey.run(made_up_survey(calls), path, resume=True)  # complete: nothing to do
     assert calls == []

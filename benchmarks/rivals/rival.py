@@ -13,6 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from nlds_vines.accuracy import results as accuracy
+from nlds_vines.accuracy.measure import Contender
+from nlds_vines.accuracy.results import Case, Setting, SolverFailure
 from nlds_vines.archives.provenance import version
 from nlds_vines.model.system import System
 
@@ -37,36 +40,24 @@ class Asked(IntEnum):
     TOUCHES = 2
 
 
-class RivalFailure(RuntimeError):
-    """A rival broke down; the message is one sentence that says how."""
-
-
 @dataclass(frozen=True)
-class Course:
-    """What a rival found of one orbit.
+class Course(accuracy.Course):
+    """What a rival found of one orbit, and more than `accuracy` asks for.
 
     Attributes:
-        section: x1, v1, x2, v2 [m, m/s] at t = T, 2T, ..., shape (periods, 4); (periods, 2), x1
-            and v1, without a damper.
-        touches: times of touch [s] in order; None where this way of using the solver cannot tell,
-            and where they were not asked for. A contact in which the orbit begins is no touch.
         E1max: largest E1 [J] over the last half of the periods; None unless watched.
         steps_in_contact: mean number of steps of a contact, where it is known at no cost: by SciPy,
             heyoka and diffrax with events, watched, once a contact has ended; else None.
-        seconds: CPU time [s] of the time loop where it ran in another process, else None.
     """
 
-    section: np.ndarray
-    touches: np.ndarray | None
-    E1max: float | None
+    E1max: float | None = None
     steps_in_contact: float | None = None
-    seconds: float | None = None
 
 
 Flow = Callable[[float, int, bool | Asked], Course]
 """(setting, periods, watched) -> course; watched asks for touches and E1max, or see `Asked`.
 
-Raises `RivalFailure` where the solver breaks down."""
+Raises `SolverFailure` where the solver breaks down."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +87,7 @@ class Rival:
     module: str = ""
 
     def __post_init__(self) -> None:
-        """Let `prepare` and its flows raise nothing but `RivalFailure`."""
+        """Let `prepare` and its flows raise nothing but `SolverFailure`."""
         object.__setattr__(self, "prepare", partial(_prepared, self.prepare))
 
     def available(self) -> bool:
@@ -108,8 +99,27 @@ class Rival:
         return version(self.needs) if self.needs else ""
 
 
+def contenders_of(rival: Rival) -> Iterator[Contender]:
+    """Yield a rival at all its settings, prepared once for each orbit."""
+    prepared: dict[tuple[int, tuple[float, ...]], tuple[System, Flow]] = {}
+    order = math.nan if rival.order is None else rival.order
+
+    def following(value: float) -> Callable[[Case, bool], Course]:
+        def follow(case: Case, observed: bool) -> Course:
+            key = id(case.system), tuple(case.state)
+            if key not in prepared:  # the system stays, and so its identity is no other's
+                prepared[key] = case.system, rival.prepare(case.system, case.state)
+            return prepared[key][1](value, case.periods, Asked.TOUCHES if observed else False)
+
+        return follow
+
+    for value in rival.settings:
+        words = f"{value:g} steps" if rival.setting == "steps" else f"rtol {value:.0e}"
+        yield Contender(Setting(rival.name, value, words, False, order), following(value))
+
+
 def _prepared(prepare: Callable[[System, np.ndarray], Flow], *orbit: Any) -> Flow:
-    """Return the flow of an orbit; neither it nor its preparation raises but `RivalFailure`."""
+    """Return the flow of an orbit; neither it nor its preparation raises but `SolverFailure`."""
     with _failing_in_words():
         flow = prepare(*orbit)
 
@@ -123,15 +133,15 @@ def _prepared(prepare: Callable[[System, np.ndarray], Flow], *orbit: Any) -> Flo
 
 @contextmanager
 def _failing_in_words() -> Iterator[None]:
-    """Turn any exception into a `RivalFailure` of one sentence: its type and its first line."""
+    """Turn any exception into a `SolverFailure` of one sentence: its type and its first line."""
     try:
         yield
-    except RivalFailure:
+    except SolverFailure:
         raise
     except Exception as error:  # other people's code: there is no list of what it may raise
         words = str(error).strip().splitlines()
         kind = type(error).__name__
-        raise RivalFailure(f"{kind}: {words[0]}" if words else kind) from error
+        raise SolverFailure(f"{kind}: {words[0]}" if words else kind) from error
 
 
 @dataclass(frozen=True)
@@ -153,14 +163,14 @@ Touches need not be noted unless watched."""
 def begun(system: System, start: np.ndarray) -> np.ndarray:
     """Return a start as four finite numbers x1, v1, x2, v2; without a damper x2 = v2 = 0.
 
-    Raises `RivalFailure` where it is not finite.
+    Raises `SolverFailure` where it is not finite.
     """
     state = np.zeros(4)
     given = np.asarray(start, dtype=float)
     width = 4 if system.scene.damper else 2
     state[:width] = given[:width]
     if not np.isfinite(state).all():
-        raise RivalFailure(f"the start {given.tolist()} is not finite")
+        raise SolverFailure(f"the start {given.tolist()} is not finite")
     return state
 
 
@@ -177,14 +187,14 @@ def flow_of(system: System, start: np.ndarray, follow: Follow) -> Flow:
         track = follow(setting, times, bool(watched))
         section = _finite(track.states)[:, :width]
         if not watched:
-            return Course(section, None, None, seconds=track.seconds)
+            return Course(section, None, track.seconds)
         touches = touches_of(system, track.touches)
         if touches is None:
             touches = _seen(system, start, track, partial(follow, setting))
         energy = None
         if watched != Asked.TOUCHES:
             energy = _largest_energy(system, start, periods, partial(follow, setting))
-        return Course(section, touches, energy, track.steps_in_contact, track.seconds)
+        return Course(section, touches, track.seconds, energy, track.steps_in_contact)
 
     return flow
 
@@ -271,7 +281,7 @@ def _largest_energy(
 def _energy_of(system: System, states: np.ndarray) -> np.ndarray:
     """Return E1 = (m1 v1^2 + k1 x1^2) / 2 [J], eq. (6), of states of shape (times, 4).
 
-    Raises `RivalFailure` where one is not finite.
+    Raises `SolverFailure` where one is not finite.
     """
     m1, k1 = system.parameters["m1"], system.parameters["k1"]
     x1, v1 = _finite(states)[:, :2].T
@@ -296,7 +306,7 @@ def _peak(values: np.ndarray) -> float:
 
 
 def _finite(states: np.ndarray) -> np.ndarray:
-    """Return states; raises `RivalFailure` where one is not finite."""
+    """Return states; raises `SolverFailure` where one is not finite."""
     if not np.isfinite(states).all():
-        raise RivalFailure("the state is no longer finite")
+        raise SolverFailure("the state is no longer finite")
     return states

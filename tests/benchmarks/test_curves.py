@@ -5,7 +5,8 @@ import math
 import pytest
 from made_up_curves import curve, of_order, result
 
-from nlds_vines.accuracy.curves import Curve, above, advised, front
+from benchmarks.accuracy.curves import Curve, above
+from nlds_vines.accuracy.picture import front
 from nlds_vines.accuracy.results import Result
 
 
@@ -66,22 +67,3 @@ def test_failures_are_no_points():
     found = curve([(1, 1e-3, 2.0)])
     failed = Curve("rk4", (*found.results, Result(found.results[0].setting, failure="no")), 1e-15)
     assert failed.points == found.points
-
-
-@pytest.mark.parametrize(
-    ("want", "expected"), [(None, 1.0), (1e-3, 1.0), (1e-6, 3.0), (1e-9, None)]
-)
-def test_the_advice_is_the_cheapest_that_is_good_enough(want, expected):
-    results = [
-        result(1, 1e-2, 0.5, label="T,1", missed=1.0),  # misses a touch
-        result(2, 1e-2, 0.6, label="2T,1"),  # loses the label
-        result(3, 1e-3, 1.0, label="T,1"),
-        result(4, 1e-6, 3.0, label="T,1"),
-        result(5, 1e-12, 0.1, label="T,1", ours=False),
-    ]
-    found = advised(results, want, "T,1")
-    assert (found and found.seconds) == expected
-
-
-def test_the_label_after_a_transient_is_the_final_one():
-    assert advised([result(1, 1e-3, 1.0, label="T,0")], None, "transient chaos to T,0")

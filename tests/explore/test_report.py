@@ -82,6 +82,14 @@ def test_the_page_holds_what_the_archive_does(page, small_map):
     np.testing.assert_allclose(states, expected, atol=1e-4 * np.max(high - low))
 
 
+def test_each_figure_has_its_place_on_the_page(page):
+    roots = json.loads(re.search(r'"roots":(\{[^}]*\})', page)[1])
+    assert len(roots) == 3  # the map and two phase planes
+    assert all(f'id="{place}"' in page for place in roots.values())
+    for name in ("label", "where", "evidence"):  # what the script fills for the chosen cell
+        assert f'id="{name}"' in page
+
+
 def test_the_page_asks_for_nothing_from_outside(page):
     assert "Content-Security-Policy" in page
     assert "default-src 'none'" in page

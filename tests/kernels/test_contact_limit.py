@@ -65,6 +65,20 @@ def test_violations_inside_contacts_as_the_twin_sees_them(name, method):
     assert orbit.violation.depth == pytest.approx(beyond[:, 4].max(), rel=bound)
 
 
+@pytest.mark.kernels
+@pytest.mark.parametrize("name", ["soft", "driven fast", "a limit beyond the structure"])
+def test_a_power_law_without_damping_breaks_the_limit_as_hertz_does(name):
+    """K z^1.5 by another law, whose walls have no damping: the twin sees the same."""
+    kind = "ssvi-c" if "L" in CASES[name] else "ssvi-b"
+    numbers = {**SSBL, **CASES[name]}
+    system = system_of(kind, numbers).with_(law="power", K=numbers["K"], exponent=1.5)
+    orbit = simulate(system, PERIODS, record=BOTH)
+    beyond, _ = seen_by_twin(name)
+    assert orbit.violation.number == len(beyond)
+    assert orbit.violation.time == pytest.approx(beyond[0, 1], rel=1e-9)
+    assert orbit.violation.depth == pytest.approx(beyond[:, 4].max(), rel=1e-9)
+
+
 def test_the_cases_are_what_they_say():
     found = {}
     for name in CASES:

@@ -132,6 +132,8 @@ def gained(wall, y, p, z, q):
 @jit
 def damped(wall, s):
     """Return 1 + a s, 0 where the wall has let go."""
+    if wall.damping is None:
+        return 1.0
     return wall.damping.acts + wall.damping.a * s
 
 

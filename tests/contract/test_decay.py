@@ -8,10 +8,25 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
 from nlds_vines.errors import RequestError
+from nlds_vines.loads import run
 from nlds_vines.loads.command import main
+from nlds_vines.loads.fall import SHARES, WAYS, Fall
 from nlds_vines.loads.request_file import load_decay
+from nlds_vines.orbits.simulation import IntegrationError
+from nlds_vines.orbits.status_words import STATUS
 
 SHORT = {"duration": 12.0, "quiet": True}
+
+
+def made_up(request, system, check):
+    """Return a fall that nobody computed: all that is told of it is 1, or 0."""
+    nothing = np.zeros(len(request.ends))
+    histories = {name: np.ones(len(request.times)) for name in run.HISTORIES}
+    return Fall(
+        time=request.times, ends=request.ends, last=np.ones(len(SHARES)),
+        dissipated=dict.fromkeys(WAYS, nothing), numbers=dict.fromkeys(run.NUMBERS, 1.0),
+        **histories,
+    )  # fmt: skip
 
 
 def alone(times, v0, m=1000.0, k=40000.0, c=452.0):
@@ -38,6 +53,7 @@ def closed(system, times, v0):
     return (modes @ (parts[:, None] * np.exp(values[:, None] * times))).real.T
 
 
+@pytest.mark.kernels
 def test_the_structure_alone_and_with_a_tmd_in_closed_form():
     found = nv.decay(["none", "tmd"], impulse=1000.0, **SHORT)
     fall = found["none"]
@@ -51,6 +67,7 @@ def test_the_structure_alone_and_with_a_tmd_in_closed_form():
     np.testing.assert_allclose(tmd.x2, states[:, 2], rtol=0, atol=1e-12)
 
 
+@pytest.mark.kernels
 def test_last_times_are_those_of_the_closed_form():
     found = nv.decay("none", impulse=300.0, **SHORT)
     p = nv.load_system("none").parameters
@@ -62,6 +79,7 @@ def test_last_times_are_those_of_the_closed_form():
         assert (later < share * 45.0).all()
 
 
+@pytest.mark.kernels
 @pytest.mark.parametrize(
     ("impulse", "times"),
     [
@@ -80,6 +98,7 @@ def test_the_paper_s_dampers_under_a_blow(impulse, times):
         assert np.nansum(shares) < fall.numbers["energy_in"]
 
 
+@pytest.mark.kernels
 def test_a_linear_structure_has_its_own_damping_ratio():
     """The equivalent ratio of a structure alone is its own, but for where in a swing 10 % lies."""
     p = nv.load_system("none").parameters
@@ -89,12 +108,14 @@ def test_a_linear_structure_has_its_own_damping_ratio():
     ] == pytest.approx(zeta, rel=0.05)
 
 
+@pytest.mark.kernels
 def test_a_blow_the_other_way_is_the_mirror_image_without_walls():
     one, other = (nv.decay("tmd", impulse=i, **SHORT)["tmd"] for i in (500.0, -500.0))
     np.testing.assert_array_equal(one.x1, -other.x1)
     np.testing.assert_array_equal(one.E1, other.E1)
 
 
+@pytest.mark.kernels
 def test_contacts_that_dissipate_take_their_share():
     system = nv.load_system("ssul-set6", law="restitution", e=0.7)
     fall = nv.decay(system, impulse=1000.0, **SHORT)[system.name]
@@ -105,16 +126,12 @@ def test_contacts_that_dissipate_take_their_share():
 
 
 def test_a_damper_that_cannot_be_followed_is_told(capsys, tmp_path, monkeypatch):
-    from nlds_vines.loads import run
-    from nlds_vines.orbits.simulation import IntegrationError
-    from nlds_vines.orbits.status_words import STATUS
-
-    real, path, code = run.fall_of, tmp_path / "decay.h5", max(STATUS)
+    path, code = tmp_path / "decay.h5", max(STATUS)
 
     def fails(request, system, check):
         if system.name == "ssbl":
             raise IntegrationError.of(system, code)
-        return real(request, system, check)
+        return made_up(request, system, check)
 
     monkeypatch.setattr(run, "fall_of", fails)
     line = ["--system", "tmd", "--system", "ssbl", "--impulse", "9", "--duration", "3", "-o"]
@@ -131,6 +148,7 @@ def test_a_damper_that_cannot_be_followed_is_told(capsys, tmp_path, monkeypatch)
 # ---- command, archive, picture -------------------------------------------------------------------
 
 
+@pytest.mark.kernels
 def test_an_archive_is_written_drawn_opened_and_made_again(tmp_path, capsys):
     path, plot = tmp_path / "decay.h5", tmp_path / "decay.png"
     line = ["--system", "none", "--system", "ssul-set6", "--impulse", "1000", "--duration", "5"]
@@ -149,15 +167,13 @@ def test_an_archive_is_written_drawn_opened_and_made_again(tmp_path, capsys):
 
 
 def test_an_interrupted_decay_goes_on(tmp_path, monkeypatch):
-    from nlds_vines.loads import run
-
-    path, whole, real, seen = tmp_path / "a.h5", tmp_path / "b.h5", run.fall_of, []
+    path, whole, seen = tmp_path / "a.h5", tmp_path / "b.h5", []
 
     def once(request, system, check):
         seen.append(system.name)
         if len(seen) == 2:
             raise KeyboardInterrupt
-        return real(request, system, check)
+        return made_up(request, system, check)
 
     line = ["--system", "none", "--system", "tmd", "--impulse", "9", "--duration", "3", "--quiet"]
     monkeypatch.setattr(run, "fall_of", once)

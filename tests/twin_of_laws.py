@@ -35,7 +35,7 @@ FLIGHT, SQUEEZED, PRESSED, LET_GO = range(4)  # what an orbit does; the last thr
 
 
 class ChatterError(Exception):
-    """Rebounds come to rest: what follows is not for this twin."""
+    """Rebounds come to rest, or a contact rests and takes endless steps: not for this twin."""
 
 
 class Touch:
@@ -55,7 +55,7 @@ class Course:
     clearance; passages: of the limit (time, excess); lets_go: how often a damped wall has let go.
     """
 
-    MOST = 60  # impacts of a period
+    MOST, MOST_SPANS = 60, 5000  # impacts, and spans, of a period
 
     def __init__(self, model: Model, noting: bool = True) -> None:
         self.noting = noting
@@ -78,13 +78,13 @@ class Course:
         self.enter(w)
         for energy, name in zip(m.energies(w), range(2), strict=True):
             self.tops[name] = max(self.tops[name], energy)
-        count, seen = len(self.impacts), 0.0
+        count, spans, seen = len(self.impacts), 0, 0.0
         for k in range(stops):
             end = (k + 1) * T / stops
             while seen < end:
                 w, took = self.advance(w, end - seen, index * T + seen)
-                seen = end if took >= end - seen else seen + took
-                if len(self.impacts) - count > self.MOST:
+                seen, spans = end if took >= end - seen else seen + took, spans + 1
+                if len(self.impacts) - count > self.MOST or spans > self.MOST_SPANS:
                     raise ChatterError
             phase = 2.0 * math.pi * (k + 1) / stops
             w[COS], w[SIN] = math.cos(phase), math.sin(phase)

@@ -281,19 +281,22 @@ class Course:
                     span.rates(w)[:, V1] ** 2,
                     (w @ stroke) ** 2,
                     (w[:, V2] - w[:, V1]) ** 2,
-                    self.dissipated(w, span.force(w)),
+                    span.force(w) * (w @ m.speed(self.wall) if self.wall else 0.0),
                     m.P * w[:, COS] * w[:, V1],
                 ]
             )
         )
+        self.integrals[5] += self.stored(state(span, 0.0)) - self.stored(state(span, 1.0))
 
-    def dissipated(self, w: np.ndarray, force: Any) -> np.ndarray:
-        """Return the power that the contact takes and does not store, in states (..., 7)."""
+    def stored(self, w: np.ndarray) -> float:
+        """Return the energy that the contact stores; what else it is given it takes.
+
+        In closed form: the power K z^n dz/dt has no polynomial where a wall that let go comes back.
+        """
         if self.wall is None:
-            return np.zeros(len(w))
-        law, z = self.wall.law, np.maximum(w @ self.model.depth(self.wall), 0.0)
-        stored = law.K * z**law.n if law.elastic else law.kc * z
-        return (force - stored) * (w @ self.model.speed(self.wall))
+            return 0.0
+        law, z = self.wall.law, max(float(w @ self.model.depth(self.wall)), 0.0)
+        return law.K * z ** (law.n + 1.0) / (law.n + 1.0) if law.elastic else law.kc * z * z / 2.0
 
     def note_miss(self, span: Span, states: np.ndarray, depth: np.ndarray) -> None:
         """Note an approach that turns back: where z has a maximum below zero."""

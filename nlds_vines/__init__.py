@@ -38,8 +38,8 @@ _HOMES = {
     "orbit_of": "bifurcation.cell_orbit",
     "plot": "upkeep.plot",
     "ScanArchive": "bifurcation.result",
-    "curves": "response_curves.command",
-    "ResponseCurves": "response_curves.result",
+    "curves": "bifurcation.response_curves.command",
+    "ResponseCurves": "bifurcation.response_curves.result",
     "Tuned": "tuning.result",
     "Tuning": "tuning.request",
     "load_tuning": "tuning.request_file",
@@ -68,11 +68,12 @@ _HOMES = {
 _OLD = {
     "continue_orbit": ("continuation.command", "follow"),
     "continued": ("continuation.result", "open"),
-    "curves_in": ("response_curves.result", "open"),
+    "response_curves": ("bifurcation.response_curves.command", "curves"),
+    "curves_in": ("bifurcation.response_curves.result", "open"),
 }
 """Names that go with version 0.2: where each is, and what to call instead."""
 
-_FOLDERS = "bifurcation", "portrait", "response_curves", "transients"
+_FOLDERS = "bifurcation", "portrait", "transients"
 """Folders that can be called (`callable_package`) until then."""
 
 _MOVED = {"reproduce_paper": "in a clone, `paper.reproduce_paper` makes the paper's figures"}

@@ -7,6 +7,10 @@ from nlds_vines.bifurcation.command import bifurcation as bifurcation
 from nlds_vines.bifurcation.command import scan as scan
 from nlds_vines.bifurcation.request import Scan as Scan
 from nlds_vines.bifurcation.request_file import load_scan as load_scan
+from nlds_vines.bifurcation.response_curves.command import curves as curves
+from nlds_vines.bifurcation.response_curves.command import response_curves as response_curves
+from nlds_vines.bifurcation.response_curves.result import ResponseCurves as ResponseCurves
+from nlds_vines.bifurcation.response_curves.result import curves_in as curves_in
 from nlds_vines.bifurcation.result import ScanArchive as ScanArchive
 from nlds_vines.continuation.command import continue_orbit as continue_orbit
 from nlds_vines.continuation.command import follow as follow
@@ -30,10 +34,6 @@ from nlds_vines.orbits.spectrum import Spectrum as Spectrum
 from nlds_vines.orbits.spectrum import spectrum as spectrum
 from nlds_vines.portrait.command import portrait as portrait
 from nlds_vines.portrait.command import portray as portray
-from nlds_vines.response_curves.command import curves as curves
-from nlds_vines.response_curves.command import response_curves as response_curves
-from nlds_vines.response_curves.result import ResponseCurves as ResponseCurves
-from nlds_vines.response_curves.result import curves_in as curves_in
 from nlds_vines.transients.basin_shares import Basins as Basins
 from nlds_vines.transients.basin_shares import basin_measures as basin_measures
 from nlds_vines.transients.command import ensemble as ensemble

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from nlds_vines.archives.archive import read
+from nlds_vines.bifurcation.response_curves.picture import draw_page
+from nlds_vines.bifurcation.response_curves.request import Curve, CurvePage, label_of
+from nlds_vines.bifurcation.response_curves.result import CurveValues
 from nlds_vines.plotting.save import check_format, save_figure
-from nlds_vines.response_curves.picture import draw_page
-from nlds_vines.response_curves.request import Curve, CurvePage, label_of
-from nlds_vines.response_curves.result import CurveValues
 
 
 def save_page(page: CurvePage, archive_of: Callable[[Curve], Path], plot_path: Path) -> Path:

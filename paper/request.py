@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.response_curves.request import Curve, CurvePage, Panel
+from nlds_vines.bifurcation.response_curves.request import Curve, CurvePage, Panel
 
 _MOST_LETTERS = 160  # of a name in that of an archive: file systems allow 255 bytes
 

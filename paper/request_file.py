@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from nlds_vines.archives.toml import read_toml
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.response_curves.request_file import load_page
 from nlds_vines.errors import at, string
 from nlds_vines.model.layers import Document
-from nlds_vines.packaged_files import figure_files
-from nlds_vines.response_curves.request_file import load_page
-from nlds_vines.toml import read_toml
+from nlds_vines.model.packaged_files import figure_files
 from paper.request import FigureRequest, short_name
 
 

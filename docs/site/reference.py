@@ -22,6 +22,7 @@ from nlds_vines.__main__ import COMMANDS
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.datasets import table_of
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.running import Command
 from nlds_vines.continuation.branch_table import datasets_of as of_branches
@@ -41,7 +42,6 @@ from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.orbits.wants import WANTS
 from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.request_file import Times
-from nlds_vines.response_curves.request import CurvePage
 from nlds_vines.tuning.archive_table import Findings, contents
 from nlds_vines.tuning.request import Search, Surface, Tuning
 from nlds_vines.tuning.request_file import load_tuning

@@ -2,6 +2,7 @@
 
 In reading order:
 
+    toml         TOML, as requests are written and archives keep them
     dataset      the description of datasets and dimensions: type, unit, meaning, shape
     columns      records that describe their own columns of a table
     durable      files that survive a power cut; seals, locks

@@ -26,6 +26,7 @@ from nlds_vines.archives.layout import chunk_shape, crc32_of, slabs
 from nlds_vines.archives.meanings import problems_of_values
 from nlds_vines.archives.provenance import SCHEMA, Value
 from nlds_vines.archives.structure import Member, problems_of
+from nlds_vines.archives.toml import parse_toml
 from nlds_vines.archives.view import (
     DAMAGE,
     ArchiveView,
@@ -36,7 +37,6 @@ from nlds_vines.archives.view import (
     whole_crc,
 )
 from nlds_vines.errors import RequestError, shown, typed
-from nlds_vines.toml import parse_toml
 
 Piece = tuple[str, tuple[slice, ...], np.ndarray]
 """The name of a dataset, a rectangle of its cells, and the values there."""

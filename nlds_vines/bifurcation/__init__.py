@@ -24,6 +24,7 @@ In reading order:
     estimate       how long a scan takes, from a sample of it
     result         the archive as a path that can be read and drawn
     picture/       diagrams and maps, drawn from the archive alone
+    response_curves/   scans of several dampers beside each other
     command        `python -m nlds_vines.bifurcation` and `nv.scan`
 """
 

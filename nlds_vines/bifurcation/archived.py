@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from nlds_vines.archives.toml import parse_toml
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
@@ -14,7 +15,6 @@ from nlds_vines.model.layers import request_hash
 from nlds_vines.model.parameters import PHASE
 from nlds_vines.orbits.settings import FINENESS
 from nlds_vines.runs.manifest import refuse_unless_scan
-from nlds_vines.toml import parse_toml
 
 UNTIL_TOLERANCE = {"nodes": 12, "contact_steps": 28.0}
 """Settings of `exact` in archives that were made before there was a tolerance."""

@@ -19,6 +19,7 @@ import numpy as np
 
 from nlds_vines.archives import archive, durable
 from nlds_vines.archives.provenance import Value, attributes
+from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.attracted import Attracted
 from nlds_vines.bifurcation.attractor_table import AttractorTable
 from nlds_vines.bifurcation.blocks import Block
@@ -31,7 +32,6 @@ from nlds_vines.orbits.wants import ATTRACTOR
 from nlds_vines.runs.folder import RunFolder, folder_of
 from nlds_vines.runs.manifest import NAME, SCAN, Manifest, refuse_unless_scan
 from nlds_vines.runs.partfile import LEARNT, UNSOUND, Part, fetch, path_of, peek, store
-from nlds_vines.toml import parse_toml
 
 
 def scan_of(manifest: Manifest) -> Scan:

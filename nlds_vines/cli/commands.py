@@ -5,7 +5,7 @@ from __future__ import annotations
 TASKS = {
     "bifurcation": ("nlds_vines.bifurcation.command", "scan one parameter or two"),
     "response-curves": (
-        "nlds_vines.response_curves.command",
+        "nlds_vines.bifurcation.response_curves.command",
         "dampers compared: energies against frequency",
     ),
     "portrait": ("nlds_vines.portrait.command", "one orbit in full"),

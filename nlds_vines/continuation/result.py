@@ -14,6 +14,7 @@ from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.outline import Outlined, Rows
+from nlds_vines.archives.toml import parse_toml
 from nlds_vines.continuation.branch import ENDS, at_value
 from nlds_vines.continuation.branch_table import KIND_FLAGS, ORIGINS, Tables, datasets_of
 from nlds_vines.continuation.curve_table import curve_datasets
@@ -28,7 +29,6 @@ from nlds_vines.continuation.start_orbits import place_of, states_of
 from nlds_vines.errors import RequestError, number, typed
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.plotting.drawable import Drawable
-from nlds_vines.toml import parse_toml
 
 _KINDS = {code: kind for kind, code in KIND_FLAGS.items()}
 _ORIGINS = {code: word for word, code in ORIGINS.items()}

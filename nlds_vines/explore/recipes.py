@@ -8,12 +8,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from nlds_vines.archives.toml import toml_text
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.result import View
-from nlds_vines.toml import toml_text
 
 PORTRAIT, SCAN, PICTURE = "portrait.toml", "part.toml", "portrait.png"
 """The names under which a browser saves them."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from nlds_vines.archives import archive
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.archives.toml import parse_toml
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.cell_start import (
     CellStart,
@@ -26,7 +27,6 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError, at
 from nlds_vines.model.system import System
 from nlds_vines.orbits.status_words import NOT_COMPUTED
-from nlds_vines.toml import parse_toml
 
 MOST_SECTION = 2**24
 """The most numbers of sections that are kept (128 MB): of a larger map, fewer periods each."""

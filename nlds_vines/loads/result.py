@@ -10,6 +10,7 @@ import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.toml import parse_toml
 from nlds_vines.errors import RequestError, choice, typed
 from nlds_vines.loads.fall import SHARES, WAYS, Fall
 from nlds_vines.loads.request import Decay
@@ -19,7 +20,6 @@ from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.status_words import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
 from nlds_vines.runs.manifest import DECAY
-from nlds_vines.toml import parse_toml
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 In reading order:
 
+    packaged_files    named systems and request files: in a wheel, or beside the package
     parameter         one parameter: symbol, unit, range
     laws              the contact laws, with the parameters that are theirs
     parameters        every parameter by name

@@ -8,13 +8,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from nlds_vines.archives.toml import parse_toml, read_toml
 from nlds_vines.errors import RequestError, at, choice, shown, table, typed, unknown
 from nlds_vines.model.laws import HERTZ, LAWS, SECOND
+from nlds_vines.model.packaged_files import resource_text
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
-from nlds_vines.packaged_files import resource_text
-from nlds_vines.toml import parse_toml, read_toml
 
 FILE_KEYS = ("title", "system", "set", "vary", "start", "sampling", "record")
 """The keys of a scan file; of these `load_system` reads `system` and `set`."""

@@ -21,10 +21,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+from nlds_vines.archives.toml import read_toml, toml_text
 from nlds_vines.errors import LeftAside, RequestError, at, shown, string, table
 from nlds_vines.model.catalogue import load_system, system_from
 from nlds_vines.model.system import System
-from nlds_vines.toml import read_toml, toml_text
 
 Document = Mapping[str, Any]
 """What a TOML file holds, as nested tables."""

@@ -15,9 +15,9 @@ from functools import cached_property
 from typing import Any, Protocol
 
 from nlds_vines.archives.outline import Outlined
+from nlds_vines.archives.toml import toml_text
 from nlds_vines.errors import RequestError, choice, number, shown, string, whole
 from nlds_vines.model.layers import request_hash
-from nlds_vines.toml import toml_text
 
 
 class Check(Protocol):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from nlds_vines.archives.toml import toml_text
 from nlds_vines.errors import RequestError, choice, from_text, shown, string, whole
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
@@ -26,7 +27,6 @@ from nlds_vines.orbits.settings import METHODS, chosen_settings, tolerance_setti
 from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.plotting.bands import LARGEST
-from nlds_vines.toml import toml_text
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.cell_orbit import CellOrbit

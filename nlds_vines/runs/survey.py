@@ -18,13 +18,13 @@ import numpy as np
 from nlds_vines.archives.columns import DIMS, Row, table_of
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.provenance import Value
+from nlds_vines.archives.toml import toml_text
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete
 from nlds_vines.runs.manifest import SURVEY
 from nlds_vines.runs.numbered_parts import NumberedParts
 from nlds_vines.runs.partfile import Part
 from nlds_vines.runs.progress import Progress
-from nlds_vines.toml import toml_text
 
 
 class Task(NamedTuple):

@@ -11,10 +11,10 @@ import numpy as np
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.outline import Outlined, Rows, numbers
+from nlds_vines.archives.toml import parse_toml
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.plotting.drawable import Drawable
-from nlds_vines.toml import parse_toml
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning

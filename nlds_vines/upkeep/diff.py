@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nlds_vines.archives.toml import parse_toml
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.running import DIFFERENT, DONE, Command, say
 from nlds_vines.errors import RequestError, shown
-from nlds_vines.toml import parse_toml
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView

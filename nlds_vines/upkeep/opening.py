@@ -13,10 +13,10 @@ from nlds_vines.runs.manifest import SCAN
 from nlds_vines.upkeep.tasks import TASKS, Task
 
 if TYPE_CHECKING:
+    from nlds_vines.bifurcation.response_curves.result import ResponseCurves
     from nlds_vines.bifurcation.result import ScanArchive
     from nlds_vines.continuation.result import Continued
     from nlds_vines.loads.result import Decays
-    from nlds_vines.response_curves.result import ResponseCurves
     from nlds_vines.transients.ensemble import Ensemble
     from nlds_vines.tuning.result import Tuned
 

@@ -32,7 +32,7 @@ TASKS: Mapping[str, Task] = {
     SCAN: Task("bifurcation"),  # many of them, read one by one: `bifurcation.archived`
     TUNING: Task("tuning", "tuned"),
     CONTINUATION: Task("continuation", "continued"),
-    RESPONSE_CURVES: Task("response_curves", "curves_in"),
+    RESPONSE_CURVES: Task("bifurcation.response_curves", "curves_in"),
     DECAY: Task("loads", "decays_in"),
     SURVEY: Task("accuracy"),
 }

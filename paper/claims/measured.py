@@ -11,8 +11,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from nlds_vines.archives.archive import read
+from nlds_vines.bifurcation.response_curves.request import Curve
 from nlds_vines.model.system import System
-from nlds_vines.response_curves.request import Curve
 from paper.request import FigureRequest
 
 CLOSE = 1e-9

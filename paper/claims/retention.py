@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nlds_vines.bifurcation.response_curves.request import Curve
 from nlds_vines.model.catalogue import catalogue
-from nlds_vines.response_curves.request import Curve
 from paper.claims.claim import (
     Claim,
     Finding,

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nlds_vines.archives.toml import toml_text
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.choices import check_show, is_map
 from nlds_vines.bifurcation.picture.quantities import quantities
@@ -22,7 +23,6 @@ from nlds_vines.model.system import CELL, System
 from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.starts import Start, random_states, start_states
 from nlds_vines.orbits.wants import WANTS, plain, possible_want
-from nlds_vines.toml import toml_text
 
 REPO = Path(__file__).resolve().parents[2]
 MINIMAL = {"system": "ssul-set6", "vary": {"omega": {"values": [5.0, 6.0]}}}

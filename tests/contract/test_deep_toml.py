@@ -4,8 +4,8 @@ import time
 
 import pytest
 
+from nlds_vines.archives.toml import MOST_LEVELS, parse_toml
 from nlds_vines.errors import RequestError
-from nlds_vines.toml import MOST_LEVELS, parse_toml
 
 DEEP = {
     "a dotted key": "a" + ".a" * 20_000 + " = 1",

@@ -14,7 +14,14 @@ from nlds_vines.model.layers import LENT, MARKS, SAMPLING, SHARED
 SCANS = Path(__file__).parents[2] / "scans"
 FORMS = {
     wing: import_module(f"nlds_vines.{wing}.request_file").FORM
-    for wing in ("bifurcation", "tuning", "continuation", "portrait", "response_curves", "loads")
+    for wing in (
+        "bifurcation",
+        "bifurcation.response_curves",
+        "tuning",
+        "continuation",
+        "portrait",
+        "loads",
+    )
 }
 SCAN = """
 title = "My damper"

@@ -242,7 +242,7 @@ def test_every_command_has_help(program):
         ("portrait", "portrait.md"),
         ("tuning", "tuning.md"),
         ("continuation", "branches.md"),
-        ("response_curves", "response-curves.md"),
+        ("bifurcation.response_curves", "response-curves.md"),
         ("explore", "explore.md"),
         ("explore.report", "explore.md"),
     ],

@@ -8,6 +8,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
+from nlds_vines.archives.toml import toml_text
 from nlds_vines.bifurcation.archived import UNTIL_TOLERANCE, scan_in
 from nlds_vines.bifurcation.command import bifurcation
 from nlds_vines.bifurcation.compute import Computer
@@ -17,7 +18,6 @@ from nlds_vines.model.layers import request_hash
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.settings import TOLERANCES, Settings
 from nlds_vines.portrait.request_file import load_portrait
-from nlds_vines.toml import toml_text
 from nlds_vines.transients.command import transients
 from nlds_vines.tuning.request_file import load_tuning
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from fuzz.rule import CASES, VALUES, broken_by, command, short
 
-from nlds_vines.toml import read_toml, toml_text
+from nlds_vines.archives.toml import read_toml, toml_text
 
 pytestmark = pytest.mark.long
 

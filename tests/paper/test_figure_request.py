@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from nlds_vines import packaged_files
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
+from nlds_vines.model import packaged_files
 from paper.request import short_name
 from paper.request_file import load_figure, packaged_figures
 

@@ -13,8 +13,8 @@ from matplotlib.colors import to_hex
 
 from nlds_vines.archives.archive import verify
 from nlds_vines.bifurcation import run as scan_run
+from nlds_vines.bifurcation.response_curves import picture as drawing
 from nlds_vines.errors import RequestError
-from nlds_vines.response_curves import picture as drawing
 from nlds_vines.runs.interrupts import Interrupted
 from paper import command, page_picture, report
 from paper.command import main, reproduce_paper

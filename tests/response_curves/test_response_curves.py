@@ -8,14 +8,14 @@ from matplotlib.colors import to_hex
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
+from nlds_vines.bifurcation.response_curves import run as running
+from nlds_vines.bifurcation.response_curves.command import main
+from nlds_vines.bifurcation.response_curves.curve_options import page_from
+from nlds_vines.bifurcation.response_curves.picture import curves_picture
+from nlds_vines.bifurcation.response_curves.request import ALONE, with_structure_alone
+from nlds_vines.bifurcation.response_curves.request_file import load_page
 from nlds_vines.model.linear_response import response
 from nlds_vines.orbits.status_words import OK
-from nlds_vines.response_curves import run as running
-from nlds_vines.response_curves.command import main
-from nlds_vines.response_curves.curve_options import page_from
-from nlds_vines.response_curves.picture import curves_picture
-from nlds_vines.response_curves.request import ALONE, with_structure_alone
-from nlds_vines.response_curves.request_file import load_page
 
 SHORT = ["--vary", "omega=6:6.6:7", "--transient", "200", "--periods", "20", "--quiet"]
 PAGE = """

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
+from nlds_vines.archives.toml import parse_toml
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.batch import Outcome
 from nlds_vines.orbits.status_words import DIVERGED, OK, TOO_STIFF
-from nlds_vines.toml import parse_toml
 from nlds_vines.tuning.evaluations import Journal
 from nlds_vines.tuning.free_parameter import BOUNDS, Free, units_of, values_of
 from nlds_vines.tuning.objective import Objective, Trials, worst

@@ -13,13 +13,13 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
+from nlds_vines.archives.toml import read_toml
 from nlds_vines.bifurcation.request_file import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.response_curves.request import COLOURS, LINES, Curve, CurvePage, Panel
 from nlds_vines.errors import RequestError, at, choice, shown, string, table, unknown, whole
 from nlds_vines.model.layers import Document, Form, Layer
 from nlds_vines.model.setting import Truth, checks
-from nlds_vines.response_curves.request import COLOURS, LINES, Curve, CurvePage, Panel
-from nlds_vines.toml import read_toml
 
 _HEX = re.compile(r"#[0-9a-f]{6}")
 

@@ -13,9 +13,9 @@ import numpy as np
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.response_curves.curves_table import ARRAYS, contents, scales_of
+from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.cli.run_options import RunOptions
-from nlds_vines.response_curves.curves_table import ARRAYS, contents, scales_of
-from nlds_vines.response_curves.request import CurvePage
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete
 from nlds_vines.runs.manifest import RESPONSE_CURVES

@@ -8,9 +8,9 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.response_curves.request import CurvePage, alone, label_of
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.orbits.status_words import STATUS
-from nlds_vines.response_curves.request import CurvePage, alone, label_of
 
 Content = tuple[Dataset, np.ndarray]
 """A dataset's description and its values."""

@@ -1,7 +1,6 @@
 """Response curves of dampers beside each other, and of the structure alone.
 
-As a command: `python -m nlds_vines.response_curves`, or `nlds-vines response-curves`.
-In Python: `nlds_vines.response_curves(["tmd", "my-damper.toml"])`.
+As a command: `nlds-vines response-curves`.  In Python: `nv.curves(["tmd", "my-damper.toml"])`.
 """
 
 from __future__ import annotations
@@ -12,6 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.bifurcation.response_curves.curve_options import (
+    Source,
+    add_curve_options,
+    changes,
+    page_from,
+)
+from nlds_vines.bifurcation.response_curves.request import CurvePage, label_of
 from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli import job as jobs
 from nlds_vines.cli.parser import Parser
@@ -23,12 +29,10 @@ from nlds_vines.cli.run_options import RunOptions, add_local_options, run_option
 from nlds_vines.cli.running import Command
 from nlds_vines.errors import typed
 from nlds_vines.plotting.bands import refuse_undrawable
-from nlds_vines.response_curves.curve_options import Source, add_curve_options, changes, page_from
-from nlds_vines.response_curves.request import CurvePage, label_of
 from nlds_vines.runs.manifest import RESPONSE_CURVES
 
 if TYPE_CHECKING:
-    from nlds_vines.response_curves.result import ResponseCurves
+    from nlds_vines.bifurcation.response_curves.result import ResponseCurves
 
 _NAME = "response-curves"
 _DEFAULT = Path("response-curves.h5")
@@ -117,15 +121,15 @@ class Job(jobs.Job):
 
     def found(self) -> ResponseCurves:
         """Compute the curves, and return the curves."""
-        from nlds_vines.response_curves.result import curves_in
-        from nlds_vines.response_curves.run import run
+        from nlds_vines.bifurcation.response_curves.result import curves_in
+        from nlds_vines.bifurcation.response_curves.run import run
 
         run(self.request, self.archive, self.how)
         return curves_in(self.archive)
 
     def draw(self, plot: Path, found: ResponseCurves) -> None:
         """Draw the page."""
-        from nlds_vines.response_curves.picture import save
+        from nlds_vines.bifurcation.response_curves.picture import save
 
         save(self.archive, plot)
 

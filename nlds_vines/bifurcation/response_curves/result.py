@@ -10,14 +10,14 @@ import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.archives.toml import parse_toml
 from nlds_vines.archives.view import ArchiveView
+from nlds_vines.bifurcation.response_curves.request import CurvePage
+from nlds_vines.bifurcation.response_curves.request_file import load_page
 from nlds_vines.errors import RequestError, shown, typed
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.plotting.drawable import Drawable
-from nlds_vines.response_curves.request import CurvePage
-from nlds_vines.response_curves.request_file import load_page
 from nlds_vines.runs.manifest import RESPONSE_CURVES
-from nlds_vines.toml import parse_toml
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class ResponseCurves(Drawable):
         curves: what was computed, in the order of `request.curves`.
     """
 
-    drawn_by = "nlds_vines.response_curves.picture"
+    drawn_by = "nlds_vines.bifurcation.response_curves.picture"
 
     path: ArchivePath
     request: CurvePage

@@ -14,6 +14,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nlds_vines.archives.view import ArchiveView
+from nlds_vines.bifurcation.response_curves.curve_picture import (
+    BASE,
+    BOUND,
+    DOTTED,
+    IMPACTS,
+    NARROW,
+    RESONANCE,
+    legend_of,
+    look_of,
+    own_frequencies,
+)
+from nlds_vines.bifurcation.response_curves.request import Curve, CurvePage, Panel
+from nlds_vines.bifurcation.response_curves.result import CurveValues, curves_of
 from nlds_vines.plotting.bands import bands
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import setting_label, typeset
@@ -27,19 +40,6 @@ from nlds_vines.plotting.panels import (
 )
 from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import CM, STYLE, axis_label, quantity_label
-from nlds_vines.response_curves.curve_picture import (
-    BASE,
-    BOUND,
-    DOTTED,
-    IMPACTS,
-    NARROW,
-    RESONANCE,
-    legend_of,
-    look_of,
-    own_frequencies,
-)
-from nlds_vines.response_curves.request import Curve, CurvePage, Panel
-from nlds_vines.response_curves.result import CurveValues, curves_of
 
 _HEIGHTS = {1: 7.2 * CM, 2: 4.9 * CM, 3: 5.4 * CM, 4: 4.2 * CM}  # inches, of a panel, by columns
 _NARROW_PANEL = 4.6 * CM  # inches, of a panel in one column of a paper

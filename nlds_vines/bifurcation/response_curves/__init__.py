@@ -10,9 +10,5 @@ In reading order:
     result         `ResponseCurves`: an archive read
     curve_picture  how curves look, and the entries of a legend
     picture        a page of curves drawn
-    command        `python -m nlds_vines.response_curves` and `nv.curves`
+    command        `python -m nlds_vines.bifurcation.response_curves` and `nv.curves`
 """
-
-from nlds_vines.callable_package import make_callable
-
-make_callable(__name__, "curves")

@@ -9,8 +9,8 @@ from typing import Any
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from nlds_vines.bifurcation.response_curves.request import Curve, CurvePage, label_of
 from nlds_vines.plotting.notation import setting_label, typeset
-from nlds_vines.response_curves.request import Curve, CurvePage, label_of
 
 IMPACTS = "#fff7c2"
 """The colour of frequencies with impacts: light yellow, as in Figure 2b."""

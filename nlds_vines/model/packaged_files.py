@@ -38,4 +38,4 @@ def _packed() -> Path:
 
 
 def _clone() -> Path:
-    return Path(__file__).resolve().parent.parent
+    return Path(__file__).resolve().parents[2]

@@ -9,7 +9,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from nlds_vines.archives.toml import read_toml
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.response_curves.request import (
+    ALONE_COLOUR,
+    CurvePage,
+    turns,
+    with_structure_alone,
+)
+from nlds_vines.bifurcation.response_curves.request_file import load_page
 from nlds_vines.cli.option_values import (
     assignments,
     settings_of,
@@ -22,9 +30,6 @@ from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.system import System
 from nlds_vines.model.words import range_in_words, setting_in_words, system_in_words
-from nlds_vines.response_curves.request import ALONE_COLOUR, CurvePage, turns, with_structure_alone
-from nlds_vines.response_curves.request_file import load_page
-from nlds_vines.toml import read_toml
 
 USUAL = ("ssul-set6", "ssbl", "tmd")
 """The dampers that are compared unless others are named: those of the paper's Table 2."""

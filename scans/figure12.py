@@ -6,5 +6,6 @@ from pathlib import Path
 from nlds_vines.__main__ import main
 
 if __name__ == "__main__":
-    request = str(Path(__file__).with_suffix(".toml"))
-    sys.exit(main(["portrait", request, *sys.argv[1:]]))
+    request = Path(__file__).with_suffix(".toml")
+    archive = request.with_suffix(".h5").name
+    sys.exit(main(["portrait", str(request), "--resume", "-o", archive, *sys.argv[1:]]))

@@ -62,6 +62,11 @@ class ArchivePath(type(Path())):  # type: ignore[misc]  # the concrete class: Pa
         found._folder = folder
         return found
 
+    @property
+    def named(self) -> ArchivePath | None:
+        """The path itself; None for an archive without a name."""
+        return self if self._folder is None else None
+
     def read(self) -> AbstractContextManager[ArchiveView]:
         """Open it, in a `with` statement, as `nlds_vines.read` does."""
         from nlds_vines.archives.archive import read

@@ -10,7 +10,7 @@ import numpy as np
 from nlds_vines.model.system import System
 from nlds_vines.orbits.signals import contact_forces, harmonic_force, relative_displacement
 from nlds_vines.portrait.request import Column, PortraitRequest, Window
-from nlds_vines.portrait.result import View
+from nlds_vines.portrait.window_view import View
 
 Arrays = dict[str, np.ndarray]
 

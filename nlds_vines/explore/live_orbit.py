@@ -18,7 +18,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.explore.histories import MOST_POINTS, SETTLED, SHOW, Arrays, history_of
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request import Column, PortraitRequest, Window, panels_of
-from nlds_vines.portrait.result import View
+from nlds_vines.portrait.window_view import View
 
 if TYPE_CHECKING:
     from nlds_vines.orbits.classification import Regime

@@ -13,7 +13,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.system import System
 from nlds_vines.portrait.request import PortraitRequest
-from nlds_vines.portrait.result import View
+from nlds_vines.portrait.window_view import View
 
 PORTRAIT, SCAN, PICTURE = "portrait.toml", "part.toml", "portrait.png"
 """The names under which a browser saves them."""

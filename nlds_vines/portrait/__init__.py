@@ -4,8 +4,10 @@ In reading order:
 
     request          which orbit, which windows of it, which panels
     request_file     a request file (TOML) read into a request
+    window_view      what one window shows, as numbers
+    view_table       windows as datasets of the archive
     run              the orbit computed, window by window
-    result           what one window shows, as numbers
+    result           an archive read
     page_layout      where the panels stand
     spectrum_panel   the panel of the spectrum
     picture          the page drawn

@@ -9,10 +9,14 @@ from __future__ import annotations
 import argparse
 import os
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nlds_vines.archives.archive import read
+from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.cli import job as jobs
 from nlds_vines.cli.option_values import (
     add_system_options,
     assignments,
@@ -20,11 +24,18 @@ from nlds_vines.cli.option_values import (
     system_changes,
 )
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import ARCHIVE_SUFFIXES, check_plot, optional_path, refuse_replacing
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.paths import (
+    ARCHIVE_SUFFIXES,
+    check_plot,
+    check_writable,
+    optional_path,
+    refuse_replacing,
+    request_path,
+)
+from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.errors import RequestError, from_text, typed
+from nlds_vines.errors import RequestError, from_text, shown, typed
 from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.signals import SIGNALS
@@ -34,12 +45,14 @@ from nlds_vines.portrait.request import (
     span,
 )
 from nlds_vines.portrait.request_file import Times, load_portrait, portrait_of
+from nlds_vines.runs.manifest import PORTRAIT
 from nlds_vines.runs.threads import check_environment
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from nlds_vines.portrait.result import View
+    from nlds_vines.portrait.result import Portrait
+    from nlds_vines.portrait.window_view import View
 
 _NAME = "portrait"
 _EXAMPLES = f"""\
@@ -56,6 +69,8 @@ examples:
       two windows of one run, side by side: before and after a chaotic transient
   nlds-vines portrait scans/figure10.toml --samples 2048
       a request file; options override it
+  nlds-vines portrait --set omega=7.45 -o orbit.h5 --csv orbit.csv
+      histories, section, impacts and spectrum in an archive, the histories as CSV, too
   nlds-vines portrait regimes.h5 --at omega=7.4,P=600 --start 2 --plot cell.png
       the orbit of a cell of a scan, from the third of its starts; the same to the last bit
 exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 130 interrupted
@@ -77,8 +92,9 @@ def portray(
         source: a `System` or the name of one, a `PortraitRequest`, the path of a request file
             (.toml) or the document in one; None for SSul NES Set 6; or the path of a scan's
             archive (.h5), with `at` and `start` among the options.
-        to: where to save it (.png, .pdf or .svg), if anywhere.
-        overwrite: whether to replace the picture of another request.
+        to: where to save it, if anywhere: the picture (.png, .pdf or .svg), or an archive (.h5) of
+            histories, section, impacts and spectrum, from which the figure is drawn then.
+        overwrite: whether to replace an archive, or the picture of another request.
         quiet: whether not to say that something is compiled.
         options: what the command's options change: `windows`, pairs (begin, end) of forcing
             periods, or `transient` and `periods`; `panels`, `start` (x1, v1, x2, v2) [m, m/s],
@@ -100,13 +116,78 @@ def portray(
     else:
         request = load_portrait(source, _document(options), "portray")
     path = optional_path(to)
+    if path is not None and _is_archive(path):
+        how = RunOptions(overwrite=overwrite, quiet=quiet)
+        figure = Job(request, request_path(source), path, None, how).run().plot()
+    else:
+        figure = _pictured(request, path, overwrite, quiet)
+    from nlds_vines.plotting.notebook import let_figures_be_shown
+
+    let_figures_be_shown()
+    return figure
+
+
+@dataclass(frozen=True)
+class Job(jobs.Job):
+    """An orbit in full, in an archive; `csv`, a file for its histories as well."""
+
+    content = PORTRAIT
+
+    request: PortraitRequest
+
+    csv: Path | None = None
+
+    def __post_init__(self) -> None:
+        """Raise `RequestError` for files that cannot be written."""
+        super().__post_init__()
+        if self.csv is not None:
+            if self.csv.suffix.lower() != ".csv":
+                raise RequestError(f"--csv {shown(str(self.csv))} must end in .csv")
+            check_writable("--csv", self.csv)
+
+    def others(self) -> Sequence[Path | None]:
+        """Return the file of its histories."""
+        return (self.csv,)
+
+    def refuse(self, dry_run: bool = False) -> None:
+        """Raise `RequestError` where files exist; with `dry_run` for all that a run refuses."""
+        super().refuse(dry_run)
+        refuse_replacing("--csv", self.csv, RunOptions(overwrite=self.how.overwrite))
+
+    def found(self) -> Portrait:
+        """Follow the orbit, and return what was found."""
+        from nlds_vines.portrait.result import histories_in, portrait_in
+        from nlds_vines.portrait.run import run
+
+        run(self.request, self.archive, self.how)
+        if self.csv is not None:
+            with read(self.archive) as view:
+                view.to_csv(self.csv, *histories_in(view), overwrite=self.how.overwrite)
+        return portrait_in(self.archive)
+
+    def draw(self, plot: Path, found: Portrait) -> None:
+        """Draw the page from the archive."""
+        from nlds_vines.plotting.save import save_figure
+
+        title, mark = self.request.title, ("recipe_hash", self.request.hash)
+        save_figure(found.plot(), plot, title, mark)
+
+    def plan(self) -> list[str]:
+        """Return what would be computed and drawn, in words."""
+        return [*_plan(self.request), *(f"writes: {path}" for path in self.paths())]
+
+    def paths(self) -> list[str]:
+        """Return where the results are, one line each."""
+        found = (ArchivePath.of(self.archive).named, self.csv, self.plot)
+        return [str(path) for path in found if path is not None]
+
+
+def _pictured(request: PortraitRequest, path: Path | None, overwrite: bool, quiet: bool) -> Figure:
+    """Return the page of a request, saved if there is a path."""
     if path is not None:
         check_plot(path)
         _refuse(path, request, overwrite)
     _, figure = _drawn(request, path, quiet)
-    from nlds_vines.plotting.notebook import let_figures_be_shown
-
-    let_figures_be_shown()
     return figure
 
 
@@ -129,14 +210,17 @@ def _carry_out(options: argparse.Namespace) -> int:
     request = _request(options)
     plot = Path(usual if options.plot is None else options.plot)
     check_plot(plot)
-    _refuse(plot, request, options.overwrite)
+    job = _job(options, request, plot)
+    if job is None:
+        _refuse(plot, request, options.overwrite)
     if options.dry_run:
-        say(*_plan(request, plot))
-        return DONE
+        return job.carry_out(_NAME, dry_run=True) if job else _said(request, plot)
     check_environment()
     from nlds_vines.orbits.simulation import IntegrationError
 
     try:
+        if job is not None:
+            return job.carry_out(_NAME, dry_run=False)
         views, _ = _drawn(request, plot, options.quiet)
     except IntegrationError as error:
         complain(_NAME, str(error))
@@ -144,6 +228,22 @@ def _carry_out(options: argparse.Namespace) -> int:
     if not options.quiet:
         say(request.title, *(line for view in views for line in view.lines()), plot)
     return DONE
+
+
+def _said(request: PortraitRequest, plot: Path) -> int:
+    say(*_plan(request), f"picture: {plot}")
+    return DONE
+
+
+def _job(options: argparse.Namespace, request: PortraitRequest, plot: Path) -> Job | None:
+    """Return the job of a command line that asks for numbers; None for a picture alone."""
+    csv = optional_path(options.csv)
+    if options.output is None and csv is None:
+        if options.resume:
+            raise RequestError("--resume is for an archive: name it by -o FILE.h5")
+        return None
+    archive = ArchivePath.for_result(options.output, _NAME)
+    return Job(request, request_path(options.source), archive, plot, run_options(options), csv)
 
 
 def _usual_name(options: argparse.Namespace) -> str:
@@ -205,8 +305,8 @@ def _drawn(
     return views, figure
 
 
-def _plan(request: PortraitRequest, plot: Path) -> list[str]:
-    """Return what would be computed and drawn, in words."""
+def _plan(request: PortraitRequest) -> list[str]:
+    """Return what would be computed and shown, in words."""
     lines = [request.title]
     for run in request.runs():
         begin, end = span(run)
@@ -217,7 +317,7 @@ def _plan(request: PortraitRequest, plot: Path) -> list[str]:
             f"{'rest' if request.start is None else request.start}; "
             f"{states} states from period {begin} on; drawn: {windows}"
         )
-    return [*lines, f"panels: {', '.join(request.panels)}", f"picture: {plot}"]
+    return [*lines, f"panels: {', '.join(request.panels)}"]
 
 
 def _declare(parser: Parser) -> None:
@@ -225,6 +325,8 @@ def _declare(parser: Parser) -> None:
     add("source", nargs="?", metavar="FILE", help="PORTRAIT.toml or SCAN.h5 [SSul NES Set 6]")
     add("--at", metavar="NAME=VALUE,...", help="of SCAN.h5: the cell nearest to these values")
     add("--plot", metavar="FILE", help="picture: .png, .pdf or .svg [PORTRAIT.png]")
+    add("-o", "--output", metavar="FILE.h5", help="archive of all that is shown [none]")
+    add("--csv", metavar="FILE.csv", help="the histories, a row for each state [none]")
     add_system_options(parser)
     add(
         "--start",
@@ -232,9 +334,7 @@ def _declare(parser: Parser) -> None:
         help="state at t = 0 [m, m/s], or rest; of SCAN.h5: number",
     )
     add_settings(parser, Times, PortraitRequest)
-    add("--dry-run", action="store_true", help="only say what would be done")
-    add("--overwrite", action="store_true", help="replace the picture of another request")
-    add("--quiet", action="store_true", help="say nothing")
+    add_local_options(parser, threads=False)
 
 
 def _changes(options: argparse.Namespace) -> dict[str, Any]:

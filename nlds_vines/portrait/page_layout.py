@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from nlds_vines.plotting.panels import add_panel, letter
 from nlds_vines.plotting.style import CM, WIDTH
-from nlds_vines.portrait.result import View
+from nlds_vines.portrait.window_view import View
 
 LEFT, RIGHT, GAP = 1.45, 1.85, 1.3
 """Room [cm] for the labels on the left, the legends on the right, the ticks between columns."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import matplotlib
@@ -12,6 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from nlds_vines.archives.view import ArchiveView
+from nlds_vines.errors import RequestError
 from nlds_vines.orbits.signals import (
     contact_forces,
     energy_of_damper,
@@ -19,8 +22,9 @@ from nlds_vines.orbits.signals import (
     harmonic_force,
     relative_displacement,
 )
+from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import typeset
-from nlds_vines.plotting.page import styled
+from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.panels import write_title
 from nlds_vines.plotting.style import CM, DOT, GREEN, HUES, WIDTH
 from nlds_vines.portrait.page_layout import (
@@ -32,9 +36,10 @@ from nlds_vines.portrait.page_layout import (
     make_page,
     write_letters,
 )
-from nlds_vines.portrait.request import PortraitRequest, panels_of
-from nlds_vines.portrait.result import View
+from nlds_vines.portrait.request import PANELS, PortraitRequest, panels_of
+from nlds_vines.portrait.result import portrait_in
 from nlds_vines.portrait.spectrum_panel import draw_spectrum, limit_spectra
+from nlds_vines.portrait.window_view import View
 
 STRUCTURE, DAMPER, OBSTACLE = "#7a7a7a", HUES["black"], HUES["vermillion"]
 """Colours of the bodies, near the paper's grey, black and red."""
@@ -75,6 +80,29 @@ _IN_PIECES: dict[Any, Any] = {"agg.path.chunksize": 10_000}
 _LINE = 0.8  # points, width of a curve
 _FEW_POINTS = 3.4  # points, size of the points of a section
 _MANY_POINTS = 40  # points of a section from which they are drawn smaller
+
+
+def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> Figure:
+    """Return the page of an archive with the panels that are `shown`; it is 16 cm wide."""
+    if page != TWO_COLUMNS:
+        raise RequestError("columns = 1; allowed for a portrait: 2, or `ax` for one panel")
+    found = portrait_in(view.path)
+    return portrait(replace(found.drawn_from, panels=tuple(shown)), found.views)
+
+
+def fill(axes: Axes, view: ArchiveView, panel: str) -> None:
+    """Draw one panel of an archive's first window into given axes."""
+    found = portrait_in(view.path)
+    place = Place(panel, found.views[0], axes, first=True, last=True)
+    _PANELS[panel](place, found.drawn_from)
+    _finish(place, [place], found.drawn_from)
+    if panel == "spectrum":
+        limit_spectra([place])
+
+
+def panels(view: ArchiveView) -> Mapping[str, str]:
+    """Return what the panels of an archive's page show, by name."""
+    return {name: PANELS[name] for name in portrait_in(view.path).drawn_from.panels}
 
 
 @styled()
@@ -378,3 +406,5 @@ _PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {
     "phase2": _phase2,
     "spectrum": draw_spectrum,
 }
+
+PICTURE = Picture(panels=panels, draw=draw, fill=fill)

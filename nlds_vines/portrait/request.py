@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from nlds_vines.archives.provenance import Value
 from nlds_vines.archives.toml import toml_text
 from nlds_vines.errors import RequestError, choice, from_text, shown, string, whole
 from nlds_vines.model.scenes import Scene
@@ -61,6 +62,10 @@ MOST_STATES = 10**7
 
 MOST_COLUMNS = 4
 """Columns of a page: more of them are too narrow to read."""
+
+
+CELL, CELL_OF = "cell", "cell_of"
+"""Attributes of an archive whose orbit is that of a scan's cell: which one, and the scan's hash."""
 
 
 class Window(NamedTuple):
@@ -212,8 +217,17 @@ class PortraitRequest(Request):
                 groups.append([column])
         return tuple(tuple(group) for group in groups)
 
+    @property
+    def about(self) -> dict[str, Value]:
+        """The attributes of its archive beside the request itself: of a cell, which one it is."""
+        if self.cell is None:
+            return {}
+        values = self.cell.begin.system.parameters
+        at = ",".join(f"{axis.name}={values[axis.name]!r}" for axis in self.cell.scan.axes)
+        return {CELL: f"--at {at} --start {self.cell.start}", CELL_OF: self.cell.scan.hash}
+
     def document(self) -> dict[str, Any]:
-        """Return the request file that means exactly this portrait; of a cell, as one from a state.
+        """Return the request file that means exactly this portrait; of a cell, one from `start`.
 
         The system is that of the first column; the others set what they have differently.
         """
@@ -228,7 +242,7 @@ class PortraitRequest(Request):
                 {
                     "name": column.name,
                     "window": list(column.window),
-                    "panels": list(column.panels),
+                    **({"panels": list(column.panels)} if column.panels else {}),
                     "set": {
                         name: value
                         for name, value in column.system.parameters.items()

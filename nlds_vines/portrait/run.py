@@ -1,17 +1,56 @@
-"""Orbits for a portrait: a request's runs, cut into the views of its columns."""
+"""Orbits for a portrait: a request's runs, cut into the views of its columns, in an archive."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
+from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.kernels.recurrence import REPEATS, TOLERANCE, period_of
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.simulation import IMPACT, Orbit, simulate
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import Column, PortraitRequest, Window, span
-from nlds_vines.portrait.result import View
+from nlds_vines.portrait.view_table import contents
+from nlds_vines.portrait.window_view import View
+from nlds_vines.runs.folder import RunFolder
+from nlds_vines.runs.interrupts import Stop
+from nlds_vines.runs.journal import Made, complete
+from nlds_vines.runs.manifest import PORTRAIT
+from nlds_vines.runs.progress import Progress
+
+
+class PortraitFolder(RunFolder):
+    """A portrait under way, of which nothing is kept: an orbit has no parts."""
+
+    content: ClassVar[str] = PORTRAIT
+
+    request: PortraitRequest
+
+
+def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -> None:
+    """Compute a portrait into the archive `output`.
+
+    Raises `Interrupted` on Ctrl-C, SIGTERM and SIGUSR1, `IntegrationError` where an orbit ends
+    early, and `RequestError` where the archive cannot be written.
+    """
+    how, began = RunOptions() if how is None else how, time.monotonic()
+
+    def work(folder: PortraitFolder, progress: Progress, stop: Stop) -> Made:
+        views = views_of(request, quiet=how.quiet)
+        stop.check()
+        return Made(*contents(request, views), {"seconds": round(time.monotonic() - began, 3)})
+
+    complete(
+        PortraitFolder.open(output, request, resume=how.resume, overwrite=how.overwrite),
+        work,
+        Progress(len(request.columns), "window", quiet=True),
+        lambda _: "no state is",
+    )
 
 
 def views_of(request: PortraitRequest, *, quiet: bool = False) -> list[View]:

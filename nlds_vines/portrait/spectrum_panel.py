@@ -13,7 +13,7 @@ from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.plotting.notation import power_of_ten
 from nlds_vines.portrait.page_layout import Place
 from nlds_vines.portrait.request import PortraitRequest
-from nlds_vines.portrait.result import View
+from nlds_vines.portrait.window_view import View
 
 DEPTH = 100.0
 """How far down a spectrum is drawn, in decibels below the highest line of its row."""

@@ -17,10 +17,20 @@ if TYPE_CHECKING:
     from nlds_vines.bifurcation.result import ScanArchive
     from nlds_vines.continuation.result import Continued
     from nlds_vines.loads.result import Decays
+    from nlds_vines.portrait.result import Portrait
     from nlds_vines.transients.ensemble import Ensemble
     from nlds_vines.tuning.result import Tuned
 
-    Opened = ScanArchive | Ensemble | ResponseCurves | Tuned | Continued | Decays | ArchivePath
+    Opened = (
+        ScanArchive
+        | Ensemble
+        | ResponseCurves
+        | Tuned
+        | Continued
+        | Decays
+        | Portrait
+        | ArchivePath
+    )
 
 
 @typed

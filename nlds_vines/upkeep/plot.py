@@ -1,4 +1,4 @@
-"""A finished archive drawn: of a scan, a tuning, transients, a survey of accuracy, branches.
+"""A finished archive drawn: of a scan, a tuning, transients, branches, an orbit, accuracy.
 
 As a command: `nlds-vines plot FILE.h5`.
 In Python: `nlds_vines.plot(archive)`.
@@ -56,7 +56,7 @@ def plot(
     """Return the picture of an archive as a matplotlib figure; nothing is computed or written.
 
     Arguments:
-        archive: the path of an archive: a scan, transients, a tuning, a survey, branches.
+        archive: the path of an archive: a scan, transients, a tuning, branches, a portrait.
         show: of a scan what `bifurcation.picture.drawing.draw` takes: quantities of a diagram such
             as `x2,v2,E1max`, regimes or a number of a map; of any other archive panels of its
             picture, as `--show ?` names them; None for what is usual.

@@ -7,7 +7,15 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from nlds_vines.runs.manifest import CONTINUATION, DECAY, RESPONSE_CURVES, SCAN, SURVEY, TUNING
+from nlds_vines.runs.manifest import (
+    CONTINUATION,
+    DECAY,
+    PORTRAIT,
+    RESPONSE_CURVES,
+    SCAN,
+    SURVEY,
+    TUNING,
+)
 
 
 class Task(NamedTuple):
@@ -34,6 +42,7 @@ TASKS: Mapping[str, Task] = {
     CONTINUATION: Task("continuation", "continued"),
     RESPONSE_CURVES: Task("bifurcation.response_curves", "curves_in"),
     DECAY: Task("loads", "decays_in"),
+    PORTRAIT: Task("portrait", "portrait_in"),
     SURVEY: Task("accuracy"),
 }
 """A new kind of archive is a new entry."""

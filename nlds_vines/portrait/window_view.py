@@ -1,0 +1,130 @@
+"""A window of an orbit, as one column of a portrait shows it, and what was found in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nlds_vines.orbits.labels import name_of
+from nlds_vines.orbits.signals import SIGNALS, signals_of
+from nlds_vines.orbits.spectrum import Spectrum
+from nlds_vines.portrait.request import Column
+
+if TYPE_CHECKING:
+    from nlds_vines.orbits.simulation import Violation
+
+POWER_SHARE = 0.99
+"""The share of a spectrum's power for which the report counts the fewest bins that hold it."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A window of an orbit.
+
+    Attributes:
+        column: the system and the window, a range of forcing periods.
+        time: times [s] of the states from the start of the orbit, shape (n,).
+        states: x1, v1, x2, v2 [m, m/s], shape (n, 4), or (n, 2) without a damper; `samples` of
+            each period, the last at its end.
+        samples: states in each period.
+        contacts: the impacts that begin in the window, rows of dtype `orbits.simulation.IMPACT`;
+            empty for a scene without walls.
+        period: n of nT, by recurrence of the section to a `tolerance`; 0 where no period of up to
+            `longest` was found.
+        comb: n of the nT whose lines do not count as broadband.
+        spectrum: that of the request's signal, over as many last periods as the comb divides.
+        violation: how the scene's limit was violated in the whole run; None without a limit.
+    """
+
+    column: Column
+    time: np.ndarray
+    states: np.ndarray
+    samples: int
+    contacts: np.ndarray
+    period: int
+    tolerance: float
+    longest: int
+    comb: int
+    spectrum: Spectrum
+    violation: Violation | None = None
+
+    @property
+    def section(self) -> np.ndarray:
+        """The states at the whole forcing periods, shape (periods, 4)."""
+        return self.states[self.samples - 1 :: self.samples]
+
+    @property
+    def touches(self) -> np.ndarray:
+        """The times [s] at which the damper touched a wall."""
+        return self.contacts["touch"]
+
+    @property
+    def cycle(self) -> int:
+        """The number of periods that hold the whole orbit: n of nT, or all of the window."""
+        return self.period or len(self.section)
+
+    @property
+    def impacts(self) -> int:
+        """Impacts k per nT, counted over the whole cycles of the window; all impacts if n is 0."""
+        if not self.period:
+            return len(self.touches)
+        cycles = len(self.section) // self.period
+        first = (self.column.window.end - cycles * self.period) * self.column.system.period
+        return round(np.count_nonzero(self.touches > first) / cycles)
+
+    @property
+    def label(self) -> str:
+        """The regime by recurrence alone: `3T,3`, or `undetermined`."""
+        return name_of(self.period, self.impacts)
+
+    @property
+    def share(self) -> float | None:
+        """The broadband share of the spectrum, from 0 to 1; None where its periods are too few."""
+        if self.comb > self.spectrum.most_lines():
+            return None
+        return self.spectrum.broadband_share(self.comb)
+
+    def lines(self) -> Iterator[str]:
+        """Yield the report of the window, a line at a time."""
+        begin, end = self.column.window
+        name = f"{self.column.name}: " if self.column.name else ""
+        yield f"{name}periods {begin} to {end} of {self.column.system.period:.6g} s each"
+        yield f"  recurrence: {self._recurrence()}"
+        if self.column.system.scene.walls:
+            rate = len(self.touches) / len(self.section)
+            yield f"  impacts per period: {rate:.4g} ({len(self.touches)} in the window)"
+        if self.violation is not None:
+            yield f"  limit of the scene, in the whole run: {self._limit(self.violation)}"
+        for name in ("E1", "E2"):
+            if name in signals_of(self.column.system.scene):
+                highest = SIGNALS[name].of(self.column.system, self.states).max()
+                yield f"  largest {name} of the samples: {highest:.6g} J"
+        yield f"  spectrum of {self.spectrum.quantity}: {self._spectrum()}"
+
+    def _recurrence(self) -> str:
+        """Return what the recurrence of the section says, in words."""
+        if self.period:
+            times = f"{self.period} period{'s' if self.period > 1 else ''}"
+            return f"{self.label}: the section repeats after {times} to {self.tolerance:g}"
+        if self.longest == 0:
+            return "the window is too short to tell"
+        return f"no period of up to {self.longest} found; that alone proves no chaos"
+
+    def _limit(self, found: Violation) -> str:
+        """Return how the limit of the scene was kept, in words."""
+        if found.number == 0:
+            return "kept"
+        times = f"{found.number} time{'s' if found.number > 1 else ''}"
+        return f"violated {times}, by up to {found.depth:.4g} m, first at {found.time:.6g} s"
+
+    def _spectrum(self) -> str:
+        """Return how the power of the spectrum is distributed, in words."""
+        found, n = self.spectrum, self.comb
+        text = f"{found.periods} periods, {found.window} window, resolution {found.resolution:.4g}"
+        outside = "the harmonics of the force" if n == 1 else f"the lines of {n}T"
+        share = "(too few periods to tell)" if self.share is None else f"{self.share:.2g}"
+        few = f"{POWER_SHARE:.0%} of its power in {found.bins_holding(POWER_SHARE)} bins"
+        return f"{text} of the forcing frequency; {share} of its power outside {outside}, {few}"

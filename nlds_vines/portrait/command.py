@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.cli import job as jobs
 from nlds_vines.cli.option_values import (
@@ -161,7 +160,7 @@ class Job(jobs.Job):
 
         run(self.request, self.archive, self.how)
         if self.csv is not None:
-            with read(self.archive) as view:
+            with ArchivePath.of(self.archive).read() as view:
                 view.to_csv(self.csv, *histories_in(view), overwrite=self.how.overwrite)
         return portrait_in(self.archive)
 
@@ -174,12 +173,17 @@ class Job(jobs.Job):
 
     def plan(self) -> list[str]:
         """Return what would be computed and drawn, in words."""
-        return [*_plan(self.request), *(f"writes: {path}" for path in self.paths())]
+        return [*_plan(self.request), *(f"{what}: {path}" for what, path in self._files())]
 
     def paths(self) -> list[str]:
         """Return where the results are, one line each."""
-        found = (ArchivePath.of(self.archive).named, self.csv, self.plot)
-        return [str(path) for path in found if path is not None]
+        return [str(path) for _, path in self._files()]
+
+    def _files(self) -> list[tuple[str, Path]]:
+        """Return the files that are left, each with what it is."""
+        named = ArchivePath.of(self.archive).named
+        found = {"archive": named, "histories": self.csv, "picture": self.plot}
+        return [(what, path) for what, path in found.items() if path is not None]
 
 
 def _pictured(request: PortraitRequest, path: Path | None, overwrite: bool, quiet: bool) -> Figure:

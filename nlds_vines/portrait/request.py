@@ -230,8 +230,15 @@ class PortraitRequest(Request):
         """Return the request file that means exactly this portrait; of a cell, one from `start`.
 
         The system is that of the first column; the others set what they have differently.
+
+        Raises `RequestError` for columns that differ in more than parameters.
         """
-        system, *_ = (column.system for column in self.columns)
+        system, *others = (column.system for column in self.columns)
+        if any((other.kind, other.law) != (system.kind, system.law) for other in others):
+            raise RequestError(
+                "columns of several kinds or laws stand in no request file, and in no archive; "
+                "allowed: a page, by to=PICTURE"
+            )
         return {
             "title": self.title,
             "system": system.to_table(),

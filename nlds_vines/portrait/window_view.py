@@ -78,7 +78,7 @@ class View:
     @property
     def label(self) -> str:
         """The regime by recurrence alone: `3T,3`, or `undetermined`."""
-        return name_of(self.period, self.impacts)
+        return name_of(self.period, self.impacts) if self.period else "undetermined"
 
     @property
     def share(self) -> float | None:

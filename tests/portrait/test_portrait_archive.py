@@ -1,0 +1,179 @@
+"""A portrait in an archive: what it holds, the picture drawn from it, and what repeats it."""
+
+import csv
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.__main__ import main
+from nlds_vines.portrait.request_file import load_portrait
+from nlds_vines.portrait.result import Portrait, portrait_in
+from nlds_vines.portrait.run import run, views_of
+
+DOCUMENT = {
+    "title": "Two windows",
+    "system": "ssul-set6",
+    "sampling": {"windows": [[20, 26], [30, 42]], "samples": 32},
+    "portrait": {"panels": ["relative", "phase2", "spectrum"], "taper": "hann"},
+}
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory):
+    path = tmp_path_factory.mktemp("portrait") / "orbit.h5"
+    run(load_portrait(DOCUMENT), path)
+    return path
+
+
+def same(one, other):
+    """Tell whether two views hold the same, to the last bit."""
+    pairs = [(one.time, other.time), (one.states, other.states), (one.section, other.section)]
+    pairs += [(one.contacts[name], other.contacts[name]) for name in one.contacts.dtype.names]
+    pairs += [(one.spectrum.order, other.spectrum.order)]
+    pairs += [(one.spectrum.amplitude, other.spectrum.amplitude)]
+    pairs += [(one.spectrum.power, other.spectrum.power)]
+    numeric = [(a, b, {"equal_nan": True} if a.dtype.kind == "f" else {}) for a, b in pairs]
+    return (
+        all(np.array_equal(a, b, **how) for a, b, how in numeric)
+        and list(one.lines()) == list(other.lines())
+        and replace(one.column, system=other.column.system) == other.column
+        and one.column.system.parameters == other.column.system.parameters
+    )
+
+
+def test_windows_come_back_to_the_last_bit(archive):
+    request = load_portrait(DOCUMENT)
+    found = portrait_in(archive)
+    assert isinstance(nv.open(archive), Portrait)
+    assert found.request.hash == request.hash
+    computed = views_of(request, quiet=True)
+    assert len(found.views) == len(computed) == 2
+    assert all(same(one, other) for one, other in zip(found.views, computed, strict=True))
+    assert nv.verify(archive) == []
+
+
+def test_columns_with_parameters_of_their_own(tmp_path):
+    """Each has its own orbit, window and panels."""
+    columns = [
+        {"name": "soft", "set": {"K": 1e7}, "window": [4, 8]},
+        {"name": "hard", "panels": ["relative"]},
+    ]
+    request = load_portrait({**DOCUMENT, "column": columns})
+    run(request, tmp_path / "both.h5")
+    found, computed = portrait_in(tmp_path / "both.h5"), views_of(request, quiet=True)
+    assert [len(view.section) for view in found.views] == [4, 6, 12]
+    assert all(same(one, other) for one, other in zip(found.views, computed, strict=True))
+    assert found.request.hash == request.hash
+    with nv.read(tmp_path / "both.h5") as view:
+        assert view["name"].tolist() == ["soft", "hard", "hard"]
+
+
+def test_columns_of_several_kinds_are_refused(tmp_path):
+    """No request file says them, so no archive could repeat them."""
+    both = load_portrait(DOCUMENT)
+    other = load_portrait({"system": "tmd", "sampling": DOCUMENT["sampling"]})
+    request = replace(both, columns=(both.columns[0], other.columns[1]), signal="x1")
+    with pytest.raises(nv.RequestError, match="several kinds or laws"):
+        run(request, tmp_path / "both.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_parseval_holds_in_the_archive(archive):
+    """Of the untapered window the sum of the power is the variance of the samples."""
+    path = archive.with_name("plain.h5")
+    run(load_portrait(DOCUMENT, {"portrait": {"taper": "rectangular"}}), path)
+    with nv.read(path) as view:
+        first = slice(int(view["states"][0]))
+        power = view["power"][: int(view["spectrum_bins"][0])].sum()
+        assert power == pytest.approx(view["x2"][first].var(), rel=1e-12)
+
+
+@pytest.mark.slow("two pages are drawn")
+def test_the_picture_is_that_of_the_orbit_itself(archive, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    nv.portray(DOCUMENT, to="direct.png", quiet=True)
+    figure = nv.portray(DOCUMENT, to="orbit.h5", quiet=True)
+    figure.savefig("archived.png")
+    nv.open(archive).plot().savefig("opened.png")
+    assert Path("archived.png").read_bytes() == Path("opened.png").read_bytes()
+    shutil.copy(archive, "copy.h5")
+    assert main(["plot", "copy.h5"]) == 0
+    assert main(["plot", "copy.h5", "--show", "spectrum", "-o", "one.png"]) == 0
+    pixels = [Path(name).read_bytes() for name in ("direct.png", "copy.png")]
+    assert abs(len(pixels[0]) - len(pixels[1])) < 100  # but for what the file says of itself
+    with pytest.raises(nv.RequestError, match="columns = 1"):
+        nv.plot("copy.h5", columns=1)
+    axes = nv.plot("copy.h5", show="phase2").axes
+    nv.plot("copy.h5", show="relative", ax=axes[0])
+    with pytest.raises(nv.RequestError, match="energy"):
+        nv.plot("copy.h5", show="energy")
+
+
+def test_histories_as_rows(archive, tmp_path, capsys):
+    frame = nv.open(archive).to_dataframe()
+    assert {"time", "x1", "v1", "x2", "v2", "E1", "E2", "force"} <= {*frame.columns}
+    assert len(frame) == (6 + 12) * 32
+    request = tmp_path / "two.toml"
+    request.write_text(load_portrait(DOCUMENT).to_toml())
+    told = ["portrait", str(request), "--csv", str(tmp_path / "two.csv")]
+    told += ["--plot", str(tmp_path / "two.png")]
+    assert main([*told, "--quiet"]) == 0
+    with open(tmp_path / "two.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["x2"]) for row in rows] == frame["x2"].tolist()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["two.csv", "two.png", "two.toml"]
+    assert main([*told, "--quiet"]) == 2
+    assert "--overwrite replaces it" in capsys.readouterr().err
+
+
+def test_a_second_run_resumes_and_repeats(archive, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(archive, "orbit.h5")
+    before = Path("orbit.h5").read_bytes()
+    Path("two.toml").write_text(load_portrait(DOCUMENT).to_toml())
+    told = ["portrait", "two.toml", "-o", "orbit.h5"]
+    assert main([*told, "--dry-run"]) == 2
+    assert main([*told, "--resume"]) == 0
+    assert Path("orbit.h5").read_bytes() == before
+    assert main(["rerun", "orbit.h5"]) == 0
+    assert "results are the same" in capsys.readouterr().out
+    more = ["--samples", "64", "--plot", "more.png", "--resume"]
+    assert main(["portrait", "two.toml", "-o", "orbit.h5", *more]) == 2
+    assert "holds another portrait" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("told", "reason"),
+    [
+        (["--resume"], "name it by -o FILE.h5"),
+        (["--csv", "a.txt"], "must end in .csv"),
+        (["-o", "a.txt"], "must end in .h5"),
+        (["--csv", "no/a.csv"], "there is no folder"),
+        (["-o", "a.h5", "--resume", "--overwrite"], "not allowed with"),
+    ],
+)
+def test_what_is_refused_leaves_nothing(told, reason, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["portrait", *told]) == 2
+    assert reason in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_orbit_of_a_cell_names_its_scan(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    scan = ["--vary", "omega=7:7.4:3", "--transient", "30", "--periods", "8", "--quiet"]
+    assert main(["bifurcation", *scan, "-o", "scan.h5"]) == 0
+    told = ["portrait", "scan.h5", "--at", "omega=7.2", "--samples", "16", "-o", "cell.h5"]
+    assert main([*told, "--quiet"]) == 0
+    found = nv.open("cell.h5")
+    with nv.read("scan.h5") as view:
+        assert np.array_equal(found.views[0].section, view["section"][1, 0])
+    assert nv.verify("cell.h5") == []
+    capsys.readouterr()
+    assert main(["rerun", "cell.h5"]) == 2
+    assert "portrait SCAN.h5 --at omega=7.2 --start rest" in capsys.readouterr().err
+    assert main(["plot", "cell.h5"]) == 0

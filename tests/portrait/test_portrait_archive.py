@@ -163,6 +163,7 @@ def test_what_is_refused_leaves_nothing(told, reason, tmp_path, monkeypatch, cap
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.kernels
 def test_the_orbit_of_a_cell_names_its_scan(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     scan = ["--vary", "omega=7:7.4:3", "--transient", "30", "--periods", "8", "--quiet"]

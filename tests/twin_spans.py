@@ -183,7 +183,8 @@ class Squeezed:
     def of(cls, contact: Contact, y: np.ndarray, h: float) -> Squeezed:
         """Return a step of h at most, in which extrapolations agree."""
         while True:
-            rows, apart = contact.extrapolated(y, FITTED * h)
+            with np.errstate(over="ignore", invalid="ignore"):  # then the step is too long
+                rows, apart = contact.extrapolated(y, FITTED * h)
             fit, scale = FIT @ rows.T, float(np.abs(rows[:4]).max())
             off = max(apart, float(np.abs(fit[-2:, :4]).max()))
             if off <= FINE * scale or h < LEAST * max(abs(float(y[0])), 1e-6):

@@ -6,9 +6,7 @@ import base64
 import shlex
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
-from nlds_vines.archives.toml import toml_text
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.system import System
@@ -17,30 +15,6 @@ from nlds_vines.portrait.window_view import View
 
 PORTRAIT, SCAN, PICTURE = "portrait.toml", "part.toml", "portrait.png"
 """The names under which a browser saves them."""
-
-
-def portrait_recipe(request: PortraitRequest) -> str:
-    """Return the request file of a portrait, which `nlds-vines portrait` draws."""
-    (column,) = request.columns
-    sampling: dict[str, Any] = {
-        "windows": [list(column.window)],
-        "samples": request.samples,
-        "method": request.method,
-    }
-    if request.tolerance is not None:
-        sampling["tolerance"] = request.tolerance
-    start: dict[str, Any] = {"policy": "rest"}
-    if request.start is not None:
-        start = {"state": list(request.start)}
-    return toml_text(
-        {
-            "title": request.title,
-            "system": column.system.to_table(),
-            "start": start,
-            "sampling": sampling,
-            "portrait": {"panels": list(request.panels)},
-        }
-    )
 
 
 def portrait_command(request: PortraitRequest) -> str:

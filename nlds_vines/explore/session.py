@@ -228,7 +228,7 @@ class Session:
         elif self._orbit is None:
             raise RequestError("there is no orbit to save yet")
         elif what == "portrait":
-            self._send(recipes.PORTRAIT, recipes.portrait_recipe(self._orbit.request))
+            self._send(recipes.PORTRAIT, self._orbit.request.to_toml())
         elif what == "picture":
             aside(self._draw, self._orbit)
         else:

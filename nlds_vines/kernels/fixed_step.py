@@ -170,8 +170,7 @@ def note_turns(step, energy):
     c0, c1 = cosine_at(grid, j, x), cosine_at(grid, j, x + length)
     before = powers_at(ps, damper, y[0], y[1], y[2], y[3], c0, 0.0)
     after = powers_at(ps, damper, z[0], z[1], z[2], z[3], c1, 0.0)
-    if x != 0.0:  # after an impact, whose jump no step ends with
-        note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
+    note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])  # energies jump at rigid walls
     note_energy(ps, damper, energy, z[0], z[1], z[2], z[3])
     for which in range(4):
         if opposite(before[which], after[which]):

@@ -18,6 +18,7 @@ In reading order:
     beside           the program of the process that compiles beside this one
     evidence         from the kernels' numbers to datasets and labels
     refinement       errors, from the same orbits computed more finely
+    impact_rows      what is told of an impact, and of a limit
     simulation       `nv.simulate`
     classification   `nv.classify`
     attractors       closed stable orbits, and the region from which orbits certainly come to one

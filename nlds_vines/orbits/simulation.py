@@ -20,29 +20,14 @@ from nlds_vines.kernels.observe import COLUMNS, Impacts
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.scenes import Scene
-from nlds_vines.model.scenes.base import LONGEST_NAME
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
 from nlds_vines.orbits.compilation import Compilation, Needed, notice
+from nlds_vines.orbits.impact_rows import IMPACT, Violation
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 from nlds_vines.orbits.settings import METHODS, Settings, checked_steps, chosen_settings
 from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.orbits.wants import refuse_impossible
-
-IMPACT = np.dtype(
-    [
-        ("wall", f"U{LONGEST_NAME}"),
-        ("touch", float),
-        ("release", float),
-        ("speed", float),
-        ("force", float),
-        ("depth", float),
-        ("gain1", float),
-        ("gain2", float),
-    ]
-)
-"""A row of `Orbit.impacts`: what is struck, obstacle or structure; times [s]; approach speed
-[m/s]; peak force [N]; depth [m]; what E1 and E2 gain from touch to release [J]."""
 
 RECORDS = ("section", "impacts", "energy", "peak", "response", "clearance", "trajectory")
 """What `simulate` can record."""
@@ -71,14 +56,6 @@ class IntegrationError(RuntimeError):
         error = cls(f"{system.name}: {STATUS[code].name}. {STATUS[code].remedy}")
         error.code = code
         return error
-
-
-class Violation(NamedTuple):
-    """How the limit of a scene was broken that its damper must keep, the transient included."""
-
-    number: int  # of passages
-    time: float  # of the first [s]
-    depth: float  # of the deepest [m]
 
 
 @dataclass(frozen=True, repr=False)

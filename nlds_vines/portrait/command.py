@@ -10,7 +10,7 @@ import argparse
 import os
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,14 +25,13 @@ from nlds_vines.cli.option_values import (
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
     ARCHIVE_SUFFIXES,
-    check_plot,
     check_writable,
     optional_path,
     refuse_replacing,
     request_path,
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
-from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
+from nlds_vines.cli.running import LANES_FAILED, Command, complain
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, from_text, shown, typed
 from nlds_vines.model.setting import settings_of
@@ -51,7 +50,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from nlds_vines.portrait.result import Portrait
-    from nlds_vines.portrait.window_view import View
 
 _NAME = "portrait"
 _EXAMPLES = f"""\
@@ -115,11 +113,13 @@ def portray(
     else:
         request = load_portrait(source, _document(options), "portray")
     path = optional_path(to)
-    if path is not None and _is_archive(path):
-        how = RunOptions(overwrite=overwrite, quiet=quiet)
-        figure = Job(request, request_path(source), path, None, how).run().plot()
-    else:
-        figure = _pictured(request, path, overwrite, quiet)
+    archive, plot = (path, None) if _is_archive(path) else (None, path)
+    how = RunOptions(overwrite=overwrite, quiet=quiet)
+    job = Job.of(request, request_path(source), archive, plot, how)
+    job.refuse()
+    figure = job.page(job.found())
+    if plot is not None:
+        job.save(figure, plot)
     from nlds_vines.plotting.notebook import let_figures_be_shown
 
     let_figures_be_shown()
@@ -128,13 +128,30 @@ def portray(
 
 @dataclass(frozen=True)
 class Job(jobs.Job):
-    """An orbit in full, in an archive; `csv`, a file for its histories as well."""
+    """An orbit in full: its page, and where they are asked for its numbers.
+
+    An archive without a name is not written unless `csv`, a file for its histories, is asked for.
+    """
 
     content = PORTRAIT
 
     request: PortraitRequest
-
     csv: Path | None = None
+
+    @classmethod
+    def of(
+        cls,
+        request: PortraitRequest,
+        source: Path | None,
+        archive: str | os.PathLike[str] | None,
+        plot: Path | None,
+        how: RunOptions,
+        csv: Path | None = None,
+    ) -> Job:
+        """Return a job whose archive need not have a name: then its own picture is drawn anew."""
+        if archive is None:
+            how = replace(how, resume=not how.overwrite)
+        return cls(request, source, ArchivePath.for_result(archive, _NAME), plot, how, csv)
 
     def __post_init__(self) -> None:
         """Raise `RequestError` for files that cannot be written."""
@@ -155,25 +172,49 @@ class Job(jobs.Job):
 
     def found(self) -> Portrait:
         """Follow the orbit, and return what was found."""
-        from nlds_vines.portrait.result import histories_in, portrait_in
-        from nlds_vines.portrait.run import run
+        from nlds_vines.portrait.result import Portrait, histories_in, portrait_in
+        from nlds_vines.portrait.run import run, views_of
 
-        run(self.request, self.archive, self.how)
+        archive = ArchivePath.of(self.archive)
+        if archive.named is None and self.csv is None:
+            views = views_of(self.request, quiet=self.how.quiet)
+            return Portrait(None, tuple(views), self.request)
+        run(self.request, archive, self.how)
         if self.csv is not None:
-            with ArchivePath.of(self.archive).read() as view:
+            with archive.read() as view:
                 view.to_csv(self.csv, *histories_in(view), overwrite=self.how.overwrite)
-        return portrait_in(self.archive)
+        return portrait_in(archive)
 
     def draw(self, plot: Path, found: Portrait) -> None:
-        """Draw the page from the archive."""
+        """Draw the page of what was found."""
+        self.save(self.page(found), plot)
+
+    def page(self, found: Portrait) -> Figure:
+        """Return the page of what was found."""
+        from nlds_vines.portrait.picture import portrait
+
+        return portrait(found.drawn_from, found.views)
+
+    def save(self, figure: Figure, plot: Path) -> None:
+        """Save a page of this request."""
         from nlds_vines.plotting.save import save_figure
 
-        title, mark = self.request.title, ("recipe_hash", self.request.hash)
-        save_figure(found.plot(), plot, title, mark)
+        save_figure(figure, plot, self.request.title, ("recipe_hash", self.request.hash))
 
     def plan(self) -> list[str]:
         """Return what would be computed and drawn, in words."""
-        return [*_plan(self.request), *(f"{what}: {path}" for what, path in self._files())]
+        lines = [self.request.title]
+        for run in self.request.runs():
+            begin, end = span(run)
+            states = (end - begin) * self.request.samples
+            windows = ", ".join(f"{c.window.begin} to {c.window.end}" for c in run)
+            lines.append(
+                f"{run[0].system.name}: {end} periods from "
+                f"{'rest' if self.request.start is None else self.request.start}; "
+                f"{states} states from period {begin} on; drawn: {windows}"
+            )
+        files = (f"{what}: {path}" for what, path in self._files())
+        return [*lines, f"panels: {', '.join(self.request.panels)}", *files]
 
     def paths(self) -> list[str]:
         """Return where the results are, one line each."""
@@ -184,15 +225,6 @@ class Job(jobs.Job):
         named = ArchivePath.of(self.archive).named
         found = {"archive": named, "histories": self.csv, "picture": self.plot}
         return [(what, path) for what, path in found.items() if path is not None]
-
-
-def _pictured(request: PortraitRequest, path: Path | None, overwrite: bool, quiet: bool) -> Figure:
-    """Return the page of a request, saved if there is a path."""
-    if path is not None:
-        check_plot(path)
-        _refuse(path, request, overwrite)
-    _, figure = _drawn(request, path, quiet)
-    return figure
 
 
 @typed
@@ -210,44 +242,25 @@ def portrait(
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    usual = _usual_name(options)
-    request = _request(options)
-    plot = Path(usual if options.plot is None else options.plot)
-    check_plot(plot)
-    job = _job(options, request, plot)
-    if job is None:
-        _refuse(plot, request, options.overwrite)
+    job = _job(options)
     if options.dry_run:
-        return job.carry_out(_NAME, dry_run=True) if job else _said(request, plot)
-    check_environment()
+        return job.carry_out(_NAME, dry_run=True)
     from nlds_vines.orbits.simulation import IntegrationError
 
     try:
-        if job is not None:
-            return job.carry_out(_NAME, dry_run=False)
-        views, _ = _drawn(request, plot, options.quiet)
+        return job.carry_out(_NAME, dry_run=False)
     except IntegrationError as error:
         complain(_NAME, str(error))
         return LANES_FAILED
-    if not options.quiet:
-        say(request.title, *(line for view in views for line in view.lines()), plot)
-    return DONE
 
 
-def _said(request: PortraitRequest, plot: Path) -> int:
-    say(*_plan(request), f"picture: {plot}")
-    return DONE
-
-
-def _job(options: argparse.Namespace, request: PortraitRequest, plot: Path) -> Job | None:
-    """Return the job of a command line that asks for numbers; None for a picture alone."""
-    csv = optional_path(options.csv)
-    if options.output is None and csv is None:
-        if options.resume:
-            raise RequestError("--resume is for an archive: name it by -o FILE.h5")
-        return None
-    archive = ArchivePath.for_result(options.output, _NAME)
-    return Job(request, request_path(options.source), archive, plot, run_options(options), csv)
+def _job(options: argparse.Namespace) -> Job:
+    """Return the job that the command line means."""
+    plot, how = Path(options.plot or _usual_name(options)), run_options(options)
+    if how.resume and options.output is None:
+        raise RequestError("--resume is for an archive: name it by -o FILE.h5")
+    source, csv = request_path(options.source), optional_path(options.csv)
+    return Job.of(_request(options), source, options.output, plot, how, csv)
 
 
 def _usual_name(options: argparse.Namespace) -> str:
@@ -258,12 +271,6 @@ def _usual_name(options: argparse.Namespace) -> str:
     start = None if options.start is None else f"start={options.start}"
     cell = [*(comma_separated(options.at) or ("cell",)), *filter(None, [start])]
     return re.sub(r"[^\w.=+-]", "_", "-".join([stem, *cell])) + ".png"
-
-
-def _refuse(path: Path, request: PortraitRequest, overwrite: bool) -> None:
-    """Raise `RequestError` where a picture of another request would be replaced unasked."""
-    how = RunOptions(resume=not overwrite, overwrite=overwrite)
-    refuse_replacing("picture", path, how, request.hash)
 
 
 def _request(options: argparse.Namespace) -> PortraitRequest:
@@ -291,37 +298,6 @@ def _of_cell(
     from nlds_vines.bifurcation.cell_orbit import cell_orbit
 
     return portrait_of(cell_orbit(source, at, start), changes, where)
-
-
-def _drawn(
-    request: PortraitRequest, plot: Path | None, quiet: bool = False
-) -> tuple[list[View], Figure]:
-    """Return the views of a request and the page drawn from them, saved if there is a path."""
-    check_environment()
-    from nlds_vines.plotting.save import save_figure
-    from nlds_vines.portrait.picture import portrait as draw
-    from nlds_vines.portrait.run import views_of
-
-    views = views_of(request, quiet=quiet)
-    figure = draw(request, views)
-    if plot is not None:
-        save_figure(figure, plot, request.title, ("recipe_hash", request.hash))
-    return views, figure
-
-
-def _plan(request: PortraitRequest) -> list[str]:
-    """Return what would be computed and shown, in words."""
-    lines = [request.title]
-    for run in request.runs():
-        begin, end = span(run)
-        states = (end - begin) * request.samples
-        windows = ", ".join(f"{c.window.begin} to {c.window.end}" for c in run)
-        lines.append(
-            f"{run[0].system.name}: {end} periods from "
-            f"{'rest' if request.start is None else request.start}; "
-            f"{states} states from period {begin} on; drawn: {windows}"
-        )
-    return [*lines, f"panels: {', '.join(request.panels)}"]
 
 
 def _declare(parser: Parser) -> None:

@@ -1,4 +1,4 @@
-"""A portrait as an archive holds it: its windows, and the request that it was drawn from."""
+"""A portrait: its windows, the request that it is drawn from, and its archive."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from nlds_vines.runs.manifest import PORTRAIT
 
 @dataclass(frozen=True)
 class Portrait(Drawable):
-    """An orbit in full, as an archive holds it.
+    """An orbit in full.
 
     Attributes:
-        path: of the archive.
+        path: of the archive; None where none was asked for.
         views: the windows of its orbits, a column of the page each.
         drawn_from: the request, as far as it concerns the page: an orbit of a scan's cell is
             not computed again from it.
@@ -34,7 +34,7 @@ class Portrait(Drawable):
 
     drawn_by = "nlds_vines.portrait.picture"
 
-    path: ArchivePath
+    path: ArchivePath | None
     views: tuple[View, ...] = field(repr=False)
     drawn_from: PortraitRequest = field(repr=False)
     cell: str = ""
@@ -60,7 +60,7 @@ class Portrait(Drawable):
 
     def to_dataframe(self, *names: str) -> Any:
         """Return datasets over one dimension, by default the histories, as a `DataFrame`."""
-        with self.path.read() as view:
+        with self.archive.read() as view:
             return view.to_pandas(*(names or histories_in(view)))
 
 

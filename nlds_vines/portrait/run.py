@@ -11,8 +11,9 @@ import numpy as np
 
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.kernels.recurrence import REPEATS, TOLERANCE, period_of
+from nlds_vines.orbits.impact_rows import IMPACT
 from nlds_vines.orbits.signals import SIGNALS
-from nlds_vines.orbits.simulation import IMPACT, Orbit, simulate
+from nlds_vines.orbits.simulation import Orbit, simulate
 from nlds_vines.orbits.spectrum import Spectrum, spectrum_of
 from nlds_vines.portrait.request import Column, PortraitRequest, Window, span
 from nlds_vines.portrait.view_table import contents

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -18,8 +18,8 @@ from nlds_vines.archives.columns import Column, columns, record_of, row_of, tabl
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.errors import RequestError
+from nlds_vines.orbits.impact_rows import IMPACT, Violation
 from nlds_vines.orbits.signals import SIGNALS, signals_of
-from nlds_vines.orbits.simulation import IMPACT, Violation
 from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.orbits.status_words import OK, STATUS
 from nlds_vines.portrait.request import PortraitRequest
@@ -68,8 +68,7 @@ def contents(
     rows = [row_of(_row_of(view)) for view in views]
     periods = [np.arange(w.begin + 1, w.end + 1) for w in (view.column.window for view in views)]
     impacts = np.concatenate([view.contacts for view in views])
-    every = [list(view.column.system.scene.components) for view in views]
-    components = max(every, key=len)
+    components = request.columns[0].system.scene.components  # of all: they are of one kind
     time = np.concatenate([view.time for view in views])
     bins = sum(view.spectrum.order.size for view in views)
     scales = [
@@ -81,9 +80,8 @@ def contents(
     ]
     if impacts.size:
         scales.append(_numbered("impact", impacts.size, "number of the impact"))
-    signal = SIGNALS[request.signal]
-    spectrum = f"of {request.signal}, {request.taper} window"
-    unit = signal.unit
+    spectrum, unit = f"of {request.signal}, {request.taper} window", SIGNALS[request.signal].unit
+    plane = ("section_point", "component")
     flags = {status.meaning: code for code, status in STATUS.items()}
     found = [
         *((entry, table_of([entry], rows)[entry.name]) for entry in columns(_Row)),
@@ -98,15 +96,8 @@ def contents(
             np.concatenate(periods).astype(np.int32),
         ),
         (
-            Dataset(
-                "section",
-                ("section_point", "component"),
-                "float64",
-                "m, m/s",
-                "state at t = nT",
-                np.nan,
-            ),
-            np.concatenate([_widened(view.section, len(components)) for view in views]),
+            Dataset("section", plane, "float64", "m, m/s", "state at t = nT", np.nan),
+            np.concatenate([view.section for view in views]),
         ),
         (_dataset("order", "bin", "1", "frequency by that of the force"), _joined(views, "order")),
         (_dataset("amplitude", "bin", unit, f"spectrum {spectrum}"), _joined(views, "amplitude")),
@@ -189,19 +180,13 @@ def _row_of(view: View) -> _Row:
 
 
 def _histories(views: Sequence[View]) -> Iterator[tuple[Dataset, np.ndarray]]:
-    """Yield the components of the state over time, and what follows from them; NaN for none."""
-    scenes = [view.column.system.scene for view in views]
-    for name in SIGNALS:
-        told = [name in scene.components or name in _DERIVED for scene in scenes]
-        has = [name in signals_of(scene) and one for scene, one in zip(scenes, told, strict=True)]
-        if any(has):
-            parts = [
-                SIGNALS[name].of(view.column.system, view.states)
-                if one
-                else np.full(len(view.time), np.nan)
-                for view, one in zip(views, has, strict=True)
-            ]
-            yield _dataset(name, "state", *SIGNALS[name][:2]), np.concatenate(parts)
+    """Yield the components of the state over time, and what follows from them."""
+    scene = views[0].column.system.scene
+    for name in signals_of(scene):
+        if name in (*scene.components, *_DERIVED):
+            unit, words, of = SIGNALS[name]
+            parts = [of(view.column.system, view.states) for view in views]
+            yield _dataset(name, "state", unit, words), np.concatenate(parts)
 
 
 def _impacts_in(view: ArchiveView) -> np.ndarray:
@@ -229,8 +214,3 @@ def _numbered(name: str, count: int, long_name: str) -> Scale:
 
 def _joined(views: Sequence[View], name: str) -> np.ndarray:
     return np.concatenate([getattr(view.spectrum, name) for view in views])
-
-
-def _widened(section: np.ndarray, width: int) -> Any:
-    """Return a section with as many components as the widest has."""
-    return np.pad(section, ((0, 0), (0, width - section.shape[1])), constant_values=np.nan)

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nlds_vines.orbits.impact_rows import Violation
 from nlds_vines.orbits.labels import name_of
 from nlds_vines.orbits.signals import SIGNALS, signals_of
 from nlds_vines.orbits.spectrum import Spectrum
 from nlds_vines.portrait.request import Column
-
-if TYPE_CHECKING:
-    from nlds_vines.orbits.simulation import Violation
 
 POWER_SHARE = 0.99
 """The share of a spectrum's power for which the report counts the fewest bins that hold it."""

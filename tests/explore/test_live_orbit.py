@@ -106,7 +106,7 @@ def test_a_start_inside_a_rigid_wall_is_refused():
 @pytest.mark.kernels
 def test_the_saved_recipe_is_the_orbit_again(orbit, tmp_path):
     path = tmp_path / "portrait.toml"
-    path.write_text(recipes.portrait_recipe(orbit.request))
+    path.write_text(orbit.request.to_toml())
     assert load_portrait(path).hash == orbit.request.hash
 
 

@@ -21,7 +21,8 @@ from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.system import System
-from nlds_vines.orbits.simulation import Violation, simulate
+from nlds_vines.orbits.impact_rows import Violation
+from nlds_vines.orbits.simulation import simulate
 from nlds_vines.orbits.status_words import OK
 
 pytestmark = pytest.mark.kernels

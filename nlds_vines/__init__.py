@@ -27,6 +27,8 @@ _HOMES = {
     "RequestError": "errors",
     "System": "model.system",
     "load_system": "model.catalogue",
+    "slow_manifold": "model.slow_manifold",
+    "SlowManifold": "model.slow_manifold",
     "Scan": "bifurcation.request",
     "load_scan": "bifurcation.request_file",
     "Orbit": "orbits.simulation",

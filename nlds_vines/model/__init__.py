@@ -12,6 +12,7 @@ In reading order:
     catalogue         the named systems
     words             systems and parameters in a few words
     linear_response   the motion without contact, in closed form
+    slow_manifold     the 1:1 response of a free mass between two walls, in closed form
     layers            a request read from a file, with changes laid over it
     setting           a key of a request file, said once, and what follows from it
 """

@@ -32,7 +32,7 @@ class Response:
     def E1max(self) -> np.ndarray:
         """Largest energy of the structure over a period [J], equation (6), by frequency."""
         m1, k1, _ = self.system.structure
-        return _largest(m1, k1, self.omega, np.abs(self.X1))
+        return harmonic_energy(m1, k1, self.omega, np.abs(self.X1))
 
     @property
     def shortening(self) -> np.ndarray:
@@ -122,7 +122,7 @@ def energy_alone(cells: np.ndarray) -> np.ndarray:
     """
     m1, k1, omega = cells["m1"], cells["k1"], cells["omega"]
     with np.errstate(all="ignore"):
-        return _largest(m1, k1, omega, _amplitude_alone(cells))
+        return harmonic_energy(m1, k1, omega, _amplitude_alone(cells))
 
 
 def alone(cells: np.ndarray) -> dict[str, np.ndarray]:
@@ -159,6 +159,6 @@ def _amplitude(force: Any, impedance: Any) -> np.ndarray:
     return np.where(none, np.where(force == 0, 0, np.inf), found)
 
 
-def _largest(m: Any, k: Any, omega: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
+def harmonic_energy(m: Any, k: Any, omega: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
     """Return the largest energy m v^2 / 2 + k x^2 / 2 of a harmonic motion [J]."""
     return np.maximum(m * omega * omega, k) * amplitude * amplitude / 2

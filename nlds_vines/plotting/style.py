@@ -33,6 +33,7 @@ STYLE: dict[Any, Any] = {
     "axes.labelsize": 9,
     "axes.linewidth": 0.6,
     "axes.formatter.use_mathtext": True,
+    "axes.formatter.limits": (-5, 5),
     "xtick.labelsize": 8,
     "ytick.labelsize": 8,
     "xtick.direction": "in",

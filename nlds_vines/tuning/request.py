@@ -29,6 +29,7 @@ from nlds_vines.model.setting import (
     entries,
     setting,
 )
+from nlds_vines.model.slow_manifold import slow_manifold
 from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import objectives_of
 from nlds_vines.orbits.settings import TOLERANCE, tolerance_setting
@@ -182,6 +183,21 @@ class Tuning(Request):
     def unit(self) -> str:
         """The unit of the objective."""
         return objectives_of(self.system.scene)[self.search.objective]
+
+    @property
+    def first_design(self) -> np.ndarray | None:
+        """The design that is known without a search, SI values in the order of `free`; or None.
+
+        Where both clearances of a free mass between two rigid walls are free, and nothing else:
+        the best clearance in closed form, `model.slow_manifold`.
+        """
+        if set(self.names) != {"C", "D"}:
+            return None
+        try:
+            found = slow_manifold(self.system.with_(C=1.0, D=1.0)).best.clearance
+        except RequestError:
+            return None
+        return np.array([found, found])
 
     def _check_names(self) -> None:
         choice("objective", self.search.objective, objectives_of(self.system.scene))

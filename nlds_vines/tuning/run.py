@@ -83,7 +83,10 @@ def _search(tuning: Tuning, log: Log, seed: int) -> float:
         return of
 
     search = tuning.search
-    search_globally(evaluate("global"), len(tuning.free), search, seed)
+    first = tuning.first_design
+    if first is not None:
+        first = np.clip(units_of(tuning.free, first[np.newaxis, :])[0], 0.0, 1.0)
+    search_globally(evaluate("global"), len(tuning.free), search, seed, first)
     points, values, _ = log.designs(seed)
     for i in _distinct(tuning, points, values, PROMISING):
         start = units_of(tuning.free, points[i : i + 1])[0]

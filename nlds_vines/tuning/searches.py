@@ -23,12 +23,17 @@ _FIRST_STEP = 0.3  # of CMA-ES: standard deviation of its first generation
 _INADMISSIBLE = 1e30  # J, in place of infinity, with which CMA-ES cannot compute
 
 
-def search_globally(evaluate: Evaluate, dimension: int, search: Search, seed: int) -> None:
+def search_globally(
+    evaluate: Evaluate, dimension: int, search: Search, seed: int, first: np.ndarray | None = None
+) -> None:
     """Run the global search of the request; its evaluations stand in the log.
+
+    Arguments: `first`, a point of the unit cube that the search begins with, where one is known.
 
     Raises `RequestError` where it needs a package that is not installed.
     """
-    {"de": _differential_evolution, "cma": _cma}[search.method](evaluate, dimension, search, seed)
+    run = {"de": _differential_evolution, "cma": _cma}[search.method]
+    run(evaluate, dimension, search, seed, first)
 
 
 def check_installed(method: str) -> None:
@@ -68,7 +73,9 @@ def polish(evaluate: Evaluate, start: np.ndarray, most: int) -> None:
     )
 
 
-def _differential_evolution(evaluate: Evaluate, dimension: int, search: Search, seed: int) -> None:
+def _differential_evolution(
+    evaluate: Evaluate, dimension: int, search: Search, seed: int, first: np.ndarray | None
+) -> None:
     """Run SciPy's differential evolution (best1bin), a generation at a time.
 
     Source: R. Storn and K. Price, Differential evolution, J. Global Optim. 11 (1997).
@@ -76,10 +83,13 @@ def _differential_evolution(evaluate: Evaluate, dimension: int, search: Search, 
     from scipy.optimize import differential_evolution
 
     generator = np.random.default_rng(seed)
+    population = latin_hypercube(search.population, dimension, generator)
+    if first is not None:
+        population[0] = first
     differential_evolution(
         lambda points: evaluate(np.ascontiguousarray(points.T)),
         bounds=[(0.0, 1.0)] * dimension,
-        init=latin_hypercube(search.population, dimension, generator),
+        init=population,
         maxiter=search.generations,
         tol=_CONTRACTED,
         seed=generator,
@@ -98,7 +108,9 @@ def latin_hypercube(count: int, dimension: int, generator: np.random.Generator) 
     return (order + generator.random((count, dimension))) / count
 
 
-def _cma(evaluate: Evaluate, dimension: int, search: Search, seed: int) -> None:
+def _cma(
+    evaluate: Evaluate, dimension: int, search: Search, seed: int, first: np.ndarray | None
+) -> None:
     """Run CMA-ES with restarts from random points until the evaluations are used up.
 
     Source: N. Hansen and A. Ostermeier, Evolutionary Computation 9 (2001).
@@ -115,7 +127,8 @@ def _cma(evaluate: Evaluate, dimension: int, search: Search, seed: int) -> None:
             "seed": int(generator.integers(1, 2**31)),
             "verbose": -9,
         }
-        strategy = cma.CMAEvolutionStrategy(generator.random(dimension), _FIRST_STEP, options)
+        start = generator.random(dimension) if first is None else first
+        strategy, first = cma.CMAEvolutionStrategy(start, _FIRST_STEP, options), None
         while left >= search.population and not strategy.stop():
             points = np.array(strategy.ask())
             found = evaluate(np.clip(points, 0.0, 1.0))

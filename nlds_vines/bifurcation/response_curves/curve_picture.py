@@ -25,6 +25,9 @@ DOTTED = (0, (1, 1.6))  # the line of E2max: lengths of dot and gap
 BOUND: dict[str, Any] = {
     "color": "#666666", "linewidth": 0.6, "linestyle": (0, (4, 2)), "zorder": 1,
 }  # fmt: skip
+MANIFOLD: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (6, 1.5, 1, 1.5)), "zorder": 4}
+"""The line of a closed form, over the curve that it is for and in its colour."""
+
 NARROW: dict[str, Any] = {**BOUND, "linewidth": 0.45, "linestyle": "solid"}
 
 
@@ -37,6 +40,9 @@ def legend_of(request: CurvePage) -> list[Any]:
     if request.damper_energy:
         text = r"$E_2^{\,\mathrm{max}}$ of a damper"
         found.append(Line2D([], [], color=RESONANCE, linestyle=DOTTED, label=text))
+    if request.manifold:
+        text = "1:1 motion in closed form"
+        found.append(Line2D([], [], label=text, **{**MANIFOLD, "color": RESONANCE}))
     if any(curve.shade for curve in request.curves):
         found.append(Patch(facecolor=IMPACTS, edgecolor="#c9bd78", linewidth=0.4, label="impacts"))
         bound = {**BOUND, "linestyle": (0, (3, 2))}  # short enough for the legend

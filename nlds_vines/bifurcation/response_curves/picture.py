@@ -19,6 +19,7 @@ from nlds_vines.bifurcation.response_curves.curve_picture import (
     BOUND,
     DOTTED,
     IMPACTS,
+    MANIFOLD,
     NARROW,
     RESONANCE,
     legend_of,
@@ -27,6 +28,8 @@ from nlds_vines.bifurcation.response_curves.curve_picture import (
 )
 from nlds_vines.bifurcation.response_curves.request import Curve, CurvePage, Panel
 from nlds_vines.bifurcation.response_curves.result import CurveValues, curves_of
+from nlds_vines.model.linear_response import harmonic_energy
+from nlds_vines.model.slow_manifold import SlowManifold
 from nlds_vines.plotting.bands import bands
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import setting_label, typeset
@@ -54,6 +57,7 @@ _LEAST_REDUCTION = -100.0  # percent: where a damper harms more, it leaves the p
 _HANDLE = 36  # points that the line of a legend's entry and the space around it take
 _VISIBLE = 0.008  # of the axis: a narrower window has one line in place of two bounds
 _ABOVE = 1.1  # upper end of the axis of energies over the highest curve
+_BEYOND = 1.5  # both ends of a logarithmic one
 
 
 def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]) -> Path:
@@ -95,7 +99,7 @@ def draw_page(
         frame for place, frame in zip(places, frames, strict=True) if place < len(request.panels)
     ]
     if energies:
-        energies[0].set_ylim(0, _ABOVE * max(frame.dataLim.y1 for frame in energies))
+        _limit_energies(energies[0], energies, request)
     if len(energies) < len(frames):
         write_letters(frames)
     layout.label(frames)
@@ -240,8 +244,32 @@ def _draw_panel(
     if request.damper_energy:
         up = r"largest energies $E_1^{\,\mathrm{max}}, E_2^{\,\mathrm{max}}$ [J]"
     frame.set_ylabel(up)
-    frame.set_ylim(0, _ABOVE * frame.dataLim.y1)
+    _limit_energies(frame, [frame], request)
+    if request.manifold:
+        for curve, _ in content:
+            _draw_manifold(frame, curve)
     _limit(frame, request)
+
+
+def _limit_energies(frame: Axes, alike: Sequence[Axes], request: CurvePage) -> None:
+    """Let the energies of a panel reach from zero, or from the least, to above the highest."""
+    high = max(one.dataLim.y1 for one in alike)
+    if not request.log:
+        frame.set_ylim(0, _ABOVE * high)
+        return
+    frame.set_yscale("log")
+    low = min(one.dataLim.minposy for one in alike)
+    if np.isfinite(low) and high > 0:
+        frame.set_ylim(low / _BEYOND, high * _BEYOND)
+
+
+def _draw_manifold(frame: Axes, curve: Curve) -> None:
+    """Draw the 1:1 response in closed form, whose amplitudes hold energies of a harmonic motion."""
+    if isinstance(curve.manifold, SlowManifold):
+        frequency, amplitude = curve.manifold.response().outline
+        m1, k1, _ = curve.scan.system.structure
+        look = {"color": curve.colour, "scalex": False, "scaley": False}
+        frame.plot(frequency, harmonic_energy(m1, k1, frequency, amplitude), **MANIFOLD | look)
 
 
 def _draw_reduction(

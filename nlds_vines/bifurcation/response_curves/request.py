@@ -26,6 +26,7 @@ from nlds_vines.model.setting import (
     entries,
     setting,
 )
+from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
 from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.plotting.style import HUES
@@ -74,6 +75,14 @@ class Curve:
         """The system, and whatever of it is not as in the catalogue: `tmd_k2=2083_c2=112`."""
         return curve_name(self.scan)
 
+    @property
+    def manifold(self) -> SlowManifold | str:
+        """The slow manifold of the system, or one line that says why it has none."""
+        try:
+            return slow_manifold(self.scan.system)
+        except RequestError as error:
+            return str(error)
+
 
 @dataclass(frozen=True)
 class Panel:
@@ -92,7 +101,8 @@ class CurvePage(Request):
     Arguments:
         title: one line for people.
         panels: each with its curves.
-        columns, damper_energy, reduction: as the fields say; a reduction only of a single panel.
+        columns, damper_energy, reduction, log, manifold: as the fields say; a reduction only of a
+            single panel, and the closed form only along omega and where a curve has one.
 
     Raises `RequestError` for curves that cannot stand on one page: along different parameters or
     values, with several starts, or without energies.
@@ -107,6 +117,15 @@ class CurvePage(Request):
     reduction: bool = setting(
         False, Truth(), "figure", "draws the reduction by each damper below the curves"
     )
+    log: bool = setting(
+        False, Truth(), "figure", "draws energies on a logarithmic axis", option="--log",
+        later=True,
+    )  # fmt: skip
+    manifold: bool = setting(
+        False, Truth(), "figure",
+        "draws the 1:1 response in closed form of each free mass between two rigid walls",
+        option="--manifold", later=True,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         """Check everything."""
@@ -117,6 +136,20 @@ class CurvePage(Request):
         first = self.curves[0].scan
         for curve in self.curves:
             _refuse_unlike(curve.scan, first)
+        if self.manifold:
+            self._check_manifold()
+
+    def _check_manifold(self) -> None:
+        """Raise `RequestError` where no curve has a closed form, or not along this axis."""
+        if self.axis != "omega":
+            raise RequestError(
+                f"manifold = true needs curves along omega; these are along {self.axis}"
+            )
+        reasons = [curve.manifold for curve in self.curves if curve.scan.system.scene.walls]
+        if all(isinstance(reason, str) for reason in reasons):
+            raise RequestError(
+                f"manifold = true: {reasons[0] if reasons else 'no curve has walls'}"
+            )
 
     @property
     def body(self) -> str:

@@ -1,0 +1,280 @@
+"""The 1:1 response of a free mass between two rigid walls in closed form: the slow manifold.
+
+Once in each half of a period the damper strikes the other wall, and between two strikes it flies
+freely.  To the structure, whose motion is nearly harmonic, only the fundamental of the damper's
+zigzag matters; that of the structure decides when the damper meets the wall.  What comes of it
+(harmonic balance over impacts) is an invariant manifold that no parameter of the structure enters,
+and on it the response to a harmonic force.
+
+Source: the manifold and the response are those of Gendelman, Alloni: J. Sound Vib. 358 (2015) 301,
+in the form of Weidemann, Bergman, Vakakis, Krack: Nonlinear Dyn. (2025), doi
+10.1007/s11071-025-10928-4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from nlds_vines.errors import RequestError
+from nlds_vines.model.system import System
+
+_MOST_XI = 1e3
+"""Amplitudes over the clearance up to which a response is looked for: far beyond, the damper is a
+mass that sticks to neither wall and takes nothing."""
+
+_LEAST_XI = 1e-6
+"""Where impacts take nothing, e = 1, and 1:1 motion is sustained however small the structure's."""
+
+_REAL = 1e-7
+"""Imaginary part over the modulus of a root that is real: of a double root, half the digits."""
+
+
+class BestClearance(NamedTuple):
+    """The largest clearance with a 1:1 response in phase resonance, and that response.
+
+    Attributes: the `clearance` [m] from the middle to a wall; `Gamma`, its share of the amplitude
+    P / (2 D k1) that the structure would have alone; `xi`, the amplitude of the structure over the
+    clearance; `omega` [rad/s]; `r`, over omega0 = sqrt(k1 / (m1 + m2)).
+    """
+
+    clearance: float
+    Gamma: float
+    xi: float
+    omega: float
+    r: float
+
+
+class FrequencyResponse(NamedTuple):
+    """A closed frequency response: the two frequencies at which each amplitude is reached.
+
+    Attributes: `amplitude` (n,) of the structure [m]; `below` and `above` (n,) [rad/s], the lower
+    and the higher frequency, the lower one NaN where there is none.
+    """
+
+    amplitude: np.ndarray
+    below: np.ndarray
+    above: np.ndarray
+
+    @property
+    def outline(self) -> tuple[np.ndarray, np.ndarray]:
+        """Frequency [rad/s] and amplitude [m] (2 n,), up the left side of the curve, then down."""
+        frequency = np.concatenate([self.below, self.above[::-1]])
+        return frequency, np.concatenate([self.amplitude, self.amplitude[::-1]])
+
+
+@dataclass(frozen=True)
+class SlowManifold:
+    """The manifold of sustained 1:1 motion, with one impact at each wall per period.
+
+    Amplitudes xi are those of the structure over the clearance.
+
+    Attributes:
+        e: coefficient of restitution.
+        damping: D = c1 / (2 sqrt(k1 (m1 + m2))).
+        clearance: from the middle to a wall [m].
+        m1, m2: the masses [kg].
+        k1: of the structure [N/m].
+        force: P [N].
+    """
+
+    e: float
+    damping: float
+    clearance: float
+    m1: float
+    m2: float
+    k1: float
+    force: float
+
+    @property
+    def mass(self) -> float:
+        """m1 + m2 [kg]."""
+        return self.m1 + self.m2
+
+    @property
+    def share(self) -> float:
+        """eps = m2 / (m1 + m2)."""
+        return self.m2 / self.mass
+
+    @property
+    def rho(self) -> float:
+        """(2 / pi) (1 - e) / (1 + e): what the impacts take."""
+        return 2.0 / np.pi * (1.0 - self.e) / (1.0 + self.e)
+
+    @property
+    def omega0(self) -> float:
+        """The frequency sqrt(k1 / (m1 + m2)) [rad/s] at which the structure carries the damper."""
+        return float(np.sqrt(self.k1 / self.mass))
+
+    @property
+    def least(self) -> float:
+        """xi_min = rho / sqrt(1 + rho^2): below it no 1:1 motion is sustained."""
+        return self.rho / float(np.sqrt(1.0 + self.rho**2))
+
+    @property
+    def alone(self) -> float:
+        """The amplitude P / (2 D k1) [m] that the structure with the damper's mass has alone."""
+        if self.damping == 0.0:
+            return np.inf
+        return self.force / (2.0 * self.damping * self.k1)
+
+    @property
+    def Gamma(self) -> float:
+        """The clearance over that amplitude."""
+        return self.clearance / self.alone
+
+    def theta(self, xi: np.ndarray) -> np.ndarray:
+        """Return the amplitude of the damper's zigzag over the clearance, NaN below xi_min.
+
+        theta = (1 + sqrt((1 + rho^2) xi^2 - rho^2)) / (1 + rho^2): the stable branch.
+        """
+        xi, one = np.asarray(xi, dtype=float), 1.0 + self.rho**2
+        with np.errstate(invalid="ignore"):
+            return (1.0 + np.sqrt(one * xi**2 - self.rho**2)) / one
+
+    def _pull(self, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return (a, b): the structure's balance at xi is (xi - a r^2) + i (2 D r xi + b r^2)."""
+        theta = self.theta(xi)
+        zigzag = 8.0 * self.share / np.pi**2 * theta / xi  # the fundamental of a triangle
+        return (1.0 - self.share) * xi + zigzag * (theta - 1.0), zigzag * self.rho * theta
+
+    def gamma(self, xi: np.ndarray, r: np.ndarray) -> np.ndarray:
+        """Return the Gamma at which the amplitude is xi at r = omega / omega0, arrays alike.
+
+        Gamma = 2 D / |(1 - (1 - eps) r^2 + 2 i D r) xi + Pi|,
+        Pi = -(8 eps / pi^2) r^2 theta ((theta - 1) - i rho theta) / xi.
+        """
+        a, b = self._pull(np.asarray(xi, dtype=float))
+        return 2.0 * self.damping / np.hypot(xi - a * r**2, 2.0 * self.damping * r * xi + b * r**2)
+
+    def resonance(self, xi: np.ndarray) -> np.ndarray:
+        """Return r of phase resonance (the backbone): r^2 = xi / a, the force a quarter ahead."""
+        a, _ = self._pull(np.asarray(xi, dtype=float))
+        return np.sqrt(xi / a)
+
+    @cached_property
+    def best(self) -> BestClearance:
+        """The largest clearance at which there is a 1:1 response in phase resonance.
+
+        With a larger one the structure reaches the amplitude of a sustained 1:1 motion at no
+        frequency; with a smaller one the damper takes less.
+
+        Raises `RequestError` without damping of the structure, for which Gamma means nothing.
+        """
+        from scipy.optimize import minimize_scalar
+
+        if self.damping == 0.0:
+            raise RequestError(
+                "c1 = 0: the best clearance is a share of the amplitude at resonance"
+            )
+
+        def missing(log_xi: float) -> float:
+            xi = np.exp(log_xi)
+            return -float(self.gamma(xi, self.resonance(xi)))
+
+        low = np.log(max(self.least, _LEAST_XI))
+        grid = np.linspace(low, np.log(_MOST_XI), 400)[1:]
+        values = [missing(x) for x in grid]
+        top = int(np.argmin(values))
+        found = minimize_scalar(
+            missing,
+            bounds=(grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)]),
+            method="bounded",
+            options={"xatol": 1e-12},
+        )
+        xi, Gamma = float(np.exp(found.x)), -float(found.fun)
+        r = float(self.resonance(np.array(xi)))
+        return BestClearance(Gamma * self.alone, Gamma, xi, r * self.omega0, r)
+
+    def response(self, points: int = 400) -> FrequencyResponse:
+        """Return the frequency response of 1:1 motion; empty where there is none.
+
+        Arguments: so many `points`, densest at both ends of the range of amplitudes.
+
+        At an amplitude xi the square of the balance is that of the static amplitude over the
+        clearance, p = P / (k1 clearance), a polynomial of degree four in r:
+        (a^2 + b^2) r^4 + 4 D b xi r^3 + (4 D^2 xi - 2 a) xi r^2 + xi^2 - p^2 = 0.
+        """
+        xi = np.geomspace(max(self.least, _LEAST_XI) * (1.0 + 1e-12), _MOST_XI, 4000)
+        reached = np.flatnonzero(np.isfinite(self._crossings(xi)[1]))
+        if not reached.size:
+            return FrequencyResponse(*np.zeros((3, 0)))
+        first, last = reached[0], reached[-1]
+        low = self._end(xi[first], xi[max(first - 1, 0)])
+        high = self._end(xi[last], xi[min(last + 1, len(xi) - 1)])
+        share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, points))
+        xi = low * (high / low) ** share
+        below, above = self._crossings(xi)
+        keep = np.isfinite(above)
+        return FrequencyResponse(
+            xi[keep] * self.clearance, below[keep] * self.omega0, above[keep] * self.omega0
+        )
+
+    def _end(self, inside: float, outside: float) -> float:
+        """Return where, between an amplitude that is reached and one that is not, it ends."""
+        for _ in range(60):
+            middle = 0.5 * (inside + outside)
+            if np.isfinite(self._crossings(np.array([middle]))[1, 0]):
+                inside = middle
+            else:
+                outside = middle
+        return inside
+
+    def _crossings(self, xi: np.ndarray) -> np.ndarray:
+        """Return the lower and the higher r (2, n) at which each amplitude (n,) is reached.
+
+        NaN where it is reached nowhere; the lower alone is NaN below the static amplitude.
+        """
+        (a, b), D = self._pull(xi), self.damping
+        push = self.force / (self.k1 * self.clearance)
+        lead = a**2 + b**2
+        companion = np.zeros((len(xi), 4, 4))
+        companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
+        companion[:, 0, 0] = -4.0 * D * b * xi / lead
+        companion[:, 0, 1] = -(4.0 * D**2 * xi - 2.0 * a) * xi / lead
+        companion[:, 0, 3] = -(xi**2 - push**2) / lead
+        roots = np.linalg.eigvals(companion)
+        positive = (abs(roots.imag) <= _REAL * abs(roots)) & (roots.real > 0.0)
+        ordered = np.sort(np.where(positive, roots.real, np.nan), axis=1)  # NaN comes last
+        one = np.count_nonzero(positive, axis=1) == 1
+        below = np.where(one, np.nan, ordered[:, 0])
+        return np.stack([below, np.where(one, ordered[:, 0], ordered[:, 1])])
+
+
+def slow_manifold(system: System) -> SlowManifold:
+    """Return the slow manifold of a system that is a free mass between two rigid walls.
+
+    Arguments: a `system` of kind `ssbl` under `restitution`, with k2 = c2 = 0 and C = D > 0.
+
+    Raises `RequestError`, which names what is otherwise, for another system.
+    """
+    p = system.parameters
+    wanted = "a free mass between two rigid walls, each as far from the middle"
+    if system.kind != "ssbl" or system.law != "restitution" or system.law_2:
+        laws = " and ".join(filter(None, (system.law, system.law_2)))
+        raise RequestError(
+            f"the slow manifold is that of {wanted}: kind 'ssbl' with law 'restitution'; "
+            f"this is {system.kind!r} with {laws!r}"
+        )
+    for name in ("k2", "c2"):
+        if p[name] != 0.0:
+            raise RequestError(f"{name} = {p[name]!r}: the slow manifold is that of {wanted}: 0")
+    if p["C"] != p["D"]:
+        raise RequestError(
+            f"C = {p['C']!r} and D = {p['D']!r}: the slow manifold is that of {wanted}: C = D"
+        )
+    for name in ("k1", "C"):
+        if p[name] == 0.0:
+            raise RequestError(f"{name} = 0: the slow manifold needs a positive one")
+    return SlowManifold(
+        e=p["e"],
+        damping=p["c1"] / (2.0 * float(np.sqrt(p["k1"] * (p["m1"] + p["m2"])))),
+        clearance=p["C"],
+        m1=p["m1"],
+        m2=p["m2"],
+        k1=p["k1"],
+        force=abs(system.force),
+    )

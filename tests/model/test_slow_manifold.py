@@ -1,0 +1,164 @@
+"""The slow manifold of a free mass between two rigid walls, beside published numbers and motion."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.bifurcation.response_curves.curve_options import page_from
+from nlds_vines.bifurcation.response_curves.picture import draw_page
+from nlds_vines.bifurcation.response_curves.result import CurveValues
+from nlds_vines.errors import RequestError
+from nlds_vines.tuning.request_file import load_tuning
+
+
+def with_clearance(gap, **changes):
+    return nv.load_system("vi-nes", C=gap, D=gap, **changes)
+
+
+def test_the_best_clearance_is_the_published_one():
+    """Weidemann, Bergman, Vakakis, Krack (2025): eps = 0.02, D = 0.001, e = 0.8."""
+    manifold = nv.slow_manifold(nv.load_system("vi-nes"))
+    best = manifold.best
+    assert best.Gamma == pytest.approx(0.33866, abs=5e-6)
+    assert best.xi == pytest.approx(0.5703, abs=5e-5)
+    assert best.r == pytest.approx(0.98846, abs=5e-6)
+    assert best.clearance == pytest.approx(0.33866 * 500.0, rel=2e-5)
+    assert manifold.Gamma == pytest.approx(0.15)
+
+
+def test_the_manifold_ends_where_no_motion_is_sustained():
+    manifold = nv.slow_manifold(nv.load_system("vi-nes"))
+    rho = 2 / np.pi * 0.2 / 1.8
+    assert manifold.least == pytest.approx(rho / np.sqrt(1 + rho**2), rel=1e-14)
+    ends = manifold.theta(np.array([manifold.least * (1 + 1e-12), manifold.least * (1 - 1e-12)]))
+    assert ends[0] == pytest.approx(1 / (1 + rho**2), rel=1e-5)
+    assert np.isnan(ends[1])
+
+
+def test_the_response_satisfies_the_balance_and_closes():
+    """On the whole curve, Gamma is the system's own by the formula for it."""
+    for gap in (50.0, 75.0, 150.0):
+        manifold = nv.slow_manifold(with_clearance(gap))
+        found = manifold.response()
+        for frequency in (found.below, found.above):
+            there = np.isfinite(frequency)
+            xi, r = found.amplitude[there] / gap, frequency[there] / manifold.omega0
+            assert manifold.gamma(xi, r) == pytest.approx(np.full(xi.size, gap / 500.0), rel=1e-8)
+        assert found.below[-1] == pytest.approx(found.above[-1], abs=1e-5)
+        assert (np.diff(found.amplitude) > 0).all()
+
+
+def test_beyond_the_best_clearance_there_is_no_response():
+    best = nv.slow_manifold(nv.load_system("vi-nes")).best.clearance
+    assert nv.slow_manifold(with_clearance(0.999 * best)).response().amplitude.size
+    assert not nv.slow_manifold(with_clearance(1.001 * best)).response().amplitude.size
+
+
+def test_without_loss_in_impacts_every_amplitude_is_sustained():
+    manifold = nv.slow_manifold(with_clearance(50.0, e=1.0))
+    assert manifold.least == 0.0
+    assert manifold.theta(np.array([0.25])) == pytest.approx([1.25])
+    assert np.isfinite(manifold.response().amplitude).all()
+
+
+@pytest.mark.parametrize(
+    ("system", "changes", "said"),
+    [
+        ("ssbl", {}, "this is 'ssbl' with 'hertz'"),
+        ("tmd", {}, "this is 'tmd'"),
+        ("vi-nes", {"k2": 1e-3}, "k2 = 0.001"),
+        ("vi-nes", {"c2": 1e-3}, "c2 = 0.001"),
+        ("vi-nes", {"C": 60.0}, "C = 60.0 and D = 75.0"),
+        ("vi-nes", {"k1": 0.0}, "k1 = 0"),
+    ],
+)
+def test_other_systems_have_none_and_are_told_why(system, changes, said):
+    with pytest.raises(RequestError, match="slow manifold") as told:
+        nv.slow_manifold(nv.load_system(system, **changes))
+    assert said in str(told.value)
+
+
+def test_the_best_clearance_needs_damping():
+    with pytest.raises(RequestError, match="c1 = 0"):
+        _ = nv.slow_manifold(nv.load_system("vi-nes", c1=0.0)).best
+
+
+def page(systems, **changes):
+    return page_from(
+        None, systems, {"figure": {"manifold": True, "reduction": False}} | changes, ""
+    )
+
+
+def test_a_page_draws_the_closed_form_over_its_curve():
+    vary = {"omega": {"start": 0.9, "stop": 1.1, "num": 5}}
+    request = page([with_clearance(50.0)], vary=vary)
+    zeros = np.zeros(5)
+    values = [
+        CurveValues(curve.name, request.values, zeros + 1, zeros, zeros, zeros)
+        for curve in request.curves
+    ]
+    for log in (False, True):
+        figure = draw_page(replace(request, log=log), values)
+        drawn = [line for line in figure.axes[0].lines if len(line.get_xdata()) > 100]
+        assert len(drawn) == 1
+        response = nv.slow_manifold(with_clearance(50.0)).response()
+        top = np.nanmax(drawn[0].get_ydata())
+        at_top = 0.5 * max(1.0, 0.98 * response.above[-1] ** 2) * response.amplitude[-1] ** 2
+        assert top == pytest.approx(at_top, rel=1e-9)
+        assert figure.axes[0].get_yscale() == ("log" if log else "linear")
+
+
+@pytest.mark.parametrize(
+    ("systems", "vary", "said"),
+    [
+        (["tmd"], {"omega": {"start": 5.0, "stop": 6.0, "num": 3}}, "no curve has walls"),
+        (["ssbl"], {"omega": {"start": 5.0, "stop": 6.0, "num": 3}}, "free mass between two rigid"),
+        (
+            ["vi-nes"],
+            {"P": {"start": 1.0, "stop": 2.0, "num": 3}},
+            "along omega; these are along P",
+        ),
+    ],
+)
+def test_a_page_without_a_closed_form_is_refused(systems, vary, said):
+    with pytest.raises(RequestError, match=said):
+        page(systems, vary=vary)
+
+
+def test_a_tuning_of_both_clearances_begins_with_the_best_one():
+    free = {name: {"low": 1.0, "high": 400.0} for name in ("C", "D")}
+    found = load_tuning({"system": "vi-nes", "free": free}).first_design
+    assert found == pytest.approx([169.3324, 169.3324], abs=1e-3)
+    assert load_tuning({"system": "vi-nes", "free": {"C": free["C"]}}).first_design is None
+    assert load_tuning({"system": "ssbl", "free": {"C": {}, "D": {}}}).first_design is None
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("omega", [0.95, 0.96, 0.97, 0.975])
+def test_motion_lies_within_one_percent_of_the_closed_form(omega):
+    """The motion T,2 that starts on the manifold has the amplitude of the closed form."""
+    system = with_clearance(50.0, omega=omega)
+    response = nv.slow_manifold(system).response(4000)
+    there = np.isfinite(response.below)
+    order = np.argsort(response.below[there])
+    amplitude = np.interp(omega, response.below[there][order], response.amplitude[there][order])
+    orbit = one_to_one(system, amplitude)
+    assert orbit.response["x1_max"] == pytest.approx(amplitude, rel=0.01)
+
+
+def one_to_one(system, amplitude):
+    """Return the steady motion with an impact at each wall per period, from near the manifold."""
+    omega, gap = system.parameters["omega"], system.parameters["C"]
+    for phase in np.linspace(0.0, 2 * np.pi, 12, endpoint=False):
+        x1, v1 = amplitude * np.cos(phase), -amplitude * omega * np.sin(phase)
+        for way in (1.0, -1.0):  # from the middle, as fast as the zigzag
+            start = (x1, v1, x1 + gap, way * 2.0 * gap * omega / np.pi)
+            orbit = nv.simulate(
+                system, 50, transient=3000, start=start, record=["response", "impacts"]
+            )
+            if len(orbit.impacts) == 100 and set(Counter(orbit.impacts["wall"]).values()) == {50}:
+                return orbit
+    raise AssertionError("no start reached a motion with an impact at each wall per period")

@@ -185,7 +185,7 @@ class Squeezed:
         while True:
             with np.errstate(over="ignore", invalid="ignore"):  # then the step is too long
                 rows, apart = contact.extrapolated(y, FITTED * h)
-            fit, scale = FIT @ rows.T, float(np.abs(rows[:4]).max())
+                fit, scale = FIT @ rows.T, float(np.abs(rows[:4]).max())
             off = max(apart, float(np.abs(fit[-2:, :4]).max()))
             if off <= FINE * scale or h < LEAST * max(abs(float(y[0])), 1e-6):
                 return cls(contact, fit, h)

@@ -32,7 +32,8 @@ def test_the_largest_energy_may_stand_right_after_a_rebound(monkeypatch):
 def test_as_the_twin_sees_it(piece, monkeypatch):
     monkeypatch.setitem(SCENES, LOADED.kind, LOADED)
     count, wrong = Counter(), {}
-    for i in range(piece, SYSTEMS, PIECES):
+    each = SYSTEMS // PIECES  # one after the other: all kinds and laws are in every piece
+    for i in range(piece * each, (piece + 1) * each):
         fixed, tolerance = i // PIECES % 10 == 9, TOLERANCES[i // PIECES % 3]
         found = errors_of(case_of(i), tolerance, FIXED if fixed else None)
         bound = 1e-6 if fixed else allowed(tolerance)
@@ -41,7 +42,6 @@ def test_as_the_twin_sees_it(piece, monkeypatch):
             count[name] += int(found.get(name, 0.0) > 0.0)
         if "chatter" not in found and "sensitive" not in found and not worst_of(found) <= bound:
             wrong[i] = found
-    print(piece, dict(count))
-    assert wrong == {}
+    assert wrong == {}, dict(count)
     assert count["chatter"] + count["sensitive"] < 0.25 * count["systems"]
-    assert count["let go"] > 0.02 * count["systems"]
+    assert count["let go"] > 0.02 * count["systems"], dict(count)

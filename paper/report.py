@@ -24,6 +24,7 @@ from paper.claims import (
 )
 from paper.claims.claim import tuning_frequency
 from paper.claims.contact_constants import SPECIAL
+from paper.claims.free_movement import best_within, taken_by_set_6
 from paper.claims.measured import Follow, Motion, not_followed
 from paper.claims.parameter_sets import SET6, SETS
 from paper.claims.retention import Retained, retained
@@ -104,6 +105,7 @@ class _Report:
         yield from self._dampers()
         yield from self._retention()
         yield from self._stiffness()
+        yield from self._free_movement()
         yield from _heading("What the paper does not say")
         yield from (f"- {text}" for text in _NOT_PRINTED)
         yield from self._figures()
@@ -207,6 +209,27 @@ class _Report:
             (f"{k:.3g}", *map(str, row)) for k, *row in zip(study.axes["K"], *labels, strict=True)
         )
         yield from table(("K [N/m^1.5]", *(f"{omega:.3f} rad/s" for omega in SPECIAL)), rows)
+
+    def _free_movement(self) -> Iterator[str]:
+        """Yield the tables of what the free movement behind a damper is worth (Figure 1c)."""
+        yield from _heading("The design that the paper leaves open (Figure 1c)")
+        try:
+            best, taken = list(best_within(self.evidence)), list(taken_by_set_6(self.evidence))
+        except Missing as missing:
+            yield f"{missing}."
+            return
+        yield (
+            "A damper that may pass the structure by L. First the least energy of all dampers that "
+            f"keep L, at {tuning_frequency():g} rad/s; then how far Set 6 passes the structure "
+            "where k1 changes: with as much L its tuning is kept as that of Figure 1d. "
+            "Transients from rest count."
+        )
+        yield ""
+        head = ("L [m]", "least E1max [J]", "k2 [N/m]", "c2 [N s/m]", "dampers that keep L")
+        yield from table(head, best)
+        yield ""
+        head = ("k1 [N/m]", "peak [J]", "at [rad/s]", "L where tuned [m]", "at the peak", "at most")
+        yield from table(head, taken)
 
     def _figures(self) -> Iterator[str]:
         """Yield the pictures beside the report; a link where Markdown cannot show them."""

@@ -10,6 +10,7 @@ In reading order:
     retention           section 4.1: the energy that is kept when the stiffness changes
     damping_and_force   sections 4.2, 4.3: when the damping or the force changes
     damper_designs      section 2: designs of the damper, the surface on which it strikes
+    free_movement       section 2: the design of Figure 1c, which the paper leaves open
     published_optima    sections 2 and 3: whether the printed dampers are optima
     dynamics            section 5: the regimes of the SSul NES at different frequencies
     single_orbits       section 5: the orbits of Figures 9 and 10

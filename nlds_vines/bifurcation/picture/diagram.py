@@ -145,10 +145,10 @@ def _tiers(
     small = _SMALL if len(cuts) > 1 else 1.0
     found: list[Tier] = []
     for cut in cuts:
-        found += strips_of(cut, page)
-        for name in rows:
-            if len(cuts) == 1 or not known[name].single:
-                found.append(_panel([cut], known, name, small * page.panel))
+        own = [name for name in rows if len(cuts) == 1 or not known[name].single]
+        if own or cut.labels() is not None:
+            found += strips_of(cut, page)
+        found += [_panel([cut], known, name, small * page.panel) for name in own]
     if len(cuts) > 1:
         numbers = [name for name in rows if known[name].single]
         found += [_panel(cuts, known, name, page.panel) for name in numbers]

@@ -29,6 +29,7 @@ PASSES = "passes the limit"
 
 _SECTION_DOT, _NUMBER_DOT, _EXPONENT_DOT, _LEGEND_DOT = 0.75, 2.0, 1.4, 3.0  # points
 _HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": "#d0a0a0", "linewidth": 0}
+_CROSSES = 40  # along a curve, at most: more of them hide it
 _CROSS: dict[str, Any] = {"marker": "x", "linestyle": "none", "markeredgewidth": 0.7}
 _LIGHTEST = 0.82  # of the shades of curves: lighter ones are too pale on white paper
 
@@ -136,10 +137,18 @@ def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None
         many = found.shape[1] * found.shape[2]
         style: dict[str, Any] = {"linewidth": 1.0} if many == 1 else {**DOT, "markersize": 1.4}
         panel.plot(np.repeat(cut.values, many), found.ravel(), color=colour, **style)
-        cells, starts = np.nonzero(cut.violated())
+        cells, starts = np.nonzero(_thinned(cut.violated()))
         if cells.size:
             up = found[cells, starts, 0]
             panel.plot(cut.values[cells], up, color=colour, markersize=2.5, **_CROSS)
+
+
+def _thinned(flagged: np.ndarray) -> np.ndarray:
+    """Return which of the flagged cells (n, starts) bear a cross: ends of runs, few in between."""
+    before, after = np.zeros_like(flagged), np.zeros_like(flagged)
+    before[1:], after[:-1] = flagged[:-1], flagged[1:]
+    few = np.arange(len(flagged)) % max(1, len(flagged) // _CROSSES) == 0
+    return flagged & (~before | ~after | few[:, np.newaxis])
 
 
 def _hatch_violated(panel: Axes, cut: Slice) -> None:

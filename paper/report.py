@@ -225,11 +225,11 @@ class _Report:
             "Transients from rest count."
         )
         yield ""
-        head = ("L [m]", "least E1max [J]", "k2 [N/m]", "c2 [N s/m]", "dampers that keep L")
-        yield from table(head, best)
+        damper = ("L [m]", "least E1max [J]", "k2 [N/m]", "c2 [N s/m]", "dampers that keep L")
+        yield from table(damper, best)
         yield ""
-        head = ("k1 [N/m]", "peak [J]", "at [rad/s]", "L where tuned [m]", "at the peak", "at most")
-        yield from table(head, taken)
+        way = ("k1 [N/m]", "peak [J]", "at [rad/s]", "L where tuned [m]", "at the peak", "at most")
+        yield from table(way, taken)
 
     def _figures(self) -> Iterator[str]:
         """Yield the pictures beside the report; a link where Markdown cannot show them."""

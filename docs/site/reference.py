@@ -34,6 +34,7 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.laws import LAWS, of_second
 from nlds_vines.model.parameter import Parameter
 from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.ratios import RATIOS
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
 from nlds_vines.model.setting import settings_of
@@ -107,6 +108,22 @@ def parameters() -> str:
         for name, entry in PARAMETERS.items()
     )
     return table(("symbol", "name", "unit", "meaning", "allowed", "of"), rows)
+
+
+def ratios() -> str:
+    """Return the table of what may be given in place of parameters."""
+    rows = (
+        (
+            ratio.what.symbol,
+            f"`{ratio.name}`",
+            ratio.what.unit,
+            ratio.what.meaning,
+            f"`{ratio.gives}`",
+            _code(kind for kind, scene in SCENES.items() if ratio.fits(scene)),
+        )
+        for ratio in RATIOS
+    )
+    return table(("symbol", "name", "unit", "meaning", "in place of", "of"), rows)
 
 
 def _allowed(entry: Parameter) -> str:
@@ -312,6 +329,7 @@ MADE: Mapping[str, Callable[[], str]] = {
     "kinds": kinds,
     "laws": laws,
     "parameters": parameters,
+    "ratios": ratios,
     "scans": of_scans,
     "tunings": of_tunings,
     "continuations": of_continuations,

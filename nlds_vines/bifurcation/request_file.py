@@ -14,6 +14,7 @@ from nlds_vines.model.axis import MOST_VALUES, Axis, announced
 from nlds_vines.model.catalogue import as_system, looks_like_path
 from nlds_vines.model.layers import Form, Layer, Layers
 from nlds_vines.model.packaged_files import resource_text
+from nlds_vines.model.ratios import axes_of_parameters, meant_by
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System, refuse_contradiction
@@ -75,6 +76,8 @@ def _scan(layers: Layers) -> Scan:
     system = _system(layers, varying)
     sampling = _sampling(layers)
     want = _want(layers, system.scene, sampling.get("method", Scan.method))
+    with at(varying.place("vary")):
+        axes = axes_of_parameters(axes, system.scene, system.parameters)
     title = layers.title(outdated_by=("system", "set", "vary"))
     if title is None:
         title = _made_up_title(layers, system, axes)
@@ -87,7 +90,8 @@ def _made_up_title(layers: Layers, system: System, axes: tuple[Axis, ...]) -> st
     """Return a title made of the system, the parameters that are set, and those that vary."""
     varied = [axis.name for axis in axes]
     system = system.with_axes(varied)  # without a force, where the ground's motion varies
-    fixed = sorted((layers.table("set").keys() & system.parameters.keys()) - set(varied))
+    given = set(meant_by(system.scene, layers.table("set")))
+    fixed = sorted((given & system.parameters.keys()) - set(varied))
     settings = "".join(f", {setting_in_words(name, system.parameters[name])}" for name in fixed)
     symbols = ", ".join(symbol_of(name) for name in varied)
     return f"{system_in_words(system)}{settings}: {symbols}"
@@ -112,23 +116,24 @@ def _axis(layer: Layer, name: str, entry: object) -> Axis:
 def _system(layers: Layers, varying: Layer) -> System:
     """Return the system with the parameters set in both layers, the upper one last."""
     system = layers.system()
-    varied = varying.table("vary").keys()
+    varied = set(meant_by(system.scene, varying.table("vary")))
     for layer in layers:
         settings = dict(layer.table("set"))
         with at(layer.place("set")):
             if layer is layers.below and varying is layers.above:
                 # what the command line varies need not be removed from [set] of the file
-                settings = {name: value for name, value in settings.items() if name not in varied}
+                kept = zip(meant_by(system.scene, settings), settings.items(), strict=True)
+                settings = dict(item for name, item in kept if name not in varied)
             else:
-                _refuse_set_and_varied(settings, varied, varying)
+                _refuse_set_and_varied(meant_by(system.scene, settings), varied, varying)
             system = system.with_(**settings)
     return system
 
 
 def _refuse_set_and_varied(
-    settings: Mapping[str, Any], varied: Collection[str], varying: Layer
+    settings: Collection[str], varied: Collection[str], varying: Layer
 ) -> None:
-    both = sorted(settings.keys() & varied)
+    both = sorted(set(settings) & set(varied))
     if both:
         raise RequestError(
             f"{both[0]} is varied by {varying.place('vary')}: set it or vary it, not both"

@@ -8,6 +8,7 @@ In reading order:
     parameters        every parameter by name
     axis              a parameter and the values it takes
     scenes/           the kinds of systems, a file each
+    ratios            damping ratios, mass ratio and Hz in place of parameters
     system            a kind with its parameters, checked
     catalogue         the named systems
     words             systems and parameters in a few words

@@ -13,6 +13,7 @@ from nlds_vines.errors import RequestError, at, choice, shown, table, typed, unk
 from nlds_vines.model.laws import HERTZ, LAWS, SECOND
 from nlds_vines.model.packaged_files import resource_text
 from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 
@@ -122,9 +123,11 @@ def _from_table(entry: Mapping[str, Any], name: str) -> System:
     contact, law = _contact(entry, "contact", "law", HERTZ.name)
     second, law_2 = _contact(entry, "contact_2", "law_2", "")
     # a parameter of another kind is refused by `System`, whose message names that parameter
-    foreign = {key: value for key, value in entry.items() if key not in PARAMETERS}
-    table("system", foreign, (*_SYSTEM_KEYS, *SCENES[kind].under(law, law_2).allowed))
-    beside = {key: value for key, value in entry.items() if key in PARAMETERS}
+    scene = SCENES[kind].under(law, law_2)
+    ratios = ratios_in(scene)
+    foreign = {key: v for key, v in entry.items() if key not in PARAMETERS and key not in ratios}
+    table("system", foreign, (*_SYSTEM_KEYS, *scene.allowed, *ratios))
+    beside = {key: value for key, value in entry.items() if key not in foreign}
     parameters: dict[str, Any] = {}
     for place, given in (
         ("[system]", beside),

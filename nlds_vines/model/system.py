@@ -17,6 +17,7 @@ from nlds_vines.archives.outline import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, number, shown, string, table, typed, unknown
 from nlds_vines.model.laws import CONSTANTS, DAMPING, HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import CONTACT, OSCILLATOR, PARAMETERS, STRUCTURE
+from nlds_vines.model.ratios import of_parameters, ratios_in, without_ratios
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
 
@@ -152,6 +153,14 @@ class System(Outlined):
         return {key: value for key, value in plain.items() if value}
 
     @property
+    def ratios(self) -> dict[str, float]:
+        """Damping ratios, mass ratio, f [Hz] and omega over omega0, as far as they mean something.
+
+        They may be given in place of c1, c2, m2 and omega (`model.ratios`).
+        """
+        return of_parameters(self.scene, self.parameters)
+
+    @property
     def scene(self) -> Scene:
         """The scene of this kind: its parts, its walls and the law of its contacts."""
         return SCENES[self.kind].under(self.law, self.law_2, self.parameters)
@@ -212,7 +221,8 @@ class System(Outlined):
     def with_(self, /, **overrides: float | str) -> System:
         """Return this system with some parameters replaced, by name, in SI units.
 
-        `K` replaces the seven contact constants; all seven together replace a given `K`.  The
+        `K` replaces the seven contact constants; all seven together replace a given `K`.  Ratios
+        stand for parameters: zeta1, zeta2, mass_ratio, f [Hz], omega_ratio (`model.ratios`).  The
         source of a changed value becomes "set by the user", and its assumption is dropped.  Another
         `law` of the contacts takes constants of its own in place of all those of the present one.
 
@@ -396,7 +406,7 @@ def _refuse_foreign(scene: Scene, names: Iterable[str]) -> None:
     if name is None:
         return
     if name not in PARAMETERS:
-        raise unknown("parameter", name, scene.allowed)
+        raise unknown("parameter", name, (*scene.allowed, *ratios_in(scene)))
     raise RequestError(
         f"{_named(scene)} has no parameter {name!r} ({PARAMETERS[name].meaning}); "
         f"allowed: {', '.join(scene.allowed)}"
@@ -419,10 +429,12 @@ def _without_table(given: Mapping[str, Any]) -> Mapping[str, Any]:
 def _merge(scene: Scene, known: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the scene's parameters, in its order: those `given`, then those `known`.
 
+    A ratio in place of a parameter (`ratios`) is turned into that.
+
     Raises `RequestError` for parameters that the scene does not have, for `K` beside a constant
     that it replaces, and for missing parameters.
     """
-    given = _without_table(given)
+    given = without_ratios(scene, known, _without_table(given))
     _refuse_foreign(scene, given)
     refuse_contradiction(given)
     constants = [name for name in CONTACT if name in given]

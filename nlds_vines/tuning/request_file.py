@@ -9,6 +9,7 @@ from typing import Any
 from nlds_vines.errors import RequestError, at, choice, typed
 from nlds_vines.model.axis import Axis, announced
 from nlds_vines.model.layers import Document, Form, Layer, Layers
+from nlds_vines.model.ratios import axes_of_parameters
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
 from nlds_vines.model.words import range_in_words, setting_in_words, symbol_of
@@ -54,7 +55,7 @@ def load_tuning(
     for layer in layers:
         _refuse_contradiction(layer)
     system = _system(layers)
-    free, over = _free(layers, system), _over(layers)
+    free, over = _free(layers, system), _over(layers, system)
     title = layers.title(outdated_by=("system", "set", "free", "over"))
     periods = SAMPLED if system.scene.walls else SAMPLED_FREE
     search, surface = Search(**layers.values("search")), _surface(layers)
@@ -115,12 +116,13 @@ def _free(layers: Layers, system: System) -> tuple[Free, ...]:
         return tuple(Free.of(name, wanted[name]) for name in in_order)
 
 
-def _over(layers: Layers) -> tuple[Axis, ...]:
+def _over(layers: Layers, system: System) -> tuple[Axis, ...]:
     with at(layers.place("over")):
         cases = prod(announced(layers.table("over")))
         if cases > MOST_LANES:
             raise RequestError(f"every design has {cases} cases; allowed: up to {MOST_LANES}")
-        return tuple(Axis.of(*item) for item in layers.table("over").items())
+        axes = tuple(Axis.of(*item) for item in layers.table("over").items())
+        return axes_of_parameters(axes, system.scene, system.parameters)
 
 
 def _surface(layers: Layers) -> Surface | None:

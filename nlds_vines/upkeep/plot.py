@@ -37,6 +37,8 @@ examples:
       of a diagram: any recorded quantity, from the top; --show ? names them
   nlds-vines plot regimes.h5 --show settling -o settling.png
       of a map: regimes, coexisting, shares, share:LABEL or a recorded number
+  nlds-vines plot figure8.h5 --frequency Hz -o hertz.png
+      over f in Hz; `ratio` counts in the frequency of the structure
   nlds-vines plot figure8.h5 --columns 1 --style grayscale -o narrow.pdf
       for one column of a paper, in a style sheet of matplotlib's
 exit status: 0 done; 2 the request is wrong
@@ -52,6 +54,7 @@ def plot(
     columns: int = 2,
     style: str | None = None,
     edges: str | os.PathLike[str] | None = None,
+    frequency: str = "rad/s",
 ) -> Figure:
     """Return the picture of an archive as a matplotlib figure; nothing is computed or written.
 
@@ -67,10 +70,13 @@ def plot(
             `matplotlib.rcParams` or in a `matplotlibrc` stays as well.
         edges: the archive of a continuation of the same system: of a plane of basins, the points
             of its edge states are marked (`nlds-vines basins`).
+        frequency: what axes of the frequency count in: rad/s (omega), Hz (f), or ratio, omega over
+            that of the structure, sqrt(k1 / m1).
 
     Raises `RequestError` for a file that is no archive, and where it does not hold what to show.
     """
     from nlds_vines.archives.archive import read
+    from nlds_vines.plotting.frequency_axis import count_in
     from nlds_vines.plotting.notebook import let_figures_be_shown
     from nlds_vines.plotting.page import page_of, sheet
     from nlds_vines.plotting.save import drawn
@@ -78,7 +84,9 @@ def plot(
     let_figures_be_shown()
     page = page_of(columns)
     with read(archive) as view, sheet(style):
-        return drawn(view, lambda opened: _draw(opened, show, page, ax, edges))
+        figure = drawn(view, lambda opened: _draw(opened, show, page, ax, edges))
+        count_in(figure, frequency, view)
+        return figure
 
 
 def _draw(
@@ -178,8 +186,9 @@ def _save(archive: Path, path: Path, options: argparse.Namespace) -> None:
     from nlds_vines.plotting.save import save_figure
 
     figure = plot(
-        archive, options.show, columns=options.columns, style=options.style, edges=options.edges
-    )
+        archive, options.show, columns=options.columns, style=options.style, edges=options.edges,
+        frequency=options.frequency,
+    )  # fmt: skip
     with read(archive) as view, sheet(options.style):
         save_figure(figure, path, view.text("title"), ("scan_hash", view.text("scan_hash")))
 
@@ -192,6 +201,12 @@ def _declare(parser: Parser) -> None:
     add("--columns", default=2, metavar="N", help="width: 1 or 2 columns of a paper [2]")
     add("--style", metavar="SHEET", help="a style sheet of matplotlib's, by name or path")
     add("--edges", metavar="BRANCHES.h5", help="of basins: mark the edge states of a continuation")
+    add(
+        "--frequency",
+        default="rad/s",
+        metavar="UNIT",
+        help="of axes of the frequency: rad/s, Hz, or ratio, over that of the structure [rad/s]",
+    )
     add("--overwrite", action="store_true", help="replace a picture")
 
 

@@ -33,11 +33,10 @@ class _Scaled(AutoLocator):
         super().__init__()
         self._factor = factor
 
-    def tick_values(self, vmin: float, vmax: float) -> np.ndarray:
+    def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
         """Return the places of the ticks [rad/s]."""
-        return np.asarray(super().tick_values(vmin * self._factor, vmax * self._factor)) / (
-            self._factor
-        )
+        places = super().tick_values(vmin * self._factor, vmax * self._factor)
+        return [float(place) / self._factor for place in places]
 
 
 def count_in(figure: Figure, unit: str, view: ArchiveView) -> None:

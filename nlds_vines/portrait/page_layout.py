@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from nlds_vines.plotting.panels import add_panel, letter
 from nlds_vines.plotting.style import CM, WIDTH
+from nlds_vines.portrait.request import PLANES
 from nlds_vines.portrait.window_view import View
 
 LEFT, RIGHT, GAP = 1.45, 1.85, 1.3
@@ -61,7 +62,7 @@ def rows_of(panels: Sequence[str], views: Sequence[View]) -> list[list[tuple[str
     """Return what stands in each row: one kind of panel for all columns.
 
     Of several columns, panels that only one of them fills stand side by side, as many as there are
-    columns.  With a single column, two phase planes that follow one another share a row.
+    columns.  With a single column, two planes that follow one another share a row.
     """
     rows: list[list[tuple[str, View]]] = []
     for panel in panels:
@@ -78,8 +79,8 @@ def _joins(row: Row, entries: Row, views: Sequence[View]) -> bool:
     """Return whether a panel, `entries`, stands in the same row as the one before it."""
     if len(views) > 1:
         return len(entries) == 1 and _mixed([*row, *entries]) and len(row) < len(views)
-    phases = all(panel.startswith("phase") for panel, _ in (*row, *entries))
-    return phases and len(row) < 2
+    planes = all(panel in PLANES for panel, _ in (*row, *entries))
+    return planes and len(row) < 2
 
 
 def _mixed(row: Row) -> bool:
@@ -135,7 +136,7 @@ def write_letters(places: Sequence[Sequence[Place]], several: bool) -> None:
         return
     for i, place in enumerate(found):
         text = letter(kinds.index(place.panel) if several else i)
-        corner = _free_corner(place.axes) if place.panel.startswith("phase") else (0, 1)
+        corner = _free_corner(place.axes) if place.panel in PLANES else (0, 1)
         x, y = corner
         place.axes.annotate(
             text, corner, (_LETTER * (1 - 2 * x), _LETTER * (1 - 2 * y)),
@@ -160,11 +161,13 @@ def _free_corner(axes: Axes) -> tuple[int, int]:
 
     Of equal ones the first: upper left, upper right, lower left, lower right.
     """
-    if not axes.lines:
+    found = [np.asarray(line.get_xydata()) for line in axes.lines]
+    found += [np.asarray(cloud.get_offsets()) for cloud in axes.collections]
+    if not sum(map(len, found)):
         return 0, 1
     axes.get_xlim()  # which settles the limits that the transformation takes
     to_axes = axes.transData + axes.transAxes.inverted()
-    points = np.concatenate([to_axes.transform(line.get_xydata()) for line in axes.lines])
+    points = np.concatenate([to_axes.transform(places) for places in found])
     corners = ((0, 1), (1, 1), (0, 0), (1, 0))
     size = np.array([_LETTER_BOX[0] / axes.bbox.width, _LETTER_BOX[1] / axes.bbox.height])
     size *= axes.figure.dpi
@@ -189,7 +192,7 @@ def _height(row: Row) -> float:
 
 def _height_of(panel: str, columns: int) -> float:
     """Return the height of a panel in a row of so many columns."""
-    if panel.startswith("phase"):
+    if panel in PLANES:
         return min(_PLANE * _width(columns), _TALLEST)
     return _SPECTRUM if panel == "spectrum" else _TIME
 
@@ -216,7 +219,7 @@ def _share_axes(places: Sequence[Sequence[Place]]) -> None:
         for place in row[1:]:
             if place.panel == row[0].panel and place.panel != "force":
                 place.axes.sharey(row[0].axes)
-                if place.panel.startswith("phase"):
+                if place.panel in PLANES:
                     place.axes.sharex(row[0].axes)
     for above, below in pairwise(places):
         if _same_times([place[:2] for place in above], [place[:2] for place in below]):

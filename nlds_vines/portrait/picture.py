@@ -36,8 +36,9 @@ from nlds_vines.portrait.page_layout import (
     make_page,
     write_letters,
 )
-from nlds_vines.portrait.request import PANELS, PortraitRequest, panels_of
+from nlds_vines.portrait.request import PANELS, PLANES, PortraitRequest, panels_of
 from nlds_vines.portrait.result import portrait_in
+from nlds_vines.portrait.section_panels import draw_impact_section, draw_section
 from nlds_vines.portrait.spectrum_panel import draw_spectrum, limit_spectra
 from nlds_vines.portrait.window_view import View
 
@@ -166,7 +167,7 @@ def _finish(place: Place, row: Sequence[Place], request: PortraitRequest) -> Non
         begin, end = place.view.column.window
         axes.set_xlim(begin, min(end, begin + request.show))
         axes.xaxis.set_major_locator(_ticks(12 // len(row), integer=True))
-    if not (place.first or place.alone or place.panel.startswith("phase")):
+    if not (place.first or place.alone or place.panel in PLANES):
         axes.set_ylabel("")
     entries = _entries(row)
     if place.last and entries:
@@ -365,6 +366,27 @@ def _phase2(place: Place, request: PortraitRequest) -> None:
     _label_plane(place.axes, "x_2")
 
 
+def _section(place: Place, request: PortraitRequest) -> None:
+    scene = place.view.column.system.scene
+    if not scene.damper:
+        _section1(place, request)
+        return
+    draw_section(place, request, 1, SECTION)
+    _label_plane(place.axes, "x_2")
+
+
+def _section1(place: Place, request: PortraitRequest) -> None:
+    draw_section(place, request, 0, SECTION)
+    scene = place.view.column.system.scene
+    _label_plane(place.axes, "x_1" if "x1" in scene.components else "x")
+
+
+def _impact_section(place: Place, request: PortraitRequest) -> None:
+    struck = place.view.column.system.scene.struck.values()
+    looks = {name: {"color": BOUNDARIES[name]["color"], "label": _words(name)} for name in struck}
+    draw_impact_section(place, request, looks)
+
+
 def _draw_boundaries(place: Place, states: np.ndarray) -> None:
     """Draw the motion of what the damper strikes, x1 + u, in the damper's phase plane.
 
@@ -404,6 +426,9 @@ _PANELS: Mapping[str, Callable[[Place, PortraitRequest], None]] = {
     "phase": _phase,
     "phase1": _phase1,
     "phase2": _phase2,
+    "section": _section,
+    "section1": _section1,
+    "impact-section": _impact_section,
     "spectrum": draw_spectrum,
 }
 

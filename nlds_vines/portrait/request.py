@@ -15,6 +15,7 @@ from nlds_vines.model.scenes import Scene
 from nlds_vines.model.setting import (
     Checked,
     OneOf,
+    Real,
     Request,
     Text,
     Whole,
@@ -43,6 +44,9 @@ PANELS: Mapping[str, str] = {
     "phase": "structure, damper and what is struck in one phase plane",
     "phase1": "phase trajectory of the structure, its section",
     "phase2": "phase trajectory of the damper, its section, what is struck",
+    "section": "Poincaré section of the damper, or of the structure without one",
+    "section1": "Poincaré section of the structure",
+    "impact-section": "section at impact: phase of the force and approach speed of each touch",
     "spectrum": "Fourier spectrum",
 }
 """What can be drawn, by name; on a page they stand in the order in which they are asked for."""
@@ -50,7 +54,11 @@ PANELS: Mapping[str, str] = {
 USUAL = ("displacement", "relative", "force", "energy", "phase1", "phase2", "spectrum")
 """The panels of a page unless others are asked for."""
 
-_OF_DAMPER = ("relative", "energy2", "phase2")
+PLANES = ("phase", "phase1", "phase2", "section", "section1", "impact-section")
+"""The panels that are planes: as high as wide, two of them side by side."""
+
+_OF_DAMPER = ("relative", "energy2", "phase2", "section1")
+_OF_WALLS = ("impact-section",)
 _OF_FORCES = ("force",)
 
 SYSTEM, SAMPLES, SHOW = "ssul-set6", 1024, 12
@@ -132,6 +140,11 @@ class PortraitRequest(Request):
     comb: int = setting(
         0, Whole(0), "portrait", "n of the nT whose lines do not count as broadband", "N",
         usual="as found, or 1",
+    )  # fmt: skip
+    section_phase: float = setting(
+        0.0, Real(0.0, 1.0), "portrait",
+        "phase of the force at which sections are taken, in turns: 0.25 where P cos(omega t) falls "
+        "through zero; the nearest sample", "TURN", later=True,
     )  # fmt: skip
     tolerance: float | str | None = tolerance_setting("sampling")
     cell: CellOrbit | None = None
@@ -276,6 +289,7 @@ class PortraitRequest(Request):
         words = ("title", "samples", "method", "show", "signal", "taper", "comb")
         settings = {name: getattr(self, name) for name in words}
         settings |= {} if self.tolerance is None else {"tolerance": self.tolerance}
+        settings |= {"section_phase": self.section_phase} if self.section_phase else {}
         start: Any = "rest" if self.start is None else list(self.start)
         if self.cell is not None:
             start = [self.cell.scan.hash, self.cell.start]
@@ -292,7 +306,9 @@ def span(run: Sequence[Column]) -> Window:
 def panels_of(scenes: Sequence[Scene]) -> tuple[str, ...]:
     """Return the panels that at least one of the scenes can fill."""
     damper, forces = any(s.damper for s in scenes), any(s.forces for s in scenes)
+    walls = any(s.walls for s in scenes)
     without = (() if damper else _OF_DAMPER) + (() if forces else _OF_FORCES)
+    without += () if walls else _OF_WALLS
     return tuple(name for name in PANELS if name not in without)
 
 

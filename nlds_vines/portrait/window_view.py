@@ -51,7 +51,16 @@ class View:
     @property
     def section(self) -> np.ndarray:
         """The states at the whole forcing periods, shape (periods, 4)."""
-        return self.states[self.samples - 1 :: self.samples]
+        return self.section_at(0)
+
+    def section_at(self, sample: int) -> np.ndarray:
+        """Return the states (periods, 4) at a sample of each period, 0 being its end, t = nT."""
+        return self.states[(sample - 1) % self.samples :: self.samples]
+
+    @property
+    def touch_phases(self) -> np.ndarray:
+        """The phases of the force at which walls were touched, in turns from 0 to 1."""
+        return self.touches / self.column.system.period % 1.0
 
     @property
     def touches(self) -> np.ndarray:

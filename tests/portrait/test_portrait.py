@@ -135,7 +135,7 @@ def test_every_scene_has_a_page_without_the_panels_it_lacks(kind):
     assert ("force [kN]" in labels) == bool(scene.walls)
     for label in ("$x_2-x_1$ [m]", "$E_2$ [J]", r"$\dot{x}_2$ [m/s]"):
         assert (label in labels) == scene.damper
-    assert len(labels) == len(ALL) - (0 if scene.damper else 3) - (0 if scene.walls else 1)
+    assert len(labels) == len(ALL) - (0 if scene.damper else 4) - (0 if scene.walls else 2)
     assert view.label == {"ssul": "T,1", "ssbl": "T,2"}.get(kind, "T,0")
 
 
@@ -221,6 +221,7 @@ def test_limits_are_lines_too_and_have_no_force(kind, own, lines):
     system = System(kind, {**OF_KIND["ssbl"].parameters, **own})
     column = Column(system, view.column.window)  # the orbit does not matter here, the scene does
     seen = replace(view, column=column, violation=simulation.Violation(2, 1.5, 0.01))
+    seen = replace(seen, contacts=view.contacts[view.contacts["wall"] == "obstacle"])
     assert "violated 2 times, by up to 0.01 m, first at 1.5 s" in "\n".join(seen.lines())
     kept = replace(seen, violation=simulation.Violation(0, np.nan, 0.0))
     assert "in the whole run: kept" in "\n".join(kept.lines())

@@ -74,7 +74,8 @@ def _scatter(axes: Axes, points: np.ndarray, colour: str, label: str, shaded: bo
     near = _neighbours(points)
     order = np.argsort(near, kind="stable")  # the dense ones above
     axes.scatter(
-        points[order, 0], points[order, 1], s=size**2, c=near[order], cmap=_shades(), rasterized=True,
+        points[order, 0], points[order, 1], s=size**2, c=near[order], cmap=_shades(),
+        rasterized=True,
         norm=LogNorm(1.0, max(2.0, float(near.max()))), linewidths=0,
     )  # fmt: skip
     axes.plot([], [], color=_shades()(0.5), label=label, **DOT)

@@ -93,6 +93,8 @@ def lane_bytes(scan: Scan) -> int:
     """
     rows = noted(scan.want, scan.transient, scan.periods)
     speeds = speeds_noted(scan.want, scan.system.scene, scan.periods)
+    if scan.spectral is not None:  # and the buffers of the transform, of as many numbers
+        rows += 2 * scan.periods * scan.spectral.samples
     orbit = 8 * (rows * len(scan.system.scene.components) + speeds) + _LANE_BYTES
     if "error" not in scan.want:
         return orbit

@@ -157,7 +157,9 @@ class Job(jobs.Job):
         super().__post_init__()
         if self.show is not None:
             datasets = self.request.table.datasets
-            known = quantities(datasets.values(), self.request.system.scene.components)
+            spectral = self.request.spectral
+            signals = () if spectral is None else spectral.signals
+            known = quantities(datasets.values(), self.request.system.scene.components, signals)
             values = [axis.values for axis in self.request.axes]
             check_show(self.show, values, self.request.starts, known, "label" in datasets)
 

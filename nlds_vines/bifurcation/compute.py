@@ -10,6 +10,7 @@ import numpy as np
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.attracted import Attracted
 from nlds_vines.bifurcation.cell_start import STEP, own_states
+from nlds_vines.kernels.arguments import Span
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.orbits import refinement, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
@@ -53,6 +54,10 @@ class Computer:
         if ATTRACTOR in scan.want:
             self.attracted = Attracted(scan, wanted, tell, helped=helped)
         self._kernels, self._finer = Kernels(wanted, tell, helped=helped), None
+        self._spectral, self._traced = scan.spectral, None
+        if self._spectral is not None:
+            traced = replace(wanted, want=("section",))
+            self._traced = Kernels(traced, tell, helped=helped)
         if "error" in scan.want:
             finer = wanted.settings.refined(scan.method)
             self._finer = Kernels(replace(wanted, settings=finer), tell)
@@ -89,6 +94,7 @@ class Computer:
         if self.attracted is None or self._kernels.records:
             outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
             arrays |= self._arrays(outputs, chains)
+        arrays |= self._spectra(chains, starts)
         for name, dataset in self.scan.table.datasets.items():
             _one_nan(_failed_filled(arrays[name], dataset, arrays["status"]))
         return arrays
@@ -106,6 +112,14 @@ class Computer:
             retraced=refinement.retraced(self._finer, outputs, chains, periods),
             refined=self._finer.run(chains, starts, transient, periods),
         )
+
+    def _spectra(self, chains: np.ndarray, starts: np.ndarray) -> dict[str, np.ndarray]:
+        """Return what is recorded of spectra, by name: of the same orbits, at more instants."""
+        if self._spectral is None or self._traced is None:
+            return {}
+        span = Span(self.scan.transient, self.scan.periods, self._spectral.samples)
+        states, status = self._traced.states(chains, starts, span)
+        return self._spectral.arrays_of(states, status == OK, self.scan.transient)
 
     def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return orbits of the scan, each by itself: cells (n, 1), starts (n, 4), places (n,).

@@ -16,6 +16,7 @@ from nlds_vines.model.parameters import described
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.responses import quantities_of
+from nlds_vines.orbits.spectral_records import SpectralRecords
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import NOT_COMPUTED, STATUS
 from nlds_vines.orbits.wants import RETRACED, SPEEDS, WANTS
@@ -33,7 +34,12 @@ def bodies_of(scene: Scene) -> tuple[str, ...]:
 
 
 def scales_of(
-    axes: Sequence[Axis], scene: Scene, start: Start, periods: int, want: Collection[str]
+    axes: Sequence[Axis],
+    scene: Scene,
+    start: Start,
+    periods: int,
+    want: Collection[str],
+    spectral: SpectralRecords | None = None,
 ) -> tuple[Scale, ...]:
     """Return every dimension that a dataset of a scan may have, with its values."""
     varied = (
@@ -50,6 +56,7 @@ def scales_of(
         Scale("component", np.array(scene.components), "1", "component of the state"),
         *([Scale("wall", np.array(walls), "1", "what is struck")] if walls else []),
         *(state_scales(len(scene.components)) if "evidence" in want else ()),
+        *(() if spectral is None else spectral.scales()),
     )
 
 
@@ -62,9 +69,16 @@ def state_scales(count: int) -> Iterator[Scale]:
 
 
 def table_of(
-    axes: Sequence[Axis], scene: Scene, start: Start, periods: int, want: Collection[str]
+    axes: Sequence[Axis],
+    scene: Scene,
+    start: Start,
+    periods: int,
+    want: Collection[str],
+    spectral: SpectralRecords | None = None,
 ) -> Table:
     """Return the datasets of a scan's archive: those that `want` asks for, and `status`.
+
+    `spectral` says more of spectra, where any are wanted.
 
     Impacts and clearances exist only in scenes with a wall, the damper's energy only with a
     damper: what cannot happen in a scene takes no room in its archive.
@@ -88,11 +102,13 @@ def table_of(
         "clearance": _clearance(lanes) if scene.walls else (),
         "error": _error(lanes, want),
     }
-    wanted = (dataset for word in WANTS if word in want for dataset in makers[word])
+    wanted = [dataset for word in WANTS if word in want for dataset in makers.get(word, ())]
+    wanted += [] if spectral is None else spectral.datasets(lanes)
     drawn = _drawn(lanes) if start.policy == "random" else ()
     driven = _ground_force(lanes) if scene.shaken else ()
     always = (*drawn, *driven, *(_violations(lanes) if scene.limit else ()), _status(lanes))
-    return Table.of((*wanted, *always), _lengths(axes, scene, start, periods, want))
+    lengths = _lengths(axes, scene, start, periods, want)
+    return Table.of((*wanted, *always), lengths | ({} if spectral is None else spectral.lengths()))
 
 
 def _lengths(

@@ -20,6 +20,7 @@ from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, component_of
 from nlds_vines.model.setting import (
     Checked,
     OneOf,
+    Real,
     Request,
     Whole,
     check_settings,
@@ -35,8 +36,17 @@ from nlds_vines.orbits.settings import (
     chosen_settings,
     tolerance_setting,
 )
+from nlds_vines.orbits.spectral_records import SpectralRecords, checked_signals
+from nlds_vines.orbits.spectrum import TAPERS
 from nlds_vines.orbits.starts import AT_ANY_PHASE, Start
-from nlds_vines.orbits.wants import ATTRACTOR, USUAL, WANTS, checked_want, refuse_impossible
+from nlds_vines.orbits.wants import (
+    ATTRACTOR,
+    USUAL,
+    WANTS,
+    checked_want,
+    refuse_impossible,
+    spectral,
+)
 
 MOST_LANES = 10**8
 """The most orbits of one scan: days of work on a large machine."""
@@ -95,6 +105,22 @@ class Scan(Request):
         "of a verdict: `quick`, `standard` or `thorough`, see [Labels](labels.md)", "EFFORT",
     )  # fmt: skip
     tolerance: float | str | None = tolerance_setting("sampling")
+    signals: tuple[str, ...] = setting(
+        (), Checked(checked_signals, listed=True), "spectrum",
+        "what spectra are of: components of the state, or u = x2 - x1", "A,B", usual="x1, u",
+        later=True,
+    )  # fmt: skip
+    highest: float = setting(
+        8.0, Real(0.0, 1000.0, inside=True), "spectrum",
+        "multiple of the forcing frequency up to which a spectrum is kept", later=True,
+    )  # fmt: skip
+    window: str = setting(
+        "hann", OneOf(TAPERS), "spectrum",
+        f"of its amplitudes: {' or '.join(f'`{name}`' for name in TAPERS)}", later=True,
+    )  # fmt: skip
+    samples: int = setting(
+        64, Whole(4, 4096), "spectrum", "states in each forcing period, for spectra", later=True
+    )
     nodes: int | None = _for_experts("nodes", "collocation nodes of a short impact")
     contact_steps: float | None = _for_experts("contact_steps", "steps of a contact")
     period_steps: float | None = _for_experts("period_steps", "steps of a period by `rk4`")
@@ -110,6 +136,7 @@ class Scan(Request):
             object.__setattr__(self, "tolerance", settings.tolerance)
         refuse_impossible(self.want, self.system.scene, self.method)
         self._check_axes()
+        _ = self.spectral  # checks what spectra are of
         if ATTRACTOR in self.want and self.start.sweeps:
             raise RequestError(
                 f"want {ATTRACTOR!r}: policy {self.start.policy!r} follows the orbits of other "
@@ -214,13 +241,28 @@ class Scan(Request):
         return self._grid([axis.values for axis in self.axes])
 
     @cached_property
+    def spectral(self) -> SpectralRecords | None:
+        """What is recorded of spectra; None where nothing is."""
+        want = spectral(self.want)
+        if not want:
+            return None
+        return SpectralRecords(
+            want, self.system.scene, self.signals, self.periods, self.samples, self.highest,
+            self.window,
+        )  # fmt: skip
+
+    @cached_property
     def table(self) -> Table:
         """The datasets of its archive."""
-        return table_of(self.axes, self.system.scene, self.start, self.periods, self.want)
+        return table_of(
+            self.axes, self.system.scene, self.start, self.periods, self.want, self.spectral
+        )
 
     def scales(self) -> tuple[Scale, ...]:
         """Return the dimensions of its archive with their values."""
-        return scales_of(self.axes, self.system.scene, self.start, self.periods, self.want)
+        return scales_of(
+            self.axes, self.system.scene, self.start, self.periods, self.want, self.spectral
+        )
 
     def document(self) -> dict[str, Any]:
         """Return the scan file that means exactly this scan, complete, as nested tables.
@@ -241,6 +283,7 @@ class Scan(Request):
             "start": start,
             "sampling": entries(self, "sampling"),
             "record": {"want": list(self.want)},
+            **({"spectrum": spectra} if (spectra := entries(self, "spectrum")) else {}),
         }
 
     @property

@@ -74,7 +74,7 @@ def _scan(layers: Layers) -> Scan:
     start = _start(layers)
     axes = _axes(varying, start.orbits)
     system = _system(layers, varying)
-    sampling = _sampling(layers)
+    sampling = _sampling(layers) | layers.values("spectrum")
     want = _want(layers, system.scene, sampling.get("method", Scan.method))
     with at(varying.place("vary")):
         axes = axes_of_parameters(axes, system.scene, system.parameters)

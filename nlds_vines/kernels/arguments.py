@@ -145,7 +145,9 @@ class CellBuffers(NamedTuple):
 class LaneBuffers(NamedTuple):
     """What all lanes note: arrays (chains, links, ...)."""
 
-    section: Any = None  # (periods, components); more rows hold the transient's last periods too
+    section: Any = (
+        None  # (periods stops, components); more rows hold the transient's last periods too
+    )
     counts: Any = None  # (2,) impacts by wall after the transient
     cycle: Any = None  # (3,) n of nT, k at the near and at the far wall, by recurrence
     energy: Any = None  # (2,), this and the next as in `CellBuffers`

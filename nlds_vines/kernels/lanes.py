@@ -27,23 +27,23 @@ BEGIN, END = 0, 1  # of an orbit, in `LaneBuffers.ends`; int() keeps each from i
 
 
 @jit
-def early_rows(section, periods, chain, link):
+def early_rows(section, points, chain, link):
     """Return the rows for the section of the transient: as many as there is room for, or None."""
     if section is None:
         return None
-    return section[chain, link, : section.shape[2] - periods]
+    return section[chain, link, : section.shape[2] - points]
 
 
 @jit
-def section_rows(section, cycle, damper, periods, chain, link):
+def section_rows(section, cycle, damper, points, chain, link):
     """Return the rows for the section points of one lane: its output, scratch, or None."""
     if section is not None:
-        return section[chain, link, section.shape[2] - periods :]
+        return section[chain, link, section.shape[2] - points :]
     if cycle is None:
         return None
     if damper is None or is_a(damper, Ground):
-        return np.empty((periods, 2))
-    return np.empty((periods, 4))
+        return np.empty((points, 2))
+    return np.empty((points, 4))
 
 
 @jit
@@ -71,13 +71,13 @@ def speeds_of(speeds, chain, link):
 
 
 @jit
-def buffers_of(parts, buffers, periods, chain, link):
+def buffers_of(parts, buffers, span, chain, link):
     """Return the `CellBuffers` of one lane: its rows of the `LaneBuffers`, and scratch."""
-    section, cycle = buffers.section, buffers.cycle
+    section, cycle, points = buffers.section, buffers.cycle, span.periods * span.stops
     return CellBuffers(
-        early_rows(section, periods, chain, link),
-        section_rows(section, cycle, parts.damper, periods, chain, link),
-        period_rows(buffers.counts, cycle, parts.near, parts.far, periods),
+        early_rows(section, points, chain, link),
+        section_rows(section, cycle, parts.damper, points, chain, link),
+        period_rows(buffers.counts, cycle, parts.near, parts.far, span.periods),
         speeds_of(buffers.speeds, chain, link),
         lane_of(buffers.energy, chain, link),
         lane_of(buffers.peak, chain, link),
@@ -115,7 +115,8 @@ def note_end(ends, chain, link, which, state):
 def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
     """Run chains `begin` to `end` - 1 of a block of cells (chains, links) from starts (chains, 4).
 
-    parts: `Parts`; span: `Span` with one stop a period; buffers: `LaneBuffers`; `status`
+    parts: `Parts`; span: `Span`, with one stop a period where a cycle is wanted; buffers:
+    `LaneBuffers`, whose section has a row for each stop; `status`
     (chains, links) takes those of `codes`. A lane that fails keeps its fill values, starts the next
     link of its chain from rest, and touches nothing of its neighbours.
     """
@@ -128,7 +129,7 @@ def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
             if link > 0 and status[chain, link - 1] == OK:
                 # the displacement is carried over, wherever the new rest may be
                 state[2] += cell.rest - cells[chain, link - 1].rest
-            own = buffers_of(parts, buffers, span.periods, chain, link)
+            own = buffers_of(parts, buffers, span, chain, link)
             note_end(buffers.ends, chain, link, int(BEGIN), state)
             code = run_cell(parts, cell, state, span, own)
             note_end(buffers.ends, chain, link, int(END), state)

@@ -44,8 +44,9 @@ LENT = ("title", "system", "set", "sampling")
 """What a file lends to a command for which it was not written."""
 
 MARKS = {
-    "vary": "scan", "record": "scan", "free": "tuning", "over": "tuning", "surface": "tuning",
-    "along": "continuation", "plane": "continuation", "portrait": "portrait", "column": "portrait",
+    "vary": "scan", "record": "scan", "spectrum": "scan", "free": "tuning", "over": "tuning",
+    "surface": "tuning", "along": "continuation", "plane": "continuation", "portrait": "portrait",
+    "column": "portrait",
     "figure": "page of curves", "panels": "page of curves", "curves": "page of curves",
     "systems": "decay", "load": "decay",
 }  # fmt: skip

@@ -180,6 +180,20 @@ class Kernels:
             self._judge(outputs, chains, transient, periods)
         return outputs
 
+    def states(
+        self, chains: np.ndarray, starts: np.ndarray, span: Span
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the states (chains, links, periods stops, components) at the stops of a span.
+
+        And how each orbit ended.  Arguments as of `run`; nothing but a section may be wanted.
+        """
+        self.prepare()
+        points = span.periods * span.stops
+        outputs = Outputs.of(self._wanted, (len(chains), chains.shape[1]), 0, points)
+        assert outputs.section is not None
+        status = run(self._parts, chains, starts, span, outputs.buffers)
+        return outputs.section, status
+
     def prepare(self) -> None:
         """Have all compiled that is wanted, unless it is; tell what is waited for."""
         if not self._prepared:

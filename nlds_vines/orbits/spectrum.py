@@ -27,6 +27,9 @@ TAPERS: Mapping[str, Taper] = {"rectangular": Taper("boxcar", 0), "hann": Taper(
 """Window functions.  Rectangular: a line on a bin fills that bin; one between two bins leaks far.
 Hann: a line on a bin fills three bins; one between two bins leaks little."""
 
+NEIGHBOURS = 8
+"""Bins to either side of one whose median is the background there (`Spectrum.background_share`)."""
+
 SILENCE = 1.0e-15
 """Standard deviation, relative to the largest value, below which a signal counts as constant."""
 
@@ -129,6 +132,23 @@ class Spectrum(Outlined):
         if total == 0:
             return 0.0
         return float(power[~self._comb(n)[1:]].sum() / total)
+
+    def background_share(self, bins: int) -> float:
+        """Return the share of the power that is background and no line, 0 to 1.
+
+        Of the first `bins`, without the mean: the sum of min(P_k, median of P around k) over that
+        of P.  A line is what stands above the median of the `NEIGHBOURS` bins to either side.
+        Lines of any frequencies, those of a quasiperiodic motion too, leave next to nothing;
+        continuous spectra leave most.  With Hann's window lines may be as near as `NEIGHBOURS`
+        bins: of an nT orbit there must be ten n periods or more.
+        """
+        power = self.power[1:bins]
+        total = float(power.sum())
+        if total == 0.0:
+            return 0.0
+        padded = np.pad(power, NEIGHBOURS, mode="reflect")
+        around = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1)
+        return float(np.minimum(power, np.median(around, axis=1)).sum() / total)
 
     def bins_holding(self, share: float = 0.99) -> int:
         """Return how few bins hold a `share` (0 to 1) of the power, the mean not counted.

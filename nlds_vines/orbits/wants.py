@@ -21,6 +21,9 @@ WANTS = (
     "attractor",
     "clearance",
     "error",
+    "spectrum",
+    "lines",
+    "broadband",
 )
 """What `[record] want` may ask for."""
 
@@ -34,6 +37,9 @@ JUDGED = frozenset({"regime", "lyapunov", "settling", "evidence", "attractor"})
 
 ATTRACTOR = "attractor"
 """Of `WANTS`, what an orbit need not be followed to its end for."""
+
+SPECTRAL = ("spectrum", "lines", "broadband")
+"""Of `WANTS`, what rests on states at equal steps: on a run of its own."""
 
 NOTED = 4096
 """Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
@@ -90,7 +96,12 @@ def refuse_impossible(want: Sequence[str], scene: Scene, method: str = "exact") 
 
 def plain(want: Collection[str]) -> tuple[str, ...]:
     """Return what of a request rests on orbits that are followed to their end, one by one."""
-    return tuple(word for word in want if word != ATTRACTOR)
+    return tuple(word for word in want if word != ATTRACTOR and word not in SPECTRAL)
+
+
+def spectral(want: Collection[str]) -> tuple[str, ...]:
+    """Return what of a request rests on spectra."""
+    return tuple(word for word in want if word in SPECTRAL)
 
 
 def noted(want: Collection[str], transient: int, periods: int) -> int:

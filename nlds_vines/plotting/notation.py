@@ -98,3 +98,12 @@ _NAMES = {
 _SYMBOL = re.compile("|".join(map(_pattern, sorted(_NAMES, key=len, reverse=True))))
 _ANY = "|".join(re.escape(text) for text in sorted(_NAMES, key=len, reverse=True))
 _LIST = re.compile(rf"(?:(?<=: )(?:{_ANY})|^(?:{_ANY})(?=, ))(?:, (?:{_ANY}))*(?=$| from | tuned )")
+
+
+def signal_symbol(signal: str) -> str:
+    """Return a signal as printed: x1, v1 with a dot over x, u as x2 - x1."""
+    if signal == "u":
+        return "$x_2-x_1$"
+    letter, number = signal[0], signal[1:]
+    symbol = letter if letter == "x" else r"\dot{x}"
+    return f"${symbol}_{number}$" if number else f"${symbol}$"

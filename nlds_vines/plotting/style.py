@@ -77,11 +77,11 @@ SHADES = "viridis"
 DOT: dict[str, Any] = {"marker": "o", "markeredgewidth": 0, "linestyle": "none"}
 """Settings of a cloud of unconnected dots; their size is the picture's."""
 
-ERRORS = ("error", "error_at_end", "E1max_error")
+ERRORS = ("error", "error_at_end", "E1max_error", "broadband", "line_amplitude")
 """The recorded numbers that are drawn on a logarithmic scale."""
 
 ROUND_OFF = 1e-17
-"""The value at which an error of zero is drawn: smaller ones are round-off."""
+"""The value at which one of them that is zero is drawn: smaller ones are round-off."""
 
 FLAGGED = "label changes under refinement"
 """What a legend says of the marks of orbits whose label is not kept."""
@@ -129,6 +129,8 @@ _QUANTITIES = {
     "power_c2": ("dissipated power", "c_2"),
     "power_contact": ("dissipated by contacts", ""),
     "power_in": ("power put in", ""),
+    "broadband": ("broadband share", ""),
+    "line_amplitude": ("amplitudes of lines", ""),
 }
 _MOTIONS = {
     "x1": "displacement",

@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from nlds_vines.bifurcation.picture.quantities import Quantity
 from nlds_vines.bifurcation.picture.scan_slice import Slice
 from nlds_vines.bifurcation.picture.start_looks import Look, looks_of
+from nlds_vines.bifurcation.picture.waterfall import WATERFALL, draw_waterfall
 from nlds_vines.plotting.bands import bands, logarithmic
 from nlds_vines.plotting.palette import PASSED
 from nlds_vines.plotting.style import DOT, ERRORS, GREEN, GREY, ROUND_OFF, SHADES
@@ -39,6 +40,9 @@ def fill_panel(
 ) -> None:
     """Draw a quantity along slices: dots of one slice, a curve for each of several."""
     quantity = known[name]
+    if quantity.dataset == WATERFALL:
+        draw_waterfall(panel, cuts[0], quantity)
+        return
     if len(cuts) > 1:
         _draw_curves(panel, cuts, quantity)
     elif name in EXPONENTS:
@@ -96,7 +100,7 @@ def _dots_of(cut: Slice, look: Look, found: np.ndarray) -> tuple[np.ndarray, np.
 def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
     """Draw orbits as unconnected dots, those of one attractor in one colour."""
     found = cut.of(quantity)
-    if quantity.name in ERRORS:
+    if quantity.dataset in ERRORS:
         found = np.maximum(found, ROUND_OFF)
         panel.set_yscale("log")
     size = _NUMBER_DOT if quantity.single else _SECTION_DOT
@@ -130,7 +134,7 @@ def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None
     """
     if quantity.name in EXPONENTS:
         panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0.5)
-    if quantity.name in ERRORS:
+    if quantity.dataset in ERRORS:
         panel.set_yscale("log")
     for cut, colour in zip(cuts, curve_colours(len(cuts)), strict=True):
         found = cut.of(quantity)

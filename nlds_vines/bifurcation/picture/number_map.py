@@ -72,7 +72,7 @@ def fill_number(axes: Axes, view: ArchiveView, name: str) -> tuple[QuadMesh, str
     if name == "settling":
         unsettled |= (view[name] < 0).any(axis=-1)
     shown = np.ma.masked_where(unsettled | ~np.isfinite(values), values)
-    shades, norm = _scale(name, shown)
+    shades, norm = _scale(quantity.dataset, shown)
     mesh = fill_cells(axes, view, shown, cmap=shades.with_extremes(bad=NO_VALUE), norm=norm)
     marks: list[Any] = [_blacken(axes, view, unsettled)] if unsettled.any() else []
     if np.any(~np.isfinite(values) & ~unsettled):

@@ -6,18 +6,23 @@ nothing here.  The displacements and velocities of a section go by the names of 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
+from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.plotting.bands import drawable
+from nlds_vines.plotting.notation import raised, signal_symbol
 from nlds_vines.plotting.style import STRUCTURE, body_of, quantity_label
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView
+
+SIGNAL = "signal"
+"""The dimension along which numbers of spectra differ in what they are of."""
 
 SECTION = "section"
 """The dataset whose components are quantities of their own."""
@@ -49,7 +54,11 @@ class Quantity:
     @property
     def label(self) -> str:
         """What stands along its axis: meaning, symbol and unit."""
-        return quantity_label(self.name, self.units, self.long_name, self.body)
+        if SIGNAL not in self.index:
+            return quantity_label(self.name, self.units, self.long_name, self.body)
+        meaning = quantity_label(self.dataset, "1", self.long_name)
+        unit = "" if self.units == "1" else f" [{raised(self.units)}]"
+        return f"{meaning}, {signal_symbol(self.name.partition(':')[2])}{unit}"
 
     def of(self, view: ArchiveView, at: Mapping[str, int] | None = None) -> np.ndarray:
         """Return its values (..., starts, many), NaN where there is none; `at` fixes axes."""
@@ -60,12 +69,19 @@ class Quantity:
         return drawable(np.where(found == self.fill, np.nan, found))
 
 
-def quantities(datasets: Iterable[Dataset], components: Sequence[str]) -> dict[str, Quantity]:
-    """Return what can be drawn of these datasets, by name; `components` are those of a state."""
+def quantities(
+    datasets: Iterable[Dataset], components: Sequence[str], signals: Sequence[str] = ()
+) -> dict[str, Quantity]:
+    """Return what can be drawn of these datasets, by name.
+
+    Arguments: `components` of a state; `signals` of spectra, whose numbers are told one by one.
+    """
     found: dict[str, Quantity] = {}
     for entry in datasets:
         if entry.name == SECTION:
             found |= {name: _coordinate(entry, i, name) for i, name in enumerate(components)}
+        elif SIGNAL in entry.tail:
+            found |= {one.name: one for one in _by_signal(entry, signals)}
         elif _is_numbers(entry):
             about = entry.units, entry.long_name, float(entry.fill)
             found[entry.name] = Quantity(entry.name, entry.name, *about, single=not entry.tail)
@@ -75,8 +91,9 @@ def quantities(datasets: Iterable[Dataset], components: Sequence[str]) -> dict[s
 def quantities_in(view: ArchiveView) -> dict[str, Quantity]:
     """Return what can be drawn of an archive, by name."""
     components = list(view["component"]) if "component" in view else []
+    signals = list(view[SIGNAL]) if SIGNAL in view else []
     found, body = (
-        quantities(map(view.describe, view.names), components),
+        quantities(map(view.describe, view.names), components, signals),
         body_of(view.attrs.get("kind")),
     )
     return {name: replace(quantity, body=body) for name, quantity in found.items()}
@@ -87,6 +104,18 @@ def _coordinate(section: Dataset, place: int, name: str) -> Quantity:
     units = section.units.split(", ")[name.startswith("v")]
     text = f"{name}, {section.long_name}"
     return Quantity(name, SECTION, units, text, np.nan, single=False, index={"component": place})
+
+
+def _by_signal(entry: Dataset, signals: Sequence[str]) -> Iterator[Quantity]:
+    """Yield a number of a spectrum for each signal: `broadband:x1`."""
+    units = entry.units.split(", ")
+    for i, signal in enumerate(signals):
+        unit = units[0] if len(units) == 1 else SIGNALS[signal].unit
+        text = f"{entry.long_name.split(';')[0]}, {signal}"
+        single = entry.tail == (SIGNAL,)
+        yield Quantity(
+            f"{entry.name}:{signal}", entry.name, unit, text, np.nan, single, {SIGNAL: i}
+        )
 
 
 def _is_numbers(entry: Dataset) -> bool:

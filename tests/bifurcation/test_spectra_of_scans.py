@@ -1,0 +1,181 @@
+"""Spectra in archives: closed forms, Parseval, what tells periodic, quasiperiodic and chaotic."""
+
+import numpy as np
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.errors import RequestError
+from nlds_vines.model.linear_response import response
+from nlds_vines.orbits.spectral_records import LINES, spectral_label
+from nlds_vines.orbits.spectrum import spectrum_of
+
+ALL = ["spectrum", "lines", "broadband"]
+
+
+def scanned(tmp_path, system, want, vary=None, sampling=None, spectrum=None, name="s.h5", **more):
+    nv.scan(
+        system,
+        vary=vary or {"omega": {"values": [5.6, 6.28, 7.1]}},
+        sampling={"transient": 400, "periods": 24} | (sampling or {}),
+        record={"want": want},
+        spectrum=spectrum or {},
+        to=tmp_path / name,
+        quiet=True,
+        **more,
+    )
+    return nv.read(tmp_path / name)
+
+
+@pytest.mark.kernels
+def test_a_sine_has_one_line_with_the_amplitude_and_phase_of_the_closed_form(tmp_path):
+    with scanned(tmp_path, "none", ALL, sampling={"transient": 4000}) as found:
+        exact = response(nv.load_system("none"), found["omega"]).X1
+        assert list(found["signal"]) == ["x1"]
+        assert found["line_period"].ravel().tolist() == [1, 1, 1]
+        amplitude, phase = found["line_amplitude"][:, 0, 0], found["line_phase"][:, 0, 0]
+        assert amplitude[:, 0] == pytest.approx(abs(exact), rel=1e-13)
+        assert phase[:, 0] == pytest.approx(np.angle(exact), abs=1e-12)
+        assert (amplitude[:, 1:] < 1e-13 * abs(exact)[:, np.newaxis]).all()
+        spectrum = found["spectrum"][:, 0, 0]
+        assert found["frequency"][24] == 1.0
+        assert spectrum[:, 24] == pytest.approx(abs(exact), rel=1e-13)
+        assert (found["broadband"] < 1e-20).all()
+        assert set(found["spectral_label"].ravel().tolist()) == {"T"}
+
+
+@pytest.mark.kernels
+def test_the_linear_damper_has_its_closed_form_in_both_signals(tmp_path):
+    with scanned(tmp_path, "tmd", ["lines"], sampling={"transient": 4000}) as found:
+        both = response(nv.load_system("tmd"), found["omega"])
+        exact = np.stack([both.X1, both.X2 - both.X1], axis=1)
+        assert found["line_amplitude"][:, 0, :, 0] == pytest.approx(abs(exact), rel=1e-12)
+        assert found["line_phase"][:, 0, :, 0] == pytest.approx(np.angle(exact), abs=1e-11)
+        assert found["line_amplitude"].shape[-1] == LINES
+        assert "spectrum" not in found
+        assert "broadband" not in found
+
+
+@pytest.mark.kernels
+def test_lines_of_a_subharmonic_orbit_make_it_again(tmp_path):
+    """A 3T orbit is the sum of its recorded lines but for those beyond them."""
+    system = nv.load_system("ssul-set6", omega=7.45)
+    sampling = {"transient": 3000, "periods": 25}  # no multiple of 3
+    with scanned(
+        tmp_path, system, ["lines"], {"omega": {"values": [7.45]}}, sampling, {"samples": 256}
+    ) as found:
+        assert found["line_period"].item() == 3
+        orbit = nv.simulate(system, 3, transient=3000, record=["trajectory"], samples=256)
+        numbers = np.arange(1, LINES + 1)[:, np.newaxis]
+        angle = numbers * system.parameters["omega"] * orbit.time / 3
+        lines = found["line_amplitude"][0, 0, 0, :, np.newaxis]
+        made = (lines * np.cos(angle + found["line_phase"][0, 0, 0, :, np.newaxis])).sum(axis=0)
+        x1 = orbit.trajectory[:, 0]
+        assert made == pytest.approx(x1 - x1.mean(), abs=2e-3 * np.ptp(x1))
+
+
+@pytest.mark.kernels
+def test_parseval_with_the_recorded_rms(tmp_path):
+    spectrum = {"window": "rectangular", "samples": 512, "highest": 255.0, "signals": ["x1", "v1"]}
+    want = ["response", "spectrum"]
+    with scanned(tmp_path, "ssul-set6", want, spectrum=spectrum) as found:
+        amplitude = found["spectrum"][:, 0]
+        for i, (name, bound) in enumerate((("x1_rms", 1e-9), ("v1_rms", 1e-6))):
+            squares = amplitude[:, i, 0] ** 2 + 0.5 * (amplitude[:, i, 1:] ** 2).sum(axis=1)
+            assert squares == pytest.approx(found[name][:, 0] ** 2, rel=bound)
+        assert found.units("spectrum") == "m, m/s"
+
+
+@pytest.mark.kernels
+def test_the_broadband_share_tells_periodic_quasiperiodic_and_chaotic_apart(tmp_path):
+    vary = {"omega": {"values": [7.0, 7.38125, 7.3825, 7.385, 7.4175, 7.42, 7.45]}}
+    sampling = {"transient": 1500, "periods": 240}
+    with scanned(tmp_path, "ssul-set6", ["regime", "broadband"], vary, sampling) as found:
+        labels, share = found["label"][:, 0], found["broadband"][:, 0].max(axis=1)
+        chaos = share[labels == "chaos"]
+        lines = share[labels == "quasiperiodic"]
+        periodic = share[np.char.find(labels.astype(str), "T,") > 0]
+        assert min(map(len, (chaos, lines, periodic))) >= 2
+        assert periodic.max() < 1e-20
+        assert 1e-9 < lines.min()
+        assert lines.max() < 2e-4
+        assert chaos.min() > 2e-3
+
+
+def test_the_words_for_what_a_spectrum_says():
+    assert [spectral_label(1, 0.0), spectral_label(3, 1e-2)] == ["T", "3T"]
+    assert [spectral_label(0, s) for s in (1e-5, 5e-4, 1e-2)] == ["lines", "unclear", "broadband"]
+
+
+def test_lines_anywhere_leave_no_background_and_noise_does():
+    time = np.arange(240 * 64) / 64
+    lines = np.cos(2 * np.pi * time) + 0.3 * np.cos(2 * np.pi * 0.6180339 * time + 1.0)
+    assert spectrum_of(lines, 64, 1.0, window="hann").background_share(961) < 1e-6
+    noise = np.random.default_rng(1).normal(size=time.size)
+    assert 0.5 < spectrum_of(noise, 64, 1.0, window="hann").background_share(961) < 0.9
+    assert spectrum_of(0.0 * time, 64, 1.0, window="hann").background_share(961) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "said"),
+    [
+        ({"signals": ["x3"]}, "unknown signal 'x3'"),
+        ({"signals": ["force"]}, "unknown signal 'force'"),
+        ({"signals": ["x1", "x1"]}, "names something twice"),
+        ({"signals": "x1"}, "must be a list of words"),
+        ({"highest": 33.0}, "allowed: up to half of the samples"),
+        ({"highest": 0.0}, "must be between 0 and 1000"),
+        ({"samples": 2}, "samples = 2"),
+        ({"window": "hamming"}, "unknown window 'hamming'"),
+        ({"bins": 3}, "unknown"),
+    ],
+)
+def test_what_cannot_be_recorded_is_refused(spectrum, said):
+    with pytest.raises(RequestError, match=said):
+        load_scan("ssul-set6", {"record": {"want": ["spectrum"]}, "spectrum": spectrum})
+
+
+def test_a_scan_without_spectra_keeps_its_hash_and_one_with_them_its_file():
+    plain = load_scan("ssul-set6")
+    assert "spectrum" not in plain.document()
+    changed = {"record": {"want": ["lines"]}, "spectrum": {"signals": ["u"], "samples": 128}}
+    scan = load_scan("ssul-set6", changed)
+    assert load_scan(scan.document()) == scan
+    assert scan.table.shape("line_amplitude") == (1201, 1, 1, LINES)
+    bare = load_scan("none", {"record": {"want": ["lines"]}, "set": {}})
+    assert bare.spectral.signals == ("x1",)
+
+
+@pytest.mark.kernels
+def test_a_waterfall_shows_amplitudes_in_decades(tmp_path):
+    with scanned(tmp_path, "tmd", ALL) as found:
+        path = found.path
+        amplitude = found["spectrum"][:, 0, 0, 1:]
+    figure = nv.plot(path, "spectrum:x1,broadband:u,line_amplitude:x1")
+    waterfall, broadband, lines = (
+        a
+        for a in figure.axes
+        if a.get_ylabel()
+        and a.get_subplotspec() is None
+        and not a.get_label().startswith("<colorbar")
+    )
+    (mesh,) = waterfall.collections
+    values = np.asarray(mesh.get_array())
+    assert values.shape == amplitude.T.shape
+    assert values.max() == amplitude.max()
+    assert mesh.norm.vmin == pytest.approx(1e-6 * amplitude.max())
+    assert waterfall.get_ylabel() == r"spectrum of $x_1$, $\Omega/\omega$"
+    assert broadband.get_ylabel() == "broadband share, $x_2-x_1$"
+    assert lines.get_ylabel() == "amplitudes of lines, $x_1$ [m]"
+    assert lines.get_yscale() == "log"
+
+
+@pytest.mark.kernels
+def test_a_failed_orbit_has_no_spectrum(tmp_path):
+    vary = {"omega": {"values": [1e-7, 6.28]}}  # too stiff: millions of cells
+    with scanned(tmp_path, "ssul-set6", ["impacts", *ALL], vary) as found:
+        assert found["status"][0, 0] != 0
+        assert np.isnan(found["spectrum"][0]).all()
+        assert np.isnan(found["broadband"][0]).all()
+        assert found["spectral_label"][0, 0] == ""
+        assert np.isfinite(found["spectrum"][1]).all()

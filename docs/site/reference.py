@@ -38,9 +38,10 @@ from nlds_vines.model.ratios import RATIOS
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.scenes.base import BASES
 from nlds_vines.model.setting import settings_of
+from nlds_vines.orbits.spectral_records import SpectralRecords
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import STATUS
-from nlds_vines.orbits.wants import WANTS
+from nlds_vines.orbits.wants import WANTS, spectral
 from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.request_file import Times
 from nlds_vines.tuning.archive_table import Findings, contents
@@ -186,7 +187,9 @@ def _variants() -> Iterator[Scene]:
 def _table_of(scene: Scene, want: Sequence[str]) -> Mapping[str, Dataset]:
     """Return the datasets of a scan of a scene from random starts."""
     axes = (Axis.spaced("omega", 5.0, 6.0, 2),)
-    return table_of(axes, scene, Start("random", 2), 2, want).datasets
+    spectra = spectral(want)
+    more = SpectralRecords(spectra, scene, (), 2, 64, 8.0, "hann") if spectra else None
+    return table_of(axes, scene, Start("random", 2), 2, want, more).datasets
 
 
 def _records(words: set[str]) -> str:

@@ -15,6 +15,7 @@ from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.orbits import refinement, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
 from nlds_vines.orbits.settings import Settings
+from nlds_vines.orbits.spectral_values import arrays_of
 from nlds_vines.orbits.starts import start_states, user_states
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.orbits.wants import ATTRACTOR, plain
@@ -119,7 +120,7 @@ class Computer:
             return {}
         span = Span(self.scan.transient, self.scan.periods, self._spectral.samples)
         states, status = self._traced.states(chains, starts, span)
-        return self._spectral.arrays_of(states, status == OK, self.scan.transient)
+        return arrays_of(self._spectral, states, status == OK, self.scan.transient)
 
     def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return orbits of the scan, each by itself: cells (n, 1), starts (n, 4), places (n,).

@@ -1,7 +1,8 @@
 """What a scan records of spectra: amplitudes, the lines of periodic orbits, the broadband share.
 
 All of them rest on states at equal steps over the sampled periods, so that a whole period is a
-whole number of samples and every multiple of 1 / periods of the forcing frequency is a bin.
+whole number of samples and every multiple of 1 / periods of the forcing frequency is a bin. Here
+they are described; `spectral_values` has their values.
 """
 
 from __future__ import annotations
@@ -13,32 +14,15 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.errors import RequestError, choice, shown
-from nlds_vines.kernels.recurrence import TOLERANCE, period_of
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.signals import SIGNALS
-from nlds_vines.orbits.spectrum import TAPERS, spectrum_of
+from nlds_vines.orbits.spectrum import TAPERS
 
 LINES = 24
 """Lines of a periodic orbit that are recorded: m / n of the forcing frequency, m from 1 on."""
 
 USUAL = ("x1", "u", "x")
 """Signals that are recorded unless others are asked for, as far as a scene has them."""
-
-
-LINES_BELOW, BROADBAND_ABOVE = 1e-4, 1e-3
-"""Broadband shares of lines alone and of continuous spectra.
-
-In the default diagram, 240 periods sampled: quasiperiodic motions up to 1e-4, chaos from 6e-4, half
-of it above 5e-3."""
-
-
-def spectral_label(n: int, share: float) -> str:
-    """Return what spectra say of an orbit: its period, or what the broadband share tells."""
-    if n:
-        return f"{n}T" if n > 1 else "T"
-    if share < LINES_BELOW:
-        return "lines"
-    return "broadband" if share > BROADBAND_ABOVE else "unclear"
 
 
 def recordable(scene: Scene) -> tuple[str, ...]:
@@ -141,66 +125,3 @@ class SpectralRecords:
             yield Dataset("broadband", of_each, "float64", "1", text, np.nan)
             text = "what the spectra alone say: nT by recurrence, lines, broadband or unclear"
             yield Dataset("spectral_label", lanes, "str", "1", text, "")
-
-    # ---- their values ----------------------------------------------------------------------------
-
-    def arrays_of(
-        self, states: np.ndarray, sound: np.ndarray, transient: int
-    ) -> dict[str, np.ndarray]:
-        """Return the datasets by name, (chains, links, ...) each; NaN where orbits failed.
-
-        Arguments: `states` (chains, links, periods samples, components), the last of each period at
-        its end; `sound` (chains, links), which of them mean something; the `transient` before.
-        """
-        shape, of_each = sound.shape, (*sound.shape, len(self.signals))
-        tails = {
-            "spectrum": (self.bins,),
-            "line_amplitude": (LINES,),
-            "line_phase": (LINES,),
-            "broadband": (),
-        }
-        found = {name: np.full((*of_each, *tail), np.nan) for name, tail in tails.items()}
-        found["line_period"] = np.zeros(shape, np.int32)
-        found["spectral_label"] = np.full(shape, "", "<U16")
-        for lane in zip(*np.nonzero(sound), strict=True):
-            own = states[lane]
-            section = np.ascontiguousarray(own[self.samples - 1 :: self.samples])
-            n = int(period_of(section, TOLERANCE))
-            found["line_period"][lane] = n
-            for i, name in enumerate(self.signals):
-                values, here = self._signal(name, own), (*lane, i)
-                if "spectrum" in self.want:
-                    whole = spectrum_of(values, self.samples, 1.0, window=self.window)
-                    found["spectrum"][here] = whole.amplitude[: self.bins]
-                if "broadband" in self.want:
-                    tapered = spectrum_of(values, self.samples, 1.0, window="hann")
-                    found["broadband"][here] = tapered.background_share(self.bins)
-                if "lines" in self.want and n:
-                    amplitude, phase = self._lines(values, n, transient)
-                    found["line_amplitude"][here], found["line_phase"][here] = amplitude, phase
-            if "broadband" in self.want:
-                found["spectral_label"][lane] = spectral_label(n, found["broadband"][lane].max())
-        return found
-
-    def _signal(self, name: str, own: np.ndarray) -> np.ndarray:
-        if name == "u":
-            return own[:, 2] - own[:, 0]
-        return np.ascontiguousarray(own[:, self.scene.components.index(name)])
-
-    def _lines(self, values: np.ndarray, n: int, transient: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return amplitudes and phases (LINES,) of a signal of an nT orbit.
-
-        Of as many of the last periods as make whole cycles: then each line stands on a bin, and
-        nothing leaks.
-        """
-        cycles = self.periods // n
-        last = values[-cycles * n * self.samples :]
-        found = np.fft.rfft(last) * (2.0 / last.size)
-        numbers = np.arange(1, LINES + 1)
-        bins = numbers * cycles
-        there = bins < found.size - 1  # below the Nyquist frequency
-        lines = np.where(there, found[np.minimum(bins, found.size - 1)], np.nan)
-        first = (transient + self.periods - cycles * n) * self.samples + 1
-        turns = numbers * first / (n * self.samples)  # of the line, from t = 0 to its first sample
-        angle = np.angle(lines) - 2.0 * np.pi * (turns % 1.0)
-        return np.abs(lines), np.where(there, -((np.pi - angle) % (2.0 * np.pi) - np.pi), np.nan)

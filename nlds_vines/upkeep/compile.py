@@ -22,7 +22,14 @@ from nlds_vines.model.system import check_law
 from nlds_vines.orbits import compilation
 from nlds_vines.orbits.compilation import Needed
 from nlds_vines.orbits.settings import METHODS
-from nlds_vines.orbits.wants import WANTS, checked_want, possible_want, refuse_impossible
+from nlds_vines.orbits.wants import (
+    SPECTRAL,
+    WANTS,
+    checked_want,
+    possible_want,
+    refuse_impossible,
+    spectral,
+)
 from nlds_vines.runs.threads import check_environment
 
 _EXAMPLES = """\
@@ -56,7 +63,10 @@ def needed_for(
     if kinds and record is not None:
         for scene in chosen:
             refuse_impossible(want, scene, method)
-    found = ((scene.key, possible_want(want, scene, method)) for scene in chosen)
+    # spectra rest on a run of its own, of which nothing but the section is noted
+    runs = [tuple(word for word in want if word not in SPECTRAL)]
+    runs += [("section",)] if spectral(want) else []
+    found = ((scene.key, possible_want(run, scene, method)) for scene in chosen for run in runs)
     return [Needed(key, method, possible) for key, possible in found if possible]
 
 

@@ -74,7 +74,8 @@ def test_dimensions_are_axes_start_and_tail():
     found = request.table.length
     axes = {"omega": 2, "P": 3, "start": 5}
     of_state = dict.fromkeys(("component", "multiplier", "exponent"), 4)
-    assert found == axes | of_state | {"cycle": 4, "impact": 16, "part": 2}
+    of_spectra = {"signal": 2, "frequency": 33, "line": 24}
+    assert found == axes | of_state | of_spectra | {"cycle": 4, "impact": 16, "part": 2}
     assert "part" not in scan(want=["section"]).table.length
     assert scan("ssbl", ["impacts"]).table.length["wall"] == 2
 
@@ -97,8 +98,9 @@ def test_types_units_and_fills_are_those_of_the_contract():
     assert types == {
         **dict.fromkeys(table, "float64"),
         **dict.fromkeys(("period", "impacts", "settling", "attractor", "arrival"), "int32"),
+        "line_period": "int32",
         **dict.fromkeys(("regime", "status", "label_kept"), "int8"),
-        **dict.fromkeys(("label", "refined_label"), "str"),
+        **dict.fromkeys(("label", "refined_label", "spectral_label"), "str"),
     }
     energies = {"E1max", "E2max", "E1peak", "E2peak", "E1max_error"}
     assert {name for name in table if table[name].units == "J"} == energies

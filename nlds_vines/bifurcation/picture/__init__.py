@@ -7,6 +7,7 @@ In reading order:
     scan_slice     the results along one parameter
     start_looks    orbits of one attractor look alike, whatever their start
     dot_panel      one quantity over one parameter
+    waterfall      spectra over a parameter
     regime_strip   the coloured strip of regimes above a diagram
     strips_above   how many strips, and what their legend says
     diagram        strips and panels over one parameter

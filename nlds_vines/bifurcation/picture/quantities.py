@@ -80,7 +80,7 @@ def quantities(
     for entry in datasets:
         if entry.name == SECTION:
             found |= {name: _coordinate(entry, i, name) for i, name in enumerate(components)}
-        elif SIGNAL in entry.tail:
+        elif SIGNAL in entry.dims:
             found |= {one.name: one for one in _by_signal(entry, signals)}
         elif _is_numbers(entry):
             about = entry.units, entry.long_name, float(entry.fill)

@@ -55,7 +55,7 @@ def add_curve_options(parser: Parser) -> None:
     )
     group.add_argument("--vary", metavar="NAME=START:STOP:NUM", help="[omega=4.5:8:351]")
     group.add_argument("--start", metavar="POLICY", help="rest, up or down [rest]")
-    add_settings(group, Scan, CurvePage, but=("want", "effort"), usual=SAMPLING)
+    add_settings(group, Scan, CurvePage, but=("want", "effort", "signals"), usual=SAMPLING)
 
 
 def changes(options: argparse.Namespace) -> dict[str, Any]:

@@ -27,6 +27,7 @@ In reading order:
     basin_measures   shares, basin entropies, uncertainty exponent of a plane
     coexistence      which regimes the starts of a cell reach
     signals          forces, energies, relative displacement
+    tapers           window functions of spectra
     spectral_records  what a scan records of spectra
     spectrum         `nv.spectrum`
     spectral_values  what these records are of an orbit

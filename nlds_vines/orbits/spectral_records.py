@@ -16,7 +16,7 @@ from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.errors import RequestError, choice, shown
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.signals import SIGNALS
-from nlds_vines.orbits.spectrum import TAPERS
+from nlds_vines.orbits.tapers import TAPERS
 
 LINES = 24
 """Lines of a periodic orbit that are recorded: m / n of the forcing frequency, m from 1 on."""

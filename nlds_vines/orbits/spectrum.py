@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows
 from nlds_vines.errors import RequestError, choice, number, shown, typed, whole
 from nlds_vines.orbits.signals import SIGNALS, checked_signal
+from nlds_vines.orbits.tapers import TAPERS, weights_of
 
 if TYPE_CHECKING:
     from nlds_vines.orbits.simulation import Orbit
 
-
-class Taper(NamedTuple):
-    """A window function: its name in SciPy, and how many bins a line reaches to either side."""
-
-    scipy: str
-    reach: int
-
-
-TAPERS: Mapping[str, Taper] = {"rectangular": Taper("boxcar", 0), "hann": Taper("hann", 1)}
-"""Window functions.  Rectangular: a line on a bin fills that bin; one between two bins leaks far.
-Hann: a line on a bin fills three bins; one between two bins leaks little."""
 
 NEIGHBOURS = 8
 """Bins to either side of one whose median is the background there (`Spectrum.background_share`)."""
@@ -87,7 +76,7 @@ class Spectrum(Outlined):
 
         One bin for the rectangular window, one and a half for Hann.
         """
-        taper = _weights(self.window, self.samples * self.periods)
+        taper = weights_of(self.window, self.samples * self.periods)
         return self.resolution * float(np.mean(taper**2) / np.mean(taper) ** 2)
 
     def decibels(self, reference: float = 1.0) -> np.ndarray:
@@ -231,7 +220,7 @@ def spectrum_of(
     """
     x = _checked_values(values, whole("samples", samples, 2))
     choice("window", window, TAPERS)
-    weights, mean, count = _weights(window, x.size), x.mean(), x.size
+    weights, mean, count = weights_of(window, x.size), x.mean(), x.size
     rest = x - mean
     if rest.std() <= SILENCE * np.abs(x).max():
         rest = np.zeros_like(x)  # what round-off leaves of a constant is no spectrum
@@ -257,16 +246,3 @@ def _checked_values(values: Any, samples: int) -> np.ndarray:
     if not np.isfinite(x).all():
         raise RequestError("values must be finite numbers")
     return x
-
-
-def _weights(window: str, count: int) -> np.ndarray:
-    """Return the window's weights, periodic ones as a discrete transform needs them.
-
-    Performance: SciPy's signals take longer to import than the first orbit to be followed.
-    """
-    if window == "rectangular":
-        return np.ones(count)
-    from scipy.signal import windows
-
-    make: Callable[..., np.ndarray] = getattr(windows, TAPERS[window].scipy)
-    return make(count, sym=False)

@@ -225,11 +225,8 @@ class Job(jobs.Job):
         return super().paths()
 
     def failure(self, found: Report) -> str:
-        """Return how many orbits failed, and where it is said why."""
-        if not found.failed_lanes:
-            return ""
-        where = f"the dataset `status` of {self.archive} says why"
-        return f"{found.failed_lanes} of {found.lanes} orbits failed: {where}"
+        """Return how many orbits failed, why, and what helps."""
+        return found.why_failed()
 
 
 def _job(options: argparse.Namespace) -> Job:

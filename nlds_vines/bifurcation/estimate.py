@@ -13,6 +13,7 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.kernels.compiling import told_of_compilations
 from nlds_vines.model.axis import Axis
+from nlds_vines.model.words import parameters_in_words
 from nlds_vines.orbits.compilation import SECONDS as COMPILING
 from nlds_vines.orbits.compilation import kernels_of
 from nlds_vines.orbits.wants import ATTRACTOR
@@ -51,6 +52,7 @@ class Estimate:
         each = scan.transient + scan.periods
         return [
             scan.title,
+            f"system:   {parameters_in_words(scan.system, [axis.name for axis in scan.axes])}",
             f"orbits:   {scan.lanes} ({grid} cells, {_counted(scan.starts, 'start')} each)",
             f"periods:  {scan.transient} + {scan.periods} each, {scan.lanes * each} in all",
             f"results:  {size(result_bytes(scan))} before compression",

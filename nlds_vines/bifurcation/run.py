@@ -60,6 +60,10 @@ class Report:
         """How many orbits failed."""
         return self.tally.failed
 
+    def why_failed(self) -> str:
+        """Return how many orbits failed, why, and what helps; empty where none did."""
+        return self.tally.why_failed()
+
     def note_archive(self) -> None:
         """Count the orbits of an archive that was complete already."""
         with archive.read(self.path) as view:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.orbits.labels import FLAGS, KEPT
-from nlds_vines.orbits.status_words import OK
+from nlds_vines.orbits.status_words import OK, failures_in_words
 from nlds_vines.runs.progress import Progress
 
 if TYPE_CHECKING:
@@ -30,12 +30,14 @@ COUNTED = ("status", "label", "violations", "violation_depth")
 class Tally:
     """Counts of the orbits so far: all, those that failed, those of each regime.
 
+    `failures`: the status of each that failed.
     `violated`: those that pass the limit of their scene; `depths`: the least and the largest depth
     of these [m].
     """
 
     lanes: int = 0
     failed: int = 0
+    failures: list[int] = field(default_factory=list)
     labels: Counter[str] = field(default_factory=Counter)
     violated: int = 0
     depths: tuple[float, float] = (math.inf, 0.0)
@@ -45,6 +47,7 @@ class Tally:
         status = arrays["status"]
         self.lanes += status.size
         self.failed += int(np.count_nonzero(status != OK))
+        self.failures += status[status != OK].tolist()
         if "label" in arrays:
             self.labels.update(arrays["label"].ravel().tolist())
         if "violations" in arrays:
@@ -55,6 +58,10 @@ class Tally:
         found = depth[passed & np.isfinite(depth)]
         low, high = self.depths
         self.depths = found.min(initial=low), found.max(initial=high)
+
+    def why_failed(self) -> str:
+        """Return how many orbits failed, why, and what helps; empty where none did."""
+        return failures_in_words(np.array(self.failures, int), self.lanes)
 
     def inadmissible(self) -> list[str]:
         """Return a line that says how many orbits pass their limit, and how far; none if none."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 
 import numpy as np
 
@@ -28,6 +29,15 @@ def _name(scene: Scene) -> str:
 def setting_in_words(name: str, value: float) -> str:
     """Return a parameter with its value and unit, in plain text: K = 2.5e+07 N/m^1.5."""
     return f"{symbol_of(name)} = {with_unit(name, f'{value:g}')}"
+
+
+def parameters_in_words(system: System, varied: Collection[str] = ()) -> str:
+    """Return the kind of a system, its law, and its parameters but for those that are varied."""
+    law = f" under {system.law}" if system.scene.walls else ""
+    values = (
+        f"{name} = {value:g}" for name, value in system.parameters.items() if name not in varied
+    )
+    return f"{system.kind}{law}: {', '.join(values)}"
 
 
 def range_in_words(name: str, values: np.ndarray) -> str:

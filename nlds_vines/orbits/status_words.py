@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
+import numpy as np
+
 from nlds_vines.kernels.codes import (
     BAD_PARAMETERS,
     DIVERGED,
@@ -39,3 +41,18 @@ STATUS: Mapping[int, Status] = {
     ),
 }
 """Status of a lane by code: the CF flags of the dataset `status`. New codes need no other place."""
+
+
+def failures_in_words(status: np.ndarray, orbits: int) -> str:
+    """Return how many of so many `orbits` failed, why, and what helps; empty where none did.
+
+    Arguments: `status`, any shape, the codes of these orbits or of those among them that failed.
+    """
+    codes, counts = np.unique(status[status != OK], return_counts=True)
+    if not codes.size:
+        return ""
+    why = (
+        f"{count} {STATUS[code].name} ({STATUS[code].remedy.rstrip('.')})"
+        for code, count in zip(codes.tolist(), counts.tolist(), strict=True)
+    )
+    return f"{counts.sum()} of {orbits} orbits failed: {'; '.join(why)}"

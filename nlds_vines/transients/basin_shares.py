@@ -174,7 +174,7 @@ def shares_along(view: ArchiveView) -> Iterator[str]:
 def _refuse_without(view: ArchiveView) -> None:
     """Raise `RequestError` for an archive without attractors, or with an incomplete table."""
     if ATTRACTOR not in view:
-        raise RequestError(f"{view.path} holds no attractor: record {ATTRACTOR}")
+        raise RequestError(f"{view.path} holds no attractor: scan with --record {ATTRACTOR}")
     names = ("attractor_label", "attractor_point", "attractor_share")
     missing = [name for name in names if name not in view]
     if missing and (view[ATTRACTOR] >= 0).any():

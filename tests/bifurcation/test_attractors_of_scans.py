@@ -342,7 +342,7 @@ def test_random_starts_have_an_interval(tmp_path):
 def test_an_archive_without_attractors_or_with_a_damaged_table_is_refused(plane, tmp_path):
     h5py = pytest.importorskip("h5py")
     other = nv.bifurcation({**PLANE, "record": {"want": ["regime"]}}, tmp_path / "o.h5", quiet=True)
-    with pytest.raises(RequestError, match="holds no attractor: record attractor"):
+    with pytest.raises(RequestError, match="holds no attractor: scan with --record attractor"):
         nv.basin_measures(other)
     for change in (
         lambda file: file.__delitem__("attractor_share"),

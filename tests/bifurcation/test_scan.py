@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import nlds_vines as nv
 from nlds_vines.archives.toml import toml_text
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.choices import check_show, is_map
@@ -20,8 +21,10 @@ from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import catalogue, load_system
 from nlds_vines.model.scenes import SCENES, Scene
 from nlds_vines.model.system import CELL, System
+from nlds_vines.model.words import parameters_in_words
 from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.starts import Start, random_states, start_states
+from nlds_vines.orbits.status_words import DIVERGED, OK, TOO_STIFF, failures_in_words
 from nlds_vines.orbits.wants import WANTS, plain, possible_want
 
 REPO = Path(__file__).resolve().parents[2]
@@ -455,3 +458,17 @@ def test_both_sweeps_are_two_starts():
     assert Start("random", 3).names == ("random 0", "random 1", "random 2")
     with pytest.raises(RequestError, match="count and seed"):
         Start("both", 2)
+
+
+def test_failures_are_told_with_their_reasons_and_remedies():
+    status = np.array([[OK, TOO_STIFF, DIVERGED], [TOO_STIFF, OK, OK]])
+    told = failures_in_words(status, 400)
+    assert told.startswith("3 of 400 orbits failed: 1 diverged (Check masses")
+    assert "; 2 too_stiff (Raise omega" in told
+    assert failures_in_words(np.array([OK]), 1) == ""
+
+
+def test_a_named_system_is_told_with_its_values():
+    told = parameters_in_words(nv.load_system("bouncing-ball"), ["Y"])
+    assert told == "ball under restitution: m = 1, g = 1, omega = 1.6, e = 0.15"
+    assert parameters_in_words(nv.load_system("none")).startswith("none: m1 = 1000, k1 = 39500")

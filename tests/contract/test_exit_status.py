@@ -35,6 +35,7 @@ def calls(tmp_path, monkeypatch):
         return SimpleNamespace(
             lanes=scan.lanes,
             failed_lanes=asked.failed,
+            why_failed=lambda: f"{asked.failed} of 1201 orbits failed" if asked.failed else "",
             summary=lambda: "the summary",
             remarks=lambda: ["a remark"],
         )

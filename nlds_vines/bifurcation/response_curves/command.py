@@ -134,11 +134,14 @@ class Job(jobs.Job):
         save(self.archive, plot)
 
     def failure(self, found: ResponseCurves) -> str:
-        """Return how many orbits failed, and where it is said why."""
+        """Return how many orbits failed, why, and what helps."""
+        from nlds_vines.archives.archive import read
+        from nlds_vines.orbits.status_words import failures_in_words
+
         if not found.failed:
             return ""
-        where = f"the dataset `status` of {self.archive} says why"
-        return f"{found.failed} of {self.request.lanes} orbits failed: {where}"
+        with read(self.archive) as view:
+            return failures_in_words(view["status"], self.request.lanes)
 
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
+from nlds_vines.model.quantities import STRUCTURE
 from nlds_vines.plotting.bands import drawable
-from nlds_vines.plotting.style import STRUCTURE, body_of, quantity_label
+from nlds_vines.plotting.style import body_of, quantity_label
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView

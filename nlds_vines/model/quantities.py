@@ -6,6 +6,7 @@ recorded and is no number, as labels and codes, stands here too.  The most telli
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -51,6 +52,9 @@ top, where no section is recorded; below the other panels."""
 SIGNED, ERROR, PERIOD, WAIT = "signed", "error", "period", "wait"
 """Scales: around zero; logarithmic, where zero is round-off; by colours of periods; logarithmic
 from one period on."""
+
+
+_LONGEST = 48  # characters of a label along an axis
 
 
 @dataclass(frozen=True)
@@ -101,6 +105,11 @@ class Quantity:
         """Whether it is one number for each orbit, and no code and no word."""
         return not self.dims and self.dtype in ("float64", "int32")
 
+    def title(self, body: str = STRUCTURE) -> str:
+        """Return what it is in a few words and its symbol, as text; `body` as in `Scene.body`."""
+        words = f"{self.label or clause(self.words)} {self.symbol}".replace("$", "").strip()
+        return words.replace(STRUCTURE, body)
+
     def taken(self, held: np.ndarray) -> np.ndarray:
         """Return its values of what orbits hold in its buffer."""
         if self.of is not None:
@@ -112,6 +121,12 @@ class Quantity:
         first = "primary structure" if scene.body == STRUCTURE else scene.body
         (x, v), by = scene.components[:2], "the motion of the foot" if scene.foot else "the force"
         return self.words.format(body=scene.body, first=first, x=x, v=v, by=by)
+
+
+def clause(text: str) -> str:
+    """Return what a text says before its first comma, semicolon or bracket, up to 48 characters."""
+    clause = re.split(r"[,;:(]", text, maxsplit=1)[0].strip()
+    return clause if len(clause) <= _LONGEST else clause[:_LONGEST].rpartition(" ")[0]
 
 
 def _walls(scene: Scene) -> bool:
@@ -302,7 +317,8 @@ QUANTITIES = (
         dims=("component",),
     ),
     _of_verdict(
-        "averaging", "1", "digits to which time averages of its two halves agree", ev.DIGITS
+        "averaging", "1", "digits to which time averages of its two halves agree", ev.DIGITS,
+        label="digits to which averages agree",
     ),
     _of_verdict(
         "watched", "1", "forcing periods looked at, from the start of the orbit", ev.WATCHED

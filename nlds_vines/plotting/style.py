@@ -5,13 +5,12 @@ Colours are those of Okabe and Ito, which colour-blind readers tell apart.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
 from nlds_vines.model.parameters import described
-from nlds_vines.model.quantities import BY_NAME, COORDINATES, STRUCTURE
+from nlds_vines.model.quantities import BY_NAME, COORDINATES, STRUCTURE, clause
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.scenes.base import FOOT
 from nlds_vines.plotting.notation import in_latex, latex_symbol, raised
@@ -93,8 +92,6 @@ _STARTS = (
     "#555555",
 )
 
-_LONGEST = 48  # characters of a label along an axis
-
 
 def axis_label(parameter: str) -> str:
     """Return what stands along the axis of a varied parameter: meaning, symbol and unit.
@@ -114,7 +111,7 @@ def quantity_label(name: str, unit: str, long_name: str = "", body: str = STRUCT
     meaning, symbol = COORDINATES.get(name, ("", ""))
     if name in BY_NAME:
         meaning, symbol = BY_NAME[name].label, BY_NAME[name].symbol
-    meaning = (meaning or _clause(long_name) or name).replace(STRUCTURE, body)
+    meaning = (meaning or clause(long_name) or name).replace(STRUCTURE, body)
     return _labelled(meaning, in_latex(symbol), unit)
 
 
@@ -133,9 +130,3 @@ def _labelled(meaning: str, symbol: str, unit: str) -> str:
     """Return what stands along an axis; without a symbol or a unit where there is none."""
     parts = (meaning, f"${symbol}$" if symbol else "", f"[{raised(unit)}]" if unit != "1" else "")
     return " ".join(filter(None, parts))
-
-
-def _clause(text: str) -> str:
-    """Return what a text says before its first comma, semicolon or bracket, up to 48 characters."""
-    clause = re.split(r"[,;:(]", text, maxsplit=1)[0].strip()
-    return clause if len(clause) <= _LONGEST else clause[:_LONGEST].rpartition(" ")[0]

@@ -142,7 +142,8 @@ class Computer:
             if held is not None:
                 if entry.buffer == "section":
                     held = held[:, :, -self.scan.periods :]
-                arrays[name] = entry.taken(held)
+                with np.errstate(all="ignore"):  # lanes that failed hold anything
+                    arrays[name] = entry.taken(held)
         if "reduction" in self.scan.table.datasets:
             with np.errstate(all="ignore"):  # without a force nothing can be reduced: NaN
                 arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(cells)

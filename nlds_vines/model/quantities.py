@@ -28,7 +28,7 @@ last ones, refined settings trace again for the error of a period.
 
 In a row, so that an orbit of up to so many periods shows all of its impacts."""
 
-RECORDS = (
+_ORDER = (
     "section",
     "impacts",
     "speeds",
@@ -43,8 +43,6 @@ RECORDS = (
     "clearance",
     "error",
 )
-"""The words of `[record] want`, in the order in which a request keeps them."""
-
 MAPS, CURVES, BELOW = "maps", "curves", "below"
 """Where a number is drawn by default: on maps, the first that is recorded; in diagrams, from the
 top, where no section is recorded; below the other panels."""
@@ -391,6 +389,9 @@ QUANTITIES = (
 
 BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in reversed(QUANTITIES)})
 """The table by name."""
+
+RECORDS = tuple(dict.fromkeys((*_ORDER, *(word for q in QUANTITIES for word in q.record))))
+"""The words of `[record] want`, in the order in which a request keeps them."""
 
 COORDINATES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {

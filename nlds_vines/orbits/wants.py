@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from nlds_vines.errors import RequestError, choice, shown
-from nlds_vines.model.quantities import RECORDS, SPEEDS, held_in
+from nlds_vines.model.quantities import QUANTITIES, RECORDS, SPEEDS, held_in
 from nlds_vines.model.scenes import Scene
 
 WANTS = RECORDS
@@ -26,7 +26,6 @@ NOTED = 4096
 """Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
 
 _SAMPLED = {word for entry in held_in("section") for word in entry.record} | {"error"}
-_AT_WALLS = ("impacts", "speeds", "clearance")
 _ALL_EXACT = "method 'exact' discretises nothing of it, method 'rk4' does"
 
 
@@ -51,10 +50,10 @@ def possible_want(want: Sequence[str], scene: Scene, method: str = "exact") -> t
     Without walls there are neither impacts nor clearances, and nothing that `exact` discretises:
     only the methods of fixed steps have an error.
     """
-    if scene.walls:
-        return tuple(want)
-    missing = (*_AT_WALLS, "error") if method == "exact" else _AT_WALLS
-    return tuple(word for word in want if word not in missing)
+    had = {word for entry in QUANTITIES if entry.has(scene) for word in entry.record}
+    if method == "exact" and not scene.walls:
+        had.discard("error")
+    return tuple(word for word in want if word in had)
 
 
 def refuse_impossible(want: Sequence[str], scene: Scene, method: str = "exact") -> None:

@@ -13,7 +13,8 @@ import numpy as np
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import described
-from nlds_vines.model.quantities import SPEEDS, Quantity, recorded
+from nlds_vines.model.quantities import SPEEDS, recorded
+from nlds_vines.model.quantity import Quantity
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.starts import Start

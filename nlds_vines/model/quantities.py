@@ -6,21 +6,24 @@ recorded and is no number, as labels and codes, stands here too.  The most telli
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Collection, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
 from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.codes import NOT_COMPUTED, OF_FORCES, OF_IMPULSES, POWERS
+from nlds_vines.model.quantity import (
+    BELOW,
+    CURVES,
+    ERROR,
+    MAPS,
+    PERIOD,
+    SIGNED,
+    STRUCTURE,
+    WAIT,
+    Quantity,
+)
 from nlds_vines.model.scenes import Scene
-
-STRUCTURE = "structure"
-"""The word for the body that is forced; kinds of one mass have another (`Scene.body`)."""
 
 SPEEDS, RETRACED = 4, 64
 """Of how many impacts for each sampled period the speeds are kept; how many sampled periods, the
@@ -29,102 +32,9 @@ last ones, refined settings trace again for the error of a period.
 In a row, so that an orbit of up to so many periods shows all of its impacts."""
 
 _ORDER = (
-    "section",
-    "impacts",
-    "speeds",
-    "energy",
-    "peak",
-    "response",
-    "regime",
-    "lyapunov",
-    "settling",
-    "evidence",
-    "attractor",
-    "clearance",
-    "error",
-)
-MAPS, CURVES, BELOW = "maps", "curves", "below"
-"""Where a number is drawn by default: on maps, the first that is recorded; in diagrams, from the
-top, where no section is recorded; below the other panels."""
-
-SIGNED, ERROR, PERIOD, WAIT = "signed", "error", "period", "wait"
-"""Scales: around zero; logarithmic, where zero is round-off; by colours of periods; logarithmic
-from one period on."""
-
-
-_LONGEST = 48  # characters of a label along an axis
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """One dataset of a scan: what it is, where its values are, and how it is drawn.
-
-    Attributes:
-        name: that of its dataset.
-        unit: SI, in the notation of CF; "1" for a number without one.
-        words: its meaning; {body} and {first} are the forced body, {x} and {v} its coordinates.
-        record: the words of `RECORDS` with one of which it is recorded; () for always.
-        label, symbol: on axes; by default the beginning of `words`, and none.
-        has: which scenes have it; by default all.
-        dims: the dimensions after `start`; `wall` only where there are two.
-        dtype, fill: as in `archives.dataset.Dataset`.
-        beside: what of `RECORDS` has to be recorded too.
-        buffer, column: where orbits hold it: a field of `batch.Outputs`, and the place in it, None
-            for all of it; of what is stored for each wall, the first.
-        of: in place of a column, the function of that buffer (chains, links, ...) that it is; of
-            `section`, of the sampled periods.
-        reduced: whether it is compared with that of the structure alone.
-        drawn: of `MAPS`, `CURVES` and `BELOW`.
-        scale: of `SIGNED`, `ERROR`, `PERIOD` and `WAIT`; by default from the least to the largest.
-        width: the name of half the width of its interval, drawn over a line at zero.
-    """
-
-    name: str
-    unit: str
-    words: str
-    record: tuple[str, ...]
-    label: str = ""
-    symbol: str = ""
-    has: Callable[[Scene], Any] = lambda scene: True
-    dims: tuple[str, ...] = ()
-    dtype: str = "float64"
-    fill: float | int | str = np.nan
-    beside: str = ""
-    buffer: str = ""
-    column: int | None = None
-    of: Callable[[np.ndarray], np.ndarray] | None = None
-    reduced: bool = False
-    drawn: tuple[str, ...] = ()
-    scale: str = ""
-    width: str = ""
-
-    @cached_property
-    def single(self) -> bool:
-        """Whether it is one number for each orbit, and no code and no word."""
-        return not self.dims and self.dtype in ("float64", "int32")
-
-    def title(self, body: str = STRUCTURE) -> str:
-        """Return what it is in a few words and its symbol, as text; `body` as in `Scene.body`."""
-        words = f"{self.label or clause(self.words)} {self.symbol}".replace("$", "").strip()
-        return words.replace(STRUCTURE, body)
-
-    def taken(self, held: np.ndarray) -> np.ndarray:
-        """Return its values of what orbits hold in its buffer."""
-        if self.of is not None:
-            return self.of(held)
-        return held if self.column is None else held[..., self.column]
-
-    def words_in(self, scene: Scene) -> str:
-        """Return its meaning in a scene."""
-        first = "primary structure" if scene.body == STRUCTURE else scene.body
-        (x, v), by = scene.components[:2], "the motion of the foot" if scene.foot else "the force"
-        return self.words.format(body=scene.body, first=first, x=x, v=v, by=by)
-
-
-def clause(text: str) -> str:
-    """Return what a text says before its first comma, semicolon or bracket, up to 48 characters."""
-    clause = re.split(r"[,;:(]", text, maxsplit=1)[0].strip()
-    return clause if len(clause) <= _LONGEST else clause[:_LONGEST].rpartition(" ")[0]
+    "section", "impacts", "speeds", "energy", "peak", "response", "regime", "lyapunov", "settling",
+    "evidence", "attractor", "clearance", "error",
+)  # fmt: skip
 
 
 def _walls(scene: Scene) -> bool:
@@ -416,7 +326,7 @@ def scale_of(name: str) -> str:
     return BY_NAME[name].scale if name in BY_NAME else ""
 
 
-def recorded(scene: Scene, want: Any) -> list[Quantity]:
+def recorded(scene: Scene, want: Collection[str]) -> list[Quantity]:
     """Return what a scan of a scene records: of `want`, in its order, then what always is."""
     found: dict[str, Quantity] = {}
     for word in (*(word for word in RECORDS if word in want), None):

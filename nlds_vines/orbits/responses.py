@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.model.linear_response import alone, foot_amplitude
-from nlds_vines.model.quantities import Quantity, held_in
+from nlds_vines.model.quantities import held_in
+from nlds_vines.model.quantity import Quantity
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 

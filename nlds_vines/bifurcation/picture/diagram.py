@@ -26,7 +26,8 @@ from nlds_vines.bifurcation.picture.strips_above import (
     strips_of,
 )
 from nlds_vines.errors import RequestError
-from nlds_vines.model.quantities import BELOW, CURVES, drawn_in
+from nlds_vines.model.quantities import drawn_in
+from nlds_vines.model.quantity import BELOW, CURVES
 from nlds_vines.plotting.bands import edges
 from nlds_vines.plotting.chosen_panels import several_panels
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled

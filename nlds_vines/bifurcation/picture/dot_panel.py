@@ -14,7 +14,8 @@ from matplotlib.patches import Patch
 from nlds_vines.bifurcation.picture.ordinates import Quantity
 from nlds_vines.bifurcation.picture.scan_slice import Slice
 from nlds_vines.bifurcation.picture.start_looks import Look, looks_of
-from nlds_vines.model.quantities import ERROR, QUANTITIES, scale_of
+from nlds_vines.model.quantities import QUANTITIES, scale_of
+from nlds_vines.model.quantity import ERROR
 from nlds_vines.plotting.bands import bands, logarithmic
 from nlds_vines.plotting.palette import PASSED
 from nlds_vines.plotting.style import DOT, GREEN, GREY, ROUND_OFF, SHADES

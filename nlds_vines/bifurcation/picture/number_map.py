@@ -26,7 +26,8 @@ from nlds_vines.bifurcation.picture.dot_panel import PASSES
 from nlds_vines.bifurcation.picture.map_cells import fill_cells, hatch_cells, single_map
 from nlds_vines.bifurcation.picture.ordinates import quantities_in
 from nlds_vines.bifurcation.picture.scan_slice import violated_in
-from nlds_vines.model.quantities import ERROR, PERIOD, SIGNED, WAIT, scale_of
+from nlds_vines.model.quantities import scale_of
+from nlds_vines.model.quantity import ERROR, PERIOD, SIGNED, WAIT
 from nlds_vines.plotting.page import TWO_COLUMNS, Page
 from nlds_vines.plotting.palette import OTHERS, PASSED, RAMP
 from nlds_vines.plotting.panels import add_colour_bar

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
-from nlds_vines.model.quantities import STRUCTURE
+from nlds_vines.model.quantity import STRUCTURE
 from nlds_vines.plotting.bands import drawable
 from nlds_vines.plotting.style import body_of, quantity_label
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
+from nlds_vines.model.quantities import RETRACED
 from nlds_vines.model.system import cell_type
-from nlds_vines.orbits.wants import RETRACED, noted, speeds_noted
+from nlds_vines.orbits.wants import noted, speeds_noted
 from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.bifurcation.options import add_scan_options, changes
 from nlds_vines.bifurcation.picture.choices import check_show, is_map
-from nlds_vines.bifurcation.picture.quantities import quantities
+from nlds_vines.bifurcation.picture.ordinates import quantities
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.result import ScanArchive

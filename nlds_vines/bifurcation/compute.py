@@ -12,6 +12,7 @@ from nlds_vines.bifurcation.attracted import Attracted
 from nlds_vines.bifurcation.cell_start import STEP, own_states
 from nlds_vines.kernels.arguments import Span
 from nlds_vines.model.linear_response import energy_alone
+from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits import refinement, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
 from nlds_vines.orbits.settings import Settings
@@ -150,23 +151,19 @@ class Computer:
         """Return the datasets by name, in the order of the lanes: (chains, links, tail)."""
         status = outputs.status
         arrays = {"status": status}
-        if outputs.section is not None:
-            arrays["section"] = outputs.section[:, :, -self.scan.periods :]
-        if outputs.energy is not None:
-            arrays["E1max"], arrays["E2max"] = outputs.energy[..., 0], outputs.energy[..., 1]
+        for name in self.scan.table.datasets:
+            entry = BY_NAME[name]
+            held = getattr(outputs, entry.buffer) if entry.buffer in _PLAIN else None
+            if held is not None:
+                if entry.buffer == "section":
+                    held = held[:, :, -self.scan.periods :]
+                with np.errstate(all="ignore"):  # lanes that failed hold anything
+                    arrays[name] = entry.taken(held)
+        if "reduction" in self.scan.table.datasets:
             with np.errstate(all="ignore"):  # without a force nothing can be reduced: NaN
                 arrays["reduction"] = 1.0 - arrays["E1max"] / energy_alone(cells)
-        if outputs.peak is not None:
-            arrays["E1peak"], arrays["E2peak"] = outputs.peak[..., 0], outputs.peak[..., 1]
         if outputs.response is not None:
             arrays |= responses.arrays_of(outputs.response, self.scan.system.scene, cells)
-        if outputs.violation is not None:
-            names = ("first_violation", "violation_depth", "violations")
-            arrays |= dict(zip(names, np.moveaxis(outputs.violation, -1, 0), strict=True))
-        if outputs.speeds is not None:
-            arrays["impact_speed"] = outputs.speeds
-        if outputs.clearance is not None:
-            arrays["clearance"] = outputs.clearance[..., 0]
         if outputs.cycle is not None:
             by_wall = outputs.cycle[..., 1:]
             arrays["impacts"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
@@ -187,6 +184,9 @@ class Computer:
         tail = self.scan.table.shape(name)[len(self.scan.axes) :]
         return values.reshape(*shape, *tail)
 
+
+_PLAIN = ("section", "energy", "peak", "violation", "speeds", "clearance")
+"""The buffers of `Outputs` whose numbers are recorded as they are."""
 
 _KNOWN = ("status", "regime", "label", "start_state")
 """The datasets that also say something of an orbit that failed."""

@@ -13,17 +13,11 @@ import numpy as np
 from nlds_vines.explore.shows import columns_of_shows, label_places
 from nlds_vines.explore.stored import Stored
 from nlds_vines.model.parameters import described
+from nlds_vines.model.quantities import BY_NAME, QUANTITIES
 from nlds_vines.orbits.status_words import NOT_COMPUTED, OK
 
-NUMBERS = (
-    "E1max", "E2max", "reduction", "E1peak", "E2peak", "period", "impacts", "impact_rate",
-    "settling", "lyapunov", "lyapunov_width", "residual", "watched", "clearance",
-    "orbit_clearance", "softest_impact", "averaging", "transient_lyapunov", "violation_depth",
-    "violations", "error", "error_at_end", "E1max_error",
-)  # fmt: skip
+NUMBERS = tuple(dict.fromkeys(entry.name for entry in QUANTITIES if entry.single))
 """The datasets of one number for each start, the most telling first."""
-
-_NEVER = -1  # of `settling`, and of counts that are not known
 
 
 def columns(found: Stored) -> dict[str, np.ndarray]:
@@ -50,6 +44,20 @@ def columns(found: Stored) -> dict[str, np.ndarray]:
         coded = name in ("most", "coexisting")
         columns[name] = values.astype(np.uint16 if coded else np.float32)
     return columns
+
+
+def told(found: Stored) -> list[list[str]]:
+    """Return what is told of a cell, (column, words, unit, column of its half width) each."""
+    body = found.scan.system.scene.body
+    widths = {BY_NAME[name].width for name in NUMBERS}
+    rows = [
+        [name, one.title(body), one.unit, one.width]
+        for name, one in ((name, BY_NAME[name]) for name in NUMBERS if name in found)
+        if name not in widths
+    ]
+    if "multipliers" in found:
+        rows.append(["multiplier", "largest multiplier |μ|", "1", ""])
+    return rows
 
 
 def section_points(found: Stored, count: int) -> np.ndarray:
@@ -84,9 +92,6 @@ def axes_of(found: Stored) -> list[dict[str, Any]]:
 def _number(name: str, values: np.ndarray) -> np.ndarray:
     """Return numbers as float32, NaN in place of those that mean `never` or `none`."""
     numbers = values.ravel().astype(np.float64)
-    if name in ("settling", "impacts", "violations"):
-        numbers[numbers == _NEVER] = np.nan
-    if name == "period":
-        numbers[numbers == 0] = np.nan
+    numbers[numbers == BY_NAME[name].fill] = np.nan
     with np.errstate(over="ignore"):
         return numbers.astype(np.float32)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from bokeh.palettes import Viridis256
 
-from nlds_vines.explore.cell_columns import axes_of, section_points
+from nlds_vines.explore.cell_columns import axes_of, section_points, told
 from nlds_vines.explore.shows import classes_of, label_words, shows_of
 from nlds_vines.explore.stored import Stored
 from nlds_vines.orbits.status_words import STATUS
@@ -33,6 +33,7 @@ def meta_of(found: Stored, points: int) -> dict[str, Any]:
         "labels": label_words(found) if regimes else [],
         "classes": [list(pair) for pair in classes_of(found)] if regimes else [],
         "shows": [show.plain() for show in shows_of(found)],
+        "told": told(found),
         "status": {str(code): status.name for code, status in STATUS.items()},
         "ramp": list(Viridis256),
         "novalue": NO_VALUE,

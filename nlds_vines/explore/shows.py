@@ -9,6 +9,8 @@ import numpy as np
 
 from nlds_vines.bifurcation.picture.choices import COEXISTING, NUMBERS, REGIMES, SHARE
 from nlds_vines.explore.stored import Stored
+from nlds_vines.model.quantities import BY_NAME, COORDINATES
+from nlds_vines.model.quantity import ERROR
 from nlds_vines.orbits.coexistence import (
     by_frequency,
     coexisting,
@@ -17,7 +19,6 @@ from nlds_vines.orbits.coexistence import (
     share_of,
 )
 from nlds_vines.plotting.palette import COUNTS, HATCHED, OTHERS, RAMP, colours, ordered, short
-from nlds_vines.plotting.style import ERRORS, STRUCTURE
 
 MOST_SHARES = 6
 """The most regimes of which the share of the starts can be shown."""
@@ -29,28 +30,6 @@ FAILED_COLOUR, UNKNOWN_COLOUR = OTHERS["failed"], "#00000000"
 
 COMPUTED = ((UNKNOWN, UNKNOWN_COLOUR), ("computed", RAMP[0]), ("failed", FAILED_COLOUR))
 """What is shown of a map that holds nothing else that a cell could show."""
-
-WORDS = {
-    "x": "displacement x of the section",
-    "x1": "displacement x₁ of the section",
-    "x2": "displacement x₂ of the section",
-    "E1max": "energy of the structure, E₁max",
-    "E2max": "energy of the damper, E₂max",
-    "E1peak": "energy of the structure, E₁peak",
-    "E2peak": "energy of the damper, E₂peak",
-    "reduction": "reduction by the damper",
-    "impact_rate": "impacts per forcing period",
-    "clearance": "smallest near miss",
-    "period": "period n",
-    "settling": "forcing periods until settled",
-    "lyapunov": "Lyapunov exponent λ₁",
-    "transient_lyapunov": "exponent before settling",
-    "violation_depth": "deepest violation",
-    "error": "error over a period",
-    "error_at_end": "difference from a refined run",
-    "E1max_error": "difference of E₁max from a refined run",
-}
-"""What each number is, in words."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +82,8 @@ def _sections(found: Stored) -> list[Show]:
     if "section" not in found:
         return []
     names = [n for n in ("x2", "x1", "x") if n in found.scan.system.scene.components]
-    return [Show(name, WORDS[name], f"section {name}", unit="m", points=True) for name in names]
+    titles = {name: f"displacement {COORDINATES[name][1]} of the section" for name in names}
+    return [Show(n, titles[n], f"section {n}", unit="m", points=True) for n in names]
 
 
 def _of_several(found: Stored) -> list[Show]:
@@ -120,12 +100,11 @@ def _of_several(found: Stored) -> list[Show]:
 
 def _numbers(found: Stored) -> list[Show]:
     """Return the recorded numbers."""
-    datasets, body = found.scan.table.datasets, found.scan.system.scene.body
-    words = {name: text.replace(STRUCTURE, body) for name, text in WORDS.items()}
+    body = found.scan.system.scene.body
+    every = ((name, BY_NAME[name]) for name in NUMBERS if name in found)
     return [
-        Show(name, words[name], name, unit=datasets[name].units, logarithmic=name in ERRORS)
-        for name in NUMBERS
-        if name in found
+        Show(name, one.title(body), name, unit=one.unit, logarithmic=one.scale == ERROR)
+        for name, one in every
     ]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,10 +21,10 @@ from nlds_vines.bifurcation.cell_start import (
     system_at,
     values_at,
 )
-from nlds_vines.bifurcation.picture.choices import NUMBERS
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError, at
+from nlds_vines.model.quantities import QUANTITIES
 from nlds_vines.model.system import System
 from nlds_vines.orbits.status_words import NOT_COMPUTED
 
@@ -35,10 +35,9 @@ MOST_LANES = 4_000_000
 """The most orbits of a map on a page: some gigabytes of what is known of each."""
 
 _PLAIN = (
-    *NUMBERS, "status", "label", "refined_label", "impacts", "residual", "averaging", "watched",
-    "lyapunov_width", "orbit_clearance", "softest_impact", "multipliers", "orbit_point",
-    "violations",
-)  # fmt: skip
+    *dict.fromkeys(entry.name for entry in QUANTITIES if entry.single),
+    *("status", "label", "refined_label", "multipliers", "orbit_point"),
+)
 
 
 @dataclass(frozen=True)
@@ -138,7 +137,7 @@ def stored(path: str | os.PathLike[str]) -> Stored:
             scan = load_scan(parse_toml(view.text("scan"), "the attribute scan"))
         _refuse_too_many(scan)
         _refuse_other_shape(path, view, scan)
-        arrays = {name: view[name] for name in _PLAIN if name in view}
+        arrays = {name: view[name] for name in _held(view) if name != "section"}
         if "section" in view:
             arrays["section"] = _sections(view, scan)
         return Stored(scan, arrays, view.attrs, path)
@@ -169,10 +168,14 @@ def _refuse_too_many(scan: Scan) -> None:
         )
 
 
+def _held(view: ArchiveView) -> list[str]:
+    """Return the names of the datasets that a map is made of; an axis may have the name of one."""
+    return [name for name in (*_PLAIN, "section") if name in view and name not in view.axes]
+
+
 def _refuse_other_shape(path: Path, view: ArchiveView, scan: Scan) -> None:
     """Raise `RequestError` where the datasets are not of the shape that the scan says."""
-    names: Iterable[str] = (name for name in (*_PLAIN, "section") if name in view)
-    for name in names:
+    for name in _held(view):
         if name not in scan.table.datasets:
             raise RequestError(f"{path}: dataset {name} does not belong to its scan: damaged")
         expected = tuple(scan.table.shape(name))

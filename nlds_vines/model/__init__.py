@@ -6,6 +6,8 @@ In reading order:
     parameter         one parameter: symbol, unit, range
     laws              the contact laws, with the parameters that are theirs
     parameters        every parameter by name
+    quantity          a recorded number: unit, words, where it is, how it is drawn
+    quantities        every recorded number by name
     axis              a parameter and the values it takes
     scenes/           the kinds of systems, a file each
     ratios            damping ratios, mass ratio and Hz in place of parameters

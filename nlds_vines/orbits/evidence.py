@@ -9,22 +9,10 @@ import numpy as np
 from nlds_vines.kernels import eigenvalues
 from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.codes import OK
+from nlds_vines.model.quantities import held_in
 from nlds_vines.orbits.labels import flags_of, labels_of
 
 COLUMNS = ev.COLUMNS
-
-_PLAIN = {
-    "lyapunov": ev.LARGEST,
-    "lyapunov_width": ev.WIDTH,
-    "settling": ev.SETTLING,
-    "residual": ev.RESIDUAL,
-    "averaging": ev.DIGITS,
-    "watched": ev.WATCHED,
-    "transient_lyapunov": ev.PASSING,
-    "transient_lyapunov_width": ev.PASSING_WIDTH,
-    "orbit_clearance": ev.CLEARANCE,
-    "softest_impact": ev.SLOWEST,
-}
 
 
 def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
@@ -117,7 +105,7 @@ def arrays_of(
     """
     rows = _judged(status, rows)
     multipliers, logarithms = multipliers_of(rows, size)
-    found: dict[str, Any] = {name: rows[..., column] for name, column in _PLAIN.items()}
+    found: dict[str, Any] = {one.name: one.taken(rows) for one in held_in("evidence")}
     found["settling"] = np.nan_to_num(found["settling"], nan=-1.0).astype(np.int32)
     found["multipliers"] = multipliers
     with np.errstate(all="ignore"):  # lanes that failed may have no period

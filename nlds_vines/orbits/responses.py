@@ -7,15 +7,15 @@ absolute, and x1 - y, the displacement from the foot, is there too.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from nlds_vines.kernels.codes import OF_FORCES, OF_IMPULSES, POWERS
 from nlds_vines.model.linear_response import alone, foot_amplitude
+from nlds_vines.model.quantities import held_in
+from nlds_vines.model.quantity import Quantity
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
 
@@ -23,29 +23,8 @@ AT_STOP = 1.0e-12
 """How far from a rigid stop a displacement is at it, relative to the stop's distance."""
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """One quantity of a response.
-
-    Attributes:
-        name: that of its dataset.
-        unit: SI.
-        meaning: in words.
-        column: its place in the kernels' response; of what is stored for each wall, the first.
-        walls: whether there is a number for each wall.
-        reduced: whether it is compared with that of the structure alone.
-    """
-
-    name: str
-    unit: str
-    meaning: str
-    column: int
-    walls: bool = False
-    reduced: bool = False
-
-
-ENERGIES = {"E1max": "J", "E2max": "J"}
-"""The largest energies, by name, with their unit: objectives beside those of a response."""
+ENERGIES = tuple(entry.name for entry in held_in("energy"))
+"""The largest energies: objectives beside those of a response."""
 
 
 def objectives_of(scene: Scene) -> dict[str, str]:
@@ -53,8 +32,8 @@ def objectives_of(scene: Scene) -> dict[str, str]:
 
     The largest energies, and what a response holds; of two walls the larger force or impulse.
     """
-    energies = dict(list(ENERGIES.items())[: 2 if scene.damper else 1])
-    return energies | {entry.name: entry.unit for entry in quantities_of(scene)}
+    every = (*held_in("energy"), *quantities_of(scene))
+    return {entry.name: entry.unit for entry in every if entry.has(scene)}
 
 
 def moving_foot(scene: Scene) -> bool | None:
@@ -64,53 +43,7 @@ def moving_foot(scene: Scene) -> bool | None:
 
 def quantities_of(scene: Scene) -> tuple[Quantity, ...]:
     """Return what a response of a scene holds, in the order of its datasets."""
-    return (*_motions(scene), *_contacts(scene), *_powers(scene))
-
-
-def _motions(scene: Scene) -> Iterator[Quantity]:
-    """Yield largest and rms values of motions."""
-    first, rate = scene.components[:2]
-    yield from _pair("x1", "m", f"displacement {first} of the {scene.body}", 0, True)
-    yield from _pair("v1", "m/s", f"velocity {rate} of the {scene.body}", 2, True)
-    if not any(law.instant for law in scene.laws) or not scene.walls:
-        text = f"acceleration of the {scene.body}, contacts included"
-        yield from _pair("a1", "m/s^2", text, 4, True)
-    if scene.damper:
-        text = "stroke of the damper, x2 - x1 counted from where its spring rests"
-        yield from _pair("stroke", "m", text, 6, False)
-    if moving_foot(scene):
-        text = "displacement of the structure from its foot, x1 - y"
-        yield from _pair("foot", "m", text, 8, False)
-        text = "transmissibility: rms of x1 by rms of the foot's displacement y"
-        yield Quantity("transmissibility", "1", text, 1)
-
-
-def _pair(name: str, unit: str, text: str, column: int, reduced: bool) -> Iterator[Quantity]:
-    """Yield the largest and the rms value of one motion."""
-    yield Quantity(f"{name}_max", unit, f"largest {text}", column, reduced=reduced)
-    yield Quantity(f"{name}_rms", unit, f"rms of the {text}", column + 1, reduced=reduced)
-
-
-def _contacts(scene: Scene) -> Iterator[Quantity]:
-    """Yield the largest force of contacts that take time, and the largest impulse of others."""
-    instant = [law.instant for law in scene.laws] if scene.walls else []
-    if not all(instant):
-        yield Quantity("force_max", "N", "largest contact force", OF_FORCES, walls=True)
-    if any(instant):
-        text = "largest impulse of an impact"
-        yield Quantity("impulse_max", "N s", text, OF_IMPULSES, walls=True)
-
-
-def _powers(scene: Scene) -> Iterator[Quantity]:
-    """Yield mean powers: in = c1 + c2 + contacts, but for what the stored energy has changed."""
-    names = ("c1", "c2") if scene.damper else ("c1",)
-    for i, name in enumerate(names):
-        text = f"mean power dissipated by the dashpot {name}"
-        yield Quantity(f"power_{name}", "W", text, POWERS + i)
-    if scene.walls:
-        yield Quantity("power_contact", "W", "mean power dissipated by contacts", POWERS + 2)
-    by = "the motion of the foot" if moving_foot(scene) else "the force"
-    yield Quantity("power_in", "W", f"mean power put in by {by}", POWERS + 3)
+    return tuple(entry for entry in held_in("response") if entry.has(scene))
 
 
 def arrays_of(found: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, np.ndarray]:
@@ -123,10 +56,12 @@ def arrays_of(found: np.ndarray, scene: Scene, cells: np.ndarray) -> dict[str, n
     arrays: dict[str, np.ndarray] = {}
     reference = alone(cells) if scene.damper else {}
     for entry in quantities_of(scene):
-        last = entry.column + (2 if entry.walls else 1)
-        values = found[..., entry.column : last]
-        if not (entry.walls and len(scene.walls) > 1):
-            values = values.max(axis=-1)
+        if entry.dims:
+            first = entry.column or 0
+            values = found[..., first : first + 2]
+            values = values if len(scene.walls) > 1 else values.max(axis=-1)
+        else:
+            values = entry.taken(found)
         if entry.name == "transmissibility":
             with np.errstate(all="ignore"):  # of a foot at rest: NaN
                 values = values / (np.sqrt(0.5) * foot_amplitude(cells))

@@ -8,7 +8,7 @@ they are described; `spectral_values` has their values.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -105,23 +105,9 @@ class SpectralRecords:
             text = "number m of the line at m / n of the frequency of the force, n of `line_period`"
             yield Scale("line", np.arange(1, LINES + 1, dtype=np.int32), "1", text)
 
-    def datasets(self, lanes: tuple[str, ...]) -> Iterator[Dataset]:
-        """Yield what is recorded along `lanes`, the dimensions of all orbits."""
-        units = list(dict.fromkeys(SIGNALS[name].unit for name in self.signals))
-        unit, of_each = ", ".join(units), (*lanes, "signal")
-        if "spectrum" in self.want:
-            text = "amplitude of the line in each bin; that of the mean is its size"
-            dims = (*of_each, "frequency")
-            yield Dataset("spectrum", dims, "float64", unit, text, np.nan)
-        if "lines" in self.want:
-            text = "n of the nT orbit by recurrence, whose lines are told; 0 where none was found"
-            yield Dataset("line_period", lanes, "int32", "1", text, 0)
-            text = "amplitude A of the line A cos(m omega t / n + phase)"
-            yield Dataset("line_amplitude", (*of_each, "line"), "float64", unit, text, np.nan)
-            text = "phase of the line, t from the start of the orbit"
-            yield Dataset("line_phase", (*of_each, "line"), "float64", "rad", text, np.nan)
-        if "broadband" in self.want:
-            text = "share of the power that is no line: of the background of the spectrum"
-            yield Dataset("broadband", of_each, "float64", "1", text, np.nan)
-            text = "what the spectra alone say: nT by recurrence, lines, broadband or unclear"
-            yield Dataset("spectral_label", lanes, "str", "1", text, "")
+    def in_units(self, dataset: Dataset) -> Dataset:
+        """Return a dataset with the units of the signals, where it has those of a displacement."""
+        if "signal" not in dataset.dims or dataset.units != "m":
+            return dataset
+        units = dict.fromkeys(SIGNALS[name].unit for name in self.signals)
+        return replace(dataset, units=", ".join(units))

@@ -5,26 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from nlds_vines.errors import RequestError, choice, shown
+from nlds_vines.model.quantities import QUANTITIES, RECORDS, SPEEDS, held_in
 from nlds_vines.model.scenes import Scene
 
-WANTS = (
-    "section",
-    "impacts",
-    "speeds",
-    "energy",
-    "peak",
-    "response",
-    "regime",
-    "lyapunov",
-    "settling",
-    "evidence",
-    "attractor",
-    "clearance",
-    "error",
-    "spectrum",
-    "lines",
-    "broadband",
-)
+WANTS = RECORDS
 """What `[record] want` may ask for."""
 
 USUAL = ("section", "impacts", "energy", "regime")
@@ -44,15 +28,7 @@ SPECTRAL = ("spectrum", "lines", "broadband")
 NOTED = 4096
 """Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
 
-RETRACED = 64
-"""Sampled periods, the last ones, that refined settings trace again for the error of a period.
-
-In a row, so that an orbit of up to so many periods shows all of its impacts."""
-
-SPEEDS = 4
-"""Impacts for each sampled period of whose approach speeds there is room."""
-
-_AT_WALLS = ("impacts", "speeds", "clearance")
+_SAMPLED = {word for entry in held_in("section") for word in entry.record} | {"error"}
 _ALL_EXACT = "method 'exact' discretises nothing of it, method 'rk4' does"
 
 
@@ -77,10 +53,11 @@ def possible_want(want: Sequence[str], scene: Scene, method: str = "exact") -> t
     Without walls there are neither impacts nor clearances, and nothing that `exact` discretises:
     only the methods of fixed steps have an error.
     """
-    if scene.walls:
-        return tuple(want)
-    missing = (*_AT_WALLS, "error") if method == "exact" else _AT_WALLS
-    return tuple(word for word in want if word not in missing)
+    had = {word for entry in QUANTITIES if entry.has(scene) for word in entry.record}
+    if method == "exact" and not scene.walls:
+        had.discard("error")
+    lacking = {*RECORDS} - had
+    return tuple(word for word in want if word not in lacking)
 
 
 def refuse_impossible(want: Sequence[str], scene: Scene, method: str = "exact") -> None:
@@ -110,7 +87,7 @@ def noted(want: Collection[str], transient: int, periods: int) -> int:
     The error of a period needs the state at its beginning: a row before the sampled ones.
     """
     judged = not JUDGED.isdisjoint(want)
-    sampled = periods if judged or "section" in want or "error" in want else 0
+    sampled = periods if judged or not _SAMPLED.isdisjoint(want) else 0
     before = NOTED if judged else int("error" in want)
     return sampled + min(transient, before)
 

@@ -11,15 +11,23 @@ from fractions import Fraction
 from nlds_vines.errors import MOST_CHARACTERS, printable
 from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, described
 
-_LATEX = {"ω": r"\omega", "ν": r"\nu", "φ": r"\varphi", "₁": "_1", "₂": "_2"}
+_LATEX = {"ω": r"\omega", "ν": r"\nu", "φ": r"\varphi", "λ": r"\lambda", "₁": "_1", "₂": "_2"}
+_EXTREME = re.compile("(max|peak)$")
 _POWER = re.compile(r"(?<=[A-Za-z])\^(-?\d+(?:\.\d+)?)")
 _SCIENTIFIC = re.compile(r"(?<![\w.])([-+]?\d+(?:\.\d+)?)e([-+]?\d+)(?![\w.])")
 _PLAIN = (1e-3, 1e4)  # sizes of numbers that are written out
 
 
 def latex_symbol(parameter: str) -> str:
-    """Return the symbol of a parameter in LaTeX: the fonts lack the Unicode subscripts."""
-    return "".join(_LATEX.get(letter, letter) for letter in described(parameter).symbol)
+    """Return the symbol of a parameter in LaTeX."""
+    return in_latex(described(parameter).symbol)
+
+
+def in_latex(symbol: str) -> str:
+    """Return a symbol such as ω, E₁max or z_min in LaTeX: the fonts lack the Unicode subscripts."""
+    text = "".join(_LATEX.get(letter, letter) for letter in symbol)
+    text = _EXTREME.sub(lambda found: rf"^{{\,\mathrm{{{found[1]}}}}}", text)
+    return text.replace("_min", r"_\mathrm{min}")
 
 
 def power_of_ten(text: str) -> str:

@@ -149,7 +149,7 @@ def names_of(archive: str | os.PathLike[str]) -> list[str]:
 
 def _meanings(view: ArchiveView) -> dict[str, str]:
     """Return what of an open archive can be shown: the meanings by name."""
-    from nlds_vines.bifurcation.picture.quantities import quantities_in
+    from nlds_vines.bifurcation.picture.ordinates import quantities_in
 
     known: dict[str, str] = {}
     if view.content in TASKS and (view.content != SCAN or _is_ensemble(view, None)):

@@ -13,7 +13,7 @@ import nlds_vines as nv
 from nlds_vines.archives.toml import toml_text
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.picture.choices import check_show, is_map
-from nlds_vines.bifurcation.picture.quantities import quantities
+from nlds_vines.bifurcation.picture.ordinates import quantities
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.orbits.wants import SPEEDS
+from nlds_vines.model.quantities import SPEEDS
 
 CASES = {
     "hertz": ("ssul-set6", {}, (6.28, 7.4)),

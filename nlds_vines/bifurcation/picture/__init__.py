@@ -2,7 +2,7 @@
 
 In reading order:
 
-    quantities     what is recorded in numbers, whatever it is
+    ordinates      what is recorded in numbers, whatever it is
     choices        what a picture may show
     scan_slice     the results along one parameter
     start_looks    orbits of one attractor look alike, whatever their start

@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from nlds_vines.bifurcation.picture.quantities import Quantity
+from nlds_vines.bifurcation.picture.ordinates import Quantity
 from nlds_vines.errors import RequestError, unknown
+from nlds_vines.model.quantities import drawn_in, held_in
+from nlds_vines.model.quantity import MAPS
 from nlds_vines.orbits.wants import ATTRACTOR
 from nlds_vines.plotting.bands import is_list
 
@@ -15,32 +17,13 @@ REGIMES, COEXISTING, SHARES, SHARE = "regimes", "coexisting", "shares", "share:"
 BASINS = "basins"
 """The choices beside numbers; `SHARE` is followed by a label, as in `share:T,0`."""
 
-NUMBERS = (
-    "E1max",
-    "E2max",
-    "E1peak",
-    "E2peak",
-    "reduction",
-    "x1_max",
-    "a1_max",
-    "stroke_max",
-    "impact_rate",
-    "clearance",
-    "period",
-    "settling",
-    "lyapunov",
-    "transient_lyapunov",
-    "violation_depth",
-    "error",
-    "error_at_end",
-    "E1max_error",
-)
+NUMBERS = drawn_in(MAPS)
 """The numbers that a map shows by default, the first that is recorded; any other on request."""
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "displacement": ("x2", "x1", "x"),
     "velocity": ("v2", "v1", "v"),
-    "energy": ("E1max", "E2max"),
+    "energy": tuple(entry.name for entry in held_in("energy")),
 }
 """Words for several quantities of a diagram."""
 

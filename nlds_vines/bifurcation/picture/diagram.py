@@ -13,12 +13,11 @@ from matplotlib.figure import Figure
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.choices import GROUPS, rows_of
 from nlds_vines.bifurcation.picture.dot_panel import (
-    EXPONENTS,
     fill_panel,
     legend_of_panel,
     overlay_energy,
 )
-from nlds_vines.bifurcation.picture.quantities import Quantity, quantities_in
+from nlds_vines.bifurcation.picture.ordinates import Quantity, quantities_in
 from nlds_vines.bifurcation.picture.scan_slice import Slice
 from nlds_vines.bifurcation.picture.strips_above import (
     Tier,
@@ -27,6 +26,8 @@ from nlds_vines.bifurcation.picture.strips_above import (
     strips_of,
 )
 from nlds_vines.errors import RequestError
+from nlds_vines.model.quantities import drawn_in
+from nlds_vines.model.quantity import BELOW, CURVES
 from nlds_vines.plotting.bands import edges
 from nlds_vines.plotting.chosen_panels import several_panels
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
@@ -34,11 +35,6 @@ from nlds_vines.plotting.panels import add_panel, size_of, write_letters, write_
 from nlds_vines.plotting.style import CM, axis_label
 
 _SPEED = "impact_speed"
-CURVES = (
-    *("E1max", "E2max", "x1_max", "a1_max", "stroke_max"),
-    *("impact_rate", "clearance", "period", "error"),
-)
-"""The recorded numbers that are drawn, from the top, where no section is recorded."""
 
 _FOOT, _HEAD = 1.1 * CM, 0.75 * CM  # heights in inches: of the labels below, of the title
 _LEGEND_ROW, _LEGEND_GAP = 0.42 * CM, 0.12 * CM
@@ -117,12 +113,12 @@ def _usual_rows(
     view: ArchiveView, cuts: Sequence[Slice], known: Mapping[str, Quantity]
 ) -> list[str]:
     """Return what the panels show by default, from the top."""
-    below = [name for name in list(EXPONENTS)[:1] if name in known]
+    below = [name for name in drawn_in(BELOW) if name in known]
     places = [name for name in GROUPS["displacement"] if name in known]
     if _SPEED in known:
         places += [_SPEED]
     if not places:
-        numbers = [name for name in CURVES if name in known]
+        numbers = [name for name in drawn_in(CURVES) if name in known]
         if len(cuts) > 1 and len(numbers) > 1:  # the strips tell the periods
             numbers = [name for name in numbers if name != "period"]
         return numbers + below

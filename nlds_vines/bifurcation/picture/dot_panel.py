@@ -11,19 +11,17 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from nlds_vines.bifurcation.picture.quantities import Quantity
+from nlds_vines.bifurcation.picture.ordinates import Quantity
 from nlds_vines.bifurcation.picture.scan_slice import Slice
 from nlds_vines.bifurcation.picture.start_looks import Look, looks_of
 from nlds_vines.bifurcation.picture.waterfall import WATERFALL, draw_waterfall
+from nlds_vines.model.quantities import QUANTITIES, scale_of
+from nlds_vines.model.quantity import ERROR
 from nlds_vines.plotting.bands import bands, logarithmic
 from nlds_vines.plotting.palette import PASSED
-from nlds_vines.plotting.style import DOT, ERRORS, GREEN, GREY, ROUND_OFF, SHADES
+from nlds_vines.plotting.style import DOT, GREEN, GREY, ROUND_OFF, SHADES
 
-EXPONENTS: Mapping[str, str] = {
-    "lyapunov": "lyapunov_width",
-    "transient_lyapunov": "transient_lyapunov_width",
-}
-"""The quantities that are drawn with an interval over a line at zero, and the half width of it."""
+_WIDTHS = {entry.name: entry.width for entry in QUANTITIES if entry.width}
 
 PASSES = "passes the limit"
 """What a legend says of hatched cells and crossed marks."""
@@ -45,8 +43,8 @@ def fill_panel(
         return
     if len(cuts) > 1:
         _draw_curves(panel, cuts, quantity)
-    elif name in EXPONENTS:
-        _draw_exponent(panel, cuts[0], quantity, known.get(EXPONENTS[name]))
+    elif name in _WIDTHS:
+        _draw_exponent(panel, cuts[0], quantity, known.get(_WIDTHS[name]))
     else:
         _draw_dots(panel, cuts[0], quantity)
     if len(cuts) == 1:
@@ -100,7 +98,7 @@ def _dots_of(cut: Slice, look: Look, found: np.ndarray) -> tuple[np.ndarray, np.
 def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
     """Draw orbits as unconnected dots, those of one attractor in one colour."""
     found = cut.of(quantity)
-    if quantity.dataset in ERRORS:
+    if scale_of(quantity.dataset) == ERROR:
         found = np.maximum(found, ROUND_OFF)
         panel.set_yscale("log")
     size = _NUMBER_DOT if quantity.single else _SECTION_DOT
@@ -132,9 +130,9 @@ def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None
 
     Crosses mark the orbits that pass a limit.
     """
-    if quantity.name in EXPONENTS:
+    if quantity.name in _WIDTHS:
         panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=0.5)
-    if quantity.dataset in ERRORS:
+    if scale_of(quantity.dataset) == ERROR:
         panel.set_yscale("log")
     for cut, colour in zip(cuts, curve_colours(len(cuts)), strict=True):
         found = cut.of(quantity)

@@ -13,7 +13,7 @@ from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture import basin_map
 from nlds_vines.bifurcation.picture.choices import BASINS, check_show, is_map, usual_show
 from nlds_vines.bifurcation.picture.diagram import diagram, draw_into
-from nlds_vines.bifurcation.picture.quantities import quantities_in
+from nlds_vines.bifurcation.picture.ordinates import quantities_in
 from nlds_vines.bifurcation.picture.regime_map import fill_map, regime_map
 from nlds_vines.errors import RequestError
 from nlds_vines.plotting.bands import refuse_undrawable

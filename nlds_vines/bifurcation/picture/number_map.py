@@ -24,15 +24,16 @@ from matplotlib.ticker import NullFormatter
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.bifurcation.picture.dot_panel import PASSES
 from nlds_vines.bifurcation.picture.map_cells import fill_cells, hatch_cells, single_map
-from nlds_vines.bifurcation.picture.quantities import quantities_in
+from nlds_vines.bifurcation.picture.ordinates import quantities_in
 from nlds_vines.bifurcation.picture.scan_slice import violated_in
+from nlds_vines.model.quantities import scale_of
+from nlds_vines.model.quantity import ERROR, PERIOD, SIGNED, WAIT
 from nlds_vines.plotting.page import TWO_COLUMNS, Page
 from nlds_vines.plotting.palette import OTHERS, PASSED, RAMP
 from nlds_vines.plotting.panels import add_colour_bar
-from nlds_vines.plotting.style import ERRORS, NO_VALUE, ROUND_OFF, SHADES
+from nlds_vines.plotting.style import NO_VALUE, ROUND_OFF, SHADES
 
 _TWO_SIDED = "PuOr_r"  # matplotlib's name of shades with a zero in their middle; colour-blind-safe
-_SIGNED = ("lyapunov", "transient_lyapunov", "reduction")  # numbers whose sign is what matters
 _EXTREME = 0.5  # per cent of the cells at either end that do not stretch a two-sided scale
 _NARROWEST = 1e-12  # least reach of a two-sided scale to either side
 _SETTLED_LATE = 10.0  # forcing periods, least upper end of the scale of settling times
@@ -44,7 +45,7 @@ def draw_number(view: ArchiveView, name: str, page: Page = TWO_COLUMNS) -> Figur
     figure, axes = single_map(view, page)
     mesh, label, extend = fill_number(axes, view, name)
     bar = add_colour_bar(figure, mesh, axes.get_position(), label, extend=extend)
-    if name in PERIODS:
+    if scale_of(name) == PERIOD:
         _name_periods(bar.ax)
     elif not isinstance(mesh.norm, LogNorm):
         bar.ax.yaxis.set_minor_formatter(NullFormatter())
@@ -52,10 +53,6 @@ def draw_number(view: ArchiveView, name: str, page: Page = TWO_COLUMNS) -> Figur
     if low is not None and high is not None and low < 0.0 < high:
         bar.ax.axhline(0.0, color="black", linewidth=0.8)
     return figure
-
-
-PERIODS = ("period",)
-"""The numbers that are drawn in the colours of regimes by their period."""
 
 
 def fill_number(axes: Axes, view: ArchiveView, name: str) -> tuple[QuadMesh, str, str]:
@@ -69,7 +66,7 @@ def fill_number(axes: Axes, view: ArchiveView, name: str) -> tuple[QuadMesh, str
     quantity = quantities_in(view)[name]
     values = _largest(quantity.of(view)[..., 0])
     unsettled = np.zeros(values.shape, dtype=bool)
-    if name == "settling":
+    if scale_of(name) == WAIT:
         unsettled |= (view[name] < 0).any(axis=-1)
     shown = np.ma.masked_where(unsettled | ~np.isfinite(values), values)
     shades, norm = _scale(quantity.dataset, shown)
@@ -95,20 +92,20 @@ def _largest(values: np.ndarray) -> np.ndarray:
 
 def _scale(name: str, shown: np.ma.MaskedArray) -> tuple[Colormap, Normalize]:
     """Return how values become shades: settling and errors by logarithm, signed ones around 0."""
-    values, plain = shown.compressed(), matplotlib.colormaps[SHADES]
-    if name in PERIODS:
+    values, plain, scale = shown.compressed(), matplotlib.colormaps[SHADES], scale_of(name)
+    if scale == PERIOD:
         return ListedColormap(list(RAMP)), BoundaryNorm(
             np.arange(len(RAMP) + 1) + 0.5, len(RAMP), extend="neither", clip=True
         )
-    if name in ERRORS:
+    if scale == ERROR:
         low = max(values[values > 0].min(initial=np.inf), ROUND_OFF)
         high = values.max(initial=0.0)
         low, high = (low, high) if low < high else (ROUND_OFF, 1.0)
         return plain, LogNorm(low, high, clip=True)
-    if name == "settling":
+    if scale == WAIT:
         return plain, LogNorm(1, max(_SETTLED_LATE, values.max(initial=0.0)), clip=True)
     low, high = values.min(initial=0.0), values.max(initial=0.0)
-    if values.size and (name in _SIGNED or low < 0.0 < high):
+    if values.size and (scale == SIGNED or low < 0.0 < high):
         return _around_zero(values)
     return plain, Normalize()
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 
-from nlds_vines.bifurcation.picture.quantities import Quantity
+from nlds_vines.bifurcation.picture.ordinates import Quantity
 from nlds_vines.bifurcation.picture.scan_slice import Slice
 from nlds_vines.plotting.bands import edges, logarithmic
 from nlds_vines.plotting.notation import raised, signal_symbol

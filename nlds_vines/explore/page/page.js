@@ -54,26 +54,15 @@ const NV = (() => {
     const codes = at.lanes.label
     return codes ? at.meta.labels[codes[row(i, j, k)]] : ""
   }
-  const EVIDENCE = [ // what is said of a cell: column, words, unit
-    ["E1max", "E₁max", "J"], ["E2max", "E₂max", "J"], ["reduction", "reduction by the damper", ""],
-    ["E1peak", "E₁peak", "J"], ["E2peak", "E₂peak", "J"],
-    ["impact_rate", "impacts per period", ""], ["settling", "settled after", "periods"],
-    ["multiplier", "largest multiplier |μ|", ""], ["lyapunov", "exponent λ₁", "1/s"],
-    ["residual", "closes to", "of its size"], ["orbit_clearance", "nearest miss", "m"],
-    ["clearance", "smallest near miss", "m"], ["softest_impact", "softest impact", "m/s"],
-    ["averaging", "averages agree to", "digits"], ["transient_lyapunov", "before it settled", "1/s"],
-    ["violations", "violations of the limit", ""], ["violation_depth", "deepest violation", "m"],
-    ["error", "error over a period", ""], ["watched", "watched for", "periods"],
-  ]
   function evidence(i, j, k) {
     const r = row(i, j, k), found = []
-    for (const [name, words, unit] of EVIDENCE) {
+    for (const [name, words, unit, width] of at.meta.told) { // what the archive's table says
       const column = at.lanes[name]
       if (!column || !Number.isFinite(column[r])) continue
       let text = digits(column[r], 4)
-      if (name === "lyapunov" && at.lanes.lyapunov_width && at.lanes.lyapunov_width[r] > 0)
-        text += ` ± ${digits(at.lanes.lyapunov_width[r], 2)}`
-      found.push([words, unit ? `${text} ${unit}` : text])
+      const half = width && at.lanes[width] ? at.lanes[width][r] : 0
+      if (half > 0) text += ` ± ${digits(half, 2)}`
+      found.push([words, unit !== "1" ? `${text} ${unit}` : text])
     }
     const status = at.meta.status[at.lanes.status[r]]
     if (status !== undefined && status !== "ok") found.push(["status", status])

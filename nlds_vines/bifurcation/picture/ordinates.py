@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
+from nlds_vines.model.quantity import STRUCTURE
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.plotting.bands import drawable
 from nlds_vines.plotting.notation import raised, signal_symbol
-from nlds_vines.plotting.style import STRUCTURE, body_of, quantity_label
+from nlds_vines.plotting.style import body_of, quantity_label
 
 if TYPE_CHECKING:
     from nlds_vines.archives.archive import ArchiveView

@@ -1,0 +1,367 @@
+"""Every number that is recorded, a line each: name, unit, words, where it is, how it is drawn.
+
+Archives, pictures, pages, objectives and `docs/datasets.md` ask this table and no other.  What is
+recorded and is no number, as labels and codes, stands here too.  The most telling stand first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from nlds_vines.kernels import evidence_rows as ev
+from nlds_vines.kernels.codes import NOT_COMPUTED, OF_FORCES, OF_IMPULSES, POWERS
+from nlds_vines.model.quantity import (
+    BELOW,
+    CURVES,
+    ERROR,
+    MAPS,
+    PERIOD,
+    SIGNED,
+    STRUCTURE,
+    WAIT,
+    Quantity,
+)
+from nlds_vines.model.scenes import Scene
+
+SPEEDS, RETRACED = 4, 64
+"""Of how many impacts for each sampled period the speeds are kept; how many sampled periods, the
+last ones, refined settings trace again for the error of a period.
+
+In a row, so that an orbit of up to so many periods shows all of its impacts."""
+
+_ORDER = (
+    "section", "impacts", "speeds", "energy", "peak", "response", "regime", "lyapunov", "settling",
+    "evidence", "attractor", "clearance", "error", "spectrum", "lines", "broadband",
+)  # fmt: skip
+
+
+def _walls(scene: Scene) -> bool:
+    return bool(scene.walls)
+
+
+def _damper(scene: Scene) -> bool:
+    return scene.damper
+
+
+def _soft(scene: Scene) -> bool:
+    return not all(law.instant for law in scene.laws) if scene.walls else False
+
+
+def _rigid(scene: Scene) -> bool:
+    return any(law.instant for law in scene.laws) if scene.walls else False
+
+
+def _limit(scene: Scene) -> bool:
+    return scene.limit is not None
+
+
+def _energies(kind: str, word: str, which: str, **more: Any) -> Iterator[Quantity]:
+    """Yield the largest energies of both bodies."""
+    bodies = ("{first}", STRUCTURE, lambda scene: True), ("damper", "damper", _damper)
+    for i, (body, label, has) in enumerate(bodies):
+        words = f"{which} of the {body}'s energy E{i + 1}, equation (6)"
+        yield Quantity(
+            f"E{i + 1}{kind}", "J", words, (word,), f"energy of the {label}", f"E{'₁₂'[i]}{kind}",
+            has, buffer=word, column=i, **more,
+        )  # fmt: skip
+
+
+def _motion(name: str, column: int, unit: str, words: str, label: str, **more: Any) -> Any:
+    """Yield the largest and the rms value of a motion, each with its reduction if it has one."""
+    drawn = more.pop("drawn", ())
+    for kind, which, of, shown in (("max", "largest", "", drawn), ("rms", "rms", "of the ", ())):
+        yield from _response(
+            f"{name}_{kind}", unit, f"{which} {of}{words}", f"{which} {label}",
+            column=column + (kind == "rms"), drawn=shown, **more,
+        )  # fmt: skip
+
+
+def _response(name: str, unit: str, words: str, label: str = "", **more: Any) -> Iterator[Quantity]:
+    """Yield a quantity of a response, and its reduction if it is compared."""
+    yield Quantity(name, unit, words, ("response",), label, buffer="response", **more)
+    if more.get("reduced"):
+        has = more.get("has", lambda scene: True)
+        words = f"reduction by the damper, 1 - {name} / that of the structure alone"
+        yield Quantity(
+            f"{name}_reduction", "1", words, ("response",), f"reduction, {label}",
+            has=lambda scene: scene.damper and has(scene),
+        )  # fmt: skip
+
+
+def _whole(name: str, words: str, record: tuple[str, ...], **more: Any) -> Quantity:
+    """Return a quantity that counts, -1 where it does not apply."""
+    more = {"fill": -1, **more}
+    return Quantity(name, "1", words, record, dtype="int32", **more)
+
+
+def _text(name: str, words: str, record: tuple[str, ...], **more: Any) -> Quantity:
+    return Quantity(name, "1", words, record, dtype="str", fill="", **more)
+
+
+def _code(name: str, words: str, record: tuple[str, ...], fill: int, **more: Any) -> Quantity:
+    return Quantity(name, "1", words, record, dtype="int8", fill=fill, **more)
+
+
+def _of_verdict(name: str, unit: str, words: str, column: int, **more: Any) -> Quantity:
+    """Return a number of a verdict's evidence."""
+    more = {"record": ("evidence",), **more}
+    return Quantity(name, unit, words, buffer="evidence", column=column, **more)
+
+
+_RETRACED = f"largest over the last sampled periods, up to {RETRACED}, from the same state each"
+_SPEEDS = f"approach speed of each impact; there is room for {SPEEDS} a sampled period"
+_HARMS = "reduction by the damper, 1 - E1max / E1max of the structure alone; negative: it harms"
+_MISS = "least distance of a local approach that did not become an impact; inf if there was none"
+_STATE = "m, m/s"
+
+QUANTITIES = (
+    Quantity(
+        "section", _STATE, "state at t = nT, the integer forcing periods", ("section",),
+        dims=("cycle", "component"), buffer="section",
+    ),
+    *_energies("max", "energy", "steady-state maximum", drawn=(MAPS, CURVES)),
+    *_energies("peak", "peak", "maximum, the transient included,", drawn=(MAPS,)),
+    Quantity(
+        "reduction", "1", _HARMS, ("energy",), has=_damper, drawn=(MAPS,), scale=SIGNED,
+    ),
+    *_motion(
+        "x1", 0, "m", "displacement {x} of the {body}", "displacement",
+        reduced=True, drawn=(MAPS, CURVES),
+    ),
+    *_motion("v1", 2, "m/s", "velocity {v} of the {body}", "velocity", reduced=True),
+    *_motion(
+        "a1", 4, "m/s^2", "acceleration of the {body}, contacts included", "acceleration",
+        has=lambda scene: not _rigid(scene), reduced=True, drawn=(MAPS, CURVES),
+    ),
+    *_motion(
+        "stroke", 6, "m", "stroke of the damper, x2 - x1 counted from where its spring rests",
+        "stroke", has=_damper, drawn=(MAPS, CURVES),
+    ),
+    *_motion(
+        "foot", 8, "m", "displacement of the structure from its foot, x1 - y",
+        "displacement from the foot", has=lambda scene: scene.foot,
+    ),
+    *_response(
+        "transmissibility", "1", "transmissibility: rms of x1 by rms of the foot's displacement y",
+        column=1, has=lambda scene: scene.foot,
+    ),
+    *_response(
+        "force_max", "N", "largest contact force", column=OF_FORCES, has=_soft, dims=("wall",),
+    ),
+    *_response(
+        "impulse_max", "N s", "largest impulse of an impact", "largest impulse",
+        column=OF_IMPULSES, has=_rigid, dims=("wall",),
+    ),
+    *_response(
+        "power_c1", "W", "mean power dissipated by the dashpot c1", "dissipated power",
+        column=POWERS, symbol="c₁",
+    ),
+    *_response(
+        "power_c2", "W", "mean power dissipated by the dashpot c2", "dissipated power",
+        column=POWERS + 1, symbol="c₂", has=_damper,
+    ),
+    *_response(
+        "power_contact", "W", "mean power dissipated by contacts", "dissipated by contacts",
+        column=POWERS + 2, has=_walls,
+    ),
+    *_response(
+        "power_in", "W", "mean power put in by {by}", "power put in", column=POWERS + 3,
+    ),
+    _whole(
+        "impacts", "impacts per nT; where no period was found, per sampled window",
+        ("impacts", "regime"), has=_walls, label="impacts per $n$T",
+    ),
+    Quantity(
+        "impact_rate", "1", "impacts per forcing period", ("impacts",), has=_walls,
+        drawn=(MAPS, CURVES),
+    ),
+    _whole(
+        "impacts_by_wall", "impacts by what is struck, counted as `impacts`", ("impacts",),
+        has=lambda scene: len(scene.walls) > 1, dims=("wall",),
+    ),
+    Quantity(
+        "impact_speed", "m/s", _SPEEDS, ("speeds",), "approach speed", has=_walls,
+        dims=("impact",), buffer="speeds",
+    ),
+    Quantity(
+        "clearance", "m", _MISS, ("clearance",), "smallest near miss", "z_min", _walls,
+        buffer="clearance", column=0, drawn=(MAPS, CURVES),
+    ),
+    _whole(
+        "period", "n of nT; 0 where none was found", ("regime",), fill=0, label="period",
+        symbol="n", drawn=(MAPS, CURVES), scale=PERIOD,
+    ),
+    _code("regime", "kind of the steady state", ("regime",), 0),
+    _text("label", "regime in words: nT,k, chaos, undetermined ...", ("regime",)),
+    _whole(
+        "settling",
+        "forcing periods until the section obeys the final orbit's own law; -1 if never",
+        ("settling",), label="forcing periods until settled", buffer="evidence",
+        column=ev.SETTLING, drawn=(MAPS,), scale=WAIT,
+    ),
+    _of_verdict(
+        "lyapunov", "1/s", "largest Lyapunov exponent", ev.LARGEST, record=("lyapunov",),
+        label="Lyapunov exponent", symbol="λ₁", drawn=(MAPS, BELOW), scale=SIGNED,
+        width="lyapunov_width",
+    ),
+    _of_verdict(
+        "lyapunov_width", "1/s",
+        "half the width of its 99 % interval; 0 where it follows from Floquet multipliers",
+        ev.WIDTH, record=("lyapunov",),
+    ),
+    _of_verdict(
+        "residual", "1", "what does not close of a periodic orbit, relative to it", ev.RESIDUAL
+    ),
+    Quantity(
+        "multipliers", "1", "Floquet multipliers of the nT orbit", ("evidence",),
+        dims=("multiplier", "part"),
+    ),
+    Quantity("exponents", "1/s", "all Lyapunov exponents", ("evidence",), dims=("exponent",)),
+    Quantity(
+        "orbit_point", _STATE,
+        "a point of the periodic orbit's section, after the last period watched", ("evidence",),
+        dims=("component",),
+    ),
+    _of_verdict(
+        "averaging", "1", "digits to which time averages of its two halves agree", ev.DIGITS,
+        label="digits to which averages agree",
+    ),
+    _of_verdict(
+        "watched", "1", "forcing periods looked at, from the start of the orbit", ev.WATCHED
+    ),
+    _of_verdict(
+        "transient_lyapunov", "1/s", "largest exponent before settling, where it is late",
+        ev.PASSING, label="exponent before settling", symbol="λ₁", drawn=(MAPS,), scale=SIGNED,
+        width="transient_lyapunov_width",
+    ),
+    _of_verdict(
+        "transient_lyapunov_width", "1/s", "half the width of its 99 % interval", ev.PASSING_WIDTH
+    ),
+    _of_verdict(
+        "orbit_clearance", "m", "smallest near miss of the periodic orbit", ev.CLEARANCE,
+        has=_walls,
+    ),
+    _of_verdict(
+        "softest_impact", "m/s", "smallest approach speed of the periodic orbit", ev.SLOWEST,
+        label="smallest approach speed", has=_walls,
+    ),
+    _whole("attractor", "number of the attractor of the orbit; -1 where it is not known",
+           ("attractor",)),
+    _whole(
+        "arrival",
+        "forcing periods until the orbit is certain to be drawn to its attractor; -1 if never",
+        ("attractor",),
+    ),
+    _text("label", "final regime in words: nT,k, chaos ...", ("attractor",)),
+    Quantity(
+        "start_state", _STATE, "state at t = 0 that was drawn for the orbit", (),
+        dims=("component",),
+    ),
+    Quantity(
+        "P", "N", "amplitude of the force that the ground's motion makes", (),
+        has=lambda scene: scene.shaken,
+    ),
+    _whole(
+        "violations", "how often the damper came where it must not, the transient included", (),
+        has=_limit, buffer="violation", column=2,
+    ),
+    Quantity(
+        "first_violation", "s", "time of the first violation; NaN if there was none", (),
+        has=_limit, buffer="violation", column=0,
+    ),
+    Quantity(
+        "violation_depth", "m", "deepest violation", (), has=_limit, buffer="violation", column=1,
+        drawn=(MAPS,),
+    ),
+    Quantity(
+        "error", "m, m/s", f"discretisation error of the state over a period: {_RETRACED}",
+        ("error",), "error over a period", drawn=(MAPS, CURVES), scale=ERROR,
+    ),
+    Quantity(
+        "error_at_end", "m, m/s",
+        "difference of the last state from that of a refined run; in chaos of the orbit's size",
+        ("error",), "difference from a refined run", drawn=(MAPS,), scale=ERROR,
+    ),
+    Quantity(
+        "E1max_error", "J", "difference of E1max from that of a refined run", ("error",),
+        "difference from a refined run", "E₁max", beside="energy", drawn=(MAPS,), scale=ERROR,
+    ),
+    _text("refined_label", "regime in words that a refined run finds", ("error",), beside="regime"),
+    _code(
+        "label_kept", "whether label and refined_label are the same words", ("error",), -1,
+        beside="regime",
+    ),
+    Quantity(
+        "spectrum", "m", "amplitude of the line in each bin; that of the mean is its size",
+        ("spectrum",), "spectrum", dims=("signal", "frequency"),
+    ),
+    _whole(
+        "line_period",
+        "n of the nT orbit by recurrence, whose lines are told; 0 where none was found", ("lines",),
+        fill=0,
+    ),
+    Quantity(
+        "line_amplitude", "m", "amplitude A of the line A cos(m omega t / n + phase)", ("lines",),
+        "amplitudes of lines", dims=("signal", "line"), scale=ERROR,
+    ),
+    Quantity(
+        "line_phase", "rad", "phase of the line, t from the start of the orbit", ("lines",),
+        dims=("signal", "line"),
+    ),
+    Quantity(
+        "broadband", "1", "share of the power that is no line: of the background of the spectrum",
+        ("broadband",), "broadband share", dims=("signal",), scale=ERROR,
+    ),
+    _text(
+        "spectral_label",
+        "what the spectra alone say: nT by recurrence, lines, broadband or unclear", ("broadband",),
+    ),
+    _code("status", "how the computation ended, with the remedy", (), NOT_COMPUTED),
+)  # fmt: skip
+"""What is recorded of orbits, the most telling first; of two lines of a name, the first applies."""
+
+BY_NAME: Mapping[str, Quantity] = MappingProxyType({q.name: q for q in reversed(QUANTITIES)})
+"""The table by name."""
+
+RECORDS = tuple(dict.fromkeys((*_ORDER, *(word for q in QUANTITIES for word in q.record))))
+"""The words of `[record] want`, in the order in which a request keeps them."""
+
+COORDINATES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "x": (STRUCTURE, "x"),
+        "x1": (STRUCTURE, "x₁"),
+        "x2": ("damper", "x₂"),
+        "v": ("velocity", "v"),
+        "v1": (f"velocity of the {STRUCTURE}", "v₁"),
+        "v2": ("velocity of the damper", "v₂"),
+    }
+)
+"""The components of a section: what they belong to, and their symbols."""
+
+
+def drawn_in(place: str) -> tuple[str, ...]:
+    """Return the names of what is drawn by default in a place: `MAPS`, `CURVES` or `BELOW`."""
+    return tuple(entry.name for entry in QUANTITIES if place in entry.drawn)
+
+
+def scale_of(name: str) -> str:
+    """Return the scale of what is recorded by a name; "" where this table does not have it."""
+    return BY_NAME[name].scale if name in BY_NAME else ""
+
+
+def recorded(scene: Scene, want: Collection[str]) -> list[Quantity]:
+    """Return what a scan of a scene records: of `want`, in its order, then what always is."""
+    found: dict[str, Quantity] = {}
+    for word in (*(word for word in RECORDS if word in want), None):
+        for entry in QUANTITIES:
+            asked = word in entry.record if word else not entry.record
+            if asked and entry.has(scene) and (not entry.beside or entry.beside in want):
+                found.setdefault(entry.name, entry)
+    return list(found.values())
+
+
+def held_in(buffer: str) -> tuple[Quantity, ...]:
+    """Return what orbits hold in a buffer, in the order of the table."""
+    return tuple(entry for entry in QUANTITIES if entry.buffer == buffer)

@@ -221,7 +221,7 @@ def fly(flight, watch, begun, stop, y):
                     bodies = record_breakers(damper, energy, grid, bounds, place, before, after)
                     if bodies != 0:
                         filled = fill(grid, phase, now, filled)
-                        note_peaks(ps, damper, energy, grid, phase, place, bodies)
+                        note_peaks(ps, damper, energy, grid, place, bodies)
                 before = after
             if limit_log is not None and (
                 x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LEVEL]

@@ -27,7 +27,6 @@ from ..driven_flight import Linear, carry
 from ..elementary import cos_sin_of_turn
 from ..flight import (
     COEF,
-    DRIVE,
     FACTOR,
     ORDER,
     SHORT,
@@ -41,12 +40,12 @@ from ..flight import (
     turned,
 )
 from ..impact_variations import columns_of, put_columns
-from ..observe import note_depth, note_energy, note_force
+from ..observe import note_depth, note_force
 from ..once_rounded import piece_once_rounded, rounded_once, whole_at_phase
-from ..peaks import factor_at, note_peaks, note_roots, root
+from ..peaks import factor_at, note_energies, root
 from ..response import bend_in_rows, raise_within, tally_cell
 from ..response_sums import LOSS, OF_FORCE, S2, place_of
-from ..scene import Damper, Ground, Structure, joined, mirrored_load, under
+from ..scene import Damper, Ground, Structure, joined, mirrored_load
 from ..touch import LOST, R, first_touch, note_limit, tightened
 
 MOST_CELLS = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
@@ -223,36 +222,6 @@ def first_zero(watched, end):
 
 
 @jit
-def note_pressed_peaks(side, energy, grid, phase, end):
-    """Raise the largest energies to their maxima in [0, end] of a cell whose rows hold r."""
-    ps, damper, wall, sign, w = side.ps, side.damper, side.wall, side.sign, grid.table
-    for which in range(4):
-        bend = 0.0
-        for k in range(ORDER + 1):
-            i = COEF + 4 * k
-            x1, v1, r, s = w[i], w[i + 1], w[i + 2], w[i + 3]
-            push = wall.kc * r + wall.cc * s
-            f = v1
-            if k == 0:
-                push = sign * (wall.kc * (sign * r - wall.gap)) + wall.cc * s
-            if which == 1:
-                f = ps.m1 * (ps.force * (w[DRIVE + k] * phase[k % 2]) - ps.damping * v1)
-                if k == 0:
-                    f = ps.m1 * under(ps.load, f / ps.m1)
-                f -= damper.k2 * r + damper.c2 * s + push
-            if which == 2:
-                f = v1 - s
-            if which == 3:
-                f = damper.k2 * x1 + damper.c2 * s + push
-            w[FACTOR + k] = f
-            bend += k * (k - 1.0) * abs(f)
-        note_roots(ps, damper, energy, grid, bend, end)
-    for x in (0.0, end):
-        y = at(w, x)
-        note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
-
-
-@jit
 def note_greatest(wall, sign, balance, impacts, w, end):
     """Raise depth and force of the impact under way to their maxima in [0, end] of a cell."""
     for of_force in (False, True):
@@ -337,7 +306,7 @@ def follow(side, watch, phase, place, left, now):
         w[R] += shift  # the rows hold r itself
         w[COEF] += carried(damper, shift)
         if energy is not None:
-            note_pressed_peaks(side, energy, grid, phase, piece)
+            note_energies(ps, damper, energy, grid, piece)
         if limit_log is not None:
             note_limit(w, limit_log, took / grid.h, grid.h, piece, math.inf, math.inf)
         x1, v1, r, s = y
@@ -400,10 +369,7 @@ def leave(side, watch, place, left, now):
             event, where = RETURNED, again
         piece = min(where, end)
         if energy is not None:
-            note_peaks(ps, damper, energy, grid, phase, piece, 3)
-            for x in (0.0, piece):
-                y = at(w, x)
-                note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
+            note_energies(ps, damper, energy, grid, piece)
         if limit_log is not None:
             note_limit(w, limit_log, took / grid.h, grid.h, piece, math.inf, math.inf)
         x1, v1, r, s = at(w, piece)

@@ -43,7 +43,6 @@ from ..exact import phase_of
 from ..flight import (
     COEF,
     DRIVE,
-    FACTOR,
     ORDER,
     Grid,
     at,
@@ -52,8 +51,7 @@ from ..flight import (
     grid_from,
 )
 from ..impact_variations import columns_of, put_columns
-from ..observe import note_energy
-from ..peaks import note_roots
+from ..peaks import note_energies
 from ..response import tally_cell
 from ..response_sums import IMPULSE, LOSS, raise_to
 from ..scene import Structure, accelerations, greatest_push, mirrored_load, under
@@ -303,32 +301,11 @@ def expand_pull(ps, w, sign, phase):
 
 
 @jit
-def note_stuck_peaks(ps, damper, r, energy, grid, end):
-    """Raise the largest energies to those in [0, end] of the expanded cell of a stuck motion.
-
-    E1 and E2 turn where v1 is zero, or the force that moves each body beside its spring:
-    m1 dv1/dt + k1 x1 and m2 dv1/dt + k2 (x1 - r).
-    """
-    w = grid.table
+def keep_still(w, r):
+    """Let the damper of the expanded cell be at rest on a wall, at r."""
     for i in range(ORDER + 1):
         w[R + 4 * i], w[R + 4 * i + 1] = 0.0, 0.0
     w[R] = r
-    for mass, spring, offset in ((0.0, 0.0, 0.0), (ps.m1, ps.k1, 0.0), (damper.m2, damper.k2, r)):
-        bend = 0.0
-        for i in range(ORDER + 1):
-            f = spring * w[COEF + 4 * i]
-            if spring == 0.0 and mass == 0.0:
-                f = w[COEF + 4 * i + 1]
-            elif i < ORDER:
-                f += mass * (i + 1.0) / grid.h * w[COEF + 4 * i + 5]
-            if i == 0:
-                f -= spring * offset
-            w[FACTOR + i] = f
-            bend += i * (i - 1.0) * abs(f)
-        note_roots(ps, damper, energy, grid, bend, end)
-    for x in (0.0, end):
-        y = at(w, x)
-        note_energy(ps, damper, energy, y[0], y[1], r, 0.0)
 
 
 @jit
@@ -357,7 +334,8 @@ def stick(side, energy, place, left, x1, v1):
             return EXHAUSTED, sign * x1, sign * v1, took
         piece = min(where, end)
         if energy is not None:
-            note_stuck_peaks(ps, damper, sign * wall.gap, energy, grid, piece)
+            keep_still(w, sign * wall.gap)
+            note_energies(ps, damper, energy, grid, piece)
         y = at(w, piece)
         x1, v1 = y[0], y[1]
         took += piece * grid.h
@@ -407,9 +385,7 @@ def tally_by_law(side, tally, past):
         now = phase_of(grid, j, x)
         end = min(1.0, until * grid.n - j) - x
         cell_polynomial(grid, x1, v1, 0.0, 0.0, now[0], now[1])
-        for i in range(ORDER + 1):
-            w[COEF + 4 * i + 2], w[COEF + 4 * i + 3] = 0.0, 0.0
-        w[COEF + 2] = r
+        keep_still(w, r)
         x1, v1, _, _ = tally_cell(tally, grid, now, (x1, v1, r, 0.0), end)
         j, x = j + 1, 0.0
         if j >= until * grid.n:

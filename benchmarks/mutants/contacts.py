@@ -94,8 +94,8 @@ MUTANTS = (
         ),
         (
             "restitution: energies of a damper that stays are not looked at",
-            "    if energy is not None:\n            keep_still",
-            "    if energy is not None and False:\n            keep_still",
+            "    if energy is not None:\n            note_energies",
+            "    if energy is not None and False:\n            note_energies",
             _T_RESTITUTION + "test_a_damper_pressed_to_the_wall_comes_to_rest_there[0.5]",
         ),
     ),

@@ -15,7 +15,19 @@ from .codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
 from .elementary import cos_sin_of_turn
 from .flight import PERIOD, Begun, length_of_cell, rate_of, turned
-from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_energy, note_violation, opposite, powers_at
+from .observe import (
+    BEYOND,
+    EXCESS,
+    LEVEL,
+    ORIGIN,
+    PRECISE,
+    note_energy,
+    note_violation,
+    opposite,
+    powers_at,
+)
+from .response_steps import may_rise, raise_all
+from .response_sums import OF_A, OF_FORCE, add, from_foot, motion_of, place_of, raise_to
 from .roots import guarded, narrowed, secant
 from .scene import accelerations, joined
 
@@ -216,6 +228,41 @@ def note_limit_fixed(step, limit_log):
 
 
 @jit
+def tally_at(step, tally, at, dt, y):
+    """Add `dt` [s] in the state y at a length within a step; return its `motion_of`."""
+    ps, damper = step.ps, step.damper
+    phase = phase_in_step(step.grid, step.j, step.x + at)
+    values, rates = motion_of(tally, ps, damper, y, phase, 0.0, 0.0)
+    gone = from_foot(tally.foot, y[0], y[1], phase[0], phase[1])
+    add(tally, dt, y, values[OF_A], phase[0], gone)
+    return values, rates
+
+
+@jit
+def tally_fixed(step, tally):
+    """Add a step to a response: integrals by Simpson's rule, which is of order four, too."""
+    y, z, length = step.y, step.z, step.length
+    dt = length * step.grid.h / 6.0
+    before, rates = tally_at(step, tally, 0.0, dt, y)
+    tally_at(step, tally, 0.5 * length, 4.0 * dt, within(step, 0.5 * length))
+    after, slopes = tally_at(step, tally, length, dt, z)
+    raise_all(tally, 1.0, before)
+    raise_all(tally, 1.0, after)
+    for which in range(OF_FORCE):
+        f0, f1 = rates[which], slopes[which]
+        top = tally.row[place_of(which, 1.0)]
+        if may_rise(top, before[which], after[which], f0, f1, length * step.grid.h):
+            low, high = 0.0, length
+            for _ in range(40):
+                at = secant(low, high, f0, f1)
+                values, turns = tally_at(step, tally, at, 0.0, within(step, at))
+                raise_to(tally.row, place_of(which, 1.0), values[which])
+                if turns[which] == 0.0 or min(at - low, high - at) < PRECISE:
+                    break
+                low, high, f0, f1 = narrowed(low, high, f0, f1, at, turns[which])
+
+
+@jit
 def may_touch(sign, wall, y, z):
     """Tell whether a step from y to z may touch a wall: a side beyond it, or a turn."""
     beyond = sign * y[2] >= wall.gap or sign * z[2] > wall.gap
@@ -227,6 +274,7 @@ def fly_fixed(flight, watch, begun, stop, y):
     """Fly from `begun` = (step j, place x in it) to the next touch or `stop`, as `exact.fly`."""
     ps, damper, near, far = flight.ps, flight.damper, flight.near, flight.far
     limit_log, energy, clearance = watch.limit_log, watch.energy, watch.clearance
+    tally = watch.tally
     grid, (j, x) = flight.grid, begun
     while j < stop:
         length, event = 1.0 - x, SECTION
@@ -252,6 +300,8 @@ def fly_fixed(flight, watch, begun, stop, y):
         # (a step that ends at a wall may have turned back before the other)
         if clearance is not None and (event == SECTION or (event == TOUCH_NEAR) == (y[3] < 0.0)):
             note_miss(step, near, far, clearance)
+        if tally is not None:
+            tally_fixed(step, tally)
         y = z
         if event != SECTION:
             return event, j, x + length, y[0], y[1], y[2], y[3]

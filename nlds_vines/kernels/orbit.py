@@ -192,7 +192,8 @@ def grid_in_loop(rk4, grid):
     if rk4 is None:
         return bare_grid(grid)
     cosine, middle = bare(grid.cosine), bare(grid.middle)
-    return FixedGrid(grid.n, grid.h, grid.turn, grid.rate, cosine, middle, grid.begun)
+    w = bare(grid.table)
+    return FixedGrid(grid.n, grid.h, grid.turn, grid.rate, cosine, middle, w, grid.begun)
 
 
 @jit

@@ -86,13 +86,18 @@ class Grid(NamedTuple):
 
 
 @jit
+def with_table(grid, table, low, powers):
+    """Return a grid with another table, and with the places of `low` and `powers` in that."""
+    return Grid(
+        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, table, grid.load, low,
+        grid.begun, powers,
+    )  # fmt: skip
+
+
+@jit
 def bare_grid(grid):
     """Return the grid with its table as a bare row."""
-    w = bare(grid.table)
-    return Grid(
-        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, grid.low,
-        grid.begun, grid.powers,
-    )  # fmt: skip
+    return with_table(grid, bare(grid.table), grid.low, grid.powers)
 
 
 @jit

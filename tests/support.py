@@ -95,7 +95,7 @@ def contact_parts(**numbers: float) -> tuple[Any, Any, Any]:
     return structure_of(cell), damper, hertz_wall_at(cell.near, damper.inv_mu, cell)
 
 
-NOTHING = Watch(None, None, None, None, None)
+NOTHING = Watch(None, None, None, None, None, None)
 EVEN = Steps(28.0, np.inf)
 
 

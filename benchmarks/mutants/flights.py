@@ -185,9 +185,9 @@ MUTANTS = (
     *of(
         "nlds_vines/kernels/peaks.py",
         (
-            "peaks: a factor of the damper's energy forgets the dashpot",
-            "return damper.k2, 0.0, 0.0, damper.c2, 0.0",
-            "return damper.k2, 0.0, 0.0, 0.0, 0.0",
+            "peaks: a factor of the damper's energy takes it for the structure",
+            "f += mass * rise * (w[i + 5] - w[i + 7])",
+            "f += mass * rise * w[i + 5]",
             _T_ENERGIES + "test_the_peak_of_a_linear_transient",
         ),
         (
@@ -227,9 +227,9 @@ MUTANTS = (
             _PLAIN_PEAKS + "test_the_largest_of_a_piece_are_those_of_its_samples",
         ),
         (
-            "peaks: a factor's polynomial forgets the phase",
-            "drive = w[DRIVE + k] * phase[k % 2]",
-            "drive = w[DRIVE + k] * phase[0]",
+            "peaks: a factor's polynomial forgets the spring",
+            "f = spring * w[i] + (",
+            "f = (",
             _PLAIN_PEAKS + "test_the_polynomial_of_a_factor_is_the_factor",
         ),
         (

@@ -22,14 +22,15 @@ In reading order:
     once_rounded     cells without a bias, where all else is linear
     rigid_flight     what makes flights between rigid walls cheaper
     touch            the first touch in a cell, certified; near misses; a limit
-    peaks            the largest energies in a cell
+    peaks            the largest energies in a piece of motion
+    response_sums    what a response is summed up from
+    response         the response over the sampled periods: largest values, rms, powers
     exact            from one event to the next by these three
+    response_steps   a response over Runge-Kutta steps
     fixed_step       the same by fixed Runge-Kutta steps (method rk4)
     contact_field    the equation of a contact, made smooth at touch and release
     runge_kutta      one step of it, of order eight or four
     limit            a limit inside a contact
-    response_sums    what a response is summed up from
-    response_steps   a response over Runge-Kutta steps
     contact          a contact from touch to release, stepped
     impact           a short impact, solved at once
     impact_variations   variations through it, on its collocation
@@ -39,11 +40,10 @@ In reading order:
     elastic_contact  a contact as the time loop asks for it, which is stepped in general
     sides            the two walls of a scene, of which one is touched
     response_inside  a response over a short impact
-    response         the response over the sampled periods: largest values, rms, powers
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section
     growth           growth rates with their uncertainty; convergence of averages
-    linear           small systems of linear equations
+    linear           small systems of linear equations, and their determinants
     eigenvalues      those of a small matrix
     variations       the map from section to section with its derivative
     shooting         periodic orbits by Newton's method

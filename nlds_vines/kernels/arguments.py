@@ -81,21 +81,11 @@ class Watch(NamedTuple):
     """What notes a motion while it is followed, each a buffer or None (`OrbitBuffers`)."""
 
     limit_log: Any
-    energy: Any  # or a `response_sums.Tally`, which sums up a contact
+    energy: Any  # or, of a contact that is stepped, a `response_sums.Tally`, which sums it up
     clearance: Any  # of flights
     impacts: Any  # `observe.Impacts`, of contacts
-    tangent: Any  # four variations, `driven.Driven`, or a `response_sums.Tally`
-
-
-class Past(NamedTuple):
-    """A contact that is over, or cut by a section."""
-
-    event: int  # `codes.RELEASED` or STOPPED
-    took: float  # [s]
-    phase: tuple[float, float]  # (cos, sin) of the forcing's at its beginning
-    place: float  # share of the period that was over then
-    before: tuple[float, float, float, float]  # (q, s, x1, v1) at its ends
-    after: tuple[float, float, float, float]
+    tangent: Any  # four variations, `driven.Driven`, or, with that energy, the tally
+    tally: Any  # `response_sums.Tally` of what is a chain of pieces
 
 
 class Step(NamedTuple):

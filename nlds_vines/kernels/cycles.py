@@ -176,33 +176,7 @@ def solve_bordered(matrix, columns, rows, right, lost):
     for i in range(m):
         for j in range(n + m):
             lost[n + i, j] = rows[i, j]
-    product = determinant(lost.copy())
-    if product == 0.0 or not solve(lost, right):
-        return 0.0
-    return product
-
-
-@jit
-def determinant(a):
-    """Return the determinant of a matrix, which is lost."""
-    product = 1.0
-    for i in range(len(a)):
-        pivot = i
-        for j in range(i + 1, len(a)):
-            if abs(a[j, i]) > abs(a[pivot, i]):
-                pivot = j
-        if not abs(a[pivot, i]) > 0.0:
-            return 0.0
-        if pivot != i:
-            product = -product
-            for c in range(len(a)):
-                a[i, c], a[pivot, c] = a[pivot, c], a[i, c]
-        product *= a[i, i]
-        for j in range(i + 1, len(a)):
-            f = a[j, i] / a[i, i]
-            for c in range(i, len(a)):
-                a[j, c] -= f * a[i, c]
-    return product
+    return solve(lost, right)
 
 
 @jit

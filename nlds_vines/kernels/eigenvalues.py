@@ -69,55 +69,36 @@ def balance(a):
 
 
 @jit
-def reflector(x, y, z):
-    """Return (u, v, w, p) with (1, 1, 1) - p (u, v, w)(u, v, w)' that maps (x, y, z) to (-, 0, 0).
-
-    p is 0 where nothing is to be mapped.
-    """
+def reflect(a, k, x, y, z):
+    """Apply the reflection that maps (x, y, z) to (-, 0, 0) to rows and columns k, k + 1, k + 2."""
+    if y == 0.0 and z == 0.0:
+        return
     most = max(abs(x), max(abs(y), abs(z)))
-    if most == 0.0 or (y == 0.0 and z == 0.0):
-        return 0.0, 0.0, 0.0, 0.0
     x, y, z = x / most, y / most, z / most
     length = math.sqrt(x * x + y * y + z * z)
     x += length if x >= 0.0 else -length
-    return x, y, z, 2.0 / (x * x + y * y + z * z)
+    u, p, size = (x, y, z), 2.0 / (x * x + y * y + z * z), min(3, len(a) - k)
+    for j in range(len(a)):
+        s = 0.0
+        for i in range(size):
+            s += u[i] * a[k + i, j]
+        for i in range(size):
+            a[k + i, j] -= s * p * u[i]
+    for j in range(len(a)):
+        s = 0.0
+        for i in range(size):
+            s += u[i] * a[j, k + i]
+        for i in range(size):
+            a[j, k + i] -= s * p * u[i]
 
 
 @jit
-def reflect(a, k, columns, rows, u, v, w, p):
-    """Apply a reflector to rows k, k + 1, k + 2 from a column on, and to columns up to a row."""
-    for j in range(columns, len(a)):
-        s = u * a[k, j] + v * a[k + 1, j]
-        if w != 0.0:
-            s += w * a[k + 2, j]
-        s *= p
-        a[k, j] -= s * u
-        a[k + 1, j] -= s * v
-        if w != 0.0:
-            a[k + 2, j] -= s * w
-    for i in range(rows):
-        s = u * a[i, k] + v * a[i, k + 1]
-        if w != 0.0:
-            s += w * a[i, k + 2]
-        s *= p
-        a[i, k] -= s * u
-        a[i, k + 1] -= s * v
-        if w != 0.0:
-            a[i, k + 2] -= s * w
-
-
-@jit
-def make_hessenberg(a):
-    """Bring a matrix of at most four rows to zeros below the first subdiagonal."""
-    n = len(a)
-    for k in range(n - 2):
-        last = a[k + 3, k] if k + 3 < n else 0.0
-        u, v, w, p = reflector(a[k + 1, k], a[k + 2, k], last)
-        if p > 0.0:
-            reflect(a, k + 1, k, n, u, v, w, p)
-        a[k + 2, k] = 0.0
-        if k + 3 < n:
-            a[k + 3, k] = 0.0
+def make_hessenberg(a, low, last):
+    """Bring the rows `low` to `last`, four at most, to zeros below the first subdiagonal."""
+    for k in range(low, last - 1):
+        reflect(a, k + 1, a[k + 1, k], a[k + 2, k], a[k + 3, k] if k + 3 <= last else 0.0)
+        for i in range(k + 2, last + 1):
+            a[i, k] = 0.0
 
 
 @jit
@@ -145,17 +126,8 @@ def francis_step(a, low, last, odd):
     x += product - total * a[low, low]
     y = a[low + 1, low] * (a[low, low] + a[low + 1, low + 1] - total)
     z = a[low + 1, low] * a[low + 2, low + 1]
-    for k in range(low, last):
-        u, v, w, p = reflector(x, y, z)
-        if p > 0.0:
-            reflect(a, k, max(k - 1, low), min(k + 4, last + 1), u, v, w, p)
-        if k > low:
-            a[k + 1, k - 1] = 0.0
-            if k + 2 <= last:
-                a[k + 2, k - 1] = 0.0
-        if k + 1 < last:
-            x, y = a[k + 1, k], a[k + 2, k]
-            z = a[k + 3, k] if k + 3 <= last else 0.0
+    reflect(a, low, x, y, z)
+    make_hessenberg(a, low, last)
 
 
 @jit
@@ -194,7 +166,7 @@ def eigenvalues(matrix):
     if math.isnan(a[0, 0]):
         return found
     balance(a)
-    make_hessenberg(a)
+    make_hessenberg(a, 0, len(a) - 1)
     last, steps = len(a) - 1, 0
     while last >= 0:
         low = first_of_block(a, last)

@@ -45,7 +45,9 @@ def follow(side, watch, phase, place, left, now):
     if is_a(watch.tangent, Driven):
         return step_driven(side, watch, phase, left, now)
     seen, start, wave = as_seen(side, now, phase)
-    return mirrored_back(side, contact(seen, watch, wave, start, left))
+    result = contact(seen, watch, wave, start, left)
+    tally_stepped(seen, watch.tally, wave, start, result)
+    return mirrored_back(side, result)
 
 
 @jit
@@ -67,15 +69,13 @@ def step_driven(side, watch, phase, left, now):
     return mirrored_back(side, (event, q, s, x1, v1, took, depth))
 
 
-@by_wall
-def tally_by_law(side, tally, past):
-    """Add a contact that is `Past` to a response."""
-    tally_stepped(side, tally, past)
-
-
 @jit
-def tally_stepped(side, tally, past):
-    """Step a contact once more, for a response."""
-    seen, before, phase = as_seen(side, past.before, past.phase)
-    left = math.inf if past.event == RELEASED else past.took
-    contact(seen, Watch(None, tally, None, None, tally), phase, before, left)
+def tally_stepped(seen, tally, phase, start, result):
+    """Step a contact once more, for a response, where one is wanted; all as the wall sees it.
+
+    start: (q, s, x1, v1); result: that of `contact`.
+    """
+    if tally is None:
+        return
+    left = math.inf if result[0] == RELEASED else result[5]
+    contact(seen, Watch(None, tally, None, None, tally, None), phase, start, left)

@@ -10,6 +10,7 @@ from .flight import CELLS, bare_grid, cell_polynomial, phase_at
 from .observe import LEVEL
 from .once_rounded import after_piece
 from .peaks import may_set_a_record, note_peaks, record_breakers, work_at
+from .response import tally_cell
 from .rigid_flight import after_jump, in_span, knows_end, note_end, note_speeds, span_of
 from .scene import greatest_push, scale_of
 from .touch import (
@@ -177,6 +178,7 @@ def fly(flight, watch, begun, stop, y):
     """
     ps, damper, near, far = flight.ps, flight.damper, flight.near, flight.far
     limit_log, energy, clearance = watch.limit_log, watch.energy, watch.clearance
+    tally = watch.tally
     (x1, v1, r, s), (j, x) = y, begun  # the state stays in registers
     grid, event = bare_grid(flight.grid), SECTION
     if energy is not None:
@@ -221,7 +223,7 @@ def fly(flight, watch, begun, stop, y):
                     bodies = record_breakers(damper, energy, grid, bounds, place, before, after)
                     if bodies != 0:
                         filled = fill(grid, phase, now, filled)
-                        note_peaks(ps, damper, energy, grid, phase, place, bodies)
+                        note_peaks(ps, damper, energy, grid, place, bodies)
                 before = after
             if limit_log is not None and (
                 x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LEVEL]
@@ -235,6 +237,9 @@ def fly(flight, watch, begun, stop, y):
             ):
                 filled = fill(grid, phase, now, filled)
                 note_misses(near, far, clearance, grid, place, bounds, event != SECTION)
+            if tally is not None:
+                filled = fill(grid, phase, now, filled)
+                tally_cell(tally, grid, phase, place)
             # Go on from the touch or the end of the cell.
             x1, v1, r, s = y
             if event == SECTION:

@@ -2,11 +2,14 @@
 
 A step that would cross a wall is repeated with the length that lands on r = gap; so is a step that
 touches and turns back between its ends. `contact` steps the contacts at the same order. So all is
-of order four and shares no formula with the exact flight: an independent check of it.
+of order four and shares no formula with the exact flight: an independent check of it. What is noted
+of a step is that of the Taylor polynomial from its first state, a piece like any other: it errs by
+the step's own error.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,10 +17,23 @@ import numpy as np
 from .codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
 from .elementary import cos_sin_of_turn
-from .flight import PERIOD, Begun, length_of_cell, rate_of, turned
-from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_energy, note_violation, opposite, powers_at
+from .flight import (
+    CELLS,
+    COEF,
+    PERIOD,
+    Begun,
+    expand,
+    fill_drive,
+    length_of_cell,
+    rate_of,
+    turned,
+)
+from .observe import opposite
+from .peaks import note_energies
+from .response import tally_cell
 from .roots import guarded, narrowed, secant
 from .scene import accelerations, joined
+from .touch import note_limit
 
 
 class FixedGrid(NamedTuple):
@@ -29,6 +45,7 @@ class FixedGrid(NamedTuple):
     rate: float  # bound on the rates of the linear motion [1/s]
     cosine: np.ndarray  # (n + 1,) cos of the phase at the start of each step and at the end
     middle: np.ndarray  # (n,) cos of the phase half a step later
+    table: np.ndarray  # (CELLS,) a table as that of `flight.Grid`, for what looks at a step
     begun: Begun = PERIOD
 
 
@@ -41,7 +58,9 @@ def fixed_grid_from(ps, damper, n, begun):
         cosine[j] = cos_sin_of_turn(turned(begun, j / n))[0]
         middle[j] = cos_sin_of_turn(turned(begun, (j + 0.5) / n))[0]
     cosine[n] = cos_sin_of_turn(turned(begun, 1.0))[0]
-    return FixedGrid(n, h, 1.0 / n, rate_of(ps, joined(damper)), cosine, middle, begun)
+    w = np.zeros(CELLS)
+    fill_drive(ps, h, w)
+    return FixedGrid(n, h, 1.0 / n, rate_of(ps, joined(damper)), cosine, middle, w, begun)
 
 
 @jit
@@ -163,30 +182,6 @@ def length_to_touch(step, sign, wall):
 
 
 @jit
-def note_turns(step, energy):
-    """Raise the largest energies to their maxima over a step (as `observe.note_step`)."""
-    ps, damper, grid, j, x = step.ps, step.damper, step.grid, step.j, step.x
-    y, z, length = step.y, step.z, step.length
-    c0, c1 = cosine_at(grid, j, x), cosine_at(grid, j, x + length)
-    before = powers_at(ps, damper, y[0], y[1], y[2], y[3], c0, 0.0)
-    after = powers_at(ps, damper, z[0], z[1], z[2], z[3], c1, 0.0)
-    note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])  # energies jump at rigid walls
-    note_energy(ps, damper, energy, z[0], z[1], z[2], z[3])
-    for which in range(4):
-        if opposite(before[which], after[which]):
-            low, high, f0, f1 = 0.0, length, before[which], after[which]
-            for _ in range(40):
-                at = secant(low, high, f0, f1)
-                w = within(step, at)
-                c = cosine_at(grid, j, x + at)
-                f = powers_at(ps, damper, w[0], w[1], w[2], w[3], c, 0.0)[which]
-                note_energy(ps, damper, energy, w[0], w[1], w[2], w[3])
-                if f == 0.0 or min(at - low, high - at) < 1.0e-9:
-                    break
-                low, high, f0, f1 = narrowed(low, high, f0, f1, at, f)
-
-
-@jit
 def note_miss(step, near, far, clearance):
     """Lower the smallest near miss if the spring's shortening turns back within a step."""
     y = step.y
@@ -197,22 +192,6 @@ def note_miss(step, near, far, clearance):
             clearance[0] = min(clearance[0], near.gap - r)
         if far is not None and y[3] < 0.0:
             clearance[0] = min(clearance[0], far.gap + r)
-
-
-@jit
-def note_limit_fixed(step, limit_log):
-    """Note how the limit of r is kept over a step (see `touch.note_limit`)."""
-    y, z = step.y, step.z
-    level, top, highest = limit_log[LEVEL], step.length, max(y[2], z[2])
-    if y[3] > 0.0 > z[3]:
-        top = length_to_turn(step)
-        highest = within(step, top)[2]
-    if limit_log[BEYOND] == 0.0 and highest > level:
-        at = length_to_level(step, 0.0, top, 1.0, level)
-        note_violation(limit_log, limit_log[ORIGIN] + (step.j + step.x + at) * step.grid.h)
-    if limit_log[BEYOND] != 0.0:
-        limit_log[EXCESS] = max(limit_log[EXCESS], highest - level)
-        limit_log[BEYOND] = 1.0 if z[2] > level else 0.0
 
 
 @jit
@@ -227,6 +206,7 @@ def fly_fixed(flight, watch, begun, stop, y):
     """Fly from `begun` = (step j, place x in it) to the next touch or `stop`, as `exact.fly`."""
     ps, damper, near, far = flight.ps, flight.damper, flight.near, flight.far
     limit_log, energy, clearance = watch.limit_log, watch.energy, watch.clearance
+    tally = watch.tally
     grid, (j, x) = flight.grid, begun
     while j < stop:
         length, event = 1.0 - x, SECTION
@@ -245,10 +225,16 @@ def fly_fixed(flight, watch, begun, stop, y):
             z = within(step, length)
         step = FlightStep(ps, damper, grid, j, x, length, y, z)
         # Note what it has shown.
-        if energy is not None:
-            note_turns(step, energy)
-        if limit_log is not None:
-            note_limit_fixed(step, limit_log)
+        if energy is not None or limit_log is not None or tally is not None:
+            c, d = phase_in_step(grid, j, x)
+            begin = y[0], y[1], y[2], y[3], c, d
+            expand(ps, damper, grid.h, begin, grid.table, int(COEF))
+            if energy is not None:
+                note_energies(ps, damper, energy, grid, length)
+            if limit_log is not None:
+                note_limit(grid.table, limit_log, j + x, grid.h, length, math.inf, math.inf)
+            if tally is not None:
+                tally_cell(tally, grid, (c, d), length)
         # (a step that ends at a wall may have turned back before the other)
         if clearance is not None and (event == SECTION or (event == TOUCH_NEAR) == (y[3] < 0.0)):
             note_miss(step, near, far, clearance)

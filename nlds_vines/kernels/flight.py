@@ -86,13 +86,18 @@ class Grid(NamedTuple):
 
 
 @jit
+def with_table(grid, table, low, powers):
+    """Return a grid with another table, and with the places of `low` and `powers` in that."""
+    return Grid(
+        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, table, grid.load, low,
+        grid.begun, powers,
+    )  # fmt: skip
+
+
+@jit
 def bare_grid(grid):
     """Return the grid with its table as a bare row."""
-    w = bare(grid.table)
-    return Grid(
-        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, grid.low,
-        grid.begun, grid.powers,
-    )  # fmt: skip
+    return with_table(grid, bare(grid.table), grid.low, grid.powers)
 
 
 @jit
@@ -269,10 +274,7 @@ def grid_with(ps, damper, h, n, tabulated, begun):
         unit[i] = 1.0
         expand(unloaded(ps), damper, h, unit, w, TAYLOR + i * TERMS)
         unit[i] = 0.0
-    power = 1.0  # of the angle, by the factorial, with the sign in cos(a x + b)
-    for k in range(ORDER + 1):
-        w[DRIVE + k] = power
-        power *= (ps.omega * h if k % 2 == 1 else -ps.omega * h) / (k + 1.0)
+    fill_drive(ps, h, w)
     response = np.zeros(24)  # what each of the six unit inputs becomes after a whole cell
     for i in range(6):
         for k in range(ORDER, -1, -1):
@@ -295,6 +297,15 @@ def grid_with(ps, damper, h, n, tabulated, begun):
     push = greatest_push(ps.load, ps.force) * math.sqrt(ps.m1)
     turn = begun.share / n
     return Grid(n, h, turn, rate_of(ps, own), push, bend_of(ps, damper), w, load, None, begun, None)
+
+
+@jit
+def fill_drive(ps, h, w):
+    """Fill the rows DRIVE of the table of a grid whose cells are h [s] long."""
+    power = 1.0  # of the angle, by the factorial, with the sign in cos(a x + b)
+    for k in range(ORDER + 1):
+        w[DRIVE + k] = power
+        power *= (ps.omega * h if k % 2 == 1 else -ps.omega * h) / (k + 1.0)
 
 
 @jit

@@ -9,16 +9,17 @@ from .compiling import jit
 def solve(matrix, right):
     """Solve matrix (n, n) x = right (n or more, m) in place by elimination with pivots.
 
-    Returns whether the matrix is regular; it is lost.
+    Returns the determinant, 0 where the matrix is singular; the matrix is lost.
     """
-    size = len(matrix)
+    size, product = len(matrix), 1.0
     for i in range(size):
         pivot = i
         for j in range(i + 1, size):
             if abs(matrix[j, i]) > abs(matrix[pivot, i]):
                 pivot = j
         if not abs(matrix[pivot, i]) > 0.0:
-            return False
+            return 0.0
+        product *= matrix[pivot, i] if pivot == i else -matrix[pivot, i]
         for c in range(size):
             matrix[i, c], matrix[pivot, c] = matrix[pivot, c], matrix[i, c]
         for c in range(right.shape[1]):
@@ -34,4 +35,4 @@ def solve(matrix, right):
             for j in range(i + 1, size):
                 right[i, c] -= matrix[i, j] * right[j, c]
             right[i, c] /= matrix[i, i]
-    return True
+    return product

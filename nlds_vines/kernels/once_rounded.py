@@ -23,7 +23,7 @@ import numpy as np
 
 from .compiling import jit
 from .deciding import is_a
-from .flight import CELLS, COEF, ORDER, TAYLOR, TERMS, Grid, at, grid_from, pair, step
+from .flight import CELLS, COEF, ORDER, TAYLOR, TERMS, at, grid_from, pair, step, with_table
 from .fours import four, four_at, four_of, number_of
 from .scene import Ground
 from .twofold import plus, quotient, split, times, two_product, two_sum
@@ -106,10 +106,7 @@ def rounded_once(ps, damper, grid):
     put_sum(w, TAYLOR + 4 * TERMS, w, low + PUSH)
     put_sum(w, TAYLOR + 5 * TERMS, w, low + PUSH + 4)
     put_sum_of_load(grid.load, w, w, low + PUSH + 8)
-    return Grid(
-        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, low, grid.begun,
-        None,
-    )  # fmt: skip
+    return with_table(grid, w, low, None)
 
 
 @jit

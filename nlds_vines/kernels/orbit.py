@@ -7,7 +7,7 @@ the section is as sharp after a million periods as after one.
 from __future__ import annotations
 
 from . import runge_kutta as rk
-from .arguments import Flight, Past, Side, Watch
+from .arguments import Flight, Side, Watch
 from .bare_rows import bare
 from .by_law import by_wall
 from .codes import (
@@ -44,13 +44,7 @@ from .observe import (
     note_section,
     note_touch,
 )
-from .response import (
-    bare_tally,
-    tally_contact,
-    tally_flight,
-    tally_leaving,
-    tally_share,
-)
+from .response import bare_tally
 from .rigid_flight import unless_at_once
 from .scene import Ground, joined
 from .sides import (
@@ -198,7 +192,8 @@ def grid_in_loop(rk4, grid):
     if rk4 is None:
         return bare_grid(grid)
     cosine, middle = bare(grid.cosine), bare(grid.middle)
-    return FixedGrid(grid.n, grid.h, grid.turn, grid.rate, cosine, middle, grid.begun)
+    w = bare(grid.table)
+    return FixedGrid(grid.n, grid.h, grid.turn, grid.rate, cosine, middle, w, grid.begun)
 
 
 @jit
@@ -234,7 +229,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
     impacts, by_period = buffers.impacts, buffers.by_period
     rows, tally = rows_of(impacts), bare_tally(buffers.tally)
     energy, clearance = bare_if_any(buffers.energy), bare_if_any(buffers.clearance)
-    watch = Watch(limit_log, energy, clearance, rows, tangent)
+    watch = Watch(limit_log, energy, clearance, rows, tangent, tally)
     x1, v1, r, s, q, mode = state[0], state[1], state[2], state[3], state[4], int(state[5])
     for i in range(SIZE - AHEAD):
         k[rk.AHEAD + i] = state[AHEAD + i]
@@ -246,14 +241,13 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
             while True:
                 if mode == FLYING or leaves(near, far, mode):
                     # Fly to the next event.
-                    place, begun, from_depth, before = j + x, (j, x), q, (x1, v1, r, s)
+                    place, begun, before = j + x, (j, x), (x1, v1, r, s)
                     begin_log(limit_log, began)
                     event = CLEARED
                     if mode != FLYING:
                         event, j, x, q, x1, v1, r, s = leave_wall(
                             near_side, far_side, mode, watch, grid, stop, begun, (q, x1, v1, r, s)
                         )
-                    tally_leaving(tally, near, far, mode, from_depth, q)
                     if event == CLEARED:
                         mode = FLYING
                         event, j, x, x1, v1, r, s = fly_on(
@@ -262,7 +256,6 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     if tangent is not None:
                         time = (j + x - place) * grid.h
                         carry(tangent, through_air, place / grid.n, before, time)
-                    tally_flight(tally, flight, begun, (j, x), before)
                     if event == SECTION:
                         break
                     if event == ASTRAY:
@@ -287,8 +280,6 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 event, q, s, x1, v1, took, depth = follow_at(
                     near_side, far_side, mode, watch, phase, place, left, touched
                 )
-                past = Past(event, took, phase, place, touched, (q, s, x1, v1))
-                tally_contact(tally, near_side, far_side, mode, past)
                 note_time_taken(rk4, grid, took)
                 r = sign * (gap + depth_at(near, far, mode, q))
                 x1, v1 = structure_at(damper, x1, v1, r, s)
@@ -327,16 +318,18 @@ def maps_of(rk4, energy, ps, damper, grid, stops):
 
 
 @jit
-def share_of(flight, energy, maps, share, y):
+def share_of(flight, watch, maps, share, y):
     """Advance a scene without walls from the state y by a share (i, stops) of a period.
 
-    By `maps` (`maps_of`) if there are, otherwise cell by cell.
+    By `maps` (`maps_of`) if there are, otherwise cell by cell, as what is summed up always is.
     """
-    if maps is not None:
-        return step(flight.damper, maps, share[0], y[0], y[1], y[2], y[3])
     i, stops = share
     first, stop = flight.grid.n * i // stops, flight.grid.n * (i + 1) // stops
-    return fly_on(flight, Watch(None, energy, None, None, None), (first, 0.0), stop, y)[3:]
+    if maps is None:
+        return fly_on(flight, watch, (first, 0.0), stop, y)[3:]
+    if watch.tally is not None:
+        fly_on(flight, watch, (first, 0.0), stop, y)
+    return step(flight.damper, maps, i, y[0], y[1], y[2], y[3])
 
 
 @jit
@@ -346,13 +339,13 @@ def linear_orbit(prepared, buffers, span, state, tangent, exact_grid):
     section, energy, stops = buffers.section, buffers.energy, span.stops
     y = state[0], state[1], state[2], state[3]
     maps = maps_of(rk4, energy, ps, damper, grid, stops)
-    tally, flight = bare_tally(buffers.tally), Flight(rk4, ps, damper, None, None, grid)
+    watch = Watch(None, energy, None, None, None, bare_tally(buffers.tally))
+    flight = Flight(rk4, ps, damper, None, None, grid)
     through_air = Linear(None, ps, damper, 1.0, exact_grid)
     for p in range(span.periods):
         start = y
         for i in range(stops):
-            tally_share(tally, flight, (i, stops), y)
-            y = share_of(flight, energy, maps, (i, stops), y)
+            y = share_of(flight, watch, maps, (i, stops), y)
             at_section(damper, section, p * stops + i, y[0], y[1], y[2], y[3])
         if tangent is not None:
             carry(tangent, through_air, 0.0, start, grid.h * grid.n)

@@ -11,38 +11,18 @@ from .arguments import OrbitBuffers, Prepared, Span
 from .cells import STABLE, prepared_cell, too_stiff
 from .codes import BAD_PARAMETERS, OK, TOO_STIFF
 from .compiling import jit
-from .flight import Begun, Grid, cells_of
+from .flight import Begun, cells_of, with_table
 from .orbit import bounded, on_ground, run, set_mode
 from .scene import allowed, damper_of, joined, structure_under
 from .variations import new_state
 
 
 @jit
-def cell_by_cell(powers, grid):
+def cell_by_cell(rk4, grid):
     """Return a grid without the powers of `rigid_flight`: a part of a period is too short."""
-    if powers is None:
-        return grid
-    return Grid(
-        grid.n,
-        grid.h,
-        grid.turn,
-        grid.rate,
-        grid.push,
-        grid.bend,
-        grid.table,
-        grid.load,
-        grid.low,
-        grid.begun,
-        None,
-    )
-
-
-@jit
-def flown_cell_by_cell(rk4, grid):
-    """Return the same of the grid of a method."""
     if rk4 is not None:
         return grid
-    return cell_by_cell(grid.powers, grid)
+    return with_table(grid, grid.table, grid.low, None)
 
 
 @jit
@@ -57,7 +37,7 @@ def come_along(parts, cell, begun, state):
     whole = prepared_cell(parts, cell, ps, damper, n, 1, begun)
     prepared = Prepared(
         whole.rk4, ps, damper, whole.near, whole.far, whole.arc,
-        flown_cell_by_cell(whole.rk4, whole.grid),
+        cell_by_cell(whole.rk4, whole.grid),
         whole.contact_steps, whole.scratch, whole.held_near, whole.held_far,
     )  # fmt: skip
     if too_stiff(prepared.held_near) or too_stiff(prepared.held_far):

@@ -1,6 +1,8 @@
 """The largest energies of a flight, without sampling error.
 
-dE1/dt = v1 n1 and dE2/dt = v2 n2, where each factor is linear in the state. Between the ends of a
+dE1/dt = v1 n1 and dE2/dt = v2 n2, where each factor is linear in the motion and its derivative: the
+force n1 on a body beside the spring of its energy is m1 dv1/dt + k1 x1, in flight as on a wall. So
+any *piece* will do, a motion whose polynomial stands in COEF (`flight`). Between the ends of a
 cell, or of the piece of it before a touch or behind a release, the energies and powers at the two
 ends bound an energy by a cubic and its error (`cubics`). Few cells can hold more than the largest
 energy so far. There the roots of the factors' Taylor polynomials are located piece by piece: that a
@@ -14,7 +16,7 @@ import math
 from .compiling import jit
 from .cubics import highest, only_rises
 from .deciding import is_a
-from .flight import COEF, DRIVE, FACTOR, OF_E2, ORDER, at
+from .flight import COEF, FACTOR, OF_E2, ORDER, at
 from .observe import PRECISE, alike, energies, note_energy, powers_at
 from .response_sums import PLACE, Tally, raise_to
 from .roots import narrowed, secant
@@ -110,44 +112,37 @@ def record_breakers(damper, energy, grid, bounds, length, before, after):
 
 
 @jit
-def factor_row(ps, damper, which):
-    """Return a factor of `powers_at` as weights of x1, v1, r, s and cos."""
-    if which == 0:
-        return 0.0, 1.0, 0.0, 0.0, 0.0
+def body_of(ps, damper, body):
+    """Return the mass [kg] of a body and the stiffness [N/m] of its spring; zeros of none."""
+    if body == 0:
+        return ps.m1, ps.k1
     if damper is None:
-        return 0.0, -ps.m1 * ps.damping, 0.0, 0.0, ps.m1 * ps.force
-    if which == 1:
-        return 0.0, -ps.m1 * ps.damping, -damper.k2, -damper.c2, ps.m1 * ps.force
-    if which == 2:
-        return 0.0, 1.0, 0.0, -1.0, 0.0
-    return damper.k2, 0.0, 0.0, damper.c2, 0.0
+        return 0.0, 0.0
+    return damper.m2, damper.k2
 
 
 @jit
-def factor_polynomial(ps, damper, grid, phase, which):
-    """Fill the rows FACTOR with the Taylor coefficients of one factor over the expanded cell.
+def factor_polynomial(ps, damper, grid, which):
+    """Fill the rows FACTOR with the Taylor coefficients of one factor over a piece.
 
-    phase: (cos, sin) at the start. Returns a bound of its second derivative in the cell.
+    The factors are v1, m1 dv1/dt + k1 x1, v2 and m2 dv2/dt + k2 (x1 - r): of the motion alone,
+    whatever forces make it. Returns a bound of the second derivative.
     """
-    w = grid.table
-    a, b, c, d, e = factor_row(ps, damper, which)
-    bend = 0.0
+    w, bend = grid.table, 0.0
+    mass, spring = body_of(ps, damper, which // 2)
     for k in range(ORDER + 1):
         i = COEF + 4 * k
-        drive = w[DRIVE + k] * phase[k % 2]
-        f = (a * w[i] + b * w[i + 1]) + (c * w[i + 2] + d * w[i + 3]) + e * drive
+        rise, f = (k + 1.0) / grid.h, w[i + 1]
+        if which == 1:
+            f = spring * w[i] + (mass * rise * w[i + 5] if k < ORDER else 0.0)
+        elif which == 2:
+            f -= w[i + 3]
+        elif which == 3:
+            f = spring * (w[i] - w[i + 2])
+            f += mass * rise * (w[i + 5] - w[i + 7]) if k < ORDER else 0.0
         w[FACTOR + k] = f
         bend += k * (k - 1.0) * abs(f)
-    if which == 1:
-        add_load(ps.load, ps, w)
     return bend
-
-
-@jit
-def add_load(load, ps, w):
-    """Add a constant load to the force beside the structure's spring in FACTOR."""
-    if load is not None:
-        w[FACTOR] += ps.m1 * load
 
 
 @jit
@@ -220,12 +215,20 @@ def note_roots(ps, damper, energy, grid, bend, end):
 
 
 @jit
-def note_peaks(ps, damper, energy, grid, phase, end, bodies):
-    """Raise the largest energies to their maxima inside [0, end] of the expanded cell.
+def note_peaks(ps, damper, energy, grid, end, bodies):
+    """Raise the largest energies to their maxima inside [0, end] of a piece.
 
-    phase: (cos, sin) at its start; bodies: whose energies may set a record (`record_breakers`).
+    bodies: whose energies may set a record (`record_breakers`).
     """
     for which in range(4):
         if bodies & (1 << which // 2):
-            bend = factor_polynomial(ps, damper, grid, phase, which)
+            bend = factor_polynomial(ps, damper, grid, which)
             note_roots(ps, damper, energy, grid, bend, end)
+
+
+@jit
+def note_energies(ps, damper, energy, grid, end):
+    """Raise the largest energies to those in [0, end] of a piece, both ends included."""
+    note_peaks(ps, damper, energy, grid, end, 3)
+    note_energy_at(ps, damper, energy, grid, 0.0)
+    note_energy_at(ps, damper, energy, grid, end)

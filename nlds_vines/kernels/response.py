@@ -1,12 +1,12 @@
 """The response over the sampled periods: what of it is largest, its rms, and mean powers.
 
-The time loop hands on each flight and each contact when it is over, with the state at its
-beginning. It is gone through once more, and nothing of that changes the orbit. Wherever the motion
-is linear it is a Taylor polynomial cell by cell: products of states are integrated at Gauss points,
-so many that the error is below round-off in the longest cell (1.4^12 / 6e15: products turn twice as
-fast). A quantity is largest where its rate, a polynomial too, vanishes: such roots are looked for
-where bends allow the largest value so far to be exceeded, and proven to be all of them
-(`peaks.note_roots`). Contacts are in `response_inside`, in `response_steps` and with their laws.
+It is summed up piece by piece while an orbit is followed, and nothing of that changes the orbit.
+Where the motion is linear a piece is a Taylor polynomial: products of states are integrated at
+Gauss points, so many that the error is below round-off in the longest cell (1.4^12 / 6e15: products
+turn twice as fast). A quantity is largest where its rate, a polynomial too, vanishes: such roots
+are looked for where bends allow the largest value so far to be exceeded, and proven to be all of
+them (`peaks.note_roots`). Only a contact that is not linear is gone through once more, when it is
+over (`response_inside`, `response_steps`).
 
 Power comes in by the force P cos(omega t), or, where the foot moves, by what moves it. It is
 dissipated by the dashpots and by contacts: by the force that is not elastic, or as rigid bodies
@@ -20,16 +20,11 @@ import math
 import numpy as np
 
 from .bare_rows import bare
-from .by_law import by_wall
-from .codes import LEAVING_FAR, LEAVING_NEAR, OF_FORCES, OF_IMPULSES, POWERS
+from .codes import OF_FORCES, OF_IMPULSES, POWERS
 from .compiling import jit
-from .deciding import same_sort
-from .elastic_contact import tally_by_law
-from .exact import phase_of
-from .flight import COEF, DRIVE, FACTOR, ORDER, at, bare_grid, cell_polynomial
+from .flight import COEF, DRIVE, FACTOR, ORDER, at
 from .fours import four, four_at, larger_of, number_of
 from .peaks import factor_at, note_roots
-from .response_steps import tally_fixed
 from .response_sums import (
     A2,
     BEGIN,
@@ -57,7 +52,6 @@ from .response_sums import (
     raise_to,
 )
 from .scene import joined
-from .sides import sign_of
 
 # Gauss points of [0, 1] and their weights: the error of a cell is 6!^4 / (13 12!^3) f^(12)
 POINTS = (
@@ -178,8 +172,8 @@ def tally_foot(foot, tally, grid, phase, end):
 
 
 @jit
-def tally_cell(tally, grid, phase, y, end):
-    """Add [0, end] of the expanded cell, whose first state is y; return the last one.
+def tally_cell(tally, grid, phase, end):
+    """Add [0, end] of the expanded cell.
 
     grid: with a bare table; phase: (cos, sin) at its start.
     """
@@ -199,85 +193,8 @@ def tally_cell(tally, grid, phase, y, end):
         row[S2] += dt * s * s
         row[CV] += dt * cosine * v1
         row[CX] += dt * cosine * x1
-    z = at(w, end)
-    raise_state(tally, grid, y, z, end)
+    raise_state(tally, grid, at(w, 0.0), at(w, end), end)
     tally_foot(tally.foot, tally, grid, phase, end)
-    return z
-
-
-# ---- a flight ------------------------------------------------------------------------------------
-
-
-@jit
-def tally_cells(tally, grid, begin, end, y):
-    """Add an exact flight from `begin` to `end`, (cell, place in it) each; y: its first state."""
-    grid = bare_grid(grid)
-    j, x = begin
-    while j < end[0] or (j == end[0] and x < end[1]):
-        piece = (1.0 if j < end[0] else end[1]) - x
-        phase = phase_of(grid, j, x)
-        cell_polynomial(grid, y[0], y[1], y[2], y[3], phase[0], phase[1])
-        y = tally_cell(tally, grid, phase, y, piece)
-        j, x = j + 1, 0.0
-
-
-@jit
-def tally_flight(tally, flight, begin, end, y):
-    """Add a flight from `begin` to `end`, where a response is wanted; y: its first state."""
-    if tally is None:
-        return
-    if flight.rk4 is None:
-        tally_cells(tally, flight.grid, begin, end, y)
-    else:
-        tally_fixed(flight.ps, flight.damper, tally, flight.grid, begin, end, y)
-
-
-@jit
-def tally_share(tally, flight, share, y):
-    """Add a share (i, stops) of a period without walls, where a response is wanted."""
-    i, stops = share
-    n = flight.grid.n
-    tally_flight(tally, flight, (n * i // stops, 0.0), (n * (i + 1) // stops, 0.0), y)
-
-
-# ---- a contact -----------------------------------------------------------------------------------
-
-
-@by_wall
-def loss_of_leaving(wall, before, after):
-    """Return what a wall dissipates [J] that has let go and springs back from one depth to another.
-
-    before, after: the depths [m].
-    """
-    return 0.0
-
-
-@jit
-def tally_leaving(tally, near, far, mode, before, after):
-    """Add what a wall dissipates that still springs back, without a force, behind a release.
-
-    before, after: the depth [m] at the ends of a flight.
-    """
-    if tally is None:
-        return
-    if near is not None and mode == LEAVING_NEAR:
-        tally.row[LOSS] += loss_of_leaving(near, before, after)
-    if far is not None and mode == LEAVING_FAR:
-        tally.row[LOSS] += loss_of_leaving(far, before, after)
-
-
-@jit
-def tally_contact(tally, near, far, mode, past):
-    """Add a contact at the side of the `mode` that is `Past`, where a response is wanted."""
-    if tally is None:
-        return
-    if near is not None and far is not None and same_sort(near, far):  # one text for both
-        tally_by_law(near if sign_of(mode) > 0.0 else far, tally, past)
-        return
-    if near is not None and (far is None or sign_of(mode) > 0.0):
-        tally_by_law(near, tally, past)
-    if far is not None and (near is None or sign_of(mode) < 0.0):
-        tally_by_law(far, tally, past)
 
 
 # ---- begun and ended -----------------------------------------------------------------------------

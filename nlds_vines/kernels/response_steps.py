@@ -1,7 +1,7 @@
-"""A response over Runge-Kutta steps: of a contact that is stepped, and of rk4's flights.
+"""A response over Runge-Kutta steps of a contact.
 
-Integrals are those of the step's own stages; of a flight by rk4, Simpson's rule, which is of order
-four, too. A quantity can be largest at an end of a step or where its rate vanishes within it.
+Integrals are those of the step's own stages. A quantity can be largest at an end of a step or where
+its rate vanishes within it.
 """
 
 from __future__ import annotations
@@ -9,10 +9,9 @@ from __future__ import annotations
 from . import runge_kutta as rk
 from .compiling import jit
 from .contact_field import cos_sin
-from .fixed_step import phase_in_step, step_to
 from .laws.law import depth_of, force_of, pushed_by, stiffness_of
 from .observe import PRECISE, opposite
-from .response_sums import OF_FOOT, OF_FORCE, SUMS, add, from_foot, motion_of, place_of, raise_to
+from .response_sums import OF_FOOT, OF_FORCE, SUMS, motion_of, place_of, raise_to
 from .roots import narrowed, secant
 from .scene import accelerations
 
@@ -39,9 +38,6 @@ def raise_all(tally, sign, values):
     if tally.foot is not None:
         raise_to(tally.row, place_of(int(OF_FOOT), sign), values[OF_FOOT])
     raise_to(tally.row, place_of(int(OF_FORCE), sign), values[OF_FORCE])
-
-
-# ---- contacts ------------------------------------------------------------------------------------
 
 
 @jit
@@ -87,51 +83,3 @@ def tally_step(side, tally, step):
                     break
                 low, high, f0, f1 = narrowed(low, high, f0, f1, x, turns[which])
             rk.restore(k)
-
-
-# ---- flights by rk4 ------------------------------------------------------------------------------
-
-
-@jit
-def motion_at(tally, ps, damper, grid, j, x, y):
-    """Return `motion_of` a state y in flight at place x of step j."""
-    return motion_of(tally, ps, damper, y, phase_in_step(grid, j, x), 0.0, 0.0)
-
-
-@jit
-def add_at(tally, ps, damper, grid, j, x, dt, y):
-    """Add `dt` [s] in a state y in flight at place x of step j."""
-    cosine, sine = phase_in_step(grid, j, x)
-    a1, _ = accelerations(ps, damper, y[0], y[1], y[2], y[3], cosine, 0.0)
-    add(tally, dt, y, a1, cosine, from_foot(tally.foot, y[0], y[1], cosine, sine))
-
-
-@jit
-def tally_fixed(ps, damper, tally, grid, begin, end, y):
-    """Add a flight by rk4 from `begin` to `end`, (step, place in it) each; y: its first state."""
-    j, x = begin
-    while j < end[0] or (j == end[0] and x < end[1]):
-        length = (1.0 if j < end[0] else end[1]) - x
-        middle = step_to(ps, damper, grid, j, x, 0.5 * length, y)
-        z, dt = step_to(ps, damper, grid, j, x, length, y), length * grid.h / 6.0
-        add_at(tally, ps, damper, grid, j, x, dt, y)
-        add_at(tally, ps, damper, grid, j, x + 0.5 * length, 4.0 * dt, middle)
-        add_at(tally, ps, damper, grid, j, x + length, dt, z)
-        before, rates = motion_at(tally, ps, damper, grid, j, x, y)
-        after, slopes = motion_at(tally, ps, damper, grid, j, x + length, z)
-        raise_all(tally, 1.0, before)
-        raise_all(tally, 1.0, after)
-        for which in range(OF_FORCE):
-            f0, f1 = rates[which], slopes[which]
-            top = tally.row[place_of(which, 1.0)]
-            if may_rise(top, before[which], after[which], f0, f1, length * grid.h):
-                low, high = 0.0, length
-                for _ in range(ROOT_STEPS):
-                    at = secant(low, high, f0, f1)
-                    w = step_to(ps, damper, grid, j, x, at, y)
-                    values, turns = motion_at(tally, ps, damper, grid, j, x + at, w)
-                    raise_to(tally.row, place_of(which, 1.0), values[which])
-                    if turns[which] == 0.0 or min(at - low, high - at) < PRECISE:
-                        break
-                    low, high, f0, f1 = narrowed(low, high, f0, f1, at, turns[which])
-        y, j, x = z, j + 1, 0.0

@@ -17,7 +17,7 @@ import numpy as np
 
 from .compiling import jit
 from .elementary import cos_sin_of_turn
-from .flight import CELLS, STEP, TAYLOR, TERMS, Grid, grid_from, response_to
+from .flight import CELLS, STEP, TAYLOR, TERMS, grid_from, response_to, with_table
 from .fours import four_at, number_of
 from .once_rounded import after_cell, put_sum, put_sum_of_load
 
@@ -54,10 +54,7 @@ def with_powers(grid):
                 y[c] = free + (push[c] * cosine + push[4 + c] * sine + push[8 + c] * load)
                 w[first + POWER * k + 4 * i + c] = y[c]
             cosine, sine = cosine * turned - sine * across, sine * turned + cosine * across
-    return Grid(
-        grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, w, grid.load, None,
-        grid.begun, first,
-    )  # fmt: skip
+    return with_table(grid, w, None, first)
 
 
 @jit

@@ -86,8 +86,8 @@ def correction(space, matrix, y, image):
     right, system = np.zeros((4, 1)), less_identity(matrix)
     for i in range(space.size):
         right[i, 0] = image[i] - y[i]
-    found = solve(system, right)
-    return right[:, 0], found
+    regular = solve(system, right) != 0.0
+    return right[:, 0], regular
 
 
 @jit

@@ -59,13 +59,13 @@ def random_cell(rng):
 @pytest.mark.parametrize("seed", range(40))
 def test_the_largest_of_a_piece_are_those_of_its_samples(seed):
     rng = np.random.default_rng(seed)
-    ps, damper, grid, (cosine, sine), y = random_cell(rng)
+    ps, damper, grid, _, y = random_cell(rng)
     end = rng.uniform(0.1, 1.0)
     sampled = [energies(ps, damper, *at(grid.table, x)) for x in end * SAMPLES]
     largest = np.max(sampled, axis=0)
     energy = np.array(energies(ps, damper, *y))
     note_energy(ps, damper, energy, *at(grid.table, end))
-    note_peaks(ps, damper, energy, grid, (cosine, sine), end, BOTH)
+    note_peaks(ps, damper, energy, grid, end, BOTH)
     assert (energy >= largest * (1 - 1e-13)).all()
     assert (energy <= largest * (1 + 1e-5)).all()
 
@@ -86,7 +86,7 @@ def test_some_of_these_peaks_are_inside_and_some_at_the_end():
 @pytest.mark.parametrize("which", range(4))
 def test_the_polynomial_of_a_factor_is_the_factor(which):
     ps, damper, grid, (cosine, sine), _ = random_cell(np.random.default_rng(3))
-    bend = factor_polynomial(ps, damper, grid, (cosine, sine), which)
+    bend = factor_polynomial(ps, damper, grid, which)
     turn = ps.omega * grid.h
     values = []
     for x in SAMPLES:

@@ -314,7 +314,8 @@ def test_elimination(size):
         matrix, right = rng.normal(size=(size, size)), rng.normal(size=(4, 3))
         matrix[0, 0] = 0.0  # so that it must exchange rows
         expected = np.linalg.solve(matrix, right[:size])
-        assert linear.solve(matrix.copy(), right)
+        determinant = linear.solve(matrix.copy(), right)
+        assert determinant == pytest.approx(np.linalg.det(matrix), rel=1e-12)
         np.testing.assert_allclose(right[:size], expected, rtol=1e-9)
     assert not linear.solve(np.zeros((size, size)), np.ones((4, 1)))
     assert not linear.solve(np.full((size, size), np.nan), np.ones((4, 1)))

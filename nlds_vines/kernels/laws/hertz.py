@@ -18,7 +18,7 @@ from ..contact import Steps, contact
 from ..contact_field import rotated
 from ..deciding import is_a
 from ..driven import Driven
-from ..elastic_contact import as_seen, mirrored_back, step_driven, tally_stepped, turned
+from ..elastic_contact import as_seen, mirrored_back, step_driven, tally_stepped
 from ..elementary import exp, fifth_root, hypotenuse, log
 from ..impact import LASTING, short_impact
 from ..impact_variations import vary
@@ -196,7 +196,7 @@ def note_part(side, watch, phase, lasting, now):
         touch = rotated(phase[0], phase[1], -side.ps.omega * ahead.elapsed)
         note_inside(side, watch.energy, touch, ahead, lasting)
     if limit_log is not None and may_pass(side, limit_log, ahead.took, ahead.touch):
-        contact(side, Watch(limit_log, None, None, None, None), phase, now, lasting)
+        contact(side, Watch(limit_log, None, None, None, None, None), phase, now, lasting)
 
 
 @jit
@@ -274,8 +274,8 @@ def follow(side, watch, phase, place, left, now):
     """
     if is_a(watch.tangent, Driven):
         fine = side_with(side, side.ps, side.damper, side.wall, Steps(OF_DRIVEN, VERIFIED))
-        step_driven(fine, Watch(None, None, None, None, watch.tangent), phase, left, now)
-        others = Watch(watch.limit_log, watch.energy, watch.clearance, watch.impacts, None)
+        step_driven(fine, Watch(None, None, None, None, watch.tangent, None), phase, left, now)
+        others = Watch(watch.limit_log, watch.energy, watch.clearance, watch.impacts, None, None)
         return solve_or_step(side, others, phase, left, now)
     return solve_or_step(side, watch, phase, left, now)
 
@@ -289,14 +289,17 @@ def solve_or_step(side, watch, phase, left, now):
         solved, result = follow_short_impact(seen, watch, wave, left, start)
     if not solved:
         result = contact(seen, watch, wave, start, left)
+    tally_impact(seen, watch.tally, wave, start, result)
     return mirrored_back(side, result)
 
 
 @jit
-def tally_by_law(side, tally, past):
-    """Add a contact, by its halves if it is a short impact, or stepped."""
-    if past.event == RELEASED and side.rk4 is None and side.arc is not None:
-        seen, before, phase = as_seen(side, past.before, past.phase)
-        if tally_halves(seen, tally, phase, past.took, before, turned(side.sign, past.after)):
+def tally_impact(seen, tally, phase, start, result):
+    """Add a contact, by its halves if it is a short impact, or stepped (`tally_stepped`)."""
+    if tally is None:
+        return
+    if result[0] == RELEASED and seen.rk4 is None and seen.arc is not None:
+        after = result[1], result[2], result[3], result[4]
+        if tally_halves(seen, tally, phase, result[5], start, after):
             return
-    tally_stepped(side, tally, past)
+    tally_stepped(seen, tally, phase, start, result)

@@ -27,7 +27,6 @@ from ..driven_flight import Linear, carry
 from ..elementary import cos_sin_of_turn
 from ..flight import (
     COEF,
-    DRIVE,
     FACTOR,
     ORDER,
     SHORT,
@@ -41,12 +40,12 @@ from ..flight import (
     turned,
 )
 from ..impact_variations import columns_of, put_columns
-from ..observe import note_depth, note_energy, note_force
+from ..observe import note_depth, note_force
 from ..once_rounded import piece_once_rounded, rounded_once, whole_at_phase
-from ..peaks import factor_at, note_peaks, note_roots, root
+from ..peaks import factor_at, note_energies, root
 from ..response import bend_in_rows, raise_within, tally_cell
 from ..response_sums import LOSS, OF_FORCE, S2, place_of
-from ..scene import Damper, Ground, Structure, joined, mirrored_load, under
+from ..scene import Damper, Ground, Structure, joined, mirrored_load
 from ..touch import LOST, R, first_touch, note_limit, tightened
 
 MOST_CELLS = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
@@ -223,36 +222,6 @@ def first_zero(watched, end):
 
 
 @jit
-def note_pressed_peaks(side, energy, grid, phase, end):
-    """Raise the largest energies to their maxima in [0, end] of a cell whose rows hold r."""
-    ps, damper, wall, sign, w = side.ps, side.damper, side.wall, side.sign, grid.table
-    for which in range(4):
-        bend = 0.0
-        for k in range(ORDER + 1):
-            i = COEF + 4 * k
-            x1, v1, r, s = w[i], w[i + 1], w[i + 2], w[i + 3]
-            push = wall.kc * r + wall.cc * s
-            f = v1
-            if k == 0:
-                push = sign * (wall.kc * (sign * r - wall.gap)) + wall.cc * s
-            if which == 1:
-                f = ps.m1 * (ps.force * (w[DRIVE + k] * phase[k % 2]) - ps.damping * v1)
-                if k == 0:
-                    f = ps.m1 * under(ps.load, f / ps.m1)
-                f -= damper.k2 * r + damper.c2 * s + push
-            if which == 2:
-                f = v1 - s
-            if which == 3:
-                f = damper.k2 * x1 + damper.c2 * s + push
-            w[FACTOR + k] = f
-            bend += k * (k - 1.0) * abs(f)
-        note_roots(ps, damper, energy, grid, bend, end)
-    for x in (0.0, end):
-        y = at(w, x)
-        note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
-
-
-@jit
 def note_greatest(wall, sign, balance, impacts, w, end):
     """Raise depth and force of the impact under way to their maxima in [0, end] of a cell."""
     for of_force in (False, True):
@@ -301,8 +270,8 @@ def follow(side, watch, phase, place, left, now):
     Arguments and result as those of `elastic_contact.follow`, with z in place of q.
     """
     ps, damper, wall, sign, held = side.ps, side.damper, side.wall, side.sign, side.held
-    energy, impacts, limit_log, tangent = (
-        watch.energy, watch.impacts, watch.limit_log, watch.tangent
+    energy, impacts, limit_log, tangent, tally = (
+        watch.energy, watch.impacts, watch.limit_log, watch.tangent, watch.tally
     )  # fmt: skip
     period = 2.0 * math.pi / ps.omega
     # r is counted from the balance of the springs, where the depth is -`balance`
@@ -337,9 +306,11 @@ def follow(side, watch, phase, place, left, now):
         w[R] += shift  # the rows hold r itself
         w[COEF] += carried(damper, shift)
         if energy is not None:
-            note_pressed_peaks(side, energy, grid, phase, piece)
+            note_energies(ps, damper, energy, grid, piece)
         if limit_log is not None:
             note_limit(w, limit_log, took / grid.h, grid.h, piece, math.inf, math.inf)
+        if tally is not None:
+            tally_pressed(wall, sign, tally, grid, phase, piece)
         x1, v1, r, s = y
         took = min(took + piece * grid.h, left)
         if event == STOPPED and (end < 1.0 or took >= left):
@@ -379,7 +350,8 @@ def leave(side, watch, place, left, now):
     the wall pushes again before, STOPPED or EXHAUSTED.
     """
     ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
-    energy, limit_log, watched = watch.energy, watch.limit_log, side.held.watched
+    energy, limit_log, tally = watch.energy, watch.limit_log, watch.tally
+    watched = side.held.watched
     period, took = 2.0 * math.pi / ps.omega, 0.0
     z, s, x1, v1 = now
     r = sign * (z + wall.gap)
@@ -400,12 +372,11 @@ def leave(side, watch, place, left, now):
             event, where = RETURNED, again
         piece = min(where, end)
         if energy is not None:
-            note_peaks(ps, damper, energy, grid, phase, piece, 3)
-            for x in (0.0, piece):
-                y = at(w, x)
-                note_energy(ps, damper, energy, y[0], y[1], y[2], y[3])
+            note_energies(ps, damper, energy, grid, piece)
         if limit_log is not None:
             note_limit(w, limit_log, took / grid.h, grid.h, piece, math.inf, math.inf)
+        if tally is not None:
+            tally_cell(tally, grid, phase, piece)
         x1, v1, r, s = at(w, piece)
         took = min(took + piece * grid.h, left)
         if where <= end and took < left:
@@ -414,6 +385,8 @@ def leave(side, watch, place, left, now):
             event, took = STOPPED, left
             break
     z = 0.0 if event == CLEARED else max(sign * r - wall.gap, 0.0)
+    if tally is not None:  # the wall springs back without a force: kc z^2 / 2 is lost
+        tally.row[LOSS] += 0.5 * wall.kc * (now[0] - z) * (now[0] + z)
     return event, z, s, x1, v1, took
 
 
@@ -435,12 +408,6 @@ def push_changed(wall, by, sign, constant, r, s):
 
 
 @jit
-def loss_of_leaving(wall, before, after):
-    """Return what the wall dissipates that springs back without a force: it stores kc z^2 / 2."""
-    return 0.5 * wall.kc * (before - after) * (before + after)
-
-
-@jit
 def fill_force(row, w, wall, sign):
     """Fill them with the force of a wall with a spring and a dashpot."""
     for k in range(ORDER + 1):
@@ -450,28 +417,11 @@ def fill_force(row, w, wall, sign):
 
 
 @jit
-def tally_by_law(side, tally, past):
-    """Add a contact that is `Past` to a response, cell by cell (`follow`)."""
-    ps, damper, wall = side.ps, side.damper, side.wall
-    sign, held, took, place = side.sign, side.held, past.took, past.place
-    period, since = 2.0 * math.pi / ps.omega, 0.0
-    grid, shift = bare_grid(held.grid), sign * held.shift
-    w, row = grid.table, tally.row
-    z, s, x1, v1 = past.before
-    moved = carried(damper, shift)
-    y = x1 - moved, v1, sign * (z + (wall.gap - held.shift)), s
-    while since < took:
-        end = min(1.0, (took - since) / grid.h)
-        now = cos_sin_of_turn(place + since / period)
-        cell_polynomial(grid, y[0], y[1], y[2], y[3], now[0], now[1])
-        y = at(w, end)
-        w[COEF] += moved  # the rows hold x1 and r themselves
-        w[COEF + 2] += shift
-        slow, first = row[S2], at(w, 0.0)
-        tally_cell(tally, grid, now, first, end)
-        row[LOSS] += wall.cc * (row[S2] - slow)
-        fill_force(row, w, wall, sign)
-        raise_within(tally, grid, place_of(int(OF_FORCE), sign), bend_in_rows(row), end)
-        since += end * grid.h
-        if end < 1.0:
-            break
+def tally_pressed(wall, sign, tally, grid, phase, end):
+    """Add [0, end] of a cell in contact, whose rows hold x1 and r, to a response."""
+    row = tally.row
+    slow = row[S2]
+    tally_cell(tally, grid, phase, end)
+    row[LOSS] += wall.cc * (row[S2] - slow)
+    fill_force(row, grid.table, wall, sign)
+    raise_within(tally, grid, place_of(int(OF_FORCE), sign), bend_in_rows(row), end)

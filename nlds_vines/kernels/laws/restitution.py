@@ -43,7 +43,6 @@ from ..exact import phase_of
 from ..flight import (
     COEF,
     DRIVE,
-    FACTOR,
     ORDER,
     Grid,
     at,
@@ -52,8 +51,7 @@ from ..flight import (
     grid_from,
 )
 from ..impact_variations import columns_of, put_columns
-from ..observe import note_energy
-from ..peaks import note_roots
+from ..peaks import note_energies
 from ..response import tally_cell
 from ..response_sums import IMPULSE, LOSS, raise_to
 from ..scene import Structure, accelerations, greatest_push, mirrored_load, under
@@ -261,6 +259,7 @@ def follow(side, watch, phase, place, left, now):
         stuck = stays(seen, damper, wall, side.rate, (s, x1, u), (c, d))
         if stuck:
             s, v1 = 0.0, u
+        tally_impulse(damper, sign, watch.tally, before[0], s)
         if tangent is not None:
             k[rk.SHRUNK] += -math.inf if stuck else 2.0 * log(wall.e)
             seen_from_wall(tangent, sign, 1.0)
@@ -270,7 +269,7 @@ def follow(side, watch, phase, place, left, now):
     if s < 0.0 or not pressing(seen, damper, wall, x1, v1, c) > 0.0:
         return RELEASED, 0.0, sign * s, sign * x1, sign * v1, 0.0, 0.0
     start = x1, v1, wall.gap, 0.0
-    event, x1, v1, took = stick(side, watch.energy, place, left, x1, v1)
+    event, x1, v1, took = stick(side, watch, place, left, x1, v1)
     if tangent is not None:
         seen_from_wall(tangent, sign, 1.0)
         keep_common_motion(ps, damper, rows_of(tangent))
@@ -303,43 +302,22 @@ def expand_pull(ps, w, sign, phase):
 
 
 @jit
-def note_stuck_peaks(ps, damper, r, energy, grid, end):
-    """Raise the largest energies to those in [0, end] of the expanded cell of a stuck motion.
-
-    E1 and E2 turn where v1 is zero, or the force that moves each body beside its spring:
-    m1 dv1/dt + k1 x1 and m2 dv1/dt + k2 (x1 - r).
-    """
-    w = grid.table
+def keep_still(w, r):
+    """Let the damper of the expanded cell be at rest on a wall, at r."""
     for i in range(ORDER + 1):
         w[R + 4 * i], w[R + 4 * i + 1] = 0.0, 0.0
     w[R] = r
-    for mass, spring, offset in ((0.0, 0.0, 0.0), (ps.m1, ps.k1, 0.0), (damper.m2, damper.k2, r)):
-        bend = 0.0
-        for i in range(ORDER + 1):
-            f = spring * w[COEF + 4 * i]
-            if spring == 0.0 and mass == 0.0:
-                f = w[COEF + 4 * i + 1]
-            elif i < ORDER:
-                f += mass * (i + 1.0) / grid.h * w[COEF + 4 * i + 5]
-            if i == 0:
-                f -= spring * offset
-            w[FACTOR + i] = f
-            bend += i * (i - 1.0) * abs(f)
-        note_roots(ps, damper, energy, grid, bend, end)
-    for x in (0.0, end):
-        y = at(w, x)
-        note_energy(ps, damper, energy, y[0], y[1], r, 0.0)
 
 
 @jit
-def stick(side, energy, place, left, x1, v1):
+def stick(side, watch, place, left, x1, v1):
     """Follow a damper that rests on a wall until it would have to be pulled, or for `left` [s].
 
     x1, v1: mirrored by `sign`, as for the result (event, x1, v1, time [s]). place: share of the
     period that is over.
     """
     ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
-    grid = bare_grid(side.held.grid)
+    grid, energy, tally = bare_grid(side.held.grid), watch.energy, watch.tally
     w, x1, v1, took = grid.table, sign * x1, sign * v1, 0.0
     until = place + left / (grid.h * grid.n)
     j = min(int(place * grid.n), grid.n - 1)
@@ -356,8 +334,11 @@ def stick(side, energy, place, left, x1, v1):
         if where == LOST:
             return EXHAUSTED, sign * x1, sign * v1, took
         piece = min(where, end)
+        keep_still(w, sign * wall.gap)
         if energy is not None:
-            note_stuck_peaks(ps, damper, sign * wall.gap, energy, grid, piece)
+            note_energies(ps, damper, energy, grid, piece)
+        if tally is not None:
+            tally_cell(tally, grid, phase, piece)
         y = at(w, piece)
         x1, v1 = y[0], y[1]
         took += piece * grid.h
@@ -387,30 +368,13 @@ def terms_on(linear, by, constant, state, drive, variation):
 
 
 @jit
-def tally_by_law(side, tally, past):
-    """Add an impact of rigid bodies, and sticking, during which nothing is dissipated by them."""
-    damper, wall, sign, row = side.damper, side.wall, side.sign, tally.row
-    _, s, x1, v1 = past.before
-    took, place = past.took, past.place
-    if sign * s > 0.0:
-        mu, rebound = 1.0 / damper.inv_mu, past.after[1]
-        raise_to(row, int(IMPULSE) + (0 if sign > 0.0 else 1), mu * (s - rebound))
-        row[LOSS] += 0.5 * mu * (s - rebound) * (s + rebound)
-    if not took > 0.0:
+def tally_impulse(damper, sign, tally, before, after):
+    """Add an impact of rigid bodies that turns one speed into another, where a response is wanted.
+
+    before, after: s [m/s] as the wall sees it.
+    """
+    if tally is None:
         return
-    grid, r = bare_grid(side.held.grid), sign * wall.gap
-    w, v1 = grid.table, v1 - damper.share * s
-    until = place + took / (grid.h * grid.n)
-    j = min(int(place * grid.n), grid.n - 1)
-    x = place * grid.n - j
-    while True:
-        now = phase_of(grid, j, x)
-        end = min(1.0, until * grid.n - j) - x
-        cell_polynomial(grid, x1, v1, 0.0, 0.0, now[0], now[1])
-        for i in range(ORDER + 1):
-            w[COEF + 4 * i + 2], w[COEF + 4 * i + 3] = 0.0, 0.0
-        w[COEF + 2] = r
-        x1, v1, _, _ = tally_cell(tally, grid, now, (x1, v1, r, 0.0), end)
-        j, x = j + 1, 0.0
-        if j >= until * grid.n:
-            return
+    row, mu = tally.row, 1.0 / damper.inv_mu
+    raise_to(row, int(IMPULSE) + (0 if sign > 0.0 else 1), mu * (before - after))
+    row[LOSS] += 0.5 * mu * (before - after) * (before + after)

@@ -53,11 +53,12 @@ def possible_want(want: Sequence[str], scene: Scene, method: str = "exact") -> t
     Without walls there are neither impacts nor clearances, and nothing that `exact` discretises:
     only the methods of fixed steps have an error.
     """
-    had = {word for entry in QUANTITIES if entry.has(scene) for word in entry.record}
+    missing = {*RECORDS}.difference(
+        *(entry.record for entry in QUANTITIES if entry.has(scene)),
+    )  # and nothing that is recorded of single orbits alone
     if method == "exact" and not scene.walls:
-        had.discard("error")
-    lacking = {*RECORDS} - had
-    return tuple(word for word in want if word not in lacking)
+        missing.add("error")
+    return tuple(word for word in want if word not in missing)
 
 
 def refuse_impossible(want: Sequence[str], scene: Scene, method: str = "exact") -> None:

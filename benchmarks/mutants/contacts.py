@@ -453,9 +453,9 @@ MUTANTS = (
             _PLAIN_METHODS + "test_both_methods_note_the_same[ssul]",
         ),
         (
-            "fixed_step: the limit is watched in the first half of a step",
+            "fixed_step: the limit is watched at the starts of steps alone",
             "note_limit(grid.table, limit_log, j + x, grid.h, length,",
-            "note_limit(grid.table, limit_log, j + x, grid.h, 0.5 * length,",
+            "note_limit(grid.table, limit_log, j + x, grid.h, 0.0,",
             _PLAIN_METHODS + "test_an_excursion_beyond_a_limit_may_be_short",
         ),
         (

@@ -11,13 +11,10 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.explore.shows import columns_of_shows, label_places
-from nlds_vines.explore.stored import Stored
+from nlds_vines.explore.stored import NUMBERS, Stored
 from nlds_vines.model.parameters import described
-from nlds_vines.model.quantities import BY_NAME, QUANTITIES
+from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits.status_words import NOT_COMPUTED, OK
-
-NUMBERS = tuple(dict.fromkeys(entry.name for entry in QUANTITIES if entry.single))
-"""The datasets of one number for each start, the most telling first."""
 
 
 def columns(found: Stored) -> dict[str, np.ndarray]:

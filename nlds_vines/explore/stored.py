@@ -34,8 +34,11 @@ MOST_SECTION = 2**24
 MOST_LANES = 4_000_000
 """The most orbits of a map on a page: some gigabytes of what is known of each."""
 
+NUMBERS = tuple(dict.fromkeys(entry.name for entry in QUANTITIES if entry.single))
+"""The datasets of one number for each start, the most telling first."""
+
 _PLAIN = (
-    *dict.fromkeys(entry.name for entry in QUANTITIES if entry.single),
+    *NUMBERS,
     *("status", "label", "refined_label", "multipliers", "orbit_point"),
 )
 

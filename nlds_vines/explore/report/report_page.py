@@ -13,14 +13,14 @@ from bokeh.models import ColumnDataSource, CustomJS, Range1d
 from bokeh.resources import Resources
 
 from nlds_vines.continuation.result import Continued
-from nlds_vines.explore.cell_columns import NUMBERS, columns, section_points
+from nlds_vines.explore.cell_columns import columns, section_points
 from nlds_vines.explore.look import frame, page_file, plain_figure, roled
 from nlds_vines.explore.map_figure import map_figures
 from nlds_vines.explore.map_meta import meta_of
 from nlds_vines.explore.opened import middle
 from nlds_vines.explore.report.branch_lines import Table, draw_branches, special_table
 from nlds_vines.explore.report.packing import Packed, coded, packed
-from nlds_vines.explore.stored import Stored
+from nlds_vines.explore.stored import NUMBERS, Stored
 
 MOST_BYTES = 5_000_000
 """The most bytes of a page, so that it can be sent by mail."""

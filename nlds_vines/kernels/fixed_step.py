@@ -2,9 +2,9 @@
 
 A step that would cross a wall is repeated with the length that lands on r = gap; so is a step that
 touches and turns back between its ends. `contact` steps the contacts at the same order. So all is
-of order four, and an orbit shares no formula with the exact flight: an independent check of it. What
-is noted of a step is that of the Taylor polynomial from its first state, a piece like any other: it
-errs by the step's own error, and is found by the searches of the exact flight.
+of order four, and an orbit shares no formula with the exact flight: an independent check of it.
+What is noted of a step is that of the Taylor polynomial from its first state, a piece like any
+other: it errs by the step's own error, and is found by the searches of the exact flight.
 """
 
 from __future__ import annotations

@@ -90,13 +90,13 @@ class Computer:
         if self._draws is not None:
             found = user_states(chains[:, 0], starts, self.scan.system.scene)
             arrays["start_state"] = found[:, np.newaxis]
+        arrays |= self._spectra(chains, starts)
         if self.attracted is not None:
             where = np.zeros(len(chains), np.int64) if places is None else places
             arrays |= self.attracted.arrays(chains[:, 0], starts, where)
-        if self.attracted is None or self._kernels.records:
+        if self._kernels.records or "status" not in arrays:
             outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
             arrays |= self._arrays(outputs, chains)
-        arrays |= self._spectra(chains, starts)
         for name, dataset in self.scan.table.datasets.items():
             _one_nan(_failed_filled(arrays[name], dataset, arrays["status"]))
         return arrays
@@ -116,12 +116,16 @@ class Computer:
         )
 
     def _spectra(self, chains: np.ndarray, starts: np.ndarray) -> dict[str, np.ndarray]:
-        """Return what is recorded of spectra, by name: of the same orbits, at more instants."""
+        """Return what is recorded of spectra, by name: of the same orbits, at more instants.
+
+        And how they ended, which counts where nothing else is recorded.
+        """
         if self._spectral is None or self._traced is None:
             return {}
         span = Span(self.scan.transient, self.scan.periods, self._spectral.samples)
         states, status = self._traced.states(chains, starts, span)
-        return arrays_of(self._spectral, states, status == OK, self.scan.transient)
+        found = arrays_of(self._spectral, states, status == OK, self.scan.transient)
+        return {"status": status, **found}
 
     def orbits(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return orbits of the scan, each by itself: cells (n, 1), starts (n, 4), places (n,).

@@ -7,6 +7,7 @@ once.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -33,33 +34,6 @@ def bodies_of(scene: Scene) -> tuple[str, ...]:
     return (first, "damper") if scene.damper else (first,)
 
 
-def scales_of(
-    axes: Sequence[Axis],
-    scene: Scene,
-    start: Start,
-    periods: int,
-    want: Collection[str],
-    spectral: SpectralRecords | None = None,
-) -> tuple[Scale, ...]:
-    """Return every dimension that a dataset of a scan may have, with its values."""
-    varied = (
-        Scale(axis.name, axis.values, described(axis.name).unit, described(axis.name).meaning)
-        for axis in axes
-    )
-    cycles = np.arange(1, periods + 1, dtype=np.int32)
-    walls = struck(scene)
-    return (
-        *varied,
-        Scale("start", np.array(start.names, dtype=np.str_), "1", "start of the orbit"),
-        Scale("cycle", cycles, "1", "sampled forcing period, counted after the transient"),
-        *([_speed_scale(periods)] if scene.walls and "speeds" in want else []),
-        Scale("component", np.array(scene.components), "1", "component of the state"),
-        *([Scale("wall", np.array(walls), "1", "what is struck")] if walls else []),
-        *(state_scales(len(scene.components)) if "evidence" in want else ()),
-        *(() if spectral is None else spectral.scales()),
-    )
-
-
 def state_scales(count: int) -> Iterator[Scale]:
     """Yield the dimensions that count what belongs to a state of so many components."""
     order = np.arange(1, count + 1, dtype=np.int32)
@@ -75,32 +49,67 @@ _FLAGS: Mapping[str, Mapping[str, int]] = {
 }
 
 
-def table_of(
-    axes: Sequence[Axis],
-    scene: Scene,
-    start: Start,
-    periods: int,
-    want: Collection[str],
-    spectral: SpectralRecords | None = None,
-) -> Table:
-    """Return the datasets of a scan's archive: those that `want` asks for, and `status`.
+@dataclass(frozen=True)
+class ScanContents:
+    """What the archive of a scan holds: of its axes, scene, starts, sampled periods and records.
 
     `spectral` says more of spectra, where any are wanted.
-
-    Impacts and clearances exist only in scenes with a wall, the damper's energy only with a
-    damper: what cannot happen in a scene takes no room in its archive.
     """
-    lanes = (*(axis.name for axis in axes), "start")
-    datasets = [
-        dataset_of(entry, lanes, scene)
-        for entry in recorded(scene, want)
-        if entry.name != "start_state" or start.policy == "random"
-    ]
-    lengths = _lengths(axes, scene, start, periods, want)
-    if spectral is not None:
-        datasets = [spectral.in_units(dataset) for dataset in datasets]
-        lengths |= spectral.lengths()
-    return Table.of(datasets, lengths)
+
+    axes: Sequence[Axis]
+    scene: Scene
+    start: Start
+    periods: int
+    want: Collection[str]
+    spectral: SpectralRecords | None = None
+
+    def table(self) -> Table:
+        """Return the datasets: those that `want` asks for, and `status`.
+
+        Impacts and clearances exist only in scenes with a wall, the damper's energy only with a
+        damper: what cannot happen in a scene takes no room in its archive.
+        """
+        lanes = (*(axis.name for axis in self.axes), "start")
+        datasets = [
+            dataset_of(entry, lanes, self.scene)
+            for entry in recorded(self.scene, self.want)
+            if entry.name != "start_state" or self.start.policy == "random"
+        ]
+        if self.spectral is not None:
+            datasets = [self.spectral.in_units(dataset) for dataset in datasets]
+        return Table.of(datasets, self._lengths())
+
+    def scales(self) -> tuple[Scale, ...]:
+        """Return every dimension that a dataset may have, with its values."""
+        varied = (
+            Scale(axis.name, axis.values, described(axis.name).unit, described(axis.name).meaning)
+            for axis in self.axes
+        )
+        scene, cycles = self.scene, np.arange(1, self.periods + 1, dtype=np.int32)
+        walls, starts = struck(scene), np.array(self.start.names, dtype=np.str_)
+        return (
+            *varied,
+            Scale("start", starts, "1", "start of the orbit"),
+            Scale("cycle", cycles, "1", "sampled forcing period, counted after the transient"),
+            *([_speed_scale(self.periods)] if scene.walls and "speeds" in self.want else []),
+            Scale("component", np.array(scene.components), "1", "component of the state"),
+            *([Scale("wall", np.array(walls), "1", "what is struck")] if walls else []),
+            *(state_scales(len(scene.components)) if "evidence" in self.want else ()),
+            *(() if self.spectral is None else self.spectral.scales()),
+        )
+
+    def _lengths(self) -> dict[str, int]:
+        """Return the length of every dimension: there may be too many values to make them."""
+        size, walls = len(self.scene.components), struck(self.scene)
+        found = {axis.name: axis.values.size for axis in self.axes}
+        found |= {"start": self.start.orbits, "cycle": self.periods, "component": size}
+        if "speeds" in self.want:
+            found |= {"impact": SPEEDS * self.periods}
+        if walls:
+            found |= {"wall": len(walls)}
+        if "evidence" in self.want:
+            found |= {"multiplier": size, "exponent": size, "part": 2}
+        return found | ({} if self.spectral is None else self.spectral.lengths())
 
 
 def dataset_of(entry: Quantity, lanes: tuple[str, ...], scene: Scene) -> Dataset:
@@ -108,22 +117,6 @@ def dataset_of(entry: Quantity, lanes: tuple[str, ...], scene: Scene) -> Dataset
     own = tuple(dim for dim in entry.dims if dim != "wall" or struck(scene))
     words, flags = entry.words_in(scene), _FLAGS.get(entry.name)
     return Dataset(entry.name, (*lanes, *own), entry.dtype, entry.unit, words, entry.fill, flags)
-
-
-def _lengths(
-    axes: Sequence[Axis], scene: Scene, start: Start, periods: int, want: Collection[str]
-) -> dict[str, int]:
-    """Return the length of every dimension, without its values: there may be too many of them."""
-    size = len(scene.components)
-    found = {axis.name: axis.values.size for axis in axes}
-    found |= {"start": start.orbits, "cycle": periods, "component": size}
-    if "speeds" in want:
-        found |= {"impact": SPEEDS * periods}
-    if struck(scene):
-        found |= {"wall": len(struck(scene))}
-    if "evidence" in want:
-        found |= {"multiplier": size, "exponent": size, "part": 2}
-    return found
 
 
 def _speed_scale(periods: int) -> Scale:

@@ -13,7 +13,7 @@ import numpy as np
 from nlds_vines.archives.dataset import Scale, Table
 from nlds_vines.archives.outline import Rows
 from nlds_vines.archives.provenance import Value
-from nlds_vines.bifurcation.datasets import scales_of, table_of
+from nlds_vines.bifurcation.datasets import ScanContents
 from nlds_vines.errors import RequestError, string, typed, unknown
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import INITIAL, PARAMETERS, PHASE, component_of
@@ -254,13 +254,15 @@ class Scan(Request):
     @cached_property
     def table(self) -> Table:
         """The datasets of its archive."""
-        return table_of(
-            self.axes, self.system.scene, self.start, self.periods, self.want, self.spectral
-        )
+        return self._contents.table()
 
     def scales(self) -> tuple[Scale, ...]:
         """Return the dimensions of its archive with their values."""
-        return scales_of(
+        return self._contents.scales()
+
+    @property
+    def _contents(self) -> ScanContents:
+        return ScanContents(
             self.axes, self.system.scene, self.start, self.periods, self.want, self.spectral
         )
 

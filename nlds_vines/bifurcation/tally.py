@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.orbits.labels import FLAGS, KEPT
-from nlds_vines.orbits.status_words import OK, failures_in_words
+from nlds_vines.orbits.status_words import OK, failures_in, failures_in_words
 from nlds_vines.runs.progress import Progress
 
 if TYPE_CHECKING:
@@ -30,14 +30,13 @@ COUNTED = ("status", "label", "violations", "violation_depth")
 class Tally:
     """Counts of the orbits so far: all, those that failed, those of each regime.
 
-    `failures`: the status of each that failed.
+    `failures`: how many failed, by status.
     `violated`: those that pass the limit of their scene; `depths`: the least and the largest depth
     of these [m].
     """
 
     lanes: int = 0
-    failed: int = 0
-    failures: list[int] = field(default_factory=list)
+    failures: Counter[int] = field(default_factory=Counter)
     labels: Counter[str] = field(default_factory=Counter)
     violated: int = 0
     depths: tuple[float, float] = (math.inf, 0.0)
@@ -46,8 +45,7 @@ class Tally:
         """Count the orbits of a block."""
         status = arrays["status"]
         self.lanes += status.size
-        self.failed += int(np.count_nonzero(status != OK))
-        self.failures += status[status != OK].tolist()
+        self.failures += failures_in(status)
         if "label" in arrays:
             self.labels.update(arrays["label"].ravel().tolist())
         if "violations" in arrays:
@@ -59,9 +57,14 @@ class Tally:
         low, high = self.depths
         self.depths = found.min(initial=low), found.max(initial=high)
 
+    @property
+    def failed(self) -> int:
+        """How many orbits failed."""
+        return self.failures.total()
+
     def why_failed(self) -> str:
         """Return how many orbits failed, why, and what helps; empty where none did."""
-        return failures_in_words(np.array(self.failures, int), self.lanes)
+        return failures_in_words(self.failures, self.lanes)
 
     def inadmissible(self) -> list[str]:
         """Return a line that says how many orbits pass their limit, and how far; none if none."""

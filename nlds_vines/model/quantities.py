@@ -116,6 +116,10 @@ _HARMS = "reduction by the damper, 1 - E1max / E1max of the structure alone; neg
 _MISS = "least distance of a local approach that did not become an impact; inf if there was none"
 _STATE = "m, m/s"
 
+OF_SIGNALS = "{signals}"
+"""The unit of what has that of the signals that its spectra are of."""
+
+
 QUANTITIES = (
     Quantity(
         "section", _STATE, "state at t = nT, the integer forcing periods", ("section",),
@@ -294,7 +298,7 @@ QUANTITIES = (
         beside="regime",
     ),
     Quantity(
-        "spectrum", "m", "amplitude of the line in each bin; that of the mean is its size",
+        "spectrum", OF_SIGNALS, "amplitude of the line in each bin; that of the mean is its size",
         ("spectrum",), "spectrum", dims=("signal", "frequency"),
     ),
     _whole(
@@ -303,8 +307,8 @@ QUANTITIES = (
         fill=0,
     ),
     Quantity(
-        "line_amplitude", "m", "amplitude A of the line A cos(m omega t / n + phase)", ("lines",),
-        "amplitudes of lines", dims=("signal", "line"), scale=ERROR,
+        "line_amplitude", OF_SIGNALS, "amplitude A of the line A cos(m omega t / n + phase)",
+        ("lines",), "amplitudes of lines", dims=("signal", "line"), scale=ERROR,
     ),
     Quantity(
         "line_phase", "rad", "phase of the line, t from the start of the orbit", ("lines",),

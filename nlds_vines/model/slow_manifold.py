@@ -6,9 +6,7 @@ zigzag matters; that of the structure decides when the damper meets the wall.  W
 (harmonic balance over impacts) is an invariant manifold that no parameter of the structure enters,
 and on it the response to a harmonic force.
 
-Source: the manifold and the response are those of Gendelman, Alloni: J. Sound Vib. 358 (2015) 301,
-in the form of Weidemann, Bergman, Vakakis, Krack: Nonlinear Dyn. (2025), doi
-10.1007/s11071-025-10928-4.
+Source: Weidemann, Bergman, Vakakis, Krack: Nonlinear Dyn. (2025), doi 10.1007/s11071-025-10928-4.
 """
 
 from __future__ import annotations
@@ -38,7 +36,7 @@ class BestClearance(NamedTuple):
 
     Attributes: the `clearance` [m] from the middle to a wall; `Gamma`, its share of the amplitude
     P / (2 D k1) that the structure would have alone; `xi`, the amplitude of the structure over the
-    clearance; `omega` [rad/s]; `r`, over omega0 = sqrt(k1 / (m1 + m2)).
+    clearance; `omega` [rad/s]; `r`, over sqrt(k1 / (m1 + m2)).
     """
 
     clearance: float
@@ -105,8 +103,8 @@ class SlowManifold:
         return 2.0 / np.pi * (1.0 - self.e) / (1.0 + self.e)
 
     @property
-    def omega0(self) -> float:
-        """The frequency sqrt(k1 / (m1 + m2)) [rad/s] at which the structure carries the damper."""
+    def omega_joint(self) -> float:
+        """The frequency sqrt(k1 / (m1 + m2)) [rad/s] of the structure with the damper's mass."""
         return float(np.sqrt(self.k1 / self.mass))
 
     @property
@@ -142,7 +140,7 @@ class SlowManifold:
         return (1.0 - self.share) * xi + zigzag * (theta - 1.0), zigzag * self.rho * theta
 
     def gamma(self, xi: np.ndarray, r: np.ndarray) -> np.ndarray:
-        """Return the Gamma at which the amplitude is xi at r = omega / omega0, arrays alike.
+        """Return the Gamma at which the amplitude is xi at r = omega / omega_joint.
 
         Gamma = 2 D / |(1 - (1 - eps) r^2 + 2 i D r) xi + Pi|,
         Pi = -(8 eps / pi^2) r^2 theta ((theta - 1) - i rho theta) / xi.
@@ -187,7 +185,7 @@ class SlowManifold:
         )
         xi, Gamma = float(np.exp(found.x)), -float(found.fun)
         r = float(self.resonance(np.array(xi)))
-        return BestClearance(Gamma * self.alone, Gamma, xi, r * self.omega0, r)
+        return BestClearance(Gamma * self.alone, Gamma, xi, r * self.omega_joint, r)
 
     def response(self, points: int = 400) -> FrequencyResponse:
         """Return the frequency response of 1:1 motion; empty where there is none.
@@ -209,9 +207,8 @@ class SlowManifold:
         xi = low * (high / low) ** share
         below, above = self._crossings(xi)
         keep = np.isfinite(above)
-        return FrequencyResponse(
-            xi[keep] * self.clearance, below[keep] * self.omega0, above[keep] * self.omega0
-        )
+        below, above = below[keep] * self.omega_joint, above[keep] * self.omega_joint
+        return FrequencyResponse(xi[keep] * self.clearance, below, above)
 
     def _end(self, inside: float, outside: float) -> float:
         """Return where, between an amplitude that is reached and one that is not, it ends."""
@@ -266,8 +263,8 @@ def slow_manifold(system: System) -> SlowManifold:
         raise RequestError(
             f"C = {p['C']!r} and D = {p['D']!r}: the slow manifold is that of {wanted}: C = D"
         )
-    for name in ("k1", "C"):
-        if p[name] == 0.0:
+    for name, value in (("k1", p["k1"]), ("C", p["C"]), ("P", system.force)):
+        if value == 0.0:
             raise RequestError(f"{name} = 0: the slow manifold needs a positive one")
     return SlowManifold(
         e=p["e"],
@@ -276,5 +273,5 @@ def slow_manifold(system: System) -> SlowManifold:
         m1=p["m1"],
         m2=p["m2"],
         k1=p["k1"],
-        force=abs(system.force),
+        force=system.force,
     )

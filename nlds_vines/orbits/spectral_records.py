@@ -14,6 +14,7 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.errors import RequestError, choice, shown
+from nlds_vines.model.quantities import OF_SIGNALS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.signals import SIGNALS
 from nlds_vines.orbits.tapers import TAPERS
@@ -50,7 +51,7 @@ class SpectralRecords:
         signals: of `recordable`; by default those of `USUAL` that the scene has.
         periods: sampled, `samples` states each.
         highest: multiple of the forcing frequency up to which bins are kept.
-        window: one of `spectrum.TAPERS`, for amplitudes; the broadband share takes Hann's.
+        window: one of `tapers.TAPERS`, for amplitudes; the broadband share takes Hann's.
 
     Raises `RequestError` for a signal that the scene lacks, and for bins beyond the samples.
     """
@@ -106,8 +107,6 @@ class SpectralRecords:
             yield Scale("line", np.arange(1, LINES + 1, dtype=np.int32), "1", text)
 
     def in_units(self, dataset: Dataset) -> Dataset:
-        """Return a dataset with the units of the signals, where it has those of a displacement."""
-        if "signal" not in dataset.dims or dataset.units != "m":
-            return dataset
-        units = dict.fromkeys(SIGNALS[name].unit for name in self.signals)
-        return replace(dataset, units=", ".join(units))
+        """Return a dataset with the units of the signals, where its own are these."""
+        units = ", ".join(dict.fromkeys(SIGNALS[name].unit for name in self.signals))
+        return replace(dataset, units=units) if dataset.units == OF_SIGNALS else dataset

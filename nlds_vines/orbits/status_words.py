@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -43,16 +44,20 @@ STATUS: Mapping[int, Status] = {
 """Status of a lane by code: the CF flags of the dataset `status`. New codes need no other place."""
 
 
-def failures_in_words(status: np.ndarray, orbits: int) -> str:
+def failures_in(status: np.ndarray) -> Counter[int]:
+    """Return how many orbits failed, by code; `status` of any shape."""
+    return Counter(status[status != OK].tolist())
+
+
+def failures_in_words(failures: Counter[int], orbits: int) -> str:
     """Return how many of so many `orbits` failed, why, and what helps; empty where none did.
 
-    Arguments: `status`, any shape, the codes of these orbits or of those among them that failed.
+    Arguments: `failures`, as `failures_in` counts them.
     """
-    codes, counts = np.unique(status[status != OK], return_counts=True)
-    if not codes.size:
+    if not failures:
         return ""
     why = (
         f"{count} {STATUS[code].name} ({STATUS[code].remedy.rstrip('.')})"
-        for code, count in zip(codes.tolist(), counts.tolist(), strict=True)
+        for code, count in sorted(failures.items())
     )
-    return f"{counts.sum()} of {orbits} orbits failed: {'; '.join(why)}"
+    return f"{failures.total()} of {orbits} orbits failed: {'; '.join(why)}"

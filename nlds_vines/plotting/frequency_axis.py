@@ -7,7 +7,6 @@ the ticks, and the label.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import pi, sqrt
 
 import numpy as np
 from matplotlib.axis import Axis
@@ -16,6 +15,7 @@ from matplotlib.ticker import AutoLocator, FixedLocator, FuncFormatter, NullLoca
 
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.errors import RequestError, choice
+from nlds_vines.model.ratios import RATIOS
 from nlds_vines.plotting.style import axis_label
 
 RAD, HZ, RATIO = "rad/s", "Hz", "ratio"
@@ -23,6 +23,7 @@ UNITS = (RAD, HZ, RATIO)
 """In what a frequency axis may count: omega [rad/s], f [Hz], omega over omega0."""
 
 _LABELS = {HZ: r"frequency of the force $f$ [Hz]", RATIO: r"frequency ratio $\omega/\omega_0$"}
+_RATIOS = {HZ: "f", RATIO: "omega_ratio"}
 _SYMBOLS = {HZ: r"$f$ [Hz]", RATIO: r"$\omega/\omega_0$"}
 
 
@@ -49,7 +50,7 @@ def count_in(figure: Figure, unit: str, view: ArchiveView) -> None:
     """
     if choice("frequency", unit, UNITS) == RAD:
         return
-    factor = 1.0 / (2.0 * pi) if unit == HZ else 1.0 / _own_frequency(view)
+    factor = 1.0 / _unit(view, _RATIOS[unit])
     found = list(_labelled(figure))
     if not found:
         raise RequestError(f"frequency = {unit!r}: the picture has no axis of the frequency omega")
@@ -65,12 +66,12 @@ def count_in(figure: Figure, unit: str, view: ArchiveView) -> None:
                 other.set_major_formatter(FuncFormatter(lambda value, _: f"{value * factor:.6g}"))
 
 
-def _own_frequency(view: ArchiveView) -> float:
-    """Return omega0 [rad/s] of the structure, or of the oscillator."""
-    for k, m in (("k1", "m1"), ("k", "m")):
-        stiffness, mass = _only(view, k), _only(view, m)
-        if stiffness > 0.0 and mass > 0.0:
-            return sqrt(stiffness / mass)
+def _unit(view: ArchiveView, name: str) -> float:
+    """Return the omega [rad/s] at which a ratio is 1 in all of an archive."""
+    for ratio in RATIOS:
+        values = {need: _only(view, need) for need in ratio.needs}
+        if ratio.name == name and all(value > 0.0 for value in values.values()):
+            return ratio.unit_of(values)
     raise RequestError(
         "frequency = 'ratio' needs one frequency sqrt(k1 / m1) of the structure, which the archive "
         "does not have: take Hz"

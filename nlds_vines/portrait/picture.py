@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.errors import RequestError
+from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.signals import (
     contact_forces,
     energy_of_damper,
@@ -330,6 +331,11 @@ def _label_plane(axes: Axes, symbol: str) -> None:
     axes.xaxis.set_major_locator(_ticks(6))
 
 
+def _symbol_1(scene: Scene) -> str:
+    """Return the symbol of the displacement of the body that is forced."""
+    return "x_1" if "x1" in scene.components else "x"
+
+
 def _phase(place: Place, request: PortraitRequest) -> None:
     states, axes = _cycle_states(place.view), place.axes
     _curve(axes, states[:, 0], states[:, 1], STRUCTURE, _body_of(place))
@@ -355,7 +361,7 @@ def _phase1(place: Place, request: PortraitRequest) -> None:
     if scene.grounded:
         _draw_boundaries(place, states)
     _points(place, 0)
-    _label_plane(place.axes, "x_1" if "x1" in scene.components else "x")
+    _label_plane(place.axes, _symbol_1(scene))
 
 
 def _phase2(place: Place, request: PortraitRequest) -> None:
@@ -377,8 +383,7 @@ def _section(place: Place, request: PortraitRequest) -> None:
 
 def _section1(place: Place, request: PortraitRequest) -> None:
     draw_section(place, request, 0, SECTION)
-    scene = place.view.column.system.scene
-    _label_plane(place.axes, "x_1" if "x1" in scene.components else "x")
+    _label_plane(place.axes, _symbol_1(place.view.column.system.scene))
 
 
 def _impact_section(place: Place, request: PortraitRequest) -> None:

@@ -158,8 +158,7 @@ def _carry_out(options: argparse.Namespace) -> int:
         say(scan.title, *found.lines(), *report.tally.inadmissible(), archive, plot)
     failed = sum(entry.count for entry in found.shares if entry.label == "failed")
     if failed:
-        why = report.why_failed() or f"{failed} of {scan.starts} orbits failed"
-        complain(_NAME, why)
+        complain(_NAME, report.why_failed())
     return LANES_FAILED if failed else DONE
 
 

@@ -24,7 +24,7 @@ from nlds_vines.model.system import CELL, System
 from nlds_vines.model.words import parameters_in_words
 from nlds_vines.orbits.settings import METHODS
 from nlds_vines.orbits.starts import Start, random_states, start_states
-from nlds_vines.orbits.status_words import DIVERGED, OK, TOO_STIFF, failures_in_words
+from nlds_vines.orbits.status_words import DIVERGED, OK, TOO_STIFF, failures_in, failures_in_words
 from nlds_vines.orbits.wants import WANTS, plain, possible_want
 
 REPO = Path(__file__).resolve().parents[2]
@@ -462,10 +462,10 @@ def test_both_sweeps_are_two_starts():
 
 def test_failures_are_told_with_their_reasons_and_remedies():
     status = np.array([[OK, TOO_STIFF, DIVERGED], [TOO_STIFF, OK, OK]])
-    told = failures_in_words(status, 400)
+    told = failures_in_words(failures_in(status), 400)
     assert told.startswith("3 of 400 orbits failed: 1 diverged (Check masses")
     assert "; 2 too_stiff (Raise omega" in told
-    assert failures_in_words(np.array([OK]), 1) == ""
+    assert failures_in_words(failures_in(np.array([OK])), 1) == ""
 
 
 def test_a_named_system_is_told_with_its_values():

@@ -45,7 +45,7 @@ def test_the_response_satisfies_the_balance_and_closes():
         found = manifold.response()
         for frequency in (found.below, found.above):
             there = np.isfinite(frequency)
-            xi, r = found.amplitude[there] / gap, frequency[there] / manifold.omega0
+            xi, r = found.amplitude[there] / gap, frequency[there] / manifold.omega_joint
             assert manifold.gamma(xi, r) == pytest.approx(np.full(xi.size, gap / 500.0), rel=1e-8)
         assert found.below[-1] == pytest.approx(found.above[-1], abs=1e-5)
         assert (np.diff(found.amplitude) > 0).all()
@@ -73,6 +73,7 @@ def test_without_loss_in_impacts_every_amplitude_is_sustained():
         ("vi-nes", {"c2": 1e-3}, "c2 = 0.001"),
         ("vi-nes", {"C": 60.0}, "C = 60.0 and D = 75.0"),
         ("vi-nes", {"k1": 0.0}, "k1 = 0"),
+        ("vi-nes", {"P": 0.0}, "P = 0"),
     ],
 )
 def test_other_systems_have_none_and_are_told_why(system, changes, said):

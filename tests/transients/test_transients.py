@@ -8,7 +8,9 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.bifurcation import run as scan_run
+from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.errors import RequestError
+from nlds_vines.orbits.status_words import DIVERGED
 from nlds_vines.runs.interrupts import Interrupted
 from nlds_vines.transients.command import main
 from nlds_vines.transients.ensemble import Ensemble, ensemble_of
@@ -200,10 +202,14 @@ def test_an_interrupted_ensemble_says_how_to_go_on(here, capsys, monkeypatch):
 
 @pytest.mark.kernels
 def test_failed_orbits_are_told_by_the_status(here, capsys, monkeypatch):
-    def two_failed(found, *_, **__):
-        labels = np.array(["T,0", "failed", "failed"], dtype=object)
-        return Ensemble(labels, np.array([3, -1, -1]), np.array([9.0, np.nan, np.nan]))
+    block = Computer.block
 
-    monkeypatch.setattr("nlds_vines.transients.ensemble.ensemble_of", two_failed)
+    def two_failed(*arguments):
+        arrays = block(*arguments)
+        if arguments[1].index == 0:
+            arrays["status"][0, :2], arrays["label"][0, :2] = DIVERGED, "failed"
+        return arrays
+
+    monkeypatch.setattr(Computer, "block", two_failed)
     assert main([*OPTIONS, "--quiet"]) == 1
-    assert "2 of 40 orbits failed" in capsys.readouterr().err
+    assert "2 of 40 orbits failed: 2 diverged (Check masses" in capsys.readouterr().err

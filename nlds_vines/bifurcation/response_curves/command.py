@@ -136,12 +136,10 @@ class Job(jobs.Job):
     def failure(self, found: ResponseCurves) -> str:
         """Return how many orbits failed, why, and what helps."""
         from nlds_vines.archives.archive import read
-        from nlds_vines.orbits.status_words import failures_in_words
+        from nlds_vines.orbits.status_words import failures_in, failures_in_words
 
-        if not found.failed:
-            return ""
         with read(self.archive) as view:
-            return failures_in_words(view["status"], self.request.lanes)
+            return failures_in_words(failures_in(view["status"]), self.request.lanes)
 
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""

@@ -29,7 +29,6 @@ from nlds_vines.bifurcation.response_curves.curve_picture import (
 from nlds_vines.bifurcation.response_curves.request import Curve, CurvePage, Panel
 from nlds_vines.bifurcation.response_curves.result import CurveValues, curves_of
 from nlds_vines.model.linear_response import harmonic_energy
-from nlds_vines.model.slow_manifold import SlowManifold
 from nlds_vines.plotting.bands import bands
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import setting_label, typeset
@@ -265,8 +264,9 @@ def _limit_energies(frame: Axes, alike: Sequence[Axes], request: CurvePage) -> N
 
 def _draw_manifold(frame: Axes, curve: Curve) -> None:
     """Draw the 1:1 response in closed form, whose amplitudes hold energies of a harmonic motion."""
-    if isinstance(curve.manifold, SlowManifold):
-        frequency, amplitude = curve.manifold.response().outline
+    manifold = curve.manifold
+    if manifold is not None:
+        frequency, amplitude = manifold.response().outline
         m1, k1, _ = curve.scan.system.structure
         look = {"color": curve.colour, "scalex": False, "scaley": False}
         frame.plot(frequency, harmonic_energy(m1, k1, frequency, amplitude), **MANIFOLD | look)

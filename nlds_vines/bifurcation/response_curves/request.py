@@ -15,7 +15,7 @@ import numpy as np
 
 from nlds_vines.archives.provenance import Value
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.errors import RequestError, shown, string
+from nlds_vines.errors import RequestError, at, shown, string
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import (
@@ -76,12 +76,12 @@ class Curve:
         return curve_name(self.scan)
 
     @property
-    def manifold(self) -> SlowManifold | str:
-        """The slow manifold of the system, or one line that says why it has none."""
+    def manifold(self) -> SlowManifold | None:
+        """The slow manifold of the system, if it has one."""
         try:
             return slow_manifold(self.scan.system)
-        except RequestError as error:
-            return str(error)
+        except RequestError:
+            return None
 
 
 @dataclass(frozen=True)
@@ -145,11 +145,12 @@ class CurvePage(Request):
             raise RequestError(
                 f"manifold = true needs curves along omega; these are along {self.axis}"
             )
-        reasons = [curve.manifold for curve in self.curves if curve.scan.system.scene.walls]
-        if all(isinstance(reason, str) for reason in reasons):
-            raise RequestError(
-                f"manifold = true: {reasons[0] if reasons else 'no curve has walls'}"
-            )
+        walled = [curve for curve in self.curves if curve.scan.system.scene.walls]
+        if not walled:
+            raise RequestError("manifold = true: no curve has walls")
+        if not any(curve.manifold for curve in walled):
+            with at("manifold = true"):
+                slow_manifold(walled[0].scan.system)  # which says why it has none
 
     @property
     def body(self) -> str:

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+from nlds_vines.bifurcation.memory_and_disk import refuse_without_room
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
     PLOT_SUFFIXES,

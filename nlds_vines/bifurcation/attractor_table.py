@@ -13,9 +13,9 @@ import numpy as np
 
 from nlds_vines.archives.archive import Piece, whole
 from nlds_vines.archives.dataset import Dataset, Scale, Table
-from nlds_vines.bifurcation.attracted import systems_of
+from nlds_vines.bifurcation.attractor_record import systems_of
 from nlds_vines.bifurcation.datasets import bodies_of, state_scales
-from nlds_vines.bifurcation.missed import Completed
+from nlds_vines.bifurcation.late_attractors import Completed
 from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.orbits.evidence import multipliers_of, points_of
 

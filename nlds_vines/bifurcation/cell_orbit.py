@@ -11,9 +11,9 @@ import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.view import ArchiveView
-from nlds_vines.bifurcation.archived import scan_of
 from nlds_vines.bifurcation.cell_start import Place, own_state, swept_before, system_at
 from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError, number, typed, unknown, whole
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.axis import Axis

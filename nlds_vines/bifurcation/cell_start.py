@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from nlds_vines.bifurcation.beginning import begun
+from nlds_vines.bifurcation.initial_states import begun
 from nlds_vines.model.parameters import INITIAL, PHASE, component_of
 from nlds_vines.orbits.starts import put_on_walls, random_states, start_states, user_states
 from nlds_vines.runs.progress import Tell

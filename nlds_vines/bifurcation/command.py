@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nlds_vines.bifurcation.memory_and_disk import refuse_without_room
 from nlds_vines.bifurcation.options import add_scan_options, changes
 from nlds_vines.bifurcation.picture.choices import check_show, is_map
 from nlds_vines.bifurcation.picture.ordinates import quantities
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.result import ScanArchive
-from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli import job as jobs
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (

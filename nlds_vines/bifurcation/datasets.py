@@ -12,8 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale, Table
+from nlds_vines.archives.toml import parse_toml
+from nlds_vines.archives.view import ArchiveView
 from nlds_vines.model.axis import Axis
-from nlds_vines.model.parameters import described
+from nlds_vines.model.parameters import PHASE, described
 from nlds_vines.model.quantities import SPEEDS, recorded
 from nlds_vines.model.quantity import Quantity
 from nlds_vines.model.scenes import Scene
@@ -122,3 +124,9 @@ def dataset_of(entry: Quantity, lanes: tuple[str, ...], scene: Scene) -> Dataset
 def _speed_scale(periods: int) -> Scale:
     order = np.arange(1, SPEEDS * periods + 1, dtype=np.int32)
     return Scale("impact", order, "1", "impact after the transient, counted from the first")
+
+
+def begins_at_sections(view: ArchiveView) -> bool:
+    """Tell whether all orbits of a scan begin at phase zero, as points of attractors lie."""
+    start = parse_toml(view.text("scan"), "the attribute scan").get("start", {})
+    return PHASE not in view.axes and not start.get(PHASE)

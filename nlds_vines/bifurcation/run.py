@@ -19,10 +19,10 @@ import numpy as np
 from nlds_vines.archives import archive, provenance
 from nlds_vines.bifurcation.blocks import Block, blocks_of, share_in_words
 from nlds_vines.bifurcation.compute import Computer
+from nlds_vines.bifurcation.observation_time import of_chaos
 from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.tally import COUNTED, Note, Tally
-from nlds_vines.bifurcation.watched import of_chaos
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.orbits.coexistence import CHAOS
 from nlds_vines.orbits.compilation import Compilation

@@ -11,9 +11,9 @@ from nlds_vines.explore import recipes
 from nlds_vines.explore.cell_columns import columns
 from nlds_vines.explore.evidence_words import evidence_of, words_of
 from nlds_vines.explore.live_orbit import LiveOrbit
+from nlds_vines.explore.map_computation import Job
+from nlds_vines.explore.map_data import Stored
 from nlds_vines.explore.map_meta import diagram_points, meta_of
-from nlds_vines.explore.refining import Job
-from nlds_vines.explore.stored import Stored
 
 Answer = dict[str, Any]
 

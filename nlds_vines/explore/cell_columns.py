@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.explore.shows import columns_of_shows, label_places
-from nlds_vines.explore.stored import NUMBERS, Stored
+from nlds_vines.explore.map_choices import columns_of_shows, label_places
+from nlds_vines.explore.map_data import NUMBERS, Stored
 from nlds_vines.model.parameters import described
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits.status_words import NOT_COMPUTED, OK
@@ -20,9 +20,9 @@ from nlds_vines.orbits.status_words import NOT_COMPUTED, OK
 def columns(found: Stored) -> dict[str, np.ndarray]:
     """Return the columns by name: codes as they are, numbers as float32.
 
-    `label` holds codes of `shows.label_words`, `status` those of the archive; `multiplier` is the
-    modulus of the largest Floquet multiplier; `computed`, codes of `shows.COMPUTED`, is there where
-    nothing else is.  Columns of `shows` have a row for each cell only.
+    `label` holds codes of `map_choices.label_words`, `status` those of the archive; `multiplier` is
+    the modulus of the largest Floquet multiplier; `computed`, codes of `map_choices.COMPUTED`, is
+    there where nothing else is.  Columns of `map_choices` have a row for each cell only.
     """
     columns: dict[str, np.ndarray] = {"status": found.lanes("status").ravel().astype(np.int8)}
     if "label" in found:

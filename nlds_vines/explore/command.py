@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     import socket
 
     from nlds_vines.bifurcation.request import Scan
-    from nlds_vines.explore.opened import Opened
-    from nlds_vines.explore.stored import Stored
+    from nlds_vines.explore.map_data import Stored
+    from nlds_vines.explore.shared_map import Opened
 
 _NAME = "explore"
 _CELLS = 401  # of the diagram of a system that is named alone
@@ -63,7 +63,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     RunOptions()  # refuses an environment in which no kernel can be loaded
     found = None
     if archived:
-        from nlds_vines.explore.stored import stored
+        from nlds_vines.explore.map_data import stored
 
         assert source is not None
         found = stored(source)
@@ -113,7 +113,7 @@ def _serve(found: Stored | None, scan: Scan | None, port: int, browser: bool) ->
     Performance: the kernels are loaded while Bokeh is imported.
     """
     with closing(listening(port)) as place:
-        from nlds_vines.explore.opened import Opened
+        from nlds_vines.explore.shared_map import Opened
 
         opened, at_rest = Opened(found, scan), False
         opened.begin()

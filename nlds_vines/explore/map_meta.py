@@ -8,8 +8,8 @@ import numpy as np
 from bokeh.palettes import Viridis256
 
 from nlds_vines.explore.cell_columns import axes_of, section_points, told
-from nlds_vines.explore.shows import classes_of, label_words, shows_of
-from nlds_vines.explore.stored import Stored
+from nlds_vines.explore.map_choices import classes_of, label_words, shows_of
+from nlds_vines.explore.map_data import Stored
 from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.plotting.palette import HATCHED
 from nlds_vines.plotting.style import NAVY, NO_VALUE, start_colours

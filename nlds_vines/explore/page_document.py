@@ -9,10 +9,10 @@ from bokeh.models import ColumnDataSource, CustomJS
 
 from nlds_vines.explore.histories import HISTORIES
 from nlds_vines.explore.look import frame, page_file
+from nlds_vines.explore.map_data import Stored
 from nlds_vines.explore.map_figure import map_figures
 from nlds_vines.explore.orbit_figures import WIDE, orbit_figures, orbit_sources, walls_of
 from nlds_vines.explore.parameter_sliders import sliders_of
-from nlds_vines.explore.stored import Stored
 
 _DATA = ("asked", "told", "values", "lanes", "cells", "points")
 

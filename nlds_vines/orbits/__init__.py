@@ -15,7 +15,7 @@ In reading order:
     compilation      which kernels are compiled, and who is told
     batch            many orbits in one call of the kernels
     entries          orbits that begin at any phase, to the next section
-    beside           the program of the process that compiles beside this one
+    compiler_process   the program of the process that compiles beside this one
     evidence         from the kernels' numbers to datasets and labels
     refinement       errors, from the same orbits computed more finely
     impact_rows      what is told of an impact, and of a limit

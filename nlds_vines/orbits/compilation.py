@@ -220,7 +220,15 @@ def begin(kernels: Iterable[str], needed: Needed) -> Process | None:
     words = [",".join(kernels), scene, method, ",".join(want)]
     try:
         return subprocess.Popen(
-            [sys.executable, "-P", "-W", "ignore", "-m", "nlds_vines.orbits.beside", *words],
+            [
+                sys.executable,
+                "-P",
+                "-W",
+                "ignore",
+                "-m",
+                "nlds_vines.orbits.compiler_process",
+                *words,
+            ],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.outline import Outlined, Rows
-from nlds_vines.bifurcation.archived import begins_at_sections, scan_of
+from nlds_vines.bifurcation.datasets import begins_at_sections
+from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError, number, typed, unknown
 from nlds_vines.model.parameters import INITIAL, component_of, described
 from nlds_vines.orbits.basin_measures import (

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.bifurcation.archived import begins_at_sections, scan_of
+from nlds_vines.bifurcation.datasets import begins_at_sections
+from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import INITIAL
 from nlds_vines.model.system import System

@@ -43,7 +43,7 @@ def _job(source: Path, output: Path, how: RunOptions) -> Job:
     content = content_of(source)
     task = TASKS.get(content, TASKS[SCAN])
     if not task.reads:
-        from nlds_vines.bifurcation.archived import scan_in
+        from nlds_vines.bifurcation.result import scan_in
 
         request = scan_in(source)
     elif how.shard is not None or how.scheduler is not None:

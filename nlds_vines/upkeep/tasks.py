@@ -37,7 +37,7 @@ class Task(NamedTuple):
 
 
 TASKS: Mapping[str, Task] = {
-    SCAN: Task("bifurcation"),  # many of them, read one by one: `bifurcation.archived`
+    SCAN: Task("bifurcation"),  # many of them, read one by one: `bifurcation.result`
     TUNING: Task("tuning", "tuned"),
     CONTINUATION: Task("continuation", "continued"),
     RESPONSE_CURVES: Task("bifurcation.response_curves", "curves_in"),

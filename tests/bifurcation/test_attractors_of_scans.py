@@ -10,13 +10,13 @@ from planes import ALONG, AMPLITUDE, PLANE
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.bifurcation.attracted import sample_size, sampled_places
+from nlds_vines.bifurcation.attractor_record import sample_size, sampled_places
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.estimate import estimate
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.cell_columns import axes_of
+from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.parameter_sliders import sliders_of
-from nlds_vines.explore.stored import stored
 from nlds_vines.orbits.coexistence import finals
 from nlds_vines.runs.partfile import LEARNT
 from nlds_vines.transients.survival import share_interval

@@ -197,7 +197,9 @@ def children(pid):
         words = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     except OSError:
         pytest.skip("the system does not show them")
-    return [int(word) for word in words if b"nlds_vines.orbits.beside" in command_of(word)]
+    return [
+        int(word) for word in words if b"nlds_vines.orbits.compiler_process" in command_of(word)
+    ]
 
 
 def command_of(pid):

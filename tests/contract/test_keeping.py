@@ -20,7 +20,7 @@ import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.archives import provenance
 from nlds_vines.bifurcation import blocks as cutting
-from nlds_vines.bifurcation import room
+from nlds_vines.bifurcation import memory_and_disk
 from nlds_vines.bifurcation.blocks import (
     block_bytes,
     blocks_of,
@@ -126,21 +126,19 @@ def test_a_line_of_progress_tells_regimes_and_failures(capsys, monkeypatch):
 
 def test_what_does_not_fit_is_refused_with_its_size(monkeypatch, tmp_path):
     scan = make_scan()
-    room.refuse_without_room(scan, tmp_path / "a.h5")
+    memory_and_disk.refuse_without_room(scan, tmp_path / "a.h5")
     with monkeypatch.context() as patch:
-        patch.setattr(room, "free_disk", lambda _: 1000)
+        patch.setattr(memory_and_disk, "free_disk", lambda _: 1000)
         with pytest.raises(RequestError, match=r"on the disk .* GB are free"):
-            room.refuse_without_room(scan, tmp_path / "a.h5")
-    monkeypatch.setattr(room, "free_memory", lambda: 1000)
+            memory_and_disk.refuse_without_room(scan, tmp_path / "a.h5")
+    monkeypatch.setattr(memory_and_disk, "free_memory", lambda: 1000)
     with pytest.raises(RequestError, match=r"0.3 GB of memory .* 1e-06 GB are free"):
-        room.refuse_without_room(scan, tmp_path / "a.h5")
+        memory_and_disk.refuse_without_room(scan, tmp_path / "a.h5")
 
 
 def test_a_limit_on_memory_is_seen(tmp_path):
     program = "import resource as r; r.setrlimit(r.RLIMIT_AS, (5 * 10**9, r.RLIM_INFINITY));"
-    program += (
-        "from nlds_vines.bifurcation.room import free_memory; print(free_memory() <= 5 * 10**9)"
-    )
+    program += "from nlds_vines.runs.machine import free_memory; print(free_memory() <= 5 * 10**9)"
     done = subprocess.run(
         [sys.executable, "-c", program],
         capture_output=True,

@@ -60,7 +60,7 @@ def test_plot_loads_nothing_heavy_before_it_must(arguments, status, tmp_path):
 
 def test_the_page_of_explore_is_made_before_kernels_are_loaded(tmp_path):
     pytest.importorskip("bokeh", reason="Bokeh is not installed")
-    parts = ", ".join(f"nlds_vines.explore.{part}" for part in ("opened", "server", "session"))
+    parts = ", ".join(f"nlds_vines.explore.{part}" for part in ("shared_map", "server", "session"))
     found, modules = loaded(tmp_path, "-c", f"import {parts}")
     assert found == 0
     assert "bokeh" in modules

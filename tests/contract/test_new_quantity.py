@@ -21,8 +21,8 @@ from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.run import run
 from nlds_vines.explore.cell_columns import columns, told
-from nlds_vines.explore.shows import shows_of
-from nlds_vines.explore.stored import stored
+from nlds_vines.explore.map_choices import shows_of
+from nlds_vines.explore.map_data import stored
 from nlds_vines.model.quantities import QUANTITIES
 from nlds_vines.orbits.wants import WANTS
 from nlds_vines.upkeep.export import main as export

@@ -9,10 +9,10 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.archives.toml import toml_text
-from nlds_vines.bifurcation.archived import UNTIL_TOLERANCE, scan_in
 from nlds_vines.bifurcation.command import bifurcation
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
+from nlds_vines.bifurcation.result import UNTIL_TOLERANCE, scan_in
 from nlds_vines.errors import RequestError
 from nlds_vines.model.layers import request_hash
 from nlds_vines.orbits import batch

@@ -5,7 +5,7 @@ from browsers import acted, browser_or_skip, place_of, rectangle_computed, watch
 
 from benchmarks.explore import Served, drawn
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.explore.stored import stored
+from nlds_vines.explore.map_data import stored
 from nlds_vines.portrait.request_file import load_portrait
 
 pytestmark = pytest.mark.kernels

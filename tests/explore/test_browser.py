@@ -9,7 +9,7 @@ from conftest import MAP, made_up
 from benchmarks.explore import KNOWN, Served, drawn
 from nlds_vines.__main__ import main
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.explore.stored import stored
+from nlds_vines.explore.map_data import stored
 from nlds_vines.portrait.request_file import load_portrait
 
 pytest.importorskip("bokeh", reason="Bokeh is not installed")

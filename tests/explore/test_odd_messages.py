@@ -9,10 +9,10 @@ pytest.importorskip("bokeh", reason="Bokeh is not installed")
 from bokeh.document import Document
 from conftest import MAP, made_up
 
-from nlds_vines.explore import orbit_queue, refining
-from nlds_vines.explore.opened import Opened
+from nlds_vines.explore import map_computation, orbit_queue
+from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.session import Session
-from nlds_vines.explore.stored import stored
+from nlds_vines.explore.shared_map import Opened
 
 MESSAGES = {
     "a number": 7,
@@ -54,7 +54,7 @@ def archive(tmp_path_factory):
 def page(archive, monkeypatch):
     """A page that is told what is wrong, and computes nothing."""
     monkeypatch.setattr(orbit_queue, "aside", lambda *_: None)
-    monkeypatch.setattr(refining.Job, "begin", lambda _: None)
+    monkeypatch.setattr(map_computation.Job, "begin", lambda _: None)
     session = Session(Document(), Opened(stored(archive)))
     session.troubles = []
 

@@ -11,9 +11,9 @@ bokeh = pytest.importorskip("bokeh", reason="Bokeh is not installed")
 from bokeh.document import Document  # noqa: E402
 
 from nlds_vines.bifurcation.request_file import load_scan  # noqa: E402
-from nlds_vines.explore.opened import COMPILING, LOADING, READY, Opened  # noqa: E402
+from nlds_vines.explore.map_data import stored  # noqa: E402
 from nlds_vines.explore.session import Session  # noqa: E402
-from nlds_vines.explore.stored import stored  # noqa: E402
+from nlds_vines.explore.shared_map import COMPILING, LOADING, READY, Opened  # noqa: E402
 from nlds_vines.orbits.simulation import IntegrationError  # noqa: E402
 from nlds_vines.portrait.request_file import load_portrait  # noqa: E402
 

@@ -11,10 +11,10 @@ pytest.importorskip("bokeh", reason="Bokeh is not installed")
 from bokeh.document import Document
 from contract.made_up import MAP, make_scan, write
 
-from nlds_vines.explore import orbit_queue, refining
-from nlds_vines.explore.opened import Opened
+from nlds_vines.explore import map_computation, orbit_queue
+from nlds_vines.explore.map_data import stored
 from nlds_vines.explore.session import Session
-from nlds_vines.explore.stored import stored
+from nlds_vines.explore.shared_map import Opened
 
 pytestmark = pytest.mark.long
 
@@ -26,7 +26,7 @@ KEYS = ("cell", "start", "number", "name", "value", "ranges", "what", "plane", "
 def page(tmp_path, monkeypatch):
     """A page that is told what is wrong, and computes nothing."""
     monkeypatch.setattr(orbit_queue, "aside", lambda *_: None)
-    monkeypatch.setattr(refining.Job, "begin", lambda _: None)
+    monkeypatch.setattr(map_computation.Job, "begin", lambda _: None)
     write(tmp_path / "map.h5", make_scan(("energy", "regime"), vary=MAP))
     session = Session(Document(), Opened(stored(tmp_path / "map.h5")))
     yield session

@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.bifurcation.archived import begins_at_sections
+from nlds_vines.bifurcation.datasets import begins_at_sections
 from nlds_vines.bifurcation.picture.map_cells import (
     FOOT,
     HEAD,

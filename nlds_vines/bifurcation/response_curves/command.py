@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive_path import ArchivePath
+from nlds_vines.bifurcation.memory_and_disk import refuse_without_room
 from nlds_vines.bifurcation.response_curves.curve_options import (
     Source,
     add_curve_options,
@@ -18,7 +19,6 @@ from nlds_vines.bifurcation.response_curves.curve_options import (
     page_from,
 )
 from nlds_vines.bifurcation.response_curves.request import CurvePage, label_of
-from nlds_vines.bifurcation.room import refuse_without_room
 from nlds_vines.cli import job as jobs
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (

@@ -19,7 +19,7 @@ from bokeh.models import ColumnDataSource
 from nlds_vines.continuation.result import Branch, Continued, continued
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.look import FONT, roled
-from nlds_vines.explore.stored import Stored
+from nlds_vines.explore.map_data import Stored
 from nlds_vines.plotting.style import HUES
 
 KINDS = {

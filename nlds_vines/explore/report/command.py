@@ -39,7 +39,7 @@ def _carry_out(options: argparse.Namespace) -> int:
     check_writable("output", output)
     refuse_replacing("output", output, RunOptions(overwrite=options.overwrite))
     refuse_without_bokeh(_NAME)
-    from nlds_vines.explore.stored import stored
+    from nlds_vines.explore.map_data import stored
 
     found = stored(source)
     if options.dry_run:

@@ -15,12 +15,12 @@ from bokeh.resources import Resources
 from nlds_vines.continuation.result import Continued
 from nlds_vines.explore.cell_columns import columns, section_points
 from nlds_vines.explore.look import frame, page_file, plain_figure, roled
+from nlds_vines.explore.map_data import NUMBERS, Stored
 from nlds_vines.explore.map_figure import map_figures
 from nlds_vines.explore.map_meta import meta_of
-from nlds_vines.explore.opened import middle
 from nlds_vines.explore.report.branch_lines import Table, draw_branches, special_table
 from nlds_vines.explore.report.packing import Packed, coded, packed
-from nlds_vines.explore.stored import NUMBERS, Stored
+from nlds_vines.explore.shared_map import middle
 
 MOST_BYTES = 5_000_000
 """The most bytes of a page, so that it can be sent by mail."""

@@ -15,7 +15,7 @@ import numpy as np
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
-from nlds_vines.explore.stored import Stored, empty
+from nlds_vines.explore.map_data import Stored, empty
 from nlds_vines.model.axis import Axis
 
 MOST_ORBITS = 40_000

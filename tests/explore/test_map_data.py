@@ -10,8 +10,8 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.cell_columns import columns, section_points
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
-from nlds_vines.explore.shows import classes_of, label_words, shows_of
-from nlds_vines.explore.stored import empty, stored
+from nlds_vines.explore.map_choices import classes_of, label_words, shows_of
+from nlds_vines.explore.map_data import empty, stored
 from nlds_vines.orbits.status_words import NOT_COMPUTED, OK, STATUS
 
 
@@ -82,7 +82,7 @@ def test_a_scan_under_way_ends_as_its_archive(small_map):
 
 def test_a_long_section_keeps_its_last_states(small_map, monkeypatch):
     whole = stored(small_map).arrays["section"]
-    monkeypatch.setattr("nlds_vines.explore.stored.MOST_SECTION", 6 * 4 * 2 * 4 * 5)
+    monkeypatch.setattr("nlds_vines.explore.map_data.MOST_SECTION", 6 * 4 * 2 * 4 * 5)
     np.testing.assert_array_equal(stored(small_map).arrays["section"], whole[..., -5:, :])
 
 

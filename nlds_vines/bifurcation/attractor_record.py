@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.bifurcation.beginning import begun
+from nlds_vines.bifurcation.initial_states import begun
 from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.codes import OK
 from nlds_vines.orbits.attractor_additions import Additions, Left, added

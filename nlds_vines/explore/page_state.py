@@ -8,9 +8,9 @@ from nlds_vines.bifurcation.cell_start import CellStart
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.histories import SETTLED
-from nlds_vines.explore.opened import middle
-from nlds_vines.explore.refining import Range, finer
-from nlds_vines.explore.stored import Stored
+from nlds_vines.explore.map_computation import Range, finer
+from nlds_vines.explore.map_data import Stored
+from nlds_vines.explore.shared_map import middle
 from nlds_vines.model.parameters import INITIAL, PHASE, component_of
 from nlds_vines.model.system import System
 

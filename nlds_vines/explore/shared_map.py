@@ -9,8 +9,8 @@ from collections.abc import Callable
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.live_orbit import Sampling, live_orbit
-from nlds_vines.explore.refining import Job
-from nlds_vines.explore.stored import Stored
+from nlds_vines.explore.map_computation import Job
+from nlds_vines.explore.map_data import Stored
 
 LOADING, COMPILING, READY = "loading the kernels", "compiling the kernels, once", "ready"
 """What the kernels are doing, for the page."""

@@ -1,6 +1,6 @@
 """Compile kernels of orbits before they are needed: they are left on the disk.
 
-    python -m nlds_vines.orbits.beside KERNEL,KERNEL,... SCENE METHOD WANT,WANT,...
+    python -m nlds_vines.orbits.compiler_process KERNEL,KERNEL,... SCENE METHOD WANT,WANT,...
 
 A program for `compilation`.  It prints a line for each kernel: its name, then the seconds that
 compiling took, or `known` where it was there, or `failed` and why.  It ends when its standard input

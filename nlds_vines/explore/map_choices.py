@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nlds_vines.bifurcation.picture.choices import COEXISTING, NUMBERS, REGIMES, SHARE
-from nlds_vines.explore.stored import Stored
+from nlds_vines.explore.map_data import Stored
 from nlds_vines.model.quantities import BY_NAME, COORDINATES
 from nlds_vines.model.quantity import ERROR
 from nlds_vines.orbits.coexistence import (

@@ -21,7 +21,7 @@ SCANS = (("ssul", USUAL), ("tmd", ("section",)), ("oscillator", ("section", "imp
 def compile_all():
     """Compile the four configurations."""
     from nlds_vines.continuation.section_map import compile_for
-    from nlds_vines.kernels.elementary import exp
+    from nlds_vines.kernels.elementary import exp, fill_cos_sin, fill_exp, log
     from nlds_vines.kernels.recurrence import TOLERANCE, period_of
     from nlds_vines.orbits.batch import Kernels, Wanted
     from nlds_vines.orbits.settings import Settings
@@ -31,6 +31,9 @@ def compile_all():
         Kernels(wanted).prepare()
     nv.simulate(nv.load_system("ssul-set6"), periods=1, quiet=True)
     compile_for(scene_of("ssul"))
+    fill_cos_sin(np.zeros(1), np.zeros(1), np.zeros(1))  # by which loads have their coefficients
+    fill_exp(np.zeros(1), np.zeros(1))
+    log(1.0)
     exp(0.0)  # by which branches compare their multipliers with the damping
     period_of(np.zeros((4, 4)), TOLERANCE)  # by which portraits find theirs
 

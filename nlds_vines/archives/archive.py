@@ -149,6 +149,31 @@ def _opened(path: Path) -> h5py.File:
     raise RequestError(f"{path} has schema {schema}: this version reads up to {SCHEMA}")
 
 
+def columns(path: Path) -> list[tuple[str, str, np.ndarray]]:
+    """Return the datasets of one dimension in any HDF5 file: name, `units` and numbers of each.
+
+    Raises `RequestError`, one line, for a file that cannot be read as HDF5.
+    """
+    try:
+        durable.open_regular(path).close()
+        if not heaps_are_whole(path):
+            raise ValueError("its heaps are damaged")
+        with h5py.File(path, "r") as file:
+            own = (name for name in file if not _outside(file, name))
+            flat = [(name, file[name]) for name in own if file[name].ndim == 1]
+            return [
+                (name, _words(entry.attrs.get("units", "")), entry[...].astype(np.float64))
+                for name, entry in flat
+                if entry.dtype.kind in "iuf"
+            ]
+    except DAMAGE as error:
+        raise RequestError(f"{path}: cannot be read as HDF5: {first_line(error)}") from None
+
+
+def _words(value: object) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
 @typed
 def verify(path: str | os.PathLike[str]) -> list[str]:
     """Read an archive from end to end and return its problems, one line each; empty if sound.

@@ -96,6 +96,13 @@ def cos_sin_of_turn(turn):
     return (-x, -y) if quarter & 2 else (x, y)
 
 
+@jit(entry=True)
+def fill_cos_sin(turns, cos, sin):
+    """Fill arrays (n,) with cos and sin of 2 pi `turns` (n,)."""
+    for i in range(len(turns)):
+        cos[i], sin[i] = cos_sin_of_turn(turns[i])
+
+
 @jit
 def exp(x):
     """Return e^x = 2^k e^r, r = x - k ln 2, |r| <= 0.35."""
@@ -118,6 +125,13 @@ def exp(x):
     found = 1.0 + (r + (lost + tail))
     first = k // 2  # 2^k itself may be no number
     return found * power_of_two(first) * power_of_two(k - first)
+
+
+@jit(entry=True)
+def fill_exp(x, found):
+    """Fill an array (n,) with e^x of `x` (n,)."""
+    for i in range(len(x)):
+        found[i] = exp(x[i])
 
 
 @jit

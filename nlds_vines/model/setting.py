@@ -106,7 +106,8 @@ class Setting:
     """What is said of one key of a request file.
 
     Arguments:
-        table: the table in which it stands, without brackets.
+        table: the table in which it stands, without brackets; empty for that which its class names
+            in an attribute `table`.
         check: returns a value as it is kept.
         words: what it means, in Markdown, for the help of its option and the page of keys.
         form: of the value of its option, as PERIODS; empty where there is none.
@@ -157,9 +158,10 @@ def settings_of(owner: Any, table: str | None = None) -> dict[str, Setting]:
     found = {}
     for item in fields(owner):
         said = item.metadata.get("setting")
-        if said is not None and table in (None, said.table):
+        place = said and (said.table or owner.table)
+        if said is not None and table in (None, place):
             key = said.key or item.name
-            found[item.name] = replace(said, key=key, default=item.default)
+            found[item.name] = replace(said, table=place, key=key, default=item.default)
     return found
 
 

@@ -1,0 +1,309 @@
+"""Loads in time: their Taylor coefficients against 30 digits, cells, files, refusals."""
+
+import math
+
+import h5py
+import mpmath
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+from nlds_vines.errors import RequestError
+from nlds_vines.model.loads.loading import Cells, Struck, loading_of
+from nlds_vines.model.loads.series import TERMS
+
+STRUCK = Struck(mass=1000.0)
+
+
+def cells_of(table, duration=3.0, reach=0.1, marks=(), struck=STRUCK):
+    return loading_of(table).cells(struck, duration, reach, np.array(marks, float))
+
+
+def taylor(f, begin, length):
+    """Return the coefficients of f(begin + length x), x from 0 to 1, from 40 digits."""
+    with mpmath.workdps(60):
+        a, h = mpmath.mpf(float(begin)), mpmath.mpf(float(length))
+        return [float(c) for c in mpmath.taylor(lambda x: f(a + h * x), 0, TERMS - 1)]
+
+
+def noise(t):
+    """Return noise as `Noise` says that it is: rms 2, seed 3, 40 tones up to 20 rad/s."""
+    raw = np.random.PCG64(3).random_raw(40)
+    turns = [mpmath.mpf(int(number) >> 11) / 2**53 for number in raw]
+    tones = (
+        mpmath.cos((mpmath.mpf(i) + 0.5) * mpmath.mpf(20) / 40 * t + 2 * mpmath.pi * turns[i])
+        for i in range(40)
+    )
+    return 2 * mpmath.sqrt(mpmath.mpf(2) / 40) * mpmath.fsum(tones)
+
+
+def logarithmic(t):
+    ratio = mpmath.log(mpmath.mpf(2))
+    return 7 * mpmath.sin(5 * 8 / ratio * (mpmath.exp(ratio * t / 8) - 1))
+
+
+CASES = {
+    "half_sine": (
+        {"peak": 5.0, "length": 0.4, "at": 0.25},
+        lambda t: 5 * mpmath.sin(mpmath.pi * (t - 0.25) / mpmath.mpf(0.4)),
+        (0.25, 0.65),
+    ),
+    "rectangular": ({"peak": -2.0, "length": 0.4}, lambda t: mpmath.mpf(-2), (0.0, 0.4)),
+    "triangular": (
+        {"peak": 3.0, "length": 0.5, "at": 1.0, "rise": 0.0},
+        lambda t: 3 * (1 - (t - 1) / mpmath.mpf(0.5)),
+        (1.0, 1.5),
+    ),
+    "friedlander": (
+        {"peak": 1e5, "length": 0.25, "decay": 1.5, "suction": True},
+        lambda t: 10**5 * (1 - 4 * t) * mpmath.exp(-6 * t),
+        (0.0, 3.0),
+    ),
+    "tone": (
+        {"amplitude": 800.0, "omega": 6.28, "phase": 0.5},
+        lambda t: 800 * mpmath.cos(mpmath.mpf(6.28) * t + 0.5),
+        (0.0, 3.0),
+    ),
+    "sweep": (
+        {"amplitude": 7.0, "first": 8.0, "last": 5.0, "length": 2.0, "at": 0.5},
+        lambda t: 7 * mpmath.sin(8 * (t - 0.5) - mpmath.mpf(3) / 4 * (t - 0.5) ** 2),
+        (0.5, 2.5),
+    ),
+    "noise": ({"rms": 2.0, "high": 20.0, "seed": 3, "tones": 40}, noise, (0.0, 3.0)),
+}
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_rows_are_the_taylor_coefficients(kind):
+    table, exact, (begin, end) = CASES[kind]
+    cells = cells_of({kind: table})
+    lengths, size = np.diff(cells.edges), np.abs(cells.rows).max()
+    inside = (cells.edges[:-1] > begin - 1e-9) & (cells.edges[1:] < end + 1e-9)
+    assert inside.sum() >= 4
+    for j in np.flatnonzero(inside)[:: max(1, inside.sum() // 7)]:
+        wanted = taylor(exact, cells.edges[j], lengths[j])
+        np.testing.assert_allclose(cells.rows[j], wanted, rtol=0, atol=4e-15 * size)
+    assert (cells.rows[~inside] == 0).all()
+
+
+def test_a_logarithmic_sweep():
+    table = {"amplitude": 7.0, "first": 5.0, "last": 10.0, "length": 8.0, "spacing": "logarithmic"}
+    cells = cells_of({"sweep": table}, duration=8.0)
+    for j in range(0, len(cells.rows), 9):
+        wanted = taylor(logarithmic, cells.edges[j], np.diff(cells.edges)[j])
+        np.testing.assert_allclose(cells.rows[j], wanted, rtol=0, atol=7e-14)
+    (sweep,) = loading_of({"sweep": table}).sweep
+    np.testing.assert_allclose(sweep.omegas(np.array([0.0, 4.0, 8.0, 9.0])),
+                               [5.0, 5.0 * math.sqrt(2), 10.0, math.nan])  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_what_a_row_leaves_out_is_round_off(kind):
+    """At the end of each cell the polynomial is the function there, and so the next row's."""
+    table, exact, (begin, end) = CASES[kind]
+    cells = cells_of({kind: table}, reach=1.0)
+    for j in np.flatnonzero((cells.edges[:-1] >= begin) & (cells.edges[1:] <= end))[::5]:
+        with mpmath.workdps(40):
+            wanted = float(exact(mpmath.mpf(float(cells.edges[j + 1]))))
+        size = np.abs(cells.rows).max()
+        assert cells.rows[j].sum() == pytest.approx(wanted, abs=2e-14 * size)
+
+
+def test_far_from_the_start_a_tone_has_lost_nothing():
+    cells = cells_of({"tone": {"amplitude": 1.0, "omega": 9.7}}, duration=20000.0, reach=1.0)
+    with mpmath.workdps(40):
+        w = mpmath.mpf(9.7 / (2 * math.pi)) * 2 * mpmath.pi
+        wanted = [float(mpmath.cos(w * mpmath.mpf(float(t)))) for t in cells.edges[-50:-1]]
+    np.testing.assert_allclose(cells.rows[-49:, 0], wanted, rtol=0, atol=1e-15)
+
+
+def test_pulses_repeat():
+    table = {"half_sine": {"peak": 1.0, "length": 0.1, "at": 0.2, "repeat": 3, "every": 0.5}}
+    cells = cells_of(table)
+    times = np.linspace(0.0, 2.99, 997)
+    since = np.where(times >= 0.2, (times - 0.2) % 0.5, 1.0)
+    wanted = np.where((since < 0.1) & (times < 1.5), np.sin(10 * math.pi * since), 0.0)
+    np.testing.assert_allclose(cells.force(times), wanted, rtol=0, atol=1e-13)
+
+
+def test_cells_are_cut_at_kinks_and_marks_and_are_no_longer_than_the_reach():
+    cells = cells_of(
+        {"rectangular": {"peak": 1.0, "length": 0.123456}, "blow": {"impulse": 3.0, "at": 0.7}},
+        marks=(0.5, 0.123456 + 1e-17),
+    )
+    assert {0.0, 0.123456, 0.5, 0.7, 3.0} <= set(cells.edges)
+    assert np.diff(cells.edges).max() <= 0.1 * (1 + 1e-12)
+    assert np.diff(cells.edges).min() > 0.01
+    (place,) = np.flatnonzero(cells.jumps)
+    assert (cells.edges[place], cells.jumps[place]) == (0.7, 3.0 / 1000.0)
+
+
+def test_the_ground_s_acceleration_pushes_all_masses_backwards():
+    cells = cells_of({"rectangular": {"peak": 0.5, "length": 1.0, "unit": "g"}, "scale": 2.0})
+    assert cells.share == 0.0
+    assert cells.force(np.array([0.5]))[0] == -1000.0 * 9.80665
+    assert cells_of({"impulse": 1.0}).share == 1.0
+
+
+def test_sums_and_the_harmonic_force():
+    table = {"harmonic": True, "scale": 3.0, "rectangular": [{"peak": 1.0, "length": 2.0}] * 2}
+    cells = cells_of(table, struck=Struck(1.0, 800.0, 6.28))
+    times = np.array([0.3, 1.7, 2.6])
+    wanted = 800.0 * np.cos(6.28 * times) + 6.0 * (times < 2.0)
+    np.testing.assert_allclose(cells.force(times), wanted, rtol=0, atol=1e-12)
+    assert loading_of(loading_of(table).to_table()) == loading_of(table)
+
+
+def test_numbers_of_a_load_can_be_changed():
+    loading = loading_of({"impulse": 4.0, "friedlander": {"peak": 5.0, "length": 0.2}})
+    changed = loading.with_({"impulse": 2.0, "friedlander.peak": 7.0})
+    assert (changed.impulse, changed.friedlander[0].peak) == (2.0, 7.0)
+    for name in ("shape", "friedlander.size", "tone.omega", "nothing.peak"):
+        with pytest.raises(RequestError, match=name.partition(".")[0]):
+            loading.with_({name: 1.0})
+
+
+# ---- noise ---------------------------------------------------------------------------------------
+
+
+def test_noise_has_its_rms_and_its_density():
+    (one,) = loading_of({"noise": {"rms": 3.0, "low": 2.0, "high": 12.0, "tones": 500}}).noise
+    count = 1 << 14
+    times = np.arange(count) * (one.lasts / count)
+    values = one.value(times)
+    assert np.sqrt(np.mean(values**2)) == pytest.approx(3.0, rel=0.05)
+    power = np.abs(np.fft.rfft(values * np.hanning(count))) ** 2
+    omegas = 2 * math.pi * np.fft.rfftfreq(count, one.lasts / count)
+    assert power[(omegas > 2.1) & (omegas < 11.9)].sum() > 0.97 * power.sum()
+    assert one.density == 9.0 / 20.0
+    kurtosis = np.mean(values**4) / np.mean(values**2) ** 2
+    assert kurtosis == pytest.approx(3.0, abs=0.3)
+
+
+def test_noise_is_its_seed_s():
+    tables = [{"noise": {"rms": 1.0, "high": 9.0, "seed": seed, "tones": 20}} for seed in (1, 1, 2)]
+    one, same, other = (cells_of(table).rows for table in tables)
+    assert (one == same).all()
+    assert not (one == other).any()
+
+
+# ---- records -------------------------------------------------------------------------------------
+
+
+def saved(tmp_path, text, name="quake.csv"):
+    (tmp_path / name).write_text(text)
+    return str(tmp_path / name)
+
+
+SAMPLES = "time [s], acceleration [g]\n0.0, 0.0\n0.1, 0.3\n0.2, -0.2\n0.3, 0.1\n0.4, 0.05\n"
+
+
+def test_lines_between_samples(tmp_path):
+    loading = loading_of(saved(tmp_path, SAMPLES))
+    cells = loading.cells(STRUCK, 1.0, 0.03, np.zeros(0))
+    times = np.linspace(0.0, 0.999, 200)
+    wanted = np.interp(times, [0, 0.1, 0.2, 0.3, 0.4], [0, 0.3, -0.2, 0.1, 0.05], right=0.0)
+    np.testing.assert_allclose(cells.force(times), -9806.65 * wanted, rtol=0, atol=1e-11)
+    assert loading.record[0].source == "quake.csv"
+    assert loading_of(loading.to_table()) == loading  # which needs the file no more
+
+
+def test_a_spline_between_samples(tmp_path):
+    path = saved(tmp_path, SAMPLES.replace(",", ";"))
+    cells = cells_of({"record": {"file": path, "interpolation": "cubic", "at": 0.5}}, 1.0, 0.03)
+    spline = CubicSpline([0, 0.1, 0.2, 0.3, 0.4], [0, 0.3, -0.2, 0.1, 0.05], bc_type="natural")
+    times = np.linspace(0.5, 0.8999, 200)
+    np.testing.assert_allclose(cells.force(times), -9806.65 * spline(times - 0.5),
+                               rtol=0, atol=1e-10)  # fmt: skip
+    assert (cells.force(np.array([0.1, 0.95])) == 0.0).all()
+
+
+def test_columns_of_other_files(tmp_path):
+    spaced = saved(tmp_path, "# made up\n0 1\n1 2  # the peak\n2 0\n", "plain.txt")
+    found = loading_of({"record": {"file": spaced, "unit": "kN", "time_unit": "ms"}}).record[0]
+    assert (found.times, found.values, found.unit) == ((0.0, 0.001, 0.002), (1, 2, 0), "kN")
+    three = saved(tmp_path, "t (s)\tup (g)\tnorth (gal)\n0\t1\t2\n1\t3\t4\n", "three.csv")
+    found = loading_of({"record": {"file": three, "column": "north"}}).record[0]
+    assert (found.values, found.unit) == ((2.0, 4.0), "gal")
+    with h5py.File(tmp_path / "quake.h5", "w") as file:
+        file["time"], file["acceleration"] = np.arange(4) * 0.5, np.array([0.0, 1.0, -1.0, 0.0])
+        file["time"].attrs["units"], file["acceleration"].attrs["units"] = "s", "m/s^2"
+        file["link"] = h5py.ExternalLink("elsewhere.h5", "/time")
+    found = loading_of(str(tmp_path / "quake.h5")).record[0]
+    assert (found.times[-1], found.values[1], found.unit) == (1.5, 1.0, "m/s^2")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ["holds no numbers"]),
+        ("time [s]\n0\n1\n", ["two columns"]),
+        ("time [s], force\n0, 1\n1, 2\n", ["unit", "force", "kN"]),
+        ("time [s], force [pound]\n0, 1\n1, 2\n", ["pound", "allowed", "lbf"]),
+        ("time [h], force [N]\n0, 1\n1, 2\n", ["'h'", "ms"]),
+        ("time [s], force [N]\n0, 1\n1, 2\n2, nan\n", ["sample 3", "nan", "finite"]),
+        ("time [s], force [N]\n0, 1\n1, two\n", ["line 3", "two"]),
+        ("time [s], force [N]\n0, 1\n1\n", ["line 3", "1 columns"]),
+        ("time [s], force [N]\n0, 1\n1, \n", ["line 3", "missing"]),
+        ("time [s], force [N]\n0, 1\n2, 2\n1, 3\n", ["ascend", "sample 3", "1 s", "2 s"]),
+        ("time [s], force [N]\n0, 1\n1, 2\n2, 3\n5, 2\n6, 2\n", ["gap", "3 s", "uneven"]),
+        ("time [s], force [N]\n0, 1\n", ["2 to"]),
+    ],
+)
+def test_faulty_records_get_one_line(tmp_path, text, words):
+    path = saved(tmp_path, text)
+    with pytest.raises(RequestError) as caught:
+        loading_of(path)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert all(word in message for word in ("quake.csv", *words)), message
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({}, ["no load", "impulse", "noise"]),
+        ({"shape": 1.0}, ["shape", "half_sine"]),
+        ({"record": "nowhere.csv"}, ["nowhere.csv", "No such file"]),
+        ({"record": {"file": "a.csv", "values": [1.0]}}, ["values", "beside"]),
+        ({"record": {"times": [0.0, 1.0], "values": [0.0, 1.0, 2.0]}}, ["2 times for 3"]),
+        ({"record": 3.0}, ["record", "table"]),
+        ({"impulse": math.nan}, ["impulse", "nan"]),
+        ({"half_sine": {"peak": 1.0}}, ["length", "missing"]),
+        ({"half_sine": {"peak": 0.0, "length": 1.0}}, ["peak", "0"]),
+        ({"half_sine": {"peak": 1.0, "length": 1.0, "repeat": 2}}, ["every", "at least"]),
+        ({"friedlander": {"peak": 1.0, "length": 1.0, "suction": 1}}, ["suction", "true"]),
+        ({"noise": {"rms": 1.0, "high": 1.0, "low": 2.0}}, ["high", "low"]),
+        ({"blow": {"impulse": 1.0, "repeat": 2}}, ["every"]),
+        ({"tone": {"amplitude": 1.0, "omega": 1.0, "unit": "g"}, "impulse": 1.0},
+         ["impulse", "ground"]),
+        ({"tone": [{"amplitude": 1.0, "omega": 1.0, "unit": unit} for unit in ("g", "N")]},
+         ["tone", "'N'", "ground"]),
+        ({"scale": "x", "impulse": 1.0}, ["scale", "x"]),
+    ],
+)  # fmt: skip
+def test_faulty_loads_get_one_line(table, words):
+    with pytest.raises(RequestError) as caught:
+        loading_of(table)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert all(word in message for word in words), message
+
+
+def test_a_record_must_be_fine_enough_for_the_structure(tmp_path):
+    loading = loading_of(saved(tmp_path, SAMPLES))
+    loading.check(1.0)
+    with pytest.raises(RequestError, match=r"0.1 s is too coarse .* 0.5 s; allowed: up to 0.05 s"):
+        loading.check(0.5)
+
+
+def test_too_many_cells_are_refused():
+    with pytest.raises(RequestError, match="cells"):
+        cells_of({"tone": {"amplitude": 1.0, "omega": 1e6}}, duration=60.0)
+
+
+def test_cells_tell_their_force():
+    rows = np.zeros((2, TERMS))
+    rows[0, :2], rows[1, 0] = (1.0, 2.0), 5.0
+    found = Cells(np.array([0.0, 2.0, 3.0]), rows, None, 1.0).force(np.array([0.0, 1.0, 2.0, 3.0]))
+    assert found.tolist() == [1.0, 2.0, 5.0, 5.0]

@@ -6,11 +6,11 @@ It is handed an open HDF5 file by `archive.read`, which has checked how the file
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -19,10 +19,13 @@ from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.layout import crc32_of, slabs
 from nlds_vines.archives.meanings import flags_of
 from nlds_vines.archives.outline import Outlined, Rows
-from nlds_vines.errors import RequestError, shown, unknown, whole
+from nlds_vines.archives.toml import parse_toml
+from nlds_vines.errors import RequestError, at, shown, unknown, whole
 
 DAMAGE = (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError)
 """The errors that h5py raises for damaged files."""
+
+Read = TypeVar("Read")
 
 
 @dataclass(frozen=True, repr=False)
@@ -85,6 +88,16 @@ class ArchiveView(Outlined):
     def content(self) -> str:
         """The kind of request whose results it holds: `scan`, `tuning`, `survey`."""
         return self.text("content") if "content" in self.attrs else "scan"
+
+    def request(self, content: str, load: Callable[[dict[str, Any]], Read]) -> Read:
+        """Return the request whose results it holds, which `load` makes of the file in it.
+
+        Raises `RequestError` for a content other than this one.
+        """
+        if self.content != content:
+            raise RequestError(f"{self.path} holds a {self.content}, not a {content}")
+        with at(f"{self.path}: its request"):
+            return load(parse_toml(self.text("scan"), "the attribute scan"))
 
     @property
     def names(self) -> tuple[str, ...]:

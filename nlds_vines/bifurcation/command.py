@@ -26,7 +26,7 @@ from nlds_vines.cli.paths import (
     optional_path,
     request_path,
 )
-from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
+from nlds_vines.cli.run_options import RunOptions, add_run_options
 from nlds_vines.cli.running import Command
 from nlds_vines.errors import RequestError, typed
 from nlds_vines.model.catalogue import looks_like_path
@@ -38,7 +38,7 @@ from nlds_vines.runs.shard import Shard
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.run import Report
 
-_DEFAULT_STEM = "figure8"
+_DEFAULT = "figure8.h5"
 _EXAMPLES = """\
 examples:
   nlds-vines bifurcation
@@ -134,7 +134,7 @@ def bifurcation(
     job = Job(
         request=load_scan(scan, asked, "bifurcation"),
         source=source,
-        archive=_archive_path(output, source),
+        archive=Path(jobs.named_after(source, _DEFAULT) if output is None else output),
         plot=optional_path(plot),
         how=RunOptions(threads, resume, overwrite, share, scheduler, quiet),
         show=show,
@@ -231,13 +231,13 @@ class Job(jobs.Job):
 
 def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
-    source = optional_path(options.scan)
-    archive = _archive_path(options.output, source)
-    scan, how = load_scan(source, changes(options), "command line"), run_options(options)
-    plot = options.plot
-    if plot is None and source is None and how.shard is None and _can_be_drawn(scan):
-        plot = archive.parent / f"{archive.stem}.png"  # the embedded default is a figure
-    return Job(scan, source, archive, optional_path(plot), how, options.show)
+    options.source = optional_path(options.source)
+    scan = load_scan(options.source, changes(options), "command line")
+    files = jobs.files_of(options, jobs.named_after(options.source, _DEFAULT))
+    if options.source is None and options.shard is None and _can_be_drawn(scan):
+        figure = files["archive"].parent / f"{files['archive'].stem}.png"
+        files["plot"] = files["plot"] or figure  # the embedded default is one
+    return Job(scan, **files, show=options.show)
 
 
 def _can_be_drawn(scan: Scan) -> bool:
@@ -245,17 +245,8 @@ def _can_be_drawn(scan: Scan) -> bool:
     return not is_map([axis.values for axis in scan.axes]) or scan.want != ("section",)
 
 
-def _archive_path(output: str | os.PathLike[str] | None, source: Path | None) -> Path:
-    """Return the archive asked for, or the scan file's name with `.h5` in the current folder."""
-    if output is not None:
-        return Path(output)
-    return Path(f"{_DEFAULT_STEM if source is None else source.stem}.h5")
-
-
 def _declare(parser: Parser) -> None:
-    parser.add_argument("scan", nargs="?", metavar="SCAN.toml", help="by default Figure 8")
-    parser.add_argument("-o", "--output", metavar="FILE.h5", help="archive [SCAN.h5]")
-    parser.add_argument("--plot", metavar="FILE", help="picture: .png, .pdf or .svg")
+    jobs.add_files(parser, "SCAN.toml", "by default Figure 8", "SCAN.h5")
     parser.add_argument(
         "--show",
         metavar="WHAT",

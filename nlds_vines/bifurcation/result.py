@@ -47,7 +47,10 @@ class ScanArchive(ArchivePath):
     @property
     def request(self) -> Scan:
         """The scan, with which the same numbers are computed again."""
-        return scan_in(self)
+        if not self.is_file():
+            raise RequestError(f"{shown(str(self))}: there is no such file")
+        with self.read() as view:
+            return scan_of(view)
 
     def plot(self, show: str | None = None, ax: Axes | None = None) -> Figure:
         """Return its picture as a matplotlib figure, as `nlds_vines.plot` does."""
@@ -57,16 +60,6 @@ class ScanArchive(ArchivePath):
         let_figures_be_shown()
         with self.read() as view:
             return draw(view, show, ax=ax)
-
-
-def scan_in(path: Path) -> Scan:
-    """Return the scan of an archive; `RequestError` if there is none, and as `scan_of`."""
-    if not path.is_file():
-        raise RequestError(f"{shown(str(path))}: there is no such file")
-    from nlds_vines.archives import archive
-
-    with archive.read(path) as view:
-        return scan_of(view)
 
 
 def scan_of(view: ArchiveView) -> Scan:

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import argparse
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
+from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
     check_output,
     check_plot,
+    optional_path,
     refuse_begun,
     refuse_existing,
     refuse_replacing,
+    request_path,
 )
-from nlds_vines.cli.run_options import RunOptions
+from nlds_vines.cli.run_options import RunOptions, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, complain, say
 from nlds_vines.errors import at, shown
+from nlds_vines.runs.tasks import TASKS
 
 
 @dataclass(frozen=True)
@@ -29,8 +35,8 @@ class Job:
         archive, plot: the files to write; None for no picture.
         how: how the run goes.
 
-    Each task says what it computes and returns (`found`), how that is drawn (`draw`), and in words
-    what it would do (`plan`) and what it has found (`lines`, `failure`).
+    Each task says in words what it would do (`plan`) and what it has found (`lines`, `failure`).
+    What computes, reads and draws its archive stands in `runs.tasks`.
     """
 
     content: ClassVar[str]  # the kind of its archive, of `runs.manifest`
@@ -76,11 +82,15 @@ class Job:
 
     def found(self) -> Any:
         """Compute the archive, and return what it holds."""
-        raise NotImplementedError
+        task = TASKS[self.content]
+        task.part("run").run(self.request, self.archive, self.how)
+        return task.read(self.archive)
 
     def draw(self, plot: Path, found: Any) -> None:
         """Draw the picture of what was found."""
-        raise NotImplementedError
+        from nlds_vines.plotting.chosen_panels import save
+
+        save(TASKS[self.content].part("picture").PICTURE, self.archive, plot)
 
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""
@@ -111,3 +121,28 @@ class Job:
         if failure:
             complain(name, failure)
         return LANES_FAILED if failure else DONE
+
+
+def add_files(parser: Parser, source: str, words: str, archive: str) -> None:
+    """Declare what a task reads, the `source`, in `words`, and what it writes: -o and --plot."""
+    parser.add_argument("source", nargs="?", metavar=source, help=words)
+    parser.add_argument("-o", "--output", metavar="FILE.h5", help=f"archive [{archive}]")
+    parser.add_argument("--plot", metavar="FILE", help="picture: .png, .pdf or .svg")
+
+
+def files_of(options: argparse.Namespace, usual: str) -> dict[str, Any]:
+    """Return the files that options name, and how they say that it runs, for a `Job`.
+
+    Arguments: `usual`, the name of the archive where none is given.
+    """
+    return {
+        "source": request_path(options.source),
+        "archive": Path(usual if options.output is None else options.output),
+        "plot": optional_path(options.plot),
+        "how": run_options(options),
+    }
+
+
+def named_after(source: str | os.PathLike[str] | None, usual: str) -> str:
+    """Return the name of an archive: that of what is read with `.h5` in this folder, or `usual`."""
+    return usual if source is None else f"{Path(source).stem}.h5"

@@ -27,7 +27,7 @@ from nlds_vines.cli.paths import (
     optional_path,
     request_path,
 )
-from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
+from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.running import Command
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.continuation.request import STARTS, Begin, Continuation
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from nlds_vines.orbits.classification import Regime
 
 _NAME = "continuation"
-_DEFAULT = Path("branches.h5")
+_DEFAULT = "branches.h5"
 _EXAMPLES = """\
 examples:
   nlds-vines continuation
@@ -237,14 +237,6 @@ class Job(jobs.Job):
         if self.over is not None and not self.over.is_file():
             raise RequestError(f"--over {shown(str(self.over))}: there is no such file")
 
-    def found(self) -> Continued:
-        """Follow the branches, and return the branches."""
-        from nlds_vines.continuation.result import continued
-        from nlds_vines.continuation.run import run
-
-        run(self.request, self.archive, self.how)
-        return continued(self.archive)
-
     def draw(self, plot: Path, found: Continued) -> None:
         """Draw the branches."""
         from nlds_vines.continuation.picture import save
@@ -292,16 +284,9 @@ class Job(jobs.Job):
 
 def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
-    source = options.continuation
-    request = load_continuation(source, _changes(options), "command line")
-    return Job(
-        request=request,
-        source=request_path(source),
-        archive=_DEFAULT if options.output is None else Path(options.output),
-        plot=optional_path(options.plot),
-        over=optional_path(options.over),
-        how=run_options(options),
-    )
+    request = load_continuation(options.source, _changes(options), "command line")
+    files = jobs.files_of(options, _DEFAULT)
+    return Job(request, **files, over=optional_path(options.over))
 
 
 def _changes(options: argparse.Namespace) -> dict[str, Any]:
@@ -352,7 +337,7 @@ def _from_archive(
     with at(f"--from {path}"), read(path) as view:
         if view.content != "scan":
             raise RequestError(f"it holds a {view.content}, not a scan")
-        along = found.get("along") or load_continuation(options.continuation).document()["along"]
+        along = found.get("along") or load_continuation(options.source).document()["along"]
         (name,) = along
         orbits = orbits_in(view, name, values)
         if "system" not in found and options.continuation is None:
@@ -379,9 +364,7 @@ def _from_archive(
 
 def _declare(parser: Parser) -> None:
     add = parser.add_argument
-    add("continuation", nargs="?", metavar="CONTINUATION.toml", help="by default SSul Set 6")
-    add("-o", "--output", metavar="FILE.h5", help="archive [branches.h5]")
-    add("--plot", metavar="FILE", help="the branches: .png, .pdf or .svg")
+    jobs.add_files(parser, "CONTINUATION.toml", "by default SSul Set 6", _DEFAULT)
     add("--over", metavar="SCAN.h5", help="a scan: draw them over it, explain its borders")
     group = parser.add_argument_group("what to follow")
     add_system_options(group)

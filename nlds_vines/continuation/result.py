@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.dataset import Dataset
 from nlds_vines.archives.outline import Outlined, Rows
-from nlds_vines.archives.toml import parse_toml
 from nlds_vines.continuation.branch import ENDS, at_value
 from nlds_vines.continuation.branch_table import KIND_FLAGS, ORIGINS, Tables, datasets_of
 from nlds_vines.continuation.curve_table import curve_datasets
@@ -29,6 +27,7 @@ from nlds_vines.continuation.start_orbits import place_of, states_of
 from nlds_vines.errors import RequestError, number, typed
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.plotting.drawable import Drawable
+from nlds_vines.runs.manifest import CONTINUATION
 
 _KINDS = {code: kind for kind, code in KIND_FLAGS.items()}
 _ORIGINS = {code: word for word, code in ORIGINS.items()}
@@ -368,9 +367,7 @@ def continued(path: str | os.PathLike[str]) -> Continued:
     Raises `RequestError` for any other file.
     """
     with read(path) as view:
-        if view.content != "continuation":
-            raise RequestError(f"{Path(path)} holds a {view.content}, not a continuation")
-        request = load_continuation(parse_toml(view.text("scan"), str(path)))
+        request = view.request(CONTINUATION, load_continuation)
         names = [entry.name for entry in _datasets(request) if entry.name in view]
         tables = {name: view[name] for name in names}
     return Continued(request, with_empty(request, tables), ArchivePath.of(path))

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import argparse
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.cli import job as jobs
 from nlds_vines.cli.option_values import settings_of
 from nlds_vines.cli.parser import Parser
-from nlds_vines.cli.paths import optional_path, request_path
-from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
+from nlds_vines.cli.paths import request_path
+from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.running import Command
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import at, typed
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from nlds_vines.loads.result import Decays
 
 _NAME = "decay"
-_DEFAULT = Path("decay.h5")
+_DEFAULT = "decay.h5"
 _EXAMPLES = """\
 examples:
   nlds-vines decay --impulse 1000 --duration 20 --plot decay.png
@@ -88,20 +87,6 @@ class Job(jobs.Job):
 
     request: Decay
 
-    def found(self) -> Decays:
-        """Follow the structure with each damper, and return what was found."""
-        from nlds_vines.loads.result import decays_in
-        from nlds_vines.loads.run import run
-
-        run(self.request, self.archive, self.how)
-        return decays_in(self.archive)
-
-    def draw(self, plot: Path, found: Decays) -> None:
-        """Draw the energies and their shares."""
-        from nlds_vines.loads.picture import save
-
-        save(self.archive, plot)
-
     def failure(self, found: Decays) -> str:
         """Return of how many dampers the orbit failed."""
         return f"{found.failed} of {len(found.falls)} orbits failed" if found.failed else ""
@@ -126,21 +111,13 @@ def _job(options: argparse.Namespace) -> Job:
     if options.systems:
         with at("--system"):
             above["systems"] = [load_system(name) for name in options.systems]
-    archive = _DEFAULT if options.source is None else Path(f"{Path(options.source).stem}.h5")
-    return Job(
-        request=load_decay(options.source, above, "command line"),
-        source=request_path(options.source),
-        archive=archive if options.output is None else Path(options.output),
-        plot=optional_path(options.plot),
-        how=run_options(options),
-    )
+    files = jobs.files_of(options, jobs.named_after(options.source, _DEFAULT))
+    return Job(load_decay(options.source, above, "command line"), **files)
 
 
 def _declare(parser: Parser) -> None:
     text = "a request file, or a damper [the paper's structure alone and with its dampers]"
-    parser.add_argument("source", nargs="?", metavar="DECAY.toml", help=text)
-    parser.add_argument("-o", "--output", metavar="FILE.h5", help=f"archive [{_DEFAULT}]")
-    parser.add_argument("--plot", metavar="FILE", help="picture: .png, .pdf or .svg")
+    jobs.add_files(parser, "DECAY.toml", text, _DEFAULT)
     group = parser.add_argument_group("options that override the request file")
     group.add_argument(
         "--system", action="append", default=[], metavar="NAME", dest="systems",

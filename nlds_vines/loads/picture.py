@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -17,7 +15,6 @@ from nlds_vines.model.words import system_in_words
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import CM, GREY, HUES, NO_VALUE
 
 _HEIGHT = {"energy": 7.0 * CM, "shares": 4.2 * CM}  # inches
@@ -25,11 +22,6 @@ _LINES = ("solid", "dashed", "dashdot", "dotted")
 _COLOURS = [HUES[name] for name in ("black", "vermillion", "blue", "green", "orange", "pink")]
 _WAYS = dict(zip(WAYS, ("blue", "sky", "vermillion"), strict=True))
 _LEAST = 1e-4  # of the largest E1: the lower end of the axis
-
-
-def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]) -> Path:
-    """Draw the decay in an archive, save the picture and return its path, as `save_drawn`."""
-    return save_drawn(archive_path, plot_path, lambda view: draw(view, list(panels(view))))
 
 
 def panels(view: ArchiveView) -> Mapping[str, str]:

@@ -10,7 +10,6 @@ import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.archives.toml import parse_toml
 from nlds_vines.errors import RequestError, choice, typed
 from nlds_vines.loads.fall import SHARES, WAYS, Fall
 from nlds_vines.loads.request import Decay
@@ -91,9 +90,7 @@ def shares_of(fall: Fall) -> dict[str, float]:
 def decays_in(path: str | os.PathLike[str]) -> Decays:
     """Return the decay in an archive; `RequestError` for an archive of anything else."""
     with read(path) as view:
-        if view.content != DECAY:
-            raise RequestError(f"{view.path} holds a {view.content}, no decay")
-        request = load_decay(parse_toml(view.text("scan"), "the attribute scan"))
+        request = view.request(DECAY, load_decay)
         codes, last = view["status"], view["last"]
 
         def values(name: str, *dims: str) -> np.ndarray:

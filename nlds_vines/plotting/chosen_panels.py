@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,7 +14,7 @@ from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.errors import RequestError, choice
 from nlds_vines.plotting.notebook import let_figures_be_shown
 from nlds_vines.plotting.page import Page, into, page_of
-from nlds_vines.plotting.save import drawn
+from nlds_vines.plotting.save import drawn, save_drawn
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,16 @@ def picture_of(
     let_figures_be_shown()
     with read(path) as view:
         return drawn(view, lambda opened: drawn_by(picture, opened, show, page_of(2), ax))
+
+
+def save(
+    picture: Picture, archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]
+) -> Path:
+    """Draw an archive, save all panels of its picture, and return its path, as `save_drawn`."""
+    page = page_of(2)
+    return save_drawn(
+        archive_path, plot_path, lambda view: drawn_by(picture, view, None, page, None)
+    )
 
 
 def several_panels(show: str, known: Mapping[str, object]) -> RequestError:

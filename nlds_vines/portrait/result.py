@@ -9,7 +9,6 @@ from typing import Any
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.archives.toml import parse_toml
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.errors import RequestError, typed
 from nlds_vines.plotting.drawable import Drawable
@@ -73,8 +72,6 @@ def histories_in(view: ArchiveView) -> tuple[str, ...]:
 def portrait_in(path: str | os.PathLike[str]) -> Portrait:
     """Return the portrait in an archive; `RequestError` for an archive of anything else."""
     with read(path) as view:
-        if view.content != PORTRAIT:
-            raise RequestError(f"{view.path} holds a {view.content}, no portrait")
-        request = load_portrait(parse_toml(view.text("scan"), "the attribute scan"))
+        request = view.request(PORTRAIT, load_portrait)
         cell = view.text(CELL) if CELL_OF in view.attrs else ""
         return Portrait(ArchivePath.of(view.path), tuple(views_in(view, request)), request, cell)

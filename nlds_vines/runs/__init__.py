@@ -2,6 +2,7 @@
 
 In reading order:
 
+    tasks           the tasks by the kind of their archives
     manifest        which request the parts belong to, and who began it
     partfile        one sealed part file
     shard           the share of one of several machines

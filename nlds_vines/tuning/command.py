@@ -21,7 +21,7 @@ from nlds_vines.cli.paths import (
     optional_path,
     request_path,
 )
-from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
+from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.running import Command
 from nlds_vines.errors import renamed, typed
 from nlds_vines.model.system import System
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from nlds_vines.tuning.result import Tuned
 
 _NAME = "tuning"
-_DEFAULT = Path("tuning.h5")
+_DEFAULT = "tuning.h5"
 _EXAMPLES = """\
 examples:
   nlds-vines tuning
@@ -112,20 +112,10 @@ class Job(jobs.Job):
             if surface is not None and item.name in surface.parameters:
                 refuse_undrawable(item.name, np.array([item.low, item.high]))
 
-    def found(self) -> Tuned:
-        """Search, and return what was found."""
-        from nlds_vines.tuning.result import tuned
-        from nlds_vines.tuning.run import run
-
-        run(self.request, self.archive, self.how)
-        return tuned(self.archive)
-
     def draw(self, plot: Path, found: Tuned) -> None:
         """Draw the surface, if there is an optimum to draw it through."""
         if found.optima:
-            from nlds_vines.tuning.picture import save
-
-            save(self.archive, plot)
+            super().draw(plot, found)
 
     def failure(self, found: Tuned) -> str:
         """Return where it is said why there is no design."""
@@ -160,14 +150,8 @@ class Job(jobs.Job):
 
 def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
-    tuning = load_tuning(options.tuning, changes(options), "command line")
-    return Job(
-        request=_drawable(tuning, options.plot),
-        source=request_path(options.tuning),
-        archive=_DEFAULT if options.output is None else Path(options.output),
-        plot=optional_path(options.plot),
-        how=run_options(options),
-    )
+    tuning = load_tuning(options.source, changes(options), "command line")
+    return Job(_drawable(tuning, options.plot), **jobs.files_of(options, _DEFAULT))
 
 
 def _drawable(tuning: Tuning, plot: object) -> Tuning:
@@ -182,9 +166,7 @@ def _drawable(tuning: Tuning, plot: object) -> Tuning:
 
 
 def _declare(parser: Parser) -> None:
-    parser.add_argument("tuning", nargs="?", metavar="TUNING.toml", help="by default SSul")
-    parser.add_argument("-o", "--output", metavar="FILE.h5", help="archive [tuning.h5]")
-    parser.add_argument("--plot", metavar="FILE", help="the objective: .png, .pdf or .svg")
+    jobs.add_files(parser, "TUNING.toml", "by default SSul", _DEFAULT)
     add_tuning_options(parser)
     add_local_options(parser)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -26,7 +24,6 @@ from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import latex_symbol, raised
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
 from nlds_vines.plotting.panels import add_colour_bar, add_panel, size_of, write_title
-from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import (
     CM,
     NAVY,
@@ -49,11 +46,6 @@ _DECADE = 60  # points of a decade below which 2 and 5 have no room between 1 an
 _FEW_LINES = 8  # contours where shades are linear
 _OPTIMUM = "optimum_"
 _MARK = "#d7191c"  # a red that neither the shades nor the contours have
-
-
-def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]) -> Path:
-    """Draw the objective in a tuning's archive, save it and return its path, as `save_drawn`."""
-    return save_drawn(archive_path, plot_path, tuning_picture)
 
 
 @styled()

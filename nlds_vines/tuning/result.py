@@ -11,10 +11,10 @@ import numpy as np
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.outline import Outlined, Rows, numbers
-from nlds_vines.archives.toml import parse_toml
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.plotting.drawable import Drawable
+from nlds_vines.runs.manifest import TUNING
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning
@@ -135,11 +135,9 @@ def tuned(path: str | os.PathLike[str]) -> Tuned:
     Raises `RequestError` for any other file.
     """
     with read(path) as view:
-        if view.content != "tuning":
-            raise RequestError(f"{path} holds a scan, not a tuning")
-        document = parse_toml(view.text("scan"), str(path))
+        tuning = view.request(TUNING, load_tuning)
         seeds, best = view["search"].tolist(), view["search_best"].tolist()
-        tuning, stage = load_tuning(document), view["stage"]
+        stage = view["stage"]
         refused = ~np.isfinite(view["objective"]) | (view["status"] != OK)
         return Tuned(
             tuning=tuning,

@@ -2,7 +2,6 @@
 
 In reading order:
 
-    tasks         the tasks by the kind of their archives
     basin_report  basins of attraction in an archive measured
     status        how a scan under way stands
     plot          a finished archive drawn

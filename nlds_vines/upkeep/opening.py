@@ -10,7 +10,7 @@ from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.errors import typed
 from nlds_vines.runs.manifest import SCAN
-from nlds_vines.upkeep.tasks import TASKS, Task
+from nlds_vines.runs.tasks import TASKS, Task
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.response_curves.result import ResponseCurves
@@ -44,9 +44,9 @@ def open(path: str | os.PathLike[str]) -> Opened:
     """
     with read(path) as view:
         if view.content == SCAN:
-            from nlds_vines.bifurcation.result import ScanArchive
             from nlds_vines.transients.ensemble import ensemble_of, is_ensemble
 
-            return ensemble_of(view) if is_ensemble(view) else ScanArchive.of(view.path)
+            if is_ensemble(view):
+                return ensemble_of(view)
         task = TASKS.get(view.content, Task(""))
         return task.read(Path(view.path)) if task.reads else ArchivePath.of(view.path)

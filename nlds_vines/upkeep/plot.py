@@ -17,7 +17,7 @@ from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, shown, typed
 from nlds_vines.runs.manifest import SCAN
-from nlds_vines.upkeep.tasks import TASKS
+from nlds_vines.runs.tasks import TASKS
 
 if TYPE_CHECKING:
     import numpy as np

@@ -14,7 +14,7 @@ from nlds_vines.cli.run_options import RunOptions, add_run_options, run_options
 from nlds_vines.cli.running import DIFFERENT, DONE, LANES_FAILED, Command, say
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.manifest import SCAN
-from nlds_vines.upkeep.tasks import TASKS, content_of
+from nlds_vines.runs.tasks import TASKS, content_of
 
 _NAME = "rerun"
 _EXAMPLES = """\
@@ -42,19 +42,10 @@ def _job(source: Path, output: Path, how: RunOptions) -> Job:
     """Return the job whose results an archive holds."""
     content = content_of(source)
     task = TASKS.get(content, TASKS[SCAN])
-    if not task.reads:
-        from nlds_vines.bifurcation.result import scan_in
-
-        request = scan_in(source)
-    elif how.shard is not None or how.scheduler is not None:
+    if content != SCAN and task.reads and (how.shard is not None or how.scheduler is not None):
         raise RequestError(f"--shard and --scheduler are for scans: this is a {content}")
-    else:
-        request = task.read(source).request
-    job: Job = (
-        (task if task.reads else TASKS[SCAN])
-        .part("command")
-        .Job(request, source, output, None, how)
-    )
+    task = task if task.reads else TASKS[SCAN]  # which says that this is none
+    job: Job = task.part("command").Job(task.read(source).request, source, output, None, how)
     return job
 
 

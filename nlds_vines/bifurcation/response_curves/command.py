@@ -25,7 +25,7 @@ from nlds_vines.cli.paths import (
     optional_path,
     request_path,
 )
-from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
+from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.running import Command
 from nlds_vines.errors import typed
 from nlds_vines.plotting.bands import refuse_undrawable
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from nlds_vines.bifurcation.response_curves.result import ResponseCurves
 
 _NAME = "response-curves"
-_DEFAULT = Path("response-curves.h5")
+_DEFAULT = "response-curves.h5"
 _EXAMPLES = """\
 examples:
   nlds-vines response-curves --plot curves.png
@@ -119,20 +119,6 @@ class Job(jobs.Job):
         for curve in self.request.curves:
             refuse_without_room(curve.scan, self.archive)
 
-    def found(self) -> ResponseCurves:
-        """Compute the curves, and return the curves."""
-        from nlds_vines.bifurcation.response_curves.result import curves_in
-        from nlds_vines.bifurcation.response_curves.run import run
-
-        run(self.request, self.archive, self.how)
-        return curves_in(self.archive)
-
-    def draw(self, plot: Path, found: ResponseCurves) -> None:
-        """Draw the page."""
-        from nlds_vines.bifurcation.response_curves.picture import save
-
-        save(self.archive, plot)
-
     def failure(self, found: ResponseCurves) -> str:
         """Return how many orbits failed, why, and what helps."""
         from nlds_vines.archives.archive import read
@@ -157,24 +143,13 @@ class Job(jobs.Job):
 
 def _carry_out(options: argparse.Namespace) -> int:
     page = page_from(options.source, options.systems, changes(options), "command line")
-    archive = _archive_path(options.output, options.source)
-    plot = optional_path(options.plot)
-    job = Job(page, request_path(options.source), archive, plot, run_options(options))
-    return job.carry_out(_NAME, options.dry_run)
-
-
-def _archive_path(output: str | None, source: str | None) -> Path:
-    """Return the archive asked for, or the request file's name with `.h5` in this folder."""
-    if output is not None:
-        return Path(output)
-    return _DEFAULT if source is None else Path(f"{Path(source).stem}.h5")
+    files = jobs.files_of(options, jobs.named_after(options.source, _DEFAULT))
+    return Job(page, **files).carry_out(_NAME, options.dry_run)
 
 
 def _declare(parser: Parser) -> None:
     text = "a page of curves, or a damper [those of the paper's Table 2]"
-    parser.add_argument("source", nargs="?", metavar="CURVES.toml", help=text)
-    parser.add_argument("-o", "--output", metavar="FILE.h5", help=f"archive [{_DEFAULT}]")
-    parser.add_argument("--plot", metavar="FILE", help="picture: .png, .pdf or .svg")
+    jobs.add_files(parser, "CURVES.toml", text, _DEFAULT)
     add_curve_options(parser)
     add_local_options(parser)
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,7 +38,6 @@ from nlds_vines.plotting.panels import (
     write_letters,
     write_title,
 )
-from nlds_vines.plotting.save import save_drawn
 from nlds_vines.plotting.style import CM, STYLE, axis_label, quantity_label
 
 _HEIGHTS = {1: 7.2 * CM, 2: 4.9 * CM, 3: 5.4 * CM, 4: 4.2 * CM}  # inches, of a panel, by columns
@@ -57,11 +54,6 @@ _HANDLE = 36  # points that the line of a legend's entry and the space around it
 _VISIBLE = 0.008  # of the axis: a narrower window has one line in place of two bounds
 _ABOVE = 1.1  # upper end of the axis of energies over the highest curve
 _BEYOND = 1.5  # both ends of a logarithmic one
-
-
-def save(archive_path: str | os.PathLike[str], plot_path: str | os.PathLike[str]) -> Path:
-    """Draw the curves in an archive, save the picture and return its path, as `save_drawn`."""
-    return save_drawn(archive_path, plot_path, curves_picture)
 
 
 def curves_picture(view: ArchiveView, page: Page = TWO_COLUMNS) -> Figure:

@@ -10,7 +10,6 @@ import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.archives.toml import parse_toml
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.bifurcation.response_curves.request_file import load_page
@@ -107,9 +106,7 @@ def curves_in(path: str | os.PathLike[str]) -> ResponseCurves:
 
 def curves_of(view: ArchiveView) -> ResponseCurves:
     """Return the response curves in an open archive; `RequestError` for one of anything else."""
-    if view.content != RESPONSE_CURVES:
-        raise RequestError(f"{view.path} holds a {view.content}, no response curves")
-    page = load_page(parse_toml(view.text("scan"), "the attribute scan"))
+    page = view.request(RESPONSE_CURVES, load_page)
     return ResponseCurves(ArchivePath.of(view.path), page, tuple(_curves(view, page)))
 
 

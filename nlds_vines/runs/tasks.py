@@ -1,4 +1,4 @@
-"""The tasks by the kind of their archives: what reads, draws and repeats one."""
+"""The tasks by the kind of their archives: what computes, reads, draws and repeats one."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ from nlds_vines.runs.manifest import (
 
 
 class Task(NamedTuple):
-    """The folder of a task, whose `picture` has the `PICTURE` and whose `command` has the `Job`.
+    """The folder of a task, whose words are those of every wing.
 
-    `reads` is the function of its `result` that reads an archive; empty where there is none.
+    Its `run` computes an archive, its `picture` has the `PICTURE` that draws one, its `command` the
+    `Job` that does both.  `reads` is what of its `result` takes the path of an archive; empty where
+    there is nothing.
     """
 
     folder: str
@@ -37,7 +39,7 @@ class Task(NamedTuple):
 
 
 TASKS: Mapping[str, Task] = {
-    SCAN: Task("bifurcation"),  # many of them, read one by one: `bifurcation.result`
+    SCAN: Task("bifurcation", "ScanArchive"),
     TUNING: Task("tuning", "tuned"),
     CONTINUATION: Task("continuation", "continued"),
     RESPONSE_CURVES: Task("bifurcation.response_curves", "curves_in"),

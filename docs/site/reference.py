@@ -23,6 +23,7 @@ from nlds_vines.archives.dataset import Dataset
 from nlds_vines.bifurcation.datasets import ScanContents
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import CurvePage
+from nlds_vines.bifurcation.response_curves.request_file import CurveEntry, PanelEntry
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.running import Command
 from nlds_vines.continuation.branch_table import datasets_of as of_branches
@@ -43,7 +44,7 @@ from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import STATUS
 from nlds_vines.orbits.wants import WANTS, spectral
 from nlds_vines.portrait.request import PortraitRequest
-from nlds_vines.portrait.request_file import Times
+from nlds_vines.portrait.request_file import ColumnEntry, Times
 from nlds_vines.tuning.archive_table import Findings, contents
 from nlds_vines.tuning.request import Search, Surface, Tuning
 from nlds_vines.tuning.request_file import load_tuning
@@ -250,9 +251,9 @@ def statuses() -> str:
 
 REQUESTS: Mapping[str, tuple[type, ...]] = {
     "scan": (Start, Scan),
-    "page of curves": (Start, Scan, CurvePage),
+    "page of curves": (Start, Scan, CurvePage, PanelEntry, CurveEntry),
     "tuning": (Tuning, Search, Surface),
-    "portrait": (Times, PortraitRequest),
+    "portrait": (Times, PortraitRequest, ColumnEntry),
     "continuation": (Begin, Continuation),
     "decay": (Decay,),
 }

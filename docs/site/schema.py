@@ -19,7 +19,7 @@ from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.laws import LAWS
 from nlds_vines.model.parameters import INITIAL, PARAMETERS
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.model.setting import Check, OneOf, Real, Text, Truth, Whole, settings_of
+from nlds_vines.model.setting import Check, OneOf, Real, Settings, Text, Truth, Whole, settings_of
 
 PATH = Path(__file__).resolve().parents[1] / "static" / "request.schema.json"
 
@@ -59,6 +59,8 @@ def of(check: Check) -> Schema:
             return {"type": "string"}
         case Truth():
             return {"type": "boolean"}
+        case Settings():
+            return {"type": "object"}
     return {}
 
 
@@ -70,11 +72,15 @@ def tables() -> dict[str, Schema]:
             forms = found.setdefault(said.table, {}).setdefault(said.key, [])
             one = {"description": said.words} | of(said.check)
             forms += [] if one in forms else [one]
-    return {
+    written = {
         name: table(
             {key: forms[0] if len(forms) == 1 else {"anyOf": forms} for key, forms in keys.items()}
         )
         for name, keys in found.items()
+    }
+    return {
+        name.strip("[]"): {"type": "array", "items": one} if name.startswith("[") else one
+        for name, one in written.items()
     }
 
 
@@ -91,7 +97,6 @@ def schema() -> Schema:
     ends = table({"start": {"type": "number"}, "stop": {"type": "number"}})
     names = {"anyOf": [{"enum": list(catalogue())}, {"type": "string"}]}
     own = {"type": "object", "properties": {"kind": {"enum": list(SCENES)}}}
-    entry = {"type": "array", "items": {"type": "object"}}
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "nlds_vines: a request file",
@@ -107,7 +112,6 @@ def schema() -> Schema:
             "along": named(PARAMETERS, ends),
             "plane": named(PARAMETERS, ends),
             **tables(),
-            **dict.fromkeys(("column", "panels", "curves"), entry),
         }
     )
 

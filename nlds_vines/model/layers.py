@@ -17,7 +17,7 @@ import hashlib
 import os
 import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -70,7 +70,8 @@ class Form:
         kind: the word for messages, `scan`.
         tables: the check of each key, by table; None for a table whose keys are names of
             parameters, which the system checks.
-        lists: keys of arrays of tables, `[[column]]`.
+        lists: keys of lists.
+        rows: what an entry of an array of tables is read into, by the key of the array, `column`.
         names: whether a `System`, or the name of one, may stand in place of a file.
         sources: what may be given in place of a file, in words.
     """
@@ -78,13 +79,14 @@ class Form:
     kind: str
     tables: Mapping[str, Mapping[str, Check] | None]
     lists: Collection[str] = ()
+    rows: Mapping[str, Callable[[str, object], Any]] = field(default_factory=dict)
     names: bool = True
     sources: str = "a path, a name, a table or a System"
 
     @property
     def keys(self) -> tuple[str, ...]:
         """All that may stand at the top of a file."""
-        return ("title", "system", *self.tables, *self.lists)
+        return ("title", "system", *self.tables, *self.lists, *self.rows)
 
     def open(self, source: object) -> Layer:
         """Return the layer of a path, of a document, or of a system or its name.
@@ -150,6 +152,17 @@ class Layer:
         """Return the table `key`, empty where there is none; its values are not yet checked."""
         with at(self.place(key)):
             return table(key, self.document.get(key, {}), self.form.tables[key])
+
+    def rows(self, key: str) -> list[Any]:
+        """Return the entries of the array of tables `key`, each as the form reads it."""
+        found = self.document.get(key, [])
+        with at(self.where):
+            if not isinstance(found, list | tuple) or (not found and key in self.document):
+                raise RequestError(f"{key} = {shown(found)} must be one or more tables [[{key}]]")
+            return [
+                self.form.rows[key](f"[[{key}]] {number}", entry)
+                for number, entry in enumerate(found, start=1)
+            ]
 
     def values(self, key: str) -> dict[str, Any]:
         """Return the entries of the table `key`, each checked."""

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 from nlds_vines.archives.outline import Outlined
 from nlds_vines.archives.toml import toml_text
-from nlds_vines.errors import RequestError, choice, number, shown, string, whole
+from nlds_vines.errors import RequestError, at, choice, number, shown, string, table, whole
 from nlds_vines.model.layers import request_hash
 
 
@@ -90,6 +90,15 @@ class Truth:
 
 
 @dataclass(frozen=True)
+class Settings:
+    """A table of parameters, which the system checks."""
+
+    def __call__(self, name: str, value: Any, /) -> Any:
+        """Return it."""
+        return table(name, value)
+
+
+@dataclass(frozen=True)
 class Checked:
     """What a function returns that knows the name of its key by itself; `listed`: several words."""
 
@@ -106,8 +115,8 @@ class Setting:
     """What is said of one key of a request file.
 
     Arguments:
-        table: the table in which it stands, without brackets; empty for that which its class names
-            in an attribute `table`.
+        table: the table in which it stands, without brackets; of an array of tables with a pair of
+            them, `[column]`; empty for that which its class names in an attribute `table`.
         check: returns a value as it is kept.
         words: what it means, in Markdown, for the help of its option and the page of keys.
         form: of the value of its option, as PERIODS; empty where there is none.
@@ -172,6 +181,18 @@ def checks(*owners: Any) -> dict[str, dict[str, Callable[[object], Any]]]:
         for said in settings_of(owner).values():
             found.setdefault(said.table, {})[said.key] = _of_key(said)
     return found
+
+
+def reader(record: Any) -> Callable[[str, object], Any]:
+    """Return what reads an entry of an array of tables, at a place, into a record of settings."""
+    known = {said.key: (name, said.check) for name, said in settings_of(record).items()}
+
+    def read(place: str, entry: object) -> Any:
+        with at(place):
+            found = table("it", entry, known)
+            return record(**{known[key][0]: known[key][1](key, found[key]) for key in found})
+
+    return read
 
 
 def _of_key(said: Setting) -> Callable[[object], Any]:

@@ -8,9 +8,19 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from nlds_vines.errors import RequestError, at, choice, number, shown, string, table
-from nlds_vines.model.layers import Document, Form, Layer, Layers
-from nlds_vines.model.setting import Checked, OneOf, Whole, checks, setting, settings_of
+from nlds_vines.errors import RequestError, at, choice, number, shown
+from nlds_vines.model.layers import Form, Layer, Layers
+from nlds_vines.model.setting import (
+    Checked,
+    OneOf,
+    Settings,
+    Text,
+    Whole,
+    checks,
+    reader,
+    setting,
+    settings_of,
+)
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.settings import laid_over
@@ -42,7 +52,6 @@ def _checked_windows(value: object) -> list[Window]:
     return found
 
 
-_COLUMN_KEYS = ("name", "set", "window", "panels")
 _LENGTHS = ("transient", "periods")  # in place of which windows may be given
 
 
@@ -65,10 +74,28 @@ class Times:
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class ColumnEntry:
+    """A column of the page in a file."""
+
+    name: str = setting("", Text(), "[column]", "what stands above it")
+    settings: Mapping[str, Any] | None = setting(
+        None, Settings(), "[column]", "parameters of it", key="set"
+    )
+    window: Window | None = setting(
+        None, Checked(lambda value: checked_window("window", value)), "[column]",
+        "`[begin, end]`: the periods that it shows", usual="those of `[sampling]`",
+    )  # fmt: skip
+    panels: tuple[str, ...] = setting(
+        (), Checked(checked_panels, listed=True), "[column]", "of the page, which it fills",
+        usual="all",
+    )  # fmt: skip
+
+
 FORM = Form(
     kind="portrait",
     tables={"set": None, **checks(Times, PortraitRequest)},
-    lists=("column",),
+    rows={"column": reader(ColumnEntry)},
 )
 """What may stand in the request file of a portrait."""
 
@@ -147,26 +174,14 @@ def _columns(layers: Layers) -> Iterator[Column]:
     system, windows = layers.system(), _windows(layers)
     asked = layers.above.table("sampling").keys() & {"windows", *_LENGTHS}
     chosen = "panels" in layers.above.table("portrait")
-    for entry in _entries(layers.below):
+    for entry in layers.below.rows("column") or [ColumnEntry()]:
+        seen = windows if asked or entry.window is None else [entry.window]
+        panels = () if chosen else entry.panels
         with at(layers.below.where):
-            own = None if asked else entry.get("window")
-            seen = windows if own is None else [checked_window("window", own)]
-            name = string("name", entry.get("name", ""))
-            panels = () if chosen else checked_panels(entry.get("panels", ()))
-            settings = {**layers.below.table("set"), **table("set", entry.get("set", {}))}
-            one = system.with_(**settings)
+            one = system.with_(**{**layers.below.table("set"), **(entry.settings or {})})
         with at(layers.above.place("set")):
             one = one.with_(**layers.above.table("set"))
-        yield from (Column(one, window, name, panels) for window in seen)
-
-
-def _entries(layer: Layer) -> Sequence[Document]:
-    """Return the tables [[column]]; one empty table where there are none."""
-    columns = layer.document.get("column", [])
-    with at(layer.where):
-        if not isinstance(columns, Sequence) or isinstance(columns, str):
-            raise RequestError(f"column = {shown(columns)} must be a list of tables [[column]]")
-        return [table("[[column]]", entry, _COLUMN_KEYS) for entry in columns] or [{}]
+        yield from (Column(one, window, entry.name, panels) for window in seen)
 
 
 def _windows(layers: Layers) -> list[Window]:

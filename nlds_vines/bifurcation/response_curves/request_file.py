@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,24 +18,75 @@ from nlds_vines.archives.toml import read_toml
 from nlds_vines.bifurcation.request_file import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.response_curves.request import COLOURS, LINES, Curve, CurvePage, Panel
-from nlds_vines.errors import RequestError, at, choice, shown, string, table, unknown, whole
-from nlds_vines.model.layers import Document, Form, Layer
-from nlds_vines.model.setting import Truth, checks
+from nlds_vines.errors import RequestError, at, shown, string, table, unknown, whole
+from nlds_vines.model.layers import Document, Form, Layer, unchecked
+from nlds_vines.model.setting import (
+    Checked,
+    OneOf,
+    Settings,
+    Text,
+    Truth,
+    Whole,
+    checks,
+    reader,
+    setting,
+)
 
 _HEX = re.compile(r"#[0-9a-f]{6}")
+
+
+def _colour(value: object) -> str:
+    """Return a colour as #rrggbb."""
+    if isinstance(value, str) and _HEX.fullmatch(value):
+        return value
+    if isinstance(value, str) and value in COLOURS:
+        return COLOURS[value]
+    raise unknown("colour", value, [*COLOURS, "#rrggbb"])
+
+
+@dataclass(frozen=True)
+class PanelEntry:
+    """A panel of the page in a file."""
+
+    title: str = setting("", Text(), "[panels]", "what stands above it")
+    system: Any = setting(None, Checked(unchecked), "[panels]", "of all its curves")
+    settings: Mapping[str, Any] | None = setting(
+        None, Settings(), "[panels]", "parameters of all its curves", key="set"
+    )
+    base: bool = setting(False, Truth(), "[panels]", "whether it is that of the original tuning")
+
+
+@dataclass(frozen=True)
+class CurveEntry:
+    """A curve in a file, which stands in every panel, or in one."""
+
+    label: str = setting(
+        "", Text(), "[curves]", "in the legend", usual="what it sets, or its system"
+    )
+    system: Any = setting(None, Checked(unchecked), "[curves]", "its system", usual="the page's")
+    settings: Mapping[str, Any] | None = setting(
+        None, Settings(), "[curves]", "parameters of it", key="set"
+    )
+    base: bool = setting(False, Truth(), "[curves]", "whether it is drawn stronger")
+    colour: str = setting(
+        COLOURS["black"], Checked(_colour), "[curves]",
+        f"{', '.join(f'`{name}`' for name in COLOURS)} or `#rrggbb`", usual="black",
+    )  # fmt: skip
+    line: str = setting("solid", OneOf(LINES), "[curves]", ", ".join(f"`{name}`" for name in LINES))
+    shade: bool = setting(False, Truth(), "[curves]", "whether its impacts are shown")
+    panel: int | None = setting(
+        None, Whole(1), "[curves]", "number of the only panel that has it, from 1"
+    )
 
 
 FORM = Form(
     kind="page of curves",
     tables={**SCAN_FORM.tables, **checks(CurvePage)},
-    lists=("panels", "curves"),
+    rows={"panels": reader(PanelEntry), "curves": reader(CurveEntry)},
     names=False,
     sources="a path, a table or a CurvePage",
 )
 """What may stand in the request file of a page of curves: that of a scan, and more."""
-
-_PANEL_KEYS = ("title", "system", "set", "base")
-_CURVE_KEYS = ("label", "system", "set", "base", "colour", "line", "shade", "panel")
 
 
 def load_page(
@@ -74,29 +126,21 @@ def page_of(layer: Layer, title: str) -> CurvePage:
     """Return the page that a layer means; `title` where it has none."""
     document, look = layer.document, layer.values("figure")
     shared = {key: document[key] for key in SCAN_FORM.keys if key in document and key != "title"}
+    frames, curves = layer.rows("panels") or [PanelEntry()], layer.rows("curves")
     with at(layer.where):
-        frames = _entries(document, "panels", _PANEL_KEYS) or [{}]
-        curves = _entries(document, "curves", _CURVE_KEYS)
+        for number, entry in enumerate(curves, start=1):
+            with at(f"[[curves]] {number}"):
+                whole("panel", entry.panel or 1, 1, len(frames))
         panels = tuple(_panel(shared, i, frame, curves) for i, frame in enumerate(frames, start=1))
-        _refuse_lost(curves, len(frames))
         return CurvePage(string("title", document.get("title", title)), panels, **look)
 
 
-def _entries(document: Document, key: str, allowed: Collection[str]) -> list[Document]:
-    """Return the tables of an array `[[key]]`, their keys checked."""
-    found = document.get(key, [])
-    if not isinstance(found, list) or (not found and key in document):
-        raise RequestError(f"{key} = {shown(found)} must be one or more tables [[{key}]]")
-    with at(f"[[{key}]]"):
-        return [table(f"entry {i}", entry, allowed) for i, entry in enumerate(found, start=1)]
-
-
-def _panel(shared: Document, place: int, frame: Document, curves: list[Document]) -> Panel:
+def _panel(shared: Document, place: int, frame: PanelEntry, curves: list[CurveEntry]) -> Panel:
     """Return a panel with its curves; `shared` is what stands at the top of the file."""
     found = []
     for number, entry in enumerate(curves, start=1):
         with at(f"[[curves]] {number}"):
-            if entry.get("panel", place) == place:
+            if entry.panel in (None, place):
                 found.append(_curve(shared, frame, entry))
     if not found:
         raise RequestError(f"[[panels]] {place} has no curve")
@@ -104,58 +148,22 @@ def _panel(shared: Document, place: int, frame: Document, curves: list[Document]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise RequestError(f"[[curves]]: {twice} stands twice in one panel")
-    with at("[[panels]]"):
-        title = string("title", frame.get("title", ""))
-        return Panel(tuple(found), title, _settings(frame), _flag(frame, "base"))
+    return Panel(tuple(found), frame.title, frame.settings or {}, frame.base)
 
 
-def _refuse_lost(curves: list[Document], panels: int) -> None:
-    """Raise `RequestError` where a curve names a panel that there is not."""
-    for number, entry in enumerate(curves, start=1):
-        with at(f"[[curves]] {number}"):
-            whole("panel", entry.get("panel", 1), 1, panels)
-
-
-def _curve(shared: Document, frame: Document, entry: Document) -> Curve:
+def _curve(shared: Document, frame: PanelEntry, entry: CurveEntry) -> Curve:
     """Return the curve that an entry means in the panel `frame`."""
-    _refuse_twice(frame, entry)
-    settings = {**_settings(frame), **_settings(entry)}
-    system = frame.get("system", entry.get("system", shared.get("system")))
+    if frame.system is not None and entry.system is not None:
+        raise RequestError("system is named by [[panels]] as well: name it in one of the two")
+    shared_by_panel, own = frame.settings or {}, entry.settings or {}
+    both = sorted(shared_by_panel.keys() & own.keys())
+    if both:
+        raise RequestError(f"{both[0]} is set by [[panels]] as well: set it in one of the two")
+    settings = {**shared_by_panel, **own}
+    named = [one for one in (frame.system, entry.system) if one is not None]
+    system = named[0] if named else shared.get("system")
     everywhere = table("set", shared.get("set", {}))
     scan = load_scan({**shared, "system": system, "set": {**everywhere, **settings}})
     if len(scan.axes) != 1:
         raise RequestError(f"{len(scan.axes)} parameters are varied; allowed: one")
-    return Curve(
-        scan,
-        string("label", entry.get("label", "")),
-        settings,
-        _colour(entry.get("colour", "black")),
-        choice("line", entry.get("line", "solid"), LINES),
-        _flag(entry, "base"),
-        _flag(entry, "shade"),
-    )
-
-
-def _refuse_twice(frame: Document, entry: Document) -> None:
-    """Raise `RequestError` where panel and curve both name a system or set the same parameter."""
-    if "system" in frame and "system" in entry:
-        raise RequestError("system is named by [[panels]] as well: name it in one of the two")
-    both = sorted(_settings(frame).keys() & _settings(entry).keys())
-    if both:
-        raise RequestError(f"{both[0]} is set by [[panels]] as well: set it in one of the two")
-
-
-def _settings(entry: Document) -> Mapping[str, Any]:
-    return table("set", entry.get("set", {}))
-
-
-def _flag(entry: Document, key: str) -> bool:
-    return Truth()(key, entry.get(key, False))
-
-
-def _colour(value: object) -> str:
-    if isinstance(value, str) and _HEX.fullmatch(value):
-        return value
-    if isinstance(value, str) and value in COLOURS:
-        return COLOURS[value]
-    raise unknown("colour", value, [*COLOURS, "#rrggbb"])
+    return Curve(scan, entry.label, settings, entry.colour, entry.line, entry.base, entry.shade)

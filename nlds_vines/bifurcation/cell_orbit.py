@@ -24,12 +24,14 @@ from nlds_vines.orbits.simulation import Beginning, IntegrationError, Orbit, che
 class CellOrbit:
     """The orbit of one start in one cell of a scan.
 
-    Attributes: the `scan`; `begin`, where the orbit begins; `start`, the name of it.
+    Attributes: the `scan`; `begin`, where the orbit begins; `start`, the name of it; the `label`
+    that the archive has for it, empty where none is recorded.
     """
 
     scan: Scan
     begin: Beginning
     start: str
+    label: str = ""
 
     def orbit(self, record: Collection[str] | None = None, quiet: bool = False) -> Orbit:
         """Return the orbit over the periods of the scan, which records what `simulate` can."""
@@ -110,7 +112,8 @@ def cell_orbit(
         begin = _swept(scan, cells, place, lane, begin)
     else:
         begin.state[:4] = own_state(scan, cells[place].reshape(1), place, lane)
-    return CellOrbit(scan, begin, scan.start.names[lane])
+    label = str(archive["label"][(*place, lane)]) if "label" in archive else ""
+    return CellOrbit(scan, begin, scan.start.names[lane], label)
 
 
 def _record(cells: np.ndarray, place: Place) -> Any:

@@ -77,6 +77,12 @@ class Border:
         return known and any(self.periodic)
 
     @property
+    def unfollowed(self) -> list[str]:
+        """The labels before and after whose periodic orbit lies on no branch."""
+        sides = zip((self.before, self.after), self.periodic, (self.left, self.right), strict=True)
+        return [label for label, periodic, walk in sides if periodic and walk is None]
+
+    @property
     def events(self) -> tuple[tuple[str, float], ...]:
         """The special points (kind, value) on it, each once."""
         walks = [walk for walk in (self.left, self.right) if walk is not None]
@@ -92,18 +98,20 @@ class Border:
         """What makes it, in words."""
         if not any(self.periodic):
             return "no periodic orbit on either side"
-        if not self.explained:
+        if not self.explained and not self.unfollowed:
             return "not explained"
         if self.left is not None and self.left.alive and self.left.label == final(self.after):
             if final(self.before) == final(self.after):
                 return "the same orbit: only the way there differs"
             return "the same orbit, stable all the way"
         sides = ((self.before, self.left, "ends"), (self.after, self.right, "begins"))
-        return "; ".join(
+        known = [
             f"{final(label)} {verb}" if not walk.alive else f"{final(label)} is stable beyond it"
             for label, walk, verb in sides
             if walk is not None
-        )
+        ]
+        others = [f"the branch of {final(label)} was not followed" for label in self.unfollowed]
+        return "; ".join(known + others)
 
 
 def borders_of(found: Continued, scan: ArchiveView) -> list[Border]:
@@ -243,12 +251,20 @@ def strays(found: Continued, scan: ArchiveView) -> list[Orbit]:
 def report(found: Continued, scan: ArchiveView, borders: list[Border]) -> Iterator[str]:
     """Yield a page that explains every border of a scan, line by line, as Markdown."""
     name = found.request.along.name
+    if not borders:
+        yield "The regime of the scan is the same in all cells of this interval: no borders."
+        return
     explained = sum(border.explained for border in borders)
     neither = sum(not any(border.periodic) for border in borders)
+    beside = sum(bool(border.unfollowed) for border in borders)
+    missed = f"{beside} beside an orbit whose branch was not followed, " if beside else ""
     yield (
         f"{len(borders)} borders between regimes: {explained} explained, {neither} without a "
-        f"periodic orbit on either side, {len(borders) - explained - neither} not explained."
+        f"periodic orbit on either side, {missed}"
+        f"{len(borders) - explained - neither - beside} not explained."
     )
+    if beside:
+        yield f"`--from {scan.path}` follows the branches of all orbits of the scan."
     yield ""
     rows = [
         [

@@ -32,7 +32,6 @@ from nlds_vines.plotting.style import (
     CM,
     DOT,
     GREY,
-    HUES,
     NAVY,
     axis_label,
     quantity_label,
@@ -44,7 +43,8 @@ _PANEL = 1.27  # of the height of a panel of other diagrams
 _FOOT, _HEAD, _GAP = 1.15 * CM, 0.75 * CM, 0.46 * CM  # inches; a letter stands in the gap
 _STRIP, _MARGIN = 0.42 * CM, 0.15 * CM  # inches: of a strip of regimes, above its names
 _LEGEND, _LINE = 0.65 * CM, 0.43 * CM  # inches from the upper edge to the legend; a line of it
-_MARK, _DOT = 4.0, 0.7  # points
+_MARK, _DOT = 4.0, 1.7  # points: dots are wider than the lines that lie over them
+_PALE = "#8fd0f4"  # of dots: beneath lines and marks, and seen beside them
 _POINT: dict[str, Any] = {
     "linestyle": "none",
     "markersize": _MARK,
@@ -127,7 +127,7 @@ def branch_diagram(
     if scan is not None and scan.axes != (name,):
         raise RequestError(f"{scan.path} varies {', '.join(scan.axes)}, not {name} alone")
     regimes = [] if scan is None or "label" not in scan else _regimes(found, scan)
-    handles = _handles(found, scan is not None)
+    handles = _handles(found, scan is not None, bool(regimes))
     lines = -(-len(handles) // (page.columns + page.beside))
     head = _HEAD + _LINE * lines + _room_above(found, regimes, page)
     panel = _PANEL * page.panel
@@ -161,7 +161,7 @@ def fill_branches(axes: Axes, found: Continued, name: str) -> None:
     _fill(axes, found, name)
     axes.set_xlabel(axis_label(found.request.along.name))
     axes.set_xlim(found.request.along.low, found.request.along.high)
-    axes.legend(handles=_handles(found, False))
+    axes.legend(handles=_handles(found))
 
 
 def _component(found: Continued) -> str:
@@ -204,14 +204,14 @@ def _draw_scan(panel: Axes, found: Continued, scan: ArchiveView, name: str) -> N
     inside = _inside(found, scan)
     values = scan[found.request.along.name][inside]
     if name == _ENERGY and name in scan:
-        states, size = scan[name][inside], 2 * _DOT
+        states = scan[name][inside]
     elif name != _ENERGY and "section" in scan:
         component = list(scan["component"]).index(name)
-        states, size = scan.take("section", component=component)[inside], _DOT
+        states = scan.take("section", component=component)[inside]
     else:
         return
     rows = drawable(states).reshape(len(values), -1)
-    look: dict[str, Any] = {"color": HUES["sky"], "markersize": size, "rasterized": True, **DOT}
+    look: dict[str, Any] = {"color": _PALE, "markersize": _DOT, "rasterized": True, **DOT}
     panel.plot(np.repeat(values, rows.shape[1]), rows.ravel(), zorder=1, **look)
 
 
@@ -265,17 +265,25 @@ def _mark_borders(panel: Axes, found: Continued, scan: ArchiveView) -> None:
     panel.set_ylim(low, high)
 
 
-def _handles(found: Continued, over: bool) -> list[Line2D]:
-    """Return the entries of the legend: curves, marks of the kinds found, the dots of a scan."""
+def _handles(found: Continued, over: bool = False, borders: bool = False) -> list[Line2D]:
+    """Return the entries of the legend: curves, marks of the kinds found, dots, borders of a scan.
+
+    Arguments: what was `found`; whether it lies `over` a scan, and whether `borders` are marked.
+    """
+    curves = (("stable", _STABLE, False), ("unstable", _UNSTABLE, True))
     handles = [
-        Line2D([], [], label="stable", **_STABLE),
-        Line2D([], [], label="unstable", **_UNSTABLE),
+        Line2D([], [], label=label, **look)
+        for label, look, lost in curves
+        if any((branch.stable != lost).any() for branch in found.branches)
     ]
     mark: dict[str, Any] = {"linestyle": "none", "markersize": _MARK, "markeredgewidth": 0}
     kinds = [kind for kind in MARKS if kind in found.special.kind]
     handles += [Line2D([], [], label=f"{k} {WORDS[k]}", **mark, **MARKS[k]) for k in kinds]
     if over:
-        handles.append(Line2D([], [], label="scan", color=HUES["sky"], markersize=3.0, **DOT))
+        handles.append(Line2D([], [], label="scan", color=_PALE, markersize=3.5, **DOT))
+    if borders:
+        tick: dict[str, Any] = {"marker": "|", "linestyle": "none", "markersize": 6}
+        handles.append(Line2D([], [], label="its regime changes", color=GREY, **tick))
     return handles
 
 

@@ -304,7 +304,9 @@ class Continued(Outlined, Drawable):
         """Yield the report, a line at a time."""
         yield self.request.title
         points = len(self.tables["period"])
-        yield f"{len(self.branches)} branches, {points} points, {len(self.special)} special points"
+        counts = (len(self.branches), "branch", "es"), (points, "point", "s")
+        special = (len(self.special), "special point", "s")
+        yield ", ".join(f"{n} {word}{more * (n != 1)}" for n, word, more in (*counts, special))
         for i, branch in enumerate(self.branches):
             yield from self._branch_lines(i, branch)
         for curve in self.curves:

@@ -114,6 +114,19 @@ def bands(values: np.ndarray, labels: np.ndarray) -> list[Band]:
     ]
 
 
+def one_regime(values: np.ndarray, numbers: np.ndarray, labels: np.ndarray) -> list[np.ndarray]:
+    """Return a curve (2, points) that joins no two regimes, and the points (2, count) off it.
+
+    Arguments: abscissae and ordinates (n,); the `labels` (n,), empty where no regime is to be
+    joined.  Neighbours of one label are joined, a NaN stands between the others.
+    """
+    joined = (labels[1:] == labels[:-1]) & (labels[1:] != "")
+    alone = ~(np.append(joined, False) | np.append(False, joined))
+    cuts = np.flatnonzero(~joined) + 1
+    every = np.stack([values, numbers]).astype(float)
+    return [np.insert(every, cuts, np.nan, axis=1), every[:, alone]]
+
+
 def spread(wanted: Sequence[float], gap: float, low: float, high: float) -> np.ndarray:
     """Return places (n,) near the ascending `wanted` ones, at least `gap` apart in [low, high].
 

@@ -1,31 +1,37 @@
-"""Colours of regimes: one for each label, the same in every picture and every run.
+"""Colours of regimes: one for each label, the same in every picture, page and run.
 
-The ramp follows viridis and grows lighter with the period; the single hues are near those of Okabe
-and Ito.  Colour-blind readers tell them apart, and the ramp keeps its order in a grey print.
+The ramp is near viridis and grows lighter with the period, so that it keeps its order in a grey
+print.  Periods, and what is not periodic beside all tints of them, are told apart without red,
+green or blue cones too: their distances in CIELAB are measured by `tests/plotting/test_palette.py`.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from math import inf
+from math import inf, sqrt
 from typing import Any
 
 from nlds_vines.orbits.coexistence import final
 from nlds_vines.orbits.labels import TRANSIENT
-from nlds_vines.plotting.style import GREY, HUES, NO_VALUE
+from nlds_vines.plotting.style import GREY
 
-RAMP = ("#4a6fae", "#2a929a", "#35b779", "#7ad151", "#bddf26", "#fde725")
+RAMP = ("#44559f", "#1c7f9b", "#3fb769", "#88cb52", "#b4ee24", "#fff06e")
 """Colours of T, 2T, 3T, 4T, 5T, and of 6T and longer."""
 
 OTHERS: Mapping[str, str] = {
-    "quasiperiodic": HUES["pink"],
+    "quasiperiodic": "#861657",
     "chaos": "#1a1a1a",
     "transient chaos": "#5a2d0c",
-    "undetermined": NO_VALUE,
+    "undetermined": "#efefef",
     "failed": "#d7191c",
 }
 """Colours of regimes that are not periodic."""
+
+LONG = f"{len(RAMP)}T and longer"
+"""The name of the regimes that share the ramp's last colour."""
+
+_EXAMPLE = f"{len(RAMP)}T,1"  # one of these regimes
 
 COUNTS = ("#f1efe9", "#f6c667", "#e07b39", "#a8324a", "#5b1a4a")
 """Colours of one regime in a cell, two, three ..., and of as many as there are colours or more."""
@@ -44,8 +50,8 @@ PASSED = "\\\\\\\\"
 
 _HATCHES = {HATCHED: "//////"}
 _PERIODIC = re.compile(r"([1-9][0-9]{0,8})?T(?:,([0-9]{1,9}))?")
-_MOST_WHITE = 0.62  # share of white in the colour of a regime without impacts
-_MOST_BLACK = 0.5  # share of black in that of a regime with ever more impacts per period
+_MOST_WHITE = 0.53  # share of white in the colour of a regime without impacts
+_MOST_BLACK = 0.34  # share of black in that of a regime with ever more impacts
 _DARKER = 0.3  # share of black in the colour of a regime that was reached through chaos
 _DARK = 140.0  # luma, of 255, below which writing is white
 _INK = 150.0  # luma that the colour of a dot on white paper has at most
@@ -76,15 +82,33 @@ def colour_of(label: str) -> str:
     """Return the colour of a label, as `#rrggbb`: a function of the label alone.
 
     The period n takes its colour from the ramp; n from 6 on share the last one.  Below that, nT,k
-    with one impact per period has the plain colour; with fewer it is paler, palest without any,
-    with more it is darker.  A regime that was reached through chaos is darker than itself, and
-    pictures hatch it (`patch_look`).
+    with k = n impacts has the plain colour; with fewer it is paler, palest without any, and with
+    more it is darker; the first impact more or less makes the largest step.  A regime that was
+    reached through chaos is darker than itself, and pictures hatch it (`patch_look`).
     """
     label = label.removesuffix(INADMISSIBLE)
     if label.startswith(TRANSIENT):
         return mixed(colour_of(final(label)), "#000000", _DARKER)
     periodic = period_and_impacts(label)
     return _tinted(*periodic) if periodic else OTHERS[_kind(label)]
+
+
+def drawn_as(label: str) -> str:
+    """Return the name under which a label is drawn: labels of the same colour share one."""
+    end = final(label)
+    found = period_and_impacts(end)
+    return label.replace(end, LONG) if found and found[0] >= len(RAMP) else label
+
+
+def example_of(word: str) -> str:
+    """Return a label of the regimes that are drawn under a name."""
+    return word.replace(LONG, _EXAMPLE)
+
+
+def in_order(words: Iterable[str]) -> list[str]:
+    """Return names in the order of a legend: by period, then those that are not periodic."""
+    found = ordered(example_of(word) for word in words)
+    return [word.replace(_EXAMPLE, LONG) for word in found]
 
 
 def colours(labels: Iterable[str]) -> dict[str, str]:
@@ -133,12 +157,12 @@ def _kind(label: str) -> str:
 
 def _tinted(n: int, k: int, white: float = _MOST_WHITE) -> str:
     """Return the colour of nT,k; `white` is the share of white where there are no impacts."""
-    plain, rate = RAMP[min(n, len(RAMP)) - 1], k / n
+    plain = RAMP[min(n, len(RAMP)) - 1]
     if n >= len(RAMP):
         return plain
-    if rate <= 1.0:
-        return mixed(plain, "#ffffff", white * (1.0 - rate))
-    return mixed(plain, "#000000", _MOST_BLACK * (1.0 - 1.0 / rate))
+    if k <= n:
+        return mixed(plain, "#ffffff", white * sqrt(1.0 - k / n))
+    return mixed(plain, "#000000", _MOST_BLACK * (1.0 - 1.0 / (1 + k - n)))
 
 
 def mixed(colour: str, other: str, share: float) -> str:

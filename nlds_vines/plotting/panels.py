@@ -5,15 +5,18 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Sequence
+from math import log10
 from typing import Any
 
 from matplotlib import rcParams
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
 from nlds_vines.plotting.notation import typeset
@@ -25,6 +28,9 @@ MAP_WIDTH = 0.665
 _TITLE_EDGE = 0.15 * CM  # inches between an edge of a figure and its title
 _TITLE_LINE = 0.48 * CM  # inches, height of a line of a title
 _CLAUSE = re.compile(r"(?<=[,;:]) ")  # where a title may be broken
+_LABEL = 0.42 * CM  # inches from the edge of a figure to the foot of labels along it
+_DECADE = 60  # points of a decade below which 2 and 5 have no room between 1 and 10
+_FEWEST = 3  # numbers along a logarithmic axis
 _BAR_GAP, _BAR_WIDTH = 0.02, 0.023  # fractions of the figure's width
 
 
@@ -95,6 +101,12 @@ def write_letters(panels: Sequence[Axes]) -> None:
         axes.annotate(letter(place), (0, 1), (0, 2.5), ha="left", va="bottom", **look)
 
 
+def align_labels(panels: Sequence[Axes], left: float) -> None:
+    """Put the labels of ordinates into one line, near the edge `left` inches beside the panels."""
+    for axes in panels:
+        axes.yaxis.set_label_coords((_LABEL - left) / (size_of(axes)[0] / 72), 0.5)
+
+
 def add_colour_bar(
     figure: Figure, shaded: ScalarMappable, box: Bbox, label: str, **options: Any
 ) -> Colorbar:
@@ -107,6 +119,27 @@ def add_colour_bar(
     bar = figure.colorbar(shaded, cax=axes, **options)
     bar.set_label(label)
     return bar
+
+
+def logarithmic_ticks() -> LogLocator:
+    """Return the rule for ticks at 1, 2, 5, 10, 20, ..."""
+    return LogLocator(subs=(1.0, 2.0, 5.0))
+
+
+def write_out_ticks(axis: Axis) -> None:
+    """Mark 1, 2, 5, 10, ... on a logarithmic axis, or decades alone where there is little room.
+
+    Where that would be fewer than three numbers, all digits of a decade are marked.
+    """
+    low, high = axis.get_view_interval()
+    length = size_of(axis.axes)[axis is axis.axes.yaxis]
+    few = length < _DECADE * log10(high / low)
+    rule = LogLocator() if few else logarithmic_ticks()
+    if sum(low <= value <= high for value in rule.tick_values(low, high)) < _FEWEST:
+        rule = LogLocator(subs=tuple(map(float, range(1, 10))))
+    axis.set_major_locator(rule)
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def size_of(axes: Axes) -> tuple[float, float]:

@@ -154,8 +154,9 @@ def portrait_of(
         if key in changes.get("sampling", {}):
             raise RequestError(f"{changes_from}: {key} beside an archive, which holds it")
     start = f", start {cell.start}" if scan.starts > 1 else ""
+    regime = f"; in the scan: {cell.label}" if cell.label else ""
     usual = {"transient": scan.transient, "periods": scan.periods, "method": scan.method}
-    document = {"title": described(system) + start, "system": system, "sampling": usual}
+    document = {"title": described(system) + start + regime, "system": system, "sampling": usual}
     return replace(load_portrait(document, changes, changes_from), cell=cell)
 
 

@@ -7,14 +7,12 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.collections import QuadMesh
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from nlds_vines.archives.archive import ArchiveView
 from nlds_vines.errors import RequestError
@@ -23,7 +21,14 @@ from nlds_vines.plotting.bands import drawable, evenly_spaced, inner_edges
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import latex_symbol, raised
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.panels import add_colour_bar, add_panel, size_of, write_title
+from nlds_vines.plotting.panels import (
+    add_colour_bar,
+    add_panel,
+    logarithmic_ticks,
+    size_of,
+    write_out_ticks,
+    write_title,
+)
 from nlds_vines.plotting.style import (
     CM,
     NAVY,
@@ -42,7 +47,6 @@ _APART = 0.3  # inches, the least distance of two of them
 _OUTLINE = "#202020"
 _CONTOUR: dict[str, Any] = {"colors": "white", "linewidths": 0.5}
 _WIDE_LEGEND = 200  # points, width of axes above which two entries stand side by side
-_DECADE = 60  # points of a decade below which 2 and 5 have no room between 1 and 10
 _FEW_LINES = 8  # contours where shades are linear
 _OPTIMUM = "optimum_"
 _MARK = "#d7191c"  # a red that neither the shades nor the contours have
@@ -95,10 +99,10 @@ def _draw_curve(axes: Axes, view: ArchiveView, name: str) -> None:
     wide = found[np.isfinite(found)]
     if wide.size and 0 < wide.min() * _WIDE < wide.max():
         axes.set_yscale("log")
-        _write_out_ticks(axes.yaxis)
+        write_out_ticks(axes.yaxis)
     if values.min() > 0 and values.max() > _WIDE * values.min():
         axes.set_xscale("log")
-        _write_out_ticks(axes.xaxis)
+        write_out_ticks(axes.xaxis)
     axes.tick_params(top=True, right=True, which="both")
     axes.set_xlabel(axis_label(name))
     axes.set_ylabel(_objective(view))
@@ -150,7 +154,7 @@ def _refuse_without_surface(view: ArchiveView) -> None:
 def _explain(bar: Colorbar) -> None:
     """Write out the numbers on a bar of logarithmic shades."""
     if isinstance(bar.norm, LogNorm):
-        _write_out_ticks(bar.ax.yaxis)
+        write_out_ticks(bar.ax.yaxis)
 
 
 def _names(view: ArchiveView) -> list[str]:
@@ -180,13 +184,13 @@ def _draw_surface(axes: Axes, view: ArchiveView) -> QuadMesh:
     mesh = axes.pcolormesh(inner_edges(across), inner_edges(up), found, **style)
     levels: Any = _FEW_LINES
     if isinstance(norm, LogNorm):
-        levels = _logarithmic_ticks().tick_values(found.min(), found.max())
+        levels = logarithmic_ticks().tick_values(found.min(), found.max())
     if not evenly_spaced(across):
         axes.set_xscale("log")
-        _write_out_ticks(axes.xaxis)
+        write_out_ticks(axes.xaxis)
     if not evenly_spaced(up):
         axes.set_yscale("log")
-        _write_out_ticks(axes.yaxis)
+        write_out_ticks(axes.yaxis)
     _draw_contours(axes, axes.contour(across, up, found, levels=levels, **_CONTOUR), view)
     return mesh
 
@@ -216,21 +220,6 @@ def _objective(view: ArchiveView) -> str:
     if "E1max" in text:
         return quantity_label("E1max", unit, body=body_of(view.attrs.get("kind")))
     return f"{text} [{raised(unit)}]" if unit != "1" else text
-
-
-def _logarithmic_ticks() -> LogLocator:
-    """Return the rule for ticks at 1, 2, 5, 10, 20, ..."""
-    return LogLocator(subs=(1.0, 2.0, 5.0))
-
-
-def _write_out_ticks(axis: Axis) -> None:
-    """Mark 1, 2, 5, 10, ... on a logarithmic axis, or decades alone where there is little room."""
-    low, high = axis.get_view_interval()
-    length = size_of(axis.axes)[axis is axis.axes.yaxis]
-    few = length < _DECADE * np.log10(high / low)
-    axis.set_major_locator(LogLocator() if few else _logarithmic_ticks())
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
 
 
 def _norm(found: np.ma.MaskedArray) -> Normalize:

@@ -3,18 +3,22 @@
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.collections import PolyCollection, QuadMesh
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
 from PIL import Image
 from support import unfilled
 
 import nlds_vines
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.parts import Block, Parts
+from nlds_vines.bifurcation.picture import dot_panel
 from nlds_vines.bifurcation.picture import drawing as figures
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
@@ -380,7 +384,12 @@ def test_a_map_of_periods_has_the_colours_of_regimes_and_is_pale_where_none_was_
     assert names == ["1", "2", "3", "4", "5", "6 or more"]
 
 
-def test_a_reduction_of_both_signs_has_zero_in_the_middle_and_a_line_there(tmp_path):
+def lightness(mesh, value):
+    """Return how light a value is drawn, from 0 to 1."""
+    return float(np.dot(mesh.cmap(mesh.norm(value))[:3], (0.299, 0.587, 0.114)))
+
+
+def test_a_reduction_of_both_signs_is_white_at_zero_with_a_line_there(tmp_path):
     def fill(name, array):
         if name == "reduction":
             array[...] = np.linspace(-3.0, 0.9, 30)[:, np.newaxis, np.newaxis]
@@ -388,7 +397,12 @@ def test_a_reduction_of_both_signs_has_zero_in_the_middle_and_a_line_there(tmp_p
     path = archive_of(tmp_path / "m.h5", ["energy"], MAP, fill=fill)
     axes, bar = shown(path, "reduction").axes
     mesh = mesh_of(axes)
-    assert mesh.norm(0.0) == 0.5
+    assert isinstance(mesh.norm, Normalize)
+    low, high = mesh.get_clim()
+    assert low == pytest.approx(-3 * high, rel=0.1)  # no side reaches more than three times as far
+    assert lightness(mesh, 0.0) > 0.95
+    assert lightness(mesh, -high) < lightness(mesh, 0.0)
+    assert lightness(mesh, low) < lightness(mesh, high) - 0.3  # the ends are told apart in grey
     assert [line.get_ydata()[0] for line in bar.get_lines()] == [0.0]
 
     def good(name, array):
@@ -401,10 +415,83 @@ def test_a_reduction_of_both_signs_has_zero_in_the_middle_and_a_line_there(tmp_p
     assert not bar.get_lines()
 
 
-def test_exponents_have_zero_in_the_middle_of_their_scale(four):
+def test_exponents_are_white_at_zero(four):
     (mesh,) = shown(four, "lyapunov").axes[0].collections
-    assert mesh.norm(0.0) == 0.5
+    assert lightness(mesh, 0.0) > 0.95
     assert mesh.norm.vmin < 0 < mesh.norm.vmax
+
+
+def test_numbers_that_span_decades_have_shades_by_logarithm_unless_one_says_otherwise(tmp_path):
+    def fill(name, array):
+        if name == "E1max":
+            array[...] = np.geomspace(1.0, 500.0, 30)[:, np.newaxis, np.newaxis]
+        elif name == "E2max":
+            array[...] = np.linspace(2.0, 3.0, 30)[:, np.newaxis, np.newaxis]
+
+    path = archive_of(tmp_path / "m.h5", ["energy"], MAP, fill=fill)
+    for show, norm in (
+        ("E1max", LogNorm), ("log:E1max", LogNorm), ("linear:E1max", Normalize),
+        ("E2max", Normalize), ("log:E2max", LogNorm),
+    ):  # fmt: skip
+        axes, bar = shown(path, show).axes
+        assert type(mesh_of(axes).norm) is norm, show
+        low, high = bar.get_ylim()
+        assert sum(low <= tick <= high for tick in bar.get_yticks()) >= 3
+    with pytest.raises(RequestError, match="unknown show 'E9max'; did you mean"):
+        shown(path, "log:E9max")
+    with pytest.raises(RequestError, match="it takes numbers above 0"):
+        shown(path, "log:reduction")
+
+
+def test_a_curve_joins_no_two_regimes(tmp_path):
+    def fill(name, array):
+        if name == "label":
+            array[...] = "T,1"
+            array[20:30], array[40] = "3T,2", "chaos"
+        elif name == "E1max":
+            array[...] = np.arange(151.0)[:, np.newaxis]
+
+    figure = drawn(archive_of(tmp_path / "m.h5", ["section", "energy", "regime"], fill=fill))
+    (green,) = [axes for axes in figure.axes if axes.get_ylabel().startswith("energy")]
+    curve, dots = green.get_lines()
+    known = np.isfinite(curve.get_ydata())
+    assert np.split(curve.get_ydata(), np.flatnonzero(~known))[0][-1] == 19.0
+    assert (~known).sum() == 4
+    assert dots.get_ydata().tolist() == [40.0]
+
+
+def test_names_that_would_stand_far_from_their_bands_are_in_the_legend(tmp_path):
+    def fill(name, array):
+        if name == "label":
+            array[...] = "T,1"
+            array[20:50, 0] = [f"{2 + n % 4}T,{n}" for n in range(30)]
+
+    figure = drawn(archive_of(tmp_path / "m.h5", ["section", "regime"], fill=fill))
+    (strip,) = strips(figure)
+    named, rest = set(texts(strip)), set(legend_of(figure.axes[-2]) or legend_of(figure.axes[-1]))
+    assert not named & rest
+    assert {"T,1"} < named
+    assert any(word.startswith("and ") for word in rest)
+
+
+def test_dots_that_cover_a_panel_many_times_shine_through():
+    few, many = (dots_of(count) for count in (100, 20000))
+    assert few.get_alpha() is None
+    assert 0 < many.get_alpha() < 0.5
+    assert few.get_markersize() > many.get_markersize()
+
+
+def dots_of(cells):
+    """Return the dots of a slice with so many cells and 40 states in each."""
+    axes = Figure(figsize=(6, 2)).add_axes((0.1, 0.1, 0.8, 0.8))
+    quantity = SimpleNamespace(dataset="section", single=False)
+    cut = SimpleNamespace(
+        values=np.linspace(5, 8, cells),
+        starts=["rest"],
+        of=lambda _: np.zeros((cells, 1, 40)),
+    )
+    dot_panel._draw_dots(axes, cut, quantity)
+    return axes.get_lines()[0]
 
 
 def test_long_periods_share_a_name_on_a_map(tmp_path):
@@ -425,7 +512,9 @@ def test_a_few_values_are_no_map_but_have_curves_and_panels_of_their_own(tmp_pat
     one, other, energy = figure.axes[:3]
     assert one.get_ylabel() == other.get_ylabel() == "damper $x_2$ [m]"
     assert one.get_ylim() == other.get_ylim()
-    assert [line.get_xdata().size for line in energy.get_lines()] == [61, 61]
+    for curve, dots in zip(energy.get_lines()[::2], energy.get_lines()[1::2], strict=True):
+        found = {*curve.get_xdata()[np.isfinite(curve.get_xdata())], *dots.get_xdata()}
+        assert found == set(np.linspace(5.0, 8.0, 61))
     assert "$P=600$ N" in legend_of(energy)
     assert "$P=800$ N" in legend_of(energy)
     assert [texts(strip)[-1] for strip in strips(figure)] == ["$P=600$ N", "$P=800$ N"]

@@ -26,13 +26,21 @@ from nlds_vines.bifurcation.picture.map_cells import (
     label_axes,
     map_panel,
 )
-from nlds_vines.bifurcation.picture.regime_map import drawn_as, example_of, in_order
 from nlds_vines.bifurcation.picture.region_names import name_regions
 from nlds_vines.errors import RequestError
 from nlds_vines.model.parameters import INITIAL, component_of
 from nlds_vines.plotting.bands import inner_edges
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.palette import HATCHED, OTHERS, colour_of, mixed, patch_look
+from nlds_vines.plotting.palette import (
+    HATCHED,
+    OTHERS,
+    colour_of,
+    drawn_as,
+    example_of,
+    in_order,
+    mixed,
+    patch_look,
+)
 from nlds_vines.plotting.panels import write_letters, write_title
 from nlds_vines.plotting.style import CM, axis_label
 

@@ -17,6 +17,9 @@ REGIMES, COEXISTING, SHARES, SHARE = "regimes", "coexisting", "shares", "share:"
 BASINS = "basins"
 """The choices beside numbers; `SHARE` is followed by a label, as in `share:T,0`."""
 
+LOG, LINEAR = WAYS = "log:", "linear:"
+"""What may stand before a number of a map, to choose how it becomes shades: `log:E1max`."""
+
 NUMBERS = drawn_in(MAPS)
 """The numbers that a map shows by default, the first that is recorded; any other on request."""
 
@@ -40,6 +43,12 @@ def usual_show(known: Mapping[str, Quantity], labelled: bool) -> str | None:
     if labelled:
         return REGIMES
     return next((name for name in NUMBERS if name in known), None)
+
+
+def way_and_number(show: str) -> tuple[str, str]:
+    """Return the one of `WAYS` that a number follows, empty for none, and the number's name."""
+    way = next((word for word in WAYS if show.startswith(word)), "")
+    return way, show.removeprefix(way)
 
 
 def rows_of(show: str, known: Mapping[str, Quantity]) -> list[str]:
@@ -85,8 +94,10 @@ def check_show(
     if (is_share or show in _OF_SEVERAL_STARTS) and starts < 2:
         raise RequestError(f"show = {show!r} needs several starts: random:N or both")
     numbers = [name for name, quantity in known.items() if quantity.single]
-    if not (is_share or show in (REGIMES, *_OF_SEVERAL_STARTS, *numbers)):
-        raise _not_recorded(show, [REGIMES, *_OF_SEVERAL_STARTS, f"{SHARE}LABEL", *numbers])
+    way, name = way_and_number(show)
+    if not (is_share or show in (REGIMES, *_OF_SEVERAL_STARTS) or name in numbers):
+        others = [] if way else [REGIMES, *_OF_SEVERAL_STARTS, f"{SHARE}LABEL"]
+        raise _not_recorded(name, [*others, *numbers])
 
 
 def _not_recorded(show: str, known: Sequence[str]) -> RequestError:

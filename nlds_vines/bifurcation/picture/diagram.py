@@ -31,7 +31,13 @@ from nlds_vines.model.quantity import BELOW, CURVES
 from nlds_vines.plotting.bands import edges
 from nlds_vines.plotting.chosen_panels import several_panels
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
-from nlds_vines.plotting.panels import add_panel, size_of, write_letters, write_title
+from nlds_vines.plotting.panels import (
+    add_panel,
+    align_labels,
+    size_of,
+    write_letters,
+    write_title,
+)
 from nlds_vines.plotting.style import CM, axis_label
 
 _SPEED = "impact_speed"
@@ -67,9 +73,10 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
     tiers = _tiers(cuts, rows, known, page)
     if not tiers:
         raise RequestError(f"{view.path} holds only {', '.join(view.names)}: nothing to draw")
-    handles = [*legend_of_panel(cuts, rows), *legend_of_strips(cuts)]
+    handles = [*legend_of_panel(cuts, rows), *legend_of_strips(cuts, page)]
     figure, axes = _frames(tiers, page, len(handles))
     panels = _draw_tiers(tiers, axes, cuts[0]) or axes
+    align_labels([panel for panel in panels if panel.get_ylabel() and panel in axes], page.left)
     if show is None and _ENERGY in known and _has_overlay(cuts, rows, known):
         overlay_energy(panels[0], cuts[0], known[_ENERGY])
     if handles:

@@ -17,8 +17,10 @@ from nlds_vines.bifurcation.picture.start_looks import Look, looks_of
 from nlds_vines.bifurcation.picture.waterfall import WATERFALL, draw_waterfall
 from nlds_vines.model.quantities import QUANTITIES, scale_of
 from nlds_vines.model.quantity import ERROR
-from nlds_vines.plotting.bands import bands, logarithmic
-from nlds_vines.plotting.palette import PASSED
+from nlds_vines.orbits.coexistence import final
+from nlds_vines.plotting.bands import bands, logarithmic, one_regime
+from nlds_vines.plotting.palette import PASSED, period_and_impacts
+from nlds_vines.plotting.panels import size_of
 from nlds_vines.plotting.style import DOT, GREEN, GREY, ROUND_OFF, SHADES
 
 _WIDTHS = {entry.name: entry.width for entry in QUANTITIES if entry.width}
@@ -26,7 +28,9 @@ _WIDTHS = {entry.name: entry.width for entry in QUANTITIES if entry.width}
 PASSES = "passes the limit"
 """What a legend says of hatched cells and crossed marks."""
 
-_SECTION_DOT, _NUMBER_DOT, _EXPONENT_DOT, _LEGEND_DOT = 0.75, 2.0, 1.4, 3.0  # points
+_SECTION_DOTS, _NUMBER_DOTS = (0.75, 1.5), (1.3, 2.0)  # points, of many columns and of few
+_EXPONENT_DOT, _LEGEND_DOT = 1.4, 3.0  # points
+_COVERED, _FAINTEST = 3.0, 0.04  # times that opaque dots may cover a panel; opacity of others
 _HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": "#d0a0a0", "linewidth": 0}
 _CROSSES = 40  # along a curve, at most: more of them hide it
 _CROSS: dict[str, Any] = {"marker": "x", "linestyle": "none", "markeredgewidth": 0.7}
@@ -81,11 +85,27 @@ def curve_colours(count: int) -> list[Any]:
 def overlay_energy(panel: Axes, cut: Slice, energy: Quantity) -> None:
     """Draw the structure's maximum energy over a panel, on an axis of its own."""
     axes = panel.twinx()
-    axes.plot(cut.values, cut.of(energy)[:, 0, 0], color=GREEN, linewidth=0.9)
+    _draw_curve(axes, cut, cut.of(energy)[:, 0, 0], GREEN, 0.9)
     axes.set_ylim(bottom=0)
     axes.set_ylabel(energy.label, color=GREEN)
     axes.tick_params(axis="y", colors=GREEN)
     axes.spines["right"].set_color(GREEN)
+
+
+def _draw_curve(axes: Axes, cut: Slice, found: np.ndarray, colour: Any, width: float) -> None:
+    """Draw a number (cells,) of the first start: a curve within a regime, dots between others.
+
+    Orbits that are not periodic are dots as well.  Without labels all are joined.
+    """
+    labels = cut.labels()
+    if labels is None:
+        axes.plot(cut.values, found, color=colour, linewidth=width)
+        return
+    ends = np.array([final(str(label)) for label in labels[:, 0]])
+    periodic = np.array([period_and_impacts(end) is not None for end in ends])
+    curve, alone = one_regime(cut.values, found, np.where(periodic, ends, ""))
+    axes.plot(*curve, color=colour, linewidth=width)
+    axes.plot(*alone, color=colour, markersize=1.3 * width, **DOT)
 
 
 def _dots_of(cut: Slice, look: Look, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -96,15 +116,26 @@ def _dots_of(cut: Slice, look: Look, found: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
-    """Draw orbits as unconnected dots, those of one attractor in one colour."""
+    """Draw orbits as unconnected dots, those of one attractor in one colour.
+
+    Few columns have larger dots.  Where dots cover the panel more than once, they let others shine
+    through, so that chaos shows how often it is where; periodic orbits fall on themselves.
+    """
     found = cut.of(quantity)
     if scale_of(quantity.dataset) == ERROR:
         found = np.maximum(found, ROUND_OFF)
         panel.set_yscale("log")
-    size = _NUMBER_DOT if quantity.single else _SECTION_DOT
+    wide, tall = size_of(panel)
+    least, widest = _NUMBER_DOTS if quantity.single else _SECTION_DOTS
+    size = min(max(wide / cut.values.size, least), widest)
+    dots = found.shape[1] * found.shape[2] * cut.values.size
+    covered = dots * size**2 / (wide * tall)
+    style: dict[str, Any] = {"markersize": size, "rasterized": True, **DOT}
+    if not quantity.single and covered > _COVERED:
+        style["alpha"] = max(_COVERED / covered, _FAINTEST)
     for look in looks_of(cut, found if quantity.single else None):
         across, up = _dots_of(cut, look, found)
-        panel.plot(across, up, color=look.colour, rasterized=True, markersize=size, **DOT)
+        panel.plot(across, up, color=look.colour, **style)
 
 
 def _draw_exponent(panel: Axes, cut: Slice, quantity: Quantity, half: Quantity | None) -> None:
@@ -137,8 +168,11 @@ def _draw_curves(panel: Axes, cuts: Sequence[Slice], quantity: Quantity) -> None
     for cut, colour in zip(cuts, curve_colours(len(cuts)), strict=True):
         found = cut.of(quantity)
         many = found.shape[1] * found.shape[2]
-        style: dict[str, Any] = {"linewidth": 1.0} if many == 1 else {**DOT, "markersize": 1.4}
-        panel.plot(np.repeat(cut.values, many), found.ravel(), color=colour, **style)
+        if many == 1:
+            _draw_curve(panel, cut, found[:, 0, 0], colour, 1.0)
+        else:
+            across = np.repeat(cut.values, many)
+            panel.plot(across, found.ravel(), color=colour, markersize=1.4, **DOT)
         cells, starts = np.nonzero(_thinned(cut.violated()))
         if cells.size:
             up = found[cells, starts, 0]

@@ -15,39 +15,45 @@ from matplotlib.colors import (
     ListedColormap,
     LogNorm,
     Normalize,
-    TwoSlopeNorm,
 )
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
 from nlds_vines.archives.archive import ArchiveView
+from nlds_vines.bifurcation.picture.choices import LOG, way_and_number
 from nlds_vines.bifurcation.picture.dot_panel import PASSES
 from nlds_vines.bifurcation.picture.map_cells import fill_cells, hatch_cells, single_map
 from nlds_vines.bifurcation.picture.ordinates import quantities_in
 from nlds_vines.bifurcation.picture.scan_slice import violated_in
+from nlds_vines.errors import RequestError
 from nlds_vines.model.quantities import scale_of
 from nlds_vines.model.quantity import ERROR, PERIOD, SIGNED, WAIT
 from nlds_vines.plotting.page import TWO_COLUMNS, Page
 from nlds_vines.plotting.palette import OTHERS, PASSED, RAMP
-from nlds_vines.plotting.panels import add_colour_bar
+from nlds_vines.plotting.panels import add_colour_bar, write_out_ticks
 from nlds_vines.plotting.style import NO_VALUE, ROUND_OFF, SHADES
 
 _TWO_SIDED = "PuOr_r"  # matplotlib's name of shades with a zero in their middle; colour-blind-safe
 _EXTREME = 0.5  # per cent of the cells at either end that do not stretch a two-sided scale
 _NARROWEST = 1e-12  # least reach of a two-sided scale to either side
+_UNEVEN = 3.0  # how much farther one side of it may reach than the other: colours have equal steps
+_LIGHTER = 0.36  # of the shades above zero: their end is lighter than that below, in grey as well
+_WIDE = 8.0  # ratio of the largest to a small value from which shades are logarithmic by themselves
 _SETTLED_LATE = 10.0  # forcing periods, least upper end of the scale of settling times
 _NONE = "none found"
 
 
-def draw_number(view: ArchiveView, name: str, page: Page = TWO_COLUMNS) -> Figure:
+def draw_number(view: ArchiveView, show: str, page: Page = TWO_COLUMNS) -> Figure:
     """Return a map of a recorded number, as `fill_number` draws it, with its bar."""
     figure, axes = single_map(view, page)
-    mesh, label, extend = fill_number(axes, view, name)
+    mesh, label, extend = fill_number(axes, view, show)
     bar = add_colour_bar(figure, mesh, axes.get_position(), label, extend=extend)
-    if scale_of(name) == PERIOD:
+    if scale_of(way_and_number(show)[1]) == PERIOD:
         _name_periods(bar.ax)
-    elif not isinstance(mesh.norm, LogNorm):
+    elif isinstance(mesh.norm, LogNorm):
+        write_out_ticks(bar.ax.yaxis)
+    else:
         bar.ax.yaxis.set_minor_formatter(NullFormatter())
     low, high = mesh.get_clim()
     if low is not None and high is not None and low < 0.0 < high:
@@ -55,21 +61,23 @@ def draw_number(view: ArchiveView, name: str, page: Page = TWO_COLUMNS) -> Figur
     return figure
 
 
-def fill_number(axes: Axes, view: ArchiveView, name: str) -> tuple[QuadMesh, str, str]:
+def fill_number(axes: Axes, view: ArchiveView, show: str) -> tuple[QuadMesh, str, str]:
     """Fill cells by a recorded number: of several starts the largest, grey where there is none.
 
+    Arguments: axes; the archive; what to `show`, a number that may follow one of `choices.WAYS`.
     A number of both signs has two-sided shades around zero.  On a map of settling times, cells in
     which a start did not settle are black.  Hatched are cells in which the limit is passed.
 
     Returns the mesh, and label and ends (`extend`) of its bar.
     """
+    way, name = way_and_number(show)
     quantity = quantities_in(view)[name]
     values = _largest(quantity.of(view)[..., 0])
     unsettled = np.zeros(values.shape, dtype=bool)
     if scale_of(name) == WAIT:
         unsettled |= (view[name] < 0).any(axis=-1)
     shown = np.ma.masked_where(unsettled | ~np.isfinite(values), values)
-    shades, norm = _scale(quantity.dataset, shown)
+    shades, norm = _scale(quantity.dataset, shown, way)
     mesh = fill_cells(axes, view, shown, cmap=shades.with_extremes(bad=NO_VALUE), norm=norm)
     marks: list[Any] = [_blacken(axes, view, unsettled)] if unsettled.any() else []
     if np.any(~np.isfinite(values) & ~unsettled):
@@ -81,7 +89,7 @@ def fill_number(axes: Axes, view: ArchiveView, name: str) -> tuple[QuadMesh, str
         look: dict[str, Any] = {"borderaxespad": 0.2, "handlelength": 1.2, "ncols": len(marks)}
         axes.legend(handles=marks, loc="lower right", bbox_to_anchor=(1.0, 1.0), **look)
     several = f", largest of {view['start'].size} starts" if view["start"].size > 1 else ""
-    return mesh, quantity.label + several, "both" if isinstance(norm, TwoSlopeNorm) else "neither"
+    return mesh, quantity.label + several, _extend(shown, norm)
 
 
 def _largest(values: np.ndarray) -> np.ndarray:
@@ -90,8 +98,11 @@ def _largest(values: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(found), found, np.nan)
 
 
-def _scale(name: str, shown: np.ma.MaskedArray) -> tuple[Colormap, Normalize]:
-    """Return how values become shades: settling and errors by logarithm, signed ones around 0."""
+def _scale(name: str, shown: np.ma.MaskedArray, way: str) -> tuple[Colormap, Normalize]:
+    """Return how values become shades: settling and errors by logarithm, signed ones around 0.
+
+    Others become shades by logarithm where they span decades; `way`, one of `WAYS`, decides.
+    """
     values, plain, scale = shown.compressed(), matplotlib.colormaps[SHADES], scale_of(name)
     if scale == PERIOD:
         return ListedColormap(list(RAMP)), BoundaryNorm(
@@ -105,19 +116,41 @@ def _scale(name: str, shown: np.ma.MaskedArray) -> tuple[Colormap, Normalize]:
     if scale == WAIT:
         return plain, LogNorm(1, max(_SETTLED_LATE, values.max(initial=0.0)), clip=True)
     low, high = values.min(initial=0.0), values.max(initial=0.0)
-    if values.size and (scale == SIGNED or low < 0.0 < high):
+    small = np.percentile(values, _EXTREME) if values.size else 0.0
+    if way == LOG and not 0.0 < small < high:
+        raise RequestError(f"show = '{LOG}{name}': it takes numbers above 0 that differ")
+    signed = scale == SIGNED or low < 0.0 < high
+    if way == LOG or (not way and not signed and 0.0 < small * _WIDE < high):
+        return plain, LogNorm(small, high)
+    if values.size and signed:
         return _around_zero(values)
     return plain, Normalize()
 
 
+def _extend(shown: np.ma.MaskedArray, norm: Normalize) -> str:
+    """Return at which ends of a scale there are values beyond it, as colour bars call them."""
+    if norm.vmin is None or norm.vmax is None or norm.clip or not shown.count():
+        return "neither"
+    beyond = bool(shown.min() < norm.vmin), bool(shown.max() > norm.vmax)
+    return {(True, True): "both", (True, False): "min", (False, True): "max"}.get(beyond, "neither")
+
+
 def _around_zero(values: np.ndarray) -> tuple[Colormap, Normalize]:
-    """Return two-sided shades whose middle is zero; of one sign alone, that half of them."""
+    """Return two-sided shades whose middle is zero; of one sign alone, that half of them.
+
+    A step of the number is the same step of colour on either side.  What lies beyond either end of
+    the scale has the colour of that end.
+    """
     two_sided = matplotlib.colormaps[_TWO_SIDED]
     low, high = np.percentile(values, [_EXTREME, 100 - _EXTREME])
     if low < 0.0 < high:
-        return two_sided, TwoSlopeNorm(0.0, min(low, -_NARROWEST), max(high, _NARROWEST))
-    ends = (0.5, 1.0) if high > 0.0 else (0.0, 0.5)
-    half = LinearSegmentedColormap.from_list("half", two_sided(np.linspace(*ends, 256)))
+        reach = max(min(max(-low, high), _UNEVEN * min(-low, high)), _NARROWEST)
+        ends = max(low, -reach), min(high, reach)
+        part = np.linspace(*ends, 256) / reach
+        places = 0.5 + np.where(part < 0.0, 0.5, _LIGHTER) * part
+        return LinearSegmentedColormap.from_list("signed", two_sided(places)), Normalize(*ends)
+    shades = np.linspace(0.5, 1.0, 256) if high > 0.0 else np.linspace(0.0, 0.5, 256)
+    half = LinearSegmentedColormap.from_list("half", two_sided(shades))
     return half, Normalize(min(low, 0.0), max(high, 0.0) or _NARROWEST)
 
 

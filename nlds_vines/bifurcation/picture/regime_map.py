@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -39,13 +39,13 @@ from nlds_vines.plotting.palette import (
     HATCHED,
     OTHERS,
     PASSED,
-    RAMP,
     THROUGH_CHAOS,
     colour_of,
+    drawn_as,
+    example_of,
     hatch_of,
-    ordered,
+    in_order,
     patch_look,
-    period_and_impacts,
     short,
 )
 from nlds_vines.plotting.panels import write_letters, write_title
@@ -54,8 +54,6 @@ from nlds_vines.plotting.style import CM, FLAGGED, GREY
 _GAP = 0.55 * CM  # inches between two maps
 _LINE = 0.42 * CM  # inches, height of a name in a legend
 _MOST_BELOW = 12  # names in a legend below a map
-LONG = f"{len(RAMP)}T and longer"  # the name of the regimes that share the ramp's last colour
-_EXAMPLE = f"{len(RAMP)}T,1"  # one of these regimes
 _CHAOTIC = "reached through chaos"
 
 
@@ -218,21 +216,3 @@ def _fill_classes(
     classes = np.vectorize(number.__getitem__, otypes=[np.int64])(names)
     norm = BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words))
     fill_cells(axes, view, classes, cmap=ListedColormap(list(shades)), norm=norm)
-
-
-def drawn_as(label: str) -> str:
-    """Return the name under which a label is drawn: labels of the same colour share one."""
-    end = final(label)
-    found = period_and_impacts(end)
-    return label.replace(end, LONG) if found and found[0] >= len(RAMP) else label
-
-
-def example_of(word: str) -> str:
-    """Return a label of the regimes that are drawn under a name."""
-    return word.replace(LONG, _EXAMPLE)
-
-
-def in_order(words: Iterable[str]) -> list[str]:
-    """Return names in the order of a legend: by period, then those that are not periodic."""
-    found = ordered(example_of(word) for word in words)
-    return [word.replace(_EXAMPLE, LONG) for word in found]

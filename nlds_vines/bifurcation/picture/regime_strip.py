@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ _PITCH = 1.25 * _SIZE  # pt from one upright name to the next
 _PADDING = 3  # pt on either side of a name inside its band
 _NARROWEST = 0.5  # pt, least width of a band that is named: a narrower one is invisible
 _LINES = 14  # pt between the strip and the names above it
+_FARTHEST = 45  # pt between a name and the band that it names
 _TALLEST = 96  # pt, of a name above a strip for which room is made
 
 
@@ -31,7 +33,8 @@ class Strip:
     """Where the names of a strip stand: inside their bands, or upright above it.
 
     A name stands in its band where it fits.  A regime whose name fits into none of its bands is
-    named once, above the widest of them; its other bands are known by their colour.
+    named once, above the widest of them; its other bands are known by their colour.  Where names
+    would stand far from their bands, the narrowest are `left_out`, for a legend.
 
     Arguments: the bands; the `ends` of the axis; `points`, its width; whether it is logarithmic,
     and whether names may stand `inside`.
@@ -51,7 +54,8 @@ class Strip:
         self.inside = [band for band, fitting in zip(found, fits, strict=True) if fitting]
         named = {band.label for band in self.inside}
         beside = [band for band in found if band.label not in named and self._wide(band)]
-        self.above = list({b.label: b for b in sorted(beside, key=self._extent)}.values())
+        widest = list({b.label: b for b in sorted(beside, key=self._extent)}.values())
+        self.above, self.left_out = self._near(sorted(widest, key=lambda band: band.centre))
 
     def place(self, value: float) -> float:
         """Return where a value stands, as a fraction of the axis."""
@@ -68,6 +72,34 @@ class Strip:
     def pitch(self) -> float:
         """The distance of names above, as a fraction of the axis."""
         return _PITCH / self._points
+
+    def _near(self, found: list[Band]) -> tuple[list[Band], list[str]]:
+        """Return the bands whose names find room near them, and the labels of all others.
+
+        Of too many for the axis, or for their places, the narrowest are left out.
+        """
+        out: list[str] = []
+        while found and self._farthest(found) > _FARTHEST:
+            narrowest = min(found, key=self._extent)
+            found = [band for band in found if band is not narrowest]
+            out.append(narrowest.label)
+        return found, out
+
+    def _farthest(self, found: Sequence[Band]) -> float:
+        """Return the largest distance in points of a name from its band; infinite without room."""
+        if len(found) * self.pitch > 1.0:
+            return inf
+        centres = np.array([self.middle(band) for band in found])
+        return float(np.abs(self.places(found) - centres).max()) * self._points
+
+    def places(self, found: Sequence[Band]) -> np.ndarray:
+        """Return where the names of bands stand, from the left, as fractions of the axis."""
+        centres = [self.middle(band) for band in found]
+        return spread(centres, self.pitch, self.pitch / 2, 1.0 - self.pitch / 2)
+
+    def middle(self, band: Band) -> float:
+        """Return the middle of a band, as a fraction of the axis."""
+        return (self.place(band.low) + self.place(band.high)) / 2
 
     def _extent(self, band: Band) -> float:
         return self._points * (self.place(band.high) - self.place(band.low))
@@ -150,7 +182,7 @@ def _fill(axes: Axes, band: Band, colour: str, bottom: float, height: float) -> 
 
 def _name_inside(axes: Axes, strip: Strip, band: Band, colour: str) -> None:
     """Write the name of a band into its middle, on a ground of its own where it is hatched."""
-    middle = (strip.place(band.low) + strip.place(band.high)) / 2
+    middle = strip.middle(band)
     look: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": _SIZE}
     if hatch_of(band.label):
         look["bbox"] = {"facecolor": colour, "edgecolor": "none", "pad": 1.0}
@@ -159,17 +191,10 @@ def _name_inside(axes: Axes, strip: Strip, band: Band, colour: str) -> None:
 
 
 def _name_above(axes: Axes, strip: Strip) -> None:
-    """Write names upright above the strip, side by side, each joined to its band by a line.
-
-    Where there is no room for all, the widest bands are named.
-    """
-    room = int(1.0 / strip.pitch)
-    widest = sorted(strip.above, key=lambda band: -band.width)[:room]
-    chosen = sorted(widest, key=lambda band: band.centre)
-    centres = [(strip.place(band.low) + strip.place(band.high)) / 2 for band in chosen]
-    places = spread(centres, strip.pitch, strip.pitch / 2, 1.0 - strip.pitch / 2)
+    """Write names upright above the strip, side by side, each joined to its band by a line."""
     height = size_of(axes)[1]
-    for band, centre, place in zip(chosen, centres, places, strict=True):
+    for band, place in zip(strip.above, strip.places(strip.above), strict=True):
+        centre = strip.middle(band)
         heights = [1.0, *(1.0 + share * _LINES / height for share in (0.2, 0.8, 0.95))]
         look: dict[str, Any] = {"transform": axes.transAxes, "clip_on": False}
         axes.plot([centre, centre, place, place], heights, color="#555555", linewidth=0.4, **look)

@@ -25,12 +25,22 @@ from nlds_vines.bifurcation.picture.scan_slice import Slice
 from nlds_vines.orbits.coexistence import CHAOS
 from nlds_vines.plotting.bands import Band, bands, edges, logarithmic
 from nlds_vines.plotting.page import Page
-from nlds_vines.plotting.palette import OTHERS, colours
+from nlds_vines.plotting.palette import (
+    OTHERS,
+    colour_of,
+    colours,
+    drawn_as,
+    example_of,
+    in_order,
+    patch_look,
+    short,
+)
 from nlds_vines.plotting.style import CM, FLAG_COLOUR, FLAGGED
 
 MOST_STRIPS = 2
 """The most starts with a strip of their own; more are stacked in one."""
 
+_MOST_LEFT_OUT = 11  # entries of a legend for regimes that no strip names
 _HELD_WIDTH = 0.4  # of a strip: the room for the value at which another parameter is held
 
 _STRIP, _STACK, _MARGIN, _HELD = 0.42 * CM, 0.75 * CM, 0.18 * CM, 0.45 * CM  # inches
@@ -60,8 +70,8 @@ def strips_of(cut: Slice, page: Page) -> list[Tier]:
         return [Tier(held, 0.0, partial(_write_held, cut=cut))] if held else []
     stacked = len(cut.starts) > MOST_STRIPS
     found = []
-    for start in range(1 if stacked else len(cut.starts)):
-        names, beside = _names(cut, labels, start, page)
+    for start in range(_count(cut)):
+        names, beside = _names(_strip(cut, labels, start, page))
         lift = 0.0 if beside or start else names
         room = max(names, lift + (0.0 if start else held)) + _MARGIN
         draw = partial(draw_strip_of, cut=cut, start=start, lift=72 * lift)
@@ -92,8 +102,8 @@ def draw_strip_of(axes: Axes, cut: Slice, start: int = 0, lift: float = 0.0) -> 
         _write_held(axes, cut, lift)
 
 
-def legend_of_strips(cuts: Sequence[Slice]) -> list[Any]:
-    """Return entries of a legend: flags, if there are any; how long chaos was watched."""
+def legend_of_strips(cuts: Sequence[Slice], page: Page) -> list[Any]:
+    """Return entries of a legend: flags; how long chaos was watched; what no strip names."""
     found: list[Any] = []
     shown = [cut for cut in cuts if cut.labels() is not None]
     if any(cut.flagged()[:, :MOST_STRIPS].any() for cut in shown if _has_flags(cut)):
@@ -103,6 +113,13 @@ def legend_of_strips(cuts: Sequence[Slice]) -> list[Any]:
     if not several and any(np.any(cut.labels() == CHAOS) for cut in shown):
         text = in_legend(CHAOS, shown[0].view)
         found.append(Patch(facecolor=OTHERS[CHAOS], label=text))
+    out = [word for cut in shown for strip in _strips(cut, page) for word in strip.left_out]
+    words = in_order({drawn_as(word) for word in out})
+    for word in words[:_MOST_LEFT_OUT]:
+        label = example_of(word)
+        found.append(Patch(label=short(word), **patch_look(label, colour_of(label))))
+    if len(words) > _MOST_LEFT_OUT:
+        found.append(Patch(color="none", label=f"and {len(words) - _MOST_LEFT_OUT} more"))
     return found
 
 
@@ -114,13 +131,29 @@ def _bands(cut: Slice, labels: np.ndarray, start: int) -> list[Band]:
     return bands(cut.values, labels[:, start])
 
 
-def _names(cut: Slice, labels: np.ndarray, start: int, page: Page) -> tuple[float, bool]:
-    """Return the height in inches of the names above a strip, and whether its left end is free."""
+def _strips(cut: Slice, page: Page) -> list[Strip]:
+    """Return the strips of a slice that has labels."""
+    labels = cut.marked_labels()
+    assert labels is not None
+    return [_strip(cut, labels, start, page) for start in range(_count(cut))]
+
+
+def _count(cut: Slice) -> int:
+    """Return how many strips a slice has."""
+    return len(cut.starts) if len(cut.starts) <= MOST_STRIPS else 1
+
+
+def _strip(cut: Slice, labels: np.ndarray, start: int, page: Page) -> Strip:
+    """Return where the names of a strip stand: of one start, or of the stack of many."""
     low, high = edges(cut.values)[[0, -1]]
     stacked = len(cut.starts) > MOST_STRIPS
     found = stack_room(cut.values, labels) if stacked else _bands(cut, labels, start)
     ends, log = (float(low), float(high)), logarithmic(cut.values)
-    strip = Strip(found, ends, 72 * page.across, log, inside=not stacked)
+    return Strip(found, ends, 72 * page.across, log, inside=not stacked)
+
+
+def _names(strip: Strip) -> tuple[float, bool]:
+    """Return the height in inches of the names above a strip, and whether its left end is free."""
     beside = all(strip.place(band.low) > _HELD_WIDTH for band in strip.above)
     return strip.room / 72, beside
 

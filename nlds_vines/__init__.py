@@ -5,14 +5,16 @@
     orbit = nv.simulate(system, periods=100)
     nv.scan("scan.toml", to="scan.h5")
 
-Everything is loaded when it is first used, so that asking for help costs nothing.  The types of the
-public names stand in `__init__.pyi`.
+Everything is loaded when it is first used, so that asking for help costs nothing.  The public names
+stand in `__init__.pyi`, which tells their types as well.
 """
 
 from __future__ import annotations
 
+import re
 import sys
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from nlds_vines.errors import renamed
@@ -23,64 +25,30 @@ if sys.platform == "win32":  # which has neither fcntl nor resource nor SIGUSR1
         "nlds_vines runs on Linux: on Windows, install it within WSL, which is one"
     )
 
-_HOMES = {
-    "RequestError": "errors",
-    "System": "model.system",
-    "load_system": "model.catalogue",
-    "slow_manifold": "model.slow_manifold",
-    "SlowManifold": "model.slow_manifold",
-    "Scan": "bifurcation.request",
-    "load_scan": "bifurcation.request_file",
-    "Orbit": "orbits.simulation",
-    "IntegrationError": "orbits.simulation",
-    "simulate": "orbits.simulation",
-    "Regime": "orbits.classification",
-    "classify": "orbits.classification",
-    "scan": "bifurcation.command",
-    "orbit_of": "bifurcation.cell_orbit",
-    "plot": "upkeep.plot",
-    "ScanArchive": "bifurcation.result",
-    "curves": "bifurcation.response_curves.command",
-    "ResponseCurves": "bifurcation.response_curves.result",
-    "Tuned": "tuning.result",
-    "Tuning": "tuning.request",
-    "load_tuning": "tuning.request_file",
-    "tune": "tuning.command",
-    "Continued": "continuation.result",
-    "Continuation": "continuation.request",
-    "follow": "continuation.command",
-    "load_continuation": "continuation.request_file",
-    "portray": "portrait.command",
-    "decay": "loads.command",
-    "Decay": "loads.request",
-    "Decays": "loads.result",
-    "load_decay": "loads.request_file",
-    "ensemble": "transients.command",
-    "Ensemble": "transients.ensemble",
-    "ensemble_of": "transients.ensemble",
-    "basin_measures": "transients.basin_shares",
-    "Basins": "transients.basin_shares",
-    "spectrum": "orbits.spectrum",
-    "Spectrum": "orbits.spectrum",
-    "open": "upkeep.opening",
-    "read": "archives.archive",
-    "verify": "archives.archive",
+_HOMES: dict[str, str] = {
+    name: home
+    for home, name in re.findall(
+        r"^from nlds_vines\.([\w.]+) import (\w+) as \2$",
+        Path(__file__).with_suffix(".pyi").read_text("ascii"),
+        re.MULTILINE,
+    )
 }
+"""The modules in which public names are, as `__init__.pyi` says."""
 
 _OLD = {
-    "continue_orbit": ("continuation.command", "follow"),
-    "continued": ("continuation.result", "open"),
-    "response_curves": ("bifurcation.response_curves.command", "curves"),
-    "curves_in": ("bifurcation.response_curves.result", "open"),
+    "continue_orbit": "follow",
+    "continued": "open",
+    "response_curves": "curves",
+    "curves_in": "open",
 }
-"""Names that go with version 0.2: where each is, and what to call instead."""
+"""Names that go with version 0.2, and what to call instead."""
 
 _FOLDERS = "bifurcation", "portrait", "transients"
 """Folders that can be called (`callable_package`) until then."""
 
 _MOVED = {"reproduce_paper": "in a clone, `paper.reproduce_paper` makes the paper's figures"}
 
-__all__ = sorted([*_HOMES, "__version__"])
+__all__ = sorted({*_HOMES, "__version__"} - {*_OLD, *_FOLDERS})
 
 
 def __getattr__(name: str) -> Any:
@@ -91,18 +59,17 @@ def __getattr__(name: str) -> Any:
         return version("nlds-vines")
     if name in _FOLDERS:
         return import_module(f"{__name__}.{name}")
-    if name in _OLD:
-        home, new = _OLD[name]
-        renamed(f"nv.{name}", f"nv.{new}")
-        return getattr(import_module(f"{__name__}.{home}"), name)
     if name not in _HOMES:
         raise AttributeError(_MOVED.get(name) or f"module {__name__!r} has no attribute {name!r}")
     if _HOMES[name].startswith("orbits.") or name == "orbit_of":  # which loads Numba
         from nlds_vines.runs.threads import check_environment
 
         check_environment()
-    module = import_module(f"{__name__}.{_HOMES[name]}")
-    globals()[name] = value = getattr(module, name)
+    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    if name in _OLD:
+        renamed(f"nv.{name}", f"nv.{_OLD[name]}")
+    else:
+        globals()[name] = value
     return value
 
 

@@ -1,4 +1,4 @@
-"""The types of the public names, which `__init__.py` loads when they are first used."""
+"""The public names and their types; `__init__.py` loads each when it is first used."""
 
 from nlds_vines.archives.archive import read as read
 from nlds_vines.archives.archive import verify as verify

@@ -74,6 +74,7 @@ class Model:
     rest: float = 0.0
     walls: tuple[Wall, ...] = ()
     limit: float = -math.inf  # g must not fall below it
+    decay: float = 0.0  # [1/s] of the force P cos: with it that is one part of a load
 
     @property
     def g(self) -> np.ndarray:
@@ -113,6 +114,7 @@ class Model:
         A[V1, :2] = -self.k1 / self.m1, -self.c1 / self.m1
         A[V1, COS], A[V1, ONE] = self.P / self.m1, self.load
         A[COS, SIN], A[SIN, COS] = -self.omega, self.omega
+        A[COS, COS] = A[SIN, SIN] = -self.decay
         if self.m2 is None:
             A[X2, V2] = 0.0
         else:
@@ -235,7 +237,8 @@ class Contact:
         q, s, x1, v1, tau = np.moveaxis(y, -1, 0)
         sign, one = self.wall.sign, np.ones_like(q)
         g, rate = self.wall.place + sign * q**self.p, sign * s
-        c, d = np.cos(self.model.omega * tau), np.sin(self.model.omega * tau)
+        left = np.exp(-self.model.decay * tau)
+        c, d = left * np.cos(self.model.omega * tau), left * np.sin(self.model.omega * tau)
         phase = self.w[COS] * c - self.w[SIN] * d, self.w[SIN] * c + self.w[COS] * d
         if self.model.m2 is None:
             return np.stack([g, rate, 0 * one, 0 * one, *phase, one], -1)
@@ -254,6 +257,7 @@ class Contact:
         m, law, sign = self.model, self.wall.law, self.wall.sign
         phase = m.omega * tau
         drive = m.P * (self.w[COS] * np.cos(phase) - self.w[SIN] * np.sin(phase))
+        drive = drive * np.exp(-m.decay * tau)
         force = law.K * self.power(q) * (1.0 + law.a * s)
         g, rate = self.wall.place + sign * q**self.p, sign * s
         if m.m2 is None:

@@ -190,11 +190,11 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/contact_field.py",
+        "nlds_vines/kernels/drive.py",
         (
-            "contact field: the phase stands still in a step",
-            "drive = c * cosine - d * sine",
-            "drive = c * cosine",
+            "drive: the phase stands still in a step",
+            "return phase[0] * cosine - phase[1] * sine",
+            "return phase[0] * cosine",
             _T_ORDER + "test_stepped_contact_has_order_eight",
         ),
     ),

@@ -80,11 +80,11 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/elastic_contact.py",
+        "nlds_vines/kernels/drive.py",
         (
-            "elastic contact: the forcing is not mirrored for a far wall",
-            "(sign * phase[0], sign * phase[1])",
-            "(phase[0], phase[1])",
+            "drive: the forcing is not mirrored for a far wall",
+            "return (sign * phase[0], sign * phase[1])",
+            "return (phase[0], phase[1])",
             _T_STATES + "test_two_walls",
         ),
     ),

@@ -18,6 +18,7 @@ In reading order:
     roots            the root finder
     cubics           what values and slopes at two ends prove of the motion between them
     observe          what is noted along an orbit: impacts, energies, sections, a limit
+    drive            the force at an instant: harmonic, or a load
     flight           the exact flight: a period in cells, each a matrix and a Taylor polynomial
     once_rounded     cells without a bias, where all else is linear
     rigid_flight     what makes flights between rigid walls cheaper
@@ -25,7 +26,8 @@ In reading order:
     peaks            the largest energies in a piece of motion
     response_sums    what a response is summed up from
     response         the response over the sampled periods: largest values, rms, powers
-    exact            from one event to the next by these three
+    load_cells       flight under a load: any force that is a polynomial over each cell
+    exact            from one event to the next by these four
     response_steps   a response over Runge-Kutta steps
     fixed_step       the same by fixed Runge-Kutta steps (method rk4)
     contact_field    the equation of a contact, made smooth at touch and release
@@ -53,6 +55,7 @@ In reading order:
     period_search    the stable periodic orbit that it ends in
     verdict          what an orbit is, with the evidence
     cells            one cell: parameters, orbit, outputs, verdict
+    load_orbit       an orbit under a load, with jumps of speed
     part_period      an orbit that begins at any phase, to the next section
     driven           variations that parameters drive
     driven_flight    the same along a flight

@@ -115,6 +115,7 @@ class OrbitBuffers(NamedTuple):
     clearance: Any = None  # (1,) smallest near miss so far [m]
     slowest: Any = None  # (1,) smallest approach speed of an impact so far [m/s]
     tally: Any = None  # `response_sums.Tally`
+    sums: Any = None  # (stops periods, 4) energies come in and gone (`response.note_sums`)
 
 
 class CellBuffers(NamedTuple):
@@ -130,6 +131,7 @@ class CellBuffers(NamedTuple):
     violation: Any = None  # (3,) first time [s], depth [m], number of passages of the limit
     response: Any = None  # (`codes.RESPONSE_COLUMNS`,) after the transient
     foot: Any = None  # True where a response is one of a structure whose foot moves
+    sums: Any = None  # as in `OrbitBuffers`, with a response
 
 
 class LaneBuffers(NamedTuple):

@@ -11,11 +11,12 @@ from .by_law import by_wall
 from .codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
 from .compiling import jit
 from .contact import Steps
-from .deciding import says
+from .deciding import is_a, says
 from .fixed_step import fixed_grid_from
 from .flight import PERIOD, REACH, SHORT, cells_of, grid_from, grid_of
 from .impact import Arc
 from .laws.law import wall_like
+from .load_cells import Stretch, grid_over
 from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
 from .once_rounded import grid_once_rounded
 from .orbit import bounded, on_ground, run, set_mode
@@ -65,8 +66,8 @@ def held_at(wall, ps, damper, n, begun):
 
 
 @by_wall
-def too_stiff(held):
-    """Tell whether the motion on a wall is too fast to be followed."""
+def too_stiff(held, period):
+    """Tell whether the motion on a wall is too fast to be followed for a period [s]."""
     return False
 
 
@@ -103,11 +104,19 @@ def cells_for(parts, n, stops):
 
 
 @jit
+def grid_for(parts, ps, damper, n, stops, begun):
+    """Return the grid of what is `begun`; a load has its own cells."""
+    if is_a(begun, Stretch):
+        return grid_over(ps, damper, n, begun)
+    return make_grid(parts, ps, damper, cells_for(parts, n, stops), begun)
+
+
+@jit
 def prepared_cell(parts, cell, ps, damper, n, stops, begun):
     """Return a cell `Prepared` for orbits with `stops` section points a period.
 
     ps, damper: its `Structure` and its `Damper` or None; n: the exact cells that a period needs;
-    begun: the `flight.Begun` that periods count from.
+    begun: the `flight.Begun` that periods count from, or the `load_cells.Stretch` of a load.
     """
     near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
     far = wall_like(parts.far, cell.far, damper, cell)
@@ -118,7 +127,7 @@ def prepared_cell(parts, cell, ps, damper, n, stops, begun):
         near,
         far,
         own_arc(parts.arc),
-        make_grid(parts, ps, damper, cells_for(parts, n, stops), begun),
+        grid_for(parts, ps, damper, n, stops, begun),
         Steps(parts.contact_steps, parts.contact_tolerance),
         scratch_for(parts.near, parts.far),
         held_at(near, ps, damper, n, begun),
@@ -147,7 +156,8 @@ def run_cell(parts, cell, state, span, buffers):
     if n < 0:
         return TOO_STIFF
     prepared = prepared_cell(parts, cell, ps, damper, n, span.stops, PERIOD)
-    if too_stiff(prepared.held_near) or too_stiff(prepared.held_far):
+    period = 2.0 * math.pi / ps.omega
+    if too_stiff(prepared.held_near, period) or too_stiff(prepared.held_far, period):
         return TOO_STIFF
     if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
         return TOO_STIFF
@@ -170,11 +180,13 @@ def cell_orbit(prepared, limit, state, span, buffers):
     start_energy(ps, damper, peak, state)
     # the transient: first what is not noted, then what is noted of its section
     noted = count_of(buffers.early)
-    before = OrbitBuffers(limit_log, no_rows(buffers.early), None, None, peak, None, None, None)
+    before = OrbitBuffers(
+        limit_log, no_rows(buffers.early), None, None, peak, None, None, None, None
+    )
     unseen = Span(0, span.first - noted, 1)
     status = run(prepared, before, unseen, state, None, None)
     if status == OK:
-        before = OrbitBuffers(limit_log, buffers.early, None, None, peak, None, None, None)
+        before = OrbitBuffers(limit_log, buffers.early, None, None, peak, None, None, None, None)
         seen = Span(span.first - noted, noted, 1)
         status = run(prepared, before, seen, state, None, None)
     # the periods after it
@@ -184,7 +196,7 @@ def cell_orbit(prepared, limit, state, span, buffers):
         begin_tally(tally, state)
         wanted = OrbitBuffers(
             limit_log, buffers.section, buffers.by_period, buffers.impacts,
-            first_of(buffers.energy, peak), buffers.clearance, None, tally,
+            first_of(buffers.energy, peak), buffers.clearance, None, tally, None,
         )  # fmt: skip
         status = run(prepared, wanted, span, state, None, None)
         time = span.periods * (2.0 * math.pi / ps.omega)

@@ -27,8 +27,9 @@ from . import runge_kutta as rk
 from .arguments import Step, side_with
 from .codes import EXHAUSTED, RELEASED, STOPPED
 from .compiling import jit
-from .contact_field import DRAIN, VIRIAL, WORK, cos_sin, rotated
+from .contact_field import DRAIN, VIRIAL, WORK
 from .deciding import is_a
+from .drive import drive_after, drive_now, later
 from .driven import count_of, drive_start, rows_of
 from .laws.law import (
     acting,
@@ -155,8 +156,7 @@ def motion_at(side, phase, row):
     ps, wall, k = side.ps, side.wall, side.k
     q, s = k[row], k[row + 1]
     z = depth_of(wall, q)
-    cosine, sine = cos_sin(ps.omega * k[row + 4])
-    drive, force = phase[0] * cosine - phase[1] * sine, force_of(wall, q, z, s)
+    drive, force = drive_after(ps, phase, k[row + 4]), force_of(wall, q, z, s)
     _, ds = accelerations(ps, side.damper, k[row + 2], k[row + 3], wall.gap + z, s, drive, force)
     return z, weight_of(wall, q), ds
 
@@ -440,7 +440,7 @@ def contact(side, watch, phase, now, stop):
     (too many steps); the depth is that reached only if impacts are watched (`Watch`).
     """
     ps, wall, k, tangent = side.ps, side.wall, side.k, watch.tangent
-    steps, rate, (c, d) = side.steps, side.rate, phase
+    steps, rate = side.steps, side.rate
     k[rk.Y], k[rk.Y + 1], k[rk.Y + 2], k[rk.Y + 3] = now
     k[rk.Y + 4] = 0.0
     elapsed, depth, seen, cube, root = 0.0, 0.0, -1.0, 0.0, 0.0
@@ -452,11 +452,11 @@ def contact(side, watch, phase, now, stop):
     begin_along(tangent, k)
     for count in range(MOST_STEPS):
         if count == 0:
-            elapsed = start_at_rest(side, tangent, c)
-            c, d = rotated(c, d, ps.omega * elapsed)
+            elapsed = start_at_rest(side, tangent, drive_now(phase))
+            phase = later(ps, phase, elapsed)
         # The step h of theta resolves the free impact of this depth and speed, the external
         # acceleration, and the rates of all other motion over the way that q can go.
-        external = external_acceleration(side, c)
+        external = external_acceleration(side, drive_now(phase))
         q, s = k[rk.Y], k[rk.Y + 1]
         reach = reach_of(wall, q, depth_of(wall, q), s)  # of Hertz' law, q^2.5 where it turns
         if not 0.95 * seen < reach < 1.05 * seen:  # powers are dear: a new one if it has changed
@@ -470,10 +470,10 @@ def contact(side, watch, phase, now, stop):
         h = 1.0 / (per_theta * steps.per_impact * finer * math.sqrt(math.sqrt(math.sqrt(late))))
         # Step to the release, to the end of the time or by h, until it ends inside the contact and
         # no more of it is doubted than is granted.
-        step, stopped, inside, doubt, share = Step((c, d), False, h), False, False, 0.0, 0.0
+        step, stopped, inside, doubt, share = Step(phase, False, h), False, False, 0.0, 0.0
         at = side_with(side, ps, side.damper, acting(wall, positive), steps)
         for attempt in range(MOST_ATTEMPTS):
-            step, stopped = advance(at, tangent, (c, d), external, stop - elapsed, h)
+            step, stopped = advance(at, tangent, phase, external, stop - elapsed, h)
             inside = step.landing or k[rk.NEW] > 0.0
             if inside:
                 share = max(saved + steps.tolerance * (h * per_theta) / late, ROUND_OFF)
@@ -504,7 +504,7 @@ def contact(side, watch, phase, now, stop):
             q = k[rk.NEW]
             depth = max(depth, depth_of(wall, q))
             return STOPPED, q, k[rk.NEW + 1], k[rk.NEW + 2], k[rk.NEW + 3], elapsed, depth
-        c, d = rotated(c, d, ps.omega * k[rk.NEW + 4])
+        phase = later(ps, phase, k[rk.NEW + 4])
         for i in range(rk.WIDTH):
             k[rk.Y + i] = k[rk.NEW + i]
         k[rk.Y + 4] = 0.0

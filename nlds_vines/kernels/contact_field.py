@@ -26,6 +26,7 @@ from __future__ import annotations
 
 from .compiling import jit
 from .deciding import is_a
+from .drive import drive_after, drive_now, later
 from .driven import Driven, count_of, drive_contact
 from .laws.law import (
     depth_of,
@@ -44,26 +45,6 @@ WORK, VIRIAL = 21, 22  # places in a row of slopes: the right sides, by theta or
 DRAIN = 23  # place in a row of slopes: the rate by which damping shrinks volumes
 
 
-@jit(inlined=True)
-def cos_sin(angle):
-    """Return (cos, sin) of a small angle by their Taylor polynomials, which err by angle^10 / 10!.
-
-    In a step of a contact the angle is at most 5.6 / steps: 2e-12 of 1 where the step errs by 1e-9.
-    """
-    a = angle * angle
-    a2 = a * a
-    c = (1.0 - 0.5 * a) + a2 * ((1.0 / 24.0 - a * (1.0 / 720.0)) + a2 * (1.0 / 40320.0))
-    d = (1.0 - a * (1.0 / 6.0)) + a2 * ((1.0 / 120.0 - a * (1.0 / 5040.0)) + a2 * (1.0 / 362880.0))
-    return c, angle * d
-
-
-@jit
-def rotated(c, d, angle):
-    """Return (cos, sin) = (c, d) of a phase turned on by a small angle."""
-    cosine, sine = cos_sin(angle)
-    return c * cosine - d * sine, d * cosine + c * sine
-
-
 @jit
 def work_along(side, tally, step, now, y, out):
     """Fill the integrands of a tally, times dt by theta or q, into a row of slopes.
@@ -74,8 +55,9 @@ def work_along(side, tally, step, now, y, out):
     k, wall, first = side.k, side.wall, out + 5
     q, s, x1, v1 = k[y], k[y + 1], k[y + 2], k[y + 3]
     r = wall.gap + z
-    cosine, sine = rotated(step.phase[0], step.phase[1], side.ps.omega * k[y + 4])
-    gone, rate = from_foot(tally.foot, x1, v1, cosine, sine)
+    phase = later(side.ps, step.phase, k[y + 4])
+    cosine = drive_now(phase)
+    gone, rate = from_foot(tally.foot, x1, v1, phase)
     k[first + X2], k[first + V2] = weight * x1 * x1, weight * v1 * v1
     k[first + A2] = weight * dv * dv
     k[first + R2], k[first + S2] = weight * r * r, weight * s * s
@@ -114,12 +96,11 @@ def slope(side, tangent, step, y, out):
     polynomial as the rest, and what drives them (`driven`); or the integrands of a tally. The
     places WORK and VIRIAL of the row are filled too, and DRAIN beside variations.
     """
-    wall, k, (c, d) = side.wall, side.k, step.phase
+    wall, k = side.wall, side.k
     q, s, x1, v1 = k[y], k[y + 1], k[y + 2], k[y + 3]
-    cosine, sine = cos_sin(side.ps.omega * k[y + 4])
     z = depth_of(wall, q)
     force = force_of(wall, q, z, s)
-    drive = c * cosine - d * sine
+    drive = drive_after(side.ps, step.phase, k[y + 4])
     dv, ds = accelerations(side.ps, side.damper, x1, v1, wall.gap + z, s, drive, force)
     rate, weight = rate_of_q(wall, s), weight_of(wall, q)
     if step.landing:

@@ -13,6 +13,7 @@ from .codes import RELEASED
 from .compiling import jit
 from .contact import contact
 from .deciding import is_a
+from .drive import mirrored
 from .driven import Driven, constants_of
 from .laws.law import by_root_of, smoothed
 from .scene import mirrored_load
@@ -26,7 +27,7 @@ def as_seen(side, now, phase):
     """
     ps, sign = mirrored_load(side.ps.load, side.ps, side.sign), side.sign
     seen = side_with(side, ps, side.damper, side.wall, side.steps)
-    return seen, turned(sign, now), (sign * phase[0], sign * phase[1])
+    return seen, turned(sign, now), mirrored(phase, sign)
 
 
 @jit

@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 from .codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
-from .flight import CELLS, bare_grid, cell_polynomial, phase_at
+from .drive import drive_now
+from .flight import bare_grid
+from .load_cells import phase_of, polynomial_from, pushed_over, work_anew
 from .observe import LEVEL
 from .once_rounded import after_piece
 from .peaks import may_set_a_record, note_peaks, record_breakers, work_at
@@ -136,24 +138,13 @@ def note_misses(near, far, clearance, grid, end, bounds, touches):
 
 
 @jit
-def phase_of(grid, j, x):
-    """Return `phase_at`, tabulated at the ends of a cell."""
-    whole = int(x)
-    at_cell = CELLS + 6 * (j + whole)
-    phase = grid.table[at_cell + 4], grid.table[at_cell + 5]
-    if x != whole:
-        phase = phase_at(grid, j, x)
-    return phase
-
-
-@jit
 def fill(grid, phase, y, filled):
-    """Fill COEF with the polynomial of the flight from y, (cos, sin) of the phase; return True.
+    """Fill COEF with the polynomial of the flight from y and its instant `phase`; return True.
 
     filled: whether it is there already.
     """
     if not filled:
-        cell_polynomial(grid, y[0], y[1], y[2], y[3], phase[0], phase[1])
+        polynomial_from(grid, y, phase)
     return True
 
 
@@ -161,7 +152,7 @@ def fill(grid, phase, y, filled):
 def rest_of_cell(damper, grid, x, y, phase):
     """Return the state at the end of a cell, x cells after the state y, and whether COEF is filled.
 
-    phase: (cos, sin) at y.
+    phase: the instant of y.
     """
     if knows_end(grid.powers, grid.table):
         return after_jump(grid.powers, grid.table, x, y), False
@@ -182,14 +173,15 @@ def fly(flight, watch, begun, stop, y):
     (x1, v1, r, s), (j, x) = y, begun  # the state stays in registers
     grid, event = bare_grid(flight.grid), SECTION
     if energy is not None:
-        before = work_at(ps, damper, (x1, v1, r, s), phase_of(grid, j, x)[0])
+        before = work_at(ps, damper, (x1, v1, r, s), drive_now(phase_of(grid, j, x)))
         energy[0], energy[1] = max(energy[0], before[0]), max(energy[1], before[1])
     while j < stop and event == SECTION:
         # Bounds of the motion over the next cells.
         last = min(j + span_of(grid.powers), stop)
-        ahead = grid.push * grid.h * (last - j)
+        pushed, bound = pushed_over(ps, grid, j, last)
+        ahead = bound.push * grid.h * (last - j)
         scale = scale_of(ps, damper, x1, v1, r, s) + ahead
-        bounds = bounds_of(ps, grid, scale)
+        bounds = bounds_of(pushed, bound, scale)
         slack, start = 0.125 * bounds.bend, (j, (x1, v1, r, s))
         while j < last and event == SECTION:
             # The state at the end of the cell, as if nothing happened before.
@@ -216,11 +208,12 @@ def fly(flight, watch, begun, stop, y):
                     note_speeds(grid.powers, grid.table, y)
             # Note what is wanted up to the touch or the end of the cell.
             if energy is not None:
-                drive, _ = phase_of(grid, j, 1.0 if event == SECTION else x + place)
-                after = work_at(ps, damper, y, drive)
+                before = work_anew(ps, damper, grid, j, x, now, before)
+                then = phase_of(grid, j, 1.0 if event == SECTION else x + place)
+                after = work_at(ps, damper, y, drive_now(then))
                 energy[0], energy[1] = max(energy[0], after[0]), max(energy[1], after[1])
-                if may_set_a_record(damper, energy, grid, bounds, place, before, after):
-                    bodies = record_breakers(damper, energy, grid, bounds, place, before, after)
+                if may_set_a_record(damper, energy, bound, bounds, place, before, after):
+                    bodies = record_breakers(damper, energy, bound, bounds, place, before, after)
                     if bodies != 0:
                         filled = fill(grid, phase, now, filled)
                         note_peaks(ps, damper, energy, grid, place, bodies)

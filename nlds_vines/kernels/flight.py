@@ -81,7 +81,7 @@ class Grid(NamedTuple):
     table: np.ndarray  # (CELLS + 6 n + 6,), the table above; in inner kernels a bare row
     load: Any  # place in the table of what a constant load does; None where there is none
     low: Any = None  # place of the matrices of `once_rounded`; None where errors may add up
-    begun: Begun = PERIOD
+    begun: Any = PERIOD  # or `load_cells.Loaded`
     powers: Any = None  # place of the powers of `rigid_flight`; None where they would not pay
 
 

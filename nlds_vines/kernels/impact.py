@@ -37,7 +37,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .compiling import jit
-from .contact_field import cos_sin
+from .drive import cos_sin
 from .elementary import fifth_root
 from .fours import four, four_at, larger_of, largest_of, number_of, put_four, sum_of
 from .scene import accelerations_of, under

@@ -32,7 +32,7 @@ import math
 
 from .bare_rows import bare
 from .compiling import jit
-from .contact_field import cos_sin, rotated
+from .drive import cos_sin, rotated
 from .fours import four, four_at, four_of, larger_of, largest_of, number_of, put_four
 from .impact import (
     CUBE,

@@ -24,8 +24,8 @@ import numpy as np
 
 from .arguments import side_with
 from .compiling import jit
-from .contact_field import cos_sin, rotated
 from .deciding import is_a
+from .drive import cos_sin, rotated
 from .fours import four, four_at, put_four, sum_of
 from .impact import (
     HALF,

@@ -16,7 +16,7 @@ import numpy as np
 from . import runge_kutta as rk
 from .bare_rows import bare
 from .compiling import jit
-from .contact_field import rotated
+from .drive import rotated
 from .fours import four, four_at, put_four
 from .impact import MATRIX, WEIGHT, B, Nodes, short_impact
 from .impact_variations import TO_PLACE, at_release, put_columns, solve_variations, vary

@@ -16,11 +16,12 @@ import math
 
 from . import runge_kutta as rk
 from .compiling import jit
+from .drive import most_push
 from .flight import bend_of
 from .laws.law import at_depth, damped, depth_of, root_of, stored
 from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, alike, note_violation
 from .roots import narrowed, secant
-from .scene import greatest_push, scale_of
+from .scene import scale_of
 
 MOST_PIECES = 1000  # of a step: some ten are needed, and some hundred at a maximum of r
 ROUND_OFF = 4.0e-16  # relative error of r
@@ -39,40 +40,35 @@ def begin_contact(limit_log, sign, gap, time):
 
 
 @jit
-def most_push(ps):
-    """Return the largest acceleration [m/s^2] of the structure by force and load."""
-    return greatest_push(ps.load, abs(ps.force))
-
-
-@jit
-def may_pass(side, limit_log, duration, touch):
+def may_pass(side, limit_log, phase, duration, touch):
     """Tell whether r may be beyond the limit in a contact of a `duration` [s] from its touch.
 
-    touch: (s, x1, v1), as the wall sees it; the energy there bounds the depth.
+    phase: an instant of it (`drive`); touch: (s, x1, v1), as the wall sees it; the energy there
+    bounds the depth.
     """
     ps, wall = side.ps, side.wall
     s, x1, v1 = touch
     if side.sign < 0.0:
         return -wall.gap > limit_log[LEVEL]
     scale = scale_of(ps, side.damper, x1, v1, wall.gap, s)
-    scale += most_push(ps) * math.sqrt(ps.m1) * duration
+    scale += most_push(ps, phase) * math.sqrt(ps.m1) * duration
     room = limit_log[LEVEL] - wall.gap
     return room <= 0.0 or 2.0 * stored(wall, wall.K, room, root_of(wall, room)) <= scale * scale
 
 
 @jit
-def bend_in_contact(side, duration):
+def bend_in_contact(side, phase, duration):
     """Return a bound of |d2r/dt2| [m/s^2] over the `duration` [s] of a step from row Y."""
     ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
     q = k[rk.Y]
     z = depth_of(wall, q)
     scale = scale_of(ps, damper, k[rk.Y + 2], k[rk.Y + 3], wall.gap + z, k[rk.Y + 1])
     scale = math.sqrt(scale * scale + 2.0 * stored(wall, wall.K, z, q))
-    scale += most_push(ps) * math.sqrt(ps.m1) * duration
+    scale += most_push(ps, phase) * math.sqrt(ps.m1) * duration
     fast = scale * math.sqrt(damper.inv_mu)
     deepest = z + fast * duration
     pushed = at_depth(wall, wall.kappa, deepest) * damped(wall, fast)
-    return bend_of(ps, damper) * scale + most_push(ps) + pushed
+    return bend_of(ps, damper) * scale + most_push(ps, phase) + pushed
 
 
 @jit
@@ -137,7 +133,7 @@ def note_limit_step(side, limit_log, step, begun):
     if sign < 0.0 and -wall.gap <= level:
         return
     rk.save(k)
-    bend = bend_in_contact(side, k[rk.SAVE + 4])
+    bend = bend_in_contact(side, step.phase, k[rk.SAVE + 4])
     q = k[rk.Y]
     x, width = 0.0, 1.0
     before = sign * (wall.gap + depth_of(wall, q)), sign * k[rk.Y + 1], 0.0

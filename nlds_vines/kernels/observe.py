@@ -15,8 +15,8 @@ import numpy as np
 
 from . import runge_kutta as rk
 from .compiling import jit
-from .contact_field import cos_sin
 from .deciding import is_a
+from .drive import drive_after
 from .laws.law import depth_of, force_of
 from .roots import narrowed, secant
 from .scene import under
@@ -176,8 +176,7 @@ def powers(side, phase, row):
     """Return `powers_at` of a row (q, s, x1, v1, tau) of a contact; phase: that at tau = 0."""
     ps, wall, k = side.ps, side.wall, side.k
     q, s = k[row], k[row + 1]
-    cosine, sine = cos_sin(ps.omega * k[row + 4])
-    z, drive = depth_of(wall, q), phase[0] * cosine - phase[1] * sine
+    z, drive = depth_of(wall, q), drive_after(ps, phase, k[row + 4])
     force = force_of(wall, q, z, s)
     return powers_at(ps, side.damper, k[row + 2], k[row + 3], wall.gap + z, s, drive, force)
 

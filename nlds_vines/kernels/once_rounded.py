@@ -240,6 +240,14 @@ def after_cell(low, damper, w, j, y):
 
 
 @jit
+def after_whole(low, damper, w, y, phase):
+    """Return the state one cell after the state y, at which the polynomial in COEF starts."""
+    if low is None:
+        return at(w, 1.0)
+    return whole_at_phase(low, damper, w, y, phase)
+
+
+@jit
 def after_piece(low, damper, load, w, x, y, phase):
     """Return the state x cells after the state y, at which the polynomial in COEF starts."""
     if low is None:

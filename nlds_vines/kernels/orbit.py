@@ -31,10 +31,11 @@ from .deciding import is_a, says
 from .driven_flight import Linear, carry
 from .exact import fly
 from .fixed_step import FixedGrid, fly_fixed, phase_in_step
-from .flight import bare_grid, coarse_map, phase_at, step
+from .flight import bare_grid, coarse_map, step
 from .impact import Arc
 from .laws.law import into, pushes, rests
 from .limit import begin_contact
+from .load_cells import Loaded, began_at, end_of_cells, instant_in
 from .observe import (
     ORIGIN,
     Speeds,
@@ -44,7 +45,7 @@ from .observe import (
     note_section,
     note_touch,
 )
-from .response import bare_tally
+from .response import bare_tally, note_sums
 from .rigid_flight import unless_at_once
 from .scene import Ground, joined
 from .sides import (
@@ -95,9 +96,9 @@ def on_ground(damper, state):
 
 @jit
 def phase_on(rk4, grid, j, x):
-    """Return (cos, sin) of the forcing's phase at place x of cell j, by the method's grid."""
+    """Return the instant (`drive`) at place x of cell j, by the method's grid."""
     if rk4 is None:
-        return phase_at(grid, j, x)
+        return instant_in(grid, j, x)
     return phase_in_step(grid, j, x)
 
 
@@ -235,7 +236,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
         k[rk.AHEAD + i] = state[AHEAD + i]
     for p in range(span.periods):
         j, x, touches = 0, 0.0, 0
-        began = (span.first + p) * (grid.h * grid.n)
+        began = began_at(grid, span.first + p)
         for i in range(span.stops):
             stop = grid.n * (i + 1) // span.stops
             while True:
@@ -246,8 +247,9 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     event = CLEARED
                     if mode != FLYING:
                         event, j, x, q, x1, v1, r, s = leave_wall(
-                            near_side, far_side, mode, watch, grid, stop, begun, (q, x1, v1, r, s)
-                        )
+                            near_side, far_side, mode, watch, grid,
+                            end_of_cells(grid, j, stop), begun, (q, x1, v1, r, s),
+                        )  # fmt: skip
                     if event == CLEARED:
                         mode = FLYING
                         event, j, x, x1, v1, r, s = fly_on(
@@ -257,6 +259,8 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                         time = (j + x - place) * grid.h
                         carry(tangent, through_air, place / grid.n, before, time)
                     if event == SECTION:
+                        if j < stop:  # a load goes on as another function
+                            continue
                         break
                     if event == ASTRAY:
                         return STEP_BUDGET
@@ -274,7 +278,8 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                         return STEP_BUDGET
                 # Follow the contact, to its release or to the section.
                 sign, gap = sign_of(mode), gap_of(near, far, mode)
-                left = (stop - j - x) * grid.h
+                end = end_of_cells(grid, j, stop)
+                left = (end - j - x) * grid.h
                 begin_contact(limit_log, sign, gap, began + (j + x) * grid.h)
                 touched, phase, place = (q, s, x1, v1), phase_on(rk4, grid, j, x), (j + x) / grid.n
                 event, q, s, x1, v1, took, depth = follow_at(
@@ -292,16 +297,19 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 if event == EXHAUSTED:
                     return STEP_BUDGET
                 if event == STOPPED:
-                    j, x = stop, 0.0
+                    j, x = end, 0.0
+                    if j < stop:
+                        continue
                     break
                 # Fly on from the release.
                 mode = after_release(near, far, mode, q)
                 if took > 0.0:
-                    j = min(int(place), stop - 1)
+                    j = min(int(place), end - 1)
                     x = place - j
             # Note the section.
             x1, v1 = structure_at(damper, x1, v1, r, s)
             at_section(joined(damper), section, p * span.stops + i, x1, v1, r, s)
+            note_sums(ps, damper, buffers.sums, p * span.stops + i, tally)
         if not bounded(x1, v1, r, s):
             return DIVERGED
     state[0], state[1], state[2], state[3], state[4], state[5] = x1, v1, r, s, q, mode
@@ -312,9 +320,13 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
 
 @jit
 def maps_of(rk4, energy, ps, damper, grid, stops):
-    """Return the map from stop to stop where nothing is noted in between, otherwise None."""
-    if rk4 is None and energy is None:
-        return coarse_map(ps, damper, grid, stops)
+    """Return the map from stop to stop where nothing is noted in between, otherwise None.
+
+    None of a load, which does not come again.
+    """
+    if rk4 is not None or energy is not None or is_a(grid.begun, Loaded):
+        return None
+    return coarse_map(ps, damper, grid, stops)
 
 
 @jit
@@ -347,6 +359,7 @@ def linear_orbit(prepared, buffers, span, state, tangent, exact_grid):
         for i in range(stops):
             y = share_of(flight, watch, maps, (i, stops), y)
             at_section(damper, section, p * stops + i, y[0], y[1], y[2], y[3])
+            note_sums(ps, damper, buffers.sums, p * stops + i, watch.tally)
         if tangent is not None:
             carry(tangent, through_air, 0.0, start, grid.h * grid.n)
         if not bounded(y[0], y[1], y[2], y[3]):

@@ -7,6 +7,8 @@ so is this code compiled.
 
 from __future__ import annotations
 
+import math
+
 from .arguments import OrbitBuffers, Prepared, Span
 from .cells import STABLE, prepared_cell, too_stiff
 from .codes import BAD_PARAMETERS, OK, TOO_STIFF
@@ -40,11 +42,12 @@ def come_along(parts, cell, begun, state):
         cell_by_cell(whole.rk4, whole.grid),
         whole.contact_steps, whole.scratch, whole.held_near, whole.held_far,
     )  # fmt: skip
-    if too_stiff(prepared.held_near) or too_stiff(prepared.held_far):
+    period = 2.0 * math.pi / ps.omega
+    if too_stiff(prepared.held_near, period) or too_stiff(prepared.held_far, period):
         return TOO_STIFF
     if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
         return TOO_STIFF
-    noted = OrbitBuffers(None, None, None, None, None, None, None, None)
+    noted = OrbitBuffers(None, None, None, None, None, None, None, None, None)
     on_ground(damper, state)
     set_mode(prepared.near, prepared.far, state)
     return run(prepared, noted, Span(0, 1, 1), state, None, None)

@@ -24,6 +24,7 @@ from .codes import OF_FORCES, OF_IMPULSES, POWERS
 from .compiling import jit
 from .flight import COEF, DRIVE, FACTOR, ORDER, at
 from .fours import four, four_at, larger_of, number_of
+from .load_cells import drive_term
 from .peaks import factor_at, note_roots
 from .response_sums import (
     A2,
@@ -32,6 +33,7 @@ from .response_sums import (
     CX,
     FORCE,
     IMPULSE,
+    JUMPS,
     LOSS,
     MOST,
     OF_A,
@@ -181,7 +183,7 @@ def tally_cell(tally, grid, phase, end):
     fill_acceleration(row, w, h)
     raise_within(tally, grid, place_of(int(OF_A), 1.0), bend_in_rows(row), end)
     for k in range(ORDER + 1):
-        w[FACTOR + k] = w[DRIVE + k] * phase[k % 2]
+        w[FACTOR + k] = drive_term(w, phase, k)
     for i in range(6):
         x = end * POINTS[i]
         x1, v1, r, s = at(w, x)
@@ -250,8 +252,23 @@ def fill_response(response, tally, ps, damper, state, time):
     response[POWERS] = c1 * row[V2] / time
     response[POWERS + 1] = dashpot_of(joined(damper)) * row[S2] / time
     response[POWERS + 2] = row[LOSS] / time
-    response[POWERS + 3] = force * row[CV] / time
+    response[POWERS + 3] = (force * row[CV] + row[JUMPS]) / time
     shaken(tally.foot, response, row, ps, state, time)
+
+
+@jit
+def note_sums(ps, damper, sums, row, tally):
+    """Note in a row of `sums`, if they are wanted, the energies [J] that have come in and gone.
+
+    What force and jumps have brought in; what c1, c2 and contacts have dissipated.
+    """
+    if sums is None:
+        return None
+    done = tally.row
+    sums[row, 0] = ps.m1 * ps.force * done[CV] + done[JUMPS]
+    sums[row, 1] = ps.m1 * ps.damping * done[V2]
+    sums[row, 2] = dashpot_of(joined(damper)) * done[S2]
+    sums[row, 3] = done[LOSS]
 
 
 @jit

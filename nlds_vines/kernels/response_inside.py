@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from .compiling import jit
-from .contact_field import cos_sin, rotated
+from .drive import cos_sin, rotated
 from .impact import FT, LARGEST, LENGTH, LONGEST, WEIGHT, B, G, H, S, T, approach_of
 from .inside import PRECISE, ROOT_STEPS, WEIGHED, backward, half_impact, weigh
 from .response_steps import may_rise

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from . import runge_kutta as rk
 from .compiling import jit
-from .contact_field import cos_sin
+from .drive import drive_now, later
 from .laws.law import depth_of, force_of, pushed_by, stiffness_of
 from .observe import PRECISE, opposite
 from .response_sums import OF_FOOT, OF_FORCE, SUMS, motion_of, place_of, raise_to
@@ -43,15 +43,14 @@ def raise_all(tally, sign, values):
 @jit
 def motion_in(side, tally, phase, row):
     """Return `motion_of` a row (q, s, x1, v1, tau) of a contact; phase: that at tau = 0."""
-    ps, damper, wall, k, (c, d) = side.ps, side.damper, side.wall, side.k, phase
+    ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
     q, s, x1, v1 = k[row], k[row + 1], k[row + 2], k[row + 3]
     z = depth_of(wall, q)
-    cosine, sine = cos_sin(ps.omega * k[row + 4])
-    phase = c * cosine - d * sine, d * cosine + c * sine
+    now = later(ps, phase, k[row + 4])
     y, force = (x1, v1, wall.gap + z, s), force_of(wall, q, z, s)
-    _, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, phase[0], force)
+    _, ds = accelerations(ps, damper, x1, v1, wall.gap + z, s, drive_now(now), force)
     push = pushed_by(wall, stiffness_of(wall, q, s), q, z, s, s, ds)
-    return motion_of(tally, ps, damper, y, phase, force, push)
+    return motion_of(tally, ps, damper, y, now, force, push)
 
 
 @jit

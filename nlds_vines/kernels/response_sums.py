@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from .compiling import jit
+from .drive import drive_now, falling
 from .flight import FACTOR
 from .scene import accelerations, unloaded
 
@@ -23,12 +24,13 @@ from .scene import accelerations, unloaded
 #   IMPULSE     largest impulse [N s] there, of rigid bodies
 #   BEGIN       x1 at the beginning
 #   PLACE       where the maximum belongs that is looked for
+#   JUMPS       work of jumps of v1 [J], under a load
 #   FACTOR      scratch: Taylor coefficients of a quantity over a cell, as in a grid's table
 #   KEPT        scratch: all up to BEGIN as it was before a contact
 #   MOTIONS     scratch: each quantity and its rate, in rows of PLACES (`response_inside`)
 X2, V2, A2, R2, S2, CV, CX, LOSS, Y2, U2 = range(10)
 SUMS = 10
-MOST, FORCE, IMPULSE, BEGIN, PLACE = 10, 15, 17, 19, 20
+MOST, FORCE, IMPULSE, BEGIN, PLACE, JUMPS = 10, 15, 17, 19, 20, 21
 OF_X, OF_V, OF_A, OF_R, OF_FOOT, OF_FORCE = range(6)  # what may be largest
 KEPT = FACTOR + 16
 PLACES = 64
@@ -65,10 +67,16 @@ def foot_of(foot, ps):
 
 
 @jit
-def from_foot(foot, x1, v1, cosine, sine):
+def from_foot(foot, x1, v1, phase):
     """Return (x1 - y, its rate); (0, 0) where the foot does not move."""
     if foot is None:
         return (0.0, 0.0)
+    return gone_from(foot, x1, v1, phase[0], phase[1])
+
+
+@jit
+def gone_from(foot, x1, v1, cosine, sine):
+    """Return (x1 - y, its rate)."""
     return (
         x1 - (foot.cosine * cosine + foot.sine * sine),
         v1 - foot.omega * (foot.sine * cosine - foot.cosine * sine),
@@ -112,12 +120,11 @@ def add(tally, dt, y, a1, cosine, foot):
 def motion_of(tally, ps, damper, y, phase, force, push):
     """Return the six quantities of a state (x1, v1, r, s) that may be largest, and their rates.
 
-    phase: (cos, sin) of the forcing's; force, push: that of the contact [N] and its rate [N/s].
+    phase: the instant (`drive`); force, push: that of the contact [N] and its rate [N/s].
     """
     x1, v1, r, s = y
-    cosine, sine = phase
-    a1, ds = accelerations(ps, damper, x1, v1, r, s, cosine, force)
+    a1, ds = accelerations(ps, damper, x1, v1, r, s, drive_now(phase), force)
     jerk, _ = accelerations(unloaded(ps), damper, v1, a1, s, ds, 0.0, push)
-    jerk -= ps.force * ps.omega * sine
-    gone, rate = from_foot(tally.foot, x1, v1, cosine, sine)
+    jerk -= falling(ps, phase)
+    gone, rate = from_foot(tally.foot, x1, v1, phase)
     return (x1, v1, a1, r, gone, force), (v1, a1, jerk, s, rate, push)

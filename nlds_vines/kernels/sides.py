@@ -20,6 +20,7 @@ from .compiling import jit
 from .deciding import is_a, same_sort, says
 from .elastic_contact import follow
 from .laws.law import depth_of, force_at
+from .load_cells import moment_of
 from .scene import Ground
 
 
@@ -116,11 +117,11 @@ def after_release(near, far, mode, q):
 
 
 @by_wall
-def leave(side, watch, place, left, now):
+def leave(side, watch, phase, place, left, now):
     """Fly from a depth at which the wall does not push, to z = 0 or for the time `left` [s].
 
-    now: (q, s, x1, v1). Returns (event, q, s, x1, v1, time [s]): CLEARED at z = 0, RETURNED where
-    the wall pushes again before, STOPPED or EXHAUSTED.
+    Arguments as of `follow_at`. Returns (event, q, s, x1, v1, time [s]): CLEARED at z = 0, RETURNED
+    where the wall pushes again before, STOPPED or EXHAUSTED.
     """
     return CLEARED, now[0], now[1], now[2], now[3], 0.0
 
@@ -135,11 +136,12 @@ def leave_wall(near, far, mode, watch, grid, stop, begun, now):
     (q, x1, v1, r, s), (j, x) = now, begun
     place, left, inner = (j + x) / grid.n, (stop - j - x) * grid.h, (q, s, x1, v1)
     event, took, gap, sign = CLEARED, 0.0, 0.0, 1.0
+    phase = moment_of(grid, j, x)
     if near is not None and mode == LEAVING_NEAR:
-        event, q, s, x1, v1, took = leave(near, watch, place, left, inner)
+        event, q, s, x1, v1, took = leave(near, watch, phase, place, left, inner)
         gap = near.wall.gap
     if far is not None and mode == LEAVING_FAR:
-        event, q, s, x1, v1, took = leave(far, watch, place, left, inner)
+        event, q, s, x1, v1, took = leave(far, watch, phase, place, left, inner)
         gap, sign = far.wall.gap, -1.0
     at_place = j + x + took / grid.h
     r = sign * (gap + q)

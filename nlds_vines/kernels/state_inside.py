@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from .compiling import jit
-from .contact_field import rotated
+from .drive import rotated
 from .fours import four, four_at, number_of, put_four, roots_of, sum_of
 from .impact import (
     GT,

@@ -92,10 +92,10 @@ def flow_of(prepared, exact_grid):
 def noted_of(scratch, flow, section):
     """Return the `OrbitBuffers` for periods with variations; scratch: None without a wall."""
     if scratch is None:
-        return OrbitBuffers(None, section, None, None, None, None, None, None)
+        return OrbitBuffers(None, section, None, None, None, None, None, None, None)
     return OrbitBuffers(
-        None, section, flow.by_period, None, None, flow.clearance, flow.slowest, None
-    )
+        None, section, flow.by_period, None, None, flow.clearance, flow.slowest, None, None
+    )  # fmt: skip
 
 
 @jit
@@ -139,7 +139,7 @@ def run_on(flow, section, periods, state):
 
     section: rows for the sections, as far as there is room.
     """
-    noted = OrbitBuffers(None, section, None, None, None, None, None, None)
+    noted = OrbitBuffers(None, section, None, None, None, None, None, None, None)
     return run(flow.prepared, noted, Span(0, periods, 1), state, None, None)
 
 

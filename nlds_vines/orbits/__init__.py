@@ -20,6 +20,7 @@ In reading order:
     refinement       errors, from the same orbits computed more finely
     impact_rows      what is told of an impact, and of a limit
     simulation       `nv.simulate`
+    loaded           an orbit under a load in time
     classification   `nv.classify`
     attractors       closed stable orbits, and the region from which orbits certainly come to one
     attractor_learning   the attractors of systems along a parameter, each with its number

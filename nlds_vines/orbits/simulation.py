@@ -275,7 +275,7 @@ class _Buffers:
             record=record,
             stops=stops,
             states=np.empty((periods * stops, len(scene.components))) if noted else None,
-            impacts=_room(16 + 4 * periods) if "impacts" in record else None,
+            impacts=room_for_impacts(16 + 4 * periods) if "impacts" in record else None,
             energy=np.zeros(2) if "energy" in record else None,
             peak=np.zeros(2) if "peak" in record else None,
             clearance=np.full(1, np.inf) if "clearance" in record else None,
@@ -306,7 +306,9 @@ class _Buffers:
         """Return fresh buffers with room for the impacts that were counted."""
         assert self.impacts is not None
         clearance = None if self.clearance is None else np.full(1, np.inf)
-        return replace(self, impacts=_room(int(self.impacts.filled[0])), clearance=clearance)
+        return replace(
+            self, impacts=room_for_impacts(int(self.impacts.filled[0])), clearance=clearance
+        )
 
     def orbit(self, system: System, rest: float, state: np.ndarray, transient: int) -> Orbit:
         """Return what was recorded, in the user's coordinates."""
@@ -321,7 +323,7 @@ class _Buffers:
                 found[f"E1{name}"] = float(energies[0])
                 found[f"E2{name}"] = float(energies[1]) if system.scene.damper else None
         if self.impacts is not None:
-            found["impacts"] = _impacts(self.impacts, system.scene)
+            found["impacts"] = impacts_of(self.impacts, system.scene)
         if self.clearance is not None:
             found["clearance"] = float(self.clearance[0])
         if self.response is not None:
@@ -362,7 +364,7 @@ def _renamed(
     return (resolution, None) if method == "exact" else (None, resolution)
 
 
-def _room(capacity: int) -> Impacts:
+def room_for_impacts(capacity: int) -> Impacts:
     """Return a table with room for so many impacts."""
     return Impacts(np.empty((capacity, COLUMNS)), np.zeros(1, np.int64))
 
@@ -417,7 +419,8 @@ def _user_state(system: System, rest: float, state: np.ndarray) -> np.ndarray:
     return np.array([x1, v1, x1 - r + rest, v1 - s])
 
 
-def _impacts(noted: Impacts, scene: Scene) -> np.ndarray:
+def impacts_of(noted: Impacts, scene: Scene) -> np.ndarray:
+    """Return impacts as users see them, one row of dtype `IMPACT` for each."""
     found = noted.data[: noted.filled[0]]
     table = np.empty(len(found), IMPACT)
     table["wall"] = np.where(found[:, 0] == 0, scene.struck["near"], scene.struck["far"])

@@ -104,5 +104,5 @@ def test_a_limit_may_be_passed_because_of_a_load():
     touch = 1.3, 0.0, 0.0
     log = np.zeros(6)
     log[LEVEL] = wall.gap + 1.001 * (math.sqrt(damper.m2 / 0.8 / wall.K) * touch[0]) ** 0.8
-    assert may_pass(side_of((ps, damper, wall)), log, 0.01, touch)
-    assert not may_pass(side_of((with_load(ps, 0.0), damper, wall)), log, 0.01, touch)
+    assert may_pass(side_of((ps, damper, wall)), log, PHASE, 0.01, touch)
+    assert not may_pass(side_of((with_load(ps, 0.0), damper, wall)), log, PHASE, 0.01, touch)

@@ -22,7 +22,7 @@ from nlds_vines.kernels.contact import (
     external_acceleration,
     shrunk_by,
 )
-from nlds_vines.kernels.contact_field import rotated
+from nlds_vines.kernels.drive import rotated
 from nlds_vines.kernels.flight import rate_of
 from nlds_vines.kernels.laws.hertz import LASTING, WHOLE
 from nlds_vines.kernels.observe import COLUMNS, Impacts

@@ -237,6 +237,7 @@ def test_a_passage_and_a_return_within_one_step():
 # ---- the bounds ----------------------------------------------------------------------------------
 
 NO_FORCES = dict.fromkeys(("k1", "c1", "k2", "c2", "P"), 0.0)
+PHASE = (1.0, 0.0)
 BODIES = {"m1": 1000.0, "m2": 60.0, "omega": 6.28, "K": 1e6, "near": 0.1}
 
 
@@ -244,7 +245,7 @@ def bend(q, s, v1, duration, **forces):
     parts = contact_parts(**{**BODIES, **NO_FORCES, **forces})
     side = side_of(parts)
     side.k[Y], side.k[Y + 1], side.k[Y + 3] = q, s, v1
-    return limit.bend_in_contact(side, duration), parts
+    return limit.bend_in_contact(side, PHASE, duration), parts
 
 
 @pytest.mark.kernels
@@ -274,12 +275,14 @@ def test_a_short_impact_is_trusted_only_where_its_energy_cannot_reach_the_limit(
     log = np.zeros(6)
     for part, expected in ((0.999, True), (1.001, False)):
         log[observe.LEVEL] = 0.1 + part * depth
-        at_rest = limit.may_pass(side, log, 0.01, (1.0, 0.0, side.damper.share))
+        at_rest = limit.may_pass(side, log, PHASE, 0.01, (1.0, 0.0, side.damper.share))
         assert at_rest == expected
-        moving = limit.may_pass(side, log, 0.01, (1.0, 0.0, 5.0))
+        moving = limit.may_pass(side, log, PHASE, 0.01, (1.0, 0.0, 5.0))
         assert moving
     log[observe.LEVEL] = 0.09
-    assert limit.may_pass(side, log, 0.01, (1e-9, 0.0, 0.0))
+    assert limit.may_pass(side, log, PHASE, 0.01, (1e-9, 0.0, 0.0))
     for level, expected in ((-0.11, True), (-0.1, False), (-0.05, False)):
         log[observe.LEVEL] = level
-        assert limit.may_pass(side._replace(sign=-1.0), log, 0.01, (1.0, 0.0, 0.0)) == expected
+        assert (
+            limit.may_pass(side._replace(sign=-1.0), log, PHASE, 0.01, (1.0, 0.0, 0.0)) == expected
+        )

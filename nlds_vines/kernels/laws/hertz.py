@@ -15,8 +15,8 @@ from ..arguments import Watch, side_with
 from ..codes import RELEASED, STOPPED
 from ..compiling import jit
 from ..contact import Steps, contact
-from ..contact_field import rotated
 from ..deciding import is_a
+from ..drive import rotated
 from ..driven import Driven
 from ..elastic_contact import as_seen, mirrored_back, step_driven, tally_stepped
 from ..elementary import exp, fifth_root, hypotenuse, log
@@ -195,7 +195,7 @@ def note_part(side, watch, phase, lasting, now):
     if watch.energy is not None:
         touch = rotated(phase[0], phase[1], -side.ps.omega * ahead.elapsed)
         note_inside(side, watch.energy, touch, ahead, lasting)
-    if limit_log is not None and may_pass(side, limit_log, ahead.took, ahead.touch):
+    if limit_log is not None and may_pass(side, limit_log, phase, ahead.took, ahead.touch):
         contact(side, Watch(limit_log, None, None, None, None, None), phase, now, lasting)
 
 

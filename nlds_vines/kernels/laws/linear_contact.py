@@ -24,7 +24,6 @@ from ..compiling import jit
 from ..deciding import is_a
 from ..driven import GAP, constants_of, rows_of, seen_from_wall, wall_at
 from ..driven_flight import Linear, carry
-from ..elementary import cos_sin_of_turn
 from ..flight import (
     COEF,
     FACTOR,
@@ -34,14 +33,13 @@ from ..flight import (
     Grid,
     at,
     bare_grid,
-    cell_polynomial,
     grid_with,
     rate_of,
-    turned,
 )
 from ..impact_variations import columns_of, put_columns
+from ..load_cells import Stretch, grid_under, phase_during, polynomial_from
 from ..observe import note_depth, note_force
-from ..once_rounded import piece_once_rounded, rounded_once, whole_at_phase
+from ..once_rounded import after_piece, after_whole, rounded_once
 from ..peaks import factor_at, note_energies, root
 from ..response import bend_in_rows, raise_within, tally_cell
 from ..response_sums import LOSS, OF_FORCE, S2, place_of
@@ -49,7 +47,6 @@ from ..scene import Damper, Ground, Structure, joined, mirrored_load
 from ..touch import LOST, R, first_touch, note_limit, tightened
 
 MOST_CELLS = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
-FEWEST = 8.0  # cells of a period, at least
 
 
 LINEAR = True
@@ -162,8 +159,19 @@ def pressed_bodies(ps, damper, wall):
 @jit
 def local_grid(ps, damper, begun):
     """Return a grid of which only the motion over a cell is known, not the phases of a period."""
-    h = min(SHORT / rate_of(ps, joined(damper)), 2.0 * math.pi / ps.omega / FEWEST)
-    return grid_with(ps, damper, h, 1, 0, begun)
+    rate = rate_of(ps, joined(damper))
+    if is_a(begun, Stretch):
+        h = SHORT / max(rate, SHORT / begun.h)
+        return grid_under(ps, damper, h, Stretch(begun.rows[:0], begun.degree, h, begun.begin))
+    return grid_with(ps, damper, SHORT / rate, 1, 0, begun)
+
+
+@jit
+def short_grid(ps, damper, begun):
+    """Return such a grid whose cells are rounded once; a load does not last so long."""
+    if is_a(begun, Stretch):
+        return local_grid(ps, damper, begun)
+    return rounded_once(ps, damper, local_grid(ps, damper, begun))
 
 
 @jit
@@ -171,15 +179,14 @@ def held_at(wall, ps, damper, n, begun):
     """Return the `Pressed` of a cell at a wall; `begun` as `flight.grid_with` takes it."""
     one, joint, share = pressed_bodies(ps, damper, wall)
     return Pressed(
-        one, joint, share * wall.gap, rounded_once(one, joint, local_grid(one, joint, begun)),
+        one, joint, share * wall.gap, short_grid(one, joint, begun),
         local_grid(ps, damper, begun), np.zeros(COEF + TERMS),
     )  # fmt: skip
 
 
 @jit
-def too_stiff(held):
-    """Tell whether a period on the wall had more cells than can be followed."""
-    period = 2.0 * math.pi / held.ps.omega
+def too_stiff(held, period):
+    """Tell whether a period [s] on the wall had more cells than can be followed."""
     return not period <= MOST_CELLS * held.grid.h
 
 
@@ -273,7 +280,6 @@ def follow(side, watch, phase, place, left, now):
     energy, impacts, limit_log, tangent, tally = (
         watch.energy, watch.impacts, watch.limit_log, watch.tangent, watch.tally
     )  # fmt: skip
-    period = 2.0 * math.pi / ps.omega
     # r is counted from the balance of the springs, where the depth is -`balance`
     balance, shift = wall.gap - held.shift, sign * held.shift
     z, s, x1, v1 = now
@@ -287,8 +293,8 @@ def follow(side, watch, phase, place, left, now):
     w, watched = grid.table, held.watched
     while event == STOPPED:
         end = min(1.0, (left - took) / grid.h)
-        phase = cos_sin_of_turn(turned(grid.begun, place) + took / period)
-        cell_polynomial(grid, x1, v1, r, s, phase[0], phase[1])
+        then = phase_during(ps, grid, phase, place, took)
+        polynomial_from(grid, (x1, v1, r, s), then)
         watch_release(wall.pulls, wall, sign, balance, w, watched)
         where = first_zero(watched, end)
         if where == LOST:
@@ -298,9 +304,9 @@ def follow(side, watch, phase, place, left, now):
         if where <= end:
             piece, event = where, RELEASED
         if piece == 1.0:
-            y = whole_at_phase(grid.low, damper, w, (x1, v1, r, s), phase)
+            y = after_whole(grid.low, damper, w, (x1, v1, r, s), then)
         else:
-            y = piece_once_rounded(grid.low, damper, grid.load, w, piece, (x1, v1, r, s), phase)
+            y = after_piece(grid.low, damper, grid.load, w, piece, (x1, v1, r, s), then)
         if impacts is not None:
             note_greatest(wall, sign, balance, impacts, w, piece)
         w[R] += shift  # the rows hold r itself
@@ -310,7 +316,7 @@ def follow(side, watch, phase, place, left, now):
         if limit_log is not None:
             note_limit(w, limit_log, took / grid.h, grid.h, piece, math.inf, math.inf)
         if tally is not None:
-            tally_pressed(wall, sign, tally, grid, phase, piece)
+            tally_pressed(wall, sign, tally, grid, then, piece)
         x1, v1, r, s = y
         took = min(took + piece * grid.h, left)
         if event == STOPPED and (end < 1.0 or took >= left):
@@ -343,7 +349,7 @@ def carried(damper, shift):
 
 
 @jit
-def leave(side, watch, place, left, now):
+def leave(side, watch, phase, place, left, now):
     """Fly from a depth z > 0 at which the wall does not push, to z = 0 or for the time `left` [s].
 
     now: (z, s, x1, v1). Returns (event, z, s, x1, v1, time [s]): CLEARED at z = 0, RETURNED where
@@ -352,15 +358,15 @@ def leave(side, watch, place, left, now):
     ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
     energy, limit_log, tally = watch.energy, watch.limit_log, watch.tally
     watched = side.held.watched
-    period, took = 2.0 * math.pi / ps.omega, 0.0
+    took = 0.0
     z, s, x1, v1 = now
     r = sign * (z + wall.gap)
     grid = bare_grid(side.held.loose)
     w = grid.table
     while True:
         end = min(1.0, (left - took) / grid.h)
-        phase = cos_sin_of_turn(turned(grid.begun, place) + took / period)
-        cell_polynomial(grid, x1, v1, r, s, phase[0], phase[1])
+        then = phase_during(ps, grid, phase, place, took)
+        polynomial_from(grid, (x1, v1, r, s), then)
         watch_depth(None, wall, sign, wall.gap, w, watched)
         event, where = CLEARED, first_zero(watched, end)
         watch_force(None, wall, -sign, 0.0, w, watched)
@@ -376,7 +382,7 @@ def leave(side, watch, place, left, now):
         if limit_log is not None:
             note_limit(w, limit_log, took / grid.h, grid.h, piece, math.inf, math.inf)
         if tally is not None:
-            tally_cell(tally, grid, phase, piece)
+            tally_cell(tally, grid, then, piece)
         x1, v1, r, s = at(w, piece)
         took = min(took + piece * grid.h, left)
         if where <= end and took < left:

@@ -25,6 +25,7 @@ from .. import runge_kutta as rk
 from ..codes import EXHAUSTED, RELEASED, STOPPED
 from ..compiling import jit
 from ..deciding import is_a
+from ..drive import drive_now, falling, mirrored, most_push
 from ..driven import (
     DAMPING,
     FORCE,
@@ -39,22 +40,19 @@ from ..driven import (
 )
 from ..driven_flight import Linear, carry, under_once
 from ..elementary import log
-from ..exact import phase_of
 from ..flight import (
     COEF,
-    DRIVE,
     ORDER,
     Grid,
     at,
     bare_grid,
-    cell_polynomial,
-    grid_from,
 )
 from ..impact_variations import columns_of, put_columns
+from ..load_cells import drive_term, grid_over, phase_of, polynomial_from
 from ..peaks import note_energies
 from ..response import tally_cell
 from ..response_sums import IMPULSE, LOSS, raise_to
-from ..scene import Structure, accelerations, greatest_push, mirrored_load, under
+from ..scene import Structure, accelerations, mirrored_load, under
 from ..touch import LOST, R, first_touch, tightened
 
 BRIEF = 1.0e-5  # speed of a rebound that is followed by rest, in units of a / rate
@@ -148,7 +146,7 @@ def held_at(wall, ps, damper, n, begun):
         ps.m1 + damper.m2, ps.k1, ps.stiffness * other, ps.damping * other, ps.force * other,
         ps.omega, share_of_load(ps.load, other),
     )  # fmt: skip
-    return Stuck(one, grid_from(one, None, n, begun))
+    return Stuck(one, grid_over(one, None, n, begun))
 
 
 @jit
@@ -170,9 +168,9 @@ def pressing(ps, damper, wall, x1, v1, c):
 def stays(ps, damper, wall, rate, state, phase):
     """Tell whether rebounds from a speed s < 0 end in rest all but at once.
 
-    state: (s, x1, v1), v1 of the structure once they have; phase: (cos, sin) of the forcing's.
+    state: (s, x1, v1), v1 of the structure once they have; phase: the instant (`drive`).
     """
-    (s, x1, v1), (c, d) = state, phase
+    (s, x1, v1), c = state, drive_now(phase)
     a = pressing(ps, damper, wall, x1, v1, c)
     if not a > 0.0 or rate * -s > BRIEF * a:
         return False
@@ -183,7 +181,7 @@ def stays(ps, damper, wall, rate, state, phase):
     lasting = -2.0 * s / (a * (1.0 - wall.e))
     own = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
     dv = (1.0 - damper.share) * own
-    change = ps.force * ps.omega * d + ps.stiffness * v1 + ps.damping * dv
+    change = falling(ps, phase) + ps.stiffness * v1 + ps.damping * dv
     return abs(change) * lasting <= STEADY * a and rate * lasting <= STEADY
 
 
@@ -250,13 +248,14 @@ def follow(side, watch, phase, place, left, now):
     ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
     tangent, k = watch.tangent, side.k
     s, x1, v1 = sign * now[1], sign * now[2], sign * now[3]
-    c, d = sign * phase[0], sign * phase[1]
+    wave = mirrored(phase, sign)
+    c = drive_now(wave)
     seen = mirrored_load(ps.load, ps, sign)
     if s > 0.0:
         before, u = (s, x1, v1), v1 - damper.share * s
         s = -wall.e * s
         v1 = u + damper.share * s
-        stuck = stays(seen, damper, wall, side.rate, (s, x1, u), (c, d))
+        stuck = stays(seen, damper, wall, side.rate, (s, x1, u), wave)
         if stuck:
             s, v1 = 0.0, u
         tally_impulse(damper, sign, watch.tally, before[0], s)
@@ -289,16 +288,12 @@ def expand_pull(ps, w, sign, phase):
     and v1 are there. Returns the sum of the sizes of its terms at the start.
     """
     for i in range(ORDER + 1):
-        row, drive = COEF + 4 * i, w[DRIVE + i] * phase[i % 2]
+        row, drive = COEF + 4 * i, drive_term(w, phase, i)
         own = ps.force * drive - ps.stiffness * w[row] - ps.damping * w[row + 1]
         if i == 0:
             own = under(ps.load, own)
         w[row + 2], w[row + 3] = -sign * own, 0.0
-    return (
-        greatest_push(ps.load, abs(ps.force))
-        + abs(ps.stiffness * w[COEF])
-        + abs(ps.damping * w[COEF + 1])
-    )
+    return most_push(ps, phase) + abs(ps.stiffness * w[COEF]) + abs(ps.damping * w[COEF + 1])
 
 
 @jit
@@ -327,7 +322,7 @@ def stick(side, watch, place, left, x1, v1):
         # the cell, to its end or to that of the time
         phase = phase_of(grid, j, x)
         end = min(1.0, until * grid.n - j) - x
-        cell_polynomial(grid, x1, v1, 0.0, 0.0, phase[0], phase[1])
+        polynomial_from(grid, (x1, v1, 0.0, 0.0), phase)
         size = expand_pull(ps, w, sign, phase)
         bend, jerk = tightened(w, math.inf, math.inf)
         where = first_touch(w, 0.0, end, 1.0, PULL * (size + abs(spring)) - spring, bend, jerk)

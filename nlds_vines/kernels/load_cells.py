@@ -1,0 +1,323 @@
+"""Flight under a load: any force on the structure that is a polynomial over each cell.
+
+With f = sum_k f_k x^k over a cell, x from 0 to 1, the Taylor coefficients of the state are
+c_(k+1) = h (A c_k + b f_k) / (k + 1). What a power of x makes of bodies at rest is tabulated once
+for all cells of a length, so that the polynomial of a cell is a sum of products, as it is under a
+harmonic force; and so is what all of f adds to the state over a cell.
+
+A certificate needs no more than bounds of the force and of its derivatives: over some cells they
+are those of a harmonic force at the rate of the bodies, the `majorant_of` the load.
+
+Cells of one length in a row are a `Stretch`, and have one grid. Behind the table of a grid without
+forcing (`flight`) there stand, from the places in `grid.begun` on,
+
+    powers   ORDER TERMS   the polynomial of a state that a force x^m moves, m = 0, 1, ...
+    rows     ROW (n + 1)   of each cell its f_k [N] and the amplitude of its majorant [N]
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .compiling import jit
+from .deciding import is_a
+from .drive import MAJORANT, Moment, drive_now, moved
+from .elementary import cos_sin_of_turn
+from .flight import (
+    CELLS,
+    COEF,
+    DRIVE,
+    ORDER,
+    PERIOD,
+    TAYLOR,
+    TERMS,
+    Grid,
+    cell_polynomial,
+    grid_from,
+    grid_with,
+    move_on,
+    phase_at,
+    place_of_load,
+    room_for_load,
+    turned,
+)
+from .fours import four_at, put_four
+from .once_rounded import put_sum, put_sum_of_load
+from .peaks import work_at
+from .scene import Structure, accelerations, unloaded
+
+ROW = 16  # numbers of a cell: coefficients, and the majorant
+SLOWEST = 0.1  # least bound of a rate in units of 1/h: a slower one would tell less of the force
+
+
+class Stretch(NamedTuple):
+    """Cells of one length in a row."""
+
+    rows: np.ndarray  # (n, ORDER + 1) coefficients of the force [N]
+    degree: int  # of the polynomials, the highest
+    h: float  # length of a cell [s]
+    begin: float  # [s]
+
+
+class Loaded(NamedTuple):
+    """Of a grid under a load, in place of a `flight.Begun`: where in its table is what."""
+
+    begin: float  # [s], from which times count
+    degree: int
+    powers: int
+    rows: int
+
+
+# ---- a grid --------------------------------------------------------------------------------------
+
+
+@jit
+def grid_over(ps, damper, n, begun):
+    """Prepare flight in n cells over what is `begun`: a share of a period, or a stretch."""
+    if is_a(begun, Stretch):
+        return grid_under(ps, damper, begun.h, begun)
+    return grid_from(ps, damper, n, begun)
+
+
+@jit
+def grid_under(ps, damper, h, stretch):
+    """Prepare flight by cells of h [s] over the cells of a stretch, if it has any."""
+    n, degree = len(stretch.rows), stretch.degree
+    free = grid_with(ps, damper, h, 1, 0, PERIOD)
+    load = place_of_load(ps.load, CELLS + 6 * n + 6)
+    powers = CELLS + 6 * n + 6 + room_for_load(load)
+    rows = powers + ORDER * TERMS
+    w = np.zeros(rows + ROW * (n + 1))
+    w[:CELLS] = free.table[:CELLS]
+    copy_load(load, free, w)
+    ends = np.zeros(4 * (ORDER + 1))
+    for m in range(min(degree + 1, ORDER)):
+        expand_push(unloaded(ps), damper, h, m, w, powers + m * TERMS)
+        put_sum(w, powers + m * TERMS, ends, 4 * m)
+    constant = np.zeros(4)
+    put_sum_of_load(load, w, constant, 0)
+    rate = max(free.rate, SLOWEST / h)
+    for j in range(n):
+        row = rows + ROW * j
+        forced = four_at(constant, 0)
+        for m in range(degree + 1):
+            f = stretch.rows[j, m]
+            w[row + m] = f
+            forced = forced + four_at(ends, 4 * m) * f
+        put_four(w, CELLS + 6 * j, forced)
+        w[row + MAJORANT] = majorant_of(w, row, degree, rate * h)
+    begun = Loaded(stretch.begin, degree, powers, rows)
+    return Grid(n, h, 0.0, rate, free.push, free.bend, w, load, None, begun, None)
+
+
+@jit
+def copy_load(load, free, w):
+    """Copy what a constant load does, where there is one, from the table of a grid."""
+    if load is None:
+        return None
+    for i in range(TERMS):
+        w[load + i] = free.table[free.load + i]
+
+
+@jit
+def expand_push(ps, damper, h, power, out, first):
+    """Write the Taylor coefficients of bodies at rest that a force x^power [N] moves (`expand`)."""
+    dv, ds = accelerations(ps, damper, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    g = h / (power + 1.0)
+    x1, v1, r, s = 0.0, dv * g, 0.0, ds * g
+    for k in range(power + 1, ORDER + 1):
+        at = first + 4 * k
+        out[at], out[at + 1], out[at + 2], out[at + 3] = x1, v1, r, s
+        dv, ds = accelerations(ps, damper, x1, v1, r, s, 0.0, 0.0)
+        g = h / (k + 1.0)
+        x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
+
+
+@jit
+def majorant_of(w, row, degree, turn):
+    """Return the amplitude of a harmonic force that bounds that of a row and three derivatives.
+
+    turn: its phase over the cell. By the place x the i-th derivative is at most
+    sum_k |f_k| k! / (k - i)!, as x is at most 1.
+    """
+    b0, b1, b2, b3 = abs(w[row]), 0.0, 0.0, 0.0
+    for k in range(1, degree + 1):
+        f = abs(w[row + k])
+        b0 += f
+        f *= k
+        b1 += f
+        f *= k - 1.0
+        b2 += f
+        b3 += f * (k - 2.0)
+    return max(max(b0, b1 / turn), max(b2, b3 / turn) / (turn * turn))
+
+
+@jit
+def pushed_over(ps, grid, j, last):
+    """Return (structure, grid) that bound the motion over the cells from j to before `last`.
+
+    Of a load, as its majorant would move them.
+    """
+    if is_a(grid.begun, Loaded):
+        return under_majorant(ps, grid, j, last)
+    return ps, grid
+
+
+@jit
+def under_majorant(ps, grid, j, last):
+    """Return a structure and a grid with the forcing of the majorant over some cells."""
+    most = 0.0
+    for i in range(j, last):
+        most = max(most, grid.table[grid.begun.rows + ROW * i + MAJORANT])
+    force = ps.force * most
+    push = grid.push / ps.force * force
+    if ps.load is not None:
+        push = push + grid.push / ps.force * abs(ps.load)
+    return (
+        Structure(ps.m1, ps.k1, ps.stiffness, ps.damping, force, grid.rate, ps.load),
+        Grid(
+            grid.n, grid.h, grid.turn, grid.rate, push, grid.bend, grid.table, grid.load, grid.low,
+            grid.begun, grid.powers,
+        ),
+    )  # fmt: skip
+
+
+# ---- an instant ----------------------------------------------------------------------------------
+
+
+@jit
+def phase_of(grid, j, x):
+    """Return the instant at place x of cell j: `phase_at`, tabulated at the ends of a cell."""
+    if is_a(grid.begun, Loaded):
+        begun = grid.begun
+        return Moment(grid.table, begun.rows + ROW * j, begun.degree, x, grid.h, 1.0)
+    return phase_between(grid, j, x)
+
+
+@jit
+def phase_between(grid, j, x):
+    """Return (cos, sin) of a harmonic force's phase there."""
+    whole = int(x)
+    at_cell = CELLS + 6 * (j + whole)
+    phase = grid.table[at_cell + 4], grid.table[at_cell + 5]
+    if x != whole:
+        phase = phase_at(grid, j, x)
+    return phase
+
+
+@jit
+def instant_in(grid, j, x):
+    """Return the instant at place x of cell j, of a harmonic force by its phase at the start."""
+    if is_a(grid.begun, Loaded):
+        return phase_of(grid, j, x)
+    return phase_at(grid, j, x)
+
+
+@jit
+def phase_during(ps, grid, phase, place, took):
+    """Return the instant a time `took` [s] after a share of the period, the `place`, is over.
+
+    phase: that at the place.
+    """
+    if is_a(phase, Moment):
+        return moved(phase, phase.x + took / phase.length)
+    return cos_sin_of_turn(turned(grid.begun, place) + took / (2.0 * math.pi / ps.omega))
+
+
+@jit
+def began_at(grid, period):
+    """Return when [s] a period began, or a stretch."""
+    if is_a(grid.begun, Loaded):
+        return grid.begun.begin
+    return period * (grid.h * grid.n)
+
+
+@jit
+def moment_of(grid, j, x):
+    """Return that of a load; that of a harmonic force follows from the share of a period."""
+    if is_a(grid.begun, Loaded):
+        return phase_of(grid, j, x)
+    return None
+
+
+@jit
+def end_of_cells(grid, j, stop):
+    """Return up to which cell a force is the same function as in cell j: of a load its end."""
+    if is_a(grid.begun, Loaded):
+        return j + 1
+    return stop
+
+
+@jit
+def work_anew(ps, damper, grid, j, x, y, before):
+    """Return `peaks.work_at` the beginning of a piece: that of the last one's end, `before`.
+
+    Between two cells a load may jump.
+    """
+    if is_a(grid.begun, Loaded):
+        return work_at(ps, damper, y, drive_now(phase_of(grid, j, x)))
+    return before
+
+
+# ---- the polynomial of a cell --------------------------------------------------------------------
+
+
+@jit
+def polynomial_from(grid, y, phase):
+    """Fill COEF with the Taylor coefficients of the flight from a state y and an instant.
+
+    Of a load the rows DRIVE, too, with those of the force.
+    """
+    if is_a(phase, Moment):
+        return polynomial_under(grid, y, phase)
+    return cell_polynomial(grid, y[0], y[1], y[2], y[3], phase[0], phase[1])
+
+
+@jit
+def polynomial_under(grid, y, moment):
+    """Fill COEF and DRIVE under a load."""
+    w, powers, degree = grid.table, grid.begun.powers, moment.degree
+    fill_drive_from(w, moment, grid.h)
+    for k in range(ORDER + 1):
+        i = TAYLOR + 4 * k
+        found = (four_at(w, i) * y[0] + four_at(w, i + TERMS) * y[1]) + (
+            four_at(w, i + 2 * TERMS) * y[2] + four_at(w, i + 3 * TERMS) * y[3]
+        )
+        for m in range(min(k, degree + 1)):
+            found = found + four_at(w, powers + TERMS * m + 4 * k) * w[DRIVE + m]
+        put_four(w, COEF + 4 * k, found)
+    move_on(grid.load, w)
+
+
+@jit
+def fill_drive_from(w, moment, h):
+    """Fill the rows DRIVE of a table, whose cells are h [s] long, with the force from a moment on.
+
+    By Horner's rule again and again, and powers of the ratio of both lengths.
+    """
+    degree, x, row = moment.degree, moment.x, moment.row
+    for k in range(degree + 1):
+        w[DRIVE + k] = moment.sign * moment.w[row + k]
+    if x != 0.0:
+        for i in range(degree):
+            for k in range(degree - 1, i - 1, -1):
+                w[DRIVE + k] += x * w[DRIVE + k + 1]
+    if h != moment.length:
+        ratio = h / moment.length
+        power = ratio
+        for k in range(1, degree + 1):
+            w[DRIVE + k] *= power
+            power *= ratio
+    for k in range(degree + 1, ORDER + 1):
+        w[DRIVE + k] = 0.0
+
+
+@jit
+def drive_term(w, phase, k):
+    """Return the Taylor coefficient k of the force over the expanded cell."""
+    if is_a(phase, Moment):
+        return w[DRIVE + k]
+    return w[DRIVE + k] * phase[k % 2]

@@ -1,0 +1,172 @@
+"""An orbit under a load: stretch by stretch, with jumps of speed in between."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .arguments import OrbitBuffers, Span
+from .cells import (
+    any_overflowed,
+    begin_limit_log,
+    limit_log_of,
+    no_limit_to_keep,
+    overflowed,
+    prepared_cell,
+    report_violation,
+    start_energy,
+    too_stiff,
+)
+from .codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
+from .compiling import jit
+from .flight import ORDER, REACH, rate_of
+from .load_cells import Stretch
+from .observe import note_energy
+from .orbit import at_section, bounded, on_ground, run, set_mode
+from .response import begin_tally, note_sums, report, tally_for
+from .response_sums import JUMPS, MOST, OF_V, raise_to
+from .scene import Structure, allowed, damper_of, joined, structure_under
+
+ALIKE = 1.0e-14  # difference of lengths of cells in units of the largest time, which is round-off
+TOLD = 1.0 + 1.0e-9  # by how much a cell may be longer than it should, for round-off
+
+
+class Load(NamedTuple):
+    """A force on the structure, a polynomial in each cell, and jumps of its velocity."""
+
+    edges: np.ndarray  # (n + 1,) times [s] of the ends of the cells
+    rows: np.ndarray  # (n, ORDER + 1) coefficients by the place in a cell [N]
+    jumps: np.ndarray  # (n + 1,) [m/s]
+
+
+@jit
+def structure_moved(load, cell):
+    """Return the `Structure` of one cell that a load moves, whose unit is 1 N."""
+    ps = structure_under(load, cell)
+    return Structure(ps.m1, ps.k1, ps.stiffness, ps.damping, 1.0 / ps.m1, 0.0, ps.load)
+
+
+@jit
+def stretch_from(load, first):
+    """Return the cells of one length from `first` on, up to a jump."""
+    edges, jumps = load.edges, load.jumps
+    n, last = len(load.rows), first + 1
+    h, slack = edges[last] - edges[first], ALIKE * (abs(edges[0]) + abs(edges[len(edges) - 1]))
+    while last < n and jumps[last] == 0.0:
+        if abs(edges[last + 1] - edges[first] - (last + 1 - first) * h) > slack:
+            break
+        last += 1
+    rows = load.rows[first:last]
+    degree = 0
+    for j in range(len(rows)):
+        for k in range(ORDER, degree, -1):
+            if rows[j, k] != 0.0:
+                degree = k
+                break
+    return Stretch(rows, degree, (edges[last] - edges[first]) / (last - first), edges[first])
+
+
+@jit
+def longest_of(edges):
+    """Return the length [s] of the longest cell, NaN where one is none."""
+    longest = 0.0
+    for j in range(len(edges) - 1):
+        length = edges[j + 1] - edges[j]
+        if not length > 0.0:
+            return math.nan
+        longest = max(longest, length)
+    return longest
+
+
+@jit
+def jump(prepared, tally, by, state):
+    """Let the velocity of the structure jump."""
+    ps, before = prepared.ps, state[1]
+    state[1] += by
+    state[3] += by
+    set_mode(prepared.near, prepared.far, state)
+    if tally is not None:
+        tally.row[JUMPS] += 0.5 * ps.m1 * by * (before + state[1])
+        raise_to(tally.row, int(MOST) + OF_V, state[1])
+
+
+@jit
+def at_edge(prepared, buffers, tally, edge, state):
+    """Note what is wanted of a state at an edge, behind the jump there."""
+    ps, damper = prepared.ps, prepared.damper
+    if buffers.peak is not None:
+        note_energy(ps, damper, buffers.peak, state[0], state[1], state[2], state[3])
+    at_section(joined(damper), buffers.section, edge, state[0], state[1], state[2], state[3])
+    note_sums(ps, damper, buffers.sums, edge, tally)
+
+
+@jit
+def rows_behind(rows, edge, count):
+    """Return the rows of so many edges behind one, None where none are wanted."""
+    if rows is None:
+        return None
+    return rows[edge + 1 : edge + 1 + count]
+
+
+@jit
+def stops_in(buffers, count):
+    """Return how often a stretch of cells is to stop."""
+    if buffers.section is None and buffers.sums is None:
+        return 1
+    return count
+
+
+@jit
+def fly_under(parts, cell, load, state, buffers):
+    """Follow one orbit under a load from `state` (SIZE,), which becomes the last one.
+
+    parts, cell: as `cells.run_cell`, with a load in place of the harmonic force. Sections of the
+    buffers (`CellBuffers`) are the states at the edges, the first one included. Returns a status.
+    """
+    if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):
+        return BAD_PARAMETERS
+    if no_limit_to_keep(buffers.violation, cell.limit):
+        return BAD_PARAMETERS
+    if not bounded(state[0], state[1], state[2], state[3]):
+        return DIVERGED
+    ps, damper, edges = structure_moved(parts.load, cell), damper_of(parts.damper, cell), load.edges
+    if not rate_of(ps, joined(damper)) * longest_of(edges) <= REACH * TOLD:
+        return TOO_STIFF
+    limit_log = limit_log_of(buffers.violation, cell.limit)
+    tally = tally_for(buffers.response, None, ps)
+    on_ground(damper, state)
+    begin_limit_log(limit_log, state)
+    start_energy(ps, damper, buffers.peak, state)
+    begin_tally(tally, state)
+    first, status = 0, OK
+    while first < len(load.rows) and status == OK:
+        stretch = stretch_from(load, first)
+        count = len(stretch.rows)
+        prepared = prepared_cell(parts, cell, ps, damper, count, 1, stretch)
+        lasting = count * stretch.h
+        if too_stiff(prepared.held_near, lasting) or too_stiff(prepared.held_far, lasting):
+            return TOO_STIFF
+        if first == 0:
+            set_mode(prepared.near, prepared.far, state)
+            begin_at = load.jumps[0]
+            if begin_at != 0.0:
+                jump(prepared, tally, begin_at, state)
+            at_edge(prepared, buffers, tally, 0, state)
+        wanted = OrbitBuffers(
+            limit_log, rows_behind(buffers.section, first, count), None, buffers.impacts,
+            buffers.peak, buffers.clearance, None, tally, rows_behind(buffers.sums, first, count),
+        )  # fmt: skip
+        span = Span(0, 1, stops_in(buffers, count))
+        status = run(prepared, wanted, span, state, None, None)
+        first += count
+        if status == OK and load.jumps[first] != 0.0:
+            jump(prepared, tally, load.jumps[first], state)
+            at_edge(prepared, buffers, tally, first, state)
+    if status == OK:
+        report(buffers.response, tally, ps, damper, state, edges[len(edges) - 1] - edges[0])
+        report_violation(buffers.violation, limit_log)
+        if overflowed(buffers.peak) or any_overflowed(buffers.response):
+            return DIVERGED
+    return status

@@ -1,0 +1,280 @@
+"""Orbits under loads beside closed forms and 30 digits: the exact flight of any force in time."""
+
+import itertools
+import math
+from types import SimpleNamespace
+
+import mpmath
+import numpy as np
+import pytest
+
+from nlds_vines import RequestError, load_system, simulate
+from nlds_vines.orbits.loaded import C1, C2, CONTACT, LOAD, fly, longest_cell
+
+mpmath.mp.dps = 30
+END = 3.0  # [s]
+
+
+def cells(edges, coefficients):
+    """Return a load whose force has Taylor `coefficients(t, h)` over the cell [t, t + h]."""
+    edges = np.asarray(edges, float)
+    rows = np.zeros((len(edges) - 1, 15))
+    for j, (t, h) in enumerate(zip(edges, np.diff(edges), strict=False)):
+        found = [float(c) for c in coefficients(t, h)]
+        rows[j, : len(found)] = found
+    return SimpleNamespace(edges=edges, rows=rows, jumps=None)
+
+
+def waves(parts):
+    """Return the coefficients of a sum of Re(a exp(rate t)), (a, rate) one of the `parts`."""
+
+    def coefficients(t, h):
+        t, h = mpmath.mpf(t), mpmath.mpf(h)
+        terms = [[a * mpmath.exp(rate * t), rate * h] for a, rate in parts]
+        return [mpmath.re(sum(a * x**k for a, x in terms)) / mpmath.factorial(k) for k in range(15)]
+
+    return coefficients
+
+
+def matrix_of(system):
+    """Return (A, b) of y' = A y + b f, y = (x1, v1[, x2 - its rest, v2]) and f in N."""
+    p = {name: mpmath.mpf(value) for name, value in system.parameters.items()}
+    if not system.scene.damper:
+        return mpmath.matrix([[0, 1], [-p["k1"] / p["m1"], -p["c1"] / p["m1"]]]), [0, 1 / p["m1"]]
+    k2, c2, m1, m2 = p["k2"], p["c2"], p["m1"], p["m2"]
+    A = mpmath.matrix(
+        [
+            [0, 1, 0, 0],
+            [-(p["k1"] + k2) / m1, -(p["c1"] + c2) / m1, k2 / m1, c2 / m1],
+            [0, 0, 0, 1],
+            [k2 / m2, c2 / m2, -k2 / m2, -c2 / m2],
+        ]
+    )
+    return A, [0, 1 / m1, 0, 0]
+
+
+def under_linear(system, y, S, z, time):
+    """Return y after a time under the force z[0], where z' = S z: one matrix exponential."""
+    A, b = matrix_of(system)
+    n, m = A.rows, S.rows
+    M = mpmath.zeros(n + m)
+    M[:n, :n], M[n:, n:] = A, S
+    for i in range(n):
+        M[i, n] = b[i]
+    w = mpmath.expm(M * mpmath.mpf(time), method="taylor") * mpmath.matrix([*y, *z])
+    return [w[i] for i in range(n)], [w[n + i] for i in range(m)]
+
+
+def under_any(system, force, time):
+    """Return y after a time under any force, from rest, by quadrature of Duhamel's integral."""
+    A, b = matrix_of(system)
+    E, right = mpmath.eig(A)
+    left = mpmath.inverse(right) * mpmath.matrix(b)
+    T, found = mpmath.mpf(time), []
+    pieces = [T * i / 8 for i in range(9)]
+    for i in range(A.rows):
+        part = mpmath.quad(lambda s: mpmath.exp(E[i] * (T - s)) * force(s), pieces)  # noqa: B023
+        found.append(part * left[i])
+    y = right * mpmath.matrix(found)
+    return [mpmath.re(y[i]) for i in range(A.rows)]
+
+
+def grid(system, *kinks, end=END):
+    """Return edges up to `end` that are short enough, kinks among them."""
+    h, places = longest_cell(system), sorted({0.0, *kinks, end})
+    return np.unique(
+        np.concatenate(
+            [
+                np.linspace(a, b, max(1, math.ceil((b - a) / h)) + 1)
+                for a, b in itertools.pairwise(places)
+            ]
+        )
+    )
+
+
+def agrees(system, load, expected):
+    """Compare the last state with an expected one; both in scales of the motion."""
+    flown = fly(system, load, record=("states", "work"), quiet=True)
+    scale = np.abs(flown.states).max(axis=0)
+    off = np.abs((flown.states[-1] - [float(x) for x in expected]) / scale)
+    assert off.max() < 1e-11
+    return flown
+
+
+LINEAR = ("none", "tmd")
+
+
+@pytest.mark.parametrize("name", LINEAR)
+def test_a_half_sine(name):
+    system, time = load_system(name), 0.4
+    turn = math.pi / time
+    pulse = waves([(-1000j, 1j * mpmath.mpf(turn))])
+    load = cells(grid(system, time), lambda t, h: pulse(t, h) if t < time - 1e-9 else [0.0])
+    size = len(fly(system, load, quiet=True).state)
+    S = mpmath.matrix([[0, 1], [-(mpmath.mpf(turn) ** 2), 0]])
+    y, _ = under_linear(system, [0] * size, S, [0, 1000 * mpmath.mpf(turn)], time)
+    y, _ = under_linear(system, y, S, [0, 0], mpmath.mpf(END) - mpmath.mpf(time))
+    agrees(system, load, y)
+
+
+@pytest.mark.parametrize("name", LINEAR)
+def test_a_friedlander_pulse(name):
+    """P (1 - t / td) exp(-b t): of z = (f, exp(-b t)) with f' = -b f - P exp(-b t) / td."""
+    system, P, td, b = load_system(name), 2000, mpmath.mpf(0.25), mpmath.mpf(3)
+
+    def blast(t, h):
+        t, h = mpmath.mpf(t), mpmath.mpf(h)
+        terms = [mpmath.exp(-b * t) * (-b * h) ** k / mpmath.factorial(k) for k in range(15)]
+        first = 1 - t / td
+        return [P * (first * c - h / td * d) for c, d in zip(terms, [0, *terms], strict=False)]
+
+    load = cells(grid(system), blast)
+    size = len(fly(system, load, quiet=True).state)
+    S = mpmath.matrix([[-b, -P / td], [0, -b]])
+    y, _ = under_linear(system, [0] * size, S, [P, 1], END)
+    agrees(system, load, y)
+
+
+@pytest.mark.parametrize("degree", [1, 3])
+@pytest.mark.parametrize("name", LINEAR)
+def test_a_record(name, degree):
+    """Samples 0.05 s apart with lines or cubics between them, as good as any force is."""
+    system, rng = load_system(name), np.random.default_rng(5)
+    edges = np.round(np.arange(0, 61) * 0.05, 12)
+    rows = np.zeros((60, 15))
+    rows[:, : degree + 1] = rng.normal(0, 500, (60, degree + 1))
+    if degree == 1:  # without jumps
+        values = rng.normal(0, 500, 61)
+        rows[:, 0], rows[:, 1] = values[:-1], np.diff(values)
+    load = SimpleNamespace(edges=edges, rows=rows, jumps=None)
+    y = [mpmath.mpf(0)] * len(fly(system, load, quiet=True).state)
+    S = mpmath.zeros(degree + 1)
+    for k in range(degree):
+        S[k, k + 1] = 1
+    for row, a, b in zip(rows, edges, edges[1:], strict=False):
+        h = mpmath.mpf(b) - mpmath.mpf(a)
+        z = [mpmath.mpf(c) * mpmath.factorial(k) / h**k for k, c in enumerate(row[: degree + 1])]
+        y, _ = under_linear(system, y, S, z, h)
+    flown = agrees(system, load, y)
+    assert flown.times[-1] == 3.0
+
+
+@pytest.mark.parametrize("name", LINEAR)
+def test_a_sweep(name):
+    """The force P sin(a t + b t^2 / 2), from 4 to 6.5 rad/s, by Duhamel's integral."""
+    system, P, a, b = load_system(name), 800, mpmath.mpf(4), mpmath.mpf(5) / 6
+
+    def force(t):
+        return P * mpmath.sin(a * t + b * t * t / 2)
+
+    def sweep(t, h):
+        # Taylor coefficients of cos and sin of a polynomial of degree two, by their equations
+        t, h = mpmath.mpf(t), mpmath.mpf(h)
+        one, two = (a + b * t) * h, b * h * h / 2
+        start = a * t + b * t * t / 2
+        c, s = [mpmath.cos(start)], [mpmath.sin(start)]
+        for k in range(14):
+            before = k - 1 >= 0
+            c.append(-(one * s[k] + (2 * two * s[k - 1] if before else 0)) / (k + 1))
+            s.append((one * c[k] + (2 * two * c[k - 1] if before else 0)) / (k + 1))
+        return [P * x for x in s]
+
+    edges = np.linspace(0.0, END, math.ceil(END / (0.5 * longest_cell(system))) + 1)
+    agrees(system, cells(edges, sweep), under_any(system, force, END))
+
+
+def cosine_load(system, periods):
+    """Return the harmonic force of a system as a load."""
+    omega = system.parameters["omega"]
+    count = math.ceil(system.period / longest_cell(system))
+    edges = np.linspace(0.0, periods * system.period, periods * count + 1)
+    P = system.parameters["P"]
+    return count, cells(edges, waves([(mpmath.mpf(P), 1j * mpmath.mpf(omega))]))
+
+
+LAWS = {
+    "hertz": {},
+    "hunt-crossley": {"hunt_crossley": 0.2},
+    "power": {"law": "power", "K": 3e6, "exponent": 1.3},
+    "linear": {"law": "linear", "kc": 1e5, "cc": 100.0},
+    "restitution": {"law": "restitution", "e": 0.7},
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_harmonic_force_as_a_load(law):
+    """Every law and record: what `simulate` finds, which knows of no load."""
+    system, periods = load_system("ssul-set6", **LAWS[law]), 4
+    count, load = cosine_load(system, periods)
+    record = ("impacts", "energy", "response", "clearance")
+    known = simulate(system, periods, record=("section", *record), tolerance=1e-13, quiet=True)
+    found = fly(system, load, record=("states", "work", *record), tolerance=1e-13, quiet=True)
+    assert np.abs(found.states[count::count] - known.section).max() < 1e-11
+    assert len(found.impacts) == len(known.impacts) > 2
+    for column in ("touch", "release", "speed", "depth"):
+        assert found.impacts[column] == pytest.approx(known.impacts[column], rel=1e-11, nan_ok=True)
+    assert found.E1max == pytest.approx(known.E1max, rel=1e-11)
+    assert found.E2max == pytest.approx(known.E2max, rel=1e-11)
+    assert found.clearance == pytest.approx(known.clearance, rel=1e-10)
+    for name, value in found.response.items():
+        assert value == pytest.approx(known.response[name], rel=1e-9, abs=1e-14), name
+
+
+def stored(system, states):
+    """Return the energy [J] of both bodies and their springs."""
+    p, (x1, v1, x2, v2) = system.parameters, states.T
+    stretch = x2 - x1 - (system.rest or 0.0)
+    return 0.5 * (p["m1"] * v1**2 + p["k1"] * x1**2 + p["m2"] * v2**2 + p["k2"] * stretch**2)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_balance_of_energy(law):
+    """What force and blows bring in is stored or dissipated, after each cell but in contacts."""
+    system, rng = load_system("ssul-set6", **LAWS[law]), np.random.default_rng(3)
+    edges = np.cumsum(np.concatenate([[1.5], rng.uniform(0.02, 0.08, 120)]))
+    rows = np.zeros((120, 15))
+    rows[:, :4] = rng.normal(0, 600, (120, 4))
+    jumps = np.zeros(121)
+    jumps[[0, 40, 41, 120]] = 0.6, -0.3, 0.2, 0.1
+    load = SimpleNamespace(edges=edges, rows=rows, jumps=jumps)
+    flown = fly(system, load, record=("states", "work", "impacts"), tolerance=1e-12, quiet=True)
+    work = flown.work
+    left = work[:, LOAD] - stored(system, flown.states) - work[:, [C1, C2, CONTACT]].sum(axis=1)
+    touch, release = flown.impacts["touch"], flown.impacts["release"]
+    inside = ((touch <= edges[:, None]) & ~(release < edges[:, None])).any(axis=1)
+    assert len(touch) >= 2
+    assert np.abs(left[~inside]).max() < 1e-11 * np.abs(work).max()
+    assert work[0, LOAD] == pytest.approx(0.5 * 1000.0 * 0.6**2)
+    assert (np.diff(work[:, [C1, C2]], axis=0) >= 0.0).all()
+
+
+def test_an_edge_changes_nothing_but_round_off():
+    """A pulse cut into more cells, at any places, and the rest of an orbit from its middle."""
+    system = load_system("ssul-set6")
+    pulse = waves([(3000, mpmath.mpc(-2, 5))])
+    coarse = np.linspace(0.0, 1.6, 23)
+    fine = np.union1d(coarse, [0.0931, 0.5, 0.50001, 1.2])
+    one, two = (
+        fly(system, cells(edges, pulse), tolerance=1e-12, quiet=True) for edges in (coarse, fine)
+    )
+    among = np.searchsorted(fine, coarse)
+    assert np.abs(two.states[among] - one.states).max() < 1e-12
+    assert two.impacts["touch"] == pytest.approx(one.impacts["touch"], abs=1e-12)
+    later = cells(coarse[11:], pulse)
+    rest = fly(system, later, start=one.states[11], tolerance=1e-12, quiet=True)
+    assert np.abs(rest.states - one.states[11:]).max() < 1e-12
+
+
+def test_a_bad_load_is_refused():
+    system = load_system("none")
+    good = cells(np.linspace(0.0, 1.0, 21), lambda t, h: [1.0])
+    for change, words in (
+        ({"rows": good.rows[:, :5]}, "rows"),
+        ({"rows": np.full((20, 15), np.nan)}, "not finite"),
+        ({"edges": good.edges[::-1]}, "behind"),
+        ({"edges": good.edges * 10}, "allowed: up to 0.104 s"),
+        ({"jumps": np.zeros(3)}, "jumps"),
+    ):
+        bad = SimpleNamespace(**{**vars(good), **change})
+        with pytest.raises(RequestError, match=words):
+            fly(system, bad, quiet=True)

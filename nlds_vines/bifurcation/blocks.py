@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
+from nlds_vines.kernels.codes import TOUCH_COLUMNS
 from nlds_vines.model.quantities import RETRACED
 from nlds_vines.model.system import cell_type
-from nlds_vines.orbits.wants import noted, speeds_noted
+from nlds_vines.orbits.wants import noted, touches_noted
 from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:
@@ -93,10 +94,10 @@ def lane_bytes(scan: Scan) -> int:
     error there are two such orbits, and the periods that are retraced.
     """
     rows = noted(scan.want, scan.transient, scan.periods)
-    speeds = speeds_noted(scan.want, scan.system.scene, scan.periods)
+    touches = touches_noted(scan.want, scan.system.scene, scan.periods)
     if scan.spectral is not None:  # and the buffers of the transform, of as many numbers
         rows += 2 * scan.periods * scan.spectral.samples
-    orbit = 8 * (rows * len(scan.system.scene.components) + speeds) + _LANE_BYTES
+    orbit = 8 * (rows * len(scan.system.scene.components) + TOUCH_COLUMNS * touches) + _LANE_BYTES
     if "error" not in scan.want:
         return orbit
     retraced = cell_type(scan.system.scene).itemsize + _STATES_BYTES

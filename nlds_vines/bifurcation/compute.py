@@ -189,7 +189,7 @@ class Computer:
         return values.reshape(*shape, *tail)
 
 
-_PLAIN = ("section", "energy", "peak", "violation", "speeds", "clearance")
+_PLAIN = ("section", "energy", "peak", "violation", "touches", "clearance")
 """The buffers of `Outputs` whose numbers are recorded as they are."""
 
 _KNOWN = ("status", "regime", "label", "start_state")

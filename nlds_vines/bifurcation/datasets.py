@@ -16,18 +16,24 @@ from nlds_vines.archives.toml import parse_toml
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.parameters import PHASE, described
-from nlds_vines.model.quantities import SPEEDS, recorded
+from nlds_vines.model.quantities import recorded
 from nlds_vines.model.quantity import Quantity
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.spectral_records import SpectralRecords
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import STATUS
+from nlds_vines.orbits.wants import touches_noted
 
 
 def struck(scene: Scene) -> tuple[str, ...]:
     """Return the names of the two bodies that a damper strikes; empty for a scene of one wall."""
-    return tuple(scene.struck[wall] for wall in scene.walls) if len(scene.walls) > 1 else ()
+    return scene.bodies_struck if len(scene.walls) > 1 else ()
+
+
+def struck_flags(scene: Scene) -> dict[str, int]:
+    """Return the code of each body that is struck, 0 at the near wall, by its name in a word."""
+    return {name.replace(" ", "_"): code for code, name in enumerate(struck(scene))}
 
 
 def bodies_of(scene: Scene) -> tuple[str, ...]:
@@ -44,6 +50,7 @@ def state_scales(count: int) -> Iterator[Scale]:
     yield Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number")
 
 
+_IMPACT = "impact after the transient, counted from the first"
 _FLAGS: Mapping[str, Mapping[str, int]] = {
     "regime": FLAGS,
     "label_kept": KEPT,
@@ -93,20 +100,25 @@ class ScanContents:
             *varied,
             Scale("start", starts, "1", "start of the orbit"),
             Scale("cycle", cycles, "1", "sampled forcing period, counted after the transient"),
-            *([_speed_scale(self.periods)] if scene.walls and "speeds" in self.want else []),
+            Scale("impact", np.arange(1, self._touches + 1, dtype=np.int32), "1", _IMPACT),
             Scale("component", np.array(scene.components), "1", "component of the state"),
             *([Scale("wall", np.array(walls), "1", "what is struck")] if walls else []),
             *(state_scales(len(scene.components)) if "evidence" in self.want else ()),
             *(() if self.spectral is None else self.spectral.scales()),
         )
 
+    @property
+    def _touches(self) -> int:
+        """Of how many impacts of an orbit the touch is kept."""
+        return touches_noted(self.want, self.scene, self.periods)
+
     def _lengths(self) -> dict[str, int]:
         """Return the length of every dimension: there may be too many values to make them."""
         size, walls = len(self.scene.components), struck(self.scene)
         found = {axis.name: axis.values.size for axis in self.axes}
         found |= {"start": self.start.orbits, "cycle": self.periods, "component": size}
-        if "speeds" in self.want:
-            found |= {"impact": SPEEDS * self.periods}
+        if self._touches:
+            found |= {"impact": self._touches}
         if walls:
             found |= {"wall": len(walls)}
         if "evidence" in self.want:
@@ -117,13 +129,9 @@ class ScanContents:
 def dataset_of(entry: Quantity, lanes: tuple[str, ...], scene: Scene) -> Dataset:
     """Return the dataset of a recorded quantity; `lanes` are the dimensions of all of a scan."""
     own = tuple(dim for dim in entry.dims if dim != "wall" or struck(scene))
-    words, flags = entry.words_in(scene), _FLAGS.get(entry.name)
+    flags = struck_flags(scene) if entry.name == "impact_wall" else _FLAGS.get(entry.name)
+    words = entry.words_in(scene)
     return Dataset(entry.name, (*lanes, *own), entry.dtype, entry.unit, words, entry.fill, flags)
-
-
-def _speed_scale(periods: int) -> Scale:
-    order = np.arange(1, SPEEDS * periods + 1, dtype=np.int32)
-    return Scale("impact", order, "1", "impact after the transient, counted from the first")
 
 
 def begins_at_sections(view: ArchiveView) -> bool:

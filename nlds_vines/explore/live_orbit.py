@@ -142,12 +142,13 @@ def _verdict(
 def panels(view: View, regime: Regime | None) -> dict[str, Arrays]:
     """Return the arrays of figures without time by name, all of one length within a figure.
 
-    `phase1`, `phase2` (displacement, velocity), `section`, `spectrum`, `multipliers`; without a
-    damper its own are empty.
+    `phase1`, `phase2` (displacement, velocity), `section`, `touches` (the section at impact),
+    `spectrum`, `multipliers`; without a damper its own are empty.
     """
     return {
         **_phases(view),
         "section": _section(view),
+        "touches": _touches(view),
         "spectrum": _spectrum(view),
         "multipliers": _multipliers(regime),
     }
@@ -172,6 +173,16 @@ def _section(view: View) -> Arrays:
     found = {"x1": states[:, 0], "v1": states[:, 1]}
     if states.shape[1] == 4:
         found |= {"x2": states[:, 2], "v2": states[:, 3]}
+    return found
+
+
+def _touches(view: View) -> Arrays:
+    """Return the section at impact: phase [rad], and the speed [m/s] in the column of its wall."""
+    parts = list(view.impact_section.values())
+    found = {"phase": np.concatenate([np.empty(0), *(points[:, 0] for points in parts)])}
+    for i, wall in enumerate(view.column.system.scene.walls):
+        own = [part[:, 1] if i == k else np.full(len(part), np.nan) for k, part in enumerate(parts)]
+        found[wall] = np.concatenate(own)
     return found
 
 

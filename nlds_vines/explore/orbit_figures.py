@@ -1,4 +1,4 @@
-"""The figures of one orbit: histories, force, phase planes with the section, spectrum, multipliers.
+"""The figures of one orbit: histories, force, phase planes, sections, spectrum, multipliers.
 
 Each reads one of the arrays of `live_orbit.panels`, held in a source of the same name.
 """
@@ -18,7 +18,7 @@ from nlds_vines.model.system import System
 
 WIDE = {
     "displacement": True, "relative": True, "force": True, "phase1": False, "phase2": False,
-    "spectrum": False, "multipliers": False,
+    "touches": False, "spectrum": False, "multipliers": False,
 }  # fmt: skip
 """The figures in their order, and whether each is as wide as the page."""
 
@@ -36,6 +36,7 @@ def orbit_sources(system: System) -> dict[str, ColumnDataSource]:
         section += ["x2", "v2"]
     names = {
         "history": history, "phase1": ["x", "v"], "phase2": ["x", "v"], "section": section,
+        "touches": ["phase", *system.scene.walls],
         "spectrum": ["order", "amplitude"], "multipliers": ["re", "im"],
     }  # fmt: skip
     return {
@@ -77,6 +78,8 @@ def orbit_figures(system: System, sources: Sources) -> list[Any]:
     figures.append(_phase(system, sources, "phase1"))
     if "phase2" in known:
         figures.append(_phase(system, sources, "phase2"))
+    if "impact-section" in known:
+        figures.append(_touches(system, sources))
     return [*figures, _spectrum(sources), _multipliers(sources)]
 
 
@@ -148,6 +151,19 @@ def _phase(system: System, sources: Sources, name: str) -> Any:
     made.xaxis.ticker.desired_num_ticks = 4
     code = f"EXPLORE.ask('plane', {{plane: '{name}', x: cb_obj.x, v: cb_obj.y}})"
     made.js_on_event("tap", CustomJS(code=code))
+    return made
+
+
+def _touches(system: System, sources: Sources) -> Any:
+    """Return the section at impact: the speed over the phase of the force, by wall."""
+    made = plain_figure("touches", _PLANE, x_range=Range1d(0.0, 2 * np.pi))
+    names, walls = system.scene.bodies_struck, system.scene.walls
+    for wall, role in zip(reversed(walls), ("wall", "blue"), strict=False):
+        dots = made.scatter("phase", wall, source=sources["touches"], size=5, line_color=None)
+        roled(dots, role)
+    made.xaxis.axis_label = "phase at touch φ [rad]"
+    first = f", {names[0]} in blue" if len(names) > 1 else ""
+    made.yaxis.axis_label = f"approach speed [m/s]{first}"
     return made
 
 

@@ -110,7 +110,7 @@ class OrbitBuffers(NamedTuple):
     limit_log: Any = None  # (6,) a limit of r and how it is kept, see `observe`
     section: Any = None  # (stops periods or fewer, components) states in the user's coordinates
     by_period: Any = None  # (periods, 2) impacts of each period at the near and the far wall
-    impacts: Any = None  # `observe.Impacts` or `Speeds`, one by one
+    impacts: Any = None  # `observe.Impacts` or `Touches`, one by one
     energy: Any = None  # (2,) largest E1 and E2 so far [J]
     clearance: Any = None  # (1,) smallest near miss so far [m]
     slowest: Any = None  # (1,) smallest approach speed of an impact so far [m/s]
@@ -149,7 +149,7 @@ class LaneBuffers(NamedTuple):
     ends: Any = None  # (2, SIZE) the states at the beginning and the end
     response: Any = None  # (`codes.RESPONSE_COLUMNS`,), this and the next as in `CellBuffers`
     foot: Any = None  # not an array
-    speeds: Any = None  # (room,) approach speeds of impacts after the transient, one by one
+    touches: Any = None  # (room, `codes.TOUCH_COLUMNS`) of impacts after the transient
 
 
 class Finished(NamedTuple):

@@ -50,3 +50,7 @@ OF_FORCES = 10
 OF_IMPULSES = 12
 POWERS = 14
 RESPONSE_COLUMNS = 18
+
+# Columns of a touch: the wall, 0 near, 1 far; the phase of the forcing [turns]; the speed [m/s]
+AT_WALL, AT_PHASE, AT_SPEED = 0, 1, 2
+TOUCH_COLUMNS = 3

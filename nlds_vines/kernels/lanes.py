@@ -18,7 +18,7 @@ from .cells import judge_cell, run_cell
 from .codes import OK
 from .compiling import jit
 from .deciding import is_a
-from .observe import Speeds
+from .observe import Touches
 from .orbit import SIZE
 from .recurrence import TOLERANCE, impacts_of, period_of
 from .scene import Ground
@@ -63,11 +63,11 @@ def lane_of(values, chain, link):
 
 
 @jit
-def speeds_of(speeds, chain, link):
-    """Return the room for the approach speeds of one lane, or None."""
-    if speeds is None:
+def touches_of(touches, chain, link):
+    """Return the room for the touches of one lane, or None."""
+    if touches is None:
         return None
-    return Speeds(speeds[chain, link], np.zeros(1, np.int64))
+    return Touches(touches[chain, link], np.zeros(1, np.int64))
 
 
 @jit
@@ -78,7 +78,7 @@ def buffers_of(parts, buffers, span, chain, link):
         early_rows(section, points, chain, link),
         section_rows(section, cycle, parts.damper, points, chain, link),
         period_rows(buffers.counts, cycle, parts.near, parts.far, span.periods),
-        speeds_of(buffers.speeds, chain, link),
+        touches_of(buffers.touches, chain, link),
         lane_of(buffers.energy, chain, link),
         lane_of(buffers.peak, chain, link),
         lane_of(buffers.clearance, chain, link),

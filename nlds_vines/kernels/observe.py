@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import runge_kutta as rk
+from .codes import AT_PHASE, AT_SPEED, AT_WALL
 from .compiling import jit
 from .deciding import is_a
 from .drive import drive_after
@@ -29,10 +30,10 @@ class Impacts(NamedTuple):
     filled: np.ndarray  # (1,) rows begun, also beyond the capacity
 
 
-class Speeds(NamedTuple):
-    """Impacts one by one, of which only the approach speed is noted."""
+class Touches(NamedTuple):
+    """Impacts one by one, of which only the touch is noted: a row of `codes.AT_WALL` ... each."""
 
-    data: np.ndarray  # (capacity,) [m/s]
+    data: np.ndarray  # (capacity, TOUCH_COLUMNS)
     filled: np.ndarray  # (1,) impacts, also beyond the capacity
 
 
@@ -90,18 +91,19 @@ def note_energy(ps, damper, energy, x1, v1, r, s):
 
 @jit
 def note_touch(ps, damper, impacts, touch, y):
-    """Note what is wanted of a touch: its speed alone, or the beginning of its row.
+    """Note what is wanted of a touch: that alone, or the beginning of the row of an impact.
 
-    touch: (wall, time); y: (x1, v1, r, s). The release stays NaN until `note_release`.
+    touch: (wall, time, phase in turns); y: (x1, v1, r, s). The release stays NaN until
+    `note_release`.
     """
     i = impacts.filled[0]
     impacts.filled[0] = i + 1
     if i >= len(impacts.data):
         return
-    if is_a(impacts, Speeds):
-        impacts.data[i] = abs(y[3])
+    data = impacts.data
+    if is_a(impacts, Touches):
+        data[i, AT_WALL], data[i, AT_PHASE], data[i, AT_SPEED] = touch[0], touch[2], abs(y[3])
     else:
-        data = impacts.data
         data[i, WALL], data[i, TOUCH], data[i, RELEASE] = touch[0], touch[1], np.nan
         data[i, SPEED], data[i, FORCE], data[i, DEPTH] = abs(y[3]), 0.0, 0.0
         e1, e2 = energies(ps, damper, y[0], y[1], y[2], y[3])

@@ -38,7 +38,7 @@ from .limit import begin_contact
 from .load_cells import Loaded, began_at, end_of_cells, instant_in
 from .observe import (
     ORIGIN,
-    Speeds,
+    Touches,
     note_depth,
     note_force,
     note_release,
@@ -125,7 +125,7 @@ def begin_log(limit_log, began):
 @jit
 def rows_of(impacts):
     """Return the rows to which a contact adds what it has been, None where there are none."""
-    if is_a(impacts, Speeds):
+    if is_a(impacts, Touches):
         return None
     return impacts
 
@@ -271,7 +271,7 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                     if by_period is not None:
                         by_period[p, mode - TOUCH_NEAR] += 1
                     if impacts is not None:
-                        touch = mode - TOUCH_NEAR, time
+                        touch = mode - TOUCH_NEAR, time, (j + x) / grid.n
                         note_touch(ps, damper, impacts, touch, (x1, v1, r, s))
                     keep_slowest(slowest, s)
                     if touches > MOST_TOUCHES:

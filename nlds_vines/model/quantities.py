@@ -10,8 +10,18 @@ from collections.abc import Collection, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from nlds_vines.kernels import evidence_rows as ev
-from nlds_vines.kernels.codes import NOT_COMPUTED, OF_FORCES, OF_IMPULSES, POWERS
+from nlds_vines.kernels.codes import (
+    AT_PHASE,
+    AT_SPEED,
+    AT_WALL,
+    NOT_COMPUTED,
+    OF_FORCES,
+    OF_IMPULSES,
+    POWERS,
+)
 from nlds_vines.model.quantity import (
     BELOW,
     CURVES,
@@ -20,25 +30,31 @@ from nlds_vines.model.quantity import (
     PERIOD,
     SIGNED,
     STRUCTURE,
+    TOUCHED,
     WAIT,
     Quantity,
 )
 from nlds_vines.model.scenes import Scene
 
-SPEEDS, RETRACED = 4, 64
-"""Of how many impacts for each sampled period the speeds are kept; how many sampled periods, the
+TOUCHES, RETRACED = 4, 64
+"""Of how many impacts for each sampled period the touch is kept; how many sampled periods, the
 last ones, refined settings trace again for the error of a period.
 
 In a row, so that an orbit of up to so many periods shows all of its impacts."""
 
 _ORDER = (
-    "section", "impacts", "speeds", "energy", "peak", "response", "regime", "lyapunov", "settling",
-    "evidence", "attractor", "clearance", "error", "spectrum", "lines", "broadband",
+    "section", "impacts", "speeds", "impact_section", "energy", "peak", "response", "regime",
+    "lyapunov", "settling", "evidence", "attractor", "clearance", "error", "spectrum", "lines",
+    "broadband",
 )  # fmt: skip
 
 
 def _walls(scene: Scene) -> bool:
     return bool(scene.walls)
+
+
+def _two_walls(scene: Scene) -> bool:
+    return len(scene.walls) > 1
 
 
 def _damper(scene: Scene) -> bool:
@@ -110,8 +126,14 @@ def _of_verdict(name: str, unit: str, words: str, column: int, **more: Any) -> Q
     return Quantity(name, unit, words, buffer="evidence", column=column, **more)
 
 
+def _coded(numbers: np.ndarray) -> np.ndarray:
+    """Return numbers as codes, -1 where there is none."""
+    return np.where(np.isnan(numbers), -1.0, numbers).astype(np.int8)
+
+
 _RETRACED = f"largest over the last sampled periods, up to {RETRACED}, from the same state each"
-_SPEEDS = f"approach speed of each impact; there is room for {SPEEDS} a sampled period"
+_SPEEDS = f"approach speed of each impact; there is room for {TOUCHES} a sampled period"
+_PHASES = "phase of {by} at the touch of each impact, omega t from 0 to 2 pi"
 _HARMS = "reduction by the damper, 1 - E1max / E1max of the structure alone; negative: it harms"
 _MISS = "least distance of a local approach that did not become an impact; inf if there was none"
 _STATE = "m, m/s"
@@ -183,11 +205,20 @@ QUANTITIES = (
     ),
     _whole(
         "impacts_by_wall", "impacts by what is struck, counted as `impacts`", ("impacts",),
-        has=lambda scene: len(scene.walls) > 1, dims=("wall",),
+        has=_two_walls, dims=("wall",),
     ),
     Quantity(
-        "impact_speed", "m/s", _SPEEDS, ("speeds",), "approach speed", has=_walls,
-        dims=("impact",), buffer="speeds",
+        "impact_speed", "m/s", _SPEEDS, ("speeds", "impact_section"), "approach speed",
+        has=_walls, dims=("impact",), buffer="touches", column=AT_SPEED, drawn=(TOUCHED,),
+    ),
+    Quantity(
+        "impact_phase", "rad", _PHASES, ("impact_section",), "phase at touch", "φ", has=_walls,
+        dims=("impact",), buffer="touches", drawn=(TOUCHED,),
+        of=lambda held: 2.0 * np.pi * (held[..., AT_PHASE] % 1.0),
+    ),
+    _code(
+        "impact_wall", "what each impact strikes", ("impact_section",), -1, has=_two_walls,
+        dims=("impact",), buffer="touches", of=lambda held: _coded(held[..., AT_WALL]),
     ),
     Quantity(
         "clearance", "m", _MISS, ("clearance",), "smallest near miss", "z_min", _walls,
@@ -346,7 +377,7 @@ COORDINATES: Mapping[str, tuple[str, str]] = MappingProxyType(
 
 
 def drawn_in(place: str) -> tuple[str, ...]:
-    """Return the names of what is drawn by default in a place: `MAPS`, `CURVES` or `BELOW`."""
+    """Return the names of what is drawn by default in a place: `MAPS`, `CURVES` ..."""
     return tuple(entry.name for entry in QUANTITIES if place in entry.drawn)
 
 

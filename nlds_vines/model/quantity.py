@@ -15,9 +15,9 @@ from nlds_vines.model.scenes import Scene
 STRUCTURE = "structure"
 """The word for the body that is forced; kinds of one mass have another (`Scene.body`)."""
 
-MAPS, CURVES, BELOW = "maps", "curves", "below"
+MAPS, CURVES, TOUCHED, BELOW = "maps", "curves", "touched", "below"
 """Where a number is drawn by default: on maps, the first that is recorded; in diagrams, from the
-top, where no section is recorded; below the other panels."""
+top, where no section is recorded; there, as the section at impact; below the other panels."""
 
 SIGNED, ERROR, PERIOD, WAIT = "signed", "error", "period", "wait"
 """Scales: around zero; logarithmic, where zero is round-off; by colours of periods; logarithmic
@@ -45,7 +45,7 @@ class Quantity:
         of: in place of a column, the function of that buffer (chains, links, ...) that it is; of
             `section`, of the sampled periods.
         reduced: whether it is compared with that of the structure alone.
-        drawn: of `MAPS`, `CURVES` and `BELOW`.
+        drawn: of `MAPS`, `CURVES`, `TOUCHED` and `BELOW`.
         scale: of `SIGNED`, `ERROR`, `PERIOD` and `WAIT`; by default from the least to the largest.
         width: the name of half the width of its interval, drawn over a line at zero.
     """

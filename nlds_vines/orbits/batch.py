@@ -14,7 +14,7 @@ import numpy as np
 
 from nlds_vines.kernels import lanes
 from nlds_vines.kernels.arguments import Finished, LaneBuffers, Parts, Span
-from nlds_vines.kernels.codes import OK, RESPONSE_COLUMNS
+from nlds_vines.kernels.codes import OK, RESPONSE_COLUMNS, TOUCH_COLUMNS
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import cell_type
@@ -22,7 +22,7 @@ from nlds_vines.orbits import evidence, responses
 from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import EFFORTS, TOLERANCE, Settings
-from nlds_vines.orbits.wants import JUDGED, NOTED, noted, speeds_noted
+from nlds_vines.orbits.wants import JUDGED, NOTED, noted, touches_noted
 from nlds_vines.runs.pool import in_pieces
 from nlds_vines.runs.progress import Tell
 
@@ -64,7 +64,7 @@ class Outputs:
     ends: np.ndarray | None
     response: np.ndarray | None
     foot: bool | None
-    speeds: np.ndarray | None
+    touches: np.ndarray | None
     status: np.ndarray
     retraced: np.ndarray | None = None
     refined: Outputs | None = None
@@ -75,7 +75,7 @@ class Outputs:
         want, scene = set(wanted.want), wanted.scene
         walls, judged = bool(scene.walls), bool(want & JUDGED)
         kept = noted(want, transient, periods)
-        speeds = speeds_noted(want, scene, periods)
+        touches = touches_noted(want, scene, periods)
 
         def rows(wanted: bool, *tail: int, dtype: Any = float, value: float = 0) -> Any:
             return np.full((*shape, *tail), value, dtype) if wanted else None
@@ -92,7 +92,7 @@ class Outputs:
             ends=rows(judged or "error" in want, 2, SIZE),
             response=rows("response" in want, RESPONSE_COLUMNS),
             foot=responses.moving_foot(scene) if "response" in want else None,
-            speeds=rows(speeds > 0, speeds, value=np.nan),
+            touches=rows(touches > 0, touches, TOUCH_COLUMNS, value=np.nan),
             status=np.zeros(shape, np.int64),
         )
 

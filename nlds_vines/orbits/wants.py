@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from nlds_vines.errors import RequestError, choice, shown
-from nlds_vines.model.quantities import QUANTITIES, RECORDS, SPEEDS, held_in
+from nlds_vines.model.quantities import QUANTITIES, RECORDS, TOUCHES, held_in
 from nlds_vines.model.scenes import Scene
 
 WANTS = RECORDS
@@ -29,6 +29,7 @@ NOTED = 4096
 """Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
 
 _SAMPLED = {word for entry in held_in("section") for word in entry.record} | {"error"}
+_TOUCHED = {word for entry in held_in("touches") for word in entry.record}
 _ALL_EXACT = "method 'exact' discretises nothing of it, method 'rk4' does"
 
 
@@ -93,6 +94,6 @@ def noted(want: Collection[str], transient: int, periods: int) -> int:
     return sampled + min(transient, before)
 
 
-def speeds_noted(want: Collection[str], scene: Scene, periods: int) -> int:
-    """Return of how many impacts of an orbit the speeds are kept at most."""
-    return SPEEDS * periods if "speeds" in want and scene.walls else 0
+def touches_noted(want: Collection[str], scene: Scene, periods: int) -> int:
+    """Return of how many impacts of an orbit the touch is kept at most."""
+    return TOUCHES * periods if scene.walls and not _TOUCHED.isdisjoint(want) else 0

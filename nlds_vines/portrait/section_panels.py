@@ -50,16 +50,14 @@ def draw_impact_section(
     looks: colours and labels of walls, by name.
     """
     view, axes = place.view, place.axes
-    last = view.touches > (view.column.window.end - view.cycle) * view.column.system.period
-    for name in dict.fromkeys(view.contacts["wall"].tolist()):
-        here = last & (view.contacts["wall"] == name)
-        points = np.column_stack([view.touch_phases[here], view.contacts["speed"][here]])
-        _scatter(axes, points, looks[name]["color"], looks[name]["label"], shaded=False)
+    for name, points in view.impact_section.items():
+        if len(points):
+            _scatter(axes, points, looks[name]["color"], looks[name]["label"], shaded=False)
     if not len(view.contacts):
         axes.text(0.5, 0.5, "no impacts", ha="center", va="center", transform=axes.transAxes)
-    axes.set_xlim(0.0, 1.0)
+    axes.set_xlim(0.0, 2.0 * np.pi)
     axes.set_ylim(0.0, 1.08 * max(axes.dataLim.y1, 0.0) or 1.0)
-    axes.set_xlabel(r"phase at touch $\omega t/2\pi$ [turns]")
+    axes.set_xlabel(r"phase at touch $\varphi$ [rad]")
     axes.set_ylabel("approach speed [m/s]")
 
 

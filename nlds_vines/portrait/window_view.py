@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,9 +58,17 @@ class View:
         return self.states[(sample - 1) % self.samples :: self.samples]
 
     @property
-    def touch_phases(self) -> np.ndarray:
-        """The phases of the force at which walls were touched, in turns from 0 to 1."""
-        return self.touches / self.column.system.period % 1.0
+    def impact_section(self) -> Mapping[str, np.ndarray]:
+        """The section at impact by what is struck, (touches, 2): phase [rad] and speed [m/s].
+
+        Of one cycle, where there is one; the phase of the force is omega t, from 0 to 2 pi.
+        """
+        period = self.column.system.period
+        last = self.contacts[self.touches > (self.column.window.end - self.cycle) * period]
+        points = np.column_stack([2.0 * np.pi * (last["touch"] / period % 1.0), last["speed"]])
+        return {
+            name: points[last["wall"] == name] for name in self.column.system.scene.bodies_struck
+        }
 
     @property
     def touches(self) -> np.ndarray:

@@ -165,12 +165,13 @@ def test_what_a_block_takes_is_not_more_than_is_said(system, want):
     assert taken <= 7 * lane_bytes(scan) <= taken + 7 * 1024
 
 
+@pytest.mark.parametrize("want", ["speeds", "impact_section"])
 @pytest.mark.parametrize("system", ["ssul-set6", "ssbl"])
-def test_room_for_speeds_is_room_that_counts(system):
-    scan = replace(make_scan(["speeds"], system=system), periods=5000)
+def test_room_for_touches_is_room_that_counts(system, want):
+    scan = replace(make_scan([want], system=system), periods=5000)
     outputs = Outputs.of(wanted_of(scan), (7, 1), scan.transient, scan.periods)
     taken = sum(array.nbytes for array in vars(outputs).values() if array is not None)
-    assert outputs.speeds is not None
+    assert outputs.touches is not None
     assert taken <= 7 * lane_bytes(scan) <= taken + 7 * 1024
 
 

@@ -35,6 +35,33 @@ def test_the_section_is_that_of_simulate(orbit):
 
 
 @pytest.mark.kernels
+@pytest.mark.parametrize(("name", "omega"), [("ssbl", 6.05), ("ssbl", 6.3)])
+def test_the_section_at_impact_is_that_of_simulate(name, omega):
+    """Of one cycle, by wall: of T,2 one touch at each; of what is not periodic, all."""
+    system = nv.load_system(name, omega=omega)
+    orbit = live_orbit(system, None, SAMPLING)
+    found = orbit.panels["touches"]
+    assert list(found) == ["phase", *system.scene.walls]
+    end = 60 + max(30, SHOW)
+    impacts = nv.simulate(system, 30, transient=60, record=("impacts",)).impacts
+    kept = impacts[impacts["touch"] > (end - orbit.view.cycle) * system.period]
+    assert len(found["phase"]) == len(kept)
+    for wall in system.scene.walls:
+        own = kept[kept["wall"] == system.scene.struck[wall]]
+        there = np.isfinite(found[wall])
+        assert len(own) == there.sum() > 0
+        np.testing.assert_allclose(found[wall][there], own["speed"], atol=1e-8)
+        phases = own["touch"] * system.parameters["omega"] % (2 * np.pi)
+        np.testing.assert_allclose(found["phase"][there], phases, atol=1e-7)
+
+
+@pytest.mark.kernels
+def test_without_walls_there_is_no_section_at_impact():
+    found = live_orbit(nv.load_system("tmd"), None, SAMPLING).panels["touches"]
+    assert {name: len(values) for name, values in found.items()} == {"phase": 0}
+
+
+@pytest.mark.kernels
 def test_a_history_holds_all_of_every_contact(orbit):
     history, view = orbit.panels["history"], orbit.view
     assert len({len(values) for values in history.values()}) == 1

@@ -1,10 +1,10 @@
-"""The record of approach speeds in scans, beside the impacts of single orbits; kernels plain."""
+"""The section at impact of scans, beside the impacts of single orbits; kernels plain."""
 
 import numpy as np
 import pytest
 
 import nlds_vines as nv
-from nlds_vines.model.quantities import SPEEDS
+from nlds_vines.model.quantities import TOUCHES
 
 CASES = {
     "hertz": ("ssul-set6", {}, (6.28, 7.4)),
@@ -15,7 +15,7 @@ CASES = {
 TRANSIENT, PERIODS = 5, 6
 
 
-def scanned(path, name, changes, values):
+def scanned(path, name, changes, values, want=("speeds", "impacts")):
     """Return the archive of a scan over omega."""
     return nv.bifurcation(
         {
@@ -23,7 +23,7 @@ def scanned(path, name, changes, values):
             "set": changes,
             "vary": {"omega": {"values": list(values)}},
             "sampling": {"transient": TRANSIENT, "periods": PERIODS},
-            "record": {"want": ["speeds", "impacts"]},
+            "record": {"want": list(want)},
         },
         path,
         quiet=True,
@@ -38,7 +38,7 @@ def test_speeds_of_a_scan_are_those_of_its_orbits(case, tmp_path):
     archive = scanned(tmp_path / "speeds.h5", name, changes, values)
     with nv.read(archive) as view:
         found = view["impact_speed"]
-        assert found.shape == (len(values), 1, SPEEDS * PERIODS)
+        assert found.shape == (len(values), 1, TOUCHES * PERIODS)
         for i, value in enumerate(values):
             orbit = nv.simulate(
                 system.with_(omega=value), PERIODS, transient=TRANSIENT, record=("impacts",)
@@ -49,6 +49,34 @@ def test_speeds_of_a_scan_are_those_of_its_orbits(case, tmp_path):
             assert np.isnan(found[i, 0, len(speeds) :]).all()
 
 
+@pytest.mark.parametrize("case", CASES)
+def test_the_section_at_impact_is_that_of_the_orbits(case, tmp_path):
+    """Notices: another period's phase, that of the release, walls in the wrong order."""
+    name, changes, values = CASES[case]
+    system = nv.load_system(name, **changes)
+    archive = scanned(tmp_path / "touches.h5", name, changes, values, ["impact_section"])
+    with nv.read(archive) as view:
+        speeds, phases = view["impact_speed"][:, 0], view["impact_phase"][:, 0]
+        assert speeds.shape == phases.shape == (len(values), TOUCHES * PERIODS)
+        assert ("impact_wall" in view) == (name == "ssbl")
+        for i, value in enumerate(values):
+            there = system.with_(omega=value)
+            impacts = nv.simulate(there, PERIODS, transient=TRANSIENT, record=("impacts",)).impacts
+            count = len(impacts)
+            assert count > 0
+            assert speeds[i, :count].tolist() == impacts["speed"].tolist()
+            apart = phases[i, :count] / (2 * np.pi) - impacts["touch"] / there.period
+            assert np.abs(apart - np.round(apart)).max() < 1e-14 * (TRANSIENT + PERIODS)
+            assert ((phases[i, :count] >= 0.0) & (phases[i, :count] < 2 * np.pi)).all()
+            assert np.isnan(phases[i, count:]).all()
+            if name == "ssbl":
+                words = view.flags("impact_wall")
+                codes = view["impact_wall"][i, 0]
+                assert [words[code] for code in codes[:count].tolist()] == list(impacts["wall"])
+                assert set(codes[:count].tolist()) == {0, 1}
+                assert (codes[count:] == -1).all()
+
+
 def test_what_there_is_no_room_for_is_counted(tmp_path):
     """A damper that chatters: its first speeds are kept, all of its impacts are counted."""
     changes = {"law": "restitution", "e": 0.9, "C": 0.0, "c2": 0.0}
@@ -56,8 +84,8 @@ def test_what_there_is_no_room_for_is_counted(tmp_path):
     with nv.read(archive) as view:
         counts = view["impact_rate"][:, 0] * PERIODS
         kept = np.isfinite(view["impact_speed"][:, 0]).sum(axis=-1)
-    assert kept.tolist() == np.minimum(counts, SPEEDS * PERIODS).tolist()
-    assert counts.max() > SPEEDS * PERIODS
+    assert kept.tolist() == np.minimum(counts, TOUCHES * PERIODS).tolist()
+    assert counts.max() > TOUCHES * PERIODS
 
 
 def test_a_diagram_of_speeds_has_a_dot_for_each_impact(tmp_path):

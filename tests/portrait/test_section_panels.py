@@ -52,8 +52,8 @@ def test_the_section_at_impact_has_phase_and_speed_of_a_cycle_by_wall():
     for name in ("obstacle", "structure"):
         row = view.contacts[view.contacts["wall"] == name][-1]
         (point,) = drawn(axes, name)
-        assert point == pytest.approx([row["touch"] / period % 1.0, row["speed"]], abs=1e-12)
-    assert axes.get_xlim() == (0.0, 1.0)
+        assert point == pytest.approx([row["touch"] / period % 1.0 * 2 * np.pi, row["speed"]])
+    assert axes.get_xlim() == (0.0, 2 * np.pi)
     assert axes.get_ylim()[1] > view.contacts["speed"].max()
 
 

@@ -27,7 +27,7 @@ from nlds_vines.bifurcation.picture.strips_above import (
 )
 from nlds_vines.errors import RequestError
 from nlds_vines.model.quantities import drawn_in
-from nlds_vines.model.quantity import BELOW, CURVES
+from nlds_vines.model.quantity import BELOW, CURVES, TOUCHED
 from nlds_vines.plotting.bands import edges
 from nlds_vines.plotting.chosen_panels import several_panels
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
@@ -39,8 +39,6 @@ from nlds_vines.plotting.panels import (
     write_title,
 )
 from nlds_vines.plotting.style import CM, axis_label
-
-_SPEED = "impact_speed"
 
 _FOOT, _HEAD = 1.1 * CM, 0.75 * CM  # heights in inches: of the labels below, of the title
 _LEGEND_ROW, _LEGEND_GAP = 0.42 * CM, 0.12 * CM
@@ -56,11 +54,11 @@ def diagram(view: ArchiveView, show: str | None = None, page: Page = TWO_COLUMNS
     Arguments: the archive; what to `show`, as checked by `choices.check_show`: quantities separated
     by commas, `regimes` for the strips alone, None for what is usual; the `page`.
 
-    Usually, with a recorded section: the stroboscopic coordinates of damper and structure as
-    unconnected dots, the structure's maximum energy in green over the first, or of several starts
-    in a panel of its own.  Without one: the numbers that are recorded.  Below them the largest
-    Lyapunov exponent with its interval, where it is recorded.  Of a few values of another parameter
-    each has a panel of dots; numbers are curves in one panel.
+    Usually, with a recorded section: the stroboscopic coordinates of damper and structure, speeds
+    and phases of impacts as unconnected dots, the structure's maximum energy in green over the
+    first, or of several starts in a panel of its own.  Without one: the numbers that are recorded.
+    Below them the largest Lyapunov exponent with its interval, where it is recorded.  Of a few
+    values of another parameter each has a panel of dots; numbers are curves in one panel.
 
     Above the panels a strip names the regimes: one for each of two starts; of more starts, each
     cell shows them all, one above another.  Marks at its foot are labels that change under
@@ -122,8 +120,7 @@ def _usual_rows(
     """Return what the panels show by default, from the top."""
     below = [name for name in drawn_in(BELOW) if name in known]
     places = [name for name in GROUPS["displacement"] if name in known]
-    if _SPEED in known:
-        places += [_SPEED]
+    places += [name for name in drawn_in(TOUCHED) if name in known]
     if not places:
         numbers = [name for name in drawn_in(CURVES) if name in known]
         if len(cuts) > 1 and len(numbers) > 1:  # the strips tell the periods

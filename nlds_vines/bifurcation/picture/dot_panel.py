@@ -15,13 +15,13 @@ from nlds_vines.bifurcation.picture.ordinates import Quantity
 from nlds_vines.bifurcation.picture.scan_slice import Slice
 from nlds_vines.bifurcation.picture.start_looks import Look, looks_of
 from nlds_vines.bifurcation.picture.waterfall import WATERFALL, draw_waterfall
-from nlds_vines.model.quantities import QUANTITIES, scale_of
-from nlds_vines.model.quantity import ERROR
+from nlds_vines.model.quantities import QUANTITIES, drawn_in, scale_of
+from nlds_vines.model.quantity import ERROR, TOUCHED
 from nlds_vines.orbits.coexistence import final
 from nlds_vines.plotting.bands import bands, logarithmic, one_regime
 from nlds_vines.plotting.palette import PASSED, period_and_impacts
 from nlds_vines.plotting.panels import size_of
-from nlds_vines.plotting.style import DOT, GREEN, GREY, ROUND_OFF, SHADES
+from nlds_vines.plotting.style import DOT, GREEN, GREY, HUES, NAVY, ROUND_OFF, SHADES
 
 _WIDTHS = {entry.name: entry.width for entry in QUANTITIES if entry.width}
 
@@ -34,6 +34,8 @@ _COVERED, _FAINTEST = 3.0, 0.04  # times that opaque dots may cover a panel; opa
 _HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": "#d0a0a0", "linewidth": 0}
 _CROSSES = 40  # along a curve, at most: more of them hide it
 _CROSS: dict[str, Any] = {"marker": "x", "linestyle": "none", "markeredgewidth": 0.7}
+_WALL = "impact_wall"
+_WALL_COLOURS = (NAVY, HUES["vermillion"])  # of impacts at the near and at the far wall
 _LIGHTEST = 0.82  # of the shades of curves: lighter ones are too pale on white paper
 
 
@@ -54,6 +56,8 @@ def fill_panel(
     if len(cuts) == 1:
         _hatch_violated(panel, cuts[0])
     panel.set_ylabel(quantity.label)
+    if quantity.units == "rad" and quantity.dataset in drawn_in(TOUCHED):
+        panel.set_ylim(0.0, 2.0 * np.pi)
     if logarithmic(cuts[0].values):
         panel.set_xscale("log")
 
@@ -71,6 +75,12 @@ def legend_of_panel(cuts: Sequence[Slice], rows: Sequence[str]) -> list[Any]:
         dot: dict[str, Any] = {"marker": "o", "markersize": _LEGEND_DOT, "linestyle": "none"}
         looks = [look for look in looks_of(cuts[0]) if look.name and look.which.any()]
         found = [Line2D([], [], color=look.colour, label=look.name, **dot) for look in looks]
+        if any(_tells_walls(cuts[0], name) for name in rows):
+            names = [name.replace("_", " ") for name in cuts[0].view.flags(_WALL).values()]
+            pairs = zip(names, _WALL_COLOURS, strict=True)
+            found += [
+                Line2D([], [], color=hue, label=f"at the {name}", **dot) for name, hue in pairs
+            ]
     if any(cut.violated().any() for cut in cuts):
         text = PASSES if len(cuts) == 1 else f"{PASSES} (crosses)"
         found.append(Patch(hatch=PASSED, label=text, **_HATCH))
@@ -128,14 +138,24 @@ def _draw_dots(panel: Axes, cut: Slice, quantity: Quantity) -> None:
     wide, tall = size_of(panel)
     least, widest = _NUMBER_DOTS if quantity.single else _SECTION_DOTS
     size = min(max(wide / cut.values.size, least), widest)
-    dots = found.shape[1] * found.shape[2] * cut.values.size
-    covered = dots * size**2 / (wide * tall)
+    covered = np.count_nonzero(np.isfinite(found)) * size**2 / (wide * tall)
     style: dict[str, Any] = {"markersize": size, "rasterized": True, **DOT}
     if not quantity.single and covered > _COVERED:
         style["alpha"] = max(_COVERED / covered, _FAINTEST)
+    if _tells_walls(cut, quantity.dataset):
+        walls = cut.view.take(_WALL, **cut.at)
+        for code, colour in enumerate(_WALL_COLOURS):
+            cells, starts, many = np.nonzero(walls == code)
+            panel.plot(cut.values[cells], found[cells, starts, many], color=colour, **style)
+        return
     for look in looks_of(cut, found if quantity.single else None):
         across, up = _dots_of(cut, look, found)
         panel.plot(across, up, color=look.colour, **style)
+
+
+def _tells_walls(cut: Slice, name: str) -> bool:
+    """Tell whether the dots of a quantity are coloured by what is struck: of one start, impacts."""
+    return len(cut.starts) == 1 and _WALL in cut.view and name in drawn_in(TOUCHED)
 
 
 def _draw_exponent(panel: Axes, cut: Slice, quantity: Quantity, half: Quantity | None) -> None:

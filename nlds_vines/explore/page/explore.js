@@ -59,7 +59,7 @@ const EXPLORE = (() => {
     },
     file: (file) => save(file),
   }
-  const SOURCES = ["history", "phase1", "phase2", "section", "spectrum", "multipliers"].map((n) => `${n} data`)
+  const SOURCES = ["history", "phase1", "phase2", "section", "touches", "spectrum", "multipliers"].map((n) => `${n} data`)
   function fill(layout) { // the sources of the figures, from the one array that was sent
     // a system without a damper has fewer figures, and no source that none of them reads
     const {values} = model("values").data, found = new Map()

@@ -110,6 +110,11 @@ class Scene:
         return tuple(name for name, gap in gaps.items() if gap is not None)
 
     @property
+    def bodies_struck(self) -> tuple[str, ...]:
+        """The names of what the walls that exist belong to."""
+        return tuple(self.struck[wall] for wall in self.walls)
+
+    @property
     def laws(self) -> tuple[Law, ...]:
         """The laws of its contacts: one, or that of the second wall, too."""
         return (self.law,) if self.law_2 is None else (self.law, self.law_2)

@@ -1,4 +1,4 @@
-"""Mutants: small changes that make the sources wrong, each with the tests that must notice it.
+"""Mutants: small changes that make the kernels wrong, each with the tests that must notice it.
 
     mutant      one mutant, and how it is applied to a source
     trial       a copy of the checkout in which mutants are tried
@@ -8,11 +8,8 @@
     limits      mutants of a limit that is watched inside contacts
     orbits      mutants of what is noted, of orbits, cells, lanes, variations, growth
     driven      mutants of variations that parameters drive
-    branches    mutants of branches, their special points, their ends, and what leaves them
     verdicts    mutants of shooting, recurrence, settling, verdicts, elementary functions
-    archives    mutants of archives, of parts of runs under way, and of their checks
-    results     mutants of sweeps, starts, errors, searches
-    labels      mutants of lifetimes, motion without contact, labels, spectra, requests
+    by_rule     mutants of any source, by rule: nobody lists those beside the kernels
     command     the command: `python -m benchmarks.mutants`
 
 Every list is a tuple MUTANTS of its module. A line whose change no test notices is a line that no
@@ -22,15 +19,11 @@ test needs: either a test is missing, or the line goes.
 from __future__ import annotations
 
 from benchmarks.mutants import (
-    archives,
-    branches,
     contacts,
     driven,
     flights,
-    labels,
     limits,
     orbits,
-    results,
     touches,
     verdicts,
 )
@@ -38,9 +31,7 @@ from benchmarks.mutants.mutant import Mutant
 
 __all__ = ["MUTANTS", "Mutant"]
 
-_LISTS = (
-    flights, touches, contacts, limits, orbits, driven, branches, verdicts, archives, results, labels
-)  # fmt: skip
+_LISTS = (flights, touches, contacts, limits, orbits, driven, verdicts)
 
 MUTANTS: tuple[Mutant, ...] = tuple(mutant for module in _LISTS for mutant in module.MUTANTS)
 """All mutants."""

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from benchmarks.mutants import MUTANTS
+from benchmarks.mutants.by_rule import mutants_by_rule
 from benchmarks.mutants.mutant import Mutant, StaleError, check
 from benchmarks.mutants.trial import BaselineError, Outcome, Trial
 from nlds_vines.cli import markdown
@@ -30,13 +31,14 @@ examples:
       every fourth, beginning with the second
   python -m benchmarks.mutants --only "touch:" --only archive
       those whose name or file holds one of these texts
+  python -m benchmarks.mutants --source nlds_vines/archives/durable.py --tests tests/archives
+      in place of the list: each comparison, sign, number, condition or call of a source changed
 exit status: 0 all are noticed; 1 one survives; 2 the request is wrong, or the list is stale
 """
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    mutants = _named(options.only) if options.only else list(MUTANTS)
-    mutants = _piece(mutants, options.piece)
+    mutants = _piece(_chosen(options), options.piece)
     try:
         check(mutants, CHECKOUT)
         if options.list:
@@ -48,6 +50,18 @@ def _carry_out(options: argparse.Namespace) -> int:
         raise RequestError(str(error)) from None
     print(*_table(found, time.perf_counter() - began), sep="\n")
     return DONE if all(outcome.noticed for outcome in found) else SURVIVORS
+
+
+def _chosen(options: argparse.Namespace) -> list[Mutant]:
+    """Return the mutants of a source, those that some texts name, or all of the list."""
+    if (options.source is None) != (options.tests is None):
+        raise RequestError("--source and --tests belong together")
+    if options.source is None:
+        return _named(options.only) if options.only else list(MUTANTS)
+    for path in (options.source, options.tests.partition("::")[0]):
+        if not (CHECKOUT / path).exists():
+            raise RequestError(f"{shown(path)} is not in this checkout")
+    return mutants_by_rule(options.source, CHECKOUT, options.tests)
 
 
 def _named(texts: Sequence[str]) -> list[Mutant]:
@@ -96,6 +110,8 @@ def _table(found: Sequence[Outcome], seconds: float) -> Iterator[str]:
 
 def _declare(parser: Parser) -> None:
     parser.add_argument("--only", action="append", metavar="TEXT", help="some of them; repeatable")
+    parser.add_argument("--source", metavar="FILE", help="changes by rule of a source")
+    parser.add_argument("--tests", metavar="PATH", help="what must notice these")
     parser.add_argument("--piece", default="1/1", metavar="I/N", help="the i-th of n pieces")
     parser.add_argument("--list", action="store_true", help="only list them")
     parser.add_argument("--quiet", action="store_true", help="no progress")

@@ -7,7 +7,6 @@ from benchmarks.mutants.mutant import of
 _PLAIN_INSIDE = "tests/kernels/plain_inside.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 _T_ENERGIES = "tests/reference/test_energies.py::"
-_T_POOL = "tests/runs/test_pool.py::"
 _T_TOUCH = "tests/kernels/plain_touch.py::"
 _T_EXACT_FACTS = "tests/reference/test_exact_facts.py::"
 _PLAIN_ORBIT = "tests/kernels/plain_orbit.py::"
@@ -215,27 +214,6 @@ MUTANTS = (
             "for p in range(len(by_period)):",
             "for p in range(len(by_period) - 1):",
             _PLAIN_SWEEPS + "test_impacts_are_counted_by_wall",
-        ),
-    ),
-    *of(
-        "nlds_vines/runs/pool.py",
-        (
-            "pool: the last lane is left out",
-            "return (begin, self._next) if left else None",
-            "return (begin, self._next) if left > 1 else None",
-            _T_POOL + "test_every_lane_is_done_once",
-        ),
-        (
-            "pool: the first pieces are a thread's share",
-            "left // (SHARE * threads)",
-            "left // threads",
-            _T_POOL + "test_pieces_become_smaller_and_no_thread_is_left_with_a_long_one",
-        ),
-        (
-            "pool: after an interruption threads are still at work",
-            "        wait(helpers)",
-            "        pass",
-            _T_POOL + "test_the_caller_may_be_interrupted_between_two_pieces",
         ),
     ),
     *of(

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.mutants import MUTANTS, command
+from benchmarks.mutants.by_rule import mutants_by_rule
 from benchmarks.mutants.mutant import Mutant, StaleError, check
 from benchmarks.mutants.trial import KILLED, SURVIVED, BaselineError, Trial
 
@@ -103,6 +104,43 @@ def test_pieces_are_all_of_the_list(capsys):
         pieces += capsys.readouterr().out.splitlines()
     assert sorted(pieces) == sorted(whole)
     assert len(whole) == len(MUTANTS)
+
+
+RULED = """\
+def least(values, wide=False):
+    \"\"\"Return the least: 1 of 2 < 3.\"\"\"
+    if not values or wide and len(values) < 7:
+        note(f"{len(values)} ω")
+    return min(values) - 2.5
+"""
+
+
+def test_a_source_is_changed_by_rule_where_it_does_something(tmp_path):
+    (tmp_path / "a.py").write_text(RULED)
+    found = mutants_by_rule("a.py", tmp_path, "tests")
+    changed = {line for one in found for line in one.applied_to(RULED).splitlines()}
+    assert sorted(changed - set(RULED.splitlines())) == [
+        "        pass",
+        "    if (not values and (wide and len(values) < 7)):",
+        "    if (values) or wide and len(values) < 7:",
+        "    if not values or (wide or len(values) < 7):",
+        "    if not values or wide and (len(values) <= 7):",
+        "    if not values or wide and len(values) < 8:",
+        "    return (min(values) + 2.5)",
+        "    return None",
+        "    return min(values) - 3.5",
+        "def least(values, wide=True):",
+    ]
+
+
+def test_a_source_is_named_with_its_tests(monkeypatch, checkout, capsys):
+    monkeypatch.setattr(command, "CHECKOUT", checkout)
+    source = ["--source", "nlds_vines/circle.py"]
+    assert command.main([*source, "--tests", "tests", "--list"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 7
+    for wrong in (source, [*source, "--tests", "test"], ["--tests", "tests"]):
+        assert command.main(wrong) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1
 
 
 def test_some_by_name(capsys):

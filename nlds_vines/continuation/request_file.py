@@ -56,6 +56,7 @@ def load_continuation(
     title = layers.title(outdated_by=("system", "set", "along", "plane"))
     with at(layers.place("start")):
         begin = _begin(layers.table("start"))
+    search = layers.values("search")
     with at(layers.holder("along").where):
         request = Continuation(
             title=_made_up_title(system, along) if title is None else title,
@@ -63,7 +64,7 @@ def load_continuation(
             along=along,
             begin=begin,
             plane=_interval(layers, "plane"),
-            **layers.values("search"),
+            **search,
         )
     return layers.told(request)
 

@@ -94,42 +94,6 @@ def test_a_changed_number_is_found(measured):
     assert console(["verify", "accuracy.h5"]) == 1
 
 
-# what is asked -> what the one line must name
-REFUSED = {
-    "--want nothing": (["--want", "much"], ["--want", "much"]),
-    "--want 0": (["--want", "0"], ["--want"]),
-    "--want nan": (["--want", "nan"], ["--want"]),
-    "--periods 1": (["--periods", "1"], ["--periods"]),
-    "--periods many": (["--periods", "100000000"], ["--periods"]),
-    "--suite": (["--suite"], ["--suite", "python -m benchmarks.accuracy --suite"]),
-    "--stiff": (["--stiff"], ["--stiff", "python -m benchmarks.stiffness"]),
-    "--parts": (["--parts"], ["--parts", "python -m benchmarks.costs"]),
-    "--markdown": (["--markdown", "a.md"], ["--markdown", "nlds-vines accuracy > FILE.md"]),
-    "an unknown system": (["--system", "ssul-set7"], ["ssul-set7", "ssul-set6"]),
-    "an unknown parameter": (["--set", "omgea=6"], ["omgea", "omega"]),
-    "a negative mass": (["--set", "m2=-60"], ["m2"]),
-    "no number": (["--set", "omega=fast"], ["omega", "fast"]),
-    "system and scan": (["own.toml", "--system", "tmd"], ["own.toml", "--system tmd"]),
-    "no such scan": (["own.toml"], ["own.toml"]),
-    "a picture of no kind": (["--plot", "a.gif"], ["a.gif"]),
-    "a folder that is not there": (["-o", "no/a.h5"], ["no"]),
-    "an orbit that ends": (["--set", "omega=1e-6", "--no-peers"], ["no reference", "too_stiff"]),
-    "resume and overwrite": (["--resume", "--overwrite"], ["resume", "overwrite"]),
-}
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_bad_requests_are_refused_in_one_line(name, folder, capsys):
-    arguments, named = REFUSED[name]
-    assert main(arguments) == 2
-    line = capsys.readouterr().err.strip()
-    assert "Traceback" not in line
-    assert len(line.splitlines()[-1:]) == 1
-    for word in named:
-        assert word in line
-    assert list(folder.iterdir()) == []
-
-
 def test_a_dry_run_says_what_would_be_measured(folder, capsys):
     assert main(["--dry-run"]) == 0
     methods = ("exact", "rk4", "SciPy DOP853")

@@ -191,28 +191,18 @@ def test_contradictions_name_their_places(below, above, message):
 
 
 @pytest.mark.parametrize(
-    ("field", "value", "message"),
+    ("axes", "message"),
     [
-        ("title", 3, "title = 3 must be a string"),
-        ("axes", (), "varied parameters: none"),
-        ("axes", (Axis("P", [1]), Axis("P", [2])), "varied parameters: P, P"),
-        ("axes", tuple(Axis(name, [1]) for name in ("P", "C", "V")), "P, C, V; allowed"),
-        ("axes", (Axis("D", [1]),), "kind 'ssul' has no parameter 'D'"),
-        ("axes", (Axis("omega", [-1, 1]),), "omega = -1.0 is not allowed"),
-        ("transient", -1, "transient = -1 must be"),
-        ("transient", 2.0, "transient = 2.0 must be a whole number"),
-        ("periods", 0, "periods = 0 must be"),
-        ("periods", True, "periods = True must be"),
-        ("want", (), "empty request"),
-        ("want", ("energy", "energy"), "names something twice"),
-        ("want", "energy", "must be a list"),
-        ("want", ("enrgy",), "did you mean 'energy'"),
-        ("method", "euler", "unknown method 'euler'"),
+        ((), "varied parameters: none"),
+        ((Axis("P", [1]), Axis("P", [2])), "varied parameters: P, P"),
+        (tuple(Axis(name, [1]) for name in ("P", "C", "V")), "P, C, V; allowed"),
+        ((Axis("D", [1]),), "kind 'ssul' has no parameter 'D'"),
+        ((Axis("omega", [-1, 1]),), "omega = -1.0 is not allowed"),
     ],
 )
-def test_a_scan_checks_itself(field, value, message):
+def test_a_scan_checks_its_axes(axes, message):
     with pytest.raises(RequestError, match=message):
-        dataclasses.replace(load_scan(MINIMAL), **{field: value})
+        dataclasses.replace(load_scan(MINIMAL), axes=axes)
 
 
 def test_a_value_inside_an_axis_cannot_escape_the_check_of_its_ends():
@@ -384,20 +374,10 @@ def test_random_states_are_finite_and_differ_in_every_limit(force, stiffness, ga
     assert len(set(states[:, 0])) == 5
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"policy": "sideways"},
-        {"policy": "random", "count": 0},
-        {"policy": "random", "count": 1.0},
-        {"policy": "random", "seed": -1},
-        {"policy": "up", "count": 2},
-        {"policy": "rest", "seed": 1},
-    ],
-)
-def test_faulty_start_policies_are_refused(wrong):
-    with pytest.raises(RequestError):
-        Start(**wrong)
+def test_only_random_starts_are_counted_and_drawn():
+    for wrong in ({"policy": "up", "count": 2}, {"policy": "both", "count": 2}, {"seed": 1}):
+        with pytest.raises(RequestError, match="count and seed"):
+            Start(**wrong)
 
 
 MAPS = sorted([*REPO.glob("scans/map-*.toml"), *REPO.glob("scans/special-*.toml")])
@@ -434,11 +414,6 @@ def test_both_ends_of_an_axis_are_checked(values):
         load_scan({"system": "ssul-set6", "vary": {"nu2": {"values": values}}})
 
 
-def test_equal_values_of_an_axis_are_refused():
-    with pytest.raises(RequestError, match=r"omega takes the value 6\.0 more than once"):
-        Axis("omega", np.array([5.0, 6.0, 6.0]))
-
-
 @pytest.mark.parametrize("policy", ["up", "down", "both"])
 def test_an_axis_that_is_followed_stays_whole(policy):
     """However few cells a block may have, the orbits of a sweep are in one."""
@@ -456,8 +431,6 @@ def test_both_sweeps_are_two_starts():
     assert (both.orbits, both.names, both.sweeps) == (2, ("up", "down"), ("up", "down"))
     assert (Start("rest").orbits, Start("rest").sweeps) == (1, ())
     assert Start("random", 3).names == ("random 0", "random 1", "random 2")
-    with pytest.raises(RequestError, match="count and seed"):
-        Start("both", 2)
 
 
 def test_failures_are_told_with_their_reasons_and_remedies():

@@ -1,11 +1,10 @@
 """A command's folder is called like its function, whichever was loaded first."""
 
 import inspect
-import subprocess
-import sys
 from importlib import import_module
 
 import pytest
+from commands import printed
 
 import nlds_vines as nv
 
@@ -23,7 +22,4 @@ def test_the_folder_has_the_arguments_of_its_function(name):
 def test_its_modules_are_found_before_and_after_it_is_used(name):
     program = f"import nlds_vines as nv; f = nv.{name}; import nlds_vines.{name}.command as c;"
     program += f"print(f is nv.{name}, callable(f), c.__name__)"
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
-    assert done.stdout == f"True True nlds_vines.{name}.command\n"
+    assert printed("-c", program) == f"True True nlds_vines.{name}.command\n"

@@ -211,29 +211,6 @@ def test_states_on_a_curve_are_orbits_where_the_rest_position_moves():
         assert np.allclose(end, curve.states[i], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--along", "omega=5"], "--along 'omega=5' must be NAME=START:STOP"),
-        (["--along", "omega=5:x"], "--along omega"),
-        (["--plane", "omega=5:9"], "omega is free already"),
-        (["--plane", "P=100:200"], "must hold the system's own value"),
-        (["--from", "none.h5"], "there is no such file"),
-        (["--doublings", "11"], "doublings = 11"),
-        (["--step", "2"], "step = 2.0; allowed"),
-        (["--over", "none.h5"], "there is no such file"),
-        (["--system", "tmd", "--along", "C=1:2"], "C is no parameter of kind 'tmd'"),
-    ],
-)
-def test_a_wrong_request_is_one_line(arguments, words, tmp_path, capsys):
-    output = tmp_path / "branches.h5"
-    assert main(["continuation", *arguments, "-o", str(output)]) == 2
-    errors = capsys.readouterr().err
-    assert words in errors
-    assert errors.count("\n") == 1
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_it_says_what_it_would_do(capsys, tmp_path):
     assert main(["continuation", "--dry-run", "--all", "-o", str(tmp_path / "b.h5")]) == 0
     text = capsys.readouterr().out

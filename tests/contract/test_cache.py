@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numba
 import pytest
+from commands import printed, python
 
 import nlds_vines
 from nlds_vines.kernels import stored_code
@@ -58,20 +59,10 @@ def copy(tmp_path_factory):
 
 def run(folder):
     """Run `PROGRAM` in a copy of the package; return what it prints, and what it says beside."""
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=folder,
-        env={
-            **os.environ,
-            "PYTHONPATH": str(folder),
-            "PYTHONDONTWRITEBYTECODE": "1",
-            "NUMBA_CACHE_DIR": str(folder / "cache"),
-            "NUMBA_DISABLE_JIT": "0",
-        },
-    )
+    done = python(
+        "-B", "-c", PROGRAM, cwd=folder, PYTHONPATH=str(folder), NUMBA_DISABLE_JIT="0",
+        NUMBA_CACHE_DIR=str(folder / "cache"),
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout) | {"said": done.stderr}
     assert found["home"] == str(folder / "nlds_vines" / "kernels")
@@ -198,13 +189,9 @@ def test_the_stamp_knows_how_much_is_optimised(level):
 from nlds_vines.kernels import stored_code
 print(stored_code.stamp_of(stored_code.KERNELS / "fours.py"))
 """
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        capture_output=True, text=True, check=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_OPT": level},
-    )  # fmt: skip
     own = stored_code.stamp_of(stored_code.KERNELS / "fours.py")
-    assert (done.stdout.strip() == own) == (int(level) == numba.config.OPT)
+    other = printed("-c", program, NUMBA_OPT=level).strip()
+    assert (other == own) == (int(level) == numba.config.OPT)
 
 
 # ---- where nothing can be written ----------------------------------------------------------------

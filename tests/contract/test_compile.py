@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numba
 import pytest
+from commands import printed
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
@@ -139,12 +140,7 @@ with told_of_compilations(compiled.append):
 assert len(found.branches[0]) > 2
 print([kernel.py_func.__name__ for kernel in compiled if kernel in KERNELS])
 """
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=False,
-        env={**os.environ, "PYTHONPATH": ROOT, "NUMBA_CACHE_DIR": str(tmp_path)},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == "[]\n"
+    assert printed("-c", program, NUMBA_CACHE_DIR=str(tmp_path)) == "[]\n"
 
 
 def test_where_nobody_may_help_one_follows_the_other(fakes, capsys, monkeypatch):
@@ -152,26 +148,6 @@ def test_where_nobody_may_help_one_follows_the_other(fakes, capsys, monkeypatch)
     monkeypatch.setattr(compilation, "may_help", lambda: False)
     assert console(["compile", "ssul"]) == 0
     assert [call[1] for call in calls] == [("orbit",), ("verdict",)]
-
-
-WRONG = {
-    "a kind": (["compile", "ssull"], ["'ssull'", "did you mean 'ssul'"]),
-    "a record": (["compile", "--record", "colour"], ["'colour'", "section"]),
-    "no record": (["compile", "--record", ","], ["empty request"]),
-    "a method": (["compile", "--method", "euler"], ["'euler'", "exact, rk4"]),
-    "a record that a kind has not": (["compile", "tmd", "--record", "impacts"], ["no wall"]),
-    "an option": (["compile", "--recrd", "energy"], ["'--recrd'", "--record"]),
-}
-
-
-@pytest.mark.parametrize("case", WRONG)
-def test_a_wrong_request_is_one_line_and_nothing_is_begun(case, fakes, capsys):
-    arguments, named = WRONG[case]
-    assert console(arguments) == 2
-    out, err = capsys.readouterr()
-    assert (out, err.count("\n")) == ("", 1)
-    assert all(word in err for word in ["nlds-vines compile: error: ", *named])
-    assert fakes[0] == []
 
 
 def test_what_cannot_be_compiled_is_one_line(fakes, capsys, monkeypatch):

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import printed
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
@@ -129,15 +130,8 @@ def test_both_is_up_and_down_in_one_archive(vary, tmp_path, cut):
 def test_more_threads_than_processors_do_not_matter(tmp_path):
     scan = nv.load_scan(document())
     (tmp_path / "scan.toml").write_text(scan.to_toml())
-    done = subprocess.run(
-        [sys.executable, "-m", "nlds_vines.bifurcation", "scan.toml", "--threads", "5"],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=tmp_path,
-        env=surroundings(NUMBA_NUM_THREADS="5"),
-    )
-    assert done.returncode == 0, done.stderr
+    words = ["-m", "nlds_vines.bifurcation", "scan.toml", "--threads", "5"]
+    printed(*words, cwd=tmp_path, NUMBA_NUM_THREADS="5")
     with nv.read(tmp_path / "scan.h5") as archive:
         assert archive.attrs["threads"] == 5
     assert bits(tmp_path / "scan.h5") == compute(tmp_path / "here.h5", scan, threads=1)
@@ -283,10 +277,7 @@ def test_a_command_that_is_interrupted_from_outside_can_be_resumed(tmp_path):
     assert "--resume" in said
     assert "Traceback" not in said
     assert not (tmp_path / "scan.h5").exists()
-    done = subprocess.run(
-        [*command, "--resume"], stdout=subprocess.DEVNULL, check=False, **settings
-    )
-    assert done.returncode == 0, done.stderr
+    printed(*command[1:], "--resume", cwd=tmp_path)
     assert bits(tmp_path / "scan.h5") == compute(tmp_path / "whole.h5", LONG)
 
 

@@ -14,6 +14,7 @@ from types import ModuleType
 import h5py
 import numpy as np
 import pytest
+from commands import printed
 from made_up import make_scan, results, write
 
 import nlds_vines as nv
@@ -139,13 +140,7 @@ def test_what_does_not_fit_is_refused_with_its_size(monkeypatch, tmp_path):
 def test_a_limit_on_memory_is_seen(tmp_path):
     program = "import resource as r; r.setrlimit(r.RLIMIT_AS, (5 * 10**9, r.RLIM_INFINITY));"
     program += "from nlds_vines.runs.machine import free_memory; print(free_memory() <= 5 * 10**9)"
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout == "True\n"
+    assert printed("-c", program) == "True\n"
 
 
 def test_the_largest_block_is_as_large_as_it_is_said():

@@ -1,174 +1,86 @@
-"""Help and a refused request load nothing heavy, so that they answer at once."""
+"""Help, dry runs and refused requests load nothing heavy, so that they answer at once."""
 
-import subprocess
-import sys
-from pathlib import Path
+import json
 
 import pytest
+from commands import printed, python
 
-import nlds_vines
+HEAVY = {"numba", "llvmlite", "h5py", "matplotlib", "scipy", "tqdm", "bokeh", "tornado"}
 
-HEAVY = ("numba", "llvmlite", "h5py", "matplotlib", "scipy", "tqdm", "bokeh", "tornado")
+LINES = {  # status of each, in one process: whatever one loads, all that follow have
+    "--help": 0, "--version": 0,
+    "bifurcation --help": 0, "bifurcation --system nothing": 2, "bifurcation nothing.toml": 2,
+    "bifurcation --set P=nan": 2, "bifurcation -o no/x.h5": 2, "bifurcation -o old.h5": 2,
+    "bifurcation --plot x.gif": 2, "bifurcation --shard 8/7": 2,
+    "bifurcation --periods 1000000000": 2,
+    "bifurcation --vary omega=5:8:9 --show shares -o new.h5": 2,
+    "portrait --help": 0, "portrait --panels forces": 2, "portrait good.toml --dry-run": 0,
+    "tuning --help": 0, "tuning --dry-run": 0, "tuning --free k2=2:1": 2, "tuning -o old.h5": 2,
+    "transients --help": 0, "transients --starts 0": 2, "transients --delay -1": 2,
+    "transients -o old.h5": 2,
+    "accuracy --help": 0, "accuracy --want 2": 2, "accuracy --stiff": 2, "accuracy -o no/x": 2,
+    "explore --help": 0, "explore --dry-run": 0, "explore --port -1": 2,
+    "explore --system nothing": 2, "explore no.toml": 2,
+    "report --help": 0, "report no.h5": 2, "report": 2,
+    "plot --help": 0, "plot no.h5": 2, "plot no.h5 -o x.gif": 2,
+    "compile --help": 0, "compile no-kind": 2, "compile tmd --record impacts": 2,
+    "status --help": 0, "status no.h5": 2, "consolidate --help": 0, "consolidate no.h5": 2,
+    "verify --help": 0, "verify no.h5": 2, "rerun --help": 0, "rerun no.h5": 2,
+    "diff --help": 0, "diff no.h5 no.h5": 2,
+    "paper --help": 0, "paper --only 13": 2, "paper --dry-run": 0,
+}  # fmt: skip
+
+PROGRAM = """
+import contextlib, io, json, shlex, sys
+from nlds_vines.__main__ import main
+from nlds_vines.bifurcation.request_file import load_scan
+from paper.command import main as paper
+
+heavy, found = set(json.loads(sys.argv[1])), {}
+load_scan().cells()
+for line in json.loads(sys.argv[2]):
+    first, *rest = words = shlex.split(line)
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        status = paper(rest) if first == "paper" else main(words)
+    found[line] = [status, sorted(heavy & sys.modules.keys())]
+import h5py
+print(json.dumps([found, sorted(heavy & sys.modules.keys())]))
+"""
 
 
-def loaded(folder: Path, *arguments: str) -> tuple[int, set[str]]:
-    """Run Python with these arguments; return its status and the top-level modules it loaded."""
-    done = subprocess.run(
-        [sys.executable, "-X", "importtime", *arguments],
-        capture_output=True,
-        text=True,
-        cwd=folder,
-        env={"PYTHONPATH": str(Path(nlds_vines.__path__[0]).parent)},
-        check=False,
-    )
-    times = (line for line in done.stderr.splitlines() if line.startswith("import time:"))
-    return done.returncode, {line.split("|")[-1].strip().split(".")[0] for line in times}
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status"),
-    [
-        (["--help"], 0),
-        (["--system", "nothing"], 2),
-        (["nothing.toml"], 2),
-        (["--set", "P=nan"], 2),
-        (["-o", "no/x.h5"], 2),
-        (["-o", "old.h5"], 2),
-        (["--plot", "x.gif"], 2),
-        (["--shard", "8/7"], 2),
-        (["--periods", "1000000000"], 2),
-        (["--vary", "omega=5:8:9", "--show", "shares", "-o", "new.h5"], 2),
-    ],
-)
-@pytest.mark.parametrize("program", [["nlds_vines.bifurcation"], ["nlds_vines", "bifurcation"]])
-def test_nothing_heavy_is_loaded(program, arguments, status, tmp_path):
+def test_nothing_heavy_is_loaded(tmp_path):
     (tmp_path / "old.h5").write_bytes(b"")
-    found, modules = loaded(tmp_path, "-m", *program, *arguments)
-    assert found == status
-    assert "nlds_vines" in modules
-    assert not modules & set(HEAVY)
+    (tmp_path / "good.toml").write_text('system = "tmd"\n[sampling]\nperiods = 4\n')
+    given = json.dumps(sorted(HEAVY)), json.dumps(list(LINES))
+    found, after = json.loads(printed("-c", PROGRAM, *given, cwd=tmp_path))
+    assert found == {line: [status, []] for line, status in LINES.items()}
+    assert after == ["h5py"]  # so that the probe sees what is loaded
 
 
-@pytest.mark.parametrize(
-    ("arguments", "status"), [(["--help"], 0), (["no.h5"], 2), (["no.h5", "-o", "x.gif"], 2)]
-)
-def test_plot_loads_nothing_heavy_before_it_must(arguments, status, tmp_path):
-    found, modules = loaded(tmp_path, "-m", "nlds_vines", "plot", *arguments)
-    assert found == status
-    assert not modules & set(HEAVY)
+def loaded(*words, **where):
+    """Return the top-level modules that Python loads for some words."""
+    times = python("-X", "importtime", *words, **where).stderr.splitlines()
+    names = [line.split("|")[-1] for line in times if line.startswith("import time:")]
+    return {name.strip().split(".")[0] for name in names}
+
+
+@pytest.mark.parametrize("program", [["nlds_vines.bifurcation"], ["nlds_vines", "bifurcation"]])
+def test_nor_by_a_program_itself(program, tmp_path):
+    found = loaded("-m", *program, "--set", "P=nan", cwd=tmp_path)
+    assert "nlds_vines" in found
+    assert not found & HEAVY
 
 
 def test_the_page_of_explore_is_made_before_kernels_are_loaded(tmp_path):
     pytest.importorskip("bokeh", reason="Bokeh is not installed")
     parts = ", ".join(f"nlds_vines.explore.{part}" for part in ("shared_map", "server", "session"))
-    found, modules = loaded(tmp_path, "-c", f"import {parts}")
-    assert found == 0
-    assert "bokeh" in modules
-    assert not modules & {"numba", "scipy", "matplotlib"}
+    found = loaded("-c", f"import {parts}", cwd=tmp_path)
+    assert "bokeh" in found
+    assert not found & {"numba", "scipy", "matplotlib"}
 
 
 @pytest.mark.parametrize(("window", "needed"), [("rectangular", False), ("hann", True)])
 def test_a_spectrum_loads_scipy_for_a_taper_alone(window, needed, tmp_path):
     make = f"spectrum_of([1.0, 2.0, 1.0, 0.0] * 4, 4, 1.0, window={window!r})"
-    found, modules = loaded(
-        tmp_path, "-c", f"from nlds_vines.orbits.spectrum import spectrum_of; {make}"
-    )
-    assert found == 0
-    assert ("scipy" in modules) == needed
-
-
-@pytest.mark.parametrize("command", ["status", "consolidate", "verify", "rerun", "diff"])
-@pytest.mark.parametrize(("arguments", "status"), [(["--help"], 0), (["no.h5", "no.h5"], 2)])
-def test_sister_commands_load_nothing_heavy(command, arguments, status, tmp_path):
-    found, modules = loaded(tmp_path, "-m", "nlds_vines", command, *arguments)
-    assert found == status
-    assert not modules & set(HEAVY)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status"),
-    [(["--help"], 0), (["no-kind"], 2), (["tmd", "--record", "impacts"], 2)],
-)
-def test_compiling_ahead_loads_nothing_heavy_before_it_must(arguments, status, tmp_path):
-    found, modules = loaded(tmp_path, "-m", "nlds_vines", "compile", *arguments)
-    assert found == status
-    assert not modules & set(HEAVY)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status"),
-    [(["--help"], 0), (["--dry-run"], 0), (["--free", "k2=2:1"], 2), (["-o", "old.h5"], 2)],
-)
-def test_tuning_loads_nothing_heavy_before_it_must(arguments, status, tmp_path):
-    (tmp_path / "old.h5").write_bytes(b"")
-    found, modules = loaded(tmp_path, "-m", "nlds_vines", "tuning", *arguments)
-    assert found == status
-    assert "nlds_vines" in modules
-    assert not modules & set(HEAVY)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status"),
-    [(["--help"], 0), (["--starts", "0"], 2), (["--delay", "-1"], 2), (["-o", "old.h5"], 2)],
-)
-def test_transients_load_nothing_heavy_before_they_must(arguments, status, tmp_path):
-    (tmp_path / "old.h5").write_bytes(b"")
-    found, modules = loaded(tmp_path, "-m", "nlds_vines", "transients", *arguments)
-    assert found == status
-    assert "nlds_vines" in modules
-    assert not modules & set(HEAVY)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status"),
-    [
-        (["--help"], 0),
-        (["--want", "2"], 2),
-        (["--stiff"], 2),
-        (["-o", "no/x"], 2),
-    ],
-)
-def test_accuracy_loads_nothing_heavy_before_it_must(arguments, status, tmp_path):
-    found, modules = loaded(tmp_path, "-m", "nlds_vines", "accuracy", *arguments)
-    assert found == status
-    assert "nlds_vines" in modules
-    assert not modules & set(HEAVY)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status"),
-    [
-        (["explore", "--help"], 0),
-        (["explore", "--dry-run"], 0),
-        (["explore", "--port", "-1"], 2),
-        (["explore", "--system", "nothing"], 2),
-        (["explore", "no.toml"], 2),
-        (["report", "--help"], 0),
-        (["report", "no.h5"], 2),
-        (["report"], 2),
-    ],
-)
-def test_pages_load_nothing_heavy_before_they_must(arguments, status, tmp_path):
-    found, modules = loaded(tmp_path, "-m", "nlds_vines", *arguments)
-    assert found == status
-    assert not modules & set(HEAVY)
-
-
-@pytest.mark.parametrize("option", ["--help", "--version"])
-def test_the_console_script_itself_loads_nothing_heavy(option, tmp_path):
-    found, modules = loaded(tmp_path, "-m", "nlds_vines", option)
-    assert found == 0
-    assert not modules & set(HEAVY)
-
-
-def test_systems_and_scans_need_nothing_heavy(tmp_path):
-    program = "import nlds_vines.bifurcation.request_file as s; s.load_scan().cells()"
-    found, modules = loaded(tmp_path, "-c", program)
-    assert found == 0
-    assert not modules & set(HEAVY)
-
-
-def test_the_probe_sees_what_is_loaded(tmp_path):
-    found, modules = loaded(tmp_path, "-c", "import h5py")
-    assert found == 0
-    assert "h5py" in modules
+    program = f"from nlds_vines.orbits.spectrum import spectrum_of; {make}"
+    assert ("scipy" in loaded("-c", program, cwd=tmp_path)) == needed

@@ -1,14 +1,9 @@
 """Memory does not grow with the forcing periods that are not recorded."""
 
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
-
-import nlds_vines
+from commands import printed
 
 PROGRAM = """
 import json, resource, sys
@@ -46,20 +41,7 @@ print(json.dumps({"again": again - first, "long": long - again, "kept": peak() -
 
 def growth(folder):
     """Return by how many megabytes a process grew."""
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=folder,
-        env={
-            **os.environ,
-            "PYTHONPATH": str(Path(nlds_vines.__path__[0]).parent),
-            "NUMBA_DISABLE_JIT": "0",
-        },
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(printed("-c", PROGRAM, cwd=folder, NUMBA_DISABLE_JIT="0"))
 
 
 @pytest.mark.slow("two processes, and a long transient")

@@ -6,7 +6,6 @@ law's constants with a solver that shares nothing with the kernels.
 """
 
 import json
-import os
 import shutil
 import subprocess
 import sys
@@ -17,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from commands import printed
 from scipy.integrate import solve_ivp
 
 from nlds_vines.kernels.laws import law
@@ -143,13 +143,8 @@ def found(tmp_path_factory):
     """Return what the changed package computes."""
     folder = changed(tmp_path_factory.mktemp("changed"))
     given = json.dumps([CONSTANTS, RECORDED, JUDGED, PERIODS])
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", PROGRAM, given],
-        cwd=folder, capture_output=True, text=True, check=False,
-        env={**os.environ, "PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    places = {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
+    return json.loads(printed("-P", "-c", PROGRAM, given, cwd=folder, **places))
 
 
 pytestmark = pytest.mark.kernels

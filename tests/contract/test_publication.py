@@ -5,12 +5,12 @@ import inspect
 import json
 import re
 import subprocess
-import sys
 import tomllib
 from importlib import import_module
 from pathlib import Path
 
 import pytest
+from commands import python
 
 import nlds_vines
 
@@ -153,9 +153,7 @@ def test_lowest_versions_classifiers_and_addresses():
 @pytest.mark.parametrize("started", ["-m", "C:/Scripts/nlds-vines", "other.py"])
 def test_windows_gets_one_line(started):
     program = f"import sys; sys.platform = 'win32'; sys.argv = [{started!r}]; import nlds_vines"
-    done = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+    done = python("-c", program)
     *before, line = done.stderr.splitlines()
     assert done.returncode == 1
     assert line.endswith(

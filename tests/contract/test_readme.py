@@ -5,9 +5,9 @@ What the README and the tutorial tell a reader to do is done in the gate, by `.c
 
 import contextlib
 import io
+import json
 import re
 import shlex
-import subprocess
 import sys
 import tomllib
 from importlib import import_module
@@ -19,6 +19,7 @@ from pathlib import Path
 import jsonschema
 import matplotlib
 import pytest
+from commands import printed, python
 
 import nlds_vines
 from nlds_vines.__main__ import COMMANDS
@@ -219,20 +220,23 @@ def test_the_console_script_has_the_commands_that_are_told():
 FOLDERS = [module.removesuffix(".command") for module, _ in COMMANDS.values()]
 
 
-@pytest.mark.parametrize(
-    "program",
-    [
-        *(["nlds_vines", name] for name in COMMANDS),
-        *([folder] for folder in FOLDERS if "upkeep" not in folder),
-    ],
-    ids=" ".join,
-)
-def test_every_command_has_help(program):
-    done = subprocess.run(
-        [sys.executable, "-m", *program, "--help"], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0
-    assert "example" in done.stdout
+HELP = """
+import contextlib, io, json, runpy, sys
+found = {}
+for words in json.loads(sys.argv[1]):
+    sys.argv = [*words, "--help"]
+    with contextlib.redirect_stdout(io.StringIO()) as text, contextlib.suppress(SystemExit):
+        runpy.run_module(words[0], run_name="__main__", alter_sys=True)
+    found[" ".join(words)] = "example" in text.getvalue()
+print(json.dumps(found))
+"""
+
+
+def test_every_command_has_help():
+    programs = [["nlds_vines", name] for name in COMMANDS]
+    programs += [[folder] for folder in FOLDERS if "upkeep" not in folder]
+    found = json.loads(printed("-c", HELP, json.dumps(programs)))
+    assert found == {" ".join(words): True for words in programs}
 
 
 @pytest.mark.parametrize(
@@ -362,8 +366,7 @@ def test_a_walk_notices_what_goes_wrong(tmp_path):
     }
     for text, complaint in pages.items():
         (tmp_path / "page.md").write_text(text)
-        command = [sys.executable, ROOT / ".ci" / "walk.py", "page.md"]
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        done = python(ROOT / ".ci" / "walk.py", "page.md", cwd=tmp_path)
         assert done.returncode == bool(complaint), done.stdout + done.stderr
         assert complaint in done.stderr
 

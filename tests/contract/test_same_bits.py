@@ -8,15 +8,13 @@ for a processor of the oldest kind; behind `long` stand each of them alone, and 
 import json
 import os
 import platform
-import subprocess
-import sys
 from pathlib import Path
 from textwrap import dedent
 
 import numpy as np
 import pytest
+from commands import printed
 
-import nlds_vines
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
@@ -66,16 +64,11 @@ def run(setting, *arguments, cache=None):
     """Return what the program prints under a setting; `cache` is a folder for compiled code."""
     more = {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
     ours = ("GLIBC_TUNABLES", "OPENBLAS_", "NPY_", "NUMBA_CPU_", "NUMBA_DISABLE_JIT")
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(ours)}
-    done = subprocess.run(
-        [sys.executable, str(PROGRAM), *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**kept, "PYTHONPATH": str(Path(nlds_vines.__path__[0]).parent), **more, **setting},
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    kept = {name for name in os.environ if not name.startswith(ours)}
+    with pytest.MonkeyPatch.context() as patch:
+        for name in os.environ.keys() - kept:
+            patch.delenv(name)
+        return json.loads(printed(PROGRAM, *arguments, **more, **setting))
 
 
 def differing(found, usual):

@@ -1,9 +1,6 @@
 """What is absent from a scene or a record is absent from the machine code, and takes no memory."""
 
 import json
-import os
-import subprocess
-import sys
 from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
@@ -11,8 +8,8 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from commands import printed
 
-import nlds_vines
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer, wanted_of
 from nlds_vines.bifurcation.request_file import load_scan
@@ -73,20 +70,8 @@ HAS = {
 @pytest.fixture(scope="module")
 def code(tmp_path_factory):
     """Return by case what `machine_code.py` found; compiled afresh, as a cache hides the code."""
-    done = subprocess.run(
-        [sys.executable, str(Path(__file__).with_name("machine_code.py"))],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={
-            **os.environ,
-            "PYTHONPATH": str(Path(nlds_vines.__path__[0]).parent),
-            "NUMBA_CACHE_DIR": str(tmp_path_factory.mktemp("cache")),
-            "NUMBA_DISABLE_JIT": "0",
-        },
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    program, cache = Path(__file__).with_name("machine_code.py"), tmp_path_factory.mktemp("cache")
+    return json.loads(printed(program, NUMBA_CACHE_DIR=str(cache), NUMBA_DISABLE_JIT="0"))
 
 
 def modules(case):

@@ -287,36 +287,6 @@ def test_a_dry_run_writes_nothing(tmp_path, monkeypatch, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--free", "k2=5"], "--free k2 = '5' must be LOW:HIGH"),
-        (["--free", "k2=a:b"], "--free k2 = 'a' must be a number"),
-        (["--free", "k2", "--free", "k2=1:2"], "given twice"),
-        (["--free", "omega"], "unknown free parameter 'omega'"),
-        (["--band", "5:8"], "--band = '5:8' must be LOW:HIGH:NUM"),
-        (["--band", "5:8:x"], "--band = 'x' must be a whole number"),
-        (["--band", "5:8:3", "--over", "omega=5,6"], "exclude each other"),
-        (["--band", "8:5:3"], "start = 8.0 must not be greater"),
-        (["--over", "P=1,x"], "--over P = 'x' must be a number"),
-        (["--surface", "k2"], "must be two names"),
-        (["--system", "none"], "no damper"),
-        (["--plot", "a.gif"], "must end in one of"),
-        (["--threads", "0"], "threads = 0"),
-        (["nothing.toml"], "cannot be read"),
-        (["--sed", "3"], "did you mean '--seed'"),
-    ],
-)
-def test_bad_input_is_one_line_and_status_2(arguments, said, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(arguments) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
-    assert said in err
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.kernels
 @pytest.mark.parametrize("form", ["png", "svg"])
 def test_the_surface_is_drawn_alike_every_time(form, tmp_path):

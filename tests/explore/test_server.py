@@ -195,24 +195,6 @@ def test_a_busy_port_is_one_line(server, small_map, capsys):
     assert f"--port {server.port}" in found
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["no.h5"], "no.h5"),
-        (["no.toml"], "no.toml"),
-        (["--system", "nothing"], "nothing"),
-        (["--port", "70000"], "--port"),
-        (["map.h5", "--set", "P=3"], "--set"),
-    ],
-)
-def test_a_wrong_request_is_one_line(arguments, words, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert main(["explore", *arguments]) == 2
-    found = capsys.readouterr().err
-    assert found.count("\n") == 1
-    assert words in found
-
-
 @pytest.mark.parametrize("name", ["ssul-set6", "vi-nes", "none", "bouncing-ball", "ssbl"])
 def test_every_system_has_a_diagram_to_explore(name, capsys):
     assert main(["explore", "--system", name, "--dry-run"]) == 0

@@ -1,16 +1,12 @@
 """How kernels are compiled: for whom, how often, and what rests meanwhile."""
 
 import gc
-import os
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numba
 import pytest
+from commands import printed
 
-import nlds_vines
 from nlds_vines.kernels import lanes
 from nlds_vines.kernels.compiling import Inner, jit, told_of_compilations
 from nlds_vines.kernels.deciding import is_a, same_sort
@@ -185,12 +181,5 @@ def test_where_the_inside_of_numba_is_another_one_kernels_are_compiled_plainly(t
     """To the same bits."""
     found = {}
     for how in ("linked", "plain"):
-        root = str(Path(nlds_vines.__path__[0]).parent)
-        surroundings = {**os.environ, "PYTHONPATH": root, "NUMBA_CACHE_DIR": str(tmp_path / how)}
-        done = subprocess.run(
-            [sys.executable, "-c", PLAIN, how],
-            capture_output=True, text=True, check=False, env=surroundings,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stderr
-        found[how] = done.stdout
+        found[how] = printed("-c", PLAIN, how, NUMBA_CACHE_DIR=str(tmp_path / how))
     assert found["linked"] == found["plain"]

@@ -1,7 +1,5 @@
 """The command that makes the paper's figures: pages, reuse of archives, report, exit statuses."""
 
-import os
-import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -9,6 +7,7 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import paper_results
 import pytest
+from commands import printed
 from matplotlib.colors import to_hex
 
 from nlds_vines.archives.archive import verify
@@ -135,11 +134,7 @@ def test_a_scan_file_is_drawn_as_well(here, make):
 def test_a_script_beside_a_request_does_the_same(here):
     script = Path(__file__).parents[2] / "scans" / "figure3.py"
     (here / "page.py").write_text(script.read_text())
-    done = subprocess.run(
-        [sys.executable, "page.py"], capture_output=True, text=True, check=False, cwd=here
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.endswith("page.h5\npage.png\n")
+    assert printed("page.py", cwd=here).endswith("page.h5\npage.png\n")
     assert (here / "page.png").stat().st_size > 0
 
 
@@ -179,22 +174,6 @@ def test_a_wrong_request_is_one_line(here, capsys, arguments, words):
     for word in words:
         assert word in err
     assert files(here) == ["page.toml"]
-
-
-def test_help_and_refusals_load_nothing_heavy(here):
-    program = "import sys; from paper.command import main; print(main(sys.argv[1:])); "
-    program += "print(sorted({'numba', 'matplotlib', 'h5py'} & sys.modules.keys()))"
-    root = str(Path(__file__).parents[2])
-    for arguments in (["--help"], ["--only", "13"], ["--dry-run"]):
-        done = subprocess.run(
-            [sys.executable, "-c", program, *arguments],
-            capture_output=True,
-            text=True,
-            check=False,
-            cwd=here,
-            env={**os.environ, "PYTHONPATH": root},
-        )
-        assert done.stdout.endswith("[]\n"), (arguments, done.stdout, done.stderr)
 
 
 def test_failed_orbits_are_told_and_make_status_1(here, capsys, monkeypatch, make):

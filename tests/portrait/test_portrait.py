@@ -1,13 +1,11 @@
 """The portrait: requests checked once, windows of one run, pages for every scene, exit statuses."""
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import printed
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -344,12 +342,9 @@ def test_the_requests_of_the_papers_figures_state_their_assumption(number):
     assert f"(Figure {number})" in request.title
     assert all(column.system.K == 2.5e7 for column in request.columns)
     script = path.with_suffix(".py")
-    done = subprocess.run(
-        [sys.executable, str(script), "--dry-run"],
-        capture_output=True, text=True, check=True, env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
-    assert request.title in done.stdout
-    assert f"picture: figure{number}.png" in done.stdout  # to come: a dry run makes none
+    said = printed(script, "--dry-run")
+    assert request.title in said
+    assert f"picture: figure{number}.png" in said  # to come: a dry run makes none
 
 
 def test_options_override_a_request():
@@ -440,70 +435,12 @@ def test_a_request_in_python_is_checked_too():
 
 # ---- the command ---------------------------------------------------------------------------------
 
-BAD = {
-    "unknown system": (["--system", "ssul"], ["--system", "'ssul'"]),
-    "unknown file": (["no.toml"], ["no.toml"]),
-    "unknown key": (["bad.toml"], ["bad.toml", "'pannels'", "'panels'"]),
-    "unknown panel": (["--panels", "forces"], ["panels", "'forces'", "'force'"]),
-    "no panel": (["--panels", ","], ["panels", "empty"]),
-    "panel twice": (["--panels", "force,force"], ["panels", "twice"]),
-    "window of one number": (["--windows", "100"], ["windows", "'100'", "BEGIN:END"]),
-    "window in words": (["--windows", "a:b"], ["windows", "'a:b'", "BEGIN:END"]),
-    "window backwards": (["--windows", "9:5"], ["end of windows = 5"]),
-    "windows overlap": (["--windows", "1:5,4:9"], ["1:5", "4:9", "follow"]),
-    "windows and periods": (["--windows", "1:5", "--periods", "3"], ["windows", "periods"]),
-    "too many windows": (["--windows", "1:2,3:4,5:6,7:8,9:10"], ["columns = 5"]),
-    "start of three": (["--start", "0,0,0"], ["start", "x1, v1, x2, v2"]),
-    "start in words": (["--start", "up"], ["--start", "'up'"]),
-    "no samples": (["--samples", "1"], ["samples = 1"]),
-    "too many states": (["--periods", "100000"], ["100600", "10000000"]),
-    "nothing to show": (["--show", "0"], ["show = 0"]),
-    "unknown signal": (["--signal", "x3"], ["'x3'", "x1"]),
-    "signal of no damper": (["--system", "none", "--signal", "x2"], ["'x2'", "'none'"]),
-    "unknown taper": (["--taper", "han"], ["'han'", "'hann'"]),
-    "comb too wide": (["--periods", "5", "--comb", "6"], ["comb = 6", "5"]),
-    "unknown method": (["--method", "rk5"], ["'rk5'", "'rk4'"]),
-    "set twice": (["--set", "P=1", "--set", "P=2"], ["--set P", "twice"]),
-    "set NaN": (["--set", "P=nan"], ["P", "finite"]),
-    "plot of unknown kind": (["--plot", "x.gif"], ["'x.gif'", ".png, .pdf, .svg"]),
-    "plot in no folder": (["--plot", "no/x.png"], ["'no/x.png'"]),
-    "unknown option": (["--panel", "force"], ["--panel", "--panels"]),
-}
-
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    (tmp_path / "bad.toml").write_text('system = "tmd"\n[portrait]\npannels = ["energy"]\n')
     (tmp_path / "good.toml").write_text('system = "tmd"\n[sampling]\nperiods = 4\ntransient = 0\n')
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_a_wrong_request_is_one_line_and_leaves_nothing(case, folder, capsys):
-    arguments, named = BAD[case]
-    before = sorted(folder.iterdir())
-    assert main(arguments) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
-    assert err.startswith("nlds-vines portrait: error: ")
-    for word in named:
-        assert word in err
-    assert sorted(folder.iterdir()) == before
-
-
-def test_nothing_heavy_is_loaded_for_help_or_a_wrong_request(folder):
-    program = (
-        "import sys; from nlds_vines.portrait.command import main\n"
-        "main(sys.argv[1:]); heavy = {'numba', 'matplotlib', 'scipy', 'h5py'} & set(sys.modules)\n"
-        "sys.exit(bool(heavy))"
-    )
-    for arguments in (["--help"], ["--panels", "forces"], ["good.toml", "--dry-run"]):
-        subprocess.run(
-            [sys.executable, "-c", program, *arguments],
-            check=True, capture_output=True, env={**os.environ, "PYTHONPATH": str(ROOT)},
-        )  # fmt: skip
 
 
 def test_a_dry_run_says_what_would_be_done_and_does_nothing(folder, capsys):

@@ -162,31 +162,6 @@ def test_python_takes_systems_names_files_and_documents(here):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--system", "tmdd"], "--system: unknown system 'tmdd'; did you mean 'tmd'?"),
-        (["--system", "tmd", "--vary", "C=0:1:3"], "C"),
-        (["--vary", "omega=5:8"], "--vary omega = '5:8' must be START:STOP:NUM"),
-        (["--start", "random:4"], "--start"),
-        (["--start", "both"], "allowed: rest, up, down"),
-        (["page.toml", "--plot", "a.gif"], "must end in one of"),
-        (["page.toml", "-o", "page.toml"], "must end in .h5"),
-        (["-o", "same.h5", "--plot", "same.h5"], "is another file of this run"),
-        (["nothing.toml"], "cannot be read"),
-        (["--periods", "0"], "periods = 0"),
-    ],
-)
-def test_a_wrong_request_is_one_line(here, capsys, arguments, words):
-    assert main(arguments) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("nlds-vines response-curves: error: ")
-    assert err.count("\n") == 1
-    assert words in err
-    assert sorted(path.name for path in here.iterdir()) == ["page.toml"]
-
-
-@pytest.mark.parametrize(
     ("old", "new", "words"),
     [
         ("panel = 1", "panel = 3", "panel = 3"),

@@ -160,34 +160,6 @@ def test_an_archive_without_verdicts_is_refused(here):
         ensemble_of(archive)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--starts", "0"], "count = 0"),
-        (["--starts", "1000000", "--periods", "1000000"], "begin fewer orbits"),
-        (["--seed", "-1"], "seed = -1"),
-        (["--delay", "-3"], "delay = -3.0"),
-        (["--delay", "nan"], "delay"),
-        (["--transient", "-1"], "transient = -1"),
-        (["--effort", "much"], "'much'"),
-        (["--system", "ssul-set7"], "did you mean"),
-        (["--set", "omega"], "NAME=VALUE"),
-        (["--set", "Q=1"], "Q"),
-        (["--plot", "a.gif"], "--plot"),
-        (["-o", "no/a.h5"], "no folder"),
-        (["--start", "up"], "'--start'"),
-    ],
-)
-def test_a_wrong_request_is_one_line_and_status_2(options, words, here, capsys):
-    assert main(options) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("nlds-vines transients: error: ")
-    assert err.count("\n") == 1
-    assert words in err
-    assert list(here.iterdir()) == []
-
-
 def test_an_interrupted_ensemble_says_how_to_go_on(here, capsys, monkeypatch):
     def stop(*_, **__):
         raise Interrupted("interrupted: --resume goes on from there")

@@ -1,0 +1,33 @@
+"""Commands as users give them: in this process, or in one of their own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+REPO = Path(__file__).resolve().parents[1]
+
+
+def python(*words, cwd=None, **environment):
+    """Run Python with these words, which finds the package; return what it did, with its texts."""
+    return subprocess.run(
+        [sys.executable, *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(REPO), **environment},
+    )  # fmt: skip
+
+
+def printed(*words, **where):
+    """Return what a program prints that ends well."""
+    done = python(*words, **where)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def contents(folder):
+    """Return the names of all that is in a folder, with the bytes of regular files."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None
+        for path in folder.rglob("*")
+    }

@@ -1,0 +1,259 @@
+"""Every setting of every request is checked: in a file, above one, by its option, in Python.
+
+What is tried follows from how a setting is described (`model/setting.py`), what must be said from
+the tables below.  A setting that is neither is noticed.
+"""
+
+import dataclasses
+from importlib import import_module
+from typing import NamedTuple
+
+import pytest
+
+from nlds_vines.__main__ import main
+from nlds_vines.bifurcation.request import Scan
+from nlds_vines.bifurcation.response_curves.request import CurvePage
+from nlds_vines.continuation.request import Begin, Continuation
+from nlds_vines.errors import RequestError
+from nlds_vines.loads.request import Decay
+from nlds_vines.model.setting import Checked, OneOf, Real, Text, Truth, Whole, settings_of
+from nlds_vines.orbits.starts import Start
+from nlds_vines.portrait.request import PortraitRequest
+from nlds_vines.portrait.request_file import Times
+from nlds_vines.tuning.request import Search, Surface, Tuning
+
+NAN = float("nan")
+
+
+class Task(NamedTuple):
+    """A kind of request: the function that reads its files, and the owners of its settings."""
+
+    module: str
+    load: str
+    owners: tuple
+    least: dict  # a file of this kind that is complete
+    command: str
+
+    @property
+    def settings(self):
+        return [said for owner in self.owners for said in settings_of(owner).values()]
+
+    def read(self, *given):
+        return getattr(self.form_module, self.load)(*given)
+
+    @property
+    def form_module(self):
+        return import_module(f"nlds_vines.{self.module}.request_file")
+
+
+SET6 = {"system": "ssul-set6"}
+SCAN = {**SET6, "vary": {"omega": {"values": [6.0, 6.5]}}}
+TUNING = {**SET6, "surface": {"parameters": ["k2", "c2"]}}
+BLOW = {**SET6, "load": {"impulse": 1.0}}
+CURVES = "bifurcation.response_curves"
+TASKS = {
+    "scan": Task("bifurcation", "load_scan", (Start, Scan), SCAN, "bifurcation"),
+    "page of curves": Task(
+        CURVES, "load_page", (Start, Scan, CurvePage), {**SCAN, "curves": [{}]}, "response-curves"
+    ),
+    "portrait": Task("portrait", "load_portrait", (Times, PortraitRequest), SET6, "portrait"),
+    "tuning": Task(
+        "tuning", "load_tuning", (Tuning, Search, Surface), TUNING, "tuning --surface=k2,c2"
+    ),
+    "continuation": Task(
+        "continuation", "load_continuation", (Begin, Continuation), SET6, "continuation"
+    ),
+    "decay": Task("loads", "load_decay", (Decay,), BLOW, "decay --impulse=1"),
+}
+"""All kinds of requests whose files have tables of settings, by the word for them."""
+
+every_task = pytest.mark.parametrize("kind", TASKS)
+no_list = [(3, "= 3 must be a list"), ("a", "= 'a' must be a list")]
+steps = [
+    (3, "= 3; allowed: 4 to 1e6"),
+    (1e7, "allowed: 4 to 1e6"),
+    (NAN, "= nan"),
+    ("28", "= '28'"),
+]
+CHECKED = {
+    "tolerance": [
+        *(
+            (value, f"tolerance = {value!r}; allowed: 1e-13 to 0.001, or draft, standard, fine")
+            for value in (0.0, 1e-14, -1e-9, 1e-2, "1e-9", "drft", "standard ")
+        ),
+        (NAN, "tolerance = nan must be a finite number"),
+        *((value, "must be a number") for value in (True, [1e-9], 1j)),
+    ],
+    "nodes": [
+        (value, f"nodes = {value!r} must be a whole number from 2 to 60")
+        for value in (1, 61, 8.0, "many", True)
+    ],
+    "contact_steps": steps,
+    "period_steps": steps,
+    "state": [("rest", "state = 'rest' must be a list of"), ([1, 2, NAN, 4], "nan")],
+    "phase": [("a", "phase = 'a' must be a number"), (NAN, "phase = nan"), (7.0, "phase = 7.0")],
+    "want": [
+        ("section", "want = 'section' must be a list"),
+        ([], "empty request; allowed: section"),
+        (["enrgy"], "unknown want 'enrgy'; did you mean 'energy'"),
+        ([3], "unknown want 3"),
+        (["energy", "energy"], "names something twice"),
+    ],
+    "signals": [*no_list, ([1], "unknown signal 1; did you mean 'x1'")],
+    "windows": [
+        (3, "windows = 3 must be a list of pairs [begin, end]"),
+        (["a:b"], "windows = 'a:b' must be BEGIN:END, two numbers of forcing periods"),
+        ([100], "windows = 100 must be BEGIN:END"),
+        ([[9, 5]], "end of windows = 5"),
+    ],
+    "panels": [
+        (["forces"], "unknown panels 'forces'; did you mean 'force'"),
+        (["force", "force"], "names something twice"),
+        ([], "empty"),
+    ],
+    "parameters": [("k2", "must be two names"), (["k2"], "must be two names")],
+    "states": [*no_list, ([1], "state = 1 must be a list of numbers")],
+    "values": [*no_list, (["x"], "value = 'x' must be a number"), ([NAN], "value = nan")],
+    "periods": [*no_list, ([0.5], "period = 0.5 must be a whole number from 1 to 1000000")],
+    "impulse": [(0.0, "impulse = 0.0"), (NAN, "impulse = nan must be a finite number")],
+}
+"""What is tried of settings that functions check, by key, with what must be said of it."""
+
+
+def tried(said):
+    """Return wrong values of a setting, each with what must be said of it."""
+    key, check = said.key, said.check
+    match check:
+        case Whole(low, high):
+            words = f"must be a whole number from {low} to {high}"
+            wrong = (low - 1, high + 1, low + 0.5, float(low), True, "1", NAN)
+            return [(value, f"{key} = {value!r} {words}") for value in wrong]
+        case Real(low, high, inside):
+            words = f" must be between {low:g} and {high:g}" if inside else f"; allowed: {low:g} to"
+            outside = (low, high) if inside else (low - 1.0, high + 1.0)
+            return [
+                *((value, f"{key} = {value!r}{words}") for value in outside),
+                (NAN, f"{key} = nan must be a finite number"),
+                ("a", f"{key} = 'a' must be a number"),
+                (True, f"{key} = True must be a number"),
+            ]
+        case OneOf(words, what):
+            longest, allowed = max(words, key=len), f"allowed: {', '.join(words)}"
+            return [
+                ("?", f"unknown {what or key} '?'; {allowed}"),
+                (f"{longest}x", f"did you mean {longest!r}? {allowed}"),
+                (3, f"unknown {what or key} 3; {allowed}"),
+            ]
+        case Text():
+            return [
+                (3, f"{key} = 3 must be a string"),
+                ("a\0b", f"{key} 'a\\x00b' holds a null character"),
+                ("a\nb", r"holds '\n': control characters and line ends are not allowed"),
+                ("a\x1b[31m", r"holds '\x1b'"),
+                ("x" * 1001, "has 1001 characters; allowed: up to 1000"),
+            ]
+        case Truth():
+            return [(value, f"{key} = {value!r} must be true or false") for value in (1, "yes")]
+    return CHECKED[key]
+
+
+def refusal(call, *arguments, **keywords):
+    """Return the line of the error with which a function refuses its arguments."""
+    with pytest.raises(RequestError) as refused:
+        call(*arguments, **keywords)
+    assert "\n" not in str(refused.value)
+    return str(refused.value)
+
+
+@every_task
+def test_all_settings_are_known_here(kind):
+    form, known = TASKS[kind].form_module.FORM, {(s.table, s.key) for s in TASKS[kind].settings}
+    assert form.kind == kind
+    assert known == {(table, key) for table, keys in form.tables.items() for key in keys or ()}
+    TASKS[kind].read(TASKS[kind].least)  # or else all could be refused for a reason that is none
+
+
+@every_task
+def test_in_a_file_and_above_it_the_place_is_named(kind):
+    task = TASKS[kind]
+    for said in task.settings:
+        table = task.least.get(said.table, {})
+        for value, words in tried(said):
+            wrong = {said.table: {**table, said.key: value}}
+            for place, layers in (
+                (kind, ({**task.least, **wrong},)),
+                ("changes", (task.least, wrong)),
+            ):
+                line = refusal(task.read, *layers)
+                assert line.startswith(f"{place}: ")
+                assert line.count(f"{place}: ") == 1
+                assert f"[{said.table}]: " in line
+                assert words in line
+
+
+@every_task
+def test_a_key_that_is_none_is_told_from_those_there_are(kind):
+    task = TASKS[kind]
+    for said in task.settings:
+        line = refusal(task.read, {**task.least, said.table: {f"{said.key}x": 1}})
+        assert f"[{said.table}]: unknown key '{said.key}x'; did you mean '{said.key}'" in line
+        line = refusal(task.read, {**task.least, said.table: 3})
+        assert f"[{said.table}]: {said.table} = 3 must be a table" in line
+        line = refusal(task.read, {**task.least, f"{said.table}x": {}})
+        assert line.startswith(f"{kind}: unknown key '{said.table}x'; did you mean '{said.table}'")
+
+
+@every_task
+def test_in_python_a_request_and_its_parts_check_themselves(kind):
+    task = TASKS[kind]
+    for owner in task.owners:
+        request = task.read(task.least)
+        part = request if isinstance(request, owner) else PARTS.get(owner)
+        for name, said in settings_of(owner).items() if part else ():
+            for value, words in tried(said):
+                assert words in refusal(dataclasses.replace, part, **{name: value})
+
+
+PARTS = {Start: Start(), Search: Search(), Surface: Surface(("k2", "c2")), Begin: Begin()}
+
+NUMBERS = {
+    "1_0": "in the digits 0 to 9, without _", "٣": "in the digits 0 to 9", "0x10": "'0x10'",
+    "ten": "'ten'", "": "''", "1" * 5000: "must be a",
+}  # fmt: skip
+"""What is no number, and what must be said of it."""
+
+
+def texts(said):
+    """Return wrong texts of an option, each with what must be said of it."""
+    match said.check:
+        case Whole(low, high):
+            outside = [
+                (str(n), f"{said.key} = {n} must be a whole number") for n in (low - 1, high + 1)
+            ]
+            return [*outside, ("2.5", "must be a whole number"), *NUMBERS.items()]
+        case Real():
+            return [("nan", f"{said.key} = nan"), ("1e10", f"{said.key} = 1"), *NUMBERS.items()]
+        case Truth() | Text():
+            return []
+        case Checked(listed=True):
+            lists = [(value, words) for value, words in tried(said) if isinstance(value, list)]
+            return [
+                (",".join(v), words) for v, words in lists if all(isinstance(w, str) for w in v)
+            ]
+    return [(v, words) for v, words in tried(said) if isinstance(v, str) and not v[0].isdigit()]
+
+
+@every_task
+def test_an_option_is_refused_in_its_own_words(kind, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    command, *usual = TASKS[kind].command.split()
+    assert main([command, "--help"]) == 0
+    told = capsys.readouterr().out
+    for said in TASKS[kind].settings:
+        for text, words in texts(said) if said.has_option and said.flag in told else ():
+            assert main([command, *usual, f"{said.flag}={text}"]) == 2
+            out, err = capsys.readouterr()
+            assert (out, err.count("\n")) == ("", 1)
+            assert words in err
+            assert said.flag in err or ("command line: " in err and f"[{said.table}]: " in err)
+    assert list(tmp_path.iterdir()) == []

@@ -246,7 +246,7 @@ MUTANTS = (
         ),
         (
             "peaks: a damper is bounded as if the structure gave it nothing",
-            "    u0 = math.sqrt(2.0 * e2) + pull * scale * grid.h\n",
+            "    u0 = math.sqrt(2.0 * e2) + (pull * scale + shaken) * grid.h\n",
             "    u0 = math.sqrt(2.0 * e2)\n",
             _PLAIN_BOUNDS + "test_the_bound_of_the_damper_is_reached_where_it_is_alone",
         ),

@@ -50,9 +50,9 @@ from .laws.law import (
 from .limit import note_limit_step
 from .observe import note_force, note_step
 from .response_steps import tally_step
-from .response_sums import A2, CV, CX, V2, X2, Tally
+from .response_sums import A2, CV, CX, V2, X2, Tally, beside
 from .roots import guarded, narrowed, secant
-from .scene import accelerations
+from .scene import accelerations, without_shaking
 
 MOST_STEPS = 1_000_000  # steps of one contact between two sections: beyond it, EXHAUSTED
 MOST_ATTEMPTS = 60  # of a step that leaves the contact; numbers beyond all bounds need more
@@ -77,15 +77,15 @@ class Steps(NamedTuple):
 
 
 @jit
-def start_at_rest(side, tangent, c):
+def start_at_rest(side, tangent, phase):
     """Move row Y past a touch without speed, which theta alone could not leave; return the time.
 
     Under an external acceleration a the depth grows as a t^2 / 2; until the Hertz force or a change
-    of a is felt at round-off, that is exact. c: cos of the phase.
+    of a is felt at round-off, that is exact. phase: the instant (`drive`).
     """
     ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
     q, s, x1, v1 = k[rk.Y], k[rk.Y + 1], k[rk.Y + 2], k[rk.Y + 3]
-    z = depth_of(wall, q)
+    z, c = depth_of(wall, q), drive_now(phase)
     dv, external = accelerations(ps, damper, x1, v1, wall.gap + z, s, c, 0.0)
     if external <= 0.0 or s < 0.0:
         return 0.0
@@ -100,7 +100,7 @@ def start_at_rest(side, tangent, c):
     k[rk.Y + 2], k[rk.Y + 3] = x1 + t * (v1 + 0.5 * t * dv), v1 + t * dv
     if tangent is not None:
         if is_a(tangent, Tally):
-            work_on(tangent, dv, c, t, k)
+            work_on(tangent, without_shaking(ps, dv, c), phase, t, k)
         else:
             vary_on(side, tangent, (x1, v1, wall.gap + z, s), c, t)
     return t
@@ -119,15 +119,15 @@ def vary_on(side, tangent, start, c, t):
 
 
 @jit
-def work_on(tally, dv, c, t, k):
+def work_on(tally, a1, phase, t, k):
     """Add to a tally a time t [s] that is too short for more than one term; row Y is its end."""
-    x1, v1 = k[rk.Y + 2], k[rk.Y + 3]
+    s, x1, v1, c = k[rk.Y + 1], k[rk.Y + 2], k[rk.Y + 3], drive_now(phase)
     row = tally.row
     row[X2] += t * x1 * x1
     row[V2] += t * v1 * v1
-    row[A2] += t * dv * dv
+    row[A2] += t * a1 * a1
     row[CV] += t * c * v1
-    row[CX] += t * c * x1
+    row[CX] += t * c * beside(phase, x1, s)
 
 
 @jit
@@ -452,7 +452,7 @@ def contact(side, watch, phase, now, stop):
     begin_along(tangent, k)
     for count in range(MOST_STEPS):
         if count == 0:
-            elapsed = start_at_rest(side, tangent, drive_now(phase))
+            elapsed = start_at_rest(side, tangent, phase)
             phase = later(ps, phase, elapsed)
         # The step h of theta resolves the free impact of this depth and speed, the external
         # acceleration, and the rates of all other motion over the way that q can go.

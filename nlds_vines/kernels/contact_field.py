@@ -38,8 +38,8 @@ from .laws.law import (
     stiffness_of,
     weight_of,
 )
-from .response_sums import A2, CV, CX, LOSS, R2, S2, U2, V2, X2, Y2, Tally, from_foot
-from .scene import accelerations, unloaded
+from .response_sums import A2, CV, CX, LOSS, R2, S2, U2, V2, X2, Y2, Tally, beside, from_foot
+from .scene import accelerations, unloaded, without_shaking
 
 WORK, VIRIAL = 21, 22  # places in a row of slopes: the right sides, by theta or by q
 DRAIN = 23  # place in a row of slopes: the rate by which damping shrinks volumes
@@ -51,7 +51,7 @@ def work_along(side, tally, step, now, y, out):
 
     now: (force, share of P, (dv1/dt, ds/dt), dt by theta or q, depth) of the row k[y:].
     """
-    force, _, (dv, _), weight, z = now
+    force, drive, (dv, _), weight, z = now
     k, wall, first = side.k, side.wall, out + 5
     q, s, x1, v1 = k[y], k[y + 1], k[y + 2], k[y + 3]
     r = wall.gap + z
@@ -59,9 +59,10 @@ def work_along(side, tally, step, now, y, out):
     cosine = drive_now(phase)
     gone, rate = from_foot(tally.foot, x1, v1, phase)
     k[first + X2], k[first + V2] = weight * x1 * x1, weight * v1 * v1
-    k[first + A2] = weight * dv * dv
+    a1 = without_shaking(side.ps, dv, drive)
+    k[first + A2] = weight * a1 * a1
     k[first + R2], k[first + S2] = weight * r * r, weight * s * s
-    k[first + CV], k[first + CX] = weight * cosine * v1, weight * cosine * x1
+    k[first + CV], k[first + CX] = weight * cosine * v1, weight * cosine * beside(phase, x1, s)
     k[first + LOSS] = weight * (force - elastic(wall, wall.K, q, z)) * s
     k[first + Y2], k[first + U2] = weight * gone * gone, weight * rate * rate
 

@@ -101,6 +101,14 @@ def falling(ps, phase):
 
 
 @jit
+def falling_apart(ps, phase):
+    """Return the same of what does not shake both bodies."""
+    if ps.shaken is None:
+        return falling(ps, phase)
+    return 0.0
+
+
+@jit
 def slope_at(moment):
     """Return the rate by time of the force of a load."""
     k, slope = moment.degree, 0.0

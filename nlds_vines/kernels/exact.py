@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 from .codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
 from .compiling import jit
+from .deciding import is_a
 from .drive import drive_now
 from .flight import bare_grid
-from .load_cells import phase_of, polynomial_from, pushed_over, work_anew
+from .load_cells import Loaded, phase_of, polynomial_from, pushed_over
 from .observe import LEVEL
 from .once_rounded import after_piece
 from .peaks import may_set_a_record, note_peaks, record_breakers, work_at
@@ -146,6 +147,17 @@ def fill(grid, phase, y, filled):
     if not filled:
         polynomial_from(grid, y, phase)
     return True
+
+
+@jit
+def work_anew(ps, damper, grid, j, x, y, before):
+    """Return `work_at` the beginning of a piece: that of the last one's end, `before`.
+
+    Between two cells a load may jump.
+    """
+    if is_a(grid.begun, Loaded):
+        return work_at(ps, damper, y, drive_now(phase_of(grid, j, x)))
+    return before
 
 
 @jit

@@ -119,7 +119,9 @@ def keep_ahead(numbers, at, ahead):
 def backward(side):
     """Return a side backward in time: dashpots push."""
     ps = side.ps
-    turned = Structure(ps.m1, ps.k1, ps.stiffness, -ps.damping, ps.force, ps.omega, ps.load)
+    turned = Structure(
+        ps.m1, ps.k1, ps.stiffness, -ps.damping, ps.force, ps.omega, ps.load, ps.shaken
+    )
     return side_with(side, turned, joint_backward(side.damper), side.wall, side.steps)
 
 

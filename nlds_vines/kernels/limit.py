@@ -21,7 +21,7 @@ from .flight import bend_of
 from .laws.law import at_depth, damped, depth_of, root_of, stored
 from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, alike, note_violation
 from .roots import narrowed, secant
-from .scene import scale_of
+from .scene import moved_mass, scale_of
 
 MOST_PIECES = 1000  # of a step: some ten are needed, and some hundred at a maximum of r
 ROUND_OFF = 4.0e-16  # relative error of r
@@ -51,7 +51,7 @@ def may_pass(side, limit_log, phase, duration, touch):
     if side.sign < 0.0:
         return -wall.gap > limit_log[LEVEL]
     scale = scale_of(ps, side.damper, x1, v1, wall.gap, s)
-    scale += most_push(ps, phase) * math.sqrt(ps.m1) * duration
+    scale += most_push(ps, phase) * math.sqrt(moved_mass(ps, side.damper)) * duration
     room = limit_log[LEVEL] - wall.gap
     return room <= 0.0 or 2.0 * stored(wall, wall.K, room, root_of(wall, room)) <= scale * scale
 
@@ -64,7 +64,7 @@ def bend_in_contact(side, phase, duration):
     z = depth_of(wall, q)
     scale = scale_of(ps, damper, k[rk.Y + 2], k[rk.Y + 3], wall.gap + z, k[rk.Y + 1])
     scale = math.sqrt(scale * scale + 2.0 * stored(wall, wall.K, z, q))
-    scale += most_push(ps, phase) * math.sqrt(ps.m1) * duration
+    scale += most_push(ps, phase) * math.sqrt(moved_mass(ps, damper)) * duration
     fast = scale * math.sqrt(damper.inv_mu)
     deepest = z + fast * duration
     pushed = at_depth(wall, wall.kappa, deepest) * damped(wall, fast)

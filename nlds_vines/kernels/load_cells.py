@@ -24,7 +24,7 @@ import numpy as np
 
 from .compiling import jit
 from .deciding import is_a
-from .drive import MAJORANT, Moment, drive_now, moved
+from .drive import MAJORANT, Moment, moved
 from .elementary import cos_sin_of_turn
 from .flight import (
     CELLS,
@@ -46,8 +46,7 @@ from .flight import (
 )
 from .fours import four_at, put_four
 from .once_rounded import put_sum, put_sum_of_load
-from .peaks import work_at
-from .scene import Structure, accelerations, unloaded
+from .scene import Structure, accelerations, greatest_push, moved_mass, unloaded
 
 ROW = 16  # numbers of a cell: coefficients, and the majorant
 SLOWEST = 0.1  # least bound of a rate in units of 1/h: a slower one would tell less of the force
@@ -69,6 +68,8 @@ class Loaded(NamedTuple):
     degree: int
     powers: int
     rows: int
+    root: float  # of the mass [kg^0.5] that the force accelerates
+    shaking: float  # acceleration [m/s^2] of the ground by 1 N, 0 where it stands still
 
 
 # ---- a grid --------------------------------------------------------------------------------------
@@ -109,8 +110,17 @@ def grid_under(ps, damper, h, stretch):
             forced = forced + four_at(ends, 4 * m) * f
         put_four(w, CELLS + 6 * j, forced)
         w[row + MAJORANT] = majorant_of(w, row, degree, rate * h)
-    begun = Loaded(stretch.begin, degree, powers, rows)
+    root = math.sqrt(moved_mass(ps, damper))
+    begun = Loaded(stretch.begin, degree, powers, rows, root, shaking_of(ps))
     return Grid(n, h, 0.0, rate, free.push, free.bend, w, load, None, begun, None)
+
+
+@jit
+def shaking_of(ps):
+    """Return the acceleration [m/s^2] that the unit of force means of a ground that moves."""
+    if ps.shaken is None:
+        return 0.0
+    return ps.force
 
 
 @jit
@@ -173,11 +183,11 @@ def under_majorant(ps, grid, j, last):
     for i in range(j, last):
         most = max(most, grid.table[grid.begun.rows + ROW * i + MAJORANT])
     force = ps.force * most
-    push = grid.push / ps.force * force
-    if ps.load is not None:
-        push = push + grid.push / ps.force * abs(ps.load)
+    push = grid.begun.root * greatest_push(ps.load, force)
     return (
-        Structure(ps.m1, ps.k1, ps.stiffness, ps.damping, force, grid.rate, ps.load),
+        Structure(
+            ps.m1, ps.k1, ps.stiffness, ps.damping, force, grid.rate, ps.load, ps.shaken
+        ),
         Grid(
             grid.n, grid.h, grid.turn, grid.rate, push, grid.bend, grid.table, grid.load, grid.low,
             grid.begun, grid.powers,
@@ -249,17 +259,6 @@ def end_of_cells(grid, j, stop):
     if is_a(grid.begun, Loaded):
         return j + 1
     return stop
-
-
-@jit
-def work_anew(ps, damper, grid, j, x, y, before):
-    """Return `peaks.work_at` the beginning of a piece: that of the last one's end, `before`.
-
-    Between two cells a load may jump.
-    """
-    if is_a(grid.begun, Loaded):
-        return work_at(ps, damper, y, drive_now(phase_of(grid, j, x)))
-    return before
 
 
 # ---- the polynomial of a cell --------------------------------------------------------------------

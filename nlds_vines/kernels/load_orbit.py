@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,13 +39,19 @@ class Load(NamedTuple):
     edges: np.ndarray  # (n + 1,) times [s] of the ends of the cells
     rows: np.ndarray  # (n, ORDER + 1) coefficients by the place in a cell [N]
     jumps: np.ndarray  # (n + 1,) [m/s]
+    shaken: Any  # True where both bodies are moved: m1 times the ground's acceleration, backward
 
 
 @jit
-def structure_moved(load, cell):
-    """Return the `Structure` of one cell that a load moves, whose unit is 1 N."""
+def structure_moved(load, shaken, cell):
+    """Return the `Structure` of one cell that a load moves, whose unit is 1 N.
+
+    load: as in `Parts`; shaken: as in `Load`.
+    """
     ps = structure_under(load, cell)
-    return Structure(ps.m1, ps.k1, ps.stiffness, ps.damping, 1.0 / ps.m1, 0.0, ps.load)
+    return Structure(
+        ps.m1, ps.k1, ps.stiffness, ps.damping, 1.0 / ps.m1, 0.0, ps.load, shaken
+    )  # fmt: skip
 
 
 @jit
@@ -81,14 +87,31 @@ def longest_of(edges):
 
 
 @jit
+def apart_after(ps, by):
+    """Return by how much s jumps with v1."""
+    if ps.shaken is None:
+        return by
+    return 0.0
+
+
+@jit
+def work_on_damper(ps, damper, by, before, state):
+    """Return the work [J] of a jump on the damper; before: v1 until then."""
+    if ps.shaken is None:
+        return 0.0
+    return 0.5 * damper.m2 * by * (before + state[1] - 2.0 * state[3])
+
+
+@jit
 def jump(prepared, tally, by, state):
     """Let the velocity of the structure jump."""
     ps, before = prepared.ps, state[1]
     state[1] += by
-    state[3] += by
+    state[3] += apart_after(ps, by)
     set_mode(prepared.near, prepared.far, state)
     if tally is not None:
         tally.row[JUMPS] += 0.5 * ps.m1 * by * (before + state[1])
+        tally.row[JUMPS] += work_on_damper(ps, prepared.damper, by, before, state)
         raise_to(tally.row, int(MOST) + OF_V, state[1])
 
 
@@ -131,7 +154,8 @@ def fly_under(parts, cell, load, state, buffers):
         return BAD_PARAMETERS
     if not bounded(state[0], state[1], state[2], state[3]):
         return DIVERGED
-    ps, damper, edges = structure_moved(parts.load, cell), damper_of(parts.damper, cell), load.edges
+    ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
+    edges = load.edges
     if not rate_of(ps, joined(damper)) * longest_of(edges) <= REACH * TOLD:
         return TOO_STIFF
     limit_log = limit_log_of(buffers.violation, cell.limit)

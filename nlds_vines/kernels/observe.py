@@ -159,7 +159,16 @@ def powers_of(ps, damper, x1, v1, r, s, drive, force):
     """Return `powers_at` of a structure with a damper, of one state or of four."""
     n1 = ps.m1 * under(ps.load, ps.force * drive - ps.damping * v1)
     pull = damper.c2 * s + force
-    return v1, n1 - damper.k2 * r - pull, v1 - s, damper.k2 * x1 + pull
+    n2 = onto_damper(ps, damper, drive, damper.k2 * x1 + pull)
+    return v1, n1 - damper.k2 * r - pull, v1 - s, n2
+
+
+@jit
+def onto_damper(ps, damper, drive, force):
+    """Return a force on the damper with that which shakes both bodies."""
+    if ps.shaken is None:
+        return force
+    return force + damper.m2 * (ps.force * drive)
 
 
 @jit

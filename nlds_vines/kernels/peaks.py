@@ -17,6 +17,7 @@ from .compiling import jit
 from .cubics import highest, only_rises
 from .deciding import is_a
 from .flight import COEF, FACTOR, OF_E2, ORDER, at
+from .load_cells import Loaded
 from .observe import PRECISE, alike, energies, note_energy, powers_at
 from .response_sums import PLACE, Tally, raise_to
 from .roots import narrowed, secant
@@ -54,6 +55,14 @@ def may_peak(record, e0, e1, p0, p1, fourth):
 
 
 @jit
+def push_on_damper(grid):
+    """Return a bound of what a force gives the damper in units of S: of a ground that moves."""
+    if is_a(grid.begun, Loaded) and grid.begun.shaking != 0.0:
+        return grid.push
+    return 0.0
+
+
+@jit
 def damper_bound(grid, scale, e2):
     """Return a bound of the fourth derivative of E2 by the place over a cell [J].
 
@@ -66,11 +75,12 @@ def damper_bound(grid, scale, e2):
     s1 = grid.rate * scale + grid.push  # bounds of the first to third derivatives by time of the
     s2 = grid.rate * s1 + push  # scaled state, whose norm is S, as in `exact.bounds_of`
     s3 = grid.rate * s2 + grid.rate * push
-    u0 = math.sqrt(2.0 * e2) + pull * scale * grid.h
-    u1 = own * u0 + pull * scale
-    u2 = own * u1 + pull * s1
-    u3 = own * u2 + pull * s2
-    u4 = own * u3 + pull * s3
+    shaken = push_on_damper(grid)
+    u0 = math.sqrt(2.0 * e2) + (pull * scale + shaken) * grid.h
+    u1 = own * u0 + (pull * scale + shaken)
+    u2 = own * u1 + (pull * s1 + grid.rate * shaken)
+    u3 = own * u2 + (pull * s2 + grid.rate * (grid.rate * shaken))
+    u4 = own * u3 + (pull * s3 + grid.rate * (grid.rate * (grid.rate * shaken)))
     h2 = grid.h * grid.h
     return (u0 * u4 + 4.0 * u1 * u3 + 3.0 * u2 * u2) * h2 * h2
 

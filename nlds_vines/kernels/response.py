@@ -22,6 +22,8 @@ import numpy as np
 from .bare_rows import bare
 from .codes import OF_FORCES, OF_IMPULSES, POWERS
 from .compiling import jit
+from .deciding import is_a
+from .drive import Moment
 from .flight import COEF, DRIVE, FACTOR, ORDER, at
 from .fours import four, four_at, larger_of, number_of
 from .load_cells import drive_term
@@ -49,6 +51,7 @@ from .response_sums import (
     X2,
     Y2,
     Tally,
+    beside,
     foot_of,
     place_of,
     raise_to,
@@ -97,6 +100,14 @@ def fill_acceleration(row, w, h):
     for k in range(ORDER):
         row[FACTOR + k] = (k + 1.0) / h * w[COEF + 4 * (k + 1) + 1]
     row[FACTOR + ORDER] = 0.0
+
+
+@jit
+def leave_shaking(row, grid, phase):
+    """Take from them what shakes both bodies: the ground's acceleration, from which x1 counts."""
+    if is_a(phase, Moment):
+        for k in range(ORDER + 1):
+            row[FACTOR + k] -= grid.begun.shaking * drive_term(grid.table, phase, k)
 
 
 @jit
@@ -181,6 +192,7 @@ def tally_cell(tally, grid, phase, end):
     """
     row, w, h = tally.row, grid.table, grid.h
     fill_acceleration(row, w, h)
+    leave_shaking(row, grid, phase)
     raise_within(tally, grid, place_of(int(OF_A), 1.0), bend_in_rows(row), end)
     for k in range(ORDER + 1):
         w[FACTOR + k] = drive_term(w, phase, k)
@@ -194,7 +206,7 @@ def tally_cell(tally, grid, phase, end):
         row[R2] += dt * r * r
         row[S2] += dt * s * s
         row[CV] += dt * cosine * v1
-        row[CX] += dt * cosine * x1
+        row[CX] += dt * cosine * beside(phase, x1, s)
     raise_state(tally, grid, at(w, 0.0), at(w, end), end)
     tally_foot(tally.foot, tally, grid, phase, end)
 
@@ -248,12 +260,20 @@ def fill_response(response, tally, ps, damper, state, time):
     for wall in range(2):
         response[OF_FORCES + wall] = row[FORCE + wall]
         response[OF_IMPULSES + wall] = row[IMPULSE + wall]
-    c1, force = ps.m1 * ps.damping, ps.m1 * ps.force
+    c1 = ps.m1 * ps.damping
     response[POWERS] = c1 * row[V2] / time
     response[POWERS + 1] = dashpot_of(joined(damper)) * row[S2] / time
     response[POWERS + 2] = row[LOSS] / time
-    response[POWERS + 3] = (force * row[CV] + row[JUMPS]) / time
+    response[POWERS + 3] = (brought_in(ps, damper, row) + row[JUMPS]) / time
     shaken(tally.foot, response, row, ps, state, time)
+
+
+@jit
+def brought_in(ps, damper, row):
+    """Return the work of the force [J]."""
+    if ps.shaken is None:
+        return ps.m1 * ps.force * row[CV]
+    return (ps.m1 * row[CV] + damper.m2 * (row[CV] - row[CX])) * ps.force
 
 
 @jit
@@ -265,7 +285,7 @@ def note_sums(ps, damper, sums, row, tally):
     if sums is None:
         return None
     done = tally.row
-    sums[row, 0] = ps.m1 * ps.force * done[CV] + done[JUMPS]
+    sums[row, 0] = brought_in(ps, damper, done) + done[JUMPS]
     sums[row, 1] = ps.m1 * ps.damping * done[V2]
     sums[row, 2] = dashpot_of(joined(damper)) * done[S2]
     sums[row, 3] = done[LOSS]

@@ -10,13 +10,14 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from .compiling import jit
-from .drive import drive_now, falling
+from .deciding import is_a
+from .drive import Moment, drive_now, falling_apart
 from .flight import FACTOR
-from .scene import accelerations, unloaded
+from .scene import accelerations, unloaded, without_shaking
 
 # Places of a tally's row:
 #   X2 ... S2   integrals of x1^2, v1^2, a1^2 (a1 = dv1/dt), r^2 and s^2
-#   CV, CX      of cos(omega t) v1 and cos(omega t) x1
+#   CV, CX      of cos(omega t) v1 and cos(omega t) x1; under a load f of f v1 and f s
 #   LOSS        what contacts have dissipated [J]
 #   Y2, U2      of (x1 - y)^2 and its rate's, y being the motion of the foot, where it moves
 #   MOST        largest |x1|, |v1|, |a1|, |r|, |x1 - y|
@@ -84,6 +85,14 @@ def gone_from(foot, x1, v1, cosine, sine):
 
 
 @jit
+def beside(phase, x1, s):
+    """Return what the force is multiplied with in CX: x1, under a load s."""
+    if is_a(phase, Moment):
+        return s
+    return x1
+
+
+@jit
 def raise_to(row, place, value):
     """Raise the maximum at a place of the row to |value|."""
     row[place] = max(row[place], abs(value))
@@ -125,6 +134,7 @@ def motion_of(tally, ps, damper, y, phase, force, push):
     x1, v1, r, s = y
     a1, ds = accelerations(ps, damper, x1, v1, r, s, drive_now(phase), force)
     jerk, _ = accelerations(unloaded(ps), damper, v1, a1, s, ds, 0.0, push)
-    jerk -= falling(ps, phase)
+    jerk -= falling_apart(ps, phase)
     gone, rate = from_foot(tally.foot, x1, v1, phase)
-    return (x1, v1, a1, r, gone, force), (v1, a1, jerk, s, rate, push)
+    felt = without_shaking(ps, a1, drive_now(phase))
+    return (x1, v1, felt, r, gone, force), (v1, a1, jerk, s, rate, push)

@@ -26,6 +26,10 @@ class Structure(NamedTuple):
     force: float  # P / m1 [m/s^2]
     omega: float  # [rad/s]
     load: Any  # constant force per mass [m/s^2] towards a near wall, None where there is none
+    shaken: (
+        Any  # True where the force gives the damper its acceleration, too: that of a ground that
+    )
+    #              moves, from which x1 counts; None where it acts on the structure alone
 
 
 class Damper(NamedTuple):
@@ -96,7 +100,7 @@ def allowed(rk4, has_damper, near, far, apart, cell):
 def structure_of(cell):
     """Return the `Structure` of one cell of parameters."""
     m1 = cell.m1
-    return Structure(m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega, None)
+    return Structure(m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega, None, None)
 
 
 @jit
@@ -110,7 +114,9 @@ def structure_under(load, cell):
 @jit
 def with_load(ps, load):
     """Return the structure under a constant load [m/s^2]."""
-    return Structure(ps.m1, ps.k1, ps.stiffness, ps.damping, ps.force, ps.omega, load)
+    return Structure(
+        ps.m1, ps.k1, ps.stiffness, ps.damping, ps.force, ps.omega, load, ps.shaken
+    )  # fmt: skip
 
 
 @jit
@@ -177,6 +183,30 @@ def greatest_push(load, force):
 
 
 @jit
+def without_shaking(ps, alone, drive):
+    """Return an acceleration of the structure less what shakes both bodies."""
+    if ps.shaken is None:
+        return alone
+    return alone - ps.force * drive
+
+
+@jit
+def with_shaking(ps, apart, drive):
+    """Return an acceleration with that which shakes both bodies."""
+    if ps.shaken is None:
+        return apart
+    return apart + ps.force * drive
+
+
+@jit
+def moved_mass(ps, damper):
+    """Return the mass [kg] that the force accelerates."""
+    if ps.shaken is None:
+        return ps.m1
+    return ps.m1 + damper.m2
+
+
+@jit
 def acceleration_alone(ps, x1, v1, drive):
     """Return dv1/dt of the structure without a damper, of one state or of four."""
     return under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v1)
@@ -187,7 +217,7 @@ def accelerations_of(ps, damper, x1, v1, r, s, drive, contact):
     """Return `accelerations` of a structure with a damper, of one state or of four."""
     alone = acceleration_alone(ps, x1, v1, drive)
     pull = damper.k2 * r + damper.c2 * s + contact
-    return alone - pull * damper.inv_m1, alone - pull * damper.inv_mu
+    return alone - pull * damper.inv_m1, without_shaking(ps, alone, drive) - pull * damper.inv_mu
 
 
 @jit

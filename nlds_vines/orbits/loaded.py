@@ -43,12 +43,15 @@ class InCells(Protocol):
 
     Attributes: `edges` (n + 1,), when cells begin and end [s]; `rows` (n, 15), the coefficients of
     the force [N] by the place x in a cell, from 0 to 1: sum_k rows[j, k] x^k; `jumps` (n + 1,), by
-    which the structure's velocity jumps at the edges [m/s], or None.
+    which the structure's velocity jumps at the edges [m/s], or None; `share`, 1, or 0 where the
+    ground moves: `rows` are then -m1 times its acceleration, `jumps` those of its velocity
+    backward; they act on both bodies, and all positions are counted from the ground.
     """
 
     edges: np.ndarray
     rows: np.ndarray
     jumps: np.ndarray | None
+    share: float
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,7 @@ class Flown:
         impacts: one row of dtype `IMPACT` for each touch, in the time of the load.
         E1max, E2max: largest energies [J], exact in time.
         response: largest and rms displacements, velocities and accelerations, forces and mean
-            powers, by name (`responses.quantities_of`).
+            powers, by name (`responses.quantities_of`); the acceleration is the absolute one.
         clearance: smallest distance [m] of an approach that did not become an impact; inf if none.
         violation: of a scene with a limit to keep.
     """
@@ -86,7 +89,7 @@ class Flown:
 def longest_cell(system: System) -> float:
     """Return how long a cell of a load may be [s]: 0.7 over a bound of the rates of the motion."""
     cell, parts = cell_of(system), parts_of("exact", system.scene)
-    ps, damper = structure_moved(parts.load, cell), damper_of(parts.damper, cell)
+    ps, damper = structure_moved(parts.load, None, cell), damper_of(parts.damper, cell)
     rate = float(rate_of(ps, joined(damper)))
     return REACH / rate if rate > 0.0 else math.inf
 
@@ -160,7 +163,7 @@ def _checked(system: System, load: InCells) -> Load:
             f"cell {int(np.argmax(lengths))} of a load lasts {lengths.max():.3g} s; of this system "
             f"allowed: up to {longest:.3g} s"
         )
-    return Load(edges, rows, jumps)
+    return Load(edges, rows, jumps, True if system.scene.damper and load.share == 0.0 else None)
 
 
 def _buffers(system: System, record: Collection[str], edges: int, room: int) -> CellBuffers:

@@ -22,7 +22,7 @@ def cells(edges, coefficients):
     for j, (t, h) in enumerate(zip(edges, np.diff(edges), strict=False)):
         found = [float(c) for c in coefficients(t, h)]
         rows[j, : len(found)] = found
-    return SimpleNamespace(edges=edges, rows=rows, jumps=None)
+    return SimpleNamespace(edges=edges, rows=rows, jumps=None, share=1.0)
 
 
 def waves(parts):
@@ -146,7 +146,7 @@ def test_a_record(name, degree):
     if degree == 1:  # without jumps
         values = rng.normal(0, 500, 61)
         rows[:, 0], rows[:, 1] = values[:-1], np.diff(values)
-    load = SimpleNamespace(edges=edges, rows=rows, jumps=None)
+    load = SimpleNamespace(edges=edges, rows=rows, jumps=None, share=1.0)
     y = [mpmath.mpf(0)] * len(fly(system, load, quiet=True).state)
     S = mpmath.zeros(degree + 1)
     for k in range(degree):
@@ -236,7 +236,7 @@ def test_the_balance_of_energy(law):
     rows[:, :4] = rng.normal(0, 600, (120, 4))
     jumps = np.zeros(121)
     jumps[[0, 40, 41, 120]] = 0.6, -0.3, 0.2, 0.1
-    load = SimpleNamespace(edges=edges, rows=rows, jumps=jumps)
+    load = SimpleNamespace(edges=edges, rows=rows, jumps=jumps, share=1.0)
     flown = fly(system, load, record=("states", "work", "impacts"), tolerance=1e-12, quiet=True)
     work = flown.work
     left = work[:, LOAD] - stored(system, flown.states) - work[:, [C1, C2, CONTACT]].sum(axis=1)
@@ -246,6 +246,44 @@ def test_the_balance_of_energy(law):
     assert np.abs(left[~inside]).max() < 1e-11 * np.abs(work).max()
     assert work[0, LOAD] == pytest.approx(0.5 * 1000.0 * 0.6**2)
     assert (np.diff(work[:, [C1, C2]], axis=0) >= 0.0).all()
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_ground_that_moves(law):
+    """Seen from it, or at rest, where its motion y is the force k1 y + c1 dy/dt on the structure.
+
+    The acceleration a sin(w t) begins with the velocity -a / w, by a jump.
+    """
+    system = load_system("ssul-set6", **LAWS[law])
+    p, a, w = system.parameters, 1.5, 7.0
+    edges, rate = np.linspace(0.0, 3.0, 50), 1j * mpmath.mpf(w)
+    shaken = cells(edges, waves([(mpmath.mpc(0, p["m1"] * a), rate)]))
+    shaken.share, shaken.jumps = 0.0, np.zeros(50)
+    shaken.jumps[0] = a / w
+    still = cells(edges, waves([(mpmath.mpc(-p["c1"] * w, p["k1"]) * a / w**2, rate)]))
+    record = ("states", "work", "impacts", "response", "energy")
+    seen, known = (
+        fly(system, load, record=record, tolerance=1e-13, quiet=True) for load in (shaken, still)
+    )
+    y, speed = -a / w**2 * np.sin(w * edges), -a / w * np.cos(w * edges)
+    moved = np.column_stack([y, speed, y, speed])
+    assert np.abs(seen.states + moved - known.states).max() < 1e-11
+    assert len(seen.impacts) == len(known.impacts) >= 2
+    for column in ("touch", "speed", "depth"):
+        assert seen.impacts[column] == pytest.approx(known.impacts[column], rel=1e-10)
+    for name in ("stroke_max", "a1_max", "a1_rms", "force_max", "impulse_max", "power_c2"):
+        if name in seen.response:
+            assert seen.response[name] == pytest.approx(known.response[name], rel=1e-9)
+    gone = seen.work[:, [C1, C2, CONTACT]].sum(axis=1)
+    left = seen.work[:, LOAD] - stored(system, seen.states) - gone
+    touch, release = seen.impacts["touch"], seen.impacts["release"]
+    inside = ((touch <= edges[:, None]) & ~(release < edges[:, None])).any(axis=1)
+    assert np.abs(left[~inside]).max() < 1e-11 * np.abs(seen.work).max()
+    x1, v1, x2, v2 = seen.states.T
+    E1 = 0.5 * (p["m1"] * v1**2 + p["k1"] * x1**2)
+    E2 = 0.5 * (p["m2"] * v2**2 + p["k2"] * (x2 - system.rest) ** 2)
+    assert E1.max() <= seen.E1max * (1 + 1e-12) < 1.1 * E1.max()
+    assert E2.max() <= seen.E2max * (1 + 1e-12) < 1.2 * E2.max()
 
 
 def test_an_edge_changes_nothing_but_round_off():

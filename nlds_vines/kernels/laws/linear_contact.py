@@ -149,6 +149,7 @@ def pressed_bodies(ps, damper, wall):
                 ps.force,
                 ps.omega,
                 ps.load,
+                ps.shaken,
             ),
             damper,
             wall.kc / (ps.k1 + wall.kc),

@@ -25,7 +25,7 @@ from .. import runge_kutta as rk
 from ..codes import EXHAUSTED, RELEASED, STOPPED
 from ..compiling import jit
 from ..deciding import is_a
-from ..drive import drive_now, falling, mirrored, most_push
+from ..drive import drive_now, falling_apart, mirrored, most_push
 from ..driven import (
     DAMPING,
     FORCE,
@@ -52,7 +52,14 @@ from ..load_cells import drive_term, grid_over, phase_of, polynomial_from
 from ..peaks import note_energies
 from ..response import tally_cell
 from ..response_sums import IMPULSE, LOSS, raise_to
-from ..scene import Structure, accelerations, mirrored_load, under
+from ..scene import (
+    Structure,
+    accelerations,
+    mirrored_load,
+    under,
+    with_shaking,
+    without_shaking,
+)
 from ..touch import LOST, R, first_touch, tightened
 
 BRIEF = 1.0e-5  # speed of a rebound that is followed by rest, in units of a / rate
@@ -139,12 +146,20 @@ def share_of_load(load, share):
 
 
 @jit
+def on_both(ps, share):
+    """Return what the force gives both bodies as one mass, in which the structure has a share."""
+    if ps.shaken is None:
+        return ps.force * share
+    return ps.force
+
+
+@jit
 def held_at(wall, ps, damper, n, begun):
     """Return the `Stuck` motion of a cell, on n cells a period; `begun` as of its grid."""
     other = 1.0 - damper.share
     one = Structure(
-        ps.m1 + damper.m2, ps.k1, ps.stiffness * other, ps.damping * other, ps.force * other,
-        ps.omega, share_of_load(ps.load, other),
+        ps.m1 + damper.m2, ps.k1, ps.stiffness * other, ps.damping * other, on_both(ps, other),
+        ps.omega, share_of_load(ps.load, other), None,
     )  # fmt: skip
     return Stuck(one, grid_over(one, None, n, begun))
 
@@ -180,8 +195,8 @@ def stays(ps, damper, wall, rate, state, phase):
         return False
     lasting = -2.0 * s / (a * (1.0 - wall.e))
     own = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
-    dv = (1.0 - damper.share) * own
-    change = falling(ps, phase) + ps.stiffness * v1 + ps.damping * dv
+    dv = with_shaking(ps, (1.0 - damper.share) * without_shaking(ps, own, c), c)
+    change = falling_apart(ps, phase) + ps.stiffness * v1 + ps.damping * dv
     return abs(change) * lasting <= STEADY * a and rate * lasting <= STEADY
 
 
@@ -290,6 +305,7 @@ def expand_pull(ps, w, sign, phase):
     for i in range(ORDER + 1):
         row, drive = COEF + 4 * i, drive_term(w, phase, i)
         own = ps.force * drive - ps.stiffness * w[row] - ps.damping * w[row + 1]
+        own = without_shaking(ps, own, drive)
         if i == 0:
             own = under(ps.load, own)
         w[row + 2], w[row + 3] = -sign * own, 0.0

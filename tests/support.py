@@ -17,6 +17,7 @@ from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.codes import OK, RELEASED
 from nlds_vines.kernels.contact import Steps, contact
 from nlds_vines.kernels.flight import rate_of
+from nlds_vines.kernels.hertz_arc import make_arc
 from nlds_vines.kernels.impact import short_impact
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
 from nlds_vines.kernels.observe import COLUMNS, Impacts
@@ -26,7 +27,6 @@ from nlds_vines.kernels.scene import damper_in, structure_of
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System
-from nlds_vines.orbits.hertz_arc import make_arc
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.simulation import Orbit, simulate

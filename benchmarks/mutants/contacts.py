@@ -307,7 +307,7 @@ MUTANTS = (
         ),
         (
             "impact: what the nodes miss is left out",
-            "ratio, time = 1.0 + (sum_of(sb) + number_of(beyond, 0)), sum_of(st) + late",
+            "ratio, time = 1.0 + (sum_of(sb) + of_b), sum_of(st) + late",
             "ratio, time = 1.0 + sum_of(sb), sum_of(st) + late",
             _T_IMPACT_ERROR + "test_the_estimate_is_never_below_a_third_of_the_error[12-300]",
         ),

@@ -162,20 +162,20 @@ MUTANTS = (
         ),
         (
             "impact: what the nodes miss of the dashpots is left out",
-            "    second = four_at(w, k + 8) * d + four_at(w, k + 12) * r\n",
-            "    second = four_at(w, k + 12) * r\n",
+            "        b = b + term * four_at(w, at + k)\n",
+            "",
             _T_IMPACT + "test_what_the_nodes_miss_of_the_dashpots_is_added",
         ),
         (
             "impact: the first guess forgets the drag",
-            "beta = four_at(w, k) * a + four_at(w, k + m) * g",
-            "beta = four_at(w, k) * a",
+            "w[POWERS + AT_FORCE], w[POWERS + AT_DRAG] = approach.force, approach.drag",
+            "w[POWERS + AT_FORCE], w[POWERS + AT_DRAG] = approach.force, 0.0",
             _T_IMPACT + "test_the_first_guess_errs_by_the_second_order_or_higher",
         ),
         (
             "impact: the first guess forgets the drift",
-            "beta = beta + (four_at(w, k + 2 * m) * r + four_at(w, k + 3 * m) * a2)",
-            "beta = beta + four_at(w, k + 3 * m) * a2",
+            "w[POWERS + AT_DRIFT], w[POWERS + AT_SPRING] = approach.drift, approach.spring",
+            "w[POWERS + AT_DRIFT], w[POWERS + AT_SPRING] = 0.0, approach.spring",
             _T_IMPACT + "test_the_first_guess_errs_by_the_second_order_or_higher",
         ),
         (

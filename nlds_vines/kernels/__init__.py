@@ -34,7 +34,10 @@ In reading order:
     runge_kutta      one step of it, of order eight or four
     limit            a limit inside a contact
     contact          a contact from touch to release, stepped
+    quadrature       Gauss-Legendre points, and integrals of values there
+    impact_series    a short impact as a power series in its small numbers
     impact           a short impact, solved at once
+    hertz_arc        the free impact at the collocation nodes, which `impact` is given
     impact_variations   variations through it, on its collocation
     inside           half of it, from touch or from release; its largest energies
     state_inside     its state between touch and release

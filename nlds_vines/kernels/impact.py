@@ -14,7 +14,7 @@ u = 0 again: nothing has to be searched for. Collocation at Gauss points turns t
 fixed point that contracts by that one per cent a sweep.
 
 a is five small numbers, all but exactly: a force, a drag, a drift, a spring and a curvature
-(`Approach`). Power series in them, prepared once (`orbits.impact_series`), are the guess from which
+(`Approach`). Power series in them, prepared once (`impact_series`), are the guess from which
 the sweeps start, and the error of the collocation, which is subtracted. What remains is at most
 C_n e^(3/2), e the sum of their sizes: so many nodes are taken as the tolerance asks for. Afterwards
 energy and virial must add up, with all forces taken from eq. (5) anew: the integral of their work
@@ -39,7 +39,8 @@ import numpy as np
 from .compiling import jit
 from .drive import cos_sin
 from .elementary import fifth_root
-from .fours import four, four_at, larger_of, largest_of, number_of, put_four, sum_of
+from .fours import four, four_at, larger_of, largest_of, put_four, sum_of
+from .impact_series import TERMS, factors_of
 from .scene import accelerations_of, under
 
 # The table of an arc.
@@ -49,12 +50,13 @@ from .scene import accelerations_of, under
 #   INSIDE      7 ROW            scratch of `inside`
 #   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
 #   USED        8                level of the nodes whose unknowns are there
-#   VARIED      45 ROW           scratch of variations (`impact_variations`)
-#   SHAPE       4 TERMS          polynomials of the free arc in time (`state_inside.shape_at`)
+#   POWERS      ROW              terms of the series, powers of the five small numbers
+#   VARIED      35 ROW           scratch of variations (`impact_variations`)
+#   SHAPE       4 DEGREES        polynomials of the free arc in time (`state_inside.shape_at`)
 #   then        for each of them, of the whole arc and of its half, m being n in whole fours:
-#                 U ... GT + 16  38 m       rows of constants
+#                 U ... GT + 16  39 m       rows of constants
 #                 MATRIX         n m        from touch to each node, integrand by integrand
-#                 then           36 x 4     coefficients of what the nodes miss
+#                 then           3 x 36     coefficients of what the nodes miss: of b, t, energy
 #                 of a half      3 k        constants of `inside`
 #
 #   unknowns    B        amplitude b, in which z = b^4 u^2 and s = v(b) S
@@ -64,7 +66,7 @@ from .scene import accelerations_of, under
 #               WEIGHT   of an integral over the whole interval
 #               CUBE     integral of u^3
 #               DOUBLE   integral of u CUBE
-#               GB, GT   terms of the series of b / b0 - 1 and of time
+#               GB, GT   coefficients of the series of b / b0 - 1 and of time
 ROW = 64
 B, T, G, H, FB, FT, FG, FH = (ROW * i for i in range(8))
 INSIDE = 8 * ROW
@@ -72,12 +74,22 @@ LEVELS, LEVEL, MOST_LEVELS = 15 * ROW, 6, 8
 # n, places of the constants, C_n of each, error of a state between touch and deepest point by e
 NODES, WHOLE, HALF, ERROR, HALF_ERROR, WITHIN_ERROR = range(LEVEL)
 USED = LEVELS + LEVEL * MOST_LEVELS
-VARIED = USED + 8
-SHAPE, TERMS = VARIED + 45 * ROW, 7
-CONSTANTS = SHAPE + 4 * TERMS
+POWERS = USED + 8
+VARIED = POWERS + ROW
+SHAPE, DEGREES = VARIED + 35 * ROW, 7
+CONSTANTS = SHAPE + 4 * DEGREES
 
-U, S, WEIGHT, CUBE, DOUBLE, GB, GT, MATRIX = 0, 1, 2, 3, 4, 5, 21, 38  # in rows of m numbers
-GUESSED, TIMED, MISSED = 16, 17, 36  # terms of the series of b, of time, of what the nodes miss
+GUESSED, MISSED = 17, len(TERMS)  # terms of the guess; of what the nodes miss: 36, in whole fours
+U, S, WEIGHT, CUBE, DOUBLE, GB = range(6)  # in rows of m numbers, as the next two
+GT, MATRIX = GB + GUESSED, GB + 2 * GUESSED
+AT_FORCE, AT_DRAG, AT_DRIFT, AT_SPRING, AT_CURVATURE = (
+    1,
+    2,
+    3,
+    7,
+    10,
+)  # places of the five small numbers in TERMS
+FEWER, ONCE = (np.array(places) for places in factors_of(TERMS))
 
 LENGTH = 1.4716375921623523  # integral of u from touch to release: B(2/5, 1/2) 2/5
 LASTING = 2.943  # time from touch to release of a free impact, times speed / depth
@@ -93,7 +105,7 @@ SETTLED = 0.03  # share of the tolerance that the sweeps may leave
 
 
 class Arc(NamedTuple):
-    """The Hertz arc at collocation nodes, prepared by `nlds_vines.orbits.hertz_arc`.
+    """The Hertz arc at collocation nodes, prepared by `hertz_arc`.
 
     One array holds it all: each array of a tuple costs every call that hands it on.
     """
@@ -191,12 +203,22 @@ def level_for(arc, error, size):
 
 
 @jit
+def fill_powers(w, approach):
+    """Fill the terms of the series, of which each is a former one times a small number."""
+    w[POWERS] = 1.0
+    w[POWERS + AT_FORCE], w[POWERS + AT_DRAG] = approach.force, approach.drag
+    w[POWERS + AT_DRIFT], w[POWERS + AT_SPRING] = approach.drift, approach.spring
+    w[POWERS + AT_CURVATURE] = approach.curvature
+    for k in range(1, MISSED):
+        w[POWERS + k] = w[POWERS + FEWER[k]] * w[POWERS + ONCE[k]]
+
+
+@jit
 def first_guess(ps, damper, nodes, approach):
     """Fill the unknowns at the nodes by the series, good to third order in the small numbers."""
     w, m, at = nodes.w, nodes.m, nodes.at
-    b, tick, z, q = approach.b, approach.tick, approach.spring, approach.curvature
-    a, g, r = approach.force, approach.drag, approach.drift
-    a2, ag, g2, ar, gr = a * a, a * g, g * g, a * r, g * r
+    b, tick = approach.b, approach.tick
+    fill_powers(w, approach)
     # what the shares of s and z in x1' and x1 do to the common motion
     other = 1.0 - damper.share
     z0 = (b * b) * (b * b)
@@ -207,29 +229,15 @@ def first_guess(ps, damper, nodes, approach):
     on_x, on_x_twice = on_v * z0 * tick, once * tick
     half, sixth, last = 0.5 * approach.acceleration, approach.jerk / 6.0, approach.snap / 24.0
     for i in range(0, m, 4):
-        k = at + GB * m + i
-        beta = four_at(w, k) * a + four_at(w, k + m) * g
-        beta = beta + (four_at(w, k + 2 * m) * r + four_at(w, k + 3 * m) * a2)
-        more = four_at(w, k + 4 * m) * ag + four_at(w, k + 5 * m) * g2
-        more = more + (four_at(w, k + 6 * m) * z + four_at(w, k + 7 * m) * ar)
-        beta = beta + (four_at(w, k + 8 * m) * gr + four_at(w, k + 9 * m) * q)
-        more = more + (four_at(w, k + 10 * m) * (a2 * a) + four_at(w, k + 11 * m) * (a2 * g))
-        beta = beta + (four_at(w, k + 12 * m) * (a * g2) + four_at(w, k + 13 * m) * (a * z))
-        more = more + (four_at(w, k + 14 * m) * (g2 * g) + four_at(w, k + 15 * m) * (g * z))
-        beta = beta + more
-        k = at + GT * m + i
-        t = four_at(w, k) + four_at(w, k + m) * a
-        t = t + (four_at(w, k + 2 * m) * g + four_at(w, k + 3 * m) * r)
-        more = four_at(w, k + 4 * m) * a2 + four_at(w, k + 5 * m) * ag
-        more = more + (four_at(w, k + 6 * m) * g2 + four_at(w, k + 7 * m) * z)
-        t = t + (four_at(w, k + 8 * m) * ar + four_at(w, k + 9 * m) * gr)
-        more = more + (four_at(w, k + 10 * m) * q + four_at(w, k + 11 * m) * (a2 * a))
-        t = t + (four_at(w, k + 12 * m) * (a2 * g) + four_at(w, k + 13 * m) * (a * g2))
-        more = more + (four_at(w, k + 14 * m) * (a * z) + four_at(w, k + 15 * m) * (g2 * g))
-        t = tick * ((t + four_at(w, k + 16 * m) * (g * z)) + more)
+        beta, t, row = four(0.0), four(0.0), at + GB * m + i
+        for k in range(GUESSED):
+            power = w[POWERS + k]
+            beta = beta + four_at(w, row) * power
+            t = t + four_at(w, row + (GT - GB) * m) * power
+            row += m
+        now, t = b + b * beta, tick * t
         u, cube = four_at(w, at + i), four_at(w, at + CUBE * m + i)
         double = four_at(w, at + DOUBLE * m + i)
-        now = b + b * beta
         now2 = now * now
         change = t * (approach.acceleration + t * (3.0 * sixth + t * (4.0 * last)))
         way = t * (approach.v + t * (half + t * (sixth + t * last)))
@@ -321,49 +329,20 @@ def settle(ps, damper, wall, nodes, approach, tolerance):
 
 
 @jit
-def missed(nodes, approach):
-    """Return what the nodes miss, to fourth order in the small numbers.
+def missed(nodes):
+    """Return what the nodes miss of b / b0, t / tick and (b / b0)^10 at the end of the interval.
 
-    Of (b / b0, t, (b / b0)^10, 0) at the end of the interval, t in units of tick: the series' terms
-    with true integrals less those with the nodes' own.
+    To fourth order in the small numbers: the series' terms with true integrals less those with the
+    nodes' own.
     """
-    w, k = nodes.w, nodes.at + MATRIX * nodes.m + nodes.n * nodes.m
-    a, d, r = approach.force, approach.drag, approach.drift
-    z, q = approach.spring, approach.curvature
-    a2, ad, d2, r2 = a * a, a * d, d * d, r * r
-    first = four_at(w, k) + four_at(w, k + 4) * a
-    second = four_at(w, k + 8) * d + four_at(w, k + 12) * r
-    third = four_at(w, k + 16) * a2 + four_at(w, k + 20) * ad
-    fourth = four_at(w, k + 24) * d2 + four_at(w, k + 28) * z
-    first = first + four_at(w, k + 32) * (a * r)
-    second = second + four_at(w, k + 36) * (d * r)
-    third = third + four_at(w, k + 40) * q
-    fourth = fourth + four_at(w, k + 44) * (a2 * a)
-    first = first + four_at(w, k + 48) * (a2 * d)
-    second = second + four_at(w, k + 52) * (a * d2)
-    third = third + four_at(w, k + 56) * (a * z)
-    fourth = fourth + four_at(w, k + 60) * (d2 * d)
-    first = first + four_at(w, k + 64) * (d * z)
-    second = second + four_at(w, k + 68) * r2
-    third = third + four_at(w, k + 72) * (a2 * r)
-    fourth = fourth + four_at(w, k + 76) * (ad * r)
-    first = first + four_at(w, k + 80) * (a * q)
-    second = second + four_at(w, k + 84) * (d2 * r)
-    third = third + four_at(w, k + 88) * (d * q)
-    fourth = fourth + four_at(w, k + 92) * (r * z)
-    first = first + four_at(w, k + 96) * (a2 * a2)
-    second = second + four_at(w, k + 100) * (a2 * ad)
-    third = third + four_at(w, k + 104) * (a2 * d2)
-    fourth = fourth + four_at(w, k + 108) * (a2 * z)
-    first = first + four_at(w, k + 112) * (ad * d2)
-    second = second + four_at(w, k + 116) * (ad * z)
-    third = third + four_at(w, k + 120) * (a * r2)
-    fourth = fourth + four_at(w, k + 124) * (d2 * d2)
-    first = first + four_at(w, k + 128) * (d2 * z)
-    second = second + four_at(w, k + 132) * (d * r2)
-    third = third + four_at(w, k + 136) * (r * q)
-    fourth = fourth + four_at(w, k + 140) * (z * z)
-    return (first + second) + (third + fourth)
+    w, at = nodes.w, nodes.at + (MATRIX + nodes.n) * nodes.m
+    b, t, energy = four(0.0), four(0.0), four(0.0)
+    for k in range(0, MISSED, 4):
+        term = four_at(w, POWERS + k)
+        b = b + term * four_at(w, at + k)
+        t = t + term * four_at(w, at + MISSED + k)
+        energy = energy + term * four_at(w, at + 2 * MISSED + k)
+    return sum_of(b), sum_of(t), sum_of(energy)
 
 
 @jit(inlined=True)
@@ -408,13 +387,13 @@ def at_end(ps, damper, wall, nodes, approach):
         sh = sh + q * fh
         energy = energy + q * work
         virial = virial + q * more
-    beyond = missed(nodes, approach)
-    late = approach.tick * number_of(beyond, 1)
-    ratio, time = 1.0 + (sum_of(sb) + number_of(beyond, 0)), sum_of(st) + late
+    of_b, of_t, of_energy = missed(nodes)
+    late = approach.tick * of_t
+    ratio, time = 1.0 + (sum_of(sb) + of_b), sum_of(st) + late
     ratio2 = ratio * ratio
     ratio4 = ratio2 * ratio2
     s, deep = approach.s, (approach.b * approach.b) * (approach.b * approach.b)
-    gained = 2.0 * sum_of(energy) / (s * s) + number_of(beyond, 2)
+    gained = 2.0 * sum_of(energy) / (s * s) + of_energy
     doubt = DOUBTED * abs(ratio4 * ratio4 * ratio2 - (1.0 + gained))
     doubt += abs(sum_of(virial)) / (LASTING * deep * s)
     x = approach.x + (sum_of(sg) + approach.v * late)

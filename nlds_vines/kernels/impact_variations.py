@@ -35,12 +35,22 @@ from .compiling import jit
 from .drive import cos_sin, rotated
 from .fours import four, four_at, four_of, larger_of, largest_of, number_of, put_four
 from .impact import (
+    AT_CURVATURE,
+    AT_DRAG,
+    AT_DRIFT,
+    AT_FORCE,
+    AT_SPRING,
     CUBE,
     DOUBLE,
+    FEWER,
     GB,
     GT,
+    GUESSED,
     MATRIX,
+    MISSED,
     MOST_SWEEPS,
+    ONCE,
+    POWERS,
     ROW,
     SETTLED,
     USED,
@@ -53,6 +63,7 @@ from .impact import (
     Nodes,
     T,
     approach_of,
+    missed,
     nodes_of,
 )
 from .scene import accelerations, under
@@ -61,13 +72,13 @@ from .scene import accelerations, under
 #
 #   from         numbers    what
 #   E_T ... V_B  7 ROW      factors at the nodes: of time in e; of e and of b in the derivatives
-#   B_N, T_N     10 ROW     derivatives of b / b0 and of time / tick by the five small numbers
+#   CHANGES      3 ROW      what the four variations change of each term of the series
 #   NODE         24 ROW     node by node, four variations each: b, e and derivatives of b, t, w, v
 #   TO_PLACE     ROW        weights of integrals from touch to a place (`inside_variations`)
 E_T, B_E, B_B, T_E, T_B, V_E, V_B = (VARIED + ROW * i for i in range(7))
-B_N, T_N = VARIED + 7 * ROW, VARIED + 12 * ROW
-NODE, EACH = VARIED + 17 * ROW, 24
-TO_PLACE = VARIED + 41 * ROW
+CHANGES = VARIED + 7 * ROW
+NODE, EACH = VARIED + 10 * ROW, 24
+TO_PLACE = VARIED + 34 * ROW
 AMPLITUDE, PUSH, OF_B, OF_T, OF_W, OF_V = (NODE + 4 * i for i in range(6))
 TINIEST = 1.0e-300  # size of a variation, so that nothing is divided by zero
 
@@ -152,44 +163,24 @@ def numbers_varied(approach, pushes, faster):
 
 
 @jit
-def series_by_numbers(nodes, approach, terms, rows):
-    """Fill five rows with the derivatives of a series at the nodes by A, D, R, Z and Q.
-
-    terms: place of its terms from A on, as in `impact.first_guess`.
-    """
-    w, m = nodes.w, nodes.m
-    a, d, r, z = approach.force, approach.drag, approach.drift, approach.spring
-    a2, ad, d2 = a * a, a * d, d * d
-    for i in range(0, m, 4):
-        k = terms + i
-        of_ad, of_aad = four_at(w, k + 4 * m), four_at(w, k + 11 * m)
-        of_add, of_az = four_at(w, k + 12 * m), four_at(w, k + 13 * m)
-        of_ar, of_dr, of_dz = (
-            four_at(w, k + 7 * m),
-            four_at(w, k + 8 * m),
-            four_at(w, k + 15 * m),
-        )
-        by_a = (four_at(w, k) + (2.0 * a) * four_at(w, k + 3 * m)) + (d * of_ad + r * of_ar)
-        by_a = by_a + ((3.0 * a2) * four_at(w, k + 10 * m) + (2.0 * ad) * of_aad)
-        put_four(w, rows + i, by_a + (d2 * of_add + z * of_az))
-        by_d = (four_at(w, k + m) + (2.0 * d) * four_at(w, k + 5 * m)) + (a * of_ad + r * of_dr)
-        by_d = by_d + ((3.0 * d2) * four_at(w, k + 14 * m) + (2.0 * ad) * of_add)
-        put_four(w, rows + ROW + i, by_d + (a2 * of_aad + z * of_dz))
-        put_four(w, rows + 2 * ROW + i, four_at(w, k + 2 * m) + (a * of_ar + d * of_dr))
-        put_four(w, rows + 3 * ROW + i, four_at(w, k + 6 * m) + (a * of_az + d * of_dz))
-        put_four(w, rows + 4 * ROW + i, four_at(w, k + 9 * m))
-
-
-@jit(inlined=True)
-def by_series(w, i, numbers):
-    """Return what variations of the small numbers change of a series, by its derivatives."""
+def fill_changes(w, numbers):
+    """Fill what variations change of each term of a series: a product of two (`fill_powers`)."""
     force, drag, drift, spring, curvature = numbers
-    found = (w[i] * force + w[i + ROW] * drag) + w[i + 2 * ROW] * drift
-    return found + (w[i + 3 * ROW] * spring + w[i + 4 * ROW] * curvature)
+    put_four(w, CHANGES, four(0.0))
+    put_four(w, CHANGES + 4 * AT_FORCE, force)
+    put_four(w, CHANGES + 4 * AT_DRAG, drag)
+    put_four(w, CHANGES + 4 * AT_DRIFT, drift)
+    put_four(w, CHANGES + 4 * AT_SPRING, spring)
+    put_four(w, CHANGES + 4 * AT_CURVATURE, curvature)
+    for k in range(1, MISSED):
+        fewer, once = FEWER[k], ONCE[k]
+        change = w[POWERS + fewer] * four_at(w, CHANGES + 4 * once)
+        change = change + w[POWERS + once] * four_at(w, CHANGES + 4 * fewer)
+        put_four(w, CHANGES + 4 * k, change)
 
 
 @jit
-def guess(ps, damper, nodes, approach, pushes, numbers, faster):
+def guess(ps, damper, nodes, approach, pushes, faster):
     """Fill b and e at the nodes: b and t by the series, e by Taylor; see `impact.first_guess`.
 
     What the shares of s and z do to the common motion changes with powers of the approach speed.
@@ -212,8 +203,12 @@ def guess(ps, damper, nodes, approach, pushes, numbers, faster):
     on_cube, on_double = 0.6 * back, 0.4 * tick * (ps.stiffness * once - ps.damping * other * back)
     for i in range(nodes.m):
         k, at, time = EACH * i, nodes.at + i, w[T + i]
-        b = w[B + i] * as_fast + b0 * by_series(w, B_N + i, numbers)
-        t = time * slower + tick * by_series(w, T_N + i, numbers)
+        by_b, by_t, row = four(0.0), four(0.0), nodes.at + GB * nodes.m + i
+        for term in range(1, GUESSED):
+            row, change = row + nodes.m, four_at(w, CHANGES + 4 * term)
+            by_b = by_b + w[row] * change
+            by_t = by_t + w[row + (GT - GB) * nodes.m] * change
+        b, t = w[B + i] * as_fast + b0 * by_b, time * slower + tick * by_t
         u, cube, double = w[at], w[at + CUBE * nodes.m], w[at + DOUBLE * nodes.m]
         e = push + time * (first + time * (second + time * (third + time * fourth)))
         e = e + (climbs + time * (bends + time * twists)) * t
@@ -305,79 +300,20 @@ def integrate_motion(ps, nodes, late, x0, v0, first):
 
 
 @jit
-def missed_by_numbers(nodes, approach):
-    """Return the derivatives of `impact.missed` by A, D, R, Z and Q."""
-    w, k = nodes.w, nodes.at + (MATRIX + nodes.n) * nodes.m
-    a, d, r = approach.force, approach.drag, approach.drift
-    z, q = approach.spring, approach.curvature
-    a2, d2, r2, ad = a * a, d * d, r * r, a * d
-    # by A
-    by_a = (four_at(w, k + 4 * 1) + (2.0 * a) * four_at(w, k + 4 * 4)) + (
-        d * four_at(w, k + 4 * 5) + r * four_at(w, k + 4 * 8)
-    )
-    by_a = by_a + ((3.0 * a2) * four_at(w, k + 4 * 11) + (2.0 * ad) * four_at(w, k + 4 * 12))
-    by_a = by_a + (d2 * four_at(w, k + 4 * 13) + z * four_at(w, k + 4 * 14))
-    by_a = by_a + ((2.0 * a * r) * four_at(w, k + 4 * 18) + (d * r) * four_at(w, k + 4 * 19))
-    by_a = by_a + (q * four_at(w, k + 4 * 20) + (4.0 * a2 * a) * four_at(w, k + 4 * 24))
-    by_a = by_a + (
-        (3.0 * a2 * d) * four_at(w, k + 4 * 25) + (2.0 * a * d2) * four_at(w, k + 4 * 26)
-    )
-    by_a = by_a + ((2.0 * a * z) * four_at(w, k + 4 * 27) + (d2 * d) * four_at(w, k + 4 * 28))
-    by_a = by_a + ((d * z) * four_at(w, k + 4 * 29) + r2 * four_at(w, k + 4 * 30))
-    # by D
-    by_d = (four_at(w, k + 4 * 2) + a * four_at(w, k + 4 * 5)) + (
-        (2.0 * d) * four_at(w, k + 4 * 6) + r * four_at(w, k + 4 * 9)
-    )
-    by_d = by_d + (a2 * four_at(w, k + 4 * 12) + (2.0 * ad) * four_at(w, k + 4 * 13))
-    by_d = by_d + ((3.0 * d2) * four_at(w, k + 4 * 15) + z * four_at(w, k + 4 * 16))
-    by_d = by_d + ((a * r) * four_at(w, k + 4 * 19) + (2.0 * d * r) * four_at(w, k + 4 * 21))
-    by_d = by_d + (q * four_at(w, k + 4 * 22) + (a2 * a) * four_at(w, k + 4 * 25))
-    by_d = by_d + (
-        (2.0 * a2 * d) * four_at(w, k + 4 * 26) + (3.0 * a * d2) * four_at(w, k + 4 * 28)
-    )
-    by_d = by_d + ((a * z) * four_at(w, k + 4 * 29) + (4.0 * d2 * d) * four_at(w, k + 4 * 31))
-    by_d = by_d + ((2.0 * d * z) * four_at(w, k + 4 * 32) + r2 * four_at(w, k + 4 * 33))
-    # by R
-    by_r = (four_at(w, k + 4 * 3) + a * four_at(w, k + 4 * 8)) + (
-        d * four_at(w, k + 4 * 9) + (2.0 * r) * four_at(w, k + 4 * 17)
-    )
-    by_r = by_r + (a2 * four_at(w, k + 4 * 18) + ad * four_at(w, k + 4 * 19))
-    by_r = by_r + (d2 * four_at(w, k + 4 * 21) + z * four_at(w, k + 4 * 23))
-    by_r = by_r + ((2.0 * a * r) * four_at(w, k + 4 * 30) + (2.0 * d * r) * four_at(w, k + 4 * 33))
-    by_r = by_r + q * four_at(w, k + 4 * 34)
-    # by Z and Q
-    by_z = (four_at(w, k + 4 * 7) + a * four_at(w, k + 4 * 14)) + (
-        d * four_at(w, k + 4 * 16) + r * four_at(w, k + 4 * 23)
-    )
-    by_z = by_z + (a2 * four_at(w, k + 4 * 27) + ad * four_at(w, k + 4 * 29))
-    by_z = by_z + (d2 * four_at(w, k + 4 * 32) + (2.0 * z) * four_at(w, k + 4 * 35))
-    by_q = (four_at(w, k + 4 * 10) + a * four_at(w, k + 4 * 20)) + (
-        d * four_at(w, k + 4 * 22) + r * four_at(w, k + 4 * 34)
-    )
-    return by_a, by_d, by_r, by_z, by_q
-
-
-@jit
-def missed_varied(nodes, approach, numbers, faster):
+def missed_varied(nodes, approach, faster):
     """Return what variations change of b [m^(1/4)] and of the time [s] that the nodes miss.
 
-    And that time itself, both to first order in b and tick, which change with the approach speed.
+    And that time itself. Both change with the approach speed, too, as b and tick do.
     """
-    force, drag, drift, spring, curvature = numbers
-    by_a, by_d, by_r, by_z, by_q = missed_by_numbers(nodes, approach)
-    b = number_of(by_a, 0) * force + number_of(by_d, 0) * drag + number_of(by_r, 0) * drift
-    b = b + (number_of(by_z, 0) * spring + number_of(by_q, 0) * curvature)
-    t = number_of(by_a, 1) * force + number_of(by_d, 1) * drag + number_of(by_r, 1) * drift
-    t = t + (number_of(by_z, 1) * spring + number_of(by_q, 1) * curvature)
-    w, k = nodes.w, nodes.at + (MATRIX + nodes.n) * nodes.m
-    missed = four_at(w, k) + (
-        approach.force * four_at(w, k + 4 * 1) + approach.drag * four_at(w, k + 4 * 2)
-    )
-    missed = missed + (
-        approach.drift * four_at(w, k + 4 * 3) + approach.spring * four_at(w, k + 4 * 7)
-    )
-    b = approach.b * (b + (0.2 * number_of(missed, 0)) * faster)
-    late = approach.tick * number_of(missed, 1)
+    w, at = nodes.w, nodes.at + (MATRIX + nodes.n) * nodes.m
+    b, t = four(0.0), four(0.0)
+    for k in range(1, MISSED):
+        change = four_at(w, CHANGES + 4 * k)
+        b = b + w[at + k] * change
+        t = t + w[at + MISSED + k] * change
+    of_b, of_t, _ = missed(nodes)
+    b = approach.b * (b + (0.2 * of_b) * faster)
+    late = approach.tick * of_t
     return b, approach.tick * t - (0.2 * late) * faster, late
 
 
@@ -453,8 +389,8 @@ def put_columns(tangent, x1, v1, r, s):
 def solve_variations(side, nodes, approach, took, tangent):
     """Solve for b and e of four variations `tangent` (16,) at the nodes of an arc or its half.
 
-    took [s]: its duration. Returns (start, pushes, numbers, faster): the differences (t0, b, x, v)
-    at the touch, what changes of the pushes and of the small numbers, and of the speed, relative.
+    took [s]: its duration. Returns (start, push, faster): the differences (t0, b, x, v) at the
+    touch, what changes of the push there, and of the speed, relative.
     """
     ps, damper, wall, rate = side.ps, side.damper, side.wall, side.rate
     linearise(ps, damper, wall, nodes, approach)
@@ -471,14 +407,12 @@ def solve_variations(side, nodes, approach, took, tangent):
     # Their guess and the sweeps.
     faster = (1.0 / s) * speed
     pushes = pushes_varied(ps, damper, approach, late, x, v)
-    numbers = numbers_varied(approach, pushes, faster)
-    series_by_numbers(nodes, approach, nodes.at + GB * nodes.m, int(B_N))
-    series_by_numbers(nodes, approach, nodes.at + (GT + 1) * nodes.m, int(T_N))
-    guess(ps, damper, nodes, approach, pushes, numbers, faster)
+    fill_changes(nodes.w, numbers_varied(approach, pushes, faster))
+    guess(ps, damper, nodes, approach, pushes, faster)
     start = late, (0.2 * approach.b) * faster, x, v
     enough = side.arc.settled / SETTLED
     settle_variations(ps, nodes, approach, start, rate * took, took, enough, size)
-    return start, pushes[0], numbers, faster
+    return start, pushes[0], faster
 
 
 @jit
@@ -492,13 +426,13 @@ def vary(side, phase, before, after, tangent):
     approach = approach_of(ps, damper, wall, phase, before)
     n, m, at, w = nodes_of(arc, int(arc.table[USED]), int(WHOLE))
     nodes, took = Nodes(n, m, at, bare(w)), after[3]
-    start, push, numbers, faster = solve_variations(side, nodes, approach, took, tangent)
+    start, push, faster = solve_variations(side, nodes, approach, took, tangent)
     # At the release, with what the nodes miss.
     b, t, x, v = at_release(nodes, start, took, at + WEIGHT * m)
-    more, longer, missed = missed_varied(nodes, approach, numbers, faster)
+    more, longer, late = missed_varied(nodes, approach, faster)
     b, t = b + more, t + longer
     x = x + approach.v * longer
-    v = v + (approach.acceleration * longer + ((1.0 - damper.share) * missed) * push)
+    v = v + (approach.acceleration * longer + ((1.0 - damper.share) * late) * push)
     # At one time: t0 + t before the wall is left. (b^5 is that of the last node, all but exactly.)
     s, x1, v1, _ = after
     last = w[B + n - 1]

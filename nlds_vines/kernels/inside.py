@@ -156,7 +156,7 @@ def solved_half(side, approach, level, settled):
     w, n = nodes.w, nodes.n
     # the ends of the rows: what follows node n - 1 is the deepest point
     w[B + n], w[T + n], w[G + n], w[H + n] = approach.b * ratio, time, x, v
-    k, places = (n + 5) // 4 * 4, nodes.at + (MATRIX + n) * nodes.m + MISSED * 4
+    k, places = (n + 5) // 4 * 4, nodes.at + (MATRIX + n) * nodes.m + 3 * MISSED
     return Half(ps, damper, approach, nodes, k, places, time)
 
 

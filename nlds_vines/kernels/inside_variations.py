@@ -58,7 +58,7 @@ def vary_to(side, phase, state, time, tangent):
     ratio = 1.0 / value_at(half, int(B), half.approach.b, total)
     # The differences at the place, as in `vary` at the release.
     nodes = Nodes(half.nodes.n, half.nodes.m, half.nodes.at, bare(half.nodes.w))
-    start, _, _, _ = solve_variations(side, nodes, half.approach, half.time, tangent)
+    start, _, _ = solve_variations(side, nodes, half.approach, half.time, tangent)
     b, t, x, v = at_release(nodes, start, time, int(TO_PLACE))
     b = ratio * b
     z, speed = (4.0 * (q * q)) * b, (5.0 * s) * b

@@ -14,12 +14,12 @@ from .compiling import jit
 from .drive import rotated
 from .fours import four, four_at, number_of, put_four, roots_of, sum_of
 from .impact import (
+    DEGREES,
     GT,
     LENGTH,
     LEVEL,
     LEVELS,
     SHAPE,
-    TERMS,
     WITHIN_ERROR,
     B,
     G,
@@ -71,7 +71,7 @@ def shape_at(w, tau):
     """
     tau = max(tau, 0.0)
     y = tau * tau * math.sqrt(tau)
-    y2, i = y * y, SHAPE + 4 * (TERMS - 1)
+    y2, i = y * y, SHAPE + 4 * (DEGREES - 1)
     found = four_at(w, i)
     while i > SHAPE:
         i -= 4

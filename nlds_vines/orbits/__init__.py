@@ -7,9 +7,6 @@ In reading order:
     responses        what a response holds, with units
     status_words     how a computation ended
     labels           what an orbit is, in the paper's words
-    quadrature       Gauss-Legendre points, and integrals of values there
-    impact_series    a short impact as a power series in its small numbers
-    hertz_arc        the free impact at the collocation nodes
     kernel_inputs    scene and cell as kernels take them
     starts           where orbits begin
     compilation      which kernels are compiled, and who is told

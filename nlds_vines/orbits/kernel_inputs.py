@@ -13,11 +13,11 @@ from nlds_vines.kernels.arguments import Parts
 from nlds_vines.kernels.cells import prepared_cell
 from nlds_vines.kernels.deciding import says
 from nlds_vines.kernels.flight import PERIOD, cells_of, grid_of
+from nlds_vines.kernels.hertz_arc import make_arc
 from nlds_vines.kernels.scene import Ground, damper_of, structure_under
 from nlds_vines.kernels.variations import Flow, flow_of
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System
-from nlds_vines.orbits.hertz_arc import make_arc
 from nlds_vines.orbits.settings import Settings
 
 GROUND = Ground(*[0.0] * len(Ground._fields))

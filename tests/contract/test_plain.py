@@ -28,7 +28,7 @@ LONG = {
     "tests/kernels/plain_response.py",
     "tests/kernels/plain_speeds.py",
     "tests/kernels/plain_verdict.py",
-    "tests/orbits/plain_hertz_arc.py",
+    "tests/kernels/plain_hertz_arc.py",
     "tests/orbits/plain_loaded.py",
     "tests/property/plain_laws.py",
     "tests/property/plain_methods.py",

@@ -14,9 +14,9 @@ from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer, wanted_of
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.kernels import impact, lanes, stored_code
+from nlds_vines.kernels.hertz_arc import choices_for
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Outputs, records_of
-from nlds_vines.orbits.hertz_arc import choices_for
 from nlds_vines.orbits.settings import REFINED_NODES, Settings
 
 CONTACT = {"contact", "contact_field", "impact", "runge_kutta", "touch"}

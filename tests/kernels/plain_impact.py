@@ -7,6 +7,7 @@ from support import Approach, contact_parts, references, side_of
 
 from nlds_vines.kernels import impact
 from nlds_vines.kernels.flight import rate_of
+from nlds_vines.kernels.hertz_arc import CHOICES, choices_for, make_arc
 from nlds_vines.kernels.impact import (
     approach_of,
     first_guess,
@@ -16,7 +17,6 @@ from nlds_vines.kernels.impact import (
     short_impact,
 )
 from nlds_vines.kernels.scene import accelerations
-from nlds_vines.orbits.hertz_arc import CHOICES, choices_for, make_arc
 
 SET6 = references()["ssul-set6"].numbers
 APPROACH = Approach(speed=1.3, x1=0.011, v1=0.2, phase=1.0)

@@ -9,10 +9,10 @@ from support import NOTHING, contact_parts, references, side_of
 from nlds_vines.kernels import inside, state_inside
 from nlds_vines.kernels.codes import RELEASED, STOPPED
 from nlds_vines.kernels.contact import Steps, contact
+from nlds_vines.kernels.hertz_arc import make_arc
 from nlds_vines.kernels.impact import short_impact
 from nlds_vines.kernels.observe import energies
 from nlds_vines.model.catalogue import load_system
-from nlds_vines.orbits.hertz_arc import make_arc
 from nlds_vines.orbits.simulation import simulate
 
 SET6 = references()["ssul-set6"].numbers

@@ -15,10 +15,10 @@ from nlds_vines.kernels import limit, observe
 from nlds_vines.kernels.arguments import CellBuffers, Parts, Span, Step
 from nlds_vines.kernels.cells import run_cell
 from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.hertz_arc import make_arc
 from nlds_vines.kernels.orbit import SIZE
 from nlds_vines.kernels.runge_kutta import NEW, Y
 from nlds_vines.model.catalogue import catalogue
-from nlds_vines.orbits.hertz_arc import make_arc
 from nlds_vines.orbits.kernel_inputs import WALLS
 from nlds_vines.orbits.simulation import simulate
 

@@ -12,12 +12,12 @@ from support import NOTHING, REPO, Approach, contact_parts, references, side_of
 from nlds_vines.kernels.codes import RELEASED, STOPPED
 from nlds_vines.kernels.contact import Steps, contact
 from nlds_vines.kernels.flight import rate_of
+from nlds_vines.kernels.hertz_arc import make_arc
 from nlds_vines.kernels.impact import short_impact
 from nlds_vines.kernels.impact_variations import vary
 from nlds_vines.kernels.inside import Ahead, keep_ahead
 from nlds_vines.kernels.inside_variations import cut_in_two, vary_cut
 from nlds_vines.kernels.runge_kutta import AHEAD
-from nlds_vines.orbits.hertz_arc import make_arc
 
 SET6 = references()["ssul-set6"].numbers
 APPROACH = Approach(speed=1.3, x1=0.011, v1=0.2, phase=1.0)

@@ -14,12 +14,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from nlds_vines.kernels import impact
-from nlds_vines.kernels.elementary import fifth_root
-from nlds_vines.kernels.fours import FOUR
-from nlds_vines.orbits.impact_series import ONE, ORDER, Series, impact_series, terms_up_to
-from nlds_vines.orbits.quadrature import gauss_points, integration_matrix, times
-from nlds_vines.orbits.settings import TOLERANCE
+from . import impact
+from .elementary import fifth_root
+from .fours import FOUR
+from .impact_series import ONE, ORDER, TERMS, Series, impact_series
+from .quadrature import gauss_points, integration_matrix, times
 
 HALF = 1.2537306248172073  # B(1/5, 1/2) / 5: phase from touch to the deepest point
 EQUAL = 0.9175012193496621  # phase at which u^5 = S^2 = 1/2
@@ -141,17 +140,17 @@ def _blocks(choices: tuple[int, ...], part: int) -> list[np.ndarray]:
     beta, tau, by_beta, by_tau = impact_series(u, S, integrate)
     ones = Series({ONE: np.ones_like(u)}, ORDER)
     by_energy = ((ones + beta).power(9) * by_beta).times(10.0)
-    terms, cube = terms_up_to(ORDER), integrate(u * u * u)
+    cube = integrate(u * u * u)
     double = integrate(u * cube)
     found = []
     for grid, end in zip(grids[:-1], ends, strict=False):
         here = slice(end - len(grid.u), end)
         rows = [grid.u, grid.S, grid.weight, cube[here], double[here]]
-        rows += [beta.at(term)[here] for term in terms[1 : 1 + impact.GUESSED]]
-        rows += [tau.at(term)[here] for term in terms[: impact.TIMED]]
-        beyond = np.zeros((len(terms), FOUR))
-        for column, series in enumerate((by_beta, by_tau, by_energy)):
-            for row, term in enumerate(terms):
+        rows += [beta.at(term)[here] for term in TERMS[: impact.GUESSED]]
+        rows += [tau.at(term)[here] for term in TERMS[: impact.GUESSED]]
+        beyond = np.zeros((3, len(TERMS)))
+        for row, series in enumerate((by_beta, by_tau, by_energy)):
+            for column, term in enumerate(TERMS):
                 values = np.split(series.at(term), ends[:-1])
                 true = times(grids[-1].weight, values[-1])
                 beyond[row, column] = true - times(grid.weight, series.at(term)[here])
@@ -230,7 +229,7 @@ def _shape() -> np.ndarray:
     """Return the constants of `state_inside.shape_at`: even and odd powers of u's and of S's."""
     time = FARTHEST * impact.LENGTH / 2
     end = time * time * math.sqrt(time)
-    u, S = (economized(c, 2 * impact.TERMS, end) for c in arc_in_time(_TERMS // 2))
+    u, S = (economized(c, 2 * impact.DEGREES, end) for c in arc_in_time(_TERMS // 2))
     return np.array([u[0::2], u[1::2], S[0::2], S[1::2]]).T.ravel()
 
 
@@ -255,7 +254,7 @@ def choices_for(tolerance: float) -> dict[int, tuple[float, float]]:
     return {n: e for n, e in CHOICES.items() if n > FEW or tolerance >= COARSE}
 
 
-def make_arc(tolerance: float = TOLERANCE, nodes: int | None = None) -> impact.Arc:
+def make_arc(tolerance: float = 1e-9, nodes: int | None = None) -> impact.Arc:
     """Return the `Arc` with scratch rows of its own: one for each thread that uses it.
 
     Arguments: the relative `tolerance` of an impact, which chooses its nodes; or one number of

@@ -4,9 +4,9 @@ import mpmath
 import numpy as np
 import pytest
 
+from nlds_vines.kernels import hertz_arc as arc
 from nlds_vines.kernels import impact
-from nlds_vines.orbits import hertz_arc as arc
-from nlds_vines.orbits.quadrature import gauss_points, gauss_weights, integration_matrix, times
+from nlds_vines.kernels.quadrature import gauss_points, gauss_weights, integration_matrix, times
 
 ROUND_OFF = 2.0**-53
 NODES = (2, 3, 5, 12, 16, 28)
@@ -102,7 +102,7 @@ def rows_of(n, part=impact.WHOLE):
     after = nodes.at + (impact.MATRIX + n) * nodes.m
     wide = nodes.w[nodes.at : after].reshape(-1, nodes.m)
     assert not wide[:, n:].any()
-    missed = nodes.w[after : after + 4 * impact.MISSED].reshape(-1, 4)
+    missed = nodes.w[after : after + 3 * impact.MISSED].reshape(3, -1).T
     return wide[:, :n], missed
 
 
@@ -151,12 +151,12 @@ def test_every_choice_of_a_tolerance_is_the_arc_of_so_many_nodes(tolerance):
         for part in (impact.WHOLE, impact.HALF):
             nodes = impact.nodes_of(made, level, part)
             assert nodes.n == n
-            long = (impact.MATRIX + n) * nodes.m + 4 * impact.MISSED
+            long = (impact.MATRIX + n) * nodes.m + 3 * impact.MISSED
             rows, missed = rows_of(n, part)
             found = nodes.w[nodes.at : nodes.at + long]
             end = (impact.MATRIX + n) * nodes.m
             np.testing.assert_array_equal(found[:end].reshape(-1, nodes.m)[:, :n], rows)
-            np.testing.assert_allclose(found[end:], missed.ravel(), rtol=0, atol=64 * ROUND_OFF)
+            np.testing.assert_allclose(found[end:], missed.T.ravel(), rtol=0, atol=64 * ROUND_OFF)
 
 
 def test_what_an_arc_takes():

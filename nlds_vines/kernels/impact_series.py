@@ -46,6 +46,25 @@ def terms_up_to(order: int) -> list[Term]:
     return sorted(found, key=lambda term: (weight_of(term), tuple(-power for power in term)))
 
 
+TERMS = terms_up_to(ORDER)
+
+
+def factors_of(terms: list[Term]) -> tuple[list[int], list[int]]:
+    """Return the places of two terms whose product is each of `terms`.
+
+    The second is one of the five numbers alone, the first has one less of it; of such a number
+    itself, that is 1, the first term. Of 1 both are itself.
+    """
+    fewer, once = [0], [0]
+    for term in terms[1:]:
+        which = next(i for i, power in enumerate(term) if power)
+        number = tuple(int(i == which) for i in range(NUMBERS))
+        rest = tuple(a - b for a, b in zip(term, number, strict=True))
+        fewer.append(terms.index(rest))
+        once.append(terms.index(number))
+    return fewer, once
+
+
 class Series:
     """A truncated power series whose coefficients are arrays of one shape."""
 

@@ -15,33 +15,10 @@ _PLAIN_LAWS = "tests/kernels/plain_contact_laws.py::"
 _PLAIN_LOADS = "tests/kernels/plain_loads.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 _T_RESTITUTION = "tests/kernels/test_restitution.py::"
-_T_RIGID = "tests/kernels/plain_rigid_flight.py::"
 _T_LAWS = "tests/kernels/test_contact_laws.py::"
 _PLAIN_METHODS = "tests/property/plain_methods.py::"
 
 MUTANTS = (
-    *of(
-        "nlds_vines/kernels/rigid_flight.py",
-        (
-            "rigid walls: cos and sin of a span do not turn",
-            "cosine, sine = cosine * turned - sine * across, sine * turned + cosine * across",
-            "cosine, sine = cosine, sine",
-            _T_RIGID
-            + "test_the_cells_of_a_span_follow_from_its_start_as_one_from_the_other[damper]",
-        ),
-        (
-            "rigid walls: the structure's part of a jump is lost",
-            "jump = response_to(w, x, 1) * (y[1] - w[i + 4]) + response_to(w, x, 3)",
-            "jump = response_to(w, x, 3)",
-            _T_RIGID + "test_after_an_impact_a_cell_ends_as_its_own_polynomial_says[damper]",
-        ),
-        (
-            "rigid walls: the end of a cell is held for known after a contact that took time",
-            "if took > 0.0:",
-            "if took > 1.0e9:",
-            _T_RIGID + "test_a_contact_that_took_time_ends_what_was_known",
-        ),
-    ),
     *of(
         "nlds_vines/kernels/laws/restitution.py",
         (

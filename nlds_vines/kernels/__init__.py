@@ -21,7 +21,6 @@ In reading order:
     drive            the force at an instant: harmonic, or a load
     flight           the exact flight: a period in cells, each a matrix and a Taylor polynomial
     once_rounded     cells without a bias, where all else is linear
-    rigid_flight     what makes flights between rigid walls cheaper
     touch            the first touch in a cell, certified; near misses; a limit
     peaks            the largest energies in a piece of motion
     response_sums    what a response is summed up from

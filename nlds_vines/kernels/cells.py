@@ -21,7 +21,6 @@ from .observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
 from .once_rounded import grid_once_rounded
 from .orbit import bounded, on_ground, run, set_mode
 from .response import begin_tally, report, tally_for
-from .rigid_flight import grid_of_spans
 from .runge_kutta import SCRATCH
 from .scene import (
     allowed,
@@ -85,8 +84,6 @@ def make_grid(parts, ps, damper, n, begun):
         return fixed_grid_from(ps, damper, n, begun)
     if says(near, "LINEAR") or says(far, "LINEAR"):
         return grid_once_rounded(ps, damper, n, begun)
-    if says(near, "AT_ONCE") or says(far, "AT_ONCE"):
-        return grid_of_spans(ps, damper, n, begun)
     return grid_from(ps, damper, n, begun)
 
 

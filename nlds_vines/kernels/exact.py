@@ -11,10 +11,9 @@ from .drive import drive_now
 from .flight import bare_grid
 from .load_cells import Loaded, phase_of, polynomial_from, pushed_over
 from .observe import LEVEL
-from .once_rounded import after_piece
+from .once_rounded import after_cell, after_piece
 from .peaks import may_set_a_record, note_peaks, record_breakers, work_at
 from .response import tally_cell
-from .rigid_flight import after_jump, in_span, knows_end, note_end, note_speeds, span_of
 from .scene import greatest_push, scale_of
 from .touch import (
     CLEAR,
@@ -26,6 +25,8 @@ from .touch import (
     tightened,
     touch_of,
 )
+
+SPAN = 4  # cells over which one bound of the motion is used: it costs a square root
 
 
 class Bounds(NamedTuple):
@@ -161,18 +162,6 @@ def work_anew(ps, damper, grid, j, x, y, before):
 
 
 @jit
-def rest_of_cell(damper, grid, x, y, phase):
-    """Return the state at the end of a cell, x cells after the state y, and whether COEF is filled.
-
-    phase: the instant of y.
-    """
-    if knows_end(grid.powers, grid.table):
-        return after_jump(grid.powers, grid.table, x, y), False
-    fill(grid, phase, y, False)
-    return after_piece(grid.low, damper, grid.load, grid.table, x, y, phase), True
-
-
-@jit
 def fly(flight, watch, begun, stop, y):
     """Fly from `begun` = (cell j, place x in it) to the next touch or the start of the cell `stop`.
 
@@ -189,21 +178,21 @@ def fly(flight, watch, begun, stop, y):
         energy[0], energy[1] = max(energy[0], before[0]), max(energy[1], before[1])
     while j < stop and event == SECTION:
         # Bounds of the motion over the next cells.
-        last = min(j + span_of(grid.powers), stop)
+        last = min(j + SPAN, stop)
         pushed, bound = pushed_over(ps, grid, j, last)
         ahead = bound.push * grid.h * (last - j)
         scale = scale_of(ps, damper, x1, v1, r, s) + ahead
         bounds = bounds_of(pushed, bound, scale)
-        slack, start = 0.125 * bounds.bend, (j, (x1, v1, r, s))
+        slack = 0.125 * bounds.bend
         while j < last and event == SECTION:
             # The state at the end of the cell, as if nothing happened before.
             now, phase = (x1, v1, r, s), phase_of(grid, j, x)
             end, filled = 1.0 - x, False
             if x > 0.0:
-                y, filled = rest_of_cell(damper, grid, end, now, phase)
-                start = j + 1, y
+                filled = fill(grid, phase, now, False)
+                y = after_piece(grid.low, damper, grid.load, grid.table, end, now, phase)
             else:
-                y = in_span(grid.powers, grid.low, grid.load, damper, grid.table, start, j, now)
+                y = after_cell(grid.low, damper, grid.table, j, now)
             # The first touch, unless the two ends prove that there is none.
             place = end
             clear = x == 0.0 and proves_no_touch(near, far, r, y[2], slack)
@@ -215,9 +204,7 @@ def fly(flight, watch, begun, stop, y):
                 if event == SECTION:
                     place = end
                 else:
-                    note_end(grid.powers, grid.table, y)
                     y = after_piece(grid.low, damper, grid.load, grid.table, place, now, phase)
-                    note_speeds(grid.powers, grid.table, y)
             # Note what is wanted up to the touch or the end of the cell.
             if energy is not None:
                 before = work_anew(ps, damper, grid, j, x, now, before)

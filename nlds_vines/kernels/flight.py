@@ -48,7 +48,6 @@ MOST_CELLS = 1 << 19  # in a period: 6 numbers each, 25 MB; beyond it the status
 #                           w[CELLS + 6 j ...] = forced response over it (4), cos, sin at its start
 #   grid.load  TERMS        the state's that a constant load alone would move, where there is one
 #   grid.low                matrices of twice the precision, where they are wanted (`once_rounded`)
-#   grid.powers             powers of the matrix, where they are wanted (`rigid_flight`)
 STEP = 0
 OF_E2 = 16
 FACTOR = 24
@@ -82,22 +81,21 @@ class Grid(NamedTuple):
     load: Any  # place in the table of what a constant load does; None where there is none
     low: Any = None  # place of the matrices of `once_rounded`; None where errors may add up
     begun: Any = PERIOD  # or `load_cells.Loaded`
-    powers: Any = None  # place of the powers of `rigid_flight`; None where they would not pay
 
 
 @jit
-def with_table(grid, table, low, powers):
-    """Return a grid with another table, and with the places of `low` and `powers` in that."""
+def with_table(grid, table, low):
+    """Return a grid with another table, and with the place of `low` in that."""
     return Grid(
         grid.n, grid.h, grid.turn, grid.rate, grid.push, grid.bend, table, grid.load, low,
-        grid.begun, powers,
+        grid.begun,
     )  # fmt: skip
 
 
 @jit
 def bare_grid(grid):
     """Return the grid with its table as a bare row."""
-    return with_table(grid, bare(grid.table), grid.low, grid.powers)
+    return with_table(grid, bare(grid.table), grid.low)
 
 
 @jit
@@ -296,7 +294,7 @@ def grid_with(ps, damper, h, n, tabulated, begun):
     w[OF_E2 + 1], w[OF_E2 + 2] = damper_rates(ps, own)
     push = greatest_push(ps.load, ps.force) * math.sqrt(ps.m1)
     turn = begun.share / n
-    return Grid(n, h, turn, rate_of(ps, own), push, bend_of(ps, damper), w, load, None, begun, None)
+    return Grid(n, h, turn, rate_of(ps, own), push, bend_of(ps, damper), w, load, None, begun)
 
 
 @jit

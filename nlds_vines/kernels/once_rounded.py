@@ -106,7 +106,7 @@ def rounded_once(ps, damper, grid):
     put_sum(w, TAYLOR + 4 * TERMS, w, low + PUSH)
     put_sum(w, TAYLOR + 5 * TERMS, w, low + PUSH + 4)
     put_sum_of_load(grid.load, w, w, low + PUSH + 8)
-    return with_table(grid, w, low, None)
+    return with_table(grid, w, low)
 
 
 @jit

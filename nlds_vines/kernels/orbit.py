@@ -46,7 +46,6 @@ from .observe import (
     note_touch,
 )
 from .response import bare_tally, note_sums
-from .rigid_flight import unless_at_once
 from .scene import Ground, joined
 from .sides import (
     after_release,
@@ -100,13 +99,6 @@ def phase_on(rk4, grid, j, x):
     if rk4 is None:
         return instant_in(grid, j, x)
     return phase_in_step(grid, j, x)
-
-
-@jit
-def note_time_taken(rk4, grid, took):
-    """Let the exact flight know what a contact took [s]."""
-    if rk4 is None:
-        return unless_at_once(grid.powers, grid.table, took)
 
 
 @jit
@@ -285,7 +277,6 @@ def orbit(prepared, buffers, span, state, tangent, exact_grid):
                 event, q, s, x1, v1, took, depth = follow_at(
                     near_side, far_side, mode, watch, phase, place, left, touched
                 )
-                note_time_taken(rk4, grid, took)
                 r = sign * (gap + depth_at(near, far, mode, q))
                 x1, v1 = structure_at(damper, x1, v1, r, s)
                 place = j + x + took / grid.h

@@ -9,22 +9,14 @@ from __future__ import annotations
 
 import math
 
-from .arguments import OrbitBuffers, Prepared, Span
+from .arguments import OrbitBuffers, Span
 from .cells import STABLE, prepared_cell, too_stiff
 from .codes import BAD_PARAMETERS, OK, TOO_STIFF
 from .compiling import jit
-from .flight import Begun, cells_of, with_table
+from .flight import Begun, cells_of
 from .orbit import bounded, on_ground, run, set_mode
 from .scene import allowed, damper_of, joined, structure_under
 from .variations import new_state
-
-
-@jit
-def cell_by_cell(rk4, grid):
-    """Return a grid without the powers of `rigid_flight`: a part of a period is too short."""
-    if rk4 is not None:
-        return grid
-    return with_table(grid, grid.table, grid.low, None)
 
 
 @jit
@@ -36,12 +28,7 @@ def come_along(parts, cell, begun, state):
     n = cells_of(ps, damper)
     if n < 0:
         return TOO_STIFF
-    whole = prepared_cell(parts, cell, ps, damper, n, 1, begun)
-    prepared = Prepared(
-        whole.rk4, ps, damper, whole.near, whole.far, whole.arc,
-        cell_by_cell(whole.rk4, whole.grid),
-        whole.contact_steps, whole.scratch, whole.held_near, whole.held_far,
-    )  # fmt: skip
+    prepared = prepared_cell(parts, cell, ps, damper, n, 1, begun)
     period = 2.0 * math.pi / ps.omega
     if too_stiff(prepared.held_near, period) or too_stiff(prepared.held_far, period):
         return TOO_STIFF

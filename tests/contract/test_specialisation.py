@@ -147,8 +147,6 @@ LAWS = {
 def test_only_the_law_that_a_scene_has_is_in_its_code(code, case):
     assert modules(code[case]) & set().union(*LAWS.values()) == LAWS[case]
     assert ("elementary.power" in code[case]["kernels"]) == (case == "power")
-    rigid = {"rigid_flight.from_start", "rigid_flight.with_jump"}
-    assert (rigid & set(code[case]["kernels"]) == rigid) == (case == "restitution")
 
 
 @pytest.mark.kernels

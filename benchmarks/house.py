@@ -17,8 +17,9 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
-MOST_PARAMETERS = 8  # of a function, self and cls not counted
+MOST_PARAMETERS = 8  # of a function, self and cls among them
 LONG = 50  # lines of a function from `def` to its end
+ARC_TABLES = ("hertz_arc", "impact_series", "quadrature")  # kernels' constants, wherever they stand
 
 Graph = Mapping[str, set[str]]
 """What each module imports; both by their dotted names within the package."""
@@ -107,9 +108,8 @@ def functions(package: Path) -> Iterator[tuple[str, ast.FunctionDef]]:
 
 
 def parameters(function: ast.FunctionDef) -> int:
-    """Return how many parameters a function takes; self and cls are not counted."""
-    given = [node.arg for node in ast.walk(function.args) if isinstance(node, ast.arg)]
-    return len(set(given) - {"self", "cls"})
+    """Return how many parameters a function takes, self and cls among them."""
+    return sum(isinstance(node, ast.arg) for node in ast.walk(function.args))
 
 
 def comments(path: Path) -> int:
@@ -117,6 +117,64 @@ def comments(path: Path) -> int:
     with path.open("rb") as file:
         found = [t.line for t in tokenize.tokenize(file.readline) if t.type == tokenize.COMMENT]
     return sum(line.lstrip().startswith("#") for line in found)
+
+
+def assigned(path: Path) -> Iterator[tuple[str, str]]:
+    """Yield the constants of a source, and the text of what each of them is."""
+    for node in parsed(path).body:
+        if isinstance(node, ast.Assign):
+            for target in node.targets:
+                named = [n.id for n in ast.walk(target) if isinstance(n, ast.Name)]
+                yield from ((name, ast.unparse(node)) for name in named if name.isupper())
+
+
+def _word(decorator: ast.expr) -> str:
+    """Return a decorator without its arguments."""
+    return ast.unparse(decorator).split("(")[0]
+
+
+def named_twice(found: Counter[str]) -> str:
+    """Return how many names count more than once, and which."""
+    twice = sorted(name for name, count in found.items() if count > 1)
+    return f"{len(twice)}: {', '.join(twice)}"
+
+
+def kernel_counts(package: Path) -> Iterator[tuple[str, object]]:
+    """Yield what is counted of the kernels alone, with the arc tables that they are given.
+
+    Names that several modules give to functions or constants are alike by design where they are
+    what a law says of its walls, and elsewhere something to look at.
+    """
+    known = modules(package)
+    own = {name for name in known if name.split(".")[0] == "kernels"}
+    tables = {name for name in known if name.split(".")[-1] in ARC_TABLES}
+    laws = {name for name in own if ".laws." in f"{name}."}
+    yield "own-line comments, kernels", sum(comments(known[name]) for name in own)
+    length = {name: len(known[name].read_text("utf-8").splitlines()) for name in own | tables}
+    yield "lines, kernels and arc tables", sum(length.values())
+    yield "folders of kernels", len({known[name].parent for name in own})
+    plain = [name for name in own | tables if known[name].stem != "__init__"]
+    yield "files of kernels", len(plain)
+    yield "files of kernels below 80 lines", sum(length[name] < 80 for name in plain)
+    yield "files of kernels over 400 lines", sum(length[name] > 400 for name in plain)
+    defined = [
+        (name, node)
+        for name in own | tables
+        for node in parsed(known[name]).body
+        if isinstance(node, ast.FunctionDef)
+    ]
+    by_law = [node for _, node in defined if "by_wall" in map(_word, node.decorator_list)]
+    shared = Counter(node.name for name, node in defined if name not in laws)
+    yield "functions of kernels", len(defined)
+    yield "functions of kernels, by law", len(by_law)
+    yield "functions of kernels, one name", named_twice(shared)
+    values: dict[str, set[str]] = {}
+    for name in own:
+        for constant, text in assigned(known[name]):
+            values.setdefault(constant, set()).add(f"{name}: {text}")
+    shared = Counter({name: len(found) for name, found in values.items()})
+    yield "constants of kernels, one name", named_twice(shared)
+    yield "constants of one letter", ", ".join(sorted(n for n in values if len(n) == 1)) or 0
 
 
 def counts(package: Path) -> Iterator[tuple[str, object]]:
@@ -134,9 +192,8 @@ def counts(package: Path) -> Iterator[tuple[str, object]]:
     outside = [name for name in crowded if not name.startswith("kernels.")]
     yield f"over {MOST_PARAMETERS} parameters, kernels", len(crowded) - len(outside)
     yield f"over {MOST_PARAMETERS} parameters, elsewhere", ", ".join(outside) or 0
-    kernels = [path for name, path in known.items() if name.split(".")[0] == "kernels"]
     yield "own-line comments, all", sum(map(comments, known.values()))
-    yield "own-line comments, kernels", sum(map(comments, kernels))
+    yield from kernel_counts(package)
     lines: Counter[str] = Counter()
     for name, path in known.items():
         lines[name.split(".")[0] or "__init__"] += len(path.read_text("utf-8").splitlines())

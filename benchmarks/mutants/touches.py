@@ -168,14 +168,14 @@ MUTANTS = (
         ),
         (
             "impact: the first guess forgets the drag",
-            "w[POWERS + AT_FORCE], w[POWERS + AT_DRAG] = approach.force, approach.drag",
-            "w[POWERS + AT_FORCE], w[POWERS + AT_DRAG] = approach.force, 0.0",
+            "w[PRODUCTS + AT_FORCE], w[PRODUCTS + AT_DRAG] = approach.force, approach.drag",
+            "w[PRODUCTS + AT_FORCE], w[PRODUCTS + AT_DRAG] = approach.force, 0.0",
             _T_IMPACT + "test_the_first_guess_errs_by_the_second_order_or_higher",
         ),
         (
             "impact: the first guess forgets the drift",
-            "w[POWERS + AT_DRIFT], w[POWERS + AT_SPRING] = approach.drift, approach.spring",
-            "w[POWERS + AT_DRIFT], w[POWERS + AT_SPRING] = 0.0, approach.spring",
+            "w[PRODUCTS + AT_DRIFT], w[PRODUCTS + AT_SPRING] = approach.drift, approach.spring",
+            "w[PRODUCTS + AT_DRIFT], w[PRODUCTS + AT_SPRING] = 0.0, approach.spring",
             _T_IMPACT + "test_the_first_guess_errs_by_the_second_order_or_higher",
         ),
         (

@@ -50,7 +50,7 @@ from .scene import accelerations_of, under
 #   INSIDE      7 ROW            scratch of `inside`
 #   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
 #   USED        8                level of the nodes whose unknowns are there
-#   POWERS      ROW              terms of the series, powers of the five small numbers
+#   PRODUCTS      ROW              terms of the series, products of the five small numbers
 #   VARIED      35 ROW           scratch of variations (`impact_variations`)
 #   SHAPE       4 DEGREES        polynomials of the free arc in time (`state_inside.shape_at`)
 #   then        for each of them, of the whole arc and of its half, m being n in whole fours:
@@ -74,8 +74,8 @@ LEVELS, LEVEL, MOST_LEVELS = 15 * ROW, 6, 8
 # n, places of the constants, C_n of each, error of a state between touch and deepest point by e
 NODES, WHOLE, HALF, ERROR, HALF_ERROR, WITHIN_ERROR = range(LEVEL)
 USED = LEVELS + LEVEL * MOST_LEVELS
-POWERS = USED + 8
-VARIED = POWERS + ROW
+PRODUCTS = USED + 8
+VARIED = PRODUCTS + ROW
 SHAPE, DEGREES = VARIED + 35 * ROW, 7
 CONSTANTS = SHAPE + 4 * DEGREES
 
@@ -203,14 +203,14 @@ def level_for(arc, error, size):
 
 
 @jit
-def fill_powers(w, approach):
+def fill_products(w, approach):
     """Fill the terms of the series, of which each is a former one times a small number."""
-    w[POWERS] = 1.0
-    w[POWERS + AT_FORCE], w[POWERS + AT_DRAG] = approach.force, approach.drag
-    w[POWERS + AT_DRIFT], w[POWERS + AT_SPRING] = approach.drift, approach.spring
-    w[POWERS + AT_CURVATURE] = approach.curvature
+    w[PRODUCTS] = 1.0
+    w[PRODUCTS + AT_FORCE], w[PRODUCTS + AT_DRAG] = approach.force, approach.drag
+    w[PRODUCTS + AT_DRIFT], w[PRODUCTS + AT_SPRING] = approach.drift, approach.spring
+    w[PRODUCTS + AT_CURVATURE] = approach.curvature
     for k in range(1, MISSED):
-        w[POWERS + k] = w[POWERS + FEWER[k]] * w[POWERS + ONCE[k]]
+        w[PRODUCTS + k] = w[PRODUCTS + FEWER[k]] * w[PRODUCTS + ONCE[k]]
 
 
 @jit
@@ -218,7 +218,7 @@ def first_guess(ps, damper, nodes, approach):
     """Fill the unknowns at the nodes by the series, good to third order in the small numbers."""
     w, m, at = nodes.w, nodes.m, nodes.at
     b, tick = approach.b, approach.tick
-    fill_powers(w, approach)
+    fill_products(w, approach)
     # what the shares of s and z in x1' and x1 do to the common motion
     other = 1.0 - damper.share
     z0 = (b * b) * (b * b)
@@ -231,7 +231,7 @@ def first_guess(ps, damper, nodes, approach):
     for i in range(0, m, 4):
         beta, t, row = four(0.0), four(0.0), at + GB * m + i
         for k in range(GUESSED):
-            power = w[POWERS + k]
+            power = w[PRODUCTS + k]
             beta = beta + four_at(w, row) * power
             t = t + four_at(w, row + (GT - GB) * m) * power
             row += m
@@ -338,7 +338,7 @@ def missed(nodes):
     w, at = nodes.w, nodes.at + (MATRIX + nodes.n) * nodes.m
     b, t, energy = four(0.0), four(0.0), four(0.0)
     for k in range(0, MISSED, 4):
-        term = four_at(w, POWERS + k)
+        term = four_at(w, PRODUCTS + k)
         b = b + term * four_at(w, at + k)
         t = t + term * four_at(w, at + MISSED + k)
         energy = energy + term * four_at(w, at + 2 * MISSED + k)

@@ -50,7 +50,7 @@ from .impact import (
     MISSED,
     MOST_SWEEPS,
     ONCE,
-    POWERS,
+    PRODUCTS,
     ROW,
     SETTLED,
     USED,
@@ -164,7 +164,7 @@ def numbers_varied(approach, pushes, faster):
 
 @jit
 def fill_changes(w, numbers):
-    """Fill what variations change of each term of a series: a product of two (`fill_powers`)."""
+    """Fill what variations change of each term of a series: a product of two (`fill_products`)."""
     force, drag, drift, spring, curvature = numbers
     put_four(w, CHANGES, four(0.0))
     put_four(w, CHANGES + 4 * AT_FORCE, force)
@@ -174,8 +174,8 @@ def fill_changes(w, numbers):
     put_four(w, CHANGES + 4 * AT_CURVATURE, curvature)
     for k in range(1, MISSED):
         fewer, once = FEWER[k], ONCE[k]
-        change = w[POWERS + fewer] * four_at(w, CHANGES + 4 * once)
-        change = change + w[POWERS + once] * four_at(w, CHANGES + 4 * fewer)
+        change = w[PRODUCTS + fewer] * four_at(w, CHANGES + 4 * once)
+        change = change + w[PRODUCTS + once] * four_at(w, CHANGES + 4 * fewer)
         put_four(w, CHANGES + 4 * k, change)
 
 

@@ -16,8 +16,10 @@ from benchmarks.house import (
     functions,
     graph,
     imports,
+    kernel_counts,
     modules,
     parameters,
+    parsed,
 )
 
 PACKAGE = Path(nlds_vines.__path__[0])
@@ -197,7 +199,29 @@ def test_a_function_with_many_parameters_is_caught(copy):
         file.write("\n\n\n\ndef wide(a, b, c, d, e, f, g, h, i):\n    return a\n")
     with (copy / "runs" / "threads.py").open("a") as file:
         file.write("\n\n\n\ndef broad(a, b, c, d, e, f, g, h, *, i):\n    return a\n")
-    assert too_wide(copy) == ["kernels.scene.wide", "runs.threads.broad"]
+    with (copy / "runs" / "pool.py").open("a") as file:
+        file.write(
+            "\n\n\n\nclass A:\n    def method(self, a, b, c, d, e, f, g, h):\n        return a\n"
+        )
+    assert too_wide(copy) == ["kernels.scene.wide", "runs.pool.method", "runs.threads.broad"]
+
+
+def test_what_is_counted_of_kernels(copy):
+    """Notices: a name that two modules define, a chooser, a constant with two values."""
+    before = dict(kernel_counts(copy))
+    with (copy / "kernels" / "roots.py").open("a") as file:
+        file.write("\n\n\n\nX = 1\nHUGE = 2\n\n\n@by_wall\ndef scale_of(x):\n    return x\n")
+    parsed.cache_clear()
+    after = dict(kernel_counts(copy))
+    more = {name: after[name] - before[name] for name in before if isinstance(before[name], int)}
+    assert {name: count for name, count in more.items() if count} == {
+        "lines, kernels and arc tables": 11,
+        "functions of kernels": 1,
+        "functions of kernels, by law": 1,
+    }
+    assert "scale_of" in after["functions of kernels, one name"]
+    assert "HUGE" in after["constants of kernels, one name"]
+    assert "X" in after["constants of one letter"]
 
 
 def test_codes_are_numbers_in_one_place():

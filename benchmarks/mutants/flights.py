@@ -342,7 +342,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/cubics.py",
+        "nlds_vines/kernels/roots.py",
         (
             "cubics: the error of a value is left out",
             "    return top + VALUE_ERROR * fourth",

@@ -246,7 +246,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/linear.py",
+        "nlds_vines/kernels/matrices.py",
         (
             "linear: elimination without pivots",
             "if abs(matrix[j, i]) > abs(matrix[pivot, i]):",

@@ -133,7 +133,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/eigenvalues.py",
+        "nlds_vines/kernels/matrices.py",
         (
             "eigenvalues: a saddle is told by multipliers below one",
             "found[i, RE] > 1.0",
@@ -211,7 +211,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/eigenvalues.py",
+        "nlds_vines/kernels/matrices.py",
         (
             "eigenvalues: multipliers come in any order",
             "    sort_by_modulus(found)\n    return found",

@@ -7,20 +7,17 @@ In reading order:
     deciding         branches that the types of arguments decide: what is absent, which law
     compiling        how kernels are compiled
     by_law           which kernel is called where laws differ
-    fours            four numbers worked on at once
-    twofold          numbers of twice the precision, as pairs
+    fours            rows of numbers: bare, and four numbers at a time
     elementary       sine, exponential, logarithm, roots and powers: the same bits everywhere
     codes            statuses, events and kinds of verdicts: each number once
     arguments        what travels together: Parts, Span, Side, Flight, Watch, buffers
     scene            structure, damper and walls as kernels see them; equation (5)
     laws             contact laws, each one file, and what they may say
-    bare_rows        arrays as inner kernels read them, whose references are not counted
-    roots            the root finder
-    cubics           what values and slopes at two ends prove of the motion between them
+    roots            the root finder; what two ends of a piece prove of the motion between
     observe          what is noted along an orbit: impacts, energies, sections, a limit
     drive            the force at an instant: harmonic, or a load
     flight           the exact flight: a period in cells, each a matrix and a Taylor polynomial
-    once_rounded     cells without a bias, where all else is linear
+    once_rounded     cells without a bias, in twice the precision, where all else is linear
     touch            the first touch in a cell, certified; near misses; a limit
     peaks            the largest energies in a piece of motion
     response_sums    what a response is summed up from
@@ -47,8 +44,7 @@ In reading order:
     orbit            the time loop: flights, contacts, sections
     recurrence       period and impacts of an orbit from its section
     growth           growth rates with their uncertainty; convergence of averages
-    linear           small systems of linear equations, and their determinants
-    eigenvalues      those of a small matrix
+    matrices         linear systems, determinants and eigenvalues of small matrices
     variations       the map from section to section with its derivative
     shooting         periodic orbits by Newton's method
     evidence_rows    the columns of a verdict's evidence
@@ -97,5 +93,5 @@ Letters:
     y, z                  states (x1, v1, r, s) before and after a cell or a step
 
 What travels together is one tuple (`arguments`). It costs nothing, if its arrays are bare rows
-(`bare_rows`), and `deciding` knows of each of its fields whether it is None.
+(`fours`), and `deciding` knows of each of its fields whether it is None.
 """

@@ -15,9 +15,8 @@ from .cells import prepared_cell, run_cell
 from .codes import BAD_PARAMETERS, OK, TOO_STIFF
 from .compiling import jit
 from .driven import RATES, Driven, fill_rates
-from .eigenvalues import eigenvalues
 from .flight import Begun, cells_of, grid_from
-from .linear import solve
+from .matrices import eigenvalues, solve
 from .observe import COLUMNS, FORCE, SPEED, Impacts
 from .orbit import SIZE
 from .runge_kutta import SHRUNK

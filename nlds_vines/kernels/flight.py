@@ -17,10 +17,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .bare_rows import bare
 from .compiling import jit
 from .elementary import TURN, cos_sin_of_turn
-from .fours import four, four_at, number_of, put_four
+from .fours import bare, four, four_at, number_of, put_four
 from .scene import accelerations, greatest_push, joined, under, unloaded
 
 ORDER = 14  # of the Taylor polynomials

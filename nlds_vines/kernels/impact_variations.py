@@ -30,10 +30,9 @@ from __future__ import annotations
 
 import math
 
-from .bare_rows import bare
 from .compiling import jit
 from .drive import cos_sin, rotated
-from .fours import four, four_at, four_of, larger_of, largest_of, number_of, put_four
+from .fours import bare, four, four_at, four_of, larger_of, largest_of, number_of, put_four
 from .impact import (
     AT_CURVATURE,
     AT_DRAG,

@@ -14,14 +14,13 @@ from __future__ import annotations
 import numpy as np
 
 from . import runge_kutta as rk
-from .bare_rows import bare
 from .compiling import jit
 from .drive import rotated
-from .fours import four, four_at, put_four
+from .fours import bare, four, four_at, put_four
 from .impact import MATRIX, WEIGHT, B, Nodes, short_impact
 from .impact_variations import TO_PLACE, at_release, put_columns, solve_variations, vary
 from .inside import WEIGHED, backward, half_impact, read_ahead
-from .linear import solve
+from .matrices import solve
 from .scene import accelerations
 from .state_inside import state_at, value_at
 

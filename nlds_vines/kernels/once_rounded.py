@@ -8,13 +8,17 @@ up as down.
 
 A number c of a matrix is a head of 26 bits and a tail, a number x of the state x' + x'', each of 26
 bits. In c x = head x' + (head x'' + tail x) the first product is exact, and the others are so small
-that their rounding does not matter. What a sum of the first ones loses is kept (`twofold`).
+that their rounding does not matter. What a sum of the first ones loses is kept (`two_sum`).
 
 From `Grid.low` on the table of such a grid has four matrices of MATRIX numbers: that of a whole
 cell, and what the powers 1 to KEPT of the Taylor polynomial are, given the state at its start.
 They are stored column by column, four heads and then four tails. Where walls limit the structure
 itself, r and s are x1 and v1, and the columns of x1 and v1 are not used. After them, in plain
 numbers: what cos, sin and load, four each, have added to the state at the end of a cell.
+
+Numbers of twice the precision are pairs whose second is what the first has lost by rounding: what
+a sum or a product of two numbers loses is a number, too (T. J. Dekker, Numer. Math. 18, 224, 1971).
+No processor's fused product is asked for: the bits are the same everywhere.
 """
 
 from __future__ import annotations
@@ -26,12 +30,61 @@ from .deciding import is_a
 from .flight import CELLS, COEF, ORDER, TAYLOR, TERMS, at, grid_from, pair, step, with_table
 from .fours import four, four_at, four_of, number_of
 from .scene import Ground
-from .twofold import plus, quotient, split, times, two_product, two_sum
 
 MATRIX = 32  # numbers of a matrix: four columns of eight
 KEPT = 3  # powers of twice the precision: the fourth is less than 0.4^4 / 4! = 1e-3 of the state
 PUSH = (KEPT + 1) * MATRIX  # place of what forces add, after the matrices
 WHOLE = 18  # powers in the matrix of a whole cell: 0.4^19 / 19! = 2e-25
+SPLITTER = 134217729.0  # 2^27 + 1, which cuts a number of 53 bits into two of 26
+
+
+# ---- numbers of twice the precision --------------------------------------------------------------
+
+
+@jit(inlined=True)
+def two_sum(a, b):
+    """Return (a + b, what it has lost by rounding) of single numbers or fours."""
+    total = a + b
+    of_b = total - a
+    return total, (a - (total - of_b)) + (b - of_b)
+
+
+@jit(inlined=True)
+def split(a):
+    """Return (head, rest) of a number or a four: a is their sum, and each has 26 bits."""
+    large = SPLITTER * a
+    head = large - (large - a)
+    return head, a - head
+
+
+@jit(inlined=True)
+def two_product(a, b):
+    """Return (a b, what it has lost by rounding); a, b: numbers, or one or both of them fours."""
+    product = a * b
+    (a0, a1), (b0, b1) = split(a), split(b)
+    return product, ((a0 * b0 - product) + a0 * b1 + a1 * b0) + a1 * b1
+
+
+@jit
+def plus(a, b):
+    """Return the sum of two pairs."""
+    total, lost = two_sum(a[0], b[0])
+    return two_sum(total, lost + (a[1] + b[1]))
+
+
+@jit
+def times(a, b):
+    """Return the product of two pairs."""
+    product, lost = two_product(a[0], b[0])
+    return two_sum(product, lost + (a[0] * b[1] + a[1] * b[0]))
+
+
+@jit
+def quotient(a, n):
+    """Return a / n of single numbers as a pair."""
+    first = a / n
+    product, lost = two_product(first, n)
+    return two_sum(first, ((a - product) - lost) / n)
 
 
 @jit

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from . import runge_kutta as rk
 from .arguments import Flight, Side, Watch
-from .bare_rows import bare
 from .by_law import by_wall
 from .codes import (
     ASTRAY,
@@ -32,6 +31,7 @@ from .driven_flight import Linear, carry
 from .exact import fly
 from .fixed_step import FixedGrid, fly_fixed, phase_in_step
 from .flight import bare_grid, coarse_map, step
+from .fours import bare
 from .impact import Arc
 from .laws.law import into, pushes, rests
 from .limit import begin_contact

@@ -4,7 +4,7 @@ dE1/dt = v1 n1 and dE2/dt = v2 n2, where each factor is linear in the motion and
 force n1 on a body beside the spring of its energy is m1 dv1/dt + k1 x1, in flight as on a wall. So
 any *piece* will do, a motion whose polynomial stands in COEF (`flight`). Between the ends of a
 cell, or of the piece of it before a touch or behind a release, the energies and powers at the two
-ends bound an energy by a cubic and its error (`cubics`). Few cells can hold more than the largest
+ends bound an energy by a cubic and its error (`roots`). Few cells can hold more than the largest
 energy so far. There the roots of the factors' Taylor polynomials are located piece by piece: that a
 piece holds none is proven from the values at its two ends and a bound of the second derivative.
 """
@@ -14,13 +14,12 @@ from __future__ import annotations
 import math
 
 from .compiling import jit
-from .cubics import highest, only_rises
 from .deciding import is_a
 from .flight import COEF, FACTOR, OF_E2, ORDER, at
 from .load_cells import Loaded
 from .observe import PRECISE, alike, energies, note_energy, powers_at
 from .response_sums import PLACE, Tally, raise_to
-from .roots import narrowed, secant
+from .roots import highest, narrowed, only_rises, secant
 
 ROOT_STEPS = 40  # of the search for a root: it needs some five
 FINEST = 1.0e-6  # piece of a cell over which a factor that stays at zero changes no energy
@@ -46,7 +45,7 @@ def work_at(ps, damper, y, drive):
 
 @jit
 def may_peak(record, e0, e1, p0, p1, fourth):
-    """Tell whether an energy may peak above a record inside a piece (arguments as for `cubics`)."""
+    """Tell whether an energy may peak above a record inside a piece (arguments as for `roots`)."""
     return (
         highest(e0, e1, p0, p1, fourth) > record
         and not only_rises(e0, e1, p0, p1, fourth)

@@ -16,7 +16,7 @@ from . import evidence_rows as ev
 from .codes import PERIODIC
 from .compiling import jit
 from .course import last_of, oldest_of, section_at
-from .eigenvalues import eigenvalues, is_saddle, spectral_radius
+from .matrices import eigenvalues, is_saddle, spectral_radius
 from .recurrence import TOLERANCE, repeats
 from .settling import MARGIN, attracted, settling_period
 from .shooting import is_minimal, matrix_of, polish, span_of

@@ -19,13 +19,12 @@ import math
 
 import numpy as np
 
-from .bare_rows import bare
 from .codes import OF_FORCES, OF_IMPULSES, POWERS
 from .compiling import jit
 from .deciding import is_a
 from .drive import Moment
 from .flight import COEF, DRIVE, FACTOR, ORDER, at
-from .fours import four, four_at, larger_of, number_of
+from .fours import bare, four, four_at, larger_of, number_of
 from .load_cells import drive_term
 from .peaks import factor_at, note_roots
 from .response_sums import (

@@ -10,7 +10,7 @@ import numpy as np
 
 from .codes import OK
 from .compiling import jit
-from .linear import solve
+from .matrices import solve
 from .variations import (
     advance,
     distance,

@@ -4,7 +4,7 @@ Three proofs, which rest on bounds of derivatives that energy provides (`scene.s
 
 * between samples f0 and f1 a step h apart, f stays below max(f0, f1) + M h^2 / 8 with M >= f'';
   the loop over cells uses it and costs one comparison;
-* with the slopes at the two ends, too, and M >= f'''', the cubic through them (`cubics`) tells that
+* with the slopes at the two ends, too, and M >= f'''', the cubic through them (`roots`) tells that
   f stays below the level, or rises all along and so passes it once, or falls all along (`outlook`).
   What passes it once is found by Newton's method;
 * from a point with clearance c = level - f and slope f', the level cannot be reached within the
@@ -21,10 +21,9 @@ from __future__ import annotations
 import math
 
 from .compiling import jit
-from .cubics import highest, only_rises
 from .flight import COEF, ORDER, at
 from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_violation
-from .roots import guarded
+from .roots import guarded, highest, only_rises
 
 R = COEF + 2  # place of r in the table
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
@@ -142,7 +141,7 @@ def touch_of(grid, end, sign, level, y, bounds):
 def outlook(level, f0, f1, g0, g1, fourth):
     """Tell from the ends of a piece whether f rises to `level` in it: CLEAR, CROSSED or UNSURE.
 
-    The arguments as for `cubics`. CROSSED: it rises all along, through the level. A start on the
+    The arguments as for `roots`. CROSSED: it rises all along, through the level. A start on the
     level that moves away is CLEAR.
     """
     if only_rises(f0, f1, g0, g1, fourth):

@@ -57,10 +57,10 @@ def kernels_of(want: Collection[str]) -> tuple[str, ...]:
 
 def of_lanes() -> Mapping[Callable[..., Any], str]:
     """Return what is called from Python to run many orbits, and the kernel that it is part of."""
-    from nlds_vines.kernels import eigenvalues, lanes
+    from nlds_vines.kernels import lanes, matrices
 
     return {
-        eigenvalues.fill_multipliers: "orbit",  # needed for a verdict, and compiled before it
+        matrices.fill_multipliers: "orbit",  # needed for a verdict, and compiled before it
         lanes.run_lanes: "orbit",
         lanes.judge_lanes: "verdict",
     }

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.kernels import eigenvalues
 from nlds_vines.kernels import evidence_rows as ev
 from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.matrices import LOG, fill_multipliers
 from nlds_vines.model.quantities import held_in
 from nlds_vines.orbits.labels import flags_of, labels_of
 
@@ -24,9 +24,9 @@ def multipliers_of(rows: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]
     matrices = rows[..., ev.MATRIX : ev.MATRIX + 16].reshape(-1, 4, 4)
     matrices = np.ascontiguousarray(matrices[:, :size, :size].transpose(0, 2, 1))
     found = np.full((len(matrices), size, 3), np.nan)
-    eigenvalues.fill_multipliers(matrices, found)
+    fill_multipliers(matrices, found)
     found = found.reshape(*rows.shape[:-1], size, 3)
-    return found[..., : eigenvalues.LOG], found[..., eigenvalues.LOG]
+    return found[..., :LOG], found[..., LOG]
 
 
 def compile_multipliers(size: int) -> None:

@@ -268,7 +268,7 @@ def test_the_docstring_of_a_folder_is_its_table_of_contents(folder):
 # ---- who knows what ------------------------------------------------------------------------------
 
 
-TYPES = {"kernels.bare_rows", "kernels.fours"}
+TYPES = {"kernels.fours"}
 """Modules that teach the compiler a type: neither kernels themselves nor a way to compile one."""
 
 

@@ -13,8 +13,8 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block
 from nlds_vines.kernels.codes import OK
 from nlds_vines.kernels.course import follow_growth
-from nlds_vines.kernels.eigenvalues import eigenvalues, is_saddle
 from nlds_vines.kernels.evidence_rows import COLUMNS, EXPONENTS, LARGEST, WIDTH
+from nlds_vines.kernels.matrices import eigenvalues, is_saddle
 from nlds_vines.kernels.recurrence import impacts_of
 from nlds_vines.kernels.settling import attracted
 from nlds_vines.kernels.shooting import is_minimal, polish, span_of

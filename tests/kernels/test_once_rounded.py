@@ -12,10 +12,12 @@ from nlds_vines.kernels.once_rounded import (
     after_cell,
     after_piece,
     grid_once_rounded,
+    plus,
+    quotient,
+    times,
     whole_at_phase,
 )
 from nlds_vines.kernels.scene import damper_in, ground_under, structure_of, with_load
-from nlds_vines.kernels.twofold import plus, quotient, times
 
 pytestmark = pytest.mark.kernels
 

@@ -19,7 +19,7 @@ from support import BOTH, REPO
 from nlds_vines import RequestError, classify, load_system, simulate
 from nlds_vines.kernels import shooting, variations
 from nlds_vines.kernels.codes import OK
-from nlds_vines.kernels.eigenvalues import eigenvalues
+from nlds_vines.kernels.matrices import eigenvalues
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import flow_on

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nlds_vines.kernels.elementary import cos_sin_of_turn
+from .elementary import cos_sin_of_turn
 
 NEWTON = 8  # steps for the points: the guess has three digits, and each step doubles them
 

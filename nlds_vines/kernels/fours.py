@@ -55,7 +55,7 @@ def is_row(kind: Any) -> bool:
 
 
 @type_callable(bare)
-def _typed(context: Any) -> Any:
+def _as_row(context: Any) -> Any:
     return lambda array: BARE if array == BARE or is_row(array) else None
 
 

@@ -112,7 +112,7 @@ def grid_under(ps, damper, h, stretch):
         w[row + MAJORANT] = majorant_of(w, row, degree, rate * h)
     root = math.sqrt(moved_mass(ps, damper))
     begun = Loaded(stretch.begin, degree, powers, rows, root, shaking_of(ps))
-    return Grid(n, h, 0.0, rate, free.push, free.bend, w, load, None, begun, None)
+    return Grid(n, h, 0.0, rate, free.push, free.bend, w, load, None, begun)
 
 
 @jit
@@ -190,7 +190,7 @@ def under_majorant(ps, grid, j, last):
         ),
         Grid(
             grid.n, grid.h, grid.turn, grid.rate, push, grid.bend, grid.table, grid.load, grid.low,
-            grid.begun, grid.powers,
+            grid.begun,
         ),
     )  # fmt: skip
 

@@ -28,7 +28,6 @@ from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
 from nlds_vines.errors import RequestError, choice, shown, typed, unknown
 from nlds_vines.explore.command import refuse_without_bokeh
 from nlds_vines.runs.interrupts import INTERRUPTED, Interrupted
-from nlds_vines.runs.manifest import SCAN
 from paper.request import FigureRequest, short_name
 from paper.request_file import load_figure, packaged_figures
 
@@ -143,7 +142,7 @@ class _Job:
         if self.page is not None:
             refuse_replacing("--page", self.page, self.how)
         for name, scan in self.scans.items() if dry_run else ():
-            refuse_begun(self.folder / _ARCHIVES / name, scan, SCAN, self.how)
+            refuse_begun(self.folder / _ARCHIVES / name, scan, self.how)
 
     def run(self) -> int:
         """Compute, draw and report; return how many orbits failed."""

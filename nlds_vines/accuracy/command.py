@@ -26,7 +26,6 @@ from nlds_vines.cli.paths import (
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.errors import RequestError, from_text, shown, whole
-from nlds_vines.runs.manifest import SURVEY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -157,7 +156,7 @@ class Job:
         survey = make()
         refuse_replacing("picture", self.plot, self.how, survey.hash)
         if dry_run:
-            refuse_begun(self.archive, survey, SURVEY, self.how)
+            refuse_begun(self.archive, survey, self.how)
             say(*(task.name for task in survey.tasks))
             return DONE
         from nlds_vines.accuracy.picture import draw

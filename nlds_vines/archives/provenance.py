@@ -16,7 +16,11 @@ from typing import Protocol
 
 
 class Request(Protocol):
-    """What an archive records of any request: its title, its text, its hash."""
+    """What an archive records of any request: its kind, its title, its text, its hash."""
+
+    @property
+    def content(self) -> str:
+        """The kind of what is computed, of `runs.manifest`."""
 
     @property
     def title(self) -> str:

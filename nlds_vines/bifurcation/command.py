@@ -32,7 +32,6 @@ from nlds_vines.errors import RequestError, typed
 from nlds_vines.model.catalogue import looks_like_path
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
-from nlds_vines.runs.manifest import SCAN
 from nlds_vines.runs.shard import Shard
 
 if TYPE_CHECKING:
@@ -146,8 +145,6 @@ def bifurcation(
 @dataclass(frozen=True)
 class Job(jobs.Job):
     """A scan and where it goes; `show`, what the picture shows, None for what is usual."""
-
-    content = SCAN
 
     request: Scan
     show: str | None = None

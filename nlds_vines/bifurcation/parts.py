@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.orbits.attractor_learning import Learnt
 from nlds_vines.orbits.wants import ATTRACTOR
 from nlds_vines.runs.folder import RunFolder, folder_of
-from nlds_vines.runs.manifest import NAME, SCAN, Manifest, refuse_unless_scan
+from nlds_vines.runs.manifest import NAME, Manifest, refuse_unless_scan
 from nlds_vines.runs.partfile import LEARNT, UNSOUND, Part, fetch, path_of, peek, store
 
 
@@ -136,8 +136,6 @@ FRESH_BYTES = 1 << 26
 @dataclass
 class Parts(RunFolder):
     """The part files of one scan; use `Parts.open`, and as a context manager."""
-
-    content: ClassVar[str] = SCAN
 
     request: Scan
     _fresh: dict[int, Part] = field(default_factory=dict)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field
 from functools import cached_property
 from math import prod
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -47,6 +47,7 @@ from nlds_vines.orbits.wants import (
     refuse_impossible,
     spectral,
 )
+from nlds_vines.runs.manifest import SCAN
 
 MOST_LANES = 10**8
 """The most orbits of one scan: days of work on a large machine."""
@@ -85,6 +86,8 @@ class Scan(Request):
 
     Raises `RequestError` for anything else, and for a varied value that the system refuses.
     """
+
+    content: ClassVar[str] = SCAN
 
     title: str
     system: System

@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
@@ -39,8 +39,6 @@ class Job:
     What computes, reads and draws its archive stands in `runs.tasks`.
     """
 
-    content: ClassVar[str]  # the kind of its archive, of `runs.manifest`
-
     request: Any
     source: Path | None
     archive: Path
@@ -67,7 +65,7 @@ class Job:
         refuse_existing(self.archive, self.how)
         refuse_replacing("picture", self.plot, self.how, self.request.hash)
         if dry_run:
-            refuse_begun(self.archive, self.request, self.content, self.how)
+            refuse_begun(self.archive, self.request, self.how)
 
     def run(self) -> Any:
         """Compute, draw, and return the results.
@@ -82,7 +80,7 @@ class Job:
 
     def found(self) -> Any:
         """Compute the archive, and return what it holds."""
-        task = TASKS[self.content]
+        task = TASKS[self.request.content]
         task.part("run").run(self.request, self.archive, self.how)
         return task.read(self.archive)
 
@@ -90,7 +88,7 @@ class Job:
         """Draw the picture of what was found."""
         from nlds_vines.plotting.chosen_panels import save
 
-        save(TASKS[self.content].part("picture").PICTURE, self.archive, plot)
+        save(TASKS[self.request.content].part("picture").PICTURE, self.archive, plot)
 
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""

@@ -115,17 +115,17 @@ def refuse_existing(archive: Path, how: RunOptions) -> None:
         )
 
 
-def refuse_begun(archive: Path, request: Request, content: str, how: RunOptions) -> None:
+def refuse_begun(archive: Path, request: Request, how: RunOptions) -> None:
     """Raise `RequestError` where a run would not begin, which --dry-run then says as well.
 
-    Arguments: the `archive` to be; the `request` and its kind, of `runs.manifest`; `how` it runs.
+    Arguments: the `archive` to be; the `request`; `how` it runs.
     """
     refuse_existing(archive, how)
     if os.path.lexists(archive) or os.path.lexists(f"{archive}.parts"):
         from nlds_vines.runs.folder import RunFolder
 
-        kind = type("Folder", (RunFolder,), {"content": content})
-        kind(archive, request, how.shard).refuse(resume=how.resume, overwrite=how.overwrite)
+        folder = RunFolder(archive, request, how.shard)
+        folder.refuse(resume=how.resume, overwrite=how.overwrite)
 
 
 def refuse_replacing(what: str, path: Path | None, how: RunOptions, own: str = "") -> None:

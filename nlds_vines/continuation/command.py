@@ -36,7 +36,6 @@ from nlds_vines.errors import RequestError, at, from_text, number, shown, typed
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.parameters import INITIAL
 from nlds_vines.model.system import System
-from nlds_vines.runs.manifest import CONTINUATION
 
 if TYPE_CHECKING:
     from nlds_vines.continuation.result import Continued
@@ -221,8 +220,6 @@ def _start_table(
 @dataclass(frozen=True)
 class Job(jobs.Job):
     """A continuation and where it goes; `over`, a scan that its branches are drawn over."""
-
-    content = CONTINUATION
 
     request: Continuation
     over: Path | None = None

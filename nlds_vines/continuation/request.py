@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from nlds_vines.model.setting import (
 from nlds_vines.model.system import System
 from nlds_vines.orbits.labels import PERIODIC, TRANSIENT
 from nlds_vines.orbits.settings import TOLERANCES, tolerance_setting
+from nlds_vines.runs.manifest import CONTINUATION
 
 POLICIES = ("rest", "random", "label", "orbits")
 """Where branches may begin: the orbit from rest; the orbits of random starts; one of these with a
@@ -154,6 +155,8 @@ class Continuation(Request):
 
     Raises `RequestError` for anything else, and for a value that the system refuses.
     """
+
+    content: ClassVar[str] = CONTINUATION
 
     title: str
     system: System

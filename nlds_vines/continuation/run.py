@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar
 
 from nlds_vines.archives.provenance import Value
 from nlds_vines.cli.run_options import RunOptions
@@ -20,7 +19,6 @@ from nlds_vines.continuation.start_orbits import seeds_of
 from nlds_vines.continuation.track import Arrays
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete, tell_discarded
-from nlds_vines.runs.manifest import CONTINUATION
 from nlds_vines.runs.numbered_parts import NumberedParts
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.threads import use_threads
@@ -29,8 +27,6 @@ from nlds_vines.runs.threads import use_threads
 @dataclass
 class TrackFolder(NumberedParts):
     """The tracks of a continuation under way, in the order in which they are found."""
-
-    content: ClassVar[str] = CONTINUATION
 
     request: Continuation
     _there: int = 0

@@ -23,7 +23,6 @@ from nlds_vines.loads.request import Decay
 from nlds_vines.loads.request_file import Source, load_decay
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.words import system_in_words
-from nlds_vines.runs.manifest import DECAY
 
 if TYPE_CHECKING:
     from nlds_vines.loads.result import Decays
@@ -82,8 +81,6 @@ def decay(
 
 class Job(jobs.Job):
     """A decay and where it goes."""
-
-    content = DECAY
 
     request: Decay
 

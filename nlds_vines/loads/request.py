@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import MISSING, dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from nlds_vines.errors import RequestError, number, string, typed
 from nlds_vines.model.setting import Checked, Real, Request, Whole, check_settings, entries, setting
 from nlds_vines.model.system import System
 from nlds_vines.orbits.settings import TOLERANCE, tolerance_setting
+from nlds_vines.runs.manifest import DECAY
 
 MOST_STATES = 10**7
 """States of a history: as many as a portrait may have."""
@@ -43,6 +44,8 @@ class Decay(Request):
 
     and what the fields say of themselves.  Raises `RequestError` for anything else.
     """
+
+    content: ClassVar[str] = DECAY
 
     title: str
     systems: tuple[System, ...]

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 
@@ -19,12 +17,9 @@ from nlds_vines.orbits.simulation import IntegrationError
 from nlds_vines.orbits.status_words import OK, STATUS
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete
-from nlds_vines.runs.manifest import DECAY
-from nlds_vines.runs.numbered_parts import NumberedParts
+from nlds_vines.runs.numbered_parts import Arrays, NumberedParts
 from nlds_vines.runs.progress import Progress
 from nlds_vines.runs.threads import use_threads
-
-Arrays = Mapping[str, np.ndarray]
 
 HISTORIES = {
     "E1": ("J", "energy of the structure"),
@@ -50,15 +45,6 @@ NUMBERS = {
 """What is told of a damper in one number."""
 
 
-@dataclass
-class FallFolder(NumberedParts):
-    """The dampers of a decay under way, a part for each."""
-
-    content: ClassVar[str] = DECAY
-
-    request: Decay
-
-
 def run(request: Decay, output: Path, how: RunOptions | None = None) -> None:
     """Compute a decay into the archive `output`.
 
@@ -68,46 +54,36 @@ def run(request: Decay, output: Path, how: RunOptions | None = None) -> None:
     how = RunOptions() if how is None else how
     threads, began = use_threads(how.threads), time.monotonic()
 
-    def work(folder: FallFolder, progress: Progress, stop: Stop) -> Made:
-        places = range(len(request.systems))
-        found = [_arrays(folder, index, progress, stop) for index in places]
+    def work(folder: NumberedParts, progress: Progress, stop: Stop) -> Made:
+        found = []
+        for i, system in enumerate(request.systems):
+            found.append(folder.piece(i, partial(_fall, request, system, stop)))
+            progress.note(1, system.name)
         seconds = round(time.monotonic() - began, 3)
         return Made(*contents(request, found), {"threads": threads, "seconds": seconds})
 
     complete(
-        FallFolder.open(output, request, resume=how.resume, overwrite=how.overwrite),
+        NumberedParts.open(output, request, resume=how.resume, overwrite=how.overwrite),
         work,
         Progress(len(request.systems), "damper", quiet=how.quiet),
         lambda _: "the dampers that are complete are",
     )
 
 
-def _arrays(folder: FallFolder, index: int, progress: Progress, stop: Stop) -> Arrays:
-    """Return the arrays of a damper: those of an earlier run, or computed and kept."""
-    part, began = folder.part(index), time.monotonic()
-    system = folder.request.systems[index]
-    if part is None:
-        arrays = _as_arrays(_fall(folder.request, system, stop))
-        folder.write_part(index, arrays, seconds=time.monotonic() - began)
-    else:
-        arrays = part.arrays
-    progress.note(1, system.name)
-    return arrays
-
-
-def _fall(request: Decay, system: System, stop: Stop) -> Fall:
-    """Return what becomes of a structure; of one that cannot be followed, why."""
+def _fall(request: Decay, system: System, stop: Stop) -> Arrays:
+    """Return what becomes of a structure, as arrays; of one that cannot be followed, why."""
     try:
-        return fall_of(request, system, stop.check)
+        return _as_arrays(fall_of(request, system, stop.check))
     except IntegrationError as error:
         time, ends = request.times, request.ends
         histories = {name: np.full(len(time), np.nan) for name in HISTORIES}
         gone = {way: np.full(len(ends), np.nan) for way in WAYS}
         last, numbers = np.full(len(SHARES), np.nan), dict.fromkeys(NUMBERS, np.nan)
-        return Fall(
+        fall = Fall(
             time=time, ends=ends, dissipated=gone, last=last, numbers=numbers, status=error.code,
             **histories,
         )  # fmt: skip
+        return _as_arrays(fall)
 
 
 def _as_arrays(fall: Fall) -> Arrays:

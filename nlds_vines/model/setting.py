@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from nlds_vines.archives.outline import Outlined
 from nlds_vines.archives.toml import toml_text
@@ -219,6 +219,8 @@ def entries(owner: Any, table: str) -> dict[str, Any]:
 
 class Request(Outlined):
     """What a task is to do: a frozen dataclass whose fields say what stands in its file."""
+
+    content: ClassVar[str]  # its kind, of `runs.manifest`
 
     def document(self) -> dict[str, Any]:
         """Return the file that means exactly this request, complete, as nested tables."""

@@ -43,7 +43,6 @@ from nlds_vines.portrait.request import (
     span,
 )
 from nlds_vines.portrait.request_file import Times, load_portrait, portrait_of
-from nlds_vines.runs.manifest import PORTRAIT
 from nlds_vines.runs.threads import check_environment
 
 if TYPE_CHECKING:
@@ -132,8 +131,6 @@ class Job(jobs.Job):
 
     An archive without a name is not written unless `csv`, a file for its histories, is asked for.
     """
-
-    content = PORTRAIT
 
     request: PortraitRequest
     csv: Path | None = None

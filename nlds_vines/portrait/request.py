@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from nlds_vines.archives.provenance import Value
 from nlds_vines.archives.toml import toml_text
@@ -29,6 +29,7 @@ from nlds_vines.orbits.settings import METHODS, chosen_settings, tolerance_setti
 from nlds_vines.orbits.signals import checked_signal
 from nlds_vines.orbits.tapers import TAPERS
 from nlds_vines.plotting.bands import LARGEST
+from nlds_vines.runs.manifest import PORTRAIT
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.cell_orbit import CellOrbit
@@ -115,6 +116,8 @@ class PortraitRequest(Request):
 
     Raises `RequestError` for anything else.
     """
+
+    content: ClassVar[str] = PORTRAIT
 
     title: str
     columns: tuple[Column, ...]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 
@@ -21,16 +20,7 @@ from nlds_vines.portrait.window_view import View
 from nlds_vines.runs.folder import RunFolder
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete
-from nlds_vines.runs.manifest import PORTRAIT
 from nlds_vines.runs.progress import Progress
-
-
-class PortraitFolder(RunFolder):
-    """A portrait under way, of which nothing is kept: an orbit has no parts."""
-
-    content: ClassVar[str] = PORTRAIT
-
-    request: PortraitRequest
 
 
 def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -> None:
@@ -41,13 +31,13 @@ def run(request: PortraitRequest, output: Path, how: RunOptions | None = None) -
     """
     how, began = RunOptions() if how is None else how, time.monotonic()
 
-    def work(folder: PortraitFolder, progress: Progress, stop: Stop) -> Made:
+    def work(folder: RunFolder, progress: Progress, stop: Stop) -> Made:
         views = views_of(request, quiet=how.quiet)
         stop.check()
         return Made(*contents(request, views), {"seconds": round(time.monotonic() - began, 3)})
 
     complete(
-        PortraitFolder.open(output, request, resume=how.resume, overwrite=how.overwrite),
+        RunFolder.open(output, request, resume=how.resume, overwrite=how.overwrite),
         work,
         Progress(len(request.columns), "window", quiet=True),
         lambda _: "no state is",

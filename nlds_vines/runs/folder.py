@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 from nlds_vines.archives import archive, durable
 from nlds_vines.archives.provenance import Request, Value
@@ -34,8 +34,6 @@ class RunFolder:
     to do; `discarded` collects one line for each part that did not verify and must be computed
     again.
     """
-
-    content: ClassVar[str]  # the kind of request, of `manifest`; each kind of run has its own
 
     path: Path
     request: Any  # a `Request`; each kind of run says which
@@ -88,6 +86,11 @@ class RunFolder:
                 raise RequestError(self._busy)
             if not (self._archive_is_complete(resume, overwrite) or overwrite):
                 self._begun(resume)
+
+    @property
+    def content(self) -> str:
+        """The kind of request, of `manifest`."""
+        return str(self.request.content)
 
     @property
     def folder(self) -> Path:
@@ -208,7 +211,7 @@ class RunFolder:
         self._replaces = overwrite or (found is not None and found.overwrite)
         self._begins = not (found or self.shard)
         if not found:
-            Manifest.of(self.request, self.content, overwrite).write(self.folder)
+            Manifest.of(self.request, overwrite).write(self.folder)
         if self.shard:
             os.close(self._locks.pop())
 

@@ -78,7 +78,7 @@ def tell_discarded(folder: RunFolder) -> None:
 def _deliver(folder: RunFolder, made: Made) -> None:
     """Write the archive, put it in its place and remove the parts."""
     request = folder.request
-    about = {**request.about, "content": folder.content, **folder.begun_by(), **made.spent}
+    about = {**request.about, "content": request.content, **folder.begun_by(), **made.spent}
     attrs = attributes(request, about)
     for name in made.free:
         attrs.pop(name, None)

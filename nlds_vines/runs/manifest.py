@@ -47,10 +47,10 @@ class Manifest:
             raise TypeError("a text is of another type")
 
     @classmethod
-    def of(cls, request: Request, content: str = SCAN, overwrite: bool = False) -> Manifest:
+    def of(cls, request: Request, overwrite: bool = False) -> Manifest:
         """Return the manifest of a request that this process begins."""
-        toml = request.to_toml()
-        return cls(request.title, request.hash, toml, sys.argv, now(), overwrite, content)
+        toml, kind = request.to_toml(), request.content
+        return cls(request.title, request.hash, toml, sys.argv, now(), overwrite, kind)
 
     @classmethod
     def read(cls, folder: Path) -> Manifest | None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,9 @@ import numpy as np
 from nlds_vines.archives import durable
 from nlds_vines.runs.folder import RunFolder
 from nlds_vines.runs.partfile import PATTERN, UNSOUND, Part, fetch, identity, path_of, store
+
+Arrays = Mapping[str, np.ndarray]
+"""What a part holds, by name."""
 
 
 @dataclass
@@ -35,6 +39,15 @@ class NumberedParts(RunFolder):
             path.unlink()
             return None
 
+    def piece(self, number: int, compute: Callable[[], Arrays], threads: int = 1) -> Arrays:
+        """Return the arrays of a piece of the work: of an earlier run, or computed."""
+        part, began = self.part(number), time.monotonic()
+        if part is not None:
+            return part.arrays
+        arrays = compute()
+        self.write_part(number, arrays, seconds=time.monotonic() - began, threads=threads)
+        return arrays
+
     def parts_in_order(self) -> Iterator[Part]:
         """Yield the verified parts from number 0 on, up to the first that does not verify.
 
@@ -54,9 +67,7 @@ class NumberedParts(RunFolder):
         for path in paths[sound:]:
             path.unlink()
 
-    def write_part(
-        self, number: int, arrays: Mapping[str, np.ndarray], *, seconds: float, threads: int = 1
-    ) -> None:
+    def write_part(self, number: int, arrays: Arrays, *, seconds: float, threads: int = 1) -> None:
         """Store the part of a number: after this returns, it survives a power cut.
 
         Raises `RequestError` where it cannot be written.

@@ -41,6 +41,8 @@ class Survey:
     `shape` names the table, so that readers of an archive know what is in it.
     """
 
+    content: ClassVar[str] = SURVEY
+
     title: str
     shape: str
     document: Mapping[str, Any]
@@ -67,8 +69,6 @@ class Survey:
 @dataclass
 class SurveyRun(NumberedParts):
     """A survey under way: one sealed part for each task."""
-
-    content: ClassVar[str] = SURVEY
 
     request: Survey
 

@@ -26,7 +26,6 @@ from nlds_vines.cli.running import Command
 from nlds_vines.errors import renamed, typed
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
-from nlds_vines.runs.manifest import TUNING
 from nlds_vines.tuning.free_options import add_tuning_options, changes
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning
@@ -95,8 +94,6 @@ def tune(
 
 class Job(jobs.Job):
     """A tuning and where it goes."""
-
-    content = TUNING
 
     request: Tuning
 

@@ -9,13 +9,11 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 import numpy as np
 
 from nlds_vines.errors import RequestError
 from nlds_vines.runs.interrupts import Stop
-from nlds_vines.runs.manifest import TUNING
 from nlds_vines.runs.numbered_parts import NumberedParts
 from nlds_vines.runs.progress import Progress
 from nlds_vines.tuning.objective import HOW, RESULTS, Objective, Trials
@@ -31,8 +29,6 @@ class Journal(NumberedParts):
 
     `length` is the number of those on the disk; they took `seconds`, on up to `threads` threads.
     """
-
-    content: ClassVar[str] = TUNING
 
     request: Tuning
     length: int = 0

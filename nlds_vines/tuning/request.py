@@ -10,7 +10,7 @@ from dataclasses import MISSING, dataclass, field
 from itertools import product
 from math import prod
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from nlds_vines.model.slow_manifold import slow_manifold
 from nlds_vines.model.system import System
 from nlds_vines.orbits.responses import objectives_of
 from nlds_vines.orbits.settings import TOLERANCE, tolerance_setting
+from nlds_vines.runs.manifest import TUNING
 from nlds_vines.tuning.free_parameter import Free, tunable
 
 SAMPLED, SAMPLED_FREE = 60, 2
@@ -150,6 +151,8 @@ class Tuning(Request):
 
     Raises `RequestError` for anything else, and for a value that the system refuses.
     """
+
+    content: ClassVar[str] = TUNING
 
     title: str
     system: System

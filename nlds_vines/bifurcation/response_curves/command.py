@@ -29,7 +29,6 @@ from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.running import Command
 from nlds_vines.errors import typed
 from nlds_vines.plotting.bands import refuse_undrawable
-from nlds_vines.runs.manifest import RESPONSE_CURVES
 
 if TYPE_CHECKING:
     from nlds_vines.bifurcation.response_curves.result import ResponseCurves
@@ -104,8 +103,6 @@ def response_curves(
 
 class Job(jobs.Job):
     """A page of curves and where it goes."""
-
-    content = RESPONSE_CURVES
 
     request: CurvePage
 

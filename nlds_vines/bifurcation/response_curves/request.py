@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from nlds_vines.model.slow_manifold import SlowManifold, slow_manifold
 from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
 from nlds_vines.plotting.style import HUES
+from nlds_vines.runs.manifest import RESPONSE_CURVES
 
 COLOURS: Mapping[str, str] = HUES
 """Colours by name, those of Okabe and Ito; a request file may also write `#rrggbb`."""
@@ -107,6 +108,8 @@ class CurvePage(Request):
     Raises `RequestError` for curves that cannot stand on one page: along different parameters or
     values, with several starts, or without energies.
     """
+
+    content: ClassVar[str] = RESPONSE_CURVES
 
     title: str
     panels: tuple[Panel, ...]

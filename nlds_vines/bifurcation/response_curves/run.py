@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 
@@ -18,27 +16,9 @@ from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete
-from nlds_vines.runs.manifest import RESPONSE_CURVES
-from nlds_vines.runs.numbered_parts import NumberedParts
+from nlds_vines.runs.numbered_parts import Arrays, NumberedParts
 from nlds_vines.runs.progress import Progress
 from nlds_vines.runs.threads import use_threads
-
-Arrays = Mapping[str, np.ndarray]
-"""The arrays (n,) of one curve, by name."""
-
-
-@dataclass
-class CurveFolder(NumberedParts):
-    """The curves of a page under way, a part for each."""
-
-    content: ClassVar[str] = RESPONSE_CURVES
-
-    request: CurvePage
-
-    def recall(self, index: int) -> Arrays | None:
-        """Return the arrays of a curve that an earlier run has computed; None if none has."""
-        part = self.part(index)
-        return None if part is None else part.arrays
 
 
 def run(page: CurvePage, output: Path, how: RunOptions | None = None) -> None:
@@ -50,32 +30,23 @@ def run(page: CurvePage, output: Path, how: RunOptions | None = None) -> None:
     how = RunOptions() if how is None else how
     threads, began = use_threads(how.threads), time.monotonic()
 
-    def work(folder: CurveFolder, progress: Progress, stop: Stop) -> Made:
-        places = range(len(page.curves))
-        found = [_curve(folder, index, progress, stop, threads) for index in places]
+    def work(folder: NumberedParts, progress: Progress, stop: Stop) -> Made:
+        found = []
+        for i, curve in enumerate(page.curves):
+            compute = partial(_computed, curve.scan, progress, stop)
+            found.append(folder.piece(i, compute, threads))
+            progress.note(curve.scan.lanes, f"curve {i + 1} of {len(page.curves)}")
         seconds = round(time.monotonic() - began, 3)
         return Made(
             scales_of(page), contents(page, found), {"threads": threads, "seconds": seconds}
         )
 
     complete(
-        CurveFolder.open(output, page, resume=how.resume, overwrite=how.overwrite),
+        NumberedParts.open(output, page, resume=how.resume, overwrite=how.overwrite),
         work,
         Progress(page.lanes, "orbit", quiet=how.quiet),
         lambda _: "the curves that are complete are",
     )
-
-
-def _curve(folder: CurveFolder, index: int, progress: Progress, stop: Stop, threads: int) -> Arrays:
-    """Return the arrays of a curve: those of an earlier run, or computed and kept."""
-    curve, began = folder.request.curves[index], time.monotonic()
-    arrays = folder.recall(index)
-    if arrays is None:
-        arrays = _computed(curve.scan, progress, stop)
-        seconds = time.monotonic() - began
-        folder.write_part(index, arrays, seconds=seconds, threads=threads)
-    progress.note(curve.scan.lanes, f"curve {index + 1} of {len(folder.request.curves)}")
-    return arrays
 
 
 def _computed(scan: Scan, progress: Progress, stop: Stop) -> Arrays:

@@ -2,7 +2,6 @@
 
 In reading order:
 
-    options            what the command line changes in a scan file
     request            `Scan`: what to compute, checked
     request_file       a scan file (TOML) read into a `Scan`
     datasets           the datasets of a scan's archive

@@ -14,13 +14,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nlds_vines.bifurcation.memory_and_disk import refuse_without_room
-from nlds_vines.bifurcation.options import add_scan_options, changes
 from nlds_vines.bifurcation.picture.choices import check_show, is_map
 from nlds_vines.bifurcation.picture.ordinates import quantities
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli import job as jobs
+from nlds_vines.cli.option_values import (
+    add_system_options,
+    assignments,
+    spaced,
+    system_changes,
+)
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
     optional_path,
@@ -28,9 +33,11 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_run_options
 from nlds_vines.cli.running import Command
-from nlds_vines.errors import RequestError, typed
+from nlds_vines.cli.setting_options import add_settings, changed
+from nlds_vines.errors import RequestError, from_text, typed
 from nlds_vines.model.catalogue import looks_like_path
 from nlds_vines.model.system import System
+from nlds_vines.orbits.starts import STATE
 from nlds_vines.plotting.bands import refuse_undrawable
 from nlds_vines.runs.shard import Shard
 
@@ -229,7 +236,7 @@ class Job(jobs.Job):
 def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
     options.source = optional_path(options.source)
-    scan = load_scan(options.source, changes(options), "command line")
+    scan = load_scan(options.source, _changes(options), "command line")
     files = jobs.files_of(options, jobs.named_after(options.source, _DEFAULT))
     if options.source is None and options.shard is None and _can_be_drawn(scan):
         figure = files["archive"].parent / f"{files['archive'].stem}.png"
@@ -242,6 +249,60 @@ def _can_be_drawn(scan: Scan) -> bool:
     return not is_map([axis.values for axis in scan.axes]) or scan.want != ("section",)
 
 
+def _add_scan_options(parser: Parser) -> None:
+    """Declare the options on a command's parser."""
+    group = parser.add_argument_group("options that override the scan file")
+    add_system_options(group)
+    group.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="NAME=START:STOP:NUM",
+        help="once or twice, x2_0 too; NUM:log for equal ratios",
+    )
+    group.add_argument(
+        "--start",
+        metavar="POLICY",
+        help="rest, up, down, both, random:N or x1,v1,x2,v2; @PHASE after it",
+    )
+    add_settings(group, Scan)
+
+
+def _changes(options: argparse.Namespace) -> dict[str, Any]:
+    """Return what the options change in a scan file, as a document of the same form.
+
+    Raises `RequestError` for an option that cannot be read as its form demands.
+    """
+    vary = assignments("--vary", options.vary, "NAME=START:STOP:NUM")
+    found: dict[str, Any] = {
+        **system_changes(options),
+        "vary": {name: spaced(f"--vary {name}", text, log=True) for name, text in vary.items()},
+        **changed(options, Scan),
+    }
+    if options.start is not None:
+        found["start"] = _start(options.start)
+    return {key: value for key, value in found.items() if value}
+
+
+def _start(text: str) -> dict[str, Any]:
+    """Return the `[start]` table that rest, up, down, random:N or a state means.
+
+    After an @ stands the phase of the force there.
+    """
+    text, at, phase = text.partition("@")
+    if at:
+        if not text:
+            raise RequestError(f"--start @{phase}: a state or rest stands before the @")
+        return {**_start(text), "phase": from_text(float, f"--start {text}@{phase}", phase)}
+    if "," in text:
+        state = [from_text(float, f"--start {text}", word) for word in text.split(",")]
+        return {"policy": STATE, "state": state}
+    policy, _, count = text.partition(":")
+    if policy != "random":
+        return {"policy": text}
+    return {"policy": policy, "count": from_text(int, "N of --start random:N", count)}
+
+
 def _declare(parser: Parser) -> None:
     jobs.add_files(parser, "SCAN.toml", "by default Figure 8", "SCAN.h5")
     parser.add_argument(
@@ -249,7 +310,7 @@ def _declare(parser: Parser) -> None:
         metavar="WHAT",
         help="on a map: regimes, coexisting, shares, share:LABEL or a number; else x2,E1max",
     )
-    add_scan_options(parser)
+    _add_scan_options(parser)
     add_run_options(parser)
 
 

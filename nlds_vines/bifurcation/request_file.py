@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Mapping
-from dataclasses import replace
 from typing import Any
 
 from nlds_vines.archives.toml import parse_toml
@@ -55,17 +54,13 @@ def load_scan(
         return source
     if isinstance(source, System) or (isinstance(source, str) and not looks_like_path(source)):
         return load_scan(None, {"system": as_system(source), **(changes or {})}, changes_from)
-    below = _opened(source)
-    if source is None and (changes or {}).get("system"):
-        # what the default scan sets is meant for its own system
-        below = replace(below, document={k: v for k, v in below.document.items() if k != "set"})
-    return _scan(Layers.of(below, changes, changes_from))
-
-
-def _opened(source: object) -> Layer:
-    if source is None:
-        return Layer(FORM, DEFAULT_FILE, parse_toml(resource_text(DEFAULT_FILE), DEFAULT_FILE))
-    return FORM.open(source.document() if isinstance(source, Scan) else source)
+    if source is not None:
+        return _scan(Layers.of(FORM, source, changes, changes_from))
+    usual = parse_toml(resource_text(DEFAULT_FILE), DEFAULT_FILE)
+    if (changes or {}).get("system"):
+        del usual["set"]  # what the default scan sets is meant for its own system
+    below = Layer(FORM, DEFAULT_FILE, usual)
+    return _scan(Layers.of(FORM, below, changes, changes_from))
 
 
 def _scan(layers: Layers) -> Scan:

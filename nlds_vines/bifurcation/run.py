@@ -7,9 +7,8 @@ block is stored while the next one is being computed.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -28,8 +27,7 @@ from nlds_vines.orbits.coexistence import CHAOS
 from nlds_vines.orbits.compilation import Compilation
 from nlds_vines.orbits.settings import most_watched
 from nlds_vines.runs import interrupts
-from nlds_vines.runs.interrupts import Interrupted
-from nlds_vines.runs.journal import tell_discarded
+from nlds_vines.runs.journal import resumable, tell_discarded
 from nlds_vines.runs.progress import Progress, Tell
 from nlds_vines.runs.shard import Shard
 from nlds_vines.runs.threads import use_threads
@@ -107,7 +105,11 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
         blocks = list(blocks_of(scan, how.shard))
         if how.shard is not None and not blocks:
             report.empty = share_in_words(scan, how.shard)
-        with _resumable(parts, blocks, stop):
+
+        def kept() -> str:
+            return f"{len(parts.files.there(blocks))} of {len(blocks)} blocks are"
+
+        with resumable(parts, stop, kept):
             left = _left(parts, blocks, report.tally)
             lanes = scan.starts * sum(block.cells for block in blocks)
             done = report.tally.lanes
@@ -124,22 +126,6 @@ def run(scan: Scan, output: Path, how: RunOptions | None = None) -> Report:
                 parts.consolidate(blocks, check=stop.check)
     report.seconds = time.perf_counter() - began - (Compilation.waited - waited)
     return report
-
-
-@contextmanager
-def _resumable(parts: Parts, blocks: list[Block], stop: interrupts.Stop) -> Iterator[None]:
-    """Turn `Stopped` into `Interrupted`, whose message says how to go on."""
-    try:
-        yield
-    except (interrupts.Stopped, KeyboardInterrupt):
-        kept = len(parts.files.there(blocks))
-        same = "the same command" if parts.shard else "the same command with --resume"
-        instead = "" if parts.shard else " (in place of --overwrite)"
-        raise Interrupted(
-            f"interrupted: {kept} of {len(blocks)} blocks are kept in {parts.folder}; "
-            f"{same}{instead} goes on from there",
-            stop.status,
-        ) from None
 
 
 def _left(parts: Parts, blocks: Sequence[Block], tally: Tally) -> list[Block]:

@@ -6,7 +6,7 @@ import os
 
 from nlds_vines.continuation.request import Begin, Continuation, Interval
 from nlds_vines.errors import RequestError, at, shown, table, typed
-from nlds_vines.model.layers import Document, Form, Layer, Layers
+from nlds_vines.model.layers import Document, Form, Layers
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
 from nlds_vines.model.words import symbol_of, system_in_words
@@ -47,11 +47,9 @@ def load_continuation(
     """
     if isinstance(source, Continuation) and not changes:
         return source
-    layers = Layers.of(_opened(source), changes, changes_from)
-    system = layers.system(DEFAULT_SYSTEM)
-    for layer in layers:
-        with at(layer.place("set")):
-            system = system.with_(**layer.table("set"))
+    given = DEFAULT_SYSTEM if source is None else source
+    layers = Layers.of(FORM, given, changes, changes_from)
+    system = layers.system_as_set(DEFAULT_SYSTEM)
     along = _interval(layers, "along") or _interval_of("along", DEFAULT_ALONG)
     title = layers.title(outdated_by=("system", "set", "along", "plane"))
     with at(layers.place("start")):
@@ -67,12 +65,6 @@ def load_continuation(
             **search,
         )
     return layers.told(request)
-
-
-def _opened(source: object) -> Layer:
-    if source is None:
-        return FORM.open(DEFAULT_SYSTEM)
-    return FORM.open(source.document() if isinstance(source, Continuation) else source)
 
 
 def _interval(layers: Layers, key: str) -> Interval | None:

@@ -9,7 +9,7 @@ from typing import Any
 from nlds_vines.errors import RequestError, at, shown, typed
 from nlds_vines.loads.request import Decay
 from nlds_vines.model.catalogue import as_system, load_system, system_from
-from nlds_vines.model.layers import Document, Form, Layer, Layers
+from nlds_vines.model.layers import Document, Form, Layers
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
@@ -45,7 +45,10 @@ def load_decay(
     """
     if isinstance(source, Decay) and not changes:
         return source
-    layers = Layers.of(_opened(source), changes, changes_from)
+    given: Any = {"systems": list(USUAL)} if source is None else source
+    if isinstance(given, Sequence) and not isinstance(given, str):
+        given = {"systems": list(given)}
+    layers = Layers.of(FORM, given, changes, changes_from)
     systems = tuple(_systems(layers))
     title = layers.title(outdated_by=("systems", "system", "set", "load"))
     values = {**layers.values("load"), **layers.values("sampling")}
@@ -56,14 +59,6 @@ def load_decay(
             map(system_in_words, systems)
         )
         return layers.told(Decay(made_up if title is None else title, systems, **values))
-
-
-def _opened(source: Source) -> Layer:
-    if source is None:
-        return FORM.open({"systems": list(USUAL)})
-    if isinstance(source, Sequence) and not isinstance(source, str):
-        return FORM.open({"systems": list(source)})
-    return FORM.open(source.document() if isinstance(source, Decay) else source)
 
 
 def _systems(layers: Layers) -> list[System]:

@@ -179,9 +179,17 @@ class Layers:
     above: Layer
 
     @classmethod
-    def of(cls, below: Layer, changes: Document | None, changes_from: str) -> Layers:
-        """Return a layer with `changes` above it; `changes_from` names these in messages."""
-        return cls(below, Layer(below.form, changes_from, changes or {}))
+    def of(cls, form: Form, source: object, changes: Document | None, changes_from: str) -> Layers:
+        """Return what a source means, as `Form.open` has it, with `changes` above it.
+
+        A request is the document that means exactly it; `changes_from` names the changes in
+        messages.
+        """
+        document = getattr(source, "document", None)
+        below = (
+            source if isinstance(source, Layer) else form.open(document() if document else source)
+        )
+        return cls(below, Layer(form, changes_from, changes or {}))
 
     def __iter__(self) -> Iterator[Layer]:
         """Yield the layers, the one below first."""
@@ -210,11 +218,21 @@ class Layers:
         """Return the entries of the table `key` of both layers, each checked."""
         return self.below.values(key) | self.above.values(key)
 
-    def system(self, default: str | None = None) -> System:
+    def system(self) -> System:
         """Return the system that the uppermost layer with one names; without `[set]`."""
         layer = self.holder("system")
         with at(layer.where):
-            return system_from(layer.document.get("system", default))
+            return system_from(layer.document.get("system"))
+
+    def system_as_set(self, default: str) -> System:
+        """Return the system, by default that of a name, as `[set]` of both layers changes it."""
+        layer = self.holder("system")
+        with at(layer.where):
+            system = system_from(layer.document.get("system", default))
+        for layer in self:
+            with at(layer.place("set")):
+                system = system.with_(**layer.table("set"))
+        return system
 
     def title(self, outdated_by: Collection[str]) -> str | None:
         """Return the title; None where none is given.

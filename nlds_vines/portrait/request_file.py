@@ -117,7 +117,7 @@ def load_portrait(
 
     Raises `RequestError`, one line that names place, key, value and what is allowed.
     """
-    layers = Layers.of(FORM.open(SYSTEM if source is None else source), changes, changes_from)
+    layers = Layers.of(FORM, SYSTEM if source is None else source, changes, changes_from)
     for layer in layers:
         _refuse_both(layer)
     columns = tuple(_columns(layers))

@@ -6,7 +6,8 @@ What is kept along the way, and how it is found again, is the folder's; what is 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -56,17 +57,25 @@ def complete(
     with folder, interrupts.stop_on_signals() as stop:
         if folder.complete:
             return
-        try:
+        with resumable(folder, stop, lambda: kept(folder)):
             with progress:
                 made = work(folder, progress, stop)
             tell_discarded(folder)
             _deliver(folder, made)
-        except (interrupts.Stopped, KeyboardInterrupt):
-            raise Interrupted(
-                f"interrupted: {kept(folder)} kept in {folder.folder}; "
-                "the same command with --resume (in place of --overwrite) goes on from there",
-                stop.status,
-            ) from None
+
+
+@contextmanager
+def resumable(folder: RunFolder, stop: Stop, kept: Callable[[], str]) -> Iterator[None]:
+    """Raise `Interrupted`, which says what is `kept` and how to go on, where a run is stopped."""
+    try:
+        yield
+    except (interrupts.Stopped, KeyboardInterrupt):
+        again = "" if folder.shard else " with --resume (in place of --overwrite)"
+        raise Interrupted(
+            f"interrupted: {kept()} kept in {folder.folder}; "
+            f"the same command{again} goes on from there",
+            stop.status,
+        ) from None
 
 
 def tell_discarded(folder: RunFolder) -> None:

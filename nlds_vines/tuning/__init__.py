@@ -5,7 +5,6 @@ In reading order:
     free_parameter   a parameter that is free, its bounds and scale
     request          `Tuning`: what to search, checked
     request_file     a tuning file (TOML) read into a `Tuning`
-    free_options     what the command line changes in it
     objective        designs through the kernels: the number to be minimised
     searches         differential evolution, CMA-ES, Nelder-Mead
     evaluations      every evaluation of a design, kept on the disk

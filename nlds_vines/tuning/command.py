@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,13 @@ import numpy as np
 
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.cli import job as jobs
+from nlds_vines.cli.option_values import (
+    add_system_options,
+    assignments,
+    interval,
+    spaced,
+    system_changes,
+)
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
     optional_path,
@@ -23,11 +30,11 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.running import Command
-from nlds_vines.errors import renamed, typed
+from nlds_vines.cli.setting_options import add_settings, changed
+from nlds_vines.errors import RequestError, from_text, renamed, typed
 from nlds_vines.model.system import System
 from nlds_vines.plotting.bands import refuse_undrawable
-from nlds_vines.tuning.free_options import add_tuning_options, changes
-from nlds_vines.tuning.request import Tuning
+from nlds_vines.tuning.request import Search, Surface, Tuning
 from nlds_vines.tuning.request_file import load_tuning
 from nlds_vines.tuning.searches import check_installed
 
@@ -147,7 +154,7 @@ class Job(jobs.Job):
 
 def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
-    tuning = load_tuning(options.source, changes(options), "command line")
+    tuning = load_tuning(options.source, _changes(options), "command line")
     return Job(_drawable(tuning, options.plot), **jobs.files_of(options, _DEFAULT))
 
 
@@ -162,9 +169,62 @@ def _drawable(tuning: Tuning, plot: object) -> Tuning:
     return load_tuning(tuning, {"surface": {"parameters": names[:2]}})
 
 
+def _add_tuning_options(parser: Parser) -> None:
+    """Declare the options on a command's parser."""
+    group = parser.add_argument_group("what to tune")
+    add_system_options(group, settings="SI units; what is set is not tuned")
+    _repeated(group, "--free", "NAME[=LOW:HIGH]", "tune this too, or within other bounds")
+    group.add_argument("--band", metavar="LOW:HIGH:NUM", help="the peak over these omega [rad/s]")
+    _repeated(group, "--over", "NAME=A,B,...", "the worst over these values; several combine")
+    add_settings(group, Tuning)
+    add_settings(parser.add_argument_group("how to search"), Search)
+    add_settings(parser.add_argument_group("the objective over two free parameters"), Surface)
+
+
+def _changes(options: argparse.Namespace) -> dict[str, Any]:
+    """Return what the options change in a tuning file, as a document of the same form.
+
+    Raises `RequestError` for an option that cannot be read as its form demands.
+    """
+    found: dict[str, Any] = {
+        **system_changes(options),
+        "free": _free(options.free),
+        "over": _over(options.over, options.band),
+        **changed(options, Tuning, Search, Surface),
+    }
+    return {key: value for key, value in found.items() if value}
+
+
+def _repeated(group: Any, option: str, form: str, text: str) -> None:
+    group.add_argument(option, action="append", default=[], metavar=form, help=text)
+
+
+def _free(texts: Sequence[str]) -> dict[str, dict[str, float]]:
+    """Return the entries of `[free]` in a list of NAME or NAME=LOW:HIGH."""
+    complete = [text if "=" in text else f"{text}=:" for text in texts]
+    pairs = assignments("--free", complete, "NAME or NAME=LOW:HIGH")
+    return {
+        name: {} if text == ":" else interval(f"--free {name}", text)
+        for name, text in pairs.items()
+    }
+
+
+def _over(texts: Sequence[str], band: str | None) -> dict[str, dict[str, Any]]:
+    """Return the entries of `[over]` in a list of NAME=A,B,... and a band LOW:HIGH:NUM of omega."""
+    found: dict[str, dict[str, Any]] = {
+        name: {"values": [from_text(float, f"--over {name}", item) for item in text.split(",")]}
+        for name, text in assignments("--over", texts, "NAME=A,B,...").items()
+    }
+    if band is None:
+        return found
+    if "omega" in found:
+        raise RequestError("--band and --over omega exclude each other: give one of them")
+    return found | {"omega": spaced("--band", band, "LOW:HIGH:NUM")}
+
+
 def _declare(parser: Parser) -> None:
     jobs.add_files(parser, "TUNING.toml", "by default SSul", _DEFAULT)
-    add_tuning_options(parser)
+    _add_tuning_options(parser)
     add_local_options(parser)
 
 

@@ -51,10 +51,11 @@ def load_tuning(
     """
     if isinstance(source, Tuning) and not changes:
         return source
-    layers = Layers.of(_opened(source), changes, changes_from)
+    given = DEFAULT_SYSTEM if source is None else source
+    layers = Layers.of(FORM, given, changes, changes_from)
     for layer in layers:
         _refuse_contradiction(layer)
-    system = _system(layers)
+    system = layers.system_as_set(DEFAULT_SYSTEM)
     free, over = _free(layers, system), _over(layers, system)
     title = layers.title(outdated_by=("system", "set", "free", "over"))
     periods = SAMPLED if system.scene.walls else SAMPLED_FREE
@@ -73,12 +74,6 @@ def load_tuning(
     return layers.told(tuning)
 
 
-def _opened(source: object) -> Layer:
-    if source is None:
-        return FORM.open(DEFAULT_SYSTEM)
-    return FORM.open(source.document() if isinstance(source, Tuning) else source)
-
-
 def _refuse_contradiction(layer: Layer) -> None:
     """Raise `RequestError` where a parameter stands in two of the tables set, free and over."""
     for one, other in (("set", "free"), ("free", "over"), ("set", "over")):
@@ -87,15 +82,6 @@ def _refuse_contradiction(layer: Layer) -> None:
             raise RequestError(
                 f"{layer.where}: {both[0]} stands in [{one}] and in [{other}]: one of them only"
             )
-
-
-def _system(layers: Layers) -> System:
-    """Return the system with the parameters set in both layers, the upper one last."""
-    system = layers.system(DEFAULT_SYSTEM)
-    for layer in layers:
-        with at(layer.place("set")):
-            system = system.with_(**layer.table("set"))
-    return system
 
 
 def _free(layers: Layers, system: System) -> tuple[Free, ...]:

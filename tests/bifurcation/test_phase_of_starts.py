@@ -220,7 +220,7 @@ def test_a_wrong_phase_is_refused(change, said):
 
 @pytest.mark.kernels
 def test_the_command_takes_phases(tmp_path, capsys):
-    from nlds_vines.bifurcation.options import _start
+    from nlds_vines.bifurcation.command import _start
 
     assert _start("rest@1.5") == {"policy": "rest", "phase": 1.5}
     assert _start("0.1,0@1.5") == {"policy": "state", "state": [0.1, 0.0], "phase": 1.5}

@@ -11,7 +11,7 @@ In reading order:
     heaps        heaps of strings, looked at before HDF5 reads them
     structure    whether a file is laid out as an archive is, and leads nowhere else
     meanings     whether codes have words, and labels can be
-    outline      what an object says of itself, in Python and in a notebook
+    representation  what an object says of itself, in Python and in a notebook
     frames       an archive for xarray, pandas, and as CSV
     view         an open archive: datasets by name, attributes, dimensions
     archive      the archive itself, written, read and verified: the only module that imports h5py

@@ -11,8 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nlds_vines.archives.dataset import Scale, Table
-from nlds_vines.archives.outline import Rows
 from nlds_vines.archives.provenance import Value
+from nlds_vines.archives.representation import Rows
 from nlds_vines.bifurcation.datasets import ScanContents
 from nlds_vines.errors import RequestError, string, typed, unknown
 from nlds_vines.model.axis import Axis

@@ -12,7 +12,7 @@ import numpy as np
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.dataset import Dataset
-from nlds_vines.archives.outline import Outlined, Rows
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.continuation.branch import ENDS, at_value
 from nlds_vines.continuation.branch_table import KIND_FLAGS, ORIGINS, Tables, datasets_of
 from nlds_vines.continuation.curve_table import curve_datasets

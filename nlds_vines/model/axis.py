@@ -8,7 +8,7 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 
-from nlds_vines.archives.outline import Outlined, Rows
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, choice, number, shown, string, table, whole
 
 LINEAR, LOG = "linear", "log"

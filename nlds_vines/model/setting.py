@@ -14,7 +14,7 @@ from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, ClassVar, Protocol
 
-from nlds_vines.archives.outline import Outlined
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.archives.toml import toml_text
 from nlds_vines.errors import RequestError, at, choice, number, shown, string, table, whole
 from nlds_vines.model.layers import request_hash

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.archives.outline import Outlined, Rows, numbers
+from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, number, shown, string, table, typed, unknown
 from nlds_vines.model.laws import CONSTANTS, DAMPING, HERTZ, LAWS, SECOND
 from nlds_vines.model.parameters import CONTACT, OSCILLATOR, PARAMETERS, STRUCTURE

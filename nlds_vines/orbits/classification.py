@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.archives.outline import Outlined, Rows
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import choice, typed, whole
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.system import System

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nlds_vines.archives.outline import Outlined, Rows
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.errors import RequestError, choice, number, shown, typed, whole
 from nlds_vines.orbits.signals import SIGNALS, checked_signal
 from nlds_vines.orbits.tapers import TAPERS, weights_of

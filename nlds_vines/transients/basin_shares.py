@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nlds_vines.archives.outline import Outlined, Rows
+from nlds_vines.archives.representation import Outlined, Rows
 from nlds_vines.bifurcation.datasets import begins_at_sections
 from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError, number, typed, unknown

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.archives.outline import Outlined
+from nlds_vines.archives.representation import Outlined
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.errors import RequestError, typed
 from nlds_vines.orbits.coexistence import by_frequency, finals

@@ -10,7 +10,7 @@ import numpy as np
 
 from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.archive_path import ArchivePath
-from nlds_vines.archives.outline import Outlined, Rows, numbers
+from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.plotting.drawable import Drawable

@@ -69,6 +69,8 @@ examples:
       histories, section, impacts and spectrum in an archive, the histories as CSV, too
   nlds-vines portrait regimes.h5 --at omega=7.4,P=600 --start 2 --plot cell.png
       the orbit of a cell of a scan, from the third of its starts; the same to the last bit
+  nlds-vines portrait --set omega=7.45 --animate orbit.gif
+      a film for a talk: structure, damper and obstacle, over the periods of --show
 exit status: 0 done; 1 the orbit could not be followed; 2 the request is wrong; 130 interrupted
 """
 
@@ -134,6 +136,7 @@ class Job(jobs.Job):
 
     request: PortraitRequest
     csv: Path | None = None
+    animation: Path | None = None
 
     @classmethod
     def of(
@@ -144,11 +147,14 @@ class Job(jobs.Job):
         plot: Path | None,
         how: RunOptions,
         csv: Path | None = None,
+        animation: Path | None = None,
     ) -> Job:
         """Return a job whose archive need not have a name: then its own picture is drawn anew."""
         if archive is None:
             how = replace(how, resume=not how.overwrite)
-        return cls(request, source, ArchivePath.for_result(archive, _NAME), plot, how, csv)
+        return cls(
+            request, source, ArchivePath.for_result(archive, _NAME), plot, how, csv, animation
+        )
 
     def __post_init__(self) -> None:
         """Raise `RequestError` for files that cannot be written."""
@@ -157,15 +163,21 @@ class Job(jobs.Job):
             if self.csv.suffix.lower() != ".csv":
                 raise RequestError(f"--csv {shown(str(self.csv))} must end in .csv")
             check_writable("--csv", self.csv)
+        if self.animation is not None:
+            from nlds_vines.portrait.animation import check_film
+
+            check_film(self.animation)
+            check_writable("--animate", self.animation)
 
     def others(self) -> Sequence[Path | None]:
-        """Return the file of its histories."""
-        return (self.csv,)
+        """Return the file of its histories, and the film."""
+        return (self.csv, self.animation)
 
     def refuse(self, dry_run: bool = False) -> None:
         """Raise `RequestError` where files exist; with `dry_run` for all that a run refuses."""
         super().refuse(dry_run)
-        refuse_replacing("--csv", self.csv, RunOptions(overwrite=self.how.overwrite))
+        for option, path in (("--csv", self.csv), ("--animate", self.animation)):
+            refuse_replacing(option, path, RunOptions(overwrite=self.how.overwrite))
 
     def found(self) -> Portrait:
         """Follow the orbit, and return what was found."""
@@ -183,8 +195,12 @@ class Job(jobs.Job):
         return portrait_in(archive)
 
     def draw(self, plot: Path, found: Portrait) -> None:
-        """Draw the page of what was found."""
+        """Draw the page of what was found, and the film of its first window."""
         self.save(self.page(found), plot)
+        if self.animation is not None:
+            from nlds_vines.portrait.animation import save_film
+
+            save_film(found.drawn_from, found.views[0], self.animation)
 
     def page(self, found: Portrait) -> Figure:
         """Return the page of what was found."""
@@ -221,6 +237,7 @@ class Job(jobs.Job):
         """Return the files that are left, each with what it is."""
         named = ArchivePath.of(self.archive).named
         found = {"archive": named, "histories": self.csv, "picture": self.plot}
+        found["film"] = self.animation
         return [(what, path) for what, path in found.items() if path is not None]
 
 
@@ -257,7 +274,8 @@ def _job(options: argparse.Namespace) -> Job:
     if how.resume and options.output is None:
         raise RequestError("--resume is for an archive: name it by -o FILE.h5")
     source, csv = request_path(options.source), optional_path(options.csv)
-    return Job.of(_request(options), source, options.output, plot, how, csv)
+    film = optional_path(options.animate)
+    return Job.of(_request(options), source, options.output, plot, how, csv, film)
 
 
 def _usual_name(options: argparse.Namespace) -> str:
@@ -304,6 +322,7 @@ def _declare(parser: Parser) -> None:
     add("--plot", metavar="FILE", help="picture: .png, .pdf or .svg [PORTRAIT.png]")
     add("-o", "--output", metavar="FILE.h5", help="archive of all that is shown [none]")
     add("--csv", metavar="FILE.csv", help="the histories, a row for each state [none]")
+    add("--animate", metavar="FILE", help="film: .gif, or .mp4 where ffmpeg is [none]")
     add_system_options(parser)
     add(
         "--start",

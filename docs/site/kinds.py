@@ -1,4 +1,4 @@
-"""Draws every kind of damper with its parameters, for the pages: docs/kinds.png.
+"""Draws every kind of damper with its parameters, for the pages: docs/kinds.png, docs/ssul.png.
 
     python docs/site/kinds.py
 
@@ -238,12 +238,25 @@ def figure() -> Figure:
         return page
 
 
-def main() -> None:
-    """Write the picture."""
-    path = Path(__file__).resolve().parents[1] / "kinds.png"
+def first() -> Figure:
+    """Return the figure of the paper's damper alone, for the first page."""
     with matplotlib.rc_context(STYLE):
-        figure().savefig(path, dpi=200, metadata={"Software": None})
-    print(path)
+        page = Figure(figsize=(11.0 * CM, 4.3 * CM))
+        ax = page.add_axes((0.01, 0.0, 0.98, 1.0))
+        ax.set_axis_off()
+        DRAWINGS["ssul"](ax)
+        ax.text(3.68, 1.14, "obstacle", ha="left", va="center", fontsize=7.5)
+        ax.set(xlim=(0, 7.9), ylim=(-0.5, 2.6), aspect="equal")
+        return page
+
+
+def main() -> None:
+    """Write the pictures."""
+    for name, make in (("kinds.png", figure), ("ssul.png", first)):
+        path = Path(__file__).resolve().parents[1] / name
+        with matplotlib.rc_context(STYLE):
+            make().savefig(path, dpi=200, metadata={"Software": None})
+        print(path)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from nlds_vines.bifurcation.cell_start import STEP, own_states
 from nlds_vines.kernels.arguments import Span
 from nlds_vines.model.linear_response import energy_alone
 from nlds_vines.model.quantities import BY_NAME
-from nlds_vines.orbits import refinement, responses
+from nlds_vines.orbits import modulation, refinement, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.spectral_values import arrays_of
@@ -172,7 +172,12 @@ class Computer:
             by_wall = outputs.cycle[..., 1:]
             arrays["impacts"], arrays["impacts_by_wall"] = by_wall.sum(axis=-1), by_wall
         if outputs.counts is not None:
-            arrays["impact_rate"] = outputs.counts.sum(axis=-1) / self.scan.periods
+            arrays["impact_rate"] = outputs.by_wall.sum(axis=-1) / self.scan.periods
+        if outputs.counts is not None and "modulation" in self.scan.want:
+            assert outputs.section is not None
+            section = outputs.section[:, :, -self.scan.periods :]
+            with np.errstate(all="ignore"):  # lanes that failed hold anything
+                arrays |= modulation.arrays_of(section, cells["omega"], outputs.counts)
         if outputs.evidence is not None:
             arrays |= outputs.verdicts(cells)
         if outputs.refined is not None:

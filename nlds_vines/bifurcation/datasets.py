@@ -20,6 +20,7 @@ from nlds_vines.model.quantities import recorded
 from nlds_vines.model.quantity import Quantity
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.labels import FLAGS, KEPT
+from nlds_vines.orbits.modulation import FLAGS as CAPTURE
 from nlds_vines.orbits.spectral_records import SpectralRecords
 from nlds_vines.orbits.starts import Start
 from nlds_vines.orbits.status_words import STATUS
@@ -54,6 +55,7 @@ _IMPACT = "impact after the transient, counted from the first"
 _FLAGS: Mapping[str, Mapping[str, int]] = {
     "regime": FLAGS,
     "label_kept": KEPT,
+    "capture": CAPTURE,
     "status": {status.meaning: code for code, status in STATUS.items()},
 }
 

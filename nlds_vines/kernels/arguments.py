@@ -140,7 +140,7 @@ class LaneBuffers(NamedTuple):
     section: Any = (
         None  # (periods stops, components); more rows hold the transient's last periods too
     )
-    counts: Any = None  # (2,) impacts by wall after the transient
+    counts: Any = None  # (3,) impacts by wall after the transient, periods with two of them
     cycle: Any = None  # (3,) n of nT, k at the near and at the far wall, by recurrence
     energy: Any = None  # (2,), this and the next as in `CellBuffers`
     peak: Any = None  # (2,)

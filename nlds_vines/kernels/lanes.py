@@ -90,12 +90,17 @@ def buffers_of(parts, buffers, span, chain, link):
 
 @jit
 def summarise(section, by_period, counts, cycle):
-    """Fill the impact counts (2,) by wall and the cycle (n, k near, k far) of one lane."""
+    """Fill the counts (3,) and the cycle (n, k near, k far) of one lane.
+
+    counts: impacts by wall, and the periods with two of them.
+    """
     if counts is not None:
-        for wall in range(2):
-            counts[wall] = 0
-            for p in range(len(by_period)):
-                counts[wall] += by_period[p, wall]
+        counts[0], counts[1], counts[2] = 0, 0, 0
+        for p in range(len(by_period)):
+            counts[0] += by_period[p, 0]
+            counts[1] += by_period[p, 1]
+            if by_period[p, 0] + by_period[p, 1] == 2:
+                counts[2] += 1
     if cycle is not None:
         cycle[0], cycle[1], cycle[2] = period_of(section, TOLERANCE), 0, 0
         if by_period is not None:

@@ -43,9 +43,9 @@ last ones, refined settings trace again for the error of a period.
 In a row, so that an orbit of up to so many periods shows all of its impacts."""
 
 _ORDER = (
-    "section", "impacts", "speeds", "impact_section", "energy", "peak", "response", "regime",
-    "lyapunov", "settling", "evidence", "attractor", "clearance", "error", "spectrum", "lines",
-    "broadband",
+    "section", "impacts", "speeds", "impact_section", "modulation", "energy", "peak", "response",
+    "regime", "lyapunov", "settling", "evidence", "attractor", "clearance", "error", "spectrum",
+    "lines", "broadband",
 )  # fmt: skip
 
 
@@ -67,6 +67,11 @@ def _soft(scene: Scene) -> bool:
 
 def _rigid(scene: Scene) -> bool:
     return any(law.instant for law in scene.laws) if scene.walls else False
+
+
+def _driven(scene: Scene) -> bool:
+    """Tell whether there are walls, and a spring about whose rest the forced body moves."""
+    return bool(scene.walls) and not {"k1", "k"}.isdisjoint(scene.own)
 
 
 def _limit(scene: Scene) -> bool:
@@ -136,6 +141,7 @@ _SPEEDS = f"approach speed of each impact; there is room for {TOUCHES} a sampled
 _PHASES = "phase of {by} at the touch of each impact, omega t from 0 to 2 pi"
 _HARMS = "reduction by the damper, 1 - E1max / E1max of the structure alone; negative: it harms"
 _MISS = "least distance of a local approach that did not become an impact; inf if there was none"
+_AMPLITUDE = "{} amplitude of the {{body}}, sqrt({{x}}^2 + ({{v}} / omega)^2) at t = nT"
 _STATE = "m, m/s"
 
 OF_SIGNALS = "{signals}"
@@ -219,6 +225,23 @@ QUANTITIES = (
     _code(
         "impact_wall", "what each impact strikes", ("impact_section",), -1, has=_two_walls,
         dims=("impact",), buffer="touches", of=lambda held: _coded(held[..., AT_WALL]),
+    ),
+    Quantity(
+        "amplitude_min", "m", _AMPLITUDE.format("smallest"), ("modulation",), "smallest amplitude",
+        has=_driven, drawn=(CURVES,),
+    ),
+    Quantity(
+        "amplitude_max", "m", _AMPLITUDE.format("largest"), ("modulation",), "largest amplitude",
+        has=_driven, drawn=(CURVES,),
+    ),
+    Quantity(
+        "two_impacts", "1", "share of the sampled periods with two impacts", ("modulation",),
+        "periods with two impacts", has=_driven, drawn=(MAPS, CURVES),
+    ),
+    _code(
+        "capture",
+        "response by impacts a period: sustained 1:1 from 1.99 to 2.01, strongly modulated below",
+        ("modulation",), -1, has=lambda scene: _driven(scene) and _two_walls(scene),
     ),
     Quantity(
         "clearance", "m", _MISS, ("clearance",), "smallest near miss", "z_min", _walls,

@@ -5,6 +5,7 @@ In reading order:
     settings         methods, their fineness, the effort of a verdict
     wants            what may be recorded
     responses        what a response holds, with units
+    modulation       amplitudes, and 1:1 capture by impacts a period
     status_words     how a computation ended
     labels           what an orbit is, in the paper's words
     kernel_inputs    scene and cell as kernels take them

@@ -160,9 +160,7 @@ class Judge:
     def _some(self, cells: np.ndarray, starts: np.ndarray) -> Verdicts:
         found = self._kernels.run(cells[:, np.newaxis], starts, *self._span)
         assert found.evidence is not None
-        shape = (*found.status.shape, 2)
-        counts = np.zeros(shape, np.int64) if found.counts is None else found.counts
-        labels = labels_from(found.status, found.evidence, counts)
+        labels = labels_from(found.status, found.evidence, found.by_wall)
         return Verdicts(found.status[:, 0], found.evidence[:, 0], finals(labels)[:, 0])
 
 

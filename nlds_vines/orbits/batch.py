@@ -74,6 +74,7 @@ class Outputs:
         """Allocate the buffers that a `want` needs for (chains, links) of so many periods."""
         want, scene = set(wanted.want), wanted.scene
         walls, judged = bool(scene.walls), bool(want & JUDGED)
+        counted = judged or not want.isdisjoint(("impacts", "modulation"))
         kept = noted(want, transient, periods)
         touches = touches_noted(want, scene, periods)
 
@@ -82,7 +83,7 @@ class Outputs:
 
         return cls(
             section=rows(kept > 0, kept, len(scene.components)),
-            counts=rows(("impacts" in want or judged) and walls, 2, dtype=np.int64),
+            counts=rows(counted and walls, 3, dtype=np.int64),
             cycle=rows("impacts" in want and not judged, 3, dtype=np.int64),
             energy=rows("energy" in want, 2),
             peak=rows("peak" in want, 2),
@@ -101,6 +102,13 @@ class Outputs:
         """The buffers that `run_lanes` fills."""
         return LaneBuffers(**{name: getattr(self, name) for name in LaneBuffers._fields})
 
+    @property
+    def by_wall(self) -> np.ndarray:
+        """The impacts (chains, links, 2) at either wall after the transient; 0 without walls."""
+        if self.counts is None:
+            return np.zeros((*self.status.shape, 2), np.int64)
+        return self.counts[..., :2]
+
     def verdicts(self, cells: np.ndarray) -> dict[str, np.ndarray]:
         """Return every dataset that rests on a verdict, by name, (chains, links, ...) each.
 
@@ -108,9 +116,8 @@ class Outputs:
         """
         assert self.evidence is not None
         assert self.section is not None
-        counts = np.zeros((*self.status.shape, 2), np.int64) if self.counts is None else self.counts
         size = self.section.shape[-1]
-        return evidence.arrays_of(self.status, self.evidence, counts, cells, size)
+        return evidence.arrays_of(self.status, self.evidence, self.by_wall, cells, size)
 
 
 def records_of(cells: np.ndarray) -> np.recarray:

@@ -74,8 +74,7 @@ def arrays_of(outputs: Outputs, fine: Outputs, label: np.ndarray | None) -> dict
         apart = _apart(outputs.energy[..., :1], fine.energy[..., :1])
         found["E1max_error"] = np.where(sound, apart, np.nan)
     if label is not None and fine.evidence is not None:
-        counts = np.zeros((*label.shape, 2)) if fine.counts is None else fine.counts
-        found["refined_label"] = labels_from(fine.status, fine.evidence, counts)
+        found["refined_label"] = labels_from(fine.status, fine.evidence, fine.by_wall)
         found["label_kept"] = kept(label, found["refined_label"])
     return found
 

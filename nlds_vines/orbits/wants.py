@@ -28,7 +28,8 @@ SPECTRAL = ("spectrum", "lines", "broadband")
 NOTED = 4096
 """Periods of a transient, the last ones, in which a verdict looks for the time of settling."""
 
-_SAMPLED = {word for entry in held_in("section") for word in entry.record} | {"error"}
+_SAMPLED = {word for entry in held_in("section") for word in entry.record}
+_SAMPLED |= {"error", "modulation"}
 _TOUCHED = {word for entry in held_in("touches") for word in entry.record}
 _ALL_EXACT = "method 'exact' discretises nothing of it, method 'rk4' does"
 

@@ -77,6 +77,35 @@ def test_the_section_at_impact_is_that_of_the_orbits(case, tmp_path):
                 assert (codes[count:] == -1).all()
 
 
+@pytest.mark.parametrize("case", [*CASES, "spring and stop"])
+def test_modulation_is_that_of_the_orbits(case, tmp_path):
+    """Notices: the amplitude without omega, periods with one impact or three, the transient."""
+    name, changes, values = CASES.get(case, ("impact-oscillator", {}, (0.9, 2.6)))
+    system = nv.load_system(name, **changes)
+    archive = scanned(tmp_path / "modulation.h5", name, changes, values, ["modulation"])
+    with nv.read(archive) as view:
+        assert ("capture" in view) == (name == "ssbl")
+        for i, value in enumerate(values):
+            orbit = nv.simulate(
+                system.with_(omega=value), PERIODS, transient=TRANSIENT,
+                record=("section", "impacts"),
+            )  # fmt: skip
+            turns = orbit.impacts["touch"] * value / (2 * np.pi)
+            counts = [
+                sum(p <= turn < p + 1 for turn in turns)
+                for p in range(TRANSIENT, TRANSIENT + PERIODS)
+            ]
+            sizes = [float(abs(complex(row[0], row[1] / value))) for row in orbit.section]
+            assert view["amplitude_min"][i, 0] == pytest.approx(min(sizes), rel=1e-14)
+            assert view["amplitude_max"][i, 0] == pytest.approx(max(sizes), rel=1e-14)
+            assert view["two_impacts"][i, 0] == counts.count(2) / PERIODS
+            if name == "ssbl":
+                word = view.flags("capture")[int(view["capture"][i, 0])]
+                rate = sum(counts) / PERIODS
+                known = "sustained_1:1" if rate == 2 else "strongly_modulated"
+                assert word == ("more_impacts" if rate > 2.01 else known if rate else "no_impacts")
+
+
 def test_what_there_is_no_room_for_is_counted(tmp_path):
     """A damper that chatters: its first speeds are kept, all of its impacts are counted."""
     changes = {"law": "restitution", "e": 0.9, "C": 0.0, "c2": 0.0}

@@ -323,3 +323,12 @@ class Course:
             top = largest(span, states @ row, lambda w: w @ row, self.worst)
             self.worst = top
             self.beyond = bool(state(span, 1.0) @ row > 0.0)
+
+
+def follow(model: Model, start: Any, periods: int) -> Course:
+    """Return the course of an orbit from a state (x1, v1[, x2, v2]), one stop a period."""
+    course, at = Course(model), np.asarray(start, float)
+    for n in range(periods):
+        course.period(at, n, 1)
+        at = course.states[-1]
+    return course

@@ -47,19 +47,19 @@ MUTANTS = (
         ),
         (
             "limit: the bend in a contact forgets the wall",
-            "    return bend_of(ps, damper) * scale + most_push(ps) + pushed",
-            "    return bend_of(ps, damper) * scale + most_push(ps)",
+            "    return bend_of(ps, damper) * scale + most_push(ps, phase) + pushed",
+            "    return bend_of(ps, damper) * scale + most_push(ps, phase)",
             _T_CONTACT_LIMIT,
         ),
         (
             "limit: the bend in a contact forgets the forcing",
-            "    return bend_of(ps, damper) * scale + most_push(ps) + pushed",
+            "    return bend_of(ps, damper) * scale + most_push(ps, phase) + pushed",
             "    return bend_of(ps, damper) * scale + pushed",
             _T_CONTACT_LIMIT,
         ),
         (
             "limit: the bend in a contact forgets the motion",
-            "    return bend_of(ps, damper) * scale + most_push(ps) + pushed",
+            "    return bend_of(ps, damper) * scale + most_push(ps, phase) + pushed",
             "    return abs(ps.force) + pushed",
             _T_CONTACT_LIMIT,
         ),

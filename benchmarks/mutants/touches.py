@@ -45,7 +45,7 @@ MUTANTS = (
         ),
         (
             "exact: what the forcing brings about in some cells is not expected",
-            "        ahead = grid.push * grid.h * (last - j)",
+            "        ahead = bound.push * grid.h * (last - j)",
             "        ahead = 0.0",
             _T_FLIGHT + "test_a_touch_that_the_forcing_brings_about_after_some_cells",
         ),

@@ -4,10 +4,6 @@ All scans here record the same of the same scene, so that one compilation serves
 """
 
 import os
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -260,32 +256,6 @@ def test_an_interrupted_consolidation_says_how_to_go_on(tmp_path, monkeypatch):
             scan_run.run(scan, path)
     assert not path.exists()
     assert compute(path, scan, resume=True) == compute(tmp_path / "b.h5", scan)
-
-
-@pytest.mark.kernels
-def test_a_command_that_is_interrupted_from_outside_can_be_resumed(tmp_path):
-    (tmp_path / "scan.toml").write_text(nv.load_scan(LONG).to_toml())
-    command = [sys.executable, "-m", "nlds_vines.bifurcation", "scan.toml"]
-    settings = {"cwd": tmp_path, "env": surroundings(), "text": True, "stderr": subprocess.PIPE}
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, **settings) as running:
-        while not list(tmp_path.glob("scan.h5.parts/block-*.part")):
-            assert running.poll() is None, running.stderr.read()
-            time.sleep(0.01)
-        running.send_signal(signal.SIGINT)
-        _, said = running.communicate()
-    assert running.returncode == 130, said
-    assert "--resume" in said
-    assert "Traceback" not in said
-    assert not (tmp_path / "scan.h5").exists()
-    printed(*command[1:], "--resume", cwd=tmp_path)
-    assert bits(tmp_path / "scan.h5") == compute(tmp_path / "whole.h5", LONG)
-
-
-LONG = document(
-    {"omega": {"start": 6.0, "stop": 7.0, "num": 60}},
-    sampling={"transient": 15_000, "periods": 24},
-)
-"""A scan of some seconds, in several blocks."""
 
 
 SLOW = {"C": -0.06, "omega": 0.1, "K": 3.2e7}

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from laws_with_forces import LAWS
+from contact_laws import LAWS
 from support import Approach, contact_parts, fitted_order, period_map
 
 from nlds_vines import load_system, simulate

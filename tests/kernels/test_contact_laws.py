@@ -1,18 +1,14 @@
-"""Contact laws beside independent solutions: other solvers, closed forms, differences.
-
-`followed` solves the equation of motion from touch to release to touch by DOP853 at 1e-13;
-`piecewise` linear contacts by matrix exponentials. They share no formula with the kernels.
-"""
+"""Contact laws beside independent solutions: the twin of laws, closed forms, differences."""
 
 import math
 
 import numpy as np
 import pytest
-from laws_with_forces import LAWS, STEEP, power
-from scipy.integrate import solve_ivp
-from scipy.linalg import expm
-from scipy.optimize import brentq
+from contact_laws import LAWS, STEEP
+from random_laws import model_of
 from support import BOTH, FULL, period_map
+from twin_of_laws import follow
+from twin_spans import Law, Model, Wall
 
 from nlds_vines import classify, load_system, simulate
 from nlds_vines.kernels import variations
@@ -26,137 +22,40 @@ NOTED = (*BOTH, "energy")  # of each law, whatever a test looks at: one compilat
 every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 
 
-def rates(system, force):
-    """Return the right side of eq. (5) in (x1, v1, r, s); with `force` [N] beyond the wall."""
-    p, gap = system.parameters, system.scene.gap_near(system.parameters)
-
-    def right(t, y, pressed):
-        x1, v1, r, s = y
-        push = force(r - gap, s) if pressed else 0.0
-        own = p["P"] * math.cos(p["omega"] * t) - p["k1"] * x1 - p["c1"] * v1
-        pull = p["k2"] * r + p["c2"] * s + push
-        dv1 = (own - pull) / p["m1"]
-        return [v1, dv1, s, dv1 - pull / p["m2"]]
-
-    return right, gap
-
-
-def at_wall(right, gap, t, near, y, pressed):
-    """Return time and state at the wall, which the motion from y at t meets near an instant."""
-    options = {"method": "DOP853", "args": (pressed,), "rtol": 1e-13, "atol": 1e-17}
-    y = solve_ivp(right, (t, near), y, **options).y[:, -1]
-    late = -(y[2] - gap) / y[3]
-    slope = np.array(right(near, y, pressed))
-    return near + late, y + late * slope
-
-
-def followed(system, law, periods):
-    """Return sections (periods, 4) from rest, and the greatest depths and forces of all impacts."""
-    right, gap = rates(system, law.force)
-
-    def depth(t, y, pressed):
-        return y[2] - gap
-
-    depth.terminal = True
-    y, t, pressed, section, most = np.zeros(4), 0.0, False, [], []
-    reached = np.zeros(2)  # since the touch
-    for n in range(1, periods + 1):
-        while t < n * system.period:
-            depth.direction = -1.0 if pressed else 1.0
-            found = solve_ivp(
-                right, (t, n * system.period), y, "DOP853", events=depth, args=(pressed,),
-                rtol=1e-13, atol=1e-17, max_step=system.period / 40, dense_output=pressed,
-            )  # fmt: skip
-            if pressed:
-                dense = found.sol(np.linspace(t, found.t[-1], 4001))
-                force = [law.force(r - gap, s) for r, s in dense[2:].T]
-                reached = np.maximum(reached, (dense[2].max() - gap, max(force)))
-                if found.status == 1:
-                    most.append(reached)
-                    reached = np.zeros(2)
-            if found.status == 1:  # its place is that of an interpolation
-                t, y = at_wall(right, gap, t, found.t[-1], y, pressed)
-            else:
-                t, y = found.t[-1], found.y[:, -1]
-            pressed = pressed != (found.status == 1)
-        section.append([y[0], y[1], y[0] - y[2] + system.rest, y[1] - y[3]])
-    return np.array(section), np.array(most)
-
-
 @every_law
-def test_as_another_solver_finds_it(law):
+def test_as_the_twin_finds_it(law):
     """Notices: a force, a release or a saltation that is not the law's."""
     system = load_system("ssul-set6", **law.given)
-    section, most = followed(system, law, 20)
+    course = follow(model_of("ssul", system.parameters, law.twin), (0, 0, system.rest, 0), 20)
     orbit = simulate(system, 20, record=NOTED, tolerance=1e-12)
-    scale = np.abs(section).max(0)
-    # the solver's steps do not see where a force begins to be none, nor a power of z at its touch
+    section, scale = np.array(course.states), np.abs(orbit.section).max(0)
     bound = 1e-11 if law in (LAWS["linear"], LAWS["pulling"]) else 1e-10
     np.testing.assert_allclose(orbit.section / scale, section / scale, rtol=0, atol=bound)
-    whole = orbit.impacts[~np.isnan(orbit.impacts["release"])][: len(most)]
-    np.testing.assert_allclose(whole["depth"], most[: len(whole), 0], rtol=1e-6)
-    np.testing.assert_allclose(whole["force"], most[: len(whole), 1], rtol=1e-6)
+    over = ~np.isnan(orbit.impacts["release"])
+    for name in ("depth", "force"):
+        expected = np.array([getattr(hit, name) for hit in course.impacts])
+        np.testing.assert_allclose(orbit.impacts[name][over], expected[over], rtol=1e-9)
 
 
 # ---- linear contacts -----------------------------------------------------------------------------
 
 
-def piecewise(p, periods):
-    """Return the sections of an oscillator with a linear stop, by matrix exponentials.
-
-    The force is max(0, kc z + cc v) for z > 0.
-    """
-    m, k, c, C, kc, cc = (p[name] for name in ("m", "k", "c", "C", "kc", "cc"))
-
-    def flow(k, c, push):  # of (x, v, cos, sin, 1)
-        A = np.zeros((5, 5))
-        A[0, 1], A[1, :3], A[1, 4] = 1, np.array([-k, -c, p["P"]]) / m, push / m
-        A[2, 3], A[3, 2] = -p["omega"], p["omega"]
-        return A
-
-    free, pressed = flow(k, c, 0.0), flow(k + kc, c + cc, kc * C)
-    ends = {
-        "flight": (free, lambda y: y[0] - C),
-        "contact": (pressed, lambda y: -(kc * (y[0] - C) + cc * y[1])),
-        "leaving": (free, lambda y: C - y[0]),
-    }
-    after = {"flight": "contact", "contact": "leaving", "leaving": "flight"}
-    y, mode, found = np.array([0.0, 0.0, 1.0, 0.0, 1.0]), "flight", []
-    for _ in range(periods):
-        left = 2 * math.pi / p["omega"]
-        while left > 0.0:
-            A, end = ends[mode]
-            small = 2e-3 * min(1.0, math.sqrt(k / (k + kc)) * 4)
-            step, t, where = expm(A * small), 0.0, None
-            z = y
-            while t < left:
-                z_next = step @ z
-                if (t > 0.0 or end(z) < -1e-9) and end(z) <= 0.0 < end(z_next):
-                    inside = z
-                    where = t + brentq(
-                        lambda h, A=A, end=end, inside=inside: end(expm(A * h) @ inside),
-                        0.0, small, xtol=1e-16,
-                    )  # fmt: skip
-                    break
-                z, t = z_next, t + small
-            if where is None or where > left:
-                y, left = expm(A * left) @ y, 0.0
-            else:
-                y, left, mode = expm(A * where) @ y, left - where, after[mode]
-                if mode == "leaving" and cc == 0.0:
-                    mode = "flight"
-        y[2:4] = 1.0, 0.0
-        found.append(y[:2])
-    return np.array(found)
+def oscillator(numbers):
+    """Return an oscillator with a linear stop, and the twin's model of it."""
+    m, k, c, P, omega, C, kc, cc = (
+        numbers[name] for name in ("m", "k", "c", "P", "omega", "C", "kc", "cc")
+    )
+    stop = Wall(0, 1.0, C, Law("linear", kc=kc, cc=cc))
+    return System("oscillator", numbers, law="linear"), Model(m, k, c, P, omega, walls=(stop,))
 
 
 @pytest.mark.parametrize("cc", [0.0, 1.5])
-def test_a_linear_stop_in_closed_form(cc):
+def test_a_linear_stop(cc):
     numbers = {"m": 1.0, "k": 1.0, "c": 0.1, "C": 0.5, "P": 0.7, "omega": 1.3, "kc": 40.0, "cc": cc}
-    system = System("oscillator", numbers, law="linear")
-    orbit = simulate(system, 20, record=BOTH)
+    system, model = oscillator(numbers)
+    orbit, course = simulate(system, 20, record=BOTH), follow(model, (0, 0), 20)
     assert len(orbit.impacts) > 10
-    np.testing.assert_allclose(orbit.section, piecewise(numbers, 20), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(orbit.section, course.states, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -200,34 +99,13 @@ def test_an_undamped_damper_at_linear_walls_keeps_all_energy(name, law):
     np.testing.assert_allclose(twice, twice[0], rtol=1e-12)
 
 
-def test_energies_of_a_damper_at_a_linear_wall():
-    """The largest energies beside densely sampled ones."""
-    system = load_system("ssul-set6", law="linear", kc=2e4, cc=50.0)
-    orbit = simulate(system, 4, record=(*NOTED, "trajectory"), samples=20000)
-    p, (x1, v1, x2, v2) = system.parameters, orbit.trajectory.T
-    E1 = (0.5 * (p["m1"] * v1**2 + p["k1"] * x1**2)).max()
-    E2 = (0.5 * (p["m2"] * v2**2 + p["k2"] * (x2 - system.rest) ** 2)).max()
-    assert E1 <= orbit.E1max <= E1 * (1 + 1e-6)
-    assert E2 <= orbit.E2max <= E2 * (1 + 1e-6)
-
-
 def test_a_wall_pushes_again_before_the_mass_is_out():
     """A strong dashpot lets go early; the preload then brings the mass back: another impact."""
     p = {"m": 1.0, "k": 2.5, "c": 0.05, "C": -0.2, "P": 2.4, "omega": 0.6, "kc": 3.8, "cc": 11.0}
-    system = System("oscillator", p, law="linear")
+    system, model = oscillator(p)
     orbit = simulate(system, 6, record=(*BOTH, "trajectory"), samples=4000)
-
-    def right(t, y):
-        z = y[0] - p["C"]
-        push = max(0.0, p["kc"] * z + p["cc"] * y[1]) if z > 0.0 else 0.0
-        return [y[1], p["P"] * math.cos(p["omega"] * t) - p["c"] * y[1] - p["k"] * y[0] - push]
-
-    # rests on the stop at first: it is preloaded
-    found = solve_ivp(
-        right, (0.0, 6 * system.period), [0.0, 0.0], "DOP853", rtol=1e-11, atol=1e-13,
-        max_step=system.period / 4000, t_eval=system.period * np.arange(1, 7),
-    )  # fmt: skip
-    np.testing.assert_allclose(orbit.section, found.y.T, rtol=0, atol=1e-7)
+    course = follow(model, (0, 0), 6)  # it rests on the stop at first: it is preloaded
+    np.testing.assert_allclose(orbit.section, course.states, rtol=0, atol=1e-10)
     places = orbit.trajectory[(orbit.impacts["touch"] / system.period * 4000).astype(int), 0]
     assert (places > p["C"] + 1e-3).any()
 
@@ -293,7 +171,7 @@ def test_a_damped_contact_never_attracts():
     # begun inside the contact, leaving faster than 1 / a
     depth, speed = 0.004, 1.0
     start = (0.0, 0.0, system.rest - 0.05 - depth, speed)
-    _, gap = rates(system, power(1.5, 1e6, 5.0))
+    gap = system.scene.gap_near(system.parameters)
     orbit = simulate(system, 1, start=start, record=(*NOTED, "trajectory"), samples=20000)
     x1, v1, x2, v2 = orbit.trajectory[:300].T
     inside = x1 - x2 + system.rest > gap

@@ -61,13 +61,6 @@ def test_structure_and_force_are_the_same_for_all(name):
     assert {key: p[key] for key in structure} == structure
 
 
-@pytest.mark.parametrize("name", ["none", "tmd", *TABLE_1])
-def test_every_value_of_the_catalogue_has_a_source(name):
-    system = load_system(name)
-    assert system.sources.keys() == system.parameters.keys()
-    assert all(system.sources.values())
-
-
 def test_what_the_paper_does_not_give_is_marked_as_assumed(set6):
     assert set6.assumptions.keys() == {"A", "B", "q1"}
     assert "32504566" in set6.assumptions["A"]

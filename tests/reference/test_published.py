@@ -157,8 +157,6 @@ def test_sets_1_and_2_are_one_curve(curves):
 @pytest.mark.parametrize(
     ("name", "joules"),
     [
-        ("none", 1568.00),
-        ("tmd", 635.107),
         ("ssul-set1", 645),
         ("ssul-set2", 654),
         ("ssul-set3", 85.7),

@@ -12,9 +12,6 @@ from .compiling import jit
 from .deciding import is_a
 from .scene import greatest_push
 
-MAJORANT = 15  # place in a row of a load, after its coefficients: P of a harmonic force that moves
-# nothing less, at the fastest rate of the bodies (`load_cells.majorant_of`)
-
 
 class Moment(NamedTuple):
     """An instant of a load, whose force is sign sum_k w[row + k] (x + t / length)^k a time t later.
@@ -22,8 +19,8 @@ class Moment(NamedTuple):
     That holds within the cell to which the row belongs.
     """
 
-    w: Any  # the table of a grid, a bare row
-    row: int
+    w: Any  # coefficients of cells, a bare row
+    row: int  # place of those of this cell
     degree: int
     x: float  # place in the cell
     length: float  # of the cell [s], negative backward in time
@@ -53,20 +50,32 @@ def rotated(c, d, angle):
 @jit
 def force_there(moment, x):
     """Return the force at a place of the cell, one or four at once."""
-    k = moment.degree
-    force = moment.w[moment.row + k] + 0.0 * x
+    w, row, z = moment.w, moment.row, x * x
+    k = moment.degree - moment.degree % 2
+    even, odd = w[row + k] + 0.0 * x, 0.0 * x
+    if moment.degree % 2 == 1:
+        odd = odd + w[row + moment.degree]
     while k > 0:
-        k -= 1
-        force = force * x + moment.w[moment.row + k]
-    return moment.sign * force
+        k -= 2
+        even = even * z + w[row + k]
+        odd = odd * z + w[row + k + 1]
+    return moment.sign * (even + odd * x)
 
 
 @jit
 def drive_now(phase):
     """Return the force at an instant."""
     if is_a(phase, Moment):
-        return force_there(phase, phase.x)
+        return force_at_place(phase)
     return phase[0]
+
+
+@jit
+def force_at_place(moment):
+    """Return the force of a load at a moment."""
+    if moment.x == 0.0:
+        return moment.sign * moment.w[moment.row]
+    return force_there(moment, moment.x)
 
 
 @jit
@@ -129,8 +138,17 @@ def mirrored(phase, sign):
 
 
 @jit
+def most_in_cell(moment):
+    """Return a bound of the force of a load in the cell."""
+    most = 0.0
+    for k in range(moment.degree + 1):
+        most += abs(moment.w[moment.row + k])
+    return most
+
+
+@jit
 def most_push(ps, phase):
     """Return the largest acceleration [m/s^2] of the structure by force and load."""
     if is_a(phase, Moment):
-        return greatest_push(ps.load, ps.force * phase.w[phase.row + MAJORANT])
+        return greatest_push(ps.load, ps.force * most_in_cell(phase))
     return greatest_push(ps.load, abs(ps.force))

@@ -9,9 +9,9 @@ from .compiling import jit
 from .deciding import is_a
 from .drive import drive_now
 from .flight import bare_grid
-from .load_cells import Loaded, phase_of, polynomial_from, pushed_over
+from .load_cells import Loaded, end_of_cell, phase_of, polynomial_from, pushed_over
 from .observe import LEVEL
-from .once_rounded import after_cell, after_piece
+from .once_rounded import after_piece
 from .peaks import may_set_a_record, note_peaks, record_breakers, work_at
 from .response import tally_cell
 from .scene import greatest_push, scale_of
@@ -192,7 +192,7 @@ def fly(flight, watch, begun, stop, y):
                 filled = fill(grid, phase, now, False)
                 y = after_piece(grid.low, damper, grid.load, grid.table, end, now, phase)
             else:
-                y = after_cell(grid.low, damper, grid.table, j, now)
+                y = end_of_cell(grid, damper, j, now)
             # The first touch, unless the two ends prove that there is none.
             place = end
             clear = x == 0.0 and proves_no_touch(near, far, r, y[2], slack)

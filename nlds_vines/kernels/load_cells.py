@@ -11,20 +11,21 @@ are those of a harmonic force at the rate of the bodies, the `majorant_of` the l
 Cells of one length in a row are a `Stretch`, and have one grid. Behind the table of a grid without
 forcing (`flight`) there stand, from the places in `grid.begun` on,
 
-    powers   ORDER TERMS   the polynomial of a state that a force x^m moves, m = 0, 1, ...
-    rows     ROW (n + 1)   of each cell its f_k [N] and the amplitude of its majorant [N]
+    powers    ORDER TERMS       the polynomial of a state that a force x^m moves, m = 0, 1, ...
+    ends      4 (ORDER + 2)     its value at the end of a cell, and what a constant load adds there
+    weights   4 (ORDER + 1)     of |f_k| in bounds of the force and three of its derivatives
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .compiling import jit
 from .deciding import is_a
-from .drive import MAJORANT, Moment, moved
+from .drive import Moment, moved
 from .elementary import cos_sin_of_turn
 from .flight import (
     CELLS,
@@ -32,6 +33,7 @@ from .flight import (
     DRIVE,
     ORDER,
     PERIOD,
+    STEP,
     TAYLOR,
     TERMS,
     Grid,
@@ -40,34 +42,34 @@ from .flight import (
     grid_with,
     move_on,
     phase_at,
-    place_of_load,
-    room_for_load,
     turned,
 )
-from .fours import four_at, put_four
-from .once_rounded import put_sum, put_sum_of_load
+from .fours import four, four_at, larger_of, largest_of, number_of, put_four
+from .once_rounded import after_cell, put_sum, put_sum_of_load
 from .scene import Structure, accelerations, greatest_push, moved_mass, unloaded
 
-ROW = 16  # numbers of a cell: coefficients, and the majorant
+ROW = ORDER + 1  # numbers of a cell: the coefficients of the force [N]
 SLOWEST = 0.1  # least bound of a rate in units of 1/h: a slower one would tell less of the force
 
 
 class Stretch(NamedTuple):
     """Cells of one length in a row."""
 
-    rows: np.ndarray  # (n, ORDER + 1) coefficients of the force [N]
+    rows: Any  # (ROW n + ROW,) coefficients of the force [N] cell by cell, a bare row
     degree: int  # of the polynomials, the highest
     h: float  # length of a cell [s]
     begin: float  # [s]
 
 
 class Loaded(NamedTuple):
-    """Of a grid under a load, in place of a `flight.Begun`: where in its table is what."""
+    """Of a grid under a load, in place of a `flight.Begun`."""
 
     begin: float  # [s], from which times count
+    rows: Any  # as of the stretch
     degree: int
-    powers: int
-    rows: int
+    powers: int  # this and the next two are places in the table
+    ends: int
+    weights: int
     root: float  # of the mass [kg^0.5] that the force accelerates
     shaking: float  # acceleration [m/s^2] of the ground by 1 N, 0 where it stands still
 
@@ -79,40 +81,44 @@ class Loaded(NamedTuple):
 def grid_over(ps, damper, n, begun):
     """Prepare flight in n cells over what is `begun`: a share of a period, or a stretch."""
     if is_a(begun, Stretch):
-        return grid_under(ps, damper, begun.h, begun)
+        return grid_under(ps, damper, begun.h, n, begun)
     return grid_from(ps, damper, n, begun)
 
 
 @jit
-def grid_under(ps, damper, h, stretch):
-    """Prepare flight by cells of h [s] over the cells of a stretch, if it has any."""
-    n, degree = len(stretch.rows), stretch.degree
-    free = grid_with(ps, damper, h, 1, 0, PERIOD)
-    load = place_of_load(ps.load, CELLS + 6 * n + 6)
-    powers = CELLS + 6 * n + 6 + room_for_load(load)
-    rows = powers + ORDER * TERMS
-    w = np.zeros(rows + ROW * (n + 1))
-    w[:CELLS] = free.table[:CELLS]
-    copy_load(load, free, w)
-    ends = np.zeros(4 * (ORDER + 1))
+def grid_under(ps, damper, h, n, stretch):
+    """Prepare flight by cells of h [s] under a load, n of them in a stretch."""
+    free, degree = grid_with(ps, damper, h, 1, 0, PERIOD), stretch.degree
+    powers = len(free.table)
+    ends = powers + ORDER * TERMS
+    weights = ends + 4 * (ORDER + 2)
+    w = np.zeros(weights + 4 * (ORDER + 1))
+    w[:powers] = free.table
     for m in range(min(degree + 1, ORDER)):
         expand_push(unloaded(ps), damper, h, m, w, powers + m * TERMS)
-        put_sum(w, powers + m * TERMS, ends, 4 * m)
-    constant = np.zeros(4)
-    put_sum_of_load(load, w, constant, 0)
+        put_sum(w, powers + m * TERMS, w, ends + 4 * m)
+    put_sum_of_load(free.load, w, w, ends + 4 * (ORDER + 1))
     rate = max(free.rate, SLOWEST / h)
-    for j in range(n):
-        row = rows + ROW * j
-        forced = four_at(constant, 0)
-        for m in range(degree + 1):
-            f = stretch.rows[j, m]
-            w[row + m] = f
-            forced = forced + four_at(ends, 4 * m) * f
-        put_four(w, CELLS + 6 * j, forced)
-        w[row + MAJORANT] = majorant_of(w, row, degree, rate * h)
-    root = math.sqrt(moved_mass(ps, damper))
-    begun = Loaded(stretch.begin, degree, powers, rows, root, shaking_of(ps))
-    return Grid(n, h, 0.0, rate, free.push, free.bend, w, load, None, begun)
+    fill_weights(w, weights, rate * h)
+    begun = Loaded(
+        stretch.begin, stretch.rows, degree, powers, ends, weights,
+        math.sqrt(moved_mass(ps, damper)), shaking_of(ps),
+    )  # fmt: skip
+    return Grid(n, h, 0.0, rate, free.push, free.bend, w, free.load, None, begun)
+
+
+@jit
+def fill_weights(w, first, turn):
+    """Fill weights of |f_k|, whose sums bound the force and its derivatives over a cell.
+
+    By the place the i-th one is at most the sum of |f_k| k! / (k - i)!, as x is at most 1. It is
+    that of a harmonic force as large by turn^i, whose phase turns so far over the cell.
+    """
+    for k in range(ORDER + 1):
+        weight = 1.0
+        for i in range(4):
+            w[first + 4 * k + i] = weight
+            weight *= (k - i) / turn
 
 
 @jit
@@ -121,15 +127,6 @@ def shaking_of(ps):
     if ps.shaken is None:
         return 0.0
     return ps.force
-
-
-@jit
-def copy_load(load, free, w):
-    """Copy what a constant load does, where there is one, from the table of a grid."""
-    if load is None:
-        return None
-    for i in range(TERMS):
-        w[load + i] = free.table[free.load + i]
 
 
 @jit
@@ -147,25 +144,6 @@ def expand_push(ps, damper, h, power, out, first):
 
 
 @jit
-def majorant_of(w, row, degree, turn):
-    """Return the amplitude of a harmonic force that bounds that of a row and three derivatives.
-
-    turn: its phase over the cell. By the place x the i-th derivative is at most
-    sum_k |f_k| k! / (k - i)!, as x is at most 1.
-    """
-    b0, b1, b2, b3 = abs(w[row]), 0.0, 0.0, 0.0
-    for k in range(1, degree + 1):
-        f = abs(w[row + k])
-        b0 += f
-        f *= k
-        b1 += f
-        f *= k - 1.0
-        b2 += f
-        b3 += f * (k - 2.0)
-    return max(max(b0, b1 / turn), max(b2, b3 / turn) / (turn * turn))
-
-
-@jit
 def pushed_over(ps, grid, j, last):
     """Return (structure, grid) that bound the motion over the cells from j to before `last`.
 
@@ -179,11 +157,14 @@ def pushed_over(ps, grid, j, last):
 @jit
 def under_majorant(ps, grid, j, last):
     """Return a structure and a grid with the forcing of the majorant over some cells."""
-    most = 0.0
+    begun, w, most = grid.begun, grid.table, four(0.0)
     for i in range(j, last):
-        most = max(most, grid.table[grid.begun.rows + ROW * i + MAJORANT])
-    force = ps.force * most
-    push = grid.begun.root * greatest_push(ps.load, force)
+        row, sums = ROW * i, four(0.0)
+        for k in range(begun.degree + 1):
+            sums = sums + four_at(w, begun.weights + 4 * k) * abs(begun.rows[row + k])
+        most = larger_of(most, sums)
+    force = ps.force * largest_of(most)
+    push = begun.root * greatest_push(ps.load, force)
     return (
         Structure(
             ps.m1, ps.k1, ps.stiffness, ps.damping, force, grid.rate, ps.load, ps.shaken
@@ -203,7 +184,7 @@ def phase_of(grid, j, x):
     """Return the instant at place x of cell j: `phase_at`, tabulated at the ends of a cell."""
     if is_a(grid.begun, Loaded):
         begun = grid.begun
-        return Moment(grid.table, begun.rows + ROW * j, begun.degree, x, grid.h, 1.0)
+        return Moment(begun.rows, ROW * j, begun.degree, x, grid.h, 1.0)
     return phase_between(grid, j, x)
 
 
@@ -261,7 +242,33 @@ def end_of_cells(grid, j, stop):
     return stop
 
 
-# ---- the polynomial of a cell --------------------------------------------------------------------
+# ---- a cell --------------------------------------------------------------------
+
+
+@jit
+def end_of_cell(grid, damper, j, y):
+    """Return the state at the end of cell j, at whose beginning it is y."""
+    if is_a(grid.begun, Loaded):
+        return end_under(grid, j, y)
+    return after_cell(grid.low, damper, grid.table, j, y)
+
+
+@jit
+def end_under(grid, j, y):
+    """Return the state at the end of cell j under a load."""
+    w, begun, row = grid.table, grid.begun, ROW * j
+    ends = begun.ends
+    even, odd = four_at(w, ends + 4 * (ORDER + 1)), four(0.0)
+    for m in range(0, begun.degree, 2):
+        even = even + four_at(w, ends + 4 * m) * begun.rows[row + m]
+        odd = odd + four_at(w, ends + 4 * m + 4) * begun.rows[row + m + 1]
+    if begun.degree % 2 == 0:
+        even = even + four_at(w, ends + 4 * begun.degree) * begun.rows[row + begun.degree]
+    free = (four_at(w, STEP) * y[0] + four_at(w, STEP + 4) * y[1]) + (
+        four_at(w, STEP + 8) * y[2] + four_at(w, STEP + 12) * y[3]
+    )
+    y = free + (even + odd)
+    return number_of(y, 0), number_of(y, 1), number_of(y, 2), number_of(y, 3)
 
 
 @jit

@@ -22,7 +22,8 @@ from .cells import (
 from .codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
 from .compiling import jit
 from .flight import ORDER, REACH, rate_of
-from .load_cells import Stretch
+from .fours import bare
+from .load_cells import ROW, Stretch
 from .observe import note_energy
 from .orbit import at_section, bounded, on_ground, run, set_mode
 from .response import begin_tally, note_sums, report, tally_for
@@ -37,7 +38,7 @@ class Load(NamedTuple):
     """A force on the structure, a polynomial in each cell, and jumps of its velocity."""
 
     edges: np.ndarray  # (n + 1,) times [s] of the ends of the cells
-    rows: np.ndarray  # (n, ORDER + 1) coefficients by the place in a cell [N]
+    rows: np.ndarray  # (ROW n + ROW,) coefficients by the place in a cell [N], and a row of zeros
     jumps: np.ndarray  # (n + 1,) [m/s]
     shaken: Any  # True where both bodies are moved: m1 times the ground's acceleration, backward
 
@@ -56,22 +57,22 @@ def structure_moved(load, shaken, cell):
 
 @jit
 def stretch_from(load, first):
-    """Return the cells of one length from `first` on, up to a jump."""
+    """Return the stretch of cells of one length from `first` on, up to a jump, and their number."""
     edges, jumps = load.edges, load.jumps
-    n, last = len(load.rows), first + 1
+    n, last = len(edges) - 1, first + 1
     h, slack = edges[last] - edges[first], ALIKE * (abs(edges[0]) + abs(edges[len(edges) - 1]))
     while last < n and jumps[last] == 0.0:
         if abs(edges[last + 1] - edges[first] - (last + 1 - first) * h) > slack:
             break
         last += 1
-    rows = load.rows[first:last]
     degree = 0
-    for j in range(len(rows)):
+    for j in range(first, last):
         for k in range(ORDER, degree, -1):
-            if rows[j, k] != 0.0:
+            if load.rows[ROW * j + k] != 0.0:
                 degree = k
                 break
-    return Stretch(rows, degree, (edges[last] - edges[first]) / (last - first), edges[first])
+    h = (edges[last] - edges[first]) / (last - first)
+    return Stretch(bare(load.rows[ROW * first :]), degree, h, edges[first]), last - first
 
 
 @jit
@@ -165,9 +166,8 @@ def fly_under(parts, cell, load, state, buffers):
     start_energy(ps, damper, buffers.peak, state)
     begin_tally(tally, state)
     first, status = 0, OK
-    while first < len(load.rows) and status == OK:
-        stretch = stretch_from(load, first)
-        count = len(stretch.rows)
+    while first < len(edges) - 1 and status == OK:
+        stretch, count = stretch_from(load, first)
         prepared = prepared_cell(parts, cell, ps, damper, count, 1, stretch)
         lasting = count * stretch.h
         if too_stiff(prepared.held_near, lasting) or too_stiff(prepared.held_far, lasting):

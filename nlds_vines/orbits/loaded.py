@@ -129,7 +129,7 @@ def fly(
     parts = parts_of("exact", system.scene, settings)._replace(arc=None)
     cell = cell_of(system)
     begin = start_state(system, cell.rest, start)
-    room = 64 + len(found.rows)
+    room = 64 + len(found.edges)
     while True:
         state, buffers = begin.copy(), _buffers(system, record, len(found.edges), room)
         needed = Needed(system.scene.key, "exact", tuple(record))
@@ -163,6 +163,7 @@ def _checked(system: System, load: InCells) -> Load:
             f"cell {int(np.argmax(lengths))} of a load lasts {lengths.max():.3g} s; of this system "
             f"allowed: up to {longest:.3g} s"
         )
+    rows = np.append(rows.ravel(), np.zeros(ORDER + 1))
     return Load(edges, rows, jumps, True if system.scene.damper and load.share == 0.0 else None)
 
 

@@ -163,7 +163,7 @@ def local_grid(ps, damper, begun):
     rate = rate_of(ps, joined(damper))
     if is_a(begun, Stretch):
         h = SHORT / max(rate, SHORT / begun.h)
-        return grid_under(ps, damper, h, Stretch(begun.rows[:0], begun.degree, h, begun.begin))
+        return grid_under(ps, damper, h, 1, begun)
     return grid_with(ps, damper, SHORT / rate, 1, 0, begun)
 
 

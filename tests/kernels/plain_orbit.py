@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import expm
 from support import NOTHING, kernel_cell, linear_flow
 
-from nlds_vines.kernels import contact, linear, orbit
+from nlds_vines.kernels import contact, matrices, orbit
 from nlds_vines.kernels.arguments import CellBuffers, Flight, Span
 from nlds_vines.kernels.cells import multiple_of, run_cell
 from nlds_vines.kernels.codes import (
@@ -176,5 +176,5 @@ def test_the_slowest_of_all_impacts():
 def test_elimination_exchanges_rows_for_a_small_pivot():
     """Without, 1e-20 as pivot would leave no digit of the first unknown."""
     right = np.array([[1.0], [3.0]])
-    assert linear.solve(np.array([[1e-20, 1.0], [1.0, 2.0]]), right)
+    assert matrices.solve(np.array([[1e-20, 1.0], [1.0, 2.0]]), right)
     np.testing.assert_allclose(right, [[1.0], [1.0]], rtol=1e-12)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from random_laws import NUDGE, TOO_SENSITIVE, Case, case_of, compare_impacts
 from twin_of_laws import ChatterError, Course
-from twin_spans import COS, ONE, SIN, V1, V2, Model
+from twin_spans import COS, ONE, SIN, V1, Model
 
 from nlds_vines.orbits.loaded import LOAD, fly, longest_cell
 
@@ -76,7 +76,7 @@ def load_of(case: Case, segments: list[Segment], rng: np.random.Generator) -> Si
         jumps[-1] = one.blow
         ends.append(len(rows))
     return SimpleNamespace(
-        edges=np.array(edges), rows=np.array(rows), jumps=np.array(jumps), ends=ends
+        edges=np.array(edges), rows=np.array(rows), jumps=np.array(jumps), share=1.0, ends=ends
     )
 
 
@@ -157,6 +157,3 @@ def errors_of(i: int, tolerance: float) -> dict[str, float]:
         for column, (name, value) in enumerate(gone.items(), start=LOAD + 1):
             found[name] = abs(flown.work[-1, column] - value) / total / growth
     return found
-
-
-assert V2 == 3

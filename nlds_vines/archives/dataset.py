@@ -60,6 +60,11 @@ class Scale(NamedTuple):
     units: str
     long_name: str
 
+    @classmethod
+    def counted(cls, name: str, count: int, long_name: str, first: int = 0) -> Scale:
+        """Return a dimension whose values are the numbers from `first` on."""
+        return cls(name, np.arange(first, first + count, dtype=np.int32), "1", long_name)
+
 
 @dataclass(frozen=True)
 class Table:

@@ -14,9 +14,10 @@ import numpy as np
 from nlds_vines.archives.archive import Piece, whole
 from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.bifurcation.attractor_record import systems_of
-from nlds_vines.bifurcation.datasets import bodies_of, state_scales
+from nlds_vines.bifurcation.datasets import state_scales
 from nlds_vines.bifurcation.late_attractors import Completed
 from nlds_vines.kernels import evidence_rows as ev
+from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits.evidence import multipliers_of, points_of
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 NUMBER = "number"
 """The dimension that counts attractors."""
+
+_PREFIX = "attractor_"  # of the names of what scans record as well
 
 
 class AttractorTable:
@@ -50,8 +53,10 @@ class AttractorTable:
             scale.name: scale for scale in state_scales(len(self._scan.system.scene.components))
         }
         found |= {scale.name: scale for scale in self._scan.scales()}
-        numbers = np.arange(self._learnt.count, dtype=np.int32)
-        return [*found.values(), Scale(NUMBER, numbers, "1", "number of an attractor")]
+        return [
+            *found.values(),
+            Scale.counted(NUMBER, self._learnt.count, "number of an attractor"),
+        ]
 
     def patched(self, block: Block, arrays: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
         """Return the datasets of a block with the attractors that were found at last."""
@@ -95,11 +100,10 @@ class AttractorTable:
             yield Dataset("attractor_impacts", dims, "int32", "1", text, -1)
         text = "a point of the attractor's section; NaN where it is not periodic"
         yield numbers("attractor_point", ("component",), "m, m/s", text)
-        text = "Floquet multipliers of the attractor"
-        yield numbers("attractor_multipliers", ("multiplier", "part"), "1", text)
-        for i, body in enumerate(bodies_of(self._scan.system.scene), start=1):
-            text = f"largest energy E{i} of the {body} on the attractor"
-            yield numbers(f"attractor_E{i}max", (), "J", text)
+        scene = self._scan.system.scene
+        yield BY_NAME["multipliers"].dataset((*dims, "multiplier", "part"), scene, prefix=_PREFIX)
+        for name in ("E1max", "E2max") if scene.damper else ("E1max",):
+            yield BY_NAME[name].dataset(dims, scene, prefix=_PREFIX)
         text = "share of the cells and starts that are drawn to the attractor"
         yield numbers("attractor_share", (), "1", text)
 

@@ -23,7 +23,7 @@ from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.modulation import FLAGS as CAPTURE
 from nlds_vines.orbits.spectral_records import SpectralRecords
 from nlds_vines.orbits.starts import Start
-from nlds_vines.orbits.status_words import STATUS
+from nlds_vines.orbits.status_words import STATUS_FLAGS
 from nlds_vines.orbits.wants import touches_noted
 
 
@@ -37,17 +37,10 @@ def struck_flags(scene: Scene) -> dict[str, int]:
     return {name.replace(" ", "_"): code for code, name in enumerate(struck(scene))}
 
 
-def bodies_of(scene: Scene) -> tuple[str, ...]:
-    """Return what has an energy, in words."""
-    first = "primary structure" if scene.body == "structure" else scene.body
-    return (first, "damper") if scene.damper else (first,)
-
-
 def state_scales(count: int) -> Iterator[Scale]:
     """Yield the dimensions that count what belongs to a state of so many components."""
-    order = np.arange(1, count + 1, dtype=np.int32)
-    yield Scale("multiplier", order, "1", "Floquet multiplier, the largest modulus first")
-    yield Scale("exponent", order, "1", "Lyapunov exponent, the largest first")
+    yield Scale.counted("multiplier", count, "Floquet multiplier, the largest modulus first", 1)
+    yield Scale.counted("exponent", count, "Lyapunov exponent, the largest first", 1)
     yield Scale("part", np.array(["real", "imaginary"]), "1", "part of a complex number")
 
 
@@ -56,7 +49,7 @@ _FLAGS: Mapping[str, Mapping[str, int]] = {
     "regime": FLAGS,
     "label_kept": KEPT,
     "capture": CAPTURE,
-    "status": {status.meaning: code for code, status in STATUS.items()},
+    "status": STATUS_FLAGS,
 }
 
 
@@ -92,17 +85,14 @@ class ScanContents:
 
     def scales(self) -> tuple[Scale, ...]:
         """Return every dimension that a dataset may have, with its values."""
-        varied = (
-            Scale(axis.name, axis.values, described(axis.name).unit, described(axis.name).meaning)
-            for axis in self.axes
-        )
-        scene, cycles = self.scene, np.arange(1, self.periods + 1, dtype=np.int32)
+        varied = (described(axis.name).scale(axis.values) for axis in self.axes)
+        scene, cycle = self.scene, "sampled forcing period, counted after the transient"
         walls, starts = struck(scene), np.array(self.start.names, dtype=np.str_)
         return (
             *varied,
             Scale("start", starts, "1", "start of the orbit"),
-            Scale("cycle", cycles, "1", "sampled forcing period, counted after the transient"),
-            Scale("impact", np.arange(1, self._touches + 1, dtype=np.int32), "1", _IMPACT),
+            Scale.counted("cycle", self.periods, cycle, 1),
+            Scale.counted("impact", self._touches, _IMPACT, 1),
             Scale("component", np.array(scene.components), "1", "component of the state"),
             *([Scale("wall", np.array(walls), "1", "what is struck")] if walls else []),
             *(state_scales(len(scene.components)) if "evidence" in self.want else ()),
@@ -132,8 +122,7 @@ def dataset_of(entry: Quantity, lanes: tuple[str, ...], scene: Scene) -> Dataset
     """Return the dataset of a recorded quantity; `lanes` are the dimensions of all of a scan."""
     own = tuple(dim for dim in entry.dims if dim != "wall" or struck(scene))
     flags = struck_flags(scene) if entry.name == "impact_wall" else _FLAGS.get(entry.name)
-    words = entry.words_in(scene)
-    return Dataset(entry.name, (*lanes, *own), entry.dtype, entry.unit, words, entry.fill, flags)
+    return entry.dataset((*lanes, *own), scene, flags)
 
 
 def begins_at_sections(view: ArchiveView) -> bool:

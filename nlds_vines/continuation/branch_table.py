@@ -15,6 +15,7 @@ from nlds_vines.continuation.start_orbits import states_of
 from nlds_vines.continuation.track import Track
 from nlds_vines.kernels.elementary import exp
 from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.quantities import BY_NAME
 
 ORIGINS = {"start": 0, "PD": 1, "BP": 2}
 """From where a branch comes: the CF flags of the dataset `origin`."""
@@ -138,7 +139,7 @@ def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
 
     def numbered(name: str, like: str, text: str, first: int = 0) -> Scale:
         count = len(tables[like]) if like else len(components)
-        return Scale(name, np.arange(first, first + count, dtype=np.int32), "1", text)
+        return Scale.counted(name, count, text, first)
 
     return [
         numbered("point", "period", "point of a branch, branch after branch"),
@@ -153,14 +154,18 @@ def scales_of(request: Continuation, tables: Tables) -> list[Scale]:
 
 def datasets_of(request: Continuation) -> list[Dataset]:
     """Return the datasets of an archive of branches."""
-    name, free = request.along.name, PARAMETERS[request.along.name]
+    free, scene = PARAMETERS[request.along.name], request.system.scene
     point, special, branch = ("point",), ("special",), ("branch",)
     pair = ("multiplier", "part")
-    si, energy = "m, m/s", f"largest energy of the {request.system.scene.body}"
-    nan = np.nan
+    si, nan = "m, m/s", np.nan
+
+    def recorded(name: str, *dims: str, prefix: str = "") -> Dataset:
+        """Return what scans record as well."""
+        return BY_NAME[name].dataset(dims, scene, prefix=prefix)
+
     return [
         Dataset("branch_of_point", point, "int32", "1", "branch that a point belongs to", 0),
-        Dataset(name, point, "float64", free.unit, free.meaning, nan),
+        free.dataset(point),
         Dataset("state", (*point, "component"), "float64", si, "orbit at the first of them", nan),
         Dataset("section", ("row", "component"), "float64", si, "orbits at phase zero", nan),
         Dataset("period", point, "int32", "1", "n of nT", 0),
@@ -170,31 +175,31 @@ def datasets_of(request: Continuation) -> list[Dataset]:
         Dataset(
             "stable", point, "int8", "1", "whether all multipliers lie inside", 0, STABLE_FLAGS
         ),
-        Dataset("multipliers", (*point, *pair), "float64", "1", "Floquet multipliers", nan),
+        recorded("multipliers", *point, *pair),
         Dataset("residual", point, "float64", "1", "what does not close, relative", nan),
         Dataset(
             "determinant_error", point, "float64", "1", "product of multipliers, relative", nan
         ),
-        Dataset("E1max", point, "float64", "J", energy, nan),
-        Dataset("E2max", point, "float64", "J", "largest energy of the damper", nan),
-        Dataset("clearance", point, "float64", "m", "nearest miss", np.inf),
-        Dataset("softest_impact", point, "float64", "m/s", "smallest approach speed", np.inf),
+        recorded("E1max", *point),
+        recorded("E2max", *point),
+        recorded("clearance", *point),
+        recorded("softest_impact", *point),
         Dataset("fastest_impact", point, "float64", "m/s", "largest approach speed", 0.0),
         Dataset("largest_force", point, "float64", "N", "largest contact force", 0.0),
         Dataset("special_branch", special, "int32", "1", "branch that it lies on", 0),
         Dataset("kind", special, "int8", "1", "kind of special point", 0, KIND_FLAGS),
-        Dataset(f"special_{name}", special, "float64", free.unit, free.meaning, nan),
+        free.dataset(special, "special_"),
         Dataset("special_state", (*special, "component"), "float64", si, "orbit there", nan),
         Dataset("special_index", special, "int32", "1", "point of its branch before it", 0),
         Dataset("special_period", special, "int32", "1", "n of nT", 0),
-        Dataset("special_E1max", special, "float64", "J", energy, nan),
+        recorded("E1max", *special, prefix="special_"),
         Dataset("before", special, "str", "1", "label before it along the branch", ""),
         Dataset("after", special, "str", "1", "label after it along the branch", ""),
         Dataset("wall", special, "str", "1", "wall of a grazing impact", ""),
         Dataset("special_residual", special, "float64", "1", "test function there, relative", nan),
         Dataset("special_defect", special, "float64", "1", "what does not close, relative", nan),
         Dataset("bracket", special, "float64", free.unit, "width of the last bracket", nan),
-        Dataset("special_multipliers", (*special, *pair), "float64", "1", "multipliers there", nan),
+        recorded("multipliers", *special, *pair, prefix="special_"),
         Dataset("status", branch, "int8", "1", "whether a branch is complete", 0, STATUS_FLAGS),
         Dataset("origin", branch, "int8", "1", "where it comes from", 0, ORIGINS),
         Dataset("parent", branch, "int32", "1", "branch that it leaves, -1: none", -1),

@@ -145,10 +145,7 @@ def curve_scales(tables: Mapping[str, np.ndarray]) -> list[Scale]:
         "curve": ("curve_kind", "curve of special points"),
         "meeting_point": ("meeting", "point where two kinds meet"),
     }
-    return [
-        Scale(name, np.arange(len(tables[like]), dtype=np.int32), "1", text)
-        for name, (like, text) in texts.items()
-    ]
+    return [Scale.counted(name, len(tables[like]), text) for name, (like, text) in texts.items()]
 
 
 def curve_datasets(request: Continuation) -> Iterator[Dataset]:
@@ -156,9 +153,8 @@ def curve_datasets(request: Continuation) -> Iterator[Dataset]:
     point, curve, meeting, nan = ("curve_point",), ("curve",), ("meeting_point",), np.nan
     yield Dataset("curve_of_point", point, "int32", "1", "curve that a point belongs to", 0)
     for name in _names(request):
-        unit, text = PARAMETERS[name].unit, PARAMETERS[name].meaning
-        yield Dataset(f"curve_{name}", point, "float64", unit, text, nan)
-        yield Dataset(f"meeting_{name}", meeting, "float64", unit, text, nan)
+        yield PARAMETERS[name].dataset(point, "curve_")
+        yield PARAMETERS[name].dataset(meeting, "meeting_")
     dims = (*point, "component")
     yield Dataset("curve_state", dims, "float64", "m, m/s", "orbit at phase zero", nan)
     pair = (*point, "multiplier", "part")

@@ -7,6 +7,7 @@ from math import inf
 
 import numpy as np
 
+from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.errors import RequestError
 
 
@@ -30,6 +31,14 @@ class Parameter:
     low: float = -inf
     high: float = inf
     above: bool = False
+
+    def dataset(self, dims: tuple[str, ...], prefix: str = "") -> Dataset:
+        """Return the dataset of its values; before its name stands `prefix`."""
+        return Dataset(f"{prefix}{self.name}", dims, "float64", self.unit, self.meaning, np.nan)
+
+    def scale(self, values: np.ndarray, prefix: str = "") -> Scale:
+        """Return the dimension along which it has these values."""
+        return Scale(f"{prefix}{self.name}", values, self.unit, self.meaning)
 
     @property
     def allowed(self) -> str:

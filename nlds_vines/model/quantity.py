@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from nlds_vines.archives.dataset import Dataset
 from nlds_vines.model.scenes import Scene
 
 STRUCTURE = "structure"
@@ -84,6 +85,17 @@ class Quantity:
         if self.of is not None:
             return self.of(held)
         return held if self.column is None else held[..., self.column]
+
+    def dataset(
+        self,
+        dims: tuple[str, ...],
+        scene: Scene,
+        flags: Mapping[str, int] | None = None,
+        prefix: str = "",
+    ) -> Dataset:
+        """Return its dataset over all of `dims`; before its name stands `prefix`."""
+        name, words = f"{prefix}{self.name}", self.words_in(scene)
+        return Dataset(name, dims, self.dtype, self.unit, words, self.fill, flags)
 
     def words_in(self, scene: Scene) -> str:
         """Return its meaning in a scene."""

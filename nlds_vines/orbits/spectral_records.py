@@ -104,7 +104,7 @@ class SpectralRecords:
             yield Scale("frequency", self.order, "1", text)
         if "lines" in self.want:
             text = "number m of the line at m / n of the frequency of the force, n of `line_period`"
-            yield Scale("line", np.arange(1, LINES + 1, dtype=np.int32), "1", text)
+            yield Scale.counted("line", LINES, text, 1)
 
     def in_units(self, dataset: Dataset) -> Dataset:
         """Return a dataset with the units of the signals, where its own are these."""

@@ -41,7 +41,10 @@ STATUS: Mapping[int, Status] = {
         "too_stiff", "Raise omega, masses or the steps of rk4, or lower stiffness or damping."
     ),
 }
-"""Status of a lane by code: the CF flags of the dataset `status`. New codes need no other place."""
+"""Status of a lane by code. New codes need no other place."""
+
+STATUS_FLAGS = {status.meaning: code for code, status in STATUS.items()}
+"""The CF flags of the dataset `status`."""
 
 
 def failures_in(status: np.ndarray) -> Counter[int]:

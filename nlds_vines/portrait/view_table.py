@@ -21,7 +21,7 @@ from nlds_vines.errors import RequestError
 from nlds_vines.orbits.impact_rows import IMPACT, Violation
 from nlds_vines.orbits.signals import SIGNALS, signals_of
 from nlds_vines.orbits.spectrum import Spectrum
-from nlds_vines.orbits.status_words import OK, STATUS
+from nlds_vines.orbits.status_words import OK, STATUS_FLAGS
 from nlds_vines.portrait.request import PortraitRequest
 from nlds_vines.portrait.window_view import View
 
@@ -72,21 +72,22 @@ def contents(
     time = np.concatenate([view.time for view in views])
     bins = sum(view.spectrum.order.size for view in views)
     scales = [
-        _numbered("row", len(rows), "column of the page"),
-        _numbered("state", time.size, "number of the state"),
-        _numbered("section_point", sum(map(len, periods)), "number of the point of a section"),
+        Scale.counted("row", len(rows), "column of the page", 1),
+        Scale.counted("state", time.size, "number of the state", 1),
+        Scale.counted(
+            "section_point", sum(map(len, periods)), "number of the point of a section", 1
+        ),
         Scale("component", np.array(components, dtype=object), "1", "component of the state"),
-        _numbered("bin", bins, "number of the bin of a spectrum"),
+        Scale.counted("bin", bins, "number of the bin of a spectrum", 1),
     ]
     if impacts.size:
-        scales.append(_numbered("impact", impacts.size, "number of the impact"))
+        scales.append(Scale.counted("impact", impacts.size, "number of the impact", 1))
     spectrum, unit = f"of {request.signal}, {request.taper} window", SIGNALS[request.signal].unit
     plane = ("section_point", "component")
-    flags = {status.meaning: code for code, status in STATUS.items()}
     found = [
         *((entry, table_of([entry], rows)[entry.name]) for entry in columns(_Row)),
         (
-            Dataset("status", ("row",), "int8", "1", "how the orbit ended", OK, flags),
+            Dataset("status", ("row",), "int8", "1", "how the orbit ended", OK, STATUS_FLAGS),
             np.full(len(rows), OK),  # of any other there is no portrait
         ),
         (_dataset("time", "state", "s", "time since the orbit began"), time),
@@ -206,10 +207,6 @@ def _of_impact(name: str) -> str:
 
 def _dataset(name: str, dim: str, units: str, long_name: str) -> Dataset:
     return Dataset(name, (dim,), "float64", units, long_name, np.nan)
-
-
-def _numbered(name: str, count: int, long_name: str) -> Scale:
-    return Scale(name, np.arange(1, count + 1), "1", long_name)
 
 
 def _joined(views: Sequence[View], name: str) -> np.ndarray:

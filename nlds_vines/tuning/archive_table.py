@@ -8,7 +8,7 @@ import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.model.parameters import PARAMETERS
-from nlds_vines.orbits.status_words import STATUS
+from nlds_vines.orbits.status_words import STATUS_FLAGS
 from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.optima import perturbations
 from nlds_vines.tuning.request import Tuning
@@ -38,23 +38,20 @@ class Findings:
 
 def scales(tuning: Tuning, found: Findings) -> list[Scale]:
     """Return the dimensions of the archive."""
-
-    def numbered(name: str, count: int, text: str) -> Scale:
-        return Scale(name, np.arange(count, dtype=np.int32), "1", text)
-
     names = np.array(perturbations(tuning), dtype=np.str_)
     seeds = np.array(tuning.search.all_seeds, dtype=np.int64)
     dims = [
-        numbered("evaluation", len(found.columns["objective"]), "evaluation, in order"),
-        numbered("case", tuning.case_count, "frequency and parameters a design is judged under"),
+        Scale.counted("evaluation", len(found.columns["objective"]), "evaluation, in order"),
+        Scale.counted(
+            "case", tuning.case_count, "frequency and parameters a design is judged under"
+        ),
         Scale("search", seeds, "1", "seed of a search"),
-        numbered("optimum", len(found.optima), "near-equal optimum, the best first"),
+        Scale.counted("optimum", len(found.optima), "near-equal optimum, the best first"),
         Scale("perturbation", names, "1", "what disturbs an optimum"),
     ]
     if tuning.surface is not None and found.surface is not None:
         for name, values in zip(tuning.surface.parameters, found.surface, strict=False):
-            unit, text = PARAMETERS[name].unit, PARAMETERS[name].meaning
-            dims.append(Scale(f"surface_{name}", values, unit, text))
+            dims.append(PARAMETERS[name].scale(values, "surface_"))
     return dims
 
 
@@ -72,9 +69,8 @@ def contents(tuning: Tuning, found: Findings) -> list[Content]:
 def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
     """Return the log, one dataset for each column."""
     least = f"largest {tuning.search.objective} of all cases"
-    statuses = {status.meaning: code for code, status in STATUS.items()}
     dims, columns = ("evaluation",), found.columns
-    table = [_parameter(name, dims) for name in tuning.names]
+    table = [PARAMETERS[name].dataset(dims) for name in tuning.names]
     table += [
         Dataset("detuning", dims, "float64", "1", "factor on every omega", np.nan),
         Dataset("random_start", dims, "int32", "1", "random start; 0: from rest", 0),
@@ -84,7 +80,7 @@ def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
         Dataset("worst_case", dims, "int32", "1", "number of that case", 0),
         Dataset("stage", dims, "int8", "1", "part of the search", 0, STAGES),
         Dataset("seed", dims, "int64", "1", "seed of the search", 0),
-        Dataset("status", dims, "int8", "1", "how its worst orbit ended", 0, statuses),
+        Dataset("status", dims, "int8", "1", "how its worst orbit ended", 0, STATUS_FLAGS),
     ]
     return [(entry, columns[entry.name]) for entry in table]
 
@@ -92,7 +88,8 @@ def _evaluations(tuning: Tuning, found: Findings) -> list[Content]:
 def _cases(tuning: Tuning) -> list[Content]:
     """Return the cases: omega, and the other parameters that take several values."""
     return [
-        (_parameter(name, ("case",), "case_"), values) for name, values in tuning.cases().items()
+        (PARAMETERS[name].dataset(("case",), "case_"), values)
+        for name, values in tuning.cases().items()
     ]
 
 
@@ -105,7 +102,9 @@ def _optima(tuning: Tuning, found: Findings) -> list[Content]:
     both = (*dims, "perturbation")
     firm = Dataset("robustness", both, "float64", unit, f"{least} under a perturbation", np.inf)
     seeds = Dataset("search_best", ("search",), "float64", unit, "best objective found", np.inf)
-    designs = [(_parameter(name, dims, "optimum_"), columns[name][rows]) for name in tuning.names]
+    designs = [
+        (PARAMETERS[name].dataset(dims, "optimum_"), columns[name][rows]) for name in tuning.names
+    ]
     return [
         *designs,
         (value, columns["objective"][rows]),
@@ -122,8 +121,3 @@ def _surface(tuning: Tuning, found: Findings) -> list[Content]:
     dims = tuple(f"surface_{name}" for name in tuning.surface.parameters)
     text = "objective over two parameters, the others as in the best optimum"
     return [(Dataset("surface", dims, "float64", tuning.unit, text, np.inf), found.surface[2])]
-
-
-def _parameter(name: str, dims: tuple[str, ...], prefix: str = "") -> Dataset:
-    entry = PARAMETERS[name]
-    return Dataset(f"{prefix}{name}", dims, "float64", entry.unit, entry.meaning, np.nan)

@@ -6,7 +6,7 @@ In reading order:
     request_file       a scan file (TOML) read into a `Scan`
     datasets           the datasets of a scan's archive
     initial_states     where orbits begin that are not drawn
-    attractor_record   the attractors that cells are followed to
+    attractors/        to which attractor each orbit comes
     late_attractors    the attractors that the sample has missed
     attractor_table    these as datasets of the archive
     blocks             the rectangles of cells that are computed and stored as one

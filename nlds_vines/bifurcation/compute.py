@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset
-from nlds_vines.bifurcation.attractor_record import Attracted
+from nlds_vines.bifurcation.attractors.attractor_record import Attracted
 from nlds_vines.bifurcation.cell_start import STEP, own_states
 from nlds_vines.kernels.arguments import Span
 from nlds_vines.model.linear_response import energy_alone

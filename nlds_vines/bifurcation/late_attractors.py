@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nlds_vines.bifurcation.attractors.attractor_learning import NOT_PERIODIC, Learnt
 from nlds_vines.bifurcation.compute import Computer
-from nlds_vines.orbits.attractor_learning import NOT_PERIODIC, Learnt
 from nlds_vines.orbits.coexistence import finals
 from nlds_vines.orbits.labels import PERIODIC
 from nlds_vines.orbits.status_words import OK

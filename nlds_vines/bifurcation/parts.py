@@ -20,14 +20,14 @@ import numpy as np
 from nlds_vines.archives import archive, durable
 from nlds_vines.archives.provenance import Value, attributes
 from nlds_vines.archives.toml import parse_toml
-from nlds_vines.bifurcation.attractor_record import Attracted
 from nlds_vines.bifurcation.attractor_table import AttractorTable
+from nlds_vines.bifurcation.attractors.attractor_learning import Learnt
+from nlds_vines.bifurcation.attractors.attractor_record import Attracted
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.late_attractors import completed
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.orbits.attractor_learning import Learnt
 from nlds_vines.orbits.wants import ATTRACTOR
 from nlds_vines.runs.folder import RunFolder, folder_of
 from nlds_vines.runs.manifest import NAME, Manifest, refuse_unless_scan

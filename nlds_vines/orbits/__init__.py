@@ -20,10 +20,6 @@ In reading order:
     simulation       `nv.simulate`
     loaded           an orbit under a load in time
     classification   `nv.classify`
-    attractors       closed stable orbits, and the region from which orbits certainly come to one
-    attractor_learning   the attractors of systems along a parameter, each with its number
-    attractor_additions   those that the sample has missed
-    basin_measures   shares, basin entropies, uncertainty exponent of a plane
     coexistence      which regimes the starts of a cell reach
     signals          forces, energies, relative displacement
     tapers           window functions of spectra

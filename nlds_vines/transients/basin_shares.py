@@ -17,7 +17,8 @@ from nlds_vines.bifurcation.datasets import begins_at_sections
 from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError, number, typed, unknown
 from nlds_vines.model.parameters import INITIAL, component_of, described
-from nlds_vines.orbits.basin_measures import (
+from nlds_vines.orbits.wants import ATTRACTOR
+from nlds_vines.transients.basin_measures import (
     BOX,
     FRACTAL,
     BasinEntropy,
@@ -25,7 +26,6 @@ from nlds_vines.orbits.basin_measures import (
     basin_entropy,
     uncertainty_exponent,
 )
-from nlds_vines.orbits.wants import ATTRACTOR
 from nlds_vines.transients.survival import LEVEL, share_interval
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def basin_measures(
 
     Shares have intervals where starts were drawn at random.  A plane of two initial conditions has
     basin entropies (Daza et al. 2016) and an uncertainty exponent (McDonald et al. 1985), see
-    `orbits.basin_measures`.  Raises `RequestError` where the archive holds no attractors.
+    `transients.basin_measures`.  Raises `RequestError` where the archive holds no attractors.
     """
     if isinstance(archive, str | os.PathLike):
         from nlds_vines.archives.archive import read

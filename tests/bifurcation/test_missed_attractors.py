@@ -6,7 +6,7 @@ from planes import ALONG, PLANE
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
-from nlds_vines.bifurcation import attractor_record
+from nlds_vines.bifurcation.attractors import attractor_record
 from nlds_vines.upkeep.diff import compare
 
 pytestmark = pytest.mark.kernels

@@ -13,12 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nlds_vines.kernels import evidence_rows as ev
-from nlds_vines.kernels.arguments import Parts
-from nlds_vines.kernels.basins import Known
-from nlds_vines.kernels.codes import OK
-from nlds_vines.model.scenes import Scene
-from nlds_vines.orbits.attractors import (
+from nlds_vines.bifurcation.attractors.known_attractors import (
     SAME,
     Attractor,
     attractors_in,
@@ -26,6 +21,11 @@ from nlds_vines.orbits.attractors import (
     is_periodic,
     known_of,
 )
+from nlds_vines.kernels import evidence_rows as ev
+from nlds_vines.kernels.arguments import Parts
+from nlds_vines.kernels.basins import Known
+from nlds_vines.kernels.codes import OK
+from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.coexistence import finals
 from nlds_vines.orbits.evidence import labels_from

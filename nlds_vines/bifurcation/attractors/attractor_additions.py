@@ -11,9 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nlds_vines.kernels import evidence_rows as ev
-from nlds_vines.kernels.codes import OK
-from nlds_vines.orbits.attractor_learning import (
+from nlds_vines.bifurcation.attractors.attractor_learning import (
     Found,
     Judge,
     Learnt,
@@ -24,7 +22,7 @@ from nlds_vines.orbits.attractor_learning import (
     numbered,
     seeds_of,
 )
-from nlds_vines.orbits.attractors import (
+from nlds_vines.bifurcation.attractors.known_attractors import (
     SAME,
     Attractor,
     attractors_in,
@@ -32,6 +30,8 @@ from nlds_vines.orbits.attractors import (
     is_periodic,
     known_of,
 )
+from nlds_vines.kernels import evidence_rows as ev
+from nlds_vines.kernels.codes import OK
 
 
 class Left(NamedTuple):

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 from .compiling import jit
 from .deciding import is_a
+from .fours import four_of, number_of
 from .laws.law import fill_constants, force_of, pushed_by_constants, stiffness_of
 from .scene import Ground, accelerations, near_constants
 
@@ -160,6 +161,39 @@ def drive_contact(side, tangent, motion, drive, slopes, weight, out):
 
 
 # ---- at a wall -----------------------------------------------------------------------------------
+
+
+@jit
+def columns_of(tangent):
+    """Return x1, v1, r and s of four variations, a four of each."""
+    return (
+        four_of(tangent[0], tangent[4], tangent[8], tangent[12]),
+        four_of(tangent[1], tangent[5], tangent[9], tangent[13]),
+        four_of(tangent[2], tangent[6], tangent[10], tangent[14]),
+        four_of(tangent[3], tangent[7], tangent[11], tangent[15]),
+    )
+
+
+@jit
+def put_columns(tangent, columns):
+    """Write x1, v1, r and s, a four of each, into four variations."""
+    x1, v1, r, s = columns
+    for k in range(4):
+        tangent[4 * k], tangent[4 * k + 1] = number_of(x1, k), number_of(v1, k)
+        tangent[4 * k + 2], tangent[4 * k + 3] = number_of(r, k), number_of(s, k)
+
+
+@jit
+def carried(columns, field, late):
+    """Return variations, a four of each of x1, v1, r and s, `late` [s] further along the orbit.
+
+    field: how fast the orbit's x1, v1, r and s change; late: a four, of each variation its own.
+    This is the rule at a wall: a variation meets it later by t0 = -r / s. It is carried there by
+    the motion before; what changes at once, changes; the motion after carries it back by t0.
+    """
+    x1, v1, r, s = columns
+    a, b, c, d = field
+    return x1 + a * late, v1 + b * late, r + c * late, s + d * late
 
 
 @jit

@@ -9,7 +9,6 @@ other: it errs by the step's own error, and is found by the searches of the exac
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,11 +28,9 @@ from .flight import (
     turned,
 )
 from .observe import opposite
-from .peaks import note_energies
-from .response import tally_cell
+from .response import note_piece
 from .roots import guarded, narrowed, secant
 from .scene import accelerations, joined
-from .touch import note_limit
 
 
 class FixedGrid(NamedTuple):
@@ -205,8 +202,7 @@ def may_touch(sign, wall, y, z):
 def fly_fixed(flight, watch, begun, stop, y):
     """Fly from `begun` = (step j, place x in it) to the next touch or `stop`, as `exact.fly`."""
     ps, damper, near, far = flight.ps, flight.damper, flight.near, flight.far
-    limit_log, energy, clearance = watch.limit_log, watch.energy, watch.clearance
-    tally = watch.tally
+    clearance = watch.clearance
     grid, (j, x) = flight.grid, begun
     while j < stop:
         length, event = 1.0 - x, SECTION
@@ -225,16 +221,11 @@ def fly_fixed(flight, watch, begun, stop, y):
             z = within(step, length)
         step = FlightStep(ps, damper, grid, j, x, length, y, z)
         # Note what it has shown.
-        if energy is not None or limit_log is not None or tally is not None:
+        if watch.energy is not None or watch.limit_log is not None or watch.tally is not None:
             c, d = phase_in_step(grid, j, x)
             begin = y[0], y[1], y[2], y[3], c, d
             expand(ps, damper, grid.h, begin, grid.table, int(COEF))
-            if energy is not None:
-                note_energies(ps, damper, energy, grid, length)
-            if limit_log is not None:
-                note_limit(grid.table, limit_log, j + x, grid.h, length, math.inf, math.inf)
-            if tally is not None:
-                tally_cell(tally, grid, (c, d), length)
+            note_piece(ps, damper, watch, grid, (c, d), j + x, length)
         # (a step that ends at a wall may have turned back before the other)
         if clearance is not None and (event == SECTION or (event == TOUCH_NEAR) == (y[3] < 0.0)):
             note_miss(step, near, far, clearance)

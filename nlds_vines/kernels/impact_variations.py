@@ -32,7 +32,8 @@ import math
 
 from .compiling import jit
 from .drive import cos_sin, rotated
-from .fours import bare, four, four_at, four_of, larger_of, largest_of, number_of, put_four
+from .driven import carried, columns_of, put_columns
+from .fours import bare, four, four_at, larger_of, largest_of, put_four
 from .impact import (
     AT_CURVATURE,
     AT_DRAG,
@@ -366,25 +367,6 @@ def at_release(nodes, start, took, weight):
 
 
 @jit
-def columns_of(tangent):
-    """Return x1, v1, r and s of four variations, a four of each."""
-    return (
-        four_of(tangent[0], tangent[4], tangent[8], tangent[12]),
-        four_of(tangent[1], tangent[5], tangent[9], tangent[13]),
-        four_of(tangent[2], tangent[6], tangent[10], tangent[14]),
-        four_of(tangent[3], tangent[7], tangent[11], tangent[15]),
-    )
-
-
-@jit
-def put_columns(tangent, x1, v1, r, s):
-    """Write x1, v1, r and s, a four of each, into four variations."""
-    for k in range(4):
-        tangent[4 * k], tangent[4 * k + 1] = number_of(x1, k), number_of(v1, k)
-        tangent[4 * k + 2], tangent[4 * k + 3] = number_of(r, k), number_of(s, k)
-
-
-@jit
 def solve_variations(side, nodes, approach, took, tangent):
     """Solve for b and e of four variations `tangent` (16,) at the nodes of an arc or its half.
 
@@ -400,8 +382,8 @@ def solve_variations(side, nodes, approach, took, tangent):
     x, v, r, speed = columns_of(tangent)
     late = (-1.0 / s) * r
     size = larger_of(larger_of(four(TINIEST), rate * r), v)
-    x, speed = x + v1 * late, speed + ds * late
-    v = v + dv * late - share * speed
+    x, v, _, speed = carried((x, v, r, speed), (v1, dv, s, ds), late)
+    v = v - share * speed
     size = larger_of(larger_of(larger_of(size, speed), v), rate * x)
     # Their guess and the sweeps.
     faster = (1.0 / s) * speed
@@ -443,4 +425,4 @@ def vary(side, phase, before, after, tangent):
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
     back = start[0] + t
     v = v + damper.share * speed
-    put_columns(tangent, x - v1 * back, v - dv * back, (-s) * back, speed - ds * back)
+    put_columns(tangent, carried((x, v, four(0.0), speed), (v1, dv, s, ds), 0.0 - back))

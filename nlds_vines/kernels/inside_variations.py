@@ -16,9 +16,10 @@ import numpy as np
 from . import runge_kutta as rk
 from .compiling import jit
 from .drive import rotated
+from .driven import carried, put_columns
 from .fours import bare, four, four_at, put_four
 from .impact import MATRIX, WEIGHT, B, Nodes, short_impact
-from .impact_variations import TO_PLACE, at_release, put_columns, solve_variations, vary
+from .impact_variations import TO_PLACE, at_release, solve_variations, vary
 from .inside import WEIGHED, backward, half_impact, read_ahead
 from .matrices import solve
 from .scene import accelerations
@@ -67,7 +68,7 @@ def vary_to(side, phase, state, time, tangent):
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap + q * q, s, c, force)
     back = start[0] + t
     x, v = x + damper.share * z, v + damper.share * speed
-    put_columns(tangent, x - v1 * back, v - dv * back, z - s * back, speed - ds * back)
+    put_columns(tangent, carried((x, v, z, speed), (v1, dv, s, ds), 0.0 - back))
 
 
 @jit

@@ -26,7 +26,7 @@ from .drive import Moment
 from .flight import COEF, DRIVE, FACTOR, ORDER, at
 from .fours import bare, four, four_at, larger_of, number_of
 from .load_cells import drive_term
-from .peaks import factor_at, note_roots
+from .peaks import factor_at, note_energies, note_roots
 from .response_sums import (
     A2,
     BEGIN,
@@ -56,6 +56,7 @@ from .response_sums import (
     raise_to,
 )
 from .scene import joined
+from .touch import note_limit
 
 # Gauss points of [0, 1] and their weights: the error of a cell is 6!^4 / (13 12!^3) f^(12)
 POINTS = (
@@ -208,6 +209,20 @@ def tally_cell(tally, grid, phase, end):
         row[CX] += dt * cosine * beside(phase, x1, s)
     raise_state(tally, grid, at(w, 0.0), at(w, end), end)
     tally_foot(tally.foot, tally, grid, phase, end)
+
+
+@jit
+def note_piece(ps, damper, watch, grid, phase, begin, end):
+    """Note all that is watched of [0, end] of the expanded cell: energies, a limit, a response.
+
+    phase: the instant of its start; begin: cells from where the log of the limit counts to there.
+    """
+    if watch.energy is not None:
+        note_energies(ps, damper, watch.energy, grid, end)
+    if watch.limit_log is not None:
+        note_limit(grid.table, watch.limit_log, begin, grid.h, end, math.inf, math.inf)
+    if watch.tally is not None:
+        tally_cell(watch.tally, grid, phase, end)
 
 
 # ---- begun and ended -----------------------------------------------------------------------------

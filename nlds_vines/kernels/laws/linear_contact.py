@@ -22,7 +22,15 @@ from .. import runge_kutta as rk
 from ..codes import CLEARED, EXHAUSTED, RELEASED, RETURNED, STOPPED
 from ..compiling import jit
 from ..deciding import is_a
-from ..driven import GAP, constants_of, rows_of, seen_from_wall, wall_at
+from ..driven import (
+    GAP,
+    columns_of,
+    constants_of,
+    put_columns,
+    rows_of,
+    seen_from_wall,
+    wall_at,
+)
 from ..driven_flight import Linear, carry
 from ..flight import (
     COEF,
@@ -36,15 +44,14 @@ from ..flight import (
     grid_with,
     rate_of,
 )
-from ..impact_variations import columns_of, put_columns
 from ..load_cells import Stretch, grid_under, phase_during, polynomial_from
 from ..observe import note_depth, note_force
 from ..once_rounded import after_piece, after_whole, rounded_once
-from ..peaks import factor_at, note_energies, root
-from ..response import bend_in_rows, raise_within, tally_cell
+from ..peaks import factor_at, root
+from ..response import bend_in_rows, note_piece, raise_within
 from ..response_sums import LOSS, OF_FORCE, S2, place_of
 from ..scene import Damper, Ground, Structure, joined, mirrored_load
-from ..touch import LOST, R, first_touch, note_limit, tightened
+from ..touch import LOST, R, first_touch, tightened
 
 MOST_CELLS = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
 
@@ -257,7 +264,7 @@ def jump(wall, damper, tangent, way):
     """Move variations on where the force jumps by cc s: `way` 1 at touch, -1 at release."""
     x, v, r, u = columns_of(tangent)
     late = (way * wall.cc) * r
-    put_columns(tangent, x, v - damper.inv_m1 * late, r, u - damper.inv_mu * late)
+    put_columns(tangent, (x, v - damper.inv_m1 * late, r, u - damper.inv_mu * late))
 
 
 @jit
@@ -278,9 +285,7 @@ def follow(side, watch, phase, place, left, now):
     Arguments and result as those of `elastic_contact.follow`, with z in place of q.
     """
     ps, damper, wall, sign, held = side.ps, side.damper, side.wall, side.sign, side.held
-    energy, impacts, limit_log, tangent, tally = (
-        watch.energy, watch.impacts, watch.limit_log, watch.tangent, watch.tally
-    )  # fmt: skip
+    impacts, tangent, tally = watch.impacts, watch.tangent, watch.tally
     # r is counted from the balance of the springs, where the depth is -`balance`
     balance, shift = wall.gap - held.shift, sign * held.shift
     z, s, x1, v1 = now
@@ -292,6 +297,8 @@ def follow(side, watch, phase, place, left, now):
     x1 -= carried(damper, shift)
     grid = bare_grid(held.grid)
     w, watched = grid.table, held.watched
+    if tally is not None:
+        slow = tally.row[S2]  # the integral of s^2 so far, of which the dashpot takes its share
     while event == STOPPED:
         end = min(1.0, (left - took) / grid.h)
         then = phase_during(ps, grid, phase, place, took)
@@ -312,17 +319,16 @@ def follow(side, watch, phase, place, left, now):
             note_greatest(wall, sign, balance, impacts, w, piece)
         w[R] += shift  # the rows hold r itself
         w[COEF] += carried(damper, shift)
-        if energy is not None:
-            note_energies(ps, damper, energy, grid, piece)
-        if limit_log is not None:
-            note_limit(w, limit_log, took / grid.h, grid.h, piece, math.inf, math.inf)
+        note_piece(ps, damper, watch, grid, then, took / grid.h, piece)
         if tally is not None:
-            tally_pressed(wall, sign, tally, grid, then, piece)
+            tally_force(wall, sign, tally, grid, piece)
         x1, v1, r, s = y
         took = min(took + piece * grid.h, left)
         if event == STOPPED and (end < 1.0 or took >= left):
             took = left
             break
+    if tally is not None:
+        tally.row[LOSS] += wall.cc * (tally.row[S2] - slow)
     if event == RELEASED and took >= left:
         event, took = STOPPED, left
     z = max(sign * r - balance, 0.0)
@@ -357,7 +363,7 @@ def leave(side, watch, phase, place, left, now):
     the wall pushes again before, STOPPED or EXHAUSTED.
     """
     ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
-    energy, limit_log, tally = watch.energy, watch.limit_log, watch.tally
+    tally = watch.tally
     watched = side.held.watched
     took = 0.0
     z, s, x1, v1 = now
@@ -378,12 +384,7 @@ def leave(side, watch, phase, place, left, now):
         if again < where:
             event, where = RETURNED, again
         piece = min(where, end)
-        if energy is not None:
-            note_energies(ps, damper, energy, grid, piece)
-        if limit_log is not None:
-            note_limit(w, limit_log, took / grid.h, grid.h, piece, math.inf, math.inf)
-        if tally is not None:
-            tally_cell(tally, grid, then, piece)
+        note_piece(ps, damper, watch, grid, then, took / grid.h, piece)
         x1, v1, r, s = at(w, piece)
         took = min(took + piece * grid.h, left)
         if where <= end and took < left:
@@ -424,11 +425,8 @@ def fill_force(row, w, wall, sign):
 
 
 @jit
-def tally_pressed(wall, sign, tally, grid, phase, end):
-    """Add [0, end] of a cell in contact, whose rows hold x1 and r, to a response."""
+def tally_force(wall, sign, tally, grid, end):
+    """Raise the largest force to that in [0, end] of a cell in contact, whose rows hold r."""
     row = tally.row
-    slow = row[S2]
-    tally_cell(tally, grid, phase, end)
-    row[LOSS] += wall.cc * (row[S2] - slow)
     fill_force(row, grid.table, wall, sign)
     raise_within(tally, grid, place_of(int(OF_FORCE), sign), bend_in_rows(row), end)

@@ -34,7 +34,10 @@ from ..driven import (
     SLOWER,
     STIFFNESS,
     Driven,
+    carried,
+    columns_of,
     constants_of,
+    put_columns,
     rows_of,
     seen_from_wall,
 )
@@ -47,10 +50,8 @@ from ..flight import (
     at,
     bare_grid,
 )
-from ..impact_variations import columns_of, put_columns
 from ..load_cells import drive_term, grid_over, phase_of, polynomial_from
-from ..peaks import note_energies
-from ..response import tally_cell
+from ..response import note_piece
 from ..response_sums import IMPULSE, LOSS, raise_to
 from ..scene import (
     Structure,
@@ -212,17 +213,17 @@ def vary_at_impact(ps, damper, wall, before, after, stuck, c, tangent):
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
     x, v, r, u = columns_of(tangent)
     late = (-1.0 / s) * r
-    x, v, u = x + v1 * late, v + dv * late, u + ds * late
-    s, x1, v1 = after
+    x, v, _, u = carried((x, v, r, u), (v1, dv, s, ds), late)
+    (s, x1, v1), r = after, 0.0 * late
     if stuck:
-        v = v - damper.share * u
         own = under(ps.load, ps.force * c - ps.stiffness * x1 - ps.damping * v1)
-        dv = (1.0 - damper.share) * own
-        put_columns(tangent, x - v1 * late, v - dv * late, 0.0 * late, 0.0 * late)
+        common = v1, (1.0 - damper.share) * own, 0.0, 0.0
+        v = v - damper.share * u
+        put_columns(tangent, carried((x, v, r, 0.0 * u), common, 0.0 - late))
         return
     dv, ds = accelerations(ps, damper, x1, v1, wall.gap, s, c, 0.0)
     v, u = v - (damper.share * (1.0 + wall.e)) * u, (-wall.e) * u
-    put_columns(tangent, x - v1 * late, v - dv * late, (-s) * late, u - ds * late)
+    put_columns(tangent, carried((x, v, r, u), (v1, dv, s, ds), 0.0 - late))
 
 
 @jit
@@ -235,7 +236,7 @@ def keep_common_motion(ps, damper, tangent):
     x, v, r, u = columns_of(tangent)
     way = ps.damping * (1.0 - damper.share) * damper.share
     v = (v - damper.share * u) + way * r
-    put_columns(tangent, x - damper.share * r, v, 0.0 * r, 0.0 * u)
+    put_columns(tangent, (x - damper.share * r, v, 0.0 * r, 0.0 * u))
 
 
 @jit
@@ -328,7 +329,7 @@ def stick(side, watch, place, left, x1, v1):
     period that is over.
     """
     ps, damper, wall, sign = side.ps, side.damper, side.wall, side.sign
-    grid, energy, tally = bare_grid(side.held.grid), watch.energy, watch.tally
+    grid = bare_grid(side.held.grid)
     w, x1, v1, took = grid.table, sign * x1, sign * v1, 0.0
     until = place + left / (grid.h * grid.n)
     j = min(int(place * grid.n), grid.n - 1)
@@ -346,10 +347,7 @@ def stick(side, watch, place, left, x1, v1):
             return EXHAUSTED, sign * x1, sign * v1, took
         piece = min(where, end)
         keep_still(w, sign * wall.gap)
-        if energy is not None:
-            note_energies(ps, damper, energy, grid, piece)
-        if tally is not None:
-            tally_cell(tally, grid, phase, piece)
+        note_piece(ps, damper, watch, grid, phase, j + x, piece)
         y = at(w, piece)
         x1, v1 = y[0], y[1]
         took += piece * grid.h

@@ -7,9 +7,10 @@ file, or a part of them, with the tests that are named beside it.
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from benchmarks.mutants.mutant import Mutant
 
@@ -17,7 +18,7 @@ _SWAPPED = (
     (ast.Lt, ast.LtE), (ast.Gt, ast.GtE), (ast.Eq, ast.NotEq), (ast.Is, ast.IsNot),
     (ast.In, ast.NotIn), (ast.And, ast.Or), (ast.Add, ast.Sub), (ast.Mult, ast.Div),
 )  # fmt: skip
-_OTHER = dict(_SWAPPED) | {b: a for a, b in _SWAPPED}
+_OTHER: dict[Any, Any] = dict(_SWAPPED) | {b: a for a, b in _SWAPPED}
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class MutantByRule(Mutant):
         return (data[: self.begin] + self.new.encode() + data[self.end :]).decode()
 
 
-def mutants_by_rule(file: str, checkout: Path, tests: str) -> list[Mutant]:
+def mutants_by_rule(file: str, checkout: Path, tests: str) -> Sequence[MutantByRule]:
     """Return the mutants of a file (from the root of the checkout), in the order of its text."""
     text = (checkout / file).read_text(encoding="utf-8")
     lines = [0]
@@ -41,7 +42,11 @@ def mutants_by_rule(file: str, checkout: Path, tests: str) -> list[Mutant]:
         lines.append(lines[-1] + len(line))
     found = []
     for node in _code(ast.parse(text)):
+        if not isinstance(node, ast.expr | ast.stmt):
+            continue
         for new in _changes(node):
+            assert node.end_lineno is not None
+            assert node.end_col_offset is not None
             begin = lines[node.lineno - 1] + node.col_offset
             end = lines[node.end_lineno - 1] + node.end_col_offset
             old = ast.get_source_segment(text, node) or ""

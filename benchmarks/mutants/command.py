@@ -61,7 +61,7 @@ def _chosen(options: argparse.Namespace) -> list[Mutant]:
     for path in (options.source, options.tests.partition("::")[0]):
         if not (CHECKOUT / path).exists():
             raise RequestError(f"{shown(path)} is not in this checkout")
-    return mutants_by_rule(options.source, CHECKOUT, options.tests)
+    return [*mutants_by_rule(options.source, CHECKOUT, options.tests)]
 
 
 def _named(texts: Sequence[str]) -> list[Mutant]:

@@ -11,9 +11,10 @@ from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation.response_curves import run as running
 from nlds_vines.bifurcation.response_curves.command import main
 from nlds_vines.bifurcation.response_curves.curve_options import page_from
-from nlds_vines.bifurcation.response_curves.picture import curves_picture
-from nlds_vines.bifurcation.response_curves.request import ALONE, with_structure_alone
+from nlds_vines.bifurcation.response_curves.picture import curves_picture, draw_page
+from nlds_vines.bifurcation.response_curves.request import ALONE, label_of, with_structure_alone
 from nlds_vines.bifurcation.response_curves.request_file import load_page
+from nlds_vines.bifurcation.response_curves.result import CurveValues
 from nlds_vines.model.linear_response import response
 from nlds_vines.orbits.status_words import OK
 
@@ -138,6 +139,151 @@ def test_the_reduction_stands_below_and_zero_is_marked(here):
     assert upper.get_xlim() == lower.get_xlim() == (6.0, 6.6)
 
 
+@pytest.mark.kernels
+def test_curves_show_any_number_of_the_response(here):
+    """Beside a scan of the same systems, and the closed form of the structure alone."""
+    shown = ["x1_max", "v1_rms", "stroke_max", "force_max"]
+    systems = ["--system", "ssbl", "--system", "tmd", "--set", "P=1200"]
+    assert main([*systems, "--show", ",".join(shown), "--log", *SHORT, "-o", "a.h5"]) == 0
+    scan = ["bifurcation", "--system", "ssbl", "--set", "P=1200", "--record", "energy,response"]
+    assert console([*scan, *SHORT, "-o", "b.h5"]) == 0
+    found = nv.curves_in("a.h5")
+    ssbl, tmd = found["SSbl NES"].numbers, found["Tuned mass damper"].numbers
+    with nv.read("b.h5") as one:
+        for name in shown[:3]:
+            assert ssbl[name].tolist() == one[name][:, 0].tolist(), name
+        assert ssbl["force_max"].tolist() == one["force_max"][:, 0].max(axis=-1).tolist()
+    assert np.isnan(tmd["force_max"]).all()
+    p, bare = nv.load_system("none", P=1200).parameters, found[ALONE]
+    omega = bare.values
+    size = p["P"] / np.abs(p["k1"] - p["m1"] * omega**2 + 1j * omega * p["c1"])
+    np.testing.assert_allclose(bare.numbers["x1_max"], size, rtol=1e-6)
+    np.testing.assert_allclose(bare.numbers["v1_rms"], omega * size / np.sqrt(2), rtol=1e-6)
+    with nv.read("a.h5") as view:
+        figure = curves_picture(view)
+    panels = figure.axes[: len(shown)]
+    labels = ["largest displacement [m]", "rms velocity [m/s]", "largest stroke [m]",
+              "largest contact force [N]"]  # fmt: skip
+    assert [axes.get_ylabel() for axes in panels] == labels
+    assert {axes.get_yscale() for axes in panels} == {"log"}
+    for axes, name in zip(panels, shown, strict=True):
+        drawn = [np.asarray(line.get_ydata()) for line in axes.lines]
+        assert any(np.array_equal(line, ssbl[name]) for line in drawn)
+
+
+@pytest.mark.kernels
+def test_two_sweeps_are_drawn_and_shaded_where_they_differ(here):
+    vary = ["--vary", "omega=7.4:7.7:7", "--transient", "200", "--periods", "20", "--quiet"]
+    assert main(["--system", "ssul-set6", "--start", "both", *vary, "-o", "a.h5"]) == 0
+    scan = ["bifurcation", "--system", "ssul-set6", "--start", "both", "--record", "energy,impacts"]
+    assert console([*scan, *vary, "-o", "b.h5"]) == 0
+    curve = nv.curves_in("a.h5")["SSul NES, Set 6"]
+    with nv.read("b.h5") as one:
+        assert curve.E1max.tolist() == one["E1max"][:, 0].tolist()
+        assert curve.numbers["E1max_down"].tolist() == one["E1max"][:, 1].tolist()
+    highest = np.fmax(curve.E1max, curve.numbers["E1max_down"])
+    assert curve.peak == highest.max()
+    differ = np.abs(curve.E1max - curve.numbers["E1max_down"]) > 0.01 * highest.max()
+    assert differ.any()
+    assert not differ.all()
+    with nv.read("a.h5") as view:
+        axes = curves_picture(view).axes[0]
+    shaded = np.zeros(len(differ), dtype=bool)
+    for patch in axes.patches:
+        low, high = patch.get_x(), patch.get_x() + patch.get_width()
+        shaded |= (curve.values > low) & (curve.values < high)
+    assert shaded.tolist() == differ.tolist()
+
+
+@pytest.mark.kernels
+def test_irregular_responses_are_shaded(here):
+    document = {
+        "system": "ssul-set6",
+        "vary": {"omega": {"values": [7.3, 7.35, 7.4, 7.6, 7.65]}},
+        "sampling": {"transient": 300, "periods": 60},
+        "record": {"want": ["energy", "impacts", "regime"]},
+        "set": {"K": 2.5e7},
+        "curves": [{"label": "set 6"}],
+    }
+    found = nv.curves(document, to="a.h5", quiet=True)
+    regime = found["set 6"].numbers["regime"]
+    with nv.read("a.h5") as view:
+        words = view.flags("regime")
+        patches = curves_picture(view).axes[0].patches
+    irregular = [words[code] in ("chaotic", "quasiperiodic") for code in regime.tolist()]
+    assert irregular == [False, False, True, False, False]
+    (patch,) = patches
+    assert patch.get_x() < 7.4 < patch.get_x() + patch.get_width()
+
+
+def page_of_numbers(numbers, **figure):
+    """Return the axes of a page of a damper with these numbers, and of the structure alone."""
+    tables = {"vary": {"omega": {"values": [6.0, 6.2, 6.4]}}, "figure": figure}
+    page = page_from("ssul-set6", (), tables, "a test")
+    nothing, values = np.full(3, np.nan), page.values
+    curves = [
+        CurveValues(label_of(curve), values, numbers["E1max"], nothing,
+                    numbers["reduction"] if curve.scan.system.scene.damper else nothing,
+                    np.full(3, -1), numbers)
+        for curve in page.curves
+    ]  # fmt: skip
+    return draw_page(page, curves).axes
+
+
+def test_nothing_is_clipped_without_a_sign():
+    """A reduction of -250 % is marked at the lower end of its panel; likewise zero in decades."""
+    numbers = {"E1max": np.array([0.0, 20.0, 300.0]), "reduction": np.array([0.3, -2.5, -0.2])}
+    energies, reduction = page_of_numbers(numbers, reduction=True, log=True)
+    for axes, place, words in (
+        (energies, 6.0, "zero"),
+        (reduction, 6.2, "below \N{MINUS SIGN}100 %"),
+    ):
+        (mark, *_) = [line for line in axes.lines if line.get_linestyle() == "None"]
+        assert mark.get_xdata().tolist() == [place]
+        assert mark.get_transform().transform((place, 0.0))[1] == pytest.approx(axes.bbox.y0)
+        assert [text.get_text()[2:] for text in axes.texts if "▼" in text.get_text()] == [words]
+    numbers["reduction"] = np.array([0.3, -0.99, -0.2])
+    (_, reduction) = page_of_numbers(numbers, reduction=True)
+    assert not [line for line in reduction.lines if line.get_linestyle() == "None"]
+    assert not [text for text in reduction.texts if "▼" in text.get_text()]
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ({"figure": {"show": ["x1_peak"]}}, "unknown show 'x1_peak'; did you mean 'x1_max'"),
+        ({"figure": {"show": []}}, r"show = \[\] must be a list of one or more words"),
+        ({"figure": {"show": ["E1max", "E1max"]}}, "names something twice"),
+        (
+            {"figure": {"show": ["force_max"]}},
+            "show = 'force_max': no curve has it; allowed: E1max",
+        ),
+        (
+            {"figure": {"show": ["E1max", "x1_max"]}, "panels": [{}, {"title": "b"}]},
+            "show: several quantities need a page of one panel",
+        ),
+        ({"start": {"policy": "random", "count": 3}}, "allowed: rest, up, down, both"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(tables, words):
+    document = {"vary": {"omega": {"values": [6.0, 6.2]}}, "curves": [{"system": "tmd"}]}
+    with pytest.raises(nv.RequestError, match=words):
+        load_page({**document, **tables})
+
+
+def test_what_is_shown_is_recorded_and_stays_in_the_request():
+    document = {
+        "vary": {"omega": {"values": [6.0, 6.2]}},
+        "curves": [{"system": "tmd"}],
+        "figure": {"show": ["x1_rms", "E1max"]},
+        "record": {"want": ["impacts", "energy"]},
+    }
+    page = with_structure_alone(load_page(document))
+    assert all({"energy", "response"} <= {*curve.scan.want} for curve in page.curves)
+    assert load_page(page.document()).hash == page.hash
+    assert load_page(page.document()).show == ("x1_rms", "E1max")
+
+
 def test_curves_of_one_page_have_different_looks():
     names = [f"ssul-set{i}" for i in range(1, 7)]
     page = page_from([*names, "tmd", "ssbl"], (), {}, "test")
@@ -171,7 +317,7 @@ def test_python_takes_systems_names_files_and_documents(here):
             "reduction = true needs a page of one",
         ),
         ('"impacts", "energy"', '"section"', "lacks energy"),
-        ("[sampling]", '[start]\npolicy = "both"\n[sampling]', "begins 2 orbits"),
+        ("[sampling]", '[start]\npolicy = "random"\ncount = 2\n[sampling]', "begins 2 orbits"),
         ('colour = "blue"', 'colour = "blu"', "did you mean 'blue'"),
     ],
 )

@@ -42,6 +42,10 @@ examples:
   nlds-vines response-curves --system tmd --system ssul-set6 --set P=600 \\
           --vary omega=5:7.5:251 -o weak.h5 --plot weak.pdf
       two dampers under a weaker force
+  nlds-vines response-curves --show x1_max,a1_max,stroke_max,force_max --log --plot frf.png
+      displacement, acceleration, stroke and the force in the wall
+  nlds-vines response-curves --system ssul-set6 --start both --plot both.png
+      sweeps up and down, shaded where they differ
   nlds-vines response-curves scans/figure2a.toml -o sets.h5 --plot sets.png
       a request file: copy one of `scans`, name your own systems in its [[curves]]
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
@@ -118,11 +122,16 @@ class Job(jobs.Job):
 
     def failure(self, found: ResponseCurves) -> str:
         """Return how many orbits failed, why, and what helps."""
+        import numpy as np
+
         from nlds_vines.archives.archive import read
+        from nlds_vines.bifurcation.response_curves.curves_table import STATUSES
         from nlds_vines.orbits.status_words import failures_in, failures_in_words
 
         with read(self.archive) as view:
-            return failures_in_words(failures_in(view["status"]), self.request.lanes)
+            names = [name for name in STATUSES if name in view.names]
+            failures = failures_in(np.concatenate([view[name].ravel() for name in names]))
+            return failures_in_words(failures, self.request.lanes)
 
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""

@@ -13,6 +13,7 @@ from nlds_vines.archives.toml import read_toml
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.response_curves.request import (
     ALONE_COLOUR,
+    CURVE_STARTS,
     CurvePage,
     turns,
     with_structure_alone,
@@ -54,14 +55,14 @@ def add_curve_options(parser: Parser) -> None:
         "--set", action="append", default=[], metavar="NAME=VALUE", help="of all curves, SI units"
     )
     group.add_argument("--vary", metavar="NAME=START:STOP:NUM", help="[omega=4.5:8:351]")
-    group.add_argument("--start", metavar="POLICY", help="rest, up or down [rest]")
+    group.add_argument("--start", metavar="POLICY", help="rest, up, down or both [rest]")
     add_settings(group, Scan, CurvePage, but=("want", "effort", "signals"), usual=SAMPLING)
 
 
 def changes(options: argparse.Namespace) -> dict[str, Any]:
     """Return what the options change in a request file, as a document of the same form."""
     if options.start is not None:
-        choice("--start", options.start, ("rest", "up", "down"))
+        choice("--start", options.start, CURVE_STARTS)
     pairs = assignments("--vary", [options.vary] if options.vary else [], "NAME=START:STOP:NUM")
     found: dict[str, Any] = {
         "set": settings_of(options),

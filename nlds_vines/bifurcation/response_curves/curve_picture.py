@@ -28,6 +28,9 @@ BOUND: dict[str, Any] = {
 MANIFOLD: dict[str, Any] = {"linewidth": 0.8, "linestyle": (0, (6, 1.5, 1, 1.5)), "zorder": 4}
 """The line of a closed form, over the curve that it is for and in its colour."""
 
+WINDOW: dict[str, Any] = {"alpha": 0.13, "linewidth": 0, "zorder": 0.5}
+"""Windows of coexisting and of modulated responses, in the colour of their curve."""
+
 NARROW: dict[str, Any] = {**BOUND, "linewidth": 0.45, "linestyle": "solid"}
 
 
@@ -43,6 +46,15 @@ def legend_of(request: CurvePage) -> list[Any]:
     if request.manifold:
         text = "1:1 motion in closed form"
         found.append(Line2D([], [], label=text, **{**MANIFOLD, "color": RESONANCE}))
+    first_scan = request.curves[-1].scan
+    words = ["sweeps differ"] if first_scan.starts > 1 else []
+    if any("regime" in curve.scan.want for curve in request.curves):
+        words.append("quasiperiodic or chaotic")
+    if words:
+        text, look = f"shaded: {', or '.join(words)}", {**WINDOW, "alpha": 0.25}
+        found.append(Patch(facecolor=RESONANCE, label=text, **look))
+    if first_scan.starts > 1:
+        found.append(Line2D([], [], color=RESONANCE, linewidth=0.5, label="sweep down"))
     if any(curve.shade for curve in request.curves):
         found.append(Patch(facecolor=IMPACTS, edgecolor="#c9bd78", linewidth=0.4, label="impacts"))
         bound = {**BOUND, "linestyle": (0, (3, 2))}  # short enough for the legend

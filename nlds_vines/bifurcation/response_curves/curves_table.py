@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from nlds_vines.archives.dataset import Dataset, Scale
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.response_curves.request import CurvePage, alone, label_of
+from nlds_vines.bifurcation.response_curves.request import SHOWN, CurvePage, alone, label_of
 from nlds_vines.model.parameters import PARAMETERS
+from nlds_vines.model.quantities import BY_NAME
+from nlds_vines.orbits.labels import FLAGS
 from nlds_vines.orbits.status_words import STATUS
 
 Content = tuple[Dataset, np.ndarray]
 """A dataset's description and its values."""
 
-ARRAYS = ("status", "E1max", "E2max", "reduction", "impacts")
+_RESPONSE = tuple(name for name in SHOWN if "response" in BY_NAME[name].record)
+
+ARRAYS = ("status", "E1max", "E2max", "reduction", "impacts", "regime", *_RESPONSE)
 """The datasets along a curve."""
+
+DOWN = "_down"
+ENDINGS = ("", DOWN)
+STATUSES = ("status", "status" + DOWN)
+"""The endings of the names of those of the first start, and of the second: the sweep down."""
 
 
 def scales_of(page: CurvePage) -> list[Scale]:
@@ -48,12 +58,27 @@ def _along(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[C
         Dataset("E2max", dims, "float64", "J", "largest energy of the damper", np.nan),
         Dataset("reduction", dims, "float64", "1", harms, np.nan),
         Dataset("impacts", dims, "int32", "1", "impacts per nT; -1: not recorded", -1),
+        Dataset("regime", dims, "int8", "1", "kind of the steady state", 0, FLAGS),
+        *(_of_response(name, dims, page) for name in _RESPONSE),
+    ]
+    swept = [
+        replace(entry, name=entry.name + DOWN, long_name=f"{entry.long_name}; of the sweep down")
+        for entry in table
     ]
     return [
         (entry, np.array([_filled(arrays, entry, page.values.size) for arrays in found]))
-        for entry in table
+        for entry in (*table, *swept)
         if any(entry.name in arrays for arrays in found)
     ]
+
+
+def _of_response(name: str, dims: tuple[str, ...], page: CurvePage) -> Dataset:
+    """Return the dataset of a number of a response; of two walls, the larger."""
+    entry = BY_NAME[name]
+    scenes = [curve.scan.system.scene for curve in page.curves]
+    words = entry.words_in(next((scene for scene in scenes if scene.damper), scenes[0]))
+    larger = "; of two walls the larger" if entry.dims else ""
+    return Dataset(name, dims, "float64", entry.unit, words + larger, np.nan)
 
 
 def _filled(arrays: Mapping[str, np.ndarray], entry: Dataset, size: int) -> np.ndarray:
@@ -62,7 +87,7 @@ def _filled(arrays: Mapping[str, np.ndarray], entry: Dataset, size: int) -> np.n
 
 def _peaks(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[Content]:
     """Return the highest value of every curve, where it lies, and the reduction of that."""
-    heights, places = np.array([_peak(arrays["E1max"], page.values) for arrays in found]).T
+    heights, places = np.array([_peak(_highest(arrays), page.values) for arrays in found]).T
     by_hash = {curve.scan.hash: height for curve, height in zip(page.curves, heights, strict=True)}
     bare = np.array([by_hash.get(_hash_alone(curve.scan), np.nan) for curve in page.curves])
     dims, entry = ("curve",), PARAMETERS[page.axis]
@@ -74,6 +99,11 @@ def _peaks(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[C
         (Dataset("peak_at", dims, "float64", entry.unit, f"{entry.meaning} there", np.nan), places),
         (Dataset("peak_reduction", dims, "float64", "1", text, np.nan), reduction),
     ]
+
+
+def _highest(arrays: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the largest energies of a curve, of two sweeps the higher."""
+    return np.fmax(arrays["E1max"], arrays.get("E1max" + DOWN, np.nan))
 
 
 def _hash_alone(scan: Scan) -> str:

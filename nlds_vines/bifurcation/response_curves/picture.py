@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.markers import CARETDOWN
 
 from nlds_vines.archives.view import ArchiveView
 from nlds_vines.bifurcation.response_curves.curve_picture import (
@@ -20,13 +21,17 @@ from nlds_vines.bifurcation.response_curves.curve_picture import (
     MANIFOLD,
     NARROW,
     RESONANCE,
+    WINDOW,
     legend_of,
     look_of,
     own_frequencies,
 )
-from nlds_vines.bifurcation.response_curves.request import Curve, CurvePage, Panel
+from nlds_vines.bifurcation.response_curves.curves_table import DOWN
+from nlds_vines.bifurcation.response_curves.request import ENERGY, Curve, CurvePage, Panel
 from nlds_vines.bifurcation.response_curves.result import CurveValues, curves_of
 from nlds_vines.model.linear_response import harmonic_energy
+from nlds_vines.model.quantities import BY_NAME
+from nlds_vines.orbits.labels import FLAGS
 from nlds_vines.plotting.bands import bands
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import setting_label, typeset
@@ -36,6 +41,7 @@ from nlds_vines.plotting.panels import (
     letter,
     text_width,
     write_letters,
+    write_out_ticks,
     write_title,
 )
 from nlds_vines.plotting.style import CM, STYLE, axis_label, quantity_label
@@ -52,6 +58,15 @@ _REDUCTION, _SEAM = 3.6 * CM, 0.5 * CM
 _LEAST_REDUCTION = -100.0  # percent: where a damper harms more, it leaves the panel
 _HANDLE = 36  # points that the line of a legend's entry and the space around it take
 _VISIBLE = 0.008  # of the axis: a narrower window has one line in place of two bounds
+_THIN = 0.5  # of the width of a curve: that of its sweep down
+_ALIKE = 0.01  # of the largest value: the difference of two sweeps that count as one
+_MOST_MARKS = 40  # of values below an axis, along a curve
+_MODULATED = [FLAGS[word] for word in ("quasiperiodic", "chaotic")]
+_OF_HARMONIC: Mapping[str, Callable[..., Any]] = {
+    "E1max": harmonic_energy,
+    "x1_max": lambda m1, k1, omega, x: x,
+    "v1_max": lambda m1, k1, omega, x: omega * x,
+}  # of a harmonic motion of m1 on k1 with the frequency omega and the amplitude x
 _ABOVE = 1.1  # upper end of the axis of energies over the highest curve
 _BEYOND = 1.5  # both ends of a logarithmic one
 
@@ -74,7 +89,10 @@ def draw_page(
     Arguments: the `request`; what was `found` along each of its curves, in their order; the `page`;
     the panels that are `shown`, of `panels_of`, by default all.
 
-    E1max is drawn as the page says, E2max (where asked for) dotted in the same colour.  A
+    Each panel has the quantity that the page says, E2max (where asked for) dotted in the same
+    colour.  A second sweep is a thinner line; where it differs from the first, and where a response
+    is quasiperiodic or chaotic, the panel is shaded in the curve's colour.  What lies below an axis
+    is marked at its lower end.  A
     vertical line marks the structure's own frequency omega0 = sqrt(k1 / m1).  The frequencies
     at which a shaded curve has impacts are light yellow, its windows without impacts white
     between dashed lines; one that is too narrow for them is a thin line.  Where the page says so,
@@ -87,11 +105,11 @@ def draw_page(
     for place, frame in zip(places, frames, strict=True):
         _fill_panel(frame, request, found, place)
     energies = [
-        frame for place, frame in zip(places, frames, strict=True) if place < len(request.panels)
+        frame for place, frame in zip(places, frames, strict=True) if place < len(request.frames)
     ]
-    if energies:
+    if energies and not request.several:
         _limit_energies(energies[0], energies, request)
-    if len(energies) < len(frames):
+    if len(energies) < len(frames) or request.several:
         write_letters(frames)
     layout.label(frames)
     if len(request.panels) > 1:
@@ -102,24 +120,31 @@ def draw_page(
 
 def panels_of(request: CurvePage) -> dict[str, str]:
     """Return what the panels of a page show, by name: the only one, or a, b ...; the reduction."""
-    several = len(request.panels) > 1
-    found = {
-        letter(place)[1:-1] if several else "energies": panel.title or "largest energies"
-        for place, panel in enumerate(request.panels)
-    }
+    words = {name: BY_NAME[name].title(request.body) for name in request.show}
+    if len(request.panels) > 1:
+        title = words[request.show[0]]
+        found = {letter(i)[1:-1]: one.title or title for i, one in enumerate(request.panels)}
+    elif request.show == (ENERGY,):
+        found = {"energies": "largest energies"}
+    else:
+        found = words
     reduced = request.reduction and any(curve.scan.system.scene.damper for curve in request.curves)
     return {**found, **({"reduction": "reduction by each damper"} if reduced else {})}
 
 
 def _fill_panel(frame: Axes, request: CurvePage, found: Sequence[CurveValues], place: int) -> None:
     """Draw the panel of a page at a `place`, the reduction being the last."""
-    reduction = place == len(request.panels)
+    reduction = place == len(request.frames)
+    chosen, name = (0, "reduction") if reduction else request.frames[place]
     content = [
         (curve, values)
         for (panel, curve), values in zip(request.places, found, strict=True)
-        if panel == (0 if reduction else place)
+        if panel == chosen
     ]
-    (_draw_reduction if reduction else _draw_panel)(frame, content, request)
+    if reduction:
+        _draw_reduction(frame, content, request)
+    else:
+        _draw_panel(frame, content, request, name)
 
 
 @dataclass(frozen=True)
@@ -138,7 +163,7 @@ class _Layout:
     @property
     def energies(self) -> list[int]:
         """The places of panels of energies."""
-        return [place for place in self.places if place < len(self.request.panels)]
+        return [place for place in self.places if place < len(self.request.frames)]
 
     @property
     def height(self) -> float:
@@ -158,7 +183,7 @@ class _Layout:
         across = self.page.width - _LEFT - _RIGHT
         per_row = _per_row([str(handle.get_label()) for handle in handles], across)
         head = _HEAD + ceil(len(handles) / per_row) * _LEGEND + (_SEAM if reduced else 0.15 * CM)
-        row_height = self.height + (_NAME if several else 0.0)
+        row_height = self.height + (_NAME if several or self.request.several else 0.0)
         figure = Figure(figsize=(self.page.width, head + rows * row_height + below + _FOOT))
         frames: list[Axes] = []
         width = (across - (self.columns - 1) * _GAP) / self.columns
@@ -166,7 +191,9 @@ class _Layout:
             row, column = divmod(index, self.columns)
             left = _LEFT + column * (width + _GAP)
             bottom = _FOOT + below + (rows - 1 - row) * row_height
-            shared: dict[str, Any] = {"sharex": frames[0], "sharey": frames[0]} if frames else {}
+            shared: dict[str, Any] = {"sharex": frames[0]} if frames else {}
+            if frames and not self.request.several:
+                shared["sharey"] = frames[0]
             frames.append(add_panel(figure, (left, bottom, width, self.height), **shared))
         if reduced:
             first = frames[0] if frames else None
@@ -185,7 +212,7 @@ class _Layout:
                 frame.set_xlabel(across)
             else:
                 frame.tick_params(labelbottom=False)
-            if index % self.columns:
+            if index % self.columns and not self.request.several:
                 frame.tick_params(labelleft=False)
                 frame.set_ylabel("")
 
@@ -218,27 +245,38 @@ def _per_row(labels: Sequence[str], across: float) -> int:
 
 
 def _draw_panel(
-    frame: Axes, content: Sequence[tuple[Curve, CurveValues]], request: CurvePage
+    frame: Axes, content: Sequence[tuple[Curve, CurveValues]], request: CurvePage, name: str
 ) -> None:
     """Draw one panel: shading, then resonances, then the curves, the base last."""
     for curve, found in content:
         if curve.shade:
             _shade(frame, found)
+        _shade_windows(frame, curve, found, name)
     if request.axis == "omega":
         _mark_resonances(frame, [curve for curve, _ in content])
     for curve, found in content:
-        look = look_of(curve)
-        frame.plot(found.values, found.E1max, **look)
-        if request.damper_energy and curve.scan.system.scene.damper:
-            frame.plot(found.values, found.E2max, **{**look, "linestyle": DOTTED})
-    up = quantity_label("E1max", "J", body=request.body)
-    if request.damper_energy:
+        for number, width in ((name, 1.0), (name + DOWN, _THIN)):
+            if number in found.numbers:
+                look = look_of(curve)
+                look["linewidth"] *= width
+                frame.plot(found.values, found.numbers[number], **look)
+        if name == ENERGY and request.damper_energy and curve.scan.system.scene.damper:
+            frame.plot(found.values, found.E2max, **{**look_of(curve), "linestyle": DOTTED})
+    up = quantity_label(name, BY_NAME[name].unit, BY_NAME[name].words, request.body)
+    if name == ENERGY and request.damper_energy:
         up = r"largest energies $E_1^{\,\mathrm{max}}, E_2^{\,\mathrm{max}}$ [J]"
     frame.set_ylabel(up)
     _limit_energies(frame, [frame], request)
+    if request.log:
+        below = [
+            _mark_below(frame, curve, found.values[found.numbers[name] <= 0.0])
+            for curve, found in content
+            if name in found.numbers
+        ]
+        _say_below(frame, any(below), "zero")
     if request.manifold:
         for curve, _ in content:
-            _draw_manifold(frame, curve)
+            _draw_manifold(frame, curve, name)
     _limit(frame, request)
 
 
@@ -252,16 +290,55 @@ def _limit_energies(frame: Axes, alike: Sequence[Axes], request: CurvePage) -> N
     low = min(one.dataLim.minposy for one in alike)
     if np.isfinite(low) and high > 0:
         frame.set_ylim(low / _BEYOND, high * _BEYOND)
+        write_out_ticks(frame.yaxis)
 
 
-def _draw_manifold(frame: Axes, curve: Curve) -> None:
-    """Draw the 1:1 response in closed form, whose amplitudes hold energies of a harmonic motion."""
+def _draw_manifold(frame: Axes, curve: Curve, name: str) -> None:
+    """Draw the 1:1 response in closed form, a harmonic motion, over what follows of it."""
     manifold = curve.manifold
-    if manifold is not None:
+    if manifold is not None and name in _OF_HARMONIC:
         frequency, amplitude = manifold.response().outline
         m1, k1, _ = curve.scan.system.structure
         look = {"color": curve.colour, "scalex": False, "scaley": False}
-        frame.plot(frequency, harmonic_energy(m1, k1, frequency, amplitude), **MANIFOLD | look)
+        found = _OF_HARMONIC[name](m1, k1, frequency, amplitude)
+        frame.plot(frequency, found, **MANIFOLD | look)
+
+
+def _mark_below(frame: Axes, curve: Curve, below: np.ndarray) -> bool:
+    """Mark the values at which a curve lies below a panel, and tell whether it does anywhere."""
+    few = below[:: max(1, below.size // _MOST_MARKS)]
+    look: dict[str, Any] = {"color": curve.colour, "markersize": 3.0, "clip_on": False, "zorder": 5}
+    look |= {"linestyle": "none", "marker": CARETDOWN, "transform": frame.get_xaxis_transform()}
+    if few.size:
+        frame.plot(few, np.zeros(few.size), **look)
+    return bool(few.size)
+
+
+def _say_below(frame: Axes, anything: bool, words: str) -> None:
+    """Say what the marks at the lower end of a panel are, if there are any."""
+    if anything:
+        look: dict[str, Any] = {"fontsize": 7, "va": "bottom", "zorder": 5}
+        frame.text(
+            0.01,
+            0.05,
+            f"\N{BLACK DOWN-POINTING TRIANGLE} {words}",
+            transform=frame.transAxes,
+            **look,
+        )
+
+
+def _shade_windows(frame: Axes, curve: Curve, found: CurveValues, name: str) -> None:
+    """Shade, in the colour of a curve, where its two sweeps differ and where none is periodic."""
+    windows = np.zeros(found.values.size, dtype=bool)
+    if "regime" in found.numbers:
+        windows |= np.isin(found.numbers["regime"], _MODULATED)
+    if name + DOWN in found.numbers:
+        up, down = found.numbers[name], found.numbers[name + DOWN]
+        reach = _ALIKE * float(np.nanmax(np.fmax(up, down), initial=0.0))
+        windows |= np.abs(up - down) > reach
+    for band in bands(found.values, np.where(windows, "shaded", "")):
+        if band.label:
+            frame.axvspan(band.low, band.high, color=curve.colour, **WINDOW)
 
 
 def _draw_reduction(
@@ -274,6 +351,13 @@ def _draw_reduction(
             frame.plot(found.values, 100 * found.reduction, **look_of(curve))
     low, high = frame.get_ylim()
     frame.set_ylim(max(low, _LEAST_REDUCTION), min(high, 105))
+    below = [
+        _mark_below(frame, curve, found.values[100 * found.reduction < _LEAST_REDUCTION])
+        for curve, found in content
+        if curve.scan.system.scene.damper
+    ]
+    words = f"below {_LEAST_REDUCTION:g} %".replace("-", "\N{MINUS SIGN}")
+    _say_below(frame, any(below), words)
     frame.set_ylabel("reduction [%]")
     _limit(frame, request)
 

@@ -6,7 +6,7 @@ Every curve is a scan of its own along the same parameter, which is the frequenc
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar
@@ -15,10 +15,12 @@ import numpy as np
 
 from nlds_vines.archives.provenance import Value
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.errors import RequestError, at, shown, string
+from nlds_vines.errors import RequestError, at, choice, shown, string
 from nlds_vines.model.catalogue import catalogue
+from nlds_vines.model.quantities import BY_NAME, QUANTITIES
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import (
+    Checked,
     Request,
     Truth,
     Whole,
@@ -43,6 +45,36 @@ LINES = ("solid", "dashed", "dashdot")
 
 ALONE, ALONE_COLOUR = "without damper", "#a8a8a8"
 """What a legend calls the curve of the structure alone, and its colour, the palest in grey, too."""
+
+CURVE_STARTS = ("rest", "up", "down", "both")
+"""Where the orbits of a curve may begin; `both` draws two, and shades where they differ."""
+
+ENERGY = "E1max"
+"""What is drawn by default, and what a reduction below the curves is of."""
+
+SHOWN = tuple(
+    entry.name
+    for entry in QUANTITIES
+    if {"energy", "response"} & {*entry.record} and entry.dtype == "float64"
+)
+"""What may be drawn: the largest energies, and the numbers of a response."""
+
+
+def records_of(shown: Collection[str]) -> tuple[str, ...]:
+    """Return the words of `[record] want` that record what is shown, beside the energies."""
+    words = {BY_NAME[name].record[0] for name in shown}
+    return tuple(word for word in ("energy", "response") if word == "energy" or word in words)
+
+
+def checked_show(value: object) -> tuple[str, ...]:
+    """Return what is drawn, different words of `SHOWN` as given."""
+    if isinstance(value, str) or not isinstance(value, Sequence) or not value:
+        raise RequestError(f"show = {shown(value)} must be a list of one or more words")
+    words = tuple(choice("show", word, SHOWN) for word in value)
+    if len(set(words)) < len(words):
+        raise RequestError(f"show = {shown(list(words))} names something twice")
+    return words
+
 
 _TURNS = tuple(
     COLOURS[name] for name in ("vermillion", "blue", "green", "orange", "pink", "sky", "black")
@@ -102,8 +134,9 @@ class CurvePage(Request):
     Arguments:
         title: one line for people.
         panels: each with its curves.
-        columns, damper_energy, reduction, log, manifold: as the fields say; a reduction only of a
-            single panel, and the closed form only along omega and where a curve has one.
+        columns, damper_energy, reduction, log, manifold, show: as the fields say; a reduction, and
+            several quantities, only of a single panel; the closed form only along omega and where
+            a curve has one.
 
     Raises `RequestError` for curves that cannot stand on one page: along different parameters or
     values, with several starts, or without energies.
@@ -121,7 +154,7 @@ class CurvePage(Request):
         False, Truth(), "figure", "draws the reduction by each damper below the curves"
     )
     log: bool = setting(
-        False, Truth(), "figure", "draws energies on a logarithmic axis", option="--log",
+        False, Truth(), "figure", "draws what is shown on logarithmic axes", option="--log",
         later=True,
     )  # fmt: skip
     manifold: bool = setting(
@@ -130,17 +163,36 @@ class CurvePage(Request):
         option="--manifold", later=True,
     )  # fmt: skip
 
+    show: tuple[str, ...] = setting(
+        (ENERGY,), Checked(checked_show, listed=True), "figure",
+        "what is drawn, a panel for each: the largest energies, or numbers of the response as "
+        "x1_max, v1_rms, stroke_max, force_max, transmissibility, see [Datasets](datasets.md)",
+        "A,B,C", usual=ENERGY,
+        option="--show", later=True,
+    )  # fmt: skip
+
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
         check_settings(self)
         if self.reduction and len(self.panels) > 1:
             raise RequestError("reduction = true needs a page of one panel: leave out [[panels]]")
+        if len(self.show) > 1 and len(self.panels) > 1:
+            raise RequestError("show: several quantities need a page of one panel")
         first = self.curves[0].scan
         for curve in self.curves:
-            _refuse_unlike(curve.scan, first)
+            _refuse_unlike(curve.scan, first, self.show)
+        self._check_show()
         if self.manifold:
             self._check_manifold()
+
+    def _check_show(self) -> None:
+        """Raise `RequestError` for what no curve records, as the force in a wall without one."""
+        known = {name for curve in self.curves for name in curve.scan.table.datasets}
+        for name in self.show:
+            if name not in known:
+                allowed = ", ".join(word for word in SHOWN if word in known)
+                raise RequestError(f"show = {shown(name)}: no curve has it; allowed: {allowed}")
 
     def _check_manifold(self) -> None:
         """Raise `RequestError` where no curve has a closed form, or not along this axis."""
@@ -182,6 +234,18 @@ class CurvePage(Request):
         return self.curves[0].scan.axes[0].values
 
     @property
+    def several(self) -> bool:
+        """Whether a page of one panel of curves shows several quantities, a panel for each."""
+        return len(self.show) > 1
+
+    @property
+    def frames(self) -> list[tuple[int, str]]:
+        """What each panel of the picture shows: the number of its curves' panel, a quantity."""
+        if self.several:
+            return [(0, name) for name in self.show]
+        return [(place, self.show[0]) for place in range(len(self.panels))]
+
+    @property
     def lanes(self) -> int:
         """Number of orbits in all."""
         return sum(curve.scan.lanes for curve in self.curves)
@@ -220,18 +284,19 @@ class CurvePage(Request):
         return {**look, "panel": place + 1, "system": curve.scan.system.to_table(), "set": own}
 
 
-def _refuse_unlike(scan: Scan, first: Scan) -> None:
+def _refuse_unlike(scan: Scan, first: Scan, show: Sequence[str]) -> None:
     """Raise `RequestError` for a scan whose curve cannot stand beside that of the first."""
     (axis, *_), (other, *_) = scan.axes, first.axes
     if axis.name != other.name or not np.array_equal(axis.values, other.values):
         raise RequestError(f"curves along {other.name} and {axis.name}: give all the same values")
-    if scan.starts > 1:
+    if scan.start.policy not in CURVE_STARTS:
         raise RequestError(
             f"start = {shown(scan.start.policy)} begins {scan.starts} orbits at each value; "
-            "allowed: rest, up, down"
+            f"allowed: {', '.join(CURVE_STARTS)}"
         )
-    if "energy" not in scan.want:
-        raise RequestError(f"want = {shown(list(scan.want))} lacks energy, which curves show")
+    for word in records_of(show):
+        if word not in scan.want:
+            raise RequestError(f"want = {shown(list(scan.want))} lacks {word}, which curves show")
 
 
 def with_structure_alone(page: CurvePage) -> CurvePage:
@@ -266,7 +331,8 @@ def alone(scan: Scan) -> Scan | None:
         return None
     values = {name: value for name, value in parameters.items() if name in allowed}
     title = catalogue()["none"].title
-    return replace(scan, title=title, system=System("none", values, title=title), want=("energy",))
+    want = tuple(word for word in ("energy", "response") if word in scan.want)
+    return replace(scan, title=title, system=System("none", values, title=title), want=want)
 
 
 def label_of(curve: Curve) -> str:

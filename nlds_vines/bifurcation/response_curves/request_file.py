@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,14 @@ from typing import Any
 from nlds_vines.archives.toml import read_toml
 from nlds_vines.bifurcation.request_file import FORM as SCAN_FORM
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.bifurcation.response_curves.request import COLOURS, LINES, Curve, CurvePage, Panel
+from nlds_vines.bifurcation.response_curves.request import (
+    COLOURS,
+    LINES,
+    Curve,
+    CurvePage,
+    Panel,
+    records_of,
+)
 from nlds_vines.errors import RequestError, at, shown, string, table, unknown, whole
 from nlds_vines.model.layers import Document, Form, Layer, unchecked
 from nlds_vines.model.setting import (
@@ -31,6 +38,7 @@ from nlds_vines.model.setting import (
     reader,
     setting,
 )
+from nlds_vines.orbits.wants import USUAL
 
 _HEX = re.compile(r"#[0-9a-f]{6}")
 
@@ -126,6 +134,8 @@ def page_of(layer: Layer, title: str) -> CurvePage:
     """Return the page that a layer means; `title` where it has none."""
     document, look = layer.document, layer.values("figure")
     shared = {key: document[key] for key in SCAN_FORM.keys if key in document and key != "title"}
+    if "show" in look:
+        shared = recording(shared, records_of(look["show"]))
     frames, curves = layer.rows("panels") or [PanelEntry()], layer.rows("curves")
     with at(layer.where):
         for number, entry in enumerate(curves, start=1):
@@ -133,6 +143,14 @@ def page_of(layer: Layer, title: str) -> CurvePage:
                 whole("panel", entry.panel or 1, 1, len(frames))
         panels = tuple(_panel(shared, i, frame, curves) for i, frame in enumerate(frames, start=1))
         return CurvePage(string("title", document.get("title", title)), panels, **look)
+
+
+def recording(shared: Document, words: Sequence[str]) -> dict[str, Any]:
+    """Return the tables of a scan that records these words, too."""
+    record = table("record", shared.get("record", {}))
+    want = record.get("want", USUAL)
+    missing = [word for word in words if word not in want] if isinstance(want, Sequence) else []
+    return {**shared, "record": {**record, "want": [*want, *missing]}} if missing else {**shared}
 
 
 def _panel(shared: Document, place: int, frame: PanelEntry, curves: list[CurveEntry]) -> Panel:

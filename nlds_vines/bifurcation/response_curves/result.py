@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from nlds_vines.archives.archive import read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.archives.view import ArchiveView
+from nlds_vines.bifurcation.response_curves.curves_table import STATUSES
 from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.bifurcation.response_curves.request_file import load_page
 from nlds_vines.errors import RequestError, shown, typed
@@ -30,6 +31,8 @@ class CurveValues:
         E2max: those of the damper [J]; NaN without one.
         reduction: 1 - E1max / E1max of the structure alone; NaN without a damper.
         impacts: impacts per nT; -1 where they were not recorded.
+        numbers: all that was recorded along the curve, by name of the dataset; of a second start
+            with the ending `_down`.
         peak, peak_at: the highest E1max [J], and the value of the parameter there.
         peak_reduction: 1 - peak / peak of the structure alone; NaN without that.
         failed: how many orbits failed.
@@ -41,6 +44,7 @@ class CurveValues:
     E2max: np.ndarray
     reduction: np.ndarray
     impacts: np.ndarray
+    numbers: Mapping[str, np.ndarray] = field(default_factory=dict)
     peak: float = np.nan
     peak_at: float = np.nan
     peak_reduction: float = np.nan
@@ -118,7 +122,8 @@ def _curves(view: ArchiveView, page: CurvePage) -> Iterator[CurveValues]:
         view[name] if name in view.names else nothing for name in ("E1max", "E2max", "reduction")
     )
     impacts = view["impacts"] if "impacts" in view else np.full(shape, -1)
-    failed = np.count_nonzero(view["status"] > 0, axis=1)
+    every = {n: view[n] for n in view.names if view.dims(n) == ("curve", page.axis)}
+    failed = sum(np.count_nonzero(every[n] > 0, axis=1) for n in STATUSES if n in every)
     peak, place, lower = view["peak"], view["peak_at"], view["peak_reduction"]
     for i, label in enumerate(view["label"]):
         yield CurveValues(
@@ -128,6 +133,7 @@ def _curves(view: ArchiveView, page: CurvePage) -> Iterator[CurveValues]:
             E2max=damper[i],
             reduction=reduction[i],
             impacts=impacts[i],
+            numbers={name: values[i] for name, values in every.items()},
             peak=float(peak[i]),
             peak_at=float(place[i]),
             peak_reduction=float(lower[i]),

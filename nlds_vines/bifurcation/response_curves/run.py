@@ -11,7 +11,7 @@ import numpy as np
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.bifurcation.response_curves.curves_table import ARRAYS, contents, scales_of
+from nlds_vines.bifurcation.response_curves.curves_table import ARRAYS, ENDINGS, contents, scales_of
 from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.cli.run_options import RunOptions
 from nlds_vines.runs.interrupts import Stop
@@ -50,13 +50,18 @@ def run(page: CurvePage, output: Path, how: RunOptions | None = None) -> None:
 
 
 def _computed(scan: Scan, progress: Progress, stop: Stop) -> Arrays:
-    """Return the arrays of a curve's scan, of its only start."""
+    """Return the arrays of a curve's scan: of its start, and those of a second one as NAME_down.
+
+    Of two walls the larger number.
+    """
     computer, pieces = Computer(scan, tell=progress.wait), []
     for block in blocks_of(scan):
         stop.check()
         pieces.append(computer.block(block))
-    names = [name for name in ARRAYS if name in scan.table.datasets]
-    return {
-        name: np.ascontiguousarray(np.concatenate([piece[name] for piece in pieces])[:, 0])
-        for name in names
-    }
+    found: dict[str, np.ndarray] = {}
+    for name in (name for name in ARRAYS if name in scan.table.datasets):
+        values = np.concatenate([piece[name] for piece in pieces])
+        by_start = values.reshape(*values.shape[:2], -1).max(axis=-1)
+        for ending, start in zip(ENDINGS, by_start.T, strict=False):
+            found[name + ending] = np.ascontiguousarray(start)
+    return found

@@ -45,6 +45,7 @@ html_theme = "furo"
 html_title = "nlds_vines"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_js_files = ["copy.js"]
 html_show_sourcelink = False
 html_copy_source = False
 exclude_patterns = ["_build", "gallery", "site", "reproduction/archives"]

@@ -117,7 +117,7 @@ def orbits_in(
         raise RequestError(f"{view.path} varies {', '.join(view.axes)}, not {name}")
     for dataset in ("period", "label"):
         if dataset not in view:
-            raise RequestError(f"{view.path} holds no {dataset}: record regime")
+            raise RequestError(f"{view.path} holds no {dataset}: scan with regime in --record")
     where = {}
     for other, value in cell.items():
         if other not in view.axes:

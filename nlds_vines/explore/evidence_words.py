@@ -19,9 +19,9 @@ def words_of(regime: Regime) -> str:
     if regime.kind == "transient_chaos":
         return f"chaos that ended: now {_cycle(regime)} with {_impacts(regime)}"
     return {
-        "quasiperiodic": "quasiperiodic: a motion on a torus",
-        "chaotic": "chaotic for all the periods that were watched",
-        "undetermined": "undetermined: no test of a regime was met",
+        "quasiperiodic": "a motion on a torus",
+        "chaotic": "neighbouring orbits part, for all the periods that were followed",
+        "undetermined": "no test of a regime was met",
     }.get(regime.kind, regime.kind)
 
 
@@ -32,7 +32,7 @@ def evidence_of(regime: Regime) -> list[tuple[str, str]]:
 
 def _evidence(regime: Regime) -> Iterator[tuple[str, str]]:
     if regime.period:
-        yield "closes to", f"{regime.residual:.1e} of its size"
+        yield "repeats to", f"{regime.residual:.1e} (relative)"
         assert regime.multipliers is not None
         largest = float(np.abs(regime.multipliers[0]))
         stands = "stable" if largest < 1 else "unstable"
@@ -45,8 +45,8 @@ def _evidence(regime: Regime) -> Iterator[tuple[str, str]]:
     if math.isfinite(regime.softest):
         yield "softest impact", f"{regime.softest:.3g} m/s"
     if not regime.period and math.isfinite(regime.averaging):
-        yield "averages agree to", f"{regime.averaging:.1f} digits"
-    yield "watched for", f"{regime.watched} periods"
+        yield "averages over time converge to", f"{regime.averaging:.1f} digits"
+    yield "followed for", f"{regime.watched} periods"
     if math.isfinite(regime.least_lifetime):
         yield "if transient", f"a mean life of {regime.least_lifetime:.0f} periods at least (95 %)"
 

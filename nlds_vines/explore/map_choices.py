@@ -18,7 +18,16 @@ from nlds_vines.orbits.coexistence import (
     most_frequent,
     share_of,
 )
-from nlds_vines.plotting.palette import COUNTS, HATCHED, OTHERS, RAMP, colours, ordered, short
+from nlds_vines.plotting.palette import (
+    COUNTS,
+    HATCHED,
+    OTHERS,
+    RAMP,
+    colours,
+    drawn_as,
+    ordered,
+    short,
+)
 
 MOST_SHARES = 6
 """The most regimes of which the share of the starts can be shown."""
@@ -40,7 +49,8 @@ class Show:
         name, title: as in `--show`, and in words.
         column: the numbers of the cells, a name of `cell_columns`, or of the section's component.
         of_start: whether there is one number for each start, and one start must be chosen.
-        classes: (word, colour) of each code of a column of codes; empty for numbers.
+        classes: (word, colour) of each code of a column of codes, and of regimes the name of all
+            of this colour; empty for numbers.
         unit: of numbers; logarithmic: how they are coloured.
         points: whether a diagram draws it as the points of a section.
     """
@@ -49,7 +59,7 @@ class Show:
     title: str
     column: str
     of_start: bool = True
-    classes: tuple[tuple[str, str], ...] = ()
+    classes: tuple[tuple[str, ...], ...] = ()
     unit: str = "1"
     logarithmic: bool = False
     points: bool = False
@@ -141,11 +151,15 @@ def label_places(found: Stored) -> tuple[list[str], np.ndarray]:
     return found_here
 
 
-def classes_of(found: Stored) -> tuple[tuple[str, str], ...]:
-    """Return the words of all labels, in the order of their codes, with their colours."""
+def classes_of(found: Stored) -> tuple[tuple[str, ...], ...]:
+    """Return the words of all labels, in the order of their codes, with their colours.
+
+    Beside them stands the name that all regimes of this colour share.
+    """
     _, *words = label_words(found)
     shades = colours(words)
-    return ((UNKNOWN, UNKNOWN_COLOUR), *((short(word), shades[word]) for word in words))
+    named = ((short(word), shades[word], short(drawn_as(word))) for word in words)
+    return ((UNKNOWN, UNKNOWN_COLOUR, UNKNOWN), *named)
 
 
 def columns_of_shows(found: Stored) -> dict[str, np.ndarray]:

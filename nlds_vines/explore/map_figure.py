@@ -38,7 +38,8 @@ def map_figures(axes: int, starts: int, labelled: bool, refining: bool) -> list[
         "map", HEIGHT if axes == 2 else DIAGRAM_HEIGHT, tools=tools, active_drag=drag,
         toolbar_location="above", x_range=Range1d(0, 1), y_range=Range1d(0, 1),
     )  # fmt: skip
-    main.image_rgba("image", "x", "y", "dw", "dh", source=image_source("picture"), level="image")
+    for name in ("beneath", "picture"):
+        main.image_rgba("image", "x", "y", "dw", "dh", source=image_source(name), level="image")
     main.grid.visible = axes == 1  # lines across cells would hide them
     _add_mark(main, axes)
     for event, code in _EVENTS.items():

@@ -9,7 +9,14 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, CustomJS, DataRange1d, Range1d, Span
+from bokeh.models import (
+    ColumnDataSource,
+    CustomJS,
+    CustomJSTickFormatter,
+    DataRange1d,
+    Range1d,
+    Span,
+)
 
 from nlds_vines.explore.histories import Arrays
 from nlds_vines.explore.live_orbit import has
@@ -23,6 +30,7 @@ WIDE = {
 """The figures in their order, and whether each is as wide as the page."""
 
 _TIME, _PLANE, _LOW = 132, 230, 196  # heights in pixels
+_CIRCLE = 140  # pixels, of the plane of multipliers, which is square
 
 Sources = Mapping[str, ColumnDataSource]
 
@@ -132,8 +140,9 @@ def _force(sources: Sources) -> Any:
     made = plain_figure("force", _TIME)
     roled(made.line("t", "harmonic", source=sources["history"], line_width=1.0), "blue")
     roled(made.line("t", "force", source=sources["history"], line_width=1.3), "ink")
-    made.yaxis.axis_label = "force [N]"
-    made.xaxis.axis_label = "t / T [forcing periods]; force of the contact, and P cos ωt in blue"
+    made.yaxis.axis_label = "force [kN]"
+    made.yaxis.formatter = CustomJSTickFormatter(code="return String(tick / 1000)")
+    made.xaxis.axis_label = "t / T [forcing periods]"
     return made
 
 
@@ -180,8 +189,8 @@ def _multipliers(sources: Sources) -> Any:
     """Return the unit circle with the multipliers in it."""
     ends = (-1.25, 1.25)
     made = plain_figure(
-        "multipliers", _LOW, x_range=Range1d(*ends), y_range=Range1d(*ends), width=_LOW + 30,
-        sizing_mode="fixed",
+        "multipliers", _LOW, x_range=Range1d(*ends), y_range=Range1d(*ends), sizing_mode="fixed",
+        frame_width=_CIRCLE, frame_height=_CIRCLE,
     )  # fmt: skip
     angle = np.linspace(0, 2 * np.pi, 181)
     roled(made.line(np.cos(angle), np.sin(angle), line_width=1.2), "muted")

@@ -164,10 +164,12 @@ class Session:
         """Begin to compute a part of the map finer."""
         ranges = [(float(low), float(high)) for low, high in message["ranges"]]
         self._compute_map(self._chosen.part(ranges))
+        self._follow(message)
 
     def _recompute(self, message: Mapping[str, Any]) -> None:
         """Begin to compute the map with the parameters of the sliders."""
         self._compute_map(self._chosen.part())
+        self._follow(message)
 
     def _compute_map(self, scan: Scan) -> None:
         """Compute a map in the background, and show it while it grows."""
@@ -192,10 +194,11 @@ class Session:
             self._later(lambda: self._put(more, "cells") if self._found is found else None)
         self._later(self._say_state)
 
-    def _step(self, by: int) -> None:
+    def _step(self, by: int, message: Mapping[str, Any]) -> None:
         """Go back to the map before, or forward again."""
         if self._chosen.step(by):
             self._show_level()
+            self._follow(message)
 
     def _cancel(self, message: Mapping[str, Any]) -> None:
         if self._job is not None:
@@ -266,8 +269,8 @@ _ACTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], None]] = {
     "finer": Session._finer,
     "recompute": Session._recompute,
     "cancel": Session._cancel,
-    "back": lambda session, _: session._step(-1),
-    "forward": lambda session, _: session._step(1),
+    "back": lambda session, message: session._step(-1, message),
+    "forward": lambda session, message: session._step(1, message),
     "show": lambda session, _: None,
     "save": Session._save,
 }

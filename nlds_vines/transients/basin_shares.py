@@ -273,7 +273,8 @@ def _in_words(basin: Basin, axes: tuple[str, ...]) -> str:
 def _of_entropy(found: BasinEntropy) -> Iterator[str]:
     yield f"basin entropy: {found.basin:.4f} ({found.boxes} boxes of {found.side} x {found.side})"
     if found.boundary_boxes:
-        verdict = "fractal for certain" if found.fractal else "smooth or fractal"
+        finer = "smooth, or fractal in finer cells than these"
+        verdict = "fractal for certain" if found.fractal else finer
         yield (
             f"boundary entropy: {found.boundary:.4f} ({found.boundary_boxes} boxes; ln 2 = "
             f"{FRACTAL:.4f}): the boundary is {verdict}"

@@ -19,6 +19,7 @@ from nlds_vines.tuning.evaluations import STAGES
 from nlds_vines.tuning.request import Tuning
 from nlds_vines.tuning.request_file import load_tuning
 
+_BAND = 5  # values of a parameter that stand for a range, and not for themselves
 _AT_BOUND = 1e-3  # of the range: an optimum that near to a bound is reported
 
 
@@ -121,6 +122,12 @@ class Tuned(Outlined, Drawable):
                 f"{len(self.spread)} seeds: best {low:.6g}, median {middle:.6g}, "
                 f"worst {high:.6g} {self.tuning.unit}"
             )
+        for axis in self.tuning.over:
+            if axis.values.size >= _BAND:
+                yield (
+                    f"the largest of {axis.values.size} values of {axis.name}; between them it may "
+                    f"be larger: scan the best design over more of them"
+                )
         for item in self.tuning.free:
             value = self.parameters[item.name]
             if item.inert:

@@ -134,5 +134,5 @@ def test_what_has_no_basins_is_told(tmp_path):
         "record": {"want": ["energy"]},
     }
     path = nv.bifurcation(scan, tmp_path / "e.h5", quiet=True)
-    with pytest.raises(RequestError, match="needs attractors: record attractor"):
+    with pytest.raises(RequestError, match="needs attractors: scan with --record attractor"):
         path.plot("basins")

@@ -112,7 +112,7 @@ def test_chaos_has_words_and_no_multipliers():
     if orbit.label == "chaos":
         assert orbit.panels["multipliers"]["re"].size == 0
         assert words_of(orbit.regime).startswith("chaotic")
-    assert dict(evidence_of(orbit.regime))["watched for"]
+    assert dict(evidence_of(orbit.regime))["followed for"]
 
 
 @pytest.mark.kernels

@@ -85,7 +85,7 @@ def test_what_can_be_shown_is_not_refused(show):
         ("regime", 2, 4, True, "did you mean 'regimes'"),
         ("share:", 2, 4, True, "share:LABEL"),
         ("lyapunov", 2, 4, True, "not recorded"),
-        ("regimes", 2, 4, False, "record regime"),
+        ("regimes", 2, 4, False, "scan with regime in --record"),
         ("shares", 2, 1, True, "several starts"),
         ("share:T,0", 2, 1, True, "several starts"),
         ("coexisting", 2, 1, True, "several starts"),

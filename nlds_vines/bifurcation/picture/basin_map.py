@@ -66,7 +66,7 @@ def drawable(view: ArchiveView) -> bool:
 
 def _why_not(view: ArchiveView) -> str:
     if "attractor" not in view:
-        return "record attractor"
+        return "scan with --record attractor"
     if "attractor_share" not in view:
         return "no attractor was found"
     varied = [name for name in view.axes if name not in INITIAL]

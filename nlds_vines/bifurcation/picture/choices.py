@@ -80,11 +80,11 @@ def check_show(
     """
     if show == BASINS:
         if ATTRACTOR not in known:
-            raise RequestError(f"show = {show!r} needs attractors: record {ATTRACTOR}")
+            raise RequestError(f"show = {show!r} needs attractors: scan with --record {ATTRACTOR}")
         return
     needs_labels = show in (REGIMES, *_OF_SEVERAL_STARTS) or show.startswith(SHARE)
     if needs_labels and not labelled:
-        raise RequestError(f"show = {show!r} needs regimes: record regime as well")
+        raise RequestError(f"show = {show!r} needs regimes: scan with regime in --record")
     if not is_map(values):
         if show in _OF_SEVERAL_STARTS or show.startswith(SHARE):
             raise RequestError(f"show = {show!r} is for maps: vary two parameters over ranges")

@@ -155,6 +155,7 @@ const EXPLORE = (() => {
 
   function start(sliders) {
     NV.startPage()
+    if (innerWidth <= 980) el("parameters").open = false // on a phone the orbit comes before the sliders
     NV.listeners.chosen = (i, j, start) => ask("cell", {cell: [i, j], start})
     NV.listeners.shown = (name) => ask("show", {name})
     SLIDERS.make(sliders)

@@ -194,7 +194,7 @@ const NV = (() => {
 
   // ---- legend
 
-  const MOST_NAMED = 14 // regimes in a legend: the most frequent
+  const MOST_NAMED = 40 // classes in a legend: the most frequent; regimes of one colour are one
 
   function entry(list, shade, text, hatched = false) {
     const item = document.createElement("li"), chip = document.createElement("span")
@@ -216,16 +216,23 @@ const NV = (() => {
       const S = at.meta.starts.length, every = at.lanes[counted.column] ? S : 1
       for (let r = every > 1 ? at.start : 0; r < column.length; r += every)
         count.set(column[r], (count.get(column[r]) || 0) + 1)
-      const total = column.length / every
-      const frequent = [...count].sort((a, b) => b[1] - a[1]).slice(0, MOST_NAMED).map(([code]) => code)
-      counted.classes.forEach(([word, c], code) => {
-        if (!frequent.includes(code)) return
-        const share = count.get(code) / total
-        entry(list, c, `${word}  ${(100 * share).toFixed(share < 0.0995 ? 1 : 0)} %`, hatchOf(word))
+      const total = column.length / every, groups = new Map()
+      counted.classes.forEach(([word, shade, group], code) => {
+        if (!count.has(code)) return
+        const key = group || word, known = groups.get(key)
+        if (known) { known.count += count.get(code); known.word = key }
+        else groups.set(key, {word, shade, count: count.get(code)})
       })
-      if (count.size > frequent.length) {
+      const order = [...groups.values()].map((g) => g.count).sort((a, b) => b - a)
+      const least = order[Math.min(MOST_NAMED, order.length) - 1]
+      const named = [...groups.values()].filter((g) => g.count >= least)
+      for (const {word, shade, count: n} of named) {
+        const share = n / total
+        entry(list, shade, `${word}  ${(100 * share).toFixed(share < 0.0995 ? 1 : 0)} %`, hatchOf(word))
+      }
+      if (groups.size > named.length) {
         const item = document.createElement("li")
-        item.textContent = `and ${count.size - frequent.length} more`
+        item.textContent = `and ${groups.size - named.length} more`
         list.append(item)
       }
     } else if (s) {
@@ -317,6 +324,8 @@ const NV = (() => {
   }
   function level(meta, lanes, cells, points) {
     const before = at.show && at.show.name
+    leave()
+    keepBeneath(meta)
     Object.assign(at, {meta: {...meta, axes: meta.axes.map(axis)}, lanes, cells, points})
     at.start = Math.min(at.start, meta.starts.length - 1)
     at.cell = meta.cell || at.cell
@@ -338,6 +347,17 @@ const NV = (() => {
     paint()
     mark()
     el("text").textContent = alternative()
+  }
+  function keepBeneath(meta) { // of a part that is to be computed finer, the cells seen so far
+    const beneath = model("beneath"), old = at.meta && at.meta.axes
+    if (!beneath || !old) return
+    const part = meta.axes.map(axis).map((a, d) => [a, old[d]])
+    const within = part.every(([a, b]) => a.even && b.even && a.low >= b.low - b.step && a.high <= b.high + b.step)
+    const same = part.every(([a, b]) => a.low === b.low && a.high === b.high)
+    const empty = {image: [new Uint32Array(1)], x: [0], y: [0], dw: [0], dh: [0]}
+    const seen = model("picture").data, size = seen.image[0].constructor
+    empty.image = [new size(new Uint32Array(1), [1, 1])]
+    put(beneath, {data: within && !same ? {...seen} : empty})
   }
   function refresh(meta, lanes, cells, points) { // the same level, more of it computed
     const before = at.show.name
@@ -406,7 +426,7 @@ const NV = (() => {
   function role(m, c, target = m) {
     const tag = (m.tags || []).find((t) => ROLES.includes(t))
     if (!tag) return
-    for (const name of ["line_color", "fill_color"]) {
+    for (const name of ["line_color", "fill_color", "text_color"]) {
       const old = target[name]
       if (old === undefined || old === null || old.value === null) continue
       put(target, {[name]: typeof old === "string" ? c[tag] : {value: c[tag]}})

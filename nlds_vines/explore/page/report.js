@@ -63,11 +63,12 @@ const REPORT = (() => {
       fit(model(plane).y_range, data[at.meta.components[c + 1]], at.meta.ranges[c + 1])
     }
   }
-  function fit(range, values, [low, high]) { // what there is, and a tenth of all that there is at least
+  function fit(range, values, [low, high]) { // what there is; of one point, a tenth of all that there is
     const known = values.filter(Number.isFinite)
     if (!known.length) [low, high].forEach((end) => known.push(end))
     const centre = (Math.min(...known) + Math.max(...known)) / 2
-    const half = Math.max(0.6 * (Math.max(...known) - Math.min(...known)), 0.05 * (high - low))
+    const span = Math.max(...known) - Math.min(...known) // numbers are rounded to 1/65534 of all
+    const half = span > 1e-3 * (high - low) ? 0.6 * span : 0.05 * (high - low)
     NV.put(range, {start: centre - half, end: centre + half})
   }
   function shown(name) { // of the lines of branches, those of the number that a diagram shows
@@ -89,6 +90,7 @@ const REPORT = (() => {
     el("map-head").textContent = meta.head
     shown(at.show.name)
     NV.choose(...at.cell)
+    el("state").textContent = ""
     document.documentElement.dataset.ready = "yes"
   }
   return {start}

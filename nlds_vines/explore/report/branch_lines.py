@@ -16,21 +16,27 @@ import numpy as np
 from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource
 
+from nlds_vines.continuation.marks import MARKS, WORDS
 from nlds_vines.continuation.result import Branch, Continued, continued
 from nlds_vines.errors import RequestError
 from nlds_vines.explore.look import FONT, roled
 from nlds_vines.explore.map_data import Stored
 from nlds_vines.plotting.style import HUES
 
-KINDS = {
-    "LP": (HUES["vermillion"], "diamond"),
-    "PD": (HUES["blue"], "triangle"),
-    "NS": (HUES["pink"], "square"),
-    "BP": (HUES["orange"], "star"),
-    "GR": (HUES["green"], "circle"),
-    "LIM": (HUES["grey"], "x"),
-}
-"""Colour and marker of each kind of special point."""
+_MARKERS = {"o": "circle", "^": "triangle", "s": "square", "X": "x", "D": "diamond"}
+_MARKERS["v"] = "inverted_triangle"
+
+KINDS = {kind: (look["color"], _MARKERS[look["marker"]]) for kind, look in MARKS.items()}
+"""Colour and marker of each kind of special point: those of pictures."""
+
+_PATHS = {
+    "circle": "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z",
+    "triangle": "M0-4L4 4L-4 4z",
+    "square": "M-4-4H4V4H-4z",
+    "x": "M-4-2L-2-4L0-2L2-4L4-2L2 0L4 2L2 4L0 2L-2 4L-4 2L-2 0z",
+    "diamond": "M0-5L4 0L0 5L-4 0z",
+    "inverted_triangle": "M0 4L4-4L-4-4z",
+}  # of the markers in a legend, as SVG draws them
 
 ENERGIES = ("E1max", "E2max")
 
@@ -77,6 +83,16 @@ def special_table(result: Continued) -> Table:
             rows.append((kind, place, f"on the curve of {curve.kind}, {curve.period}T"))
     head = "kind", "at", "regime along the branch"
     return Table("Special points of the branches", head, rows)
+
+
+def marks_of(result: Continued) -> list[dict[str, str]]:
+    """Return the entries of a legend of special points: path, colour and words of each kind."""
+    curves = {curve.kind for curve in result.curves}
+    return [
+        {"path": _PATHS[marker], "colour": shade, "words": f"{kind} {WORDS[kind]}"}
+        for kind, (shade, marker) in KINDS.items()
+        if kind in result.special.kind or kind in curves
+    ]
 
 
 def draw_branches(figure: Any, result: Continued, found: Stored) -> None:
@@ -174,10 +190,11 @@ def _mark(figure: Any, kinds: list[Any], x: list[Any], y: list[Any], *tags: str)
         "x", "y", marker="marker", size=9, fill_color="shade", line_color="#ffffff", source=source,
         visible=seen,
     )  # fmt: skip
+    dots.tags = list(tags)
+    if set(source.data["name"]) <= set(KINDS):  # the legend of the page has their names
+        return
     words = figure.text(
         "x", "y", text="name", x_offset=6, y_offset=-4, source=source, visible=seen,
-        text_font=value(FONT), text_font_size="11px", text_color="#000000",
-        text_outline_color="#ffffff",
+        text_font=value(FONT), text_font_size="11px", text_font_style="bold",
     )  # fmt: skip
-    for made in (dots, words):
-        made.tags = list(tags)
+    roled(words, "text", *tags)

@@ -18,7 +18,12 @@ from nlds_vines.explore.look import frame, page_file, plain_figure, roled
 from nlds_vines.explore.map_data import NUMBERS, Stored
 from nlds_vines.explore.map_figure import map_figures
 from nlds_vines.explore.map_meta import meta_of
-from nlds_vines.explore.report.branch_lines import Table, draw_branches, special_table
+from nlds_vines.explore.report.branch_lines import (
+    Table,
+    draw_branches,
+    marks_of,
+    special_table,
+)
 from nlds_vines.explore.report.packing import Packed, coded, packed
 from nlds_vines.explore.shared_map import middle
 
@@ -128,6 +133,7 @@ def _page(
         "request": found.scan.to_toml(),
         "left_out": left_out,
         "branches": branches is not None,
+        "marks": [] if branches is None else marks_of(branches),
         "tables": tables,
         "planes": ("plane 1", "plane 2"),
     }

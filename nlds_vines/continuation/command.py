@@ -337,7 +337,7 @@ def _from_archive(
         along = found.get("along") or load_continuation(options.source).document()["along"]
         (name,) = along
         orbits = orbits_in(view, name, values)
-        if "system" not in found and options.continuation is None:
+        if "system" not in found and options.source is None:
             others = {
                 axis: values.get(axis, view[axis][0])
                 for axis in view.axes

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from nlds_vines.cli.commands import COMMANDS, MOVED, TASKS, UPKEEP
+from nlds_vines.cli.commands import COMMANDS, MOVED, UPKEEP, USUAL
 from nlds_vines.cli.running import DONE, WRONG_REQUEST, complain, ended, say
 from nlds_vines.errors import unknown
 
@@ -39,7 +39,7 @@ def _run(arguments: Sequence[str]) -> int:
 def _help() -> list[str]:
     tasks, upkeep = (
         [f"  {name:<17}{purpose}" for name, (_, purpose) in commands.items()]
-        for commands in (TASKS, UPKEEP)
+        for commands in (USUAL, UPKEEP)
     )
     return [
         "usage: nlds-vines COMMAND ... | --help | --version",

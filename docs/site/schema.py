@@ -19,7 +19,16 @@ from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.laws import LAWS
 from nlds_vines.model.parameters import INITIAL, PARAMETERS
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.model.setting import Check, OneOf, Real, Settings, Text, Truth, Whole, settings_of
+from nlds_vines.model.setting import (
+    Check,
+    OneOf,
+    ParameterTable,
+    Real,
+    Text,
+    Truth,
+    Whole,
+    settings_of,
+)
 
 PATH = Path(__file__).resolve().parents[1] / "static" / "request.schema.json"
 
@@ -59,7 +68,7 @@ def of(check: Check) -> Schema:
             return {"type": "string"}
         case Truth():
             return {"type": "boolean"}
-        case Settings():
+        case ParameterTable():
             return {"type": "object"}
     return {}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-TASKS = {
+USUAL = {
     "bifurcation": ("nlds_vines.bifurcation.command", "scan one parameter or two"),
     "response-curves": (
         "nlds_vines.bifurcation.response_curves.command",
@@ -36,7 +36,7 @@ UPKEEP = {
 }
 """What looks after archives and the program itself."""
 
-COMMANDS = TASKS | UPKEEP
+COMMANDS = USUAL | UPKEEP
 """All sister commands: the module of each, whose `main` takes the arguments, and its purpose."""
 
 MOVED = {"reproduce": "in a clone, `python -m paper` makes the paper's figures and report"}

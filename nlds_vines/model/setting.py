@@ -90,7 +90,7 @@ class Truth:
 
 
 @dataclass(frozen=True)
-class Settings:
+class ParameterTable:
     """A table of parameters, which the system checks."""
 
     def __call__(self, name: str, value: Any, /) -> Any:

@@ -13,7 +13,7 @@ from nlds_vines.model.layers import Form, Layer, Layers
 from nlds_vines.model.setting import (
     Checked,
     OneOf,
-    Settings,
+    ParameterTable,
     Text,
     Whole,
     checks,
@@ -80,7 +80,7 @@ class ColumnEntry:
 
     name: str = setting("", Text(), "[column]", "what stands above it")
     settings: Mapping[str, Any] | None = setting(
-        None, Settings(), "[column]", "parameters of it", key="set"
+        None, ParameterTable(), "[column]", "parameters of it", key="set"
     )
     window: Window | None = setting(
         None, Checked(lambda value: checked_window("window", value)), "[column]",

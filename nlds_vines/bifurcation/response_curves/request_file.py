@@ -30,7 +30,7 @@ from nlds_vines.model.layers import Document, Form, Layer, unchecked
 from nlds_vines.model.setting import (
     Checked,
     OneOf,
-    Settings,
+    ParameterTable,
     Text,
     Truth,
     Whole,
@@ -59,7 +59,7 @@ class PanelEntry:
     title: str = setting("", Text(), "[panels]", "what stands above it")
     system: Any = setting(None, Checked(unchecked), "[panels]", "of all its curves")
     settings: Mapping[str, Any] | None = setting(
-        None, Settings(), "[panels]", "parameters of all its curves", key="set"
+        None, ParameterTable(), "[panels]", "parameters of all its curves", key="set"
     )
     base: bool = setting(False, Truth(), "[panels]", "whether it is that of the original tuning")
 
@@ -73,7 +73,7 @@ class CurveEntry:
     )
     system: Any = setting(None, Checked(unchecked), "[curves]", "its system", usual="the page's")
     settings: Mapping[str, Any] | None = setting(
-        None, Settings(), "[curves]", "parameters of it", key="set"
+        None, ParameterTable(), "[curves]", "parameters of it", key="set"
     )
     base: bool = setting(False, Truth(), "[curves]", "whether it is drawn stronger")
     colour: str = setting(

@@ -31,7 +31,7 @@ from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.running import Command
 from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.continuation.request import STARTS, Begin, Continuation
-from nlds_vines.continuation.request_file import load_continuation
+from nlds_vines.continuation.request_file import in_parameters, load_continuation
 from nlds_vines.errors import RequestError, at, from_text, number, shown, typed
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.parameters import INITIAL
@@ -149,6 +149,10 @@ def _request_of(
     """Return the request that the arguments of `follow` mean."""
     known = as_system(system)
     first, last = _pair(between)
+    free = () if plane is None else (_triple(plane)[0],)
+    meant = in_parameters({along: {"start": first, "stop": last}}, known, free)
+    ((along, ends),) = meant.items()
+    first, last = ends["start"], ends["stop"]
     changes: dict[str, Any] = {
         "along": {along: {"start": first, "stop": last}},
         "start": _near(known, along, start, (first, last), period)
@@ -335,6 +339,7 @@ def _from_archive(
         if view.content != "scan":
             raise RequestError(f"it holds a {view.content}, not a scan")
         along = found.get("along") or load_continuation(options.source).document()["along"]
+        found["along"] = along = in_parameters(along, system_in(path, view.text("scan")))
         (name,) = along
         orbits = orbits_in(view, name, values)
         if "system" not in found and options.source is None:

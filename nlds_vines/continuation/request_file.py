@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import numpy as np
 
 from nlds_vines.continuation.request import Begin, Continuation, Interval
-from nlds_vines.errors import RequestError, at, shown, table, typed
+from nlds_vines.errors import RequestError, at, number, shown, table, typed
 from nlds_vines.model.layers import Document, Form, Layers
+from nlds_vines.model.ratios import ratios_in
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
 from nlds_vines.model.words import symbol_of, system_in_words
@@ -50,7 +55,7 @@ def load_continuation(
     given = DEFAULT_SYSTEM if source is None else source
     layers = Layers.of(FORM, given, changes, changes_from)
     system = layers.system_as_set(DEFAULT_SYSTEM)
-    along = _interval(layers, "along") or _interval_of("along", DEFAULT_ALONG)
+    along, plane = _intervals(layers, system)
     title = layers.title(outdated_by=("system", "set", "along", "plane"))
     with at(layers.place("start")):
         begin = _begin(layers.table("start"))
@@ -61,20 +66,46 @@ def load_continuation(
             system=system,
             along=along,
             begin=begin,
-            plane=_interval(layers, "plane"),
+            plane=plane,
             **search,
         )
     return layers.told(request)
 
 
-def _interval(layers: Layers, key: str) -> Interval | None:
-    """Return the interval that the uppermost table of a key means; None where there is none."""
-    holder = layers.holder(key)
-    entries = holder.table(key)
-    if not entries:
-        return None
-    with at(holder.place(key)):
-        return _interval_of(key, entries)
+def _intervals(layers: Layers, system: System) -> tuple[Interval, Interval | None]:
+    """Return the intervals that the uppermost tables `along` and `plane` mean."""
+    holders = {key: layers.holder(key) for key in ("along", "plane")}
+    free = [name for key, holder in holders.items() for name in holder.table(key)]
+    found: dict[str, Interval] = {}
+    for key, holder in holders.items():
+        if entries := holder.table(key):
+            with at(holder.place(key)):
+                found[key] = _interval_of(key, in_parameters(entries, system, free))
+    return found.get("along") or _interval_of("along", DEFAULT_ALONG), found.get("plane")
+
+
+def in_parameters(
+    entries: Document, system: System, free: Collection[str] = ()
+) -> Mapping[str, Any]:
+    """Return a table of an interval along a parameter in place of one along a ratio, as f [Hz].
+
+    Arguments: the `entries` of the table; the `system` that its unit follows from; the names of
+    all that is `free`.
+
+    Raises `RequestError` where the unit follows from what is free, too.
+    """
+    known = ratios_in(system.scene)
+    if len(entries) != 1 or not entries.keys() <= known.keys():
+        return entries
+    ((name, entry),) = entries.items()
+    ratio = known[name]
+    both = next((need for need in ratio.needs if need in free), None)
+    if both is not None:
+        raise RequestError(f"{name} follows from {both}, which is free, too: give {ratio.gives}")
+    ends = {end: number(f"{end} of {name}", value) for end, value in table(name, entry).items()}
+    ratio.what.check(np.array([*ends.values()]))
+    unit = ratio.unit_of(system.parameters)
+    return {ratio.gives: {end: value * unit for end, value in ends.items()}}
 
 
 def _interval_of(key: str, entries: Document) -> Interval:

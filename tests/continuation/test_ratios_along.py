@@ -1,0 +1,70 @@
+"""Continuations along ratios: f [Hz] and omega / omega0 in place of omega."""
+
+from math import pi, sqrt
+
+import pytest
+
+import nlds_vines as nv
+from nlds_vines.continuation.command import _request_of
+from nlds_vines.continuation.request_file import load_continuation
+
+SIX = nv.load_system("ssul-set6").parameters
+OMEGA0 = sqrt(SIX["k1"] / SIX["m1"])
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high", "gives", "unit"),
+    [
+        ("f", 0.9, 1.2, "omega", 2 * pi),
+        ("omega_ratio", 0.9, 1.1, "omega", OMEGA0),
+        ("zeta1", 0.01, 0.05, "c1", 2 * sqrt(SIX["k1"] * SIX["m1"])),
+    ],
+)
+def test_the_interval_is_that_of_the_parameter(name, low, high, gives, unit):
+    table = {"along": {name: {"start": low, "stop": high}}}
+    of_file = load_continuation({"system": "ssul-set6", **table}).along
+    of_options = load_continuation("ssul-set6", table, "command line").along
+    of_python = _request_of("ssul-set6", name, (low, high), None, None, {}, {}, None).along
+    assert of_file == of_options == of_python
+    assert of_file.name == gives
+    assert (of_file.low, of_file.high) == (low * unit, high * unit)
+
+
+def test_it_is_that_of_the_parameters_that_are_set():
+    table = {"set": {"k1": 4e4}, "along": {"omega_ratio": {"start": 0.9, "stop": 1.1}}}
+    found = load_continuation({"system": "ssul-set6", **table})
+    assert found.along.low == 0.9 * sqrt(4e4 / SIX["m1"])
+    assert load_continuation(found.document()) == found
+
+
+def test_the_second_parameter_may_be_one():
+    planes = {
+        "along": {"omega": {"start": 6.0, "stop": 7.0}},
+        "plane": {"zeta1": {"start": 0.01, "stop": 0.1}},
+    }
+    found = load_continuation("ssul-set6", planes)
+    assert found.plane.name == "c1"
+    assert found.plane.high == 0.1 * 2 * sqrt(SIX["k1"] * SIX["m1"])
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ({"along": {"f": {"start": 0.0, "stop": 1.0}}}, r"\[along\].*f.*0"),
+        ({"along": {"f": {"start": "x", "stop": 1.0}}}, "start of f = 'x' must be a number"),
+        ({"along": {"zeta": {"start": 0.1, "stop": 1.0}}}, "zeta"),
+        (
+            {"along": {"omega_ratio": {"start": 0.9, "stop": 1.0}},
+             "plane": {"k1": {"start": 3e4, "stop": 5e4}}},
+            "omega_ratio follows from k1, which is free, too: give omega",
+        ),
+        (
+            {"along": {"f": {"start": 0.9, "stop": 1.0}},
+             "plane": {"omega": {"start": 6.0, "stop": 7.0}}},
+            "omega is free already",
+        ),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_followed_is_refused(tables, words):
+    with pytest.raises(nv.RequestError, match=words):
+        load_continuation("ssul-set6", tables, "a test")

@@ -19,7 +19,7 @@ import numpy as np
 from nlds_vines.bifurcation.blocks import blocks_of
 from nlds_vines.bifurcation.compute import wanted_of
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels.arguments import Span
+from nlds_vines.kernels.scene.arguments import Span
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.batch import Kernels, Outputs
 from nlds_vines.runs.pool import size_of_piece

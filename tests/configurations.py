@@ -9,7 +9,7 @@ import sys
 import numpy as np
 
 import nlds_vines as nv
-from nlds_vines.kernels.compiling import Kernel
+from nlds_vines.kernels.numerics.compiling import Kernel
 from nlds_vines.model.scenes import scene_of
 
 USUAL = ("section", "impacts", "energy", "regime")
@@ -21,8 +21,8 @@ SCANS = (("ssul", USUAL), ("tmd", ("section",)), ("oscillator", ("section", "imp
 def compile_all():
     """Compile the four configurations."""
     from nlds_vines.continuation.section_map import compile_for
-    from nlds_vines.kernels.elementary import exp, fill_cos_sin, fill_exp, log
-    from nlds_vines.kernels.recurrence import TOLERANCE, period_of
+    from nlds_vines.kernels.numerics.elementary import exp, fill_cos_sin, fill_exp, log
+    from nlds_vines.kernels.orbit.recurrence import TOLERANCE, period_of
     from nlds_vines.orbits.batch import Kernels, Wanted
     from nlds_vines.orbits.settings import Settings
 

@@ -76,7 +76,7 @@ def alone(path):
 @cache
 def shared_files():
     """Return the files of what the configurations compile, which are compiled by then."""
-    from nlds_vines.kernels import stored_code
+    from nlds_vines.kernels.numerics import stored_code
 
     place = stored_code.folder() or TESTS
     with alone(place / "configurations.lock"):
@@ -96,7 +96,7 @@ compiled = {}
 @pytest.fixture(scope="session", autouse=True)
 def followed():
     """Note which of the program's kernels that Python calls are compiled."""
-    from nlds_vines.kernels.compiling import Inner, told_of_compilations
+    from nlds_vines.kernels.numerics.compiling import Inner, told_of_compilations
 
     def note(kernel):
         ours = str(kernel.place[0]).startswith("nlds_vines.")

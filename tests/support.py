@@ -11,19 +11,19 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.kernels import variations
-from nlds_vines.kernels.arguments import CellBuffers, Side, Span, Watch
-from nlds_vines.kernels.cells import run_cell
-from nlds_vines.kernels.codes import OK, RELEASED
-from nlds_vines.kernels.contact import Steps, contact
-from nlds_vines.kernels.flight import rate_of
-from nlds_vines.kernels.hertz_arc import make_arc
-from nlds_vines.kernels.impact import short_impact
+from nlds_vines.kernels.cells.cells import run_cell
+from nlds_vines.kernels.events.contact import Steps, contact
+from nlds_vines.kernels.impact.hertz_arc import make_arc
+from nlds_vines.kernels.impact.impact import short_impact
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.observe import COLUMNS, Impacts
-from nlds_vines.kernels.orbit import SIZE
-from nlds_vines.kernels.runge_kutta import SCRATCH as STEP_SCRATCH
-from nlds_vines.kernels.scene import damper_in, structure_of
+from nlds_vines.kernels.motion.flight import rate_of
+from nlds_vines.kernels.motion.runge_kutta import SCRATCH as STEP_SCRATCH
+from nlds_vines.kernels.orbit import variations
+from nlds_vines.kernels.orbit.orbit import SIZE
+from nlds_vines.kernels.scene.arguments import CellBuffers, Side, Span, Watch
+from nlds_vines.kernels.scene.codes import OK, RELEASED
+from nlds_vines.kernels.scene.scene import damper_in, structure_of
+from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import CELL, System

@@ -10,9 +10,9 @@ import numpy as np
 from benchmarks.extremes.cases import BOTH, LINEAR, amplitudes, error_of, shortening
 from benchmarks.extremes.entry import Entry, Finding, within
 from nlds_vines import classify, simulate
-from nlds_vines.kernels.growth import digits_of, mean_and_width
-from nlds_vines.kernels.recurrence import TOLERANCE, period_of
-from nlds_vines.kernels.verdict import SMOOTH
+from nlds_vines.kernels.cells.verdict import SMOOTH
+from nlds_vines.kernels.orbit.growth import digits_of, mean_and_width
+from nlds_vines.kernels.orbit.recurrence import TOLERANCE, period_of
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.linear_response import steady_state
 from nlds_vines.model.system import System

@@ -113,7 +113,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/once_rounded.py",
+        "nlds_vines/kernels/motion/once_rounded.py",
         (
             "once rounded: a cell's matrix has plain precision",
             "w[i + c], w[i + 4 + c] = head, rest + second",
@@ -167,7 +167,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/drive.py",
+        "nlds_vines/kernels/scene/drive.py",
         (
             "drive: the phase stands still in a step",
             "return phase[0] * cosine - phase[1] * sine",
@@ -176,7 +176,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/runge_kutta.py",
+        "nlds_vines/kernels/motion/runge_kutta.py",
         (
             "runge_kutta: a coefficient of order eight is off by 1e-6",
             "A12_11 = 0.6433927460157636",
@@ -191,7 +191,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/impact_variations.py",
+        "nlds_vines/kernels/impact/impact_variations.py",
         (
             "impact variations: the structure stands still until the wall is met",
             "    x, speed = x + v1 * late, speed + ds * late",
@@ -218,7 +218,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/impact_variations.py",
+        "nlds_vines/kernels/impact/impact_variations.py",
         (
             "impact variations: the impact feels no load",
             "push = under(ps.load, push - (a1 * z + a2 * s))",
@@ -227,7 +227,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/contact.py",
+        "nlds_vines/kernels/events/contact.py",
         (
             "contact: a wall that has let go does not push again",
             "        positive = positive != switches\n",
@@ -242,7 +242,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/inside_variations.py",
+        "nlds_vines/kernels/impact/inside_variations.py",
         (
             "inside variations: the wall does not push at the place",
             "force = wall.K * (q * q * q)",
@@ -269,7 +269,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/impact.py",
+        "nlds_vines/kernels/impact/impact.py",
         (
             "impact: the common motion feels no force",
             "return a, 0.5 * S_u * a * b * per, dt, v * dt, (1.0 - damper.share) * push * dt",
@@ -314,7 +314,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/inside.py",
+        "nlds_vines/kernels/impact/inside.py",
         (
             "inside: backward in time, dashpots take as they do forward",
             "damper.m2, damper.k2, -damper.c2, damper.inv_m1,",
@@ -353,7 +353,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/state_inside.py",
+        "nlds_vines/kernels/impact/state_inside.py",
         (
             "state inside: time goes as in the free arc",
             "per * time - value_at(half, int(FIRST), 0.0, total)",
@@ -380,7 +380,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/fixed_step.py",
+        "nlds_vines/kernels/events/fixed_step.py",
         (
             "fixed_step: the middle of a step has the phase of its start",
             "middle[j] = cos_sin_of_turn(turned(begun, (j + 0.5) / n))[0]",

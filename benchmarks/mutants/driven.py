@@ -9,7 +9,7 @@ _EACH = _T + "test_the_derivative_by_each_parameter_is_that_of_differences"
 
 MUTANTS = (
     *of(
-        "nlds_vines/kernels/driven.py",
+        "nlds_vines/kernels/motion/driven.py",
         (
             "driven: walls stand still where parameters move them",
             "tangent.rows[4 * i + 2] -= way * sign * tangent.rates[i, wall_at(sign) + GAP]",
@@ -81,6 +81,6 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/driven_flight.py",
+        "nlds_vines/kernels/motion/driven_flight.py",
     ),
 )

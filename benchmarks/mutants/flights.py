@@ -24,7 +24,7 @@ _PLAIN_PEAKS = "tests/kernels/plain_peaks.py::"
 
 MUTANTS = (
     *of(
-        "nlds_vines/kernels/scene.py",
+        "nlds_vines/kernels/scene/scene.py",
         (
             "scene: the force of a wall is left out of the damper's share",
             "return alone - pull * damper.inv_m1, without_shaking",
@@ -75,7 +75,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/flight.py",
+        "nlds_vines/kernels/motion/flight.py",
         (
             "flight: the rest of a period has the phases of a whole one",
             "    return begun.phase + begun.share * share",
@@ -156,7 +156,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/touch.py",
+        "nlds_vines/kernels/watch/touch.py",
         (
             "touch: the safe distance forgets the bend",
             "square = slope * slope + 2.0 * bend * clearance",
@@ -183,7 +183,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/peaks.py",
+        "nlds_vines/kernels/watch/peaks.py",
         (
             "peaks: a factor of the damper's energy takes it for the structure",
             "f += mass * rise * (w[i + 5] - w[i + 7])",
@@ -252,7 +252,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/exact.py",
+        "nlds_vines/kernels/events/exact.py",
         (
             "exact: the bound of the third derivative forgets the forcing",
             "(grid.bend * first + ps.omega * ps.force) * h2 * grid.h",
@@ -327,7 +327,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/flight.py",
+        "nlds_vines/kernels/motion/flight.py",
         (
             "flight: the rate of a damper forgets its dashpot",
             "    own = math.sqrt(damper.k2 / damper.m2) + damper.c2 / damper.m2\n",
@@ -342,7 +342,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/roots.py",
+        "nlds_vines/kernels/numerics/roots.py",
         (
             "cubics: the error of a value is left out",
             "    return top + VALUE_ERROR * fourth",
@@ -369,7 +369,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/touch.py",
+        "nlds_vines/kernels/watch/touch.py",
         (
             "touch: a rise through the level is not certain",
             "            return CROSSED if f1 >= level else CLEAR\n",

@@ -8,7 +8,7 @@ _T_CONTACT_LIMIT = "tests/kernels/test_contact_limit.py"
 
 MUTANTS = (
     *of(
-        "nlds_vines/kernels/limit.py",
+        "nlds_vines/kernels/watch/limit.py",
         (
             "limit: times in a contact count from the period's beginning",
             "        limit_log[ORIGIN] = time\n",
@@ -107,7 +107,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/contact.py",
+        "nlds_vines/kernels/events/contact.py",
         (
             "contact: the limit is not watched inside",
             "        note_limit_step(side, watch.limit_log, step, elapsed)",
@@ -122,7 +122,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/orbit.py",
+        "nlds_vines/kernels/orbit/orbit.py",
         (
             "orbit: the limit's times in flight count from the contact before",
             "                    begin_log(limit_log, began)\n",

@@ -17,7 +17,7 @@ _T_GROWTH = "tests/kernels/plain_growth.py::"
 
 MUTANTS = (
     *of(
-        "nlds_vines/kernels/observe.py",
+        "nlds_vines/kernels/watch/observe.py",
         (
             "observe: an impact's gain is counted from zero",
             "data[i, GAIN1], data[i, GAIN2] = -e1, -e2",
@@ -78,7 +78,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/drive.py",
+        "nlds_vines/kernels/scene/drive.py",
         (
             "drive: the forcing is not mirrored for a far wall",
             "return (sign * phase[0], sign * phase[1])",
@@ -87,7 +87,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/orbit.py",
+        "nlds_vines/kernels/orbit/orbit.py",
         (
             "orbit: a start beyond the near wall is in flight",
             "state[5] = TOUCH_NEAR if",
@@ -144,7 +144,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/cells.py",
+        "nlds_vines/kernels/cells/cells.py",
         (
             "cells: an energy beyond all numbers is a result",
             "    if status == OK and (overflowed(buffers.energy) or overflowed(buffers.peak)):\n        return DIVERGED\n",
@@ -189,7 +189,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/lanes.py",
+        "nlds_vines/kernels/cells/lanes.py",
         (
             "lanes: a sweep does not carry the rest offset",
             "state[2] += cell.rest - cells[chain, link - 1].rest",
@@ -216,7 +216,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/variations.py",
+        "nlds_vines/kernels/orbit/variations.py",
         (
             "variations: the divergence forgets the damper's dashpot",
             "return -ps.damping - damper.c2 * damper.inv_mu",
@@ -245,7 +245,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/matrices.py",
+        "nlds_vines/kernels/numerics/matrices.py",
         (
             "linear: elimination without pivots",
             "if abs(matrix[j, i]) > abs(matrix[pivot, i]):",
@@ -260,7 +260,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/growth.py",
+        "nlds_vines/kernels/orbit/growth.py",
         (
             "growth: the first twentieth is kept",
             "UNFIT = 0.05",

@@ -18,7 +18,7 @@ _BEND = _T_FLIGHT + "test_the_bend_is_the_largest_second_derivative_at_energy_sc
 
 MUTANTS = (
     *of(
-        "nlds_vines/kernels/exact.py",
+        "nlds_vines/kernels/events/exact.py",
         (
             "exact: the far wall is touched first whenever it is touched",
             "        if other <= end and other < place:",
@@ -87,7 +87,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/flight.py",
+        "nlds_vines/kernels/motion/flight.py",
         (
             "flight: the bend forgets the damper's speed",
             "    squares += on_v2 * on_v2 / damper.m2\n",
@@ -132,7 +132,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/touch.py",
+        "nlds_vines/kernels/watch/touch.py",
         (
             "touch: steps past near misses are ten times longer",
             "        if x + safe >= end:\n            return best\n        x += safe\n",
@@ -153,7 +153,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/impact.py",
+        "nlds_vines/kernels/impact/impact.py",
         (
             "impact: the drag has no part in the small numbers' sum",
             "size = abs(force) + abs(drag) + 2.0 * abs(drift)",
@@ -217,7 +217,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/contact.py",
+        "nlds_vines/kernels/events/contact.py",
         (
             "contact: a landing ignores outside forces",
             "return soon and s * s > 4.0 * external * depth_of(wall, q)",
@@ -268,7 +268,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/peaks.py",
+        "nlds_vines/kernels/watch/peaks.py",
         (
             "peaks: a factor that comes near zero has no root",
             "min(abs(f), abs(g)) > 0.125 * bend",

@@ -14,7 +14,7 @@ _T_EIGENVALUES = "tests/kernels/plain_eigenvalues.py::"
 
 MUTANTS = (
     *of(
-        "nlds_vines/kernels/course.py",
+        "nlds_vines/kernels/cells/course.py",
         (
             "course: variations are projected as seldom where volumes shrink fast",
             "STRETCH = 6.0",
@@ -30,7 +30,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/shooting.py",
+        "nlds_vines/kernels/orbit/shooting.py",
         (
             "shooting: every number of periods is minimal",
             "        if n % d == 0 and distance(space, points[d - 1], y) <= SAME_POINT * span:\n            return False",
@@ -65,7 +65,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/recurrence.py",
+        "nlds_vines/kernels/orbit/recurrence.py",
         (
             "recurrence: impacts of a cycle lack its last period",
             "return round(count(by_period, wall, periods - cycles * n, periods) / cycles)",
@@ -92,7 +92,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/settling.py",
+        "nlds_vines/kernels/cells/settling.py",
         (
             "settling: multipliers near one are not stable",
             "MARGIN = 1.0e-6",
@@ -133,7 +133,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/matrices.py",
+        "nlds_vines/kernels/numerics/matrices.py",
         (
             "eigenvalues: a saddle is told by multipliers below one",
             "found[i, RE] > 1.0",
@@ -142,7 +142,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/period_search.py",
+        "nlds_vines/kernels/cells/period_search.py",
         (
             "period search: the counts of an orbit's walls are exchanged",
             "evidence[ev.NEAR], evidence[ev.FAR] = counts[0], counts[1]",
@@ -151,7 +151,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/verdict.py",
+        "nlds_vines/kernels/cells/verdict.py",
         (
             "verdict: an exponent above zero is chaos whatever the averages",
             "return evidence[ev.LARGEST] - evidence[ev.WIDTH] > 0.0 and evidence[ev.DIGITS] < SMOOTH",
@@ -190,7 +190,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/elementary.py",
+        "nlds_vines/kernels/numerics/elementary.py",
         (
             "elementary: what an angle loses by rounding is forgotten",
             "d = a + ((b - half * b) - a * z * odd)",
@@ -211,7 +211,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/matrices.py",
+        "nlds_vines/kernels/numerics/matrices.py",
         (
             "eigenvalues: multipliers come in any order",
             "    sort_by_modulus(found)\n    return found",
@@ -226,7 +226,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/growth.py",
+        "nlds_vines/kernels/orbit/growth.py",
         (
             "growth: half as many pieces",
             "BATCHES = 16",
@@ -241,7 +241,7 @@ MUTANTS = (
         ),
     ),
     *of(
-        "nlds_vines/kernels/verdict.py",
+        "nlds_vines/kernels/cells/verdict.py",
         (
             "verdict: variations of a cycle are aligned by one",
             "ALIGNING = 2",

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from nlds_vines.kernels.compiling import jit
+from nlds_vines.kernels.numerics.compiling import jit
 from nlds_vines.model.system import System
 
 CONSTANTS = (

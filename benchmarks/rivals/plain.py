@@ -19,7 +19,7 @@ from benchmarks.rivals.rival import (
     begun,
     touches_of,
 )
-from nlds_vines.kernels.compiling import jit
+from nlds_vines.kernels.numerics.compiling import jit
 from nlds_vines.model.system import System
 
 

@@ -16,7 +16,7 @@ from nlds_vines.archives.dataset import Dataset, Scale, Table
 from nlds_vines.bifurcation.attractors.attractor_record import systems_of
 from nlds_vines.bifurcation.datasets import state_scales
 from nlds_vines.bifurcation.late_attractors import Completed
-from nlds_vines.kernels import evidence_rows as ev
+from nlds_vines.kernels.scene import evidence_rows as ev
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits.evidence import multipliers_of, points_of
 

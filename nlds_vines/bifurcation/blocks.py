@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
-from nlds_vines.kernels.codes import TOUCH_COLUMNS
+from nlds_vines.kernels.scene.codes import TOUCH_COLUMNS
 from nlds_vines.model.quantities import RETRACED
 from nlds_vines.model.system import cell_type
 from nlds_vines.orbits.wants import noted, touches_noted

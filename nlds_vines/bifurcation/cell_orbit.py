@@ -15,7 +15,7 @@ from nlds_vines.bifurcation.cell_start import Place, own_state, swept_before, sy
 from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import scan_of
 from nlds_vines.errors import RequestError, number, typed, unknown, whole
-from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.kernels.orbit.orbit import SIZE
 from nlds_vines.model.axis import Axis
 from nlds_vines.orbits.simulation import Beginning, IntegrationError, Orbit, checked_record
 

@@ -11,7 +11,7 @@ from nlds_vines.bifurcation.attractors.attractor_record import learning_orbits
 from nlds_vines.bifurcation.blocks import blocks_of, result_bytes, work_bytes
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request import Scan
-from nlds_vines.kernels.compiling import told_of_compilations
+from nlds_vines.kernels.numerics.compiling import told_of_compilations
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.words import parameters_in_words
 from nlds_vines.orbits.compilation import SECONDS as COMPILING

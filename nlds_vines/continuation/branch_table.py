@@ -13,7 +13,7 @@ from nlds_vines.continuation.section_map import SectionMap
 from nlds_vines.continuation.special_points import KINDS, label_of_cycle
 from nlds_vines.continuation.start_orbits import states_of
 from nlds_vines.continuation.track import Track
-from nlds_vines.kernels.elementary import exp
+from nlds_vines.kernels.numerics.elementary import exp
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.quantities import BY_NAME
 

@@ -14,8 +14,8 @@ from functools import cached_property
 
 import numpy as np
 
-from nlds_vines.kernels import cycles, part_period
-from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.cells import cycles, part_period
+from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System, cell_type

@@ -11,7 +11,7 @@ from nlds_vines.archives.view import ArchiveView
 from nlds_vines.continuation.exploration import Seed
 from nlds_vines.continuation.request import Continuation, Orbit
 from nlds_vines.errors import RequestError
-from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.settings import Settings

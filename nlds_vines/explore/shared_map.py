@@ -72,7 +72,7 @@ class Opened:
 
     def _follow_one(self) -> None:
         """Follow one orbit, so that the next one is there at once."""
-        from nlds_vines.kernels.compiling import told_of_compilations
+        from nlds_vines.kernels.numerics.compiling import told_of_compilations
         from nlds_vines.orbits.simulation import IntegrationError
 
         found = self.found

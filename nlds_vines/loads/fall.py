@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.loads.request import Decay, mass_of, spring_of
 from nlds_vines.model.system import System
 from nlds_vines.orbits.signals import energy_of_damper, energy_of_structure

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.kernels import evidence_rows as ev
-from nlds_vines.kernels.codes import (
+from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene.codes import (
     AT_PHASE,
     AT_SPEED,
     AT_WALL,

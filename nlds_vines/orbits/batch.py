@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from nlds_vines.kernels import lanes
-from nlds_vines.kernels.arguments import Finished, LaneBuffers, Parts, Span
-from nlds_vines.kernels.codes import OK, RESPONSE_COLUMNS, TOUCH_COLUMNS
-from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.kernels.cells import lanes
+from nlds_vines.kernels.orbit.orbit import SIZE
+from nlds_vines.kernels.scene.arguments import Finished, LaneBuffers, Parts, Span
+from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS, TOUCH_COLUMNS
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import cell_type
 from nlds_vines.orbits import evidence, responses

@@ -57,7 +57,8 @@ def kernels_of(want: Collection[str]) -> tuple[str, ...]:
 
 def of_lanes() -> Mapping[Callable[..., Any], str]:
     """Return what is called from Python to run many orbits, and the kernel that it is part of."""
-    from nlds_vines.kernels import lanes, matrices
+    from nlds_vines.kernels.cells import lanes
+    from nlds_vines.kernels.numerics import matrices
 
     return {
         matrices.fill_multipliers: "orbit",  # needed for a verdict, and compiled before it
@@ -154,7 +155,7 @@ class Compilation:
         has asked to stop: at the next of the functions that are compiled.
         """
 
-        from nlds_vines.kernels.compiling import told_of_compilations
+        from nlds_vines.kernels.numerics.compiling import told_of_compilations
 
         known = of_lanes() if parts is None else parts
 

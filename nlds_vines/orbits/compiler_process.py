@@ -15,8 +15,8 @@ import threading
 import time
 from collections.abc import Sequence
 
-from nlds_vines.kernels import lanes
-from nlds_vines.kernels.compiling import told_of_compilations
+from nlds_vines.kernels.cells import lanes
+from nlds_vines.kernels.numerics.compiling import told_of_compilations
 from nlds_vines.model.scenes import scene_of
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.compilation import Needed

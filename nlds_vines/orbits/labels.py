@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from nlds_vines.kernels import codes
+from nlds_vines.kernels.scene import codes
 
 FLAGS: Mapping[str, int] = {
     "undetermined": codes.UNDETERMINED,

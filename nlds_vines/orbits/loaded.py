@@ -10,11 +10,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.kernels.arguments import CellBuffers
-from nlds_vines.kernels.codes import OK, RESPONSE_COLUMNS
-from nlds_vines.kernels.flight import ORDER, REACH, rate_of
-from nlds_vines.kernels.load_orbit import TOLD, Load, fly_under, structure_moved
-from nlds_vines.kernels.scene import damper_of, joined
+from nlds_vines.kernels.cells.load_orbit import TOLD, Load, fly_under, structure_moved
+from nlds_vines.kernels.motion.flight import ORDER, REACH, rate_of
+from nlds_vines.kernels.scene.arguments import CellBuffers
+from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
+from nlds_vines.kernels.scene.scene import damper_of, joined
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses

@@ -13,11 +13,11 @@ import numpy as np
 from nlds_vines.archives.frames import library
 from nlds_vines.archives.representation import Outlined, Rows, numbers
 from nlds_vines.errors import RequestError, choice, shown, typed, whole
-from nlds_vines.kernels.arguments import CellBuffers, Parts, Span
-from nlds_vines.kernels.cells import run_cell
-from nlds_vines.kernels.codes import OK, RESPONSE_COLUMNS
-from nlds_vines.kernels.observe import COLUMNS, Impacts
-from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.kernels.cells.cells import run_cell
+from nlds_vines.kernels.orbit.orbit import SIZE
+from nlds_vines.kernels.scene.arguments import CellBuffers, Parts, Span
+from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
+from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.scenes import Scene
 from nlds_vines.model.system import System

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nlds_vines.kernels.codes import (
+from nlds_vines.kernels.scene.codes import (
     BAD_PARAMETERS,
     DIVERGED,
     NOT_COMPUTED,

@@ -124,14 +124,14 @@ class Free:
 
 def exponentials(values: np.ndarray) -> np.ndarray:
     """Return e^x of each value; NumPy's depends on the processor, and a search on every bit."""
-    from nlds_vines.kernels.elementary import exp
+    from nlds_vines.kernels.numerics.elementary import exp
 
     return np.reshape([exp(float(x)) for x in np.ravel(values)], np.shape(values))
 
 
 def logarithms(values: np.ndarray) -> np.ndarray:
     """Return the natural logarithm of each value, as `exponentials`."""
-    from nlds_vines.kernels.elementary import log
+    from nlds_vines.kernels.numerics.elementary import log
 
     return np.reshape([log(float(x)) for x in np.ravel(values)], np.shape(values))
 

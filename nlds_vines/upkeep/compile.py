@@ -96,7 +96,7 @@ def compile_branches(key: str) -> str:
     """
     compilation.refuse_without_memory()
     from nlds_vines.continuation.section_map import BRANCHES, KERNELS, compile_for
-    from nlds_vines.kernels.compiling import told_of_compilations
+    from nlds_vines.kernels.numerics.compiling import told_of_compilations
 
     compiled: list[object] = []
     began = time.perf_counter()

@@ -144,7 +144,7 @@ def test_a_source_is_named_with_its_tests(monkeypatch, checkout, capsys):
 
 
 def test_some_by_name(capsys):
-    assert command.main(["--list", "--only", "flight:", "--only", "kernels/touch.py"]) == 0
+    assert command.main(["--list", "--only", "flight:", "--only", "kernels/watch/touch.py"]) == 0
     assert all(
         "flight:" in line or "touch.py" in line for line in capsys.readouterr().out.splitlines()
     )

@@ -13,7 +13,7 @@ from nlds_vines.accuracy.picture import draw
 from nlds_vines.accuracy.results import Case
 from nlds_vines.archives import archive
 from nlds_vines.errors import RequestError
-from nlds_vines.kernels.hertz_arc import choices_for
+from nlds_vines.kernels.impact.hertz_arc import choices_for
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.settings import Settings
 from nlds_vines.orbits.simulation import simulate

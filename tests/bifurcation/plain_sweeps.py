@@ -10,8 +10,8 @@ import pytest
 import nlds_vines as nv
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block
-from nlds_vines.kernels.arguments import LaneBuffers, Span
-from nlds_vines.kernels.codes import OK, TOO_STIFF
+from nlds_vines.kernels.scene.arguments import LaneBuffers, Span
+from nlds_vines.kernels.scene.codes import OK, TOO_STIFF
 from nlds_vines.orbits.batch import run
 from nlds_vines.orbits.kernel_inputs import parts_of
 

@@ -14,7 +14,7 @@ from nlds_vines.bifurcation.attractors.known_attractors import (
     form_of,
     known_of,
 )
-from nlds_vines.kernels import basins
+from nlds_vines.kernels.cells import basins
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System
 from nlds_vines.orbits.batch import Kernels, Wanted

@@ -8,7 +8,7 @@ from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
-from nlds_vines.kernels.codes import RESPONSE_COLUMNS
+from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.linear_response import response
 from nlds_vines.model.scenes import scene_of

@@ -13,11 +13,13 @@ import numba
 import numpy as np
 
 from nlds_vines import load_system
-from nlds_vines.kernels import cells, exact, orbit
-from nlds_vines.kernels.arguments import CellBuffers, Span
-from nlds_vines.kernels.codes import RESPONSE_COLUMNS
-from nlds_vines.kernels.linking import all_called
-from nlds_vines.kernels.observe import COLUMNS, Impacts
+from nlds_vines.kernels.cells import cells
+from nlds_vines.kernels.events import exact
+from nlds_vines.kernels.numerics.linking import all_called
+from nlds_vines.kernels.orbit import orbit
+from nlds_vines.kernels.scene.arguments import CellBuffers, Span
+from nlds_vines.kernels.scene.codes import RESPONSE_COLUMNS
+from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, parts_of
 

@@ -14,7 +14,7 @@ import pytest
 from commands import printed, python
 
 import nlds_vines
-from nlds_vines.kernels import stored_code
+from nlds_vines.kernels.numerics import stored_code
 
 ROOT = Path(nlds_vines.__path__[0]).parent
 
@@ -24,7 +24,7 @@ from nlds_vines import kernels
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels.compiling import told_of_compilations
+from nlds_vines.kernels.numerics.compiling import told_of_compilations
 
 document = {
     "system": "none",
@@ -38,7 +38,7 @@ with told_of_compilations(lambda kernel: compiled.append("{0}.{1}".format(*kerne
 print(json.dumps({
     "labels": arrays["label"].ravel().tolist(),
     "home": kernels.__path__[0],
-    "compiled": [name.removeprefix("nlds_vines.kernels.") for name in compiled],
+    "compiled": [".".join(name.split(".")[-2:]) for name in compiled],
 }))
 """
 
@@ -72,7 +72,7 @@ def run(folder):
 @contextmanager
 def edited(folder, module, before, after):
     """Change a text that stands once in a module of the kernels, within the block."""
-    path = folder / "nlds_vines" / "kernels" / f"{module}.py"
+    (path,) = (folder / "nlds_vines" / "kernels").glob(f"*/{module}.py")
     text = path.read_text()
     assert text.count(before) == 1
     path.write_text(text.replace(before, after))
@@ -99,7 +99,7 @@ def test_a_docstring_or_a_comment_that_is_changed_compiles_nothing(copy):
 @contextmanager
 def docstring(folder):
     """Change the docstrings of a module of the kernels, within the block, and lengthen it."""
-    path = folder / "nlds_vines" / "kernels" / "flight.py"
+    path = folder / "nlds_vines" / "kernels" / "motion" / "flight.py"
     text = path.read_text()
     assert text.count('    """Return') > 3
     path.write_text("# a comment\n" + text.replace('    """Return', '    """Now\n\n    return'))
@@ -197,7 +197,7 @@ print(stored_code.stamp_of(stored_code.KERNELS / "fours.py"))
 # ---- where nothing can be written ----------------------------------------------------------------
 
 BLOCKED = """
-from nlds_vines.kernels.elementary import exp
+from nlds_vines.kernels.numerics.elementary import exp
 print(exp(1.0))
 """
 

@@ -195,7 +195,7 @@ def test_functions_take_few_parameters():
 
 
 def test_a_function_with_many_parameters_is_caught(copy):
-    with (copy / "kernels" / "scene.py").open("a") as file:
+    with (copy / "kernels" / "scene" / "scene.py").open("a") as file:
         file.write("\n\n\n\ndef wide(a, b, c, d, e, f, g, h, i):\n    return a\n")
     with (copy / "runs" / "threads.py").open("a") as file:
         file.write("\n\n\n\ndef broad(a, b, c, d, e, f, g, h, *, i):\n    return a\n")
@@ -203,13 +203,13 @@ def test_a_function_with_many_parameters_is_caught(copy):
         file.write(
             "\n\n\n\nclass A:\n    def method(self, a, b, c, d, e, f, g, h):\n        return a\n"
         )
-    assert too_wide(copy) == ["kernels.scene.wide", "runs.pool.method", "runs.threads.broad"]
+    assert too_wide(copy) == ["kernels.scene.scene.wide", "runs.pool.method", "runs.threads.broad"]
 
 
 def test_what_is_counted_of_kernels(copy):
     """Notices: a name that two modules define, a chooser, a constant with two values."""
     before = dict(kernel_counts(copy))
-    with (copy / "kernels" / "roots.py").open("a") as file:
+    with (copy / "kernels" / "numerics" / "roots.py").open("a") as file:
         file.write("\n\n\n\nX = 1\nHUGE = 2\n\n\n@by_wall\ndef scale_of(x):\n    return x\n")
     parsed.cache_clear()
     after = dict(kernel_counts(copy))
@@ -225,11 +225,11 @@ def test_what_is_counted_of_kernels(copy):
 
 
 def test_codes_are_numbers_in_one_place():
-    """A status, an event, a kind: `kernels/codes.py` alone gives it a number."""
-    codes = assigned(PACKAGE / "kernels" / "codes.py")
+    """A status, an event, a kind: `kernels/scene/codes.py` alone gives it a number."""
+    codes = assigned(PACKAGE / "kernels" / "scene" / "codes.py")
     assert len(codes) > 15
     for name, path in kernels().items():
-        if name != "kernels.codes":
+        if name != "kernels.scene.codes":
             assert not assigned(path) & codes, name
 
 
@@ -268,19 +268,26 @@ def test_the_docstring_of_a_folder_is_its_table_of_contents(folder):
 # ---- who knows what ------------------------------------------------------------------------------
 
 
-TYPES = {"kernels.fours"}
+TYPES = {"kernels.numerics.fours"}
 """Modules that teach the compiler a type: neither kernels themselves nor a way to compile one."""
 
 
 COMPILING = {
-    "kernels.compiling", "kernels.deciding", "kernels.linking", "kernels.stored_code"
-}  # fmt: skip
+    "kernels.numerics.compiling",
+    "kernels.numerics.deciding",
+    "kernels.numerics.linking",
+    "kernels.numerics.stored_code",
+}
 """Modules on how kernels are compiled, and kept."""
 
-CHOOSING = {"kernels.by_law"}
+CHOOSING = {"kernels.scene.by_law"}
 """Modules on which of several kernels is called: plain Python that the compiler asks."""
 
-PREPARED = {"kernels.hertz_arc", "kernels.impact_series", "kernels.quadrature"}
+PREPARED = {
+    "kernels.impact.hertz_arc",
+    "kernels.impact.impact_series",
+    "kernels.numerics.quadrature",
+}
 """Modules whose constants kernels are given: computed once in a process, by plain Python."""
 
 
@@ -293,7 +300,7 @@ def test_kernels_know_numbers_only(name):
         if name in PREPARED:
             of_types = {"collections", "dataclasses", "functools", "itertools"}
         assert outside <= {"numba", "numpy", "math", "typing"} | of_types
-    if name != "kernels.stored_code":
+    if name != "kernels.numerics.stored_code":
         tree = ast.parse(MODULES[name].read_text(encoding="utf-8"))
         assert not {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)} & INPUT_OUTPUT
 
@@ -349,7 +356,10 @@ def test_pictures_reach_no_kernel():
     judged = ("bifurcation.picture.", "bifurcation.response_curves.picture", "tuning.picture")
     names = [name for name in files if name.startswith(judged)]
     assert len(names) > 10
-    plain = {"kernels.codes", "kernels.evidence_rows"}  # numbers alone: they import nothing
+    plain = {
+        "kernels.scene.codes",
+        "kernels.scene.evidence_rows",
+    }  # numbers alone: they import nothing
     assert not any(reaches(name, files) for name in plain)
     for name in names:
         found = {one for one in reaches(name, files) if one.startswith("kernels.")}
@@ -358,7 +368,7 @@ def test_pictures_reach_no_kernel():
 
 def test_how_kernels_are_compiled_is_decided_in_one_place():
     deciding = who_imports("numba.core") | who_imports("numba.extending")
-    assert deciding - TYPES == COMPILING - {"kernels.stored_code"}
+    assert deciding - TYPES == COMPILING - {"kernels.numerics.stored_code"}
     assert who_imports("numba") - TYPES == COMPILING
     for path in MODULES.values():
         for decorator in decorators(path):

@@ -19,7 +19,7 @@ import pytest
 from commands import printed
 from scipy.integrate import solve_ivp
 
-from nlds_vines.kernels.laws import law
+from nlds_vines.kernels.scene import law
 
 ROOT = Path(__file__).parents[2]
 

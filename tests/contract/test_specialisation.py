@@ -13,8 +13,10 @@ from commands import printed
 from nlds_vines.bifurcation.blocks import Block
 from nlds_vines.bifurcation.compute import Computer, wanted_of
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels import impact, lanes, stored_code
-from nlds_vines.kernels.hertz_arc import choices_for
+from nlds_vines.kernels.cells import lanes
+from nlds_vines.kernels.impact import impact
+from nlds_vines.kernels.impact.hertz_arc import choices_for
+from nlds_vines.kernels.numerics import stored_code
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.batch import Outputs, records_of
 from nlds_vines.orbits.settings import REFINED_NODES, Settings

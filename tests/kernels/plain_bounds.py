@@ -10,16 +10,15 @@ import pytest
 from numpy.polynomial import Polynomial
 from support import kernel_cell
 
-from nlds_vines.kernels import codes
-from nlds_vines.kernels import touch as walks
-from nlds_vines.kernels.exact import (
+from nlds_vines.kernels.events.exact import (
     Bounds,
     bounds_of,
     may_hold_a_miss,
     proves_no_touch,
     touch_in,
 )
-from nlds_vines.kernels.flight import (
+from nlds_vines.kernels.laws.hertz import HertzWall
+from nlds_vines.kernels.motion.flight import (
     COEF,
     OF_E2,
     ORDER,
@@ -31,11 +30,12 @@ from nlds_vines.kernels.flight import (
     grid_of,
     rate_of,
 )
-from nlds_vines.kernels.laws.hertz import HertzWall
-from nlds_vines.kernels.observe import energies
-from nlds_vines.kernels.peaks import damper_bound
-from nlds_vines.kernels.scene import allowed, damper_in, scale_of, structure_of
-from nlds_vines.kernels.touch import LOST, NOWHERE, tightened
+from nlds_vines.kernels.scene import codes
+from nlds_vines.kernels.scene.scene import allowed, damper_in, scale_of, structure_of
+from nlds_vines.kernels.watch import touch as walks
+from nlds_vines.kernels.watch.observe import energies
+from nlds_vines.kernels.watch.peaks import damper_bound
+from nlds_vines.kernels.watch.touch import LOST, NOWHERE, tightened
 
 PLACES = np.linspace(0.0, 1.0, 201)
 USUAL = {"m1": 1000.0, "k1": 39500.0, "c1": 450.0, "m2": 60.0, "k2": 700.0, "c2": 50.0}

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from support import NOTHING, Approach, contact_parts, references, side_of
 
-from nlds_vines.kernels import runge_kutta as rk
-from nlds_vines.kernels.codes import RELEASED, STOPPED
-from nlds_vines.kernels.contact import Steps, contact, near_release
+from nlds_vines.kernels.events.contact import Steps, contact, near_release
 from nlds_vines.kernels.laws.hertz import HertzWall
-from nlds_vines.kernels.observe import COLUMNS, Impacts
+from nlds_vines.kernels.motion import runge_kutta as rk
+from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
+from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
 
 SET6 = references()["ssul-set6"].numbers
 WAVE = np.cos(1.0), np.sin(1.0)

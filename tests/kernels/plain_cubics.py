@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from nlds_vines.kernels.roots import SLOPE_ERROR, VALUE_ERROR, highest, only_rises
+from nlds_vines.kernels.numerics.roots import SLOPE_ERROR, VALUE_ERROR, highest, only_rises
 
 X = Polynomial([0.0, 1.0])
 PLACES = np.linspace(0.0, 1.0, 2001)

@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from nlds_vines.kernels.matrices import LOG, eigenvalues, fill_multipliers, spectral_radius
+from nlds_vines.kernels.numerics.matrices import LOG, eigenvalues, fill_multipliers, spectral_radius
 
 ROUND_OFF = 2.0**-52
 KINDS = ("plain", "unlike", "rank one", "graded", "whole", "sparse", "triangular", "defective")

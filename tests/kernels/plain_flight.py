@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from support import NOTHING, kernel_cell
 
-from nlds_vines.kernels.arguments import Flight
-from nlds_vines.kernels.codes import SECTION, TOUCH_NEAR
-from nlds_vines.kernels.exact import bounds_of, fly
-from nlds_vines.kernels.flight import (
+from nlds_vines.kernels.events.exact import bounds_of, fly
+from nlds_vines.kernels.laws.hertz import hertz_wall_at
+from nlds_vines.kernels.motion.flight import (
     at,
     bend_of,
     cell_polynomial,
@@ -18,8 +17,9 @@ from nlds_vines.kernels.flight import (
     phase_at,
     rate_of,
 )
-from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.scene import accelerations, damper_in, scale_of, structure_of
+from nlds_vines.kernels.scene.arguments import Flight
+from nlds_vines.kernels.scene.codes import SECTION, TOUCH_NEAR
+from nlds_vines.kernels.scene.scene import accelerations, damper_in, scale_of, structure_of
 
 USUAL = {"m1": 1000.0, "k1": 3.95e4, "c1": 452.0, "m2": 60.0, "k2": 669.0, "c2": 50.8}
 FORCED = {**USUAL, "P": 800.0, "omega": 6.28}

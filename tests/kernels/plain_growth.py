@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from nlds_vines.kernels.growth import digits_of, mean_and_width
-from nlds_vines.kernels.recurrence import TOLERANCE, period_of
+from nlds_vines.kernels.orbit.growth import digits_of, mean_and_width
+from nlds_vines.kernels.orbit.recurrence import TOLERANCE, period_of
 
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 

@@ -4,9 +4,14 @@ import mpmath
 import numpy as np
 import pytest
 
-from nlds_vines.kernels import hertz_arc as arc
-from nlds_vines.kernels import impact
-from nlds_vines.kernels.quadrature import gauss_points, gauss_weights, integration_matrix, times
+from nlds_vines.kernels.impact import hertz_arc as arc
+from nlds_vines.kernels.impact import impact
+from nlds_vines.kernels.numerics.quadrature import (
+    gauss_points,
+    gauss_weights,
+    integration_matrix,
+    times,
+)
 
 ROUND_OFF = 2.0**-53
 NODES = (2, 3, 5, 12, 16, 28)

@@ -5,10 +5,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from support import Approach, contact_parts, references, side_of
 
-from nlds_vines.kernels import impact
-from nlds_vines.kernels.flight import rate_of
-from nlds_vines.kernels.hertz_arc import CHOICES, choices_for, make_arc
-from nlds_vines.kernels.impact import (
+from nlds_vines.kernels.impact import impact
+from nlds_vines.kernels.impact.hertz_arc import CHOICES, choices_for, make_arc
+from nlds_vines.kernels.impact.impact import (
     approach_of,
     first_guess,
     level_for,
@@ -16,7 +15,8 @@ from nlds_vines.kernels.impact import (
     settle,
     short_impact,
 )
-from nlds_vines.kernels.scene import accelerations
+from nlds_vines.kernels.motion.flight import rate_of
+from nlds_vines.kernels.scene.scene import accelerations
 
 SET6 = references()["ssul-set6"].numbers
 APPROACH = Approach(speed=1.3, x1=0.011, v1=0.2, phase=1.0)

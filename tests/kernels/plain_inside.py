@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from support import NOTHING, contact_parts, references, side_of
 
-from nlds_vines.kernels import inside, state_inside
-from nlds_vines.kernels.codes import RELEASED, STOPPED
-from nlds_vines.kernels.contact import Steps, contact
-from nlds_vines.kernels.hertz_arc import make_arc
-from nlds_vines.kernels.impact import short_impact
-from nlds_vines.kernels.observe import energies
+from nlds_vines.kernels.events.contact import Steps, contact
+from nlds_vines.kernels.impact import inside, state_inside
+from nlds_vines.kernels.impact.hertz_arc import make_arc
+from nlds_vines.kernels.impact.impact import short_impact
+from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
+from nlds_vines.kernels.watch.observe import energies
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.simulation import simulate
 

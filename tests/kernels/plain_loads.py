@@ -13,12 +13,12 @@ from support import Approach, contact_parts, references, side_of
 from test_impact_variations import APPROACH, Impact
 
 from nlds_vines import load_system, simulate
-from nlds_vines.kernels import impact, inside, state_inside
-from nlds_vines.kernels.codes import RELEASED
-from nlds_vines.kernels.hertz_arc import make_arc
-from nlds_vines.kernels.limit import may_pass
-from nlds_vines.kernels.observe import LEVEL, energies
-from nlds_vines.kernels.scene import with_load
+from nlds_vines.kernels.impact import impact, inside, state_inside
+from nlds_vines.kernels.impact.hertz_arc import make_arc
+from nlds_vines.kernels.scene.codes import RELEASED
+from nlds_vines.kernels.scene.scene import with_load
+from nlds_vines.kernels.watch.limit import may_pass
+from nlds_vines.kernels.watch.observe import LEVEL, energies
 
 SET6 = references()["ssul-set6"].numbers
 LOADS = (30.0, -30.0)  # [m/s^2]; the contact's own acceleration is some 3000

@@ -10,10 +10,9 @@ import pytest
 from numpy.polynomial import Polynomial
 from support import NOTHING, kernel_cell
 
-from nlds_vines.kernels.arguments import Flight
-from nlds_vines.kernels.codes import SECTION
-from nlds_vines.kernels.exact import bounds_of, fly
-from nlds_vines.kernels.flight import (
+from nlds_vines.kernels.events.exact import bounds_of, fly
+from nlds_vines.kernels.laws.hertz import hertz_wall_at
+from nlds_vines.kernels.motion.flight import (
     OF_E2,
     ORDER,
     TERMS,
@@ -23,9 +22,11 @@ from nlds_vines.kernels.flight import (
     expand,
     grid_of,
 )
-from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.observe import energies, note_energy, powers_at
-from nlds_vines.kernels.peaks import (
+from nlds_vines.kernels.scene.arguments import Flight
+from nlds_vines.kernels.scene.codes import SECTION
+from nlds_vines.kernels.scene.scene import damper_in, scale_of, structure_of
+from nlds_vines.kernels.watch.observe import energies, note_energy, powers_at
+from nlds_vines.kernels.watch.peaks import (
     damper_bound,
     factor_at,
     factor_polynomial,
@@ -34,7 +35,6 @@ from nlds_vines.kernels.peaks import (
     record_breakers,
     work_at,
 )
-from nlds_vines.kernels.scene import damper_in, scale_of, structure_of
 
 USUAL = {"m1": 1000.0, "k1": 39500.0, "c1": 450.0, "m2": 60.0, "k2": 700.0, "c2": 50.0}
 FORCED = {**USUAL, "P": 800.0, "omega": 6.28}

@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from nlds_vines.kernels import observe
-from nlds_vines.kernels.flight import COEF, TAYLOR
-from nlds_vines.kernels.touch import NOWHERE, first_touch, nearest_miss, note_limit
+from nlds_vines.kernels.motion.flight import COEF, TAYLOR
+from nlds_vines.kernels.watch import observe
+from nlds_vines.kernels.watch.touch import NOWHERE, first_touch, nearest_miss, note_limit
 
 LEVEL = 0.06
 

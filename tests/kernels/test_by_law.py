@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from nlds_vines.kernels.stored_code import KERNELS
+from nlds_vines.kernels.numerics.stored_code import KERNELS
 
 TEXTS = {path: path.read_text(encoding="utf-8") for path in KERNELS.rglob("*.py")}
 MARKED = {

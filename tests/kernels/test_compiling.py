@@ -7,9 +7,9 @@ import numba
 import pytest
 from commands import printed
 
-from nlds_vines.kernels import lanes
-from nlds_vines.kernels.compiling import Inner, jit, told_of_compilations
-from nlds_vines.kernels.deciding import is_a, same_sort
+from nlds_vines.kernels.cells import lanes
+from nlds_vines.kernels.numerics.compiling import Inner, jit, told_of_compilations
+from nlds_vines.kernels.numerics.deciding import is_a, same_sort
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
 

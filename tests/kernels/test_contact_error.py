@@ -12,9 +12,7 @@ import numpy as np
 import pytest
 from support import NOTHING, contact_parts, fitted_order, references, side_of
 
-from nlds_vines.kernels import runge_kutta as rk
-from nlds_vines.kernels.codes import RELEASED, STOPPED
-from nlds_vines.kernels.contact import (
+from nlds_vines.kernels.events.contact import (
     Steps,
     advance,
     contact,
@@ -22,10 +20,12 @@ from nlds_vines.kernels.contact import (
     external_acceleration,
     shrunk_by,
 )
-from nlds_vines.kernels.drive import rotated
-from nlds_vines.kernels.flight import rate_of
 from nlds_vines.kernels.laws.hertz import LASTING, WHOLE
-from nlds_vines.kernels.observe import COLUMNS, Impacts
+from nlds_vines.kernels.motion import runge_kutta as rk
+from nlds_vines.kernels.motion.flight import rate_of
+from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
+from nlds_vines.kernels.scene.drive import rotated
+from nlds_vines.kernels.watch.observe import COLUMNS, Impacts
 from nlds_vines.orbits.settings import Settings
 
 pytestmark = pytest.mark.kernels

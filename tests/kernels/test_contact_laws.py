@@ -11,7 +11,7 @@ from twin_of_laws import follow
 from twin_spans import Law, Model, Wall
 
 from nlds_vines import classify, load_system, simulate
-from nlds_vines.kernels import variations
+from nlds_vines.kernels.orbit import variations
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import cell_of, flow_on
 from nlds_vines.orbits.settings import Settings

@@ -11,13 +11,13 @@ import pytest
 from support import BOTH, contact_parts, kernel_cell, side_of, system_of
 from twin import follow, model_of
 
-from nlds_vines.kernels import limit, observe
-from nlds_vines.kernels.arguments import CellBuffers, Parts, Span, Step
-from nlds_vines.kernels.cells import run_cell
-from nlds_vines.kernels.codes import OK
-from nlds_vines.kernels.hertz_arc import make_arc
-from nlds_vines.kernels.orbit import SIZE
-from nlds_vines.kernels.runge_kutta import NEW, Y
+from nlds_vines.kernels.cells.cells import run_cell
+from nlds_vines.kernels.impact.hertz_arc import make_arc
+from nlds_vines.kernels.motion.runge_kutta import NEW, Y
+from nlds_vines.kernels.orbit.orbit import SIZE
+from nlds_vines.kernels.scene.arguments import CellBuffers, Parts, Span, Step
+from nlds_vines.kernels.scene.codes import OK
+from nlds_vines.kernels.watch import limit, observe
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.orbits.kernel_inputs import WALLS
 from nlds_vines.orbits.simulation import simulate

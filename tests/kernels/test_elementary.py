@@ -11,7 +11,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from nlds_vines.kernels import elementary
+from nlds_vines.kernels.numerics import elementary
 
 DRAWN = 3000
 MP = mpmath.MPContext()

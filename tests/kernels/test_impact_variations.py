@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from support import NOTHING, REPO, Approach, contact_parts, references, side_of
 
-from nlds_vines.kernels.codes import RELEASED, STOPPED
-from nlds_vines.kernels.contact import Steps, contact
-from nlds_vines.kernels.flight import rate_of
-from nlds_vines.kernels.hertz_arc import make_arc
-from nlds_vines.kernels.impact import short_impact
-from nlds_vines.kernels.impact_variations import vary
-from nlds_vines.kernels.inside import Ahead, keep_ahead
-from nlds_vines.kernels.inside_variations import cut_in_two, vary_cut
-from nlds_vines.kernels.runge_kutta import AHEAD
+from nlds_vines.kernels.events.contact import Steps, contact
+from nlds_vines.kernels.impact.hertz_arc import make_arc
+from nlds_vines.kernels.impact.impact import short_impact
+from nlds_vines.kernels.impact.impact_variations import vary
+from nlds_vines.kernels.impact.inside import Ahead, keep_ahead
+from nlds_vines.kernels.impact.inside_variations import cut_in_two, vary_cut
+from nlds_vines.kernels.motion.flight import rate_of
+from nlds_vines.kernels.motion.runge_kutta import AHEAD
+from nlds_vines.kernels.scene.codes import RELEASED, STOPPED
 
 SET6 = references()["ssul-set6"].numbers
 APPROACH = Approach(speed=1.3, x1=0.011, v1=0.2, phase=1.0)

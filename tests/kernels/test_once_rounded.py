@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from support import kernel_cell
 
-from nlds_vines.kernels.flight import PERIOD, cell_polynomial, cells_of, phase_at
-from nlds_vines.kernels.once_rounded import (
+from nlds_vines.kernels.motion.flight import PERIOD, cell_polynomial, cells_of, phase_at
+from nlds_vines.kernels.motion.once_rounded import (
     after_cell,
     after_piece,
     grid_once_rounded,
@@ -17,7 +17,7 @@ from nlds_vines.kernels.once_rounded import (
     times,
     whole_at_phase,
 )
-from nlds_vines.kernels.scene import damper_in, ground_under, structure_of, with_load
+from nlds_vines.kernels.scene.scene import damper_in, ground_under, structure_of, with_load
 
 pytestmark = pytest.mark.kernels
 

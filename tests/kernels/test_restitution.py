@@ -17,9 +17,9 @@ from scipy.optimize import brentq
 from support import BOTH, REPO
 
 from nlds_vines import RequestError, classify, load_system, simulate
-from nlds_vines.kernels import shooting, variations
-from nlds_vines.kernels.codes import OK
-from nlds_vines.kernels.matrices import eigenvalues
+from nlds_vines.kernels.numerics.matrices import eigenvalues
+from nlds_vines.kernels.orbit import shooting, variations
+from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.linear_response import flow_matrix
 from nlds_vines.model.system import System
 from nlds_vines.orbits.kernel_inputs import flow_on

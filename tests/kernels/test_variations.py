@@ -12,10 +12,12 @@ from support import linear_flow, references, system_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels import course, linear, shooting, variations
-from nlds_vines.kernels.codes import OK
-from nlds_vines.kernels.growth import mean_and_width
-from nlds_vines.kernels.matrices import eigenvalues, spectral_radius
+from nlds_vines.kernels import linear
+from nlds_vines.kernels.cells import course
+from nlds_vines.kernels.numerics.matrices import eigenvalues, spectral_radius
+from nlds_vines.kernels.orbit import shooting, variations
+from nlds_vines.kernels.orbit.growth import mean_and_width
+from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.orbits.kernel_inputs import flow_on
 from nlds_vines.orbits.labels import FLAGS

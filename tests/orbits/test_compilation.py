@@ -12,7 +12,8 @@ import time
 import pytest
 
 from nlds_vines.errors import RequestError
-from nlds_vines.kernels import compiling, elementary, lanes
+from nlds_vines.kernels.cells import lanes
+from nlds_vines.kernels.numerics import compiling, elementary
 from nlds_vines.orbits import compilation
 from nlds_vines.orbits.compilation import Compilation, Needed, kernels_of
 from nlds_vines.runs import interrupts, progress, threads

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from nlds_vines.kernels import evidence_rows as ev
-from nlds_vines.kernels.codes import DIVERGED, OK
+from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene.codes import DIVERGED, OK
 from nlds_vines.model.system import CELL
 from nlds_vines.orbits import evidence
 from nlds_vines.orbits.labels import FLAGS, flags_of, label_of, labels_of

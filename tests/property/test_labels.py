@@ -16,11 +16,11 @@ import pytest
 
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels import evidence_rows as ev
-from nlds_vines.kernels.arguments import CellBuffers, Span
-from nlds_vines.kernels.cells import run_cell
-from nlds_vines.kernels.codes import OK
-from nlds_vines.kernels.orbit import SIZE
+from nlds_vines.kernels.cells.cells import run_cell
+from nlds_vines.kernels.orbit.orbit import SIZE
+from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene.arguments import CellBuffers, Span
+from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.coexistence import final

@@ -13,11 +13,11 @@ import pytest
 from support import NOTHING, follow_ssul, kernel_cell
 from twin import follow, follow_all, model_of
 
-from nlds_vines.kernels.arguments import Flight
-from nlds_vines.kernels.exact import SECTION, fly
-from nlds_vines.kernels.flight import cells_of, grid_of
+from nlds_vines.kernels.events.exact import SECTION, fly
 from nlds_vines.kernels.laws.hertz import hertz_wall_at
-from nlds_vines.kernels.scene import damper_in, structure_of
+from nlds_vines.kernels.motion.flight import cells_of, grid_of
+from nlds_vines.kernels.scene.arguments import Flight
+from nlds_vines.kernels.scene.scene import damper_in, structure_of
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.system import System

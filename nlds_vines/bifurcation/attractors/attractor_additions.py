@@ -30,8 +30,8 @@ from nlds_vines.bifurcation.attractors.known_attractors import (
     is_periodic,
     known_of,
 )
-from nlds_vines.kernels import evidence_rows as ev
-from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene.codes import OK
 
 
 class Left(NamedTuple):

@@ -21,10 +21,10 @@ from nlds_vines.bifurcation.attractors.known_attractors import (
     is_periodic,
     known_of,
 )
-from nlds_vines.kernels import evidence_rows as ev
-from nlds_vines.kernels.arguments import Parts
-from nlds_vines.kernels.basins import Known
-from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.cells.basins import Known
+from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene.arguments import Parts
+from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.scenes import Scene
 from nlds_vines.orbits.batch import Kernels, Wanted
 from nlds_vines.orbits.coexistence import finals

@@ -12,8 +12,8 @@ from nlds_vines.bifurcation.attractors.attractor_additions import Additions, Lef
 from nlds_vines.bifurcation.attractors.attractor_learning import Judge, Learnt, learn
 from nlds_vines.bifurcation.attractors.known_attractors import SAME, follow, is_periodic
 from nlds_vines.bifurcation.initial_states import begun
-from nlds_vines.kernels import evidence_rows as ev
-from nlds_vines.kernels.codes import OK
+from nlds_vines.kernels.scene import evidence_rows as ev
+from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.orbits.batch import Wanted
 from nlds_vines.orbits.starts import Start, random_states, start_states
 from nlds_vines.runs.progress import Tell

@@ -1,6 +1,5 @@
 """Contact laws: each one file, which says what is its own; a wall is a tuple of a class there.
 
-    law              what a law may say, and what holds where it does not
     hertz            elastic bodies: force K z^(3/2); short impacts are solved at once
     power            force K z^n, and Hunt and Crossley's damping of it
     linear_contact   a spring and a dashpot: exact, like a flight

@@ -10,24 +10,24 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from .. import runge_kutta as rk
-from ..arguments import Watch, side_with
-from ..codes import RELEASED, STOPPED
-from ..compiling import jit
-from ..contact import Steps, contact
-from ..deciding import is_a
-from ..drive import rotated
-from ..driven import Driven
-from ..elastic_contact import as_seen, mirrored_back, step_driven, tally_stepped
-from ..elementary import exp, fifth_root, hypotenuse, log
-from ..impact import LASTING, short_impact
-from ..impact_variations import vary
-from ..inside import Ahead, keep_ahead, note_inside, read_ahead
-from ..inside_variations import vary_cut
-from ..limit import may_pass
-from ..observe import note_energy
-from ..response_inside import tally_halves
-from ..state_inside import state_at_section
+from ..events.contact import Steps, contact
+from ..events.elastic_contact import as_seen, mirrored_back, step_driven, tally_stepped
+from ..impact.impact import LASTING, short_impact
+from ..impact.impact_variations import vary
+from ..impact.inside import Ahead, keep_ahead, note_inside, read_ahead
+from ..impact.inside_variations import vary_cut
+from ..impact.response_inside import tally_halves
+from ..impact.state_inside import state_at_section
+from ..motion import runge_kutta as rk
+from ..motion.driven import Driven
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
+from ..numerics.elementary import exp, fifth_root, hypotenuse, log
+from ..scene.arguments import Watch, side_with
+from ..scene.codes import RELEASED, STOPPED
+from ..scene.drive import rotated
+from ..watch.limit import may_pass
+from ..watch.observe import note_energy
 
 SHORT_IMPACTS = True
 WHOLE = 5.607  # theta from touch to release of a free Hertz impact, times sqrt(kappa) q_m^(3/2)

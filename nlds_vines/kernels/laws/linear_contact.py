@@ -18,11 +18,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import runge_kutta as rk
-from ..codes import CLEARED, EXHAUSTED, RELEASED, RETURNED, STOPPED
-from ..compiling import jit
-from ..deciding import is_a
-from ..driven import (
+from ..motion import runge_kutta as rk
+from ..motion.driven import (
     GAP,
     columns_of,
     constants_of,
@@ -31,8 +28,8 @@ from ..driven import (
     seen_from_wall,
     wall_at,
 )
-from ..driven_flight import Linear, carry
-from ..flight import (
+from ..motion.driven_flight import Linear, carry
+from ..motion.flight import (
     COEF,
     FACTOR,
     ORDER,
@@ -44,14 +41,17 @@ from ..flight import (
     grid_with,
     rate_of,
 )
-from ..load_cells import Stretch, grid_under, phase_during, polynomial_from
-from ..observe import note_depth, note_force
-from ..once_rounded import after_piece, after_whole, rounded_once
-from ..peaks import factor_at, root
-from ..response import bend_in_rows, note_piece, raise_within
-from ..response_sums import LOSS, OF_FORCE, S2, place_of
-from ..scene import Damper, Ground, Structure, joined, mirrored_load
-from ..touch import LOST, R, first_touch, tightened
+from ..motion.load_cells import Stretch, grid_under, phase_during, polynomial_from
+from ..motion.once_rounded import after_piece, after_whole, rounded_once
+from ..motion.response_sums import LOSS, OF_FORCE, S2, place_of
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
+from ..scene.codes import CLEARED, EXHAUSTED, RELEASED, RETURNED, STOPPED
+from ..scene.scene import Damper, Ground, Structure, joined, mirrored_load
+from ..watch.observe import note_depth, note_force
+from ..watch.peaks import factor_at, root
+from ..watch.response import bend_in_rows, note_piece, raise_within
+from ..watch.touch import LOST, R, first_touch, tightened
 
 MOST_CELLS = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from ..compiling import jit
-from ..elementary import log, power
-from .law import depth_of, force_of, root_of, scales_of
+from ..numerics.compiling import jit
+from ..numerics.elementary import log, power
+from ..scene.law import depth_of, force_of, root_of, scales_of
 
 MOST_ROOT = 6  # p of z = q^p: the larger, the more steps there are near the touch
 SMOOTH = 10.0  # p (n + 1) where p n is no integer: derivatives that a step of order eight needs

@@ -21,12 +21,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from .. import runge_kutta as rk
-from ..codes import EXHAUSTED, RELEASED, STOPPED
-from ..compiling import jit
-from ..deciding import is_a
-from ..drive import drive_now, falling_apart, mirrored, most_push
-from ..driven import (
+from ..motion import runge_kutta as rk
+from ..motion.driven import (
     DAMPING,
     FORCE,
     LOAD,
@@ -41,19 +37,16 @@ from ..driven import (
     rows_of,
     seen_from_wall,
 )
-from ..driven_flight import Linear, carry, under_once
-from ..elementary import log
-from ..flight import (
-    COEF,
-    ORDER,
-    Grid,
-    at,
-    bare_grid,
-)
-from ..load_cells import drive_term, grid_over, phase_of, polynomial_from
-from ..response import note_piece
-from ..response_sums import IMPULSE, LOSS, raise_to
-from ..scene import (
+from ..motion.driven_flight import Linear, carry, under_once
+from ..motion.flight import COEF, ORDER, Grid, at, bare_grid
+from ..motion.load_cells import drive_term, grid_over, phase_of, polynomial_from
+from ..motion.response_sums import IMPULSE, LOSS, raise_to
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
+from ..numerics.elementary import log
+from ..scene.codes import EXHAUSTED, RELEASED, STOPPED
+from ..scene.drive import drive_now, falling_apart, mirrored, most_push
+from ..scene.scene import (
     Structure,
     accelerations,
     mirrored_load,
@@ -61,7 +54,8 @@ from ..scene import (
     with_shaking,
     without_shaking,
 )
-from ..touch import LOST, R, first_touch, tightened
+from ..watch.response import note_piece
+from ..watch.touch import LOST, R, first_touch, tightened
 
 BRIEF = 1.0e-5  # speed of a rebound that is followed by rest, in units of a / rate
 STEADY = 0.1  # change of a, and phase of the fastest motion, in what a completed series would last

@@ -21,7 +21,7 @@ SPLITTER = 134217729.0
 
 def cos_sin(turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return cos and sin of 2 pi `turns` (n,)."""
-    from nlds_vines.kernels.elementary import fill_cos_sin
+    from nlds_vines.kernels.numerics.elementary import fill_cos_sin
 
     parts = np.ascontiguousarray(turns - np.floor(turns))  # exact: a difference of near numbers
     cos, sin = np.empty_like(parts), np.empty_like(parts)
@@ -31,7 +31,7 @@ def cos_sin(turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def exponential(x: np.ndarray) -> np.ndarray:
     """Return e^x of `x` (n,)."""
-    from nlds_vines.kernels.elementary import fill_exp
+    from nlds_vines.kernels.numerics.elementary import fill_exp
 
     found = np.empty(len(x))
     fill_exp(np.ascontiguousarray(x), found)
@@ -40,7 +40,7 @@ def exponential(x: np.ndarray) -> np.ndarray:
 
 def logarithm(x: float) -> float:
     """Return ln x."""
-    from nlds_vines.kernels.elementary import log
+    from nlds_vines.kernels.numerics.elementary import log
 
     return float(log(x))
 

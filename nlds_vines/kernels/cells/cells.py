@@ -1,0 +1,303 @@
+"""One cell from its parameters to its outputs: the parts it has, then its orbit, then a verdict."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..events.contact import Steps
+from ..events.fixed_step import fixed_grid_from
+from ..impact.impact import Arc
+from ..motion.flight import PERIOD, REACH, SHORT, cells_of, grid_from, grid_of
+from ..motion.load_cells import Stretch, grid_over
+from ..motion.once_rounded import grid_once_rounded
+from ..motion.runge_kutta import SCRATCH
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a, says
+from ..orbit.orbit import bounded, on_ground, run, set_mode
+from ..orbit.variations import flow_of
+from ..scene.arguments import OrbitBuffers, Prepared, Span
+from ..scene.by_law import by_wall
+from ..scene.codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
+from ..scene.law import wall_like
+from ..scene.scene import allowed, damper_of, finite, joined, near_constants, structure_under
+from ..watch.observe import EXCESS, FIRST, LEVEL, NUMBER, note_energy, note_violation
+from ..watch.response import begin_tally, report, tally_for
+from .verdict import judge
+
+STABLE = 2.5  # longest step of rk4 in units of 1/rate: beyond 2.8, errors of order four grow
+
+
+# ---- a cell made ready ---------------------------------------------------------------------------
+
+
+@jit
+def own_arc(arc):
+    """Return the arc with scratch rows of this lane's own, or None without a wall."""
+    if arc is None:
+        return None
+    return Arc(arc.tolerance, arc.settled, arc.levels, arc.inside, arc.table.copy())
+
+
+@jit
+def scratch_for(near, far):
+    """Return the scratch of a contact that is stepped, or None without a wall."""
+    if near is None and far is None:
+        return None
+    return np.zeros(SCRATCH)
+
+
+@by_wall
+def held_at(wall, ps, damper, n, begun):
+    """Return the motion on a wall, if its law has one that is prepared, as a tuple of its own.
+
+    n: cells of a period; begun: as of its grid.
+    """
+    return None
+
+
+@by_wall
+def too_stiff(held, period):
+    """Tell whether the motion on a wall is too fast to be followed for a period [s]."""
+    return False
+
+
+@jit
+def multiple_of(stops, n):
+    """Return the least multiple of `stops` that is n or more."""
+    return stops * ((n + stops - 1) // stops)
+
+
+@jit
+def make_grid(parts, ps, damper, n, begun):
+    """Return the grid of the method, in n cells; where contacts are linear, too, it is finer."""
+    near, far = parts.near, parts.far
+    if parts.rk4 is not None:
+        return fixed_grid_from(ps, damper, n, begun)
+    if says(near, "LINEAR") or says(far, "LINEAR"):
+        return grid_once_rounded(ps, damper, n, begun)
+    return grid_from(ps, damper, n, begun)
+
+
+@jit
+def cells_for(parts, n, stops):
+    """Return the cells of the method's grid, a multiple of `stops`: n exact ones, or its steps.
+
+    Where contacts are linear, too, cells are so short that not even their truncation adds up.
+    """
+    if parts.rk4 is not None:
+        return multiple_of(stops, int(parts.period_steps))
+    if says(parts.near, "LINEAR") or says(parts.far, "LINEAR"):
+        return multiple_of(stops, math.ceil(REACH / SHORT * n))
+    return multiple_of(stops, n)
+
+
+@jit
+def grid_for(parts, ps, damper, n, stops, begun):
+    """Return the grid of what is `begun`; a load has its own cells."""
+    if is_a(begun, Stretch):
+        return grid_over(ps, damper, n, begun)
+    return make_grid(parts, ps, damper, cells_for(parts, n, stops), begun)
+
+
+@jit
+def prepared_cell(parts, cell, ps, damper, n, stops, begun):
+    """Return a cell `Prepared` for orbits with `stops` section points a period.
+
+    ps, damper: its `Structure` and its `Damper` or None; n: the exact cells that a period needs;
+    begun: the `flight.Begun` that periods count from, or the `load_cells.Stretch` of a load.
+    """
+    near = wall_like(parts.near, cell.near, damper, near_constants(parts.apart, cell))
+    far = wall_like(parts.far, cell.far, damper, cell)
+    return Prepared(
+        parts.rk4,
+        ps,
+        damper,
+        near,
+        far,
+        own_arc(parts.arc),
+        grid_for(parts, ps, damper, n, stops, begun),
+        Steps(parts.contact_steps, parts.contact_tolerance),
+        scratch_for(parts.near, parts.far),
+        held_at(near, ps, damper, n, begun),
+        held_at(far, ps, damper, n, begun),
+    )
+
+
+# ---- its orbit -----------------------------------------------------------------------------------
+
+
+@jit
+def run_cell(parts, cell, state, span, buffers):
+    """Run one orbit from `state` (SIZE,), which becomes the last one; return a status.
+
+    parts: `Parts`; cell: the numbers of `model.system.CELL`; span: `Span`, the periods before it
+    being the transient; buffers: `CellBuffers`.
+    """
+    if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):
+        return BAD_PARAMETERS
+    if no_limit_to_keep(buffers.violation, cell.limit):
+        return BAD_PARAMETERS
+    if not bounded(state[0], state[1], state[2], state[3]):
+        return DIVERGED
+    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
+    n = cells_of(ps, damper)
+    if n < 0:
+        return TOO_STIFF
+    prepared = prepared_cell(parts, cell, ps, damper, n, span.stops, PERIOD)
+    period = 2.0 * math.pi / ps.omega
+    if too_stiff(prepared.held_near, period) or too_stiff(prepared.held_far, period):
+        return TOO_STIFF
+    if parts.rk4 is not None and not prepared.grid.h * prepared.grid.rate <= STABLE:
+        return TOO_STIFF
+    status = cell_orbit(prepared, cell.limit, state, span, buffers)
+    if status == OK and (overflowed(buffers.energy) or overflowed(buffers.peak)):
+        return DIVERGED
+    if status == OK and span.periods > 0 and any_overflowed(buffers.response):
+        return DIVERGED
+    return status
+
+
+@jit
+def cell_orbit(prepared, limit, state, span, buffers):
+    """Run a cell that is prepared (arguments as `run_cell`)."""
+    ps, damper, peak = prepared.ps, prepared.damper, buffers.peak
+    limit_log = limit_log_of(buffers.violation, limit)
+    on_ground(damper, state)
+    set_mode(prepared.near, prepared.far, state)
+    begin_limit_log(limit_log, state)
+    start_energy(ps, damper, peak, state)
+    # the transient: first what is not noted, then what is noted of its section
+    noted = count_of(buffers.early)
+    before = OrbitBuffers(
+        limit_log, no_rows(buffers.early), None, None, peak, None, None, None, None
+    )
+    unseen = Span(0, span.first - noted, 1)
+    status = run(prepared, before, unseen, state, None, None)
+    if status == OK:
+        before = OrbitBuffers(limit_log, buffers.early, None, None, peak, None, None, None, None)
+        seen = Span(span.first - noted, noted, 1)
+        status = run(prepared, before, seen, state, None, None)
+    # the periods after it
+    if status == OK:
+        start_energy(ps, damper, buffers.energy, state)
+        tally = tally_for(buffers.response, buffers.foot, ps)
+        begin_tally(tally, state)
+        wanted = OrbitBuffers(
+            limit_log, buffers.section, buffers.by_period, buffers.impacts,
+            first_of(buffers.energy, peak), buffers.clearance, None, tally, None,
+        )  # fmt: skip
+        status = run(prepared, wanted, span, state, None, None)
+        time = span.periods * (2.0 * math.pi / ps.omega)
+        report(buffers.response, tally, ps, damper, state, time)
+        raise_peak(buffers.energy, peak)
+        report_violation(buffers.violation, limit_log)
+    return status
+
+
+@jit
+def count_of(early):
+    """Return how many periods of the transient are noted."""
+    if early is None:
+        return 0
+    return len(early)
+
+
+@jit
+def no_rows(early):
+    """Return room for no section, of the same type: so both pieces of a transient share a code."""
+    if early is None:
+        return None
+    return early[:0]
+
+
+# ---- energies and the limit ----------------------------------------------------------------------
+
+
+@jit
+def first_of(energy, peak):
+    """Return where energies of the sampled periods are noted."""
+    if energy is None:
+        return peak
+    return energy
+
+
+@jit
+def start_energy(ps, damper, energy, state):
+    """Let the largest energies begin with the state at which noting begins."""
+    if energy is not None:
+        energy[0], energy[1] = 0.0, 0.0
+        note_energy(ps, damper, energy, state[0], state[1], state[2], state[3])
+
+
+@jit
+def raise_peak(energy, peak):
+    """Let the largest energies of the whole run include those of the sampled periods."""
+    if energy is not None and peak is not None:
+        peak[0], peak[1] = max(peak[0], energy[0]), max(peak[1], energy[1])
+
+
+@jit
+def overflowed(energy):
+    """Tell whether a largest energy that is wanted is beyond all numbers."""
+    if energy is None:
+        return False
+    return not (finite(energy[0]) and finite(energy[1]))
+
+
+@jit
+def any_overflowed(response):
+    """Tell whether a number of a response that is wanted is beyond all numbers."""
+    if response is None:
+        return False
+    fine = True
+    for i in range(len(response)):
+        fine = fine and finite(response[i])
+    return not fine
+
+
+@jit
+def no_limit_to_keep(violation, limit):
+    """Tell whether a scene has a limit to keep, and the limit is no finite number."""
+    if violation is None:
+        return False
+    return not finite(limit)
+
+
+@jit
+def limit_log_of(violation, limit):
+    """Return the limit log (`observe.LEVEL`) of a scene with a limit to keep, or None."""
+    if violation is None:
+        return None
+    log = np.zeros(6)
+    log[LEVEL], log[FIRST] = limit, np.nan
+    return log
+
+
+@jit
+def begin_limit_log(limit_log, state):
+    """Count a start beyond the limit, where a sweep may carry a state, as of the first instant."""
+    if limit_log is not None and state[2] > limit_log[LEVEL]:
+        note_violation(limit_log, 0.0)
+        limit_log[EXCESS] = state[2] - limit_log[LEVEL]
+
+
+@jit
+def report_violation(violation, limit_log):
+    """Fill the violations (3,) of one lane: time of the first [s], greatest depth [m], number."""
+    if violation is not None:
+        violation[0], violation[1] = limit_log[FIRST], limit_log[EXCESS]
+        violation[2] = limit_log[NUMBER]
+
+
+# ---- its verdict ---------------------------------------------------------------------------------
+
+
+@jit
+def judge_cell(parts, cell, ends, section, first, stages, evidence):
+    """Say what the orbit of one cell is (parts and cell as `run_cell`, the rest as `judge`)."""
+    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
+    n = cells_of(ps, damper)
+    flow = flow_of(prepared_cell(parts, cell, ps, damper, n, 1, PERIOD), grid_of(ps, damper, n))
+    return judge(flow, ends, section, first, stages, evidence)

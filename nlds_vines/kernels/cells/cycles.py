@@ -1,0 +1,211 @@
+"""An nT orbit as a point of a branch: what does not close, its derivatives, what happens on it.
+
+The derivative with respect to the state is the monodromy matrix, from the variations; those with
+respect to parameters are from variations that these drive (`driven`).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..motion.driven import RATES, Driven, fill_rates
+from ..motion.flight import Begun, cells_of, grid_from
+from ..motion.runge_kutta import SHRUNK
+from ..numerics.compiling import jit
+from ..numerics.matrices import eigenvalues, solve
+from ..orbit.orbit import SIZE
+from ..orbit.shooting import matrix_of, span_of, trace_cycle
+from ..orbit.variations import (
+    TOGETHER,
+    advance,
+    distance,
+    flow_of,
+    new_state,
+    no_section,
+    place_state,
+)
+from ..scene.arguments import CellBuffers, Span
+from ..scene.codes import BAD_PARAMETERS, OK, TOO_STIFF
+from ..scene.scene import allowed, damper_of, joined, scale_of, structure_under
+from ..watch.observe import COLUMNS, FORCE, SPEED, Impacts
+from .cells import prepared_cell, run_cell
+
+# Columns of what is found of a cycle beside its arrays:
+#   0 DEFECT     energy norm of image - y over SPAN   3 SLOWEST  slowest impact [m/s], inf: none
+#   1 SPAN       largest energy norm of its sections  4 VOLUME   ln det M, as it has to be
+#   2 CLEARANCE  nearest miss [m], inf: none
+DEFECT, SPAN, CLEARANCE, SLOWEST, VOLUME = range(5)
+FOUND = 5
+ROOM = 4096  # impacts of a cycle whose speeds and forces are looked at
+
+
+class Traced(NamedTuple):
+    """What is found of an orbit of n periods of (size,) components and of its m parameters."""
+
+    points: Any  # (n, 4) its sections
+    counts: Any  # (2,) impacts by wall
+    matrix: Any  # (size, size) the monodromy matrix
+    slopes: Any  # (m, 4) derivatives of the image by the parameters
+    multipliers: Any  # (size, 2) real and imaginary parts
+    numbers: Any  # (FOUND,)
+
+
+class Extremes(NamedTuple):
+    """What is measured on orbits."""
+
+    energy: Any  # (orbits, 2) the largest E1 and E2 [J]
+    strokes: Any  # (orbits, 2) the largest approach speed [m/s] and contact force [N]
+    violation: Any  # (orbits, 3) as `cells.report_violation`, or None
+    touches: Any  # (orbits, room, 4) the columns WALL to SPEED of impacts, as far as there is room
+
+
+@jit
+def cell_flow(parts, cell, begun):
+    """Return the `Flow` of a cell, and a status; its periods begin as `begun`."""
+    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
+    n, status = cells_of(ps, damper), OK
+    if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):
+        status = BAD_PARAMETERS
+    elif n < 0:
+        status = TOO_STIFF
+    n = max(n, 1)
+    prepared = prepared_cell(parts, cell, ps, damper, n, 1, begun)
+    return flow_of(prepared, grid_from(ps, damper, n, begun)), status
+
+
+@jit
+def shrunk_so_far(scratch):
+    """Return by what contacts have shrunk volumes, as a logarithm."""
+    if scratch is None:
+        return 0.0
+    return scratch[SHRUNK]
+
+
+@jit
+def forget_shrinking(scratch):
+    """Let nothing have been shrunk so far."""
+    if scratch is None:
+        return None
+    scratch[SHRUNK] = 0.0
+
+
+@jit
+def follow_slopes(parts, cell, changes, flow, y, n, slopes):
+    """Fill slopes (m, 4) with the derivatives of the image of y after n periods by m parameters.
+
+    changes (m,): the derivatives of the numbers of the cell. Returns a status.
+    """
+    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
+    rates, rows, state = np.zeros((len(slopes), RATES)), np.zeros(16), new_state()
+    for m in range(len(slopes)):
+        fill_rates(parts, ps, damper, changes[m], rates[m])
+    driven, nothing = Driven(rows, rates), no_section(flow.space)
+    place_state(flow, y, state)
+    for p in range(0, n, TOGETHER):
+        status = advance(flow, nothing, min(TOGETHER, n - p), driven, state)
+        if status != OK:
+            return status
+    for m in range(len(slopes)):
+        for i in range(4):
+            slopes[m, i] = rows[4 * m + i]
+    return OK
+
+
+@jit(entry=True)
+def trace(parts, cell, changes, phase, y, traced):
+    """Follow an orbit from y (4,) for as many periods as `Traced` has points; fill that.
+
+    phase: the share of the forcing's period at which y and all sections are. cell (1,) and changes
+    (m,): its derivatives by m free parameters, 4 at most. Returns a status.
+    """
+    points, matrix, found = traced.points, traced.matrix, traced.numbers
+    flow, status = cell_flow(parts, cell[0], Begun(phase, 1.0))
+    if status != OK:
+        return status
+    state, tangent, size = new_state(), np.zeros(16), len(matrix)
+    forget_shrinking(flow.prepared.scratch)
+    status, clearance, slowest = trace_cycle(flow, y, points, traced.counts, tangent, state)
+    if status != OK:
+        return status
+    n = len(points)
+    span = span_of(flow.space, points)
+    found[DEFECT], found[SPAN] = distance(flow.space, state, y), span
+    if span > 0.0:
+        found[DEFECT] /= span
+    found[CLEARANCE], found[SLOWEST] = clearance, slowest
+    volume = shrunk_so_far(flow.prepared.scratch)
+    found[VOLUME] = volume + flow.trace * n * flow.exact_grid.h * flow.exact_grid.n
+    monodromy = matrix_of(tangent, size)
+    for i in range(size):
+        for j in range(size):
+            matrix[i, j] = monodromy[i, j]
+    values_of = eigenvalues(monodromy)
+    for i in range(size):
+        for c in range(2):
+            traced.multipliers[i, c] = values_of[i, c]
+    return follow_slopes(parts, cell[0], changes, flow, y, n, traced.slopes)
+
+
+@jit(entry=True)
+def fill_norms(parts, cell, norms):
+    """Fill norms (size,) with the energy norms of states of which one number is 1."""
+    ps, damper = structure_under(parts.load, cell), damper_of(parts.damper, cell)
+    y = np.zeros(4)
+    for i in range(len(norms)):
+        y[i] = 1.0
+        norms[i] = scale_of(ps, joined(damper), y[0], y[1], y[2], y[3])
+        y[i] = 0.0
+
+
+@jit(entry=True)
+def solve_bordered(matrix, columns, rows, right, lost):
+    """Solve ((matrix, columns), (rows)) x = right in place; return the determinant, 0: singular.
+
+    matrix (n, n), columns (m, n), each a column, rows (m, n + m), right (n + m, k); lost
+    (n + m, n + m) takes the system.
+    """
+    n, m = len(matrix), len(columns)
+    for i in range(n):
+        for j in range(n):
+            lost[i, j] = matrix[i, j]
+        for j in range(m):
+            lost[i, n + j] = columns[j, i]
+    for i in range(m):
+        for j in range(n + m):
+            lost[n + i, j] = rows[i, j]
+    return solve(lost, right)
+
+
+@jit
+def broken_limit(violation, lane):
+    """Return where a lane's violations of its limit go, or None where there is no limit."""
+    if violation is None:
+        return None
+    return violation[lane]
+
+
+@jit(entry=True)
+def measure_cycles(begin, end, parts, cells, starts, periods, extremes):
+    """Measure orbits `begin` to `end` - 1 over so many `periods` (orbits,) each; fill `Extremes`.
+
+    cells (orbits,) and starts (orbits, 4) at phase zero.
+    """
+    strokes, touches = extremes.strokes, extremes.touches
+    for lane in range(begin, end):
+        state, rows = np.zeros(SIZE), np.zeros((ROOM, COLUMNS))
+        for i in range(4):
+            state[i] = starts[lane, i]
+        impacts = Impacts(rows, np.zeros(1, np.int64))
+        buffers = CellBuffers(
+            None, None, None, impacts, extremes.energy[lane], None, None,
+            broken_limit(extremes.violation, lane), None, None,
+        )  # fmt: skip
+        run_cell(parts, cells[lane], state, Span(0, periods[lane], 1), buffers)
+        for i in range(min(impacts.filled[0], touches.shape[1])):
+            for c in range(4):
+                touches[lane, i, c] = rows[i, c]
+        for i in range(min(impacts.filled[0], ROOM)):
+            strokes[lane, 0] = max(strokes[lane, 0], rows[i, SPEED])
+            strokes[lane, 1] = max(strokes[lane, 1], rows[i, FORCE])

@@ -1,0 +1,167 @@
+"""The loops over lanes, one per chain of cells, each writing its own output rows.
+
+A chain is a single cell, or, where a scan follows an attractor, the cells of an axis in the order
+of the sweep, each starting from the last state of the one before. Nothing is shared between lanes,
+so that results do not depend on how a scan is cut into blocks, nor on how the lanes of a block are
+cut into pieces and which thread takes which (`runs.pool`).
+
+Running and judging are two loops: what a verdict needs does not depend on what else is recorded,
+and is compiled once for all of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
+from ..orbit.orbit import SIZE
+from ..orbit.recurrence import TOLERANCE, impacts_of, period_of
+from ..scene.arguments import CellBuffers
+from ..scene.codes import OK
+from ..scene.scene import Ground
+from ..watch.observe import Touches
+from .cells import judge_cell, run_cell
+
+BEGIN, END = 0, 1  # of an orbit, in `LaneBuffers.ends`; int() keeps each from its own compilation
+
+
+@jit
+def early_rows(section, points, chain, link):
+    """Return the rows for the section of the transient: as many as there is room for, or None."""
+    if section is None:
+        return None
+    return section[chain, link, : section.shape[2] - points]
+
+
+@jit
+def section_rows(section, cycle, damper, points, chain, link):
+    """Return the rows for the section points of one lane: its output, scratch, or None."""
+    if section is not None:
+        return section[chain, link, section.shape[2] - points :]
+    if cycle is None:
+        return None
+    if damper is None or is_a(damper, Ground):
+        return np.empty((points, 2))
+    return np.empty((points, 4))
+
+
+@jit
+def period_rows(counts, cycle, near, far, periods):
+    """Return scratch for the impacts of each period and wall, or None where they are not needed."""
+    if (near is None and far is None) or (counts is None and cycle is None):
+        return None
+    return np.zeros((periods, 2), np.int64)
+
+
+@jit
+def lane_of(values, chain, link):
+    """Return the row of an optional output that belongs to one lane."""
+    if values is None:
+        return None
+    return values[chain, link]
+
+
+@jit
+def touches_of(touches, chain, link):
+    """Return the room for the touches of one lane, or None."""
+    if touches is None:
+        return None
+    return Touches(touches[chain, link], np.zeros(1, np.int64))
+
+
+@jit
+def buffers_of(parts, buffers, span, chain, link):
+    """Return the `CellBuffers` of one lane: its rows of the `LaneBuffers`, and scratch."""
+    section, cycle, points = buffers.section, buffers.cycle, span.periods * span.stops
+    return CellBuffers(
+        early_rows(section, points, chain, link),
+        section_rows(section, cycle, parts.damper, points, chain, link),
+        period_rows(buffers.counts, cycle, parts.near, parts.far, span.periods),
+        touches_of(buffers.touches, chain, link),
+        lane_of(buffers.energy, chain, link),
+        lane_of(buffers.peak, chain, link),
+        lane_of(buffers.clearance, chain, link),
+        lane_of(buffers.violation, chain, link),
+        lane_of(buffers.response, chain, link),
+        buffers.foot,
+    )
+
+
+@jit
+def summarise(section, by_period, counts, cycle):
+    """Fill the counts (3,) and the cycle (n, k near, k far) of one lane.
+
+    counts: impacts by wall, and the periods with two of them.
+    """
+    if counts is not None:
+        counts[0], counts[1], counts[2] = 0, 0, 0
+        for p in range(len(by_period)):
+            counts[0] += by_period[p, 0]
+            counts[1] += by_period[p, 1]
+            if by_period[p, 0] + by_period[p, 1] == 2:
+                counts[2] += 1
+    if cycle is not None:
+        cycle[0], cycle[1], cycle[2] = period_of(section, TOLERANCE), 0, 0
+        if by_period is not None:
+            for wall in range(2):
+                cycle[1 + wall] = impacts_of(by_period, wall, cycle[0])
+
+
+@jit
+def note_end(ends, chain, link, which, state):
+    """Keep the state at one end of an orbit, if it is wanted."""
+    if ends is not None:
+        for i in range(len(state)):
+            ends[chain, link, which, i] = state[i]
+
+
+@jit(entry=True)
+def run_lanes(begin, end, parts, cells, starts, span, buffers, status):
+    """Run chains `begin` to `end` - 1 of a block of cells (chains, links) from starts (chains, 4).
+
+    parts: `Parts`; span: `Span`, with one stop a period where a cycle is wanted; buffers:
+    `LaneBuffers`, whose section has a row for each stop; `status`
+    (chains, links) takes those of `codes`. A lane that fails keeps its fill values, starts the next
+    link of its chain from rest, and touches nothing of its neighbours.
+    """
+    for chain in range(begin, end):
+        state = np.zeros(SIZE)
+        for i in range(4):
+            state[i] = starts[chain, i]
+        for link in range(cells.shape[1]):
+            cell = cells[chain, link]
+            if link > 0 and status[chain, link - 1] == OK:
+                # the displacement is carried over, wherever the new rest may be
+                state[2] += cell.rest - cells[chain, link - 1].rest
+            own = buffers_of(parts, buffers, span, chain, link)
+            note_end(buffers.ends, chain, link, int(BEGIN), state)
+            code = run_cell(parts, cell, state, span, own)
+            note_end(buffers.ends, chain, link, int(END), state)
+            status[chain, link] = code
+            if code == OK:
+                counts, cycle = buffers.counts, buffers.cycle
+                summarise(
+                    own.section, own.by_period,
+                    lane_of(counts, chain, link), lane_of(cycle, chain, link),
+                )  # fmt: skip
+            else:
+                state[:] = 0.0
+
+
+@jit(entry=True)
+def judge_lanes(begin, end, parts, cells, finished, stages, evidence, status):
+    """Say what the orbits are that `run_lanes` has run: of cells `begin` to `end` - 1.
+
+    Cells (chains, links) are counted along the links. parts: `Parts`; finished: `Finished`; stages:
+    further periods that a verdict may take, stage by stage. Fills `evidence` (chains, links,
+    `evidence_rows.COLUMNS`); a lane that fails in a further stage gets another status.
+    """
+    links = cells.shape[1]
+    for lane in range(begin, end):
+        chain, link = lane // links, lane % links
+        if status[chain, link] == OK:
+            status[chain, link] = judge_cell(
+                parts, cells[chain, link], finished.ends[chain, link],
+                finished.section[chain, link], finished.first, stages, evidence[chain, link],
+            )  # fmt: skip

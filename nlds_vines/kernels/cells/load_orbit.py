@@ -1,0 +1,196 @@
+"""An orbit under a load: stretch by stretch, with jumps of speed in between."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..motion.flight import ORDER, REACH, rate_of
+from ..motion.load_cells import ROW, Stretch
+from ..motion.response_sums import JUMPS, MOST, OF_V, raise_to
+from ..numerics.compiling import jit
+from ..numerics.fours import bare
+from ..orbit.orbit import at_section, bounded, on_ground, run, set_mode
+from ..scene.arguments import OrbitBuffers, Span
+from ..scene.codes import BAD_PARAMETERS, DIVERGED, OK, TOO_STIFF
+from ..scene.scene import Structure, allowed, damper_of, joined, structure_under
+from ..watch.observe import note_energy
+from ..watch.response import begin_tally, note_sums, report, tally_for
+from .cells import (
+    any_overflowed,
+    begin_limit_log,
+    limit_log_of,
+    no_limit_to_keep,
+    overflowed,
+    prepared_cell,
+    report_violation,
+    start_energy,
+    too_stiff,
+)
+
+ALIKE = 1.0e-14  # difference of lengths of cells in units of the largest time, which is round-off
+TOLD = 1.0 + 1.0e-9  # by how much a cell may be longer than it should, for round-off
+
+
+class Load(NamedTuple):
+    """A force on the structure, a polynomial in each cell, and jumps of its velocity."""
+
+    edges: np.ndarray  # (n + 1,) times [s] of the ends of the cells
+    rows: np.ndarray  # (ROW n + ROW,) coefficients by the place in a cell [N], and a row of zeros
+    jumps: np.ndarray  # (n + 1,) [m/s]
+    shaken: Any  # True where both bodies are moved: m1 times the ground's acceleration, backward
+
+
+@jit
+def structure_moved(load, shaken, cell):
+    """Return the `Structure` of one cell that a load moves, whose unit is 1 N.
+
+    load: as in `Parts`; shaken: as in `Load`.
+    """
+    ps = structure_under(load, cell)
+    return Structure(
+        ps.m1, ps.k1, ps.stiffness, ps.damping, 1.0 / ps.m1, 0.0, ps.load, shaken
+    )  # fmt: skip
+
+
+@jit
+def stretch_from(load, first):
+    """Return the stretch of cells of one length from `first` on, up to a jump, and their number."""
+    edges, jumps = load.edges, load.jumps
+    n, last = len(edges) - 1, first + 1
+    h, slack = edges[last] - edges[first], ALIKE * (abs(edges[0]) + abs(edges[len(edges) - 1]))
+    while last < n and jumps[last] == 0.0:
+        if abs(edges[last + 1] - edges[first] - (last + 1 - first) * h) > slack:
+            break
+        last += 1
+    degree = 0
+    for j in range(first, last):
+        for k in range(ORDER, degree, -1):
+            if load.rows[ROW * j + k] != 0.0:
+                degree = k
+                break
+    h = (edges[last] - edges[first]) / (last - first)
+    return Stretch(bare(load.rows[ROW * first :]), degree, h, edges[first]), last - first
+
+
+@jit
+def longest_of(edges):
+    """Return the length [s] of the longest cell, NaN where one is none."""
+    longest = 0.0
+    for j in range(len(edges) - 1):
+        length = edges[j + 1] - edges[j]
+        if not length > 0.0:
+            return math.nan
+        longest = max(longest, length)
+    return longest
+
+
+@jit
+def apart_after(ps, by):
+    """Return by how much s jumps with v1."""
+    if ps.shaken is None:
+        return by
+    return 0.0
+
+
+@jit
+def work_on_damper(ps, damper, by, before, state):
+    """Return the work [J] of a jump on the damper; before: v1 until then."""
+    if ps.shaken is None:
+        return 0.0
+    return 0.5 * damper.m2 * by * (before + state[1] - 2.0 * state[3])
+
+
+@jit
+def jump(prepared, tally, by, state):
+    """Let the velocity of the structure jump."""
+    ps, before = prepared.ps, state[1]
+    state[1] += by
+    state[3] += apart_after(ps, by)
+    set_mode(prepared.near, prepared.far, state)
+    if tally is not None:
+        tally.row[JUMPS] += 0.5 * ps.m1 * by * (before + state[1])
+        tally.row[JUMPS] += work_on_damper(ps, prepared.damper, by, before, state)
+        raise_to(tally.row, int(MOST) + OF_V, state[1])
+
+
+@jit
+def at_edge(prepared, buffers, tally, edge, state):
+    """Note what is wanted of a state at an edge, behind the jump there."""
+    ps, damper = prepared.ps, prepared.damper
+    if buffers.peak is not None:
+        note_energy(ps, damper, buffers.peak, state[0], state[1], state[2], state[3])
+    at_section(joined(damper), buffers.section, edge, state[0], state[1], state[2], state[3])
+    note_sums(ps, damper, buffers.sums, edge, tally)
+
+
+@jit
+def rows_behind(rows, edge, count):
+    """Return the rows of so many edges behind one, None where none are wanted."""
+    if rows is None:
+        return None
+    return rows[edge + 1 : edge + 1 + count]
+
+
+@jit
+def stops_in(buffers, count):
+    """Return how often a stretch of cells is to stop."""
+    if buffers.section is None and buffers.sums is None:
+        return 1
+    return count
+
+
+@jit
+def fly_under(parts, cell, load, state, buffers):
+    """Follow one orbit under a load from `state` (SIZE,), which becomes the last one.
+
+    parts, cell: as `cells.run_cell`, with a load in place of the harmonic force. Sections of the
+    buffers (`CellBuffers`) are the states at the edges, the first one included. Returns a status.
+    """
+    if not allowed(parts.rk4, joined(parts.damper), parts.near, parts.far, parts.apart, cell):
+        return BAD_PARAMETERS
+    if no_limit_to_keep(buffers.violation, cell.limit):
+        return BAD_PARAMETERS
+    if not bounded(state[0], state[1], state[2], state[3]):
+        return DIVERGED
+    ps, damper = structure_moved(parts.load, load.shaken, cell), damper_of(parts.damper, cell)
+    edges = load.edges
+    if not rate_of(ps, joined(damper)) * longest_of(edges) <= REACH * TOLD:
+        return TOO_STIFF
+    limit_log = limit_log_of(buffers.violation, cell.limit)
+    tally = tally_for(buffers.response, None, ps)
+    on_ground(damper, state)
+    begin_limit_log(limit_log, state)
+    start_energy(ps, damper, buffers.peak, state)
+    begin_tally(tally, state)
+    first, status = 0, OK
+    while first < len(edges) - 1 and status == OK:
+        stretch, count = stretch_from(load, first)
+        prepared = prepared_cell(parts, cell, ps, damper, count, 1, stretch)
+        lasting = count * stretch.h
+        if too_stiff(prepared.held_near, lasting) or too_stiff(prepared.held_far, lasting):
+            return TOO_STIFF
+        if first == 0:
+            set_mode(prepared.near, prepared.far, state)
+            begin_at = load.jumps[0]
+            if begin_at != 0.0:
+                jump(prepared, tally, begin_at, state)
+            at_edge(prepared, buffers, tally, 0, state)
+        wanted = OrbitBuffers(
+            limit_log, rows_behind(buffers.section, first, count), None, buffers.impacts,
+            buffers.peak, buffers.clearance, None, tally, rows_behind(buffers.sums, first, count),
+        )  # fmt: skip
+        span = Span(0, 1, stops_in(buffers, count))
+        status = run(prepared, wanted, span, state, None, None)
+        first += count
+        if status == OK and load.jumps[first] != 0.0:
+            jump(prepared, tally, load.jumps[first], state)
+            at_edge(prepared, buffers, tally, first, state)
+    if status == OK:
+        report(buffers.response, tally, ps, damper, state, edges[len(edges) - 1] - edges[0])
+        report_violation(buffers.violation, limit_log)
+        if overflowed(buffers.peak) or any_overflowed(buffers.response):
+            return DIVERGED
+    return status

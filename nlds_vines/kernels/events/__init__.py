@@ -1,0 +1,10 @@
+"""From one event to the next: a flight to a touch, a contact to its release.
+
+In reading order:
+
+    exact             a flight to the next touch or section: exact cells, certified touches
+    fixed_step        a flight by fixed Runge-Kutta steps (method rk4)
+    contact           a contact from touch to release, stepped
+    elastic_contact   a contact as the time loop asks for it, which is stepped in general
+    sides             the two walls of a scene, of which one is touched
+"""

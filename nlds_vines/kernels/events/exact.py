@@ -1,0 +1,241 @@
+"""Flight from one event to the next by exact cells and certified touches."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..motion.flight import bare_grid
+from ..motion.load_cells import Loaded, end_of_cell, phase_of, polynomial_from, pushed_over
+from ..motion.once_rounded import after_piece
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
+from ..scene.codes import ASTRAY, SECTION, TOUCH_FAR, TOUCH_NEAR
+from ..scene.drive import drive_now
+from ..scene.scene import greatest_push, scale_of
+from ..watch.observe import LEVEL
+from ..watch.peaks import may_set_a_record, note_peaks, record_breakers, work_at
+from ..watch.response import tally_cell
+from ..watch.touch import (
+    CLEAR,
+    LOST,
+    NOWHERE,
+    nearest_miss,
+    note_limit,
+    outlook,
+    tightened,
+    touch_of,
+)
+
+SPAN = 4  # cells over which one bound of the motion is used: it costs a square root
+
+
+class Bounds(NamedTuple):
+    """Bounds of motions over some cells: derivatives by the place in a cell."""
+
+    bend: float  # of the second derivative of r [m]
+    jerk: float  # of the third of r [m]
+    fourth: float  # of the fourth of r [m]
+    energy: float  # of the fourth derivative of E1 [J]
+    scale: float  # of the energy scale S [J^0.5], which the others rest on
+
+
+@jit
+def bounds_of(ps, grid, scale):
+    """Return the `Bounds` of motions of at most the energy scale S.
+
+    E1 is half the square of a part of the scaled state u; by Leibniz' rule its fourth derivative is
+    u u + 4 u + 3 u'' u''. Each derivative of u is at most `rate` times the one before and
+    what the forcing adds.
+    """
+    first = grid.rate * scale + grid.push
+    push = grid.rate * grid.push  # bounds the derivative of the forcing: omega <= rate
+    second = grid.rate * first + push
+    third = grid.rate * (second + push)
+    fourth = grid.rate * (third + grid.rate * push)
+    h2 = grid.h * grid.h
+    return Bounds(
+        (grid.bend * scale + greatest_push(ps.load, ps.force)) * h2,
+        (grid.bend * first + ps.omega * ps.force) * h2 * grid.h,
+        (grid.bend * second + ps.omega * ps.omega * ps.force) * h2 * h2,
+        (scale * fourth + 4.0 * first * third + 3.0 * second * second) * h2 * h2,
+        scale,
+    )
+
+
+@jit
+def touch_in(near, far, grid, end, y, bounds):
+    """Return (place, event) of the first touch in [0, end] of the expanded cell, y its state there.
+
+    Without one the event is SECTION.
+    """
+    place, event = NOWHERE, SECTION
+    if near is not None:
+        place = touch_of(grid, end, 1.0, near.gap, y, bounds)
+        if place <= end:
+            event = TOUCH_NEAR
+    if far is not None:
+        other = touch_of(grid, end, -1.0, far.gap, y, bounds)
+        if other <= end and other < place:
+            place, event = other, TOUCH_FAR
+    if place == LOST:
+        event = ASTRAY
+    return place, event
+
+
+@jit
+def ends_prove_no_touch(near, far, y, z, length, bounds):
+    """Prove from the states y and z at its ends that a piece holds no touch (False: look closer).
+
+    length [s] of the piece, which is a cell or less.
+    """
+    proven = True
+    if near is not None:
+        s0, s1 = y[3] * length, z[3] * length
+        proven = outlook(near.gap, y[2], z[2], s0, s1, bounds.fourth) == CLEAR
+    if far is not None:
+        s0, s1 = -y[3] * length, -z[3] * length
+        proven = proven and outlook(far.gap, -y[2], -z[2], s0, s1, bounds.fourth) == CLEAR
+    return proven
+
+
+@jit
+def proves_no_touch(near, far, r0, r1, slack):
+    """Prove from its two ends that a cell holds no touch (False: look closer)."""
+    proven = True
+    if near is not None:
+        proven = max(r0, r1) + slack < near.gap
+    if far is not None:
+        proven = proven and max(-r0, -r1) + slack < far.gap
+    return proven
+
+
+@jit
+def may_hold_a_miss(near, far, clearance, r0, r1, slack):
+    """Tell whether the cell between r0 and r1 could hold a closer miss than seen so far."""
+    possible = False
+    if near is not None:
+        possible = max(r0, r1) + slack > near.gap - clearance[0]
+    if far is not None:
+        possible = possible or max(-r0, -r1) + slack > far.gap - clearance[0]
+    return possible
+
+
+@jit
+def note_misses(near, far, clearance, grid, end, bounds, touches):
+    """Lower the smallest near miss to those in [0, end] of the expanded cell.
+
+    It is clear, or `touches` a wall at its end: the other may have been missed, or the same before.
+    """
+    bend, jerk = tightened(grid.table, bounds.bend, bounds.jerk)
+    if near is not None:
+        best = near.gap - clearance[0]
+        top = nearest_miss(grid.table, 0.0, 1.0, end, best, bend, jerk, touches)
+        if top > best:
+            clearance[0] = near.gap - top
+    if far is not None:
+        best = far.gap - clearance[0]
+        top = nearest_miss(grid.table, 0.0, -1.0, end, best, bend, jerk, touches)
+        if top > best:
+            clearance[0] = far.gap - top
+
+
+@jit
+def fill(grid, phase, y, filled):
+    """Fill COEF with the polynomial of the flight from y and its instant `phase`; return True.
+
+    filled: whether it is there already.
+    """
+    if not filled:
+        polynomial_from(grid, y, phase)
+    return True
+
+
+@jit
+def work_anew(ps, damper, grid, j, x, y, before):
+    """Return `work_at` the beginning of a piece: that of the last one's end, `before`.
+
+    Between two cells a load may jump.
+    """
+    if is_a(grid.begun, Loaded):
+        return work_at(ps, damper, y, drive_now(phase_of(grid, j, x)))
+    return before
+
+
+@jit
+def fly(flight, watch, begun, stop, y):
+    """Fly from `begun` = (cell j, place x in it) to the next touch or the start of the cell `stop`.
+
+    Returns (event, j, x, x1, v1, r, s) with event SECTION, TOUCH_NEAR or TOUCH_FAR, or ASTRAY where
+    a touch could not be told from a miss. y: the state (x1, v1, r, s) at the beginning.
+    """
+    ps, damper, near, far = flight.ps, flight.damper, flight.near, flight.far
+    limit_log, energy, clearance = watch.limit_log, watch.energy, watch.clearance
+    tally = watch.tally
+    (x1, v1, r, s), (j, x) = y, begun  # the state stays in registers
+    grid, event = bare_grid(flight.grid), SECTION
+    if energy is not None:
+        before = work_at(ps, damper, (x1, v1, r, s), drive_now(phase_of(grid, j, x)))
+        energy[0], energy[1] = max(energy[0], before[0]), max(energy[1], before[1])
+    while j < stop and event == SECTION:
+        # Bounds of the motion over the next cells.
+        last = min(j + SPAN, stop)
+        pushed, bound = pushed_over(ps, grid, j, last)
+        ahead = bound.push * grid.h * (last - j)
+        scale = scale_of(ps, damper, x1, v1, r, s) + ahead
+        bounds = bounds_of(pushed, bound, scale)
+        slack = 0.125 * bounds.bend
+        while j < last and event == SECTION:
+            # The state at the end of the cell, as if nothing happened before.
+            now, phase = (x1, v1, r, s), phase_of(grid, j, x)
+            end, filled = 1.0 - x, False
+            if x > 0.0:
+                filled = fill(grid, phase, now, False)
+                y = after_piece(grid.low, damper, grid.load, grid.table, end, now, phase)
+            else:
+                y = end_of_cell(grid, damper, j, now)
+            # The first touch, unless the two ends prove that there is none.
+            place = end
+            clear = x == 0.0 and proves_no_touch(near, far, r, y[2], slack)
+            if not (clear or ends_prove_no_touch(near, far, now, y, end * grid.h, bounds)):
+                filled = fill(grid, phase, now, filled)
+                place, event = touch_in(near, far, grid, end, y, bounds)
+                if event == ASTRAY:
+                    break
+                if event == SECTION:
+                    place = end
+                else:
+                    y = after_piece(grid.low, damper, grid.load, grid.table, place, now, phase)
+            # Note what is wanted up to the touch or the end of the cell.
+            if energy is not None:
+                before = work_anew(ps, damper, grid, j, x, now, before)
+                then = phase_of(grid, j, 1.0 if event == SECTION else x + place)
+                after = work_at(ps, damper, y, drive_now(then))
+                energy[0], energy[1] = max(energy[0], after[0]), max(energy[1], after[1])
+                if may_set_a_record(damper, energy, bound, bounds, place, before, after):
+                    bodies = record_breakers(damper, energy, bound, bounds, place, before, after)
+                    if bodies != 0:
+                        filled = fill(grid, phase, now, filled)
+                        note_peaks(ps, damper, energy, grid, place, bodies)
+                before = after
+            if limit_log is not None and (
+                x > 0.0 or event != SECTION or max(r, y[2]) + slack >= limit_log[LEVEL]
+            ):
+                filled = fill(grid, phase, now, filled)
+                note_limit(grid.table, limit_log, j + x, grid.h, place, bounds.bend, bounds.jerk)
+            if (
+                clearance is not None
+                and clearance[0] > 0.0
+                and (event != SECTION or may_hold_a_miss(near, far, clearance, r, y[2], slack))
+            ):
+                filled = fill(grid, phase, now, filled)
+                note_misses(near, far, clearance, grid, place, bounds, event != SECTION)
+            if tally is not None:
+                filled = fill(grid, phase, now, filled)
+                tally_cell(tally, grid, phase, place)
+            # Go on from the touch or the end of the cell.
+            x1, v1, r, s = y
+            if event == SECTION:
+                j, x = j + 1, 0.0
+            else:
+                x += place
+    return event, j, x, x1, v1, r, s

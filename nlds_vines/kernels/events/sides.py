@@ -1,0 +1,160 @@
+"""The two walls of a scene, of one law or of two: the `mode` tells which one is touched."""
+
+from __future__ import annotations
+
+from ..motion.load_cells import moment_of
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a, same_sort, says
+from ..scene.by_law import by_wall
+from ..scene.codes import (
+    ASTRAY,
+    CLEARED,
+    EXHAUSTED,
+    FLYING,
+    LEAVING_FAR,
+    LEAVING_NEAR,
+    RETURNED,
+    SECTION,
+    STOPPED,
+    TOUCH_FAR,
+    TOUCH_NEAR,
+)
+from ..scene.law import depth_of, force_at
+from ..scene.scene import Ground
+from .elastic_contact import follow
+
+
+@jit
+def sign_of(mode):
+    """Return 1 at the near wall, -1 at the far one."""
+    return 1.0 if mode in (TOUCH_NEAR, LEAVING_NEAR) else -1.0
+
+
+@jit
+def gap_of(near, far, mode):
+    """Return the gap [m] of the wall that is touched."""
+    if far is None:
+        return near.gap
+    if near is None:
+        return far.gap
+    return near.gap if sign_of(mode) > 0.0 else far.gap
+
+
+@jit
+def depth_at(near, far, mode, q):
+    """Return the depth [m] at the wall that is touched."""
+    if far is None:
+        return depth_of(near, q)
+    if near is None:
+        return depth_of(far, q)
+    return depth_of(near, q) if mode == TOUCH_NEAR else depth_of(far, q)
+
+
+@jit
+def force_in(near, far, mode, depth):
+    """Return `force_at` at the wall that is touched."""
+    if far is None:
+        return force_at(near, depth)
+    if near is None:
+        return force_at(far, depth)
+    return force_at(near, depth) if mode == TOUCH_NEAR else force_at(far, depth)
+
+
+@jit
+def structure_at(damper, x1, v1, r, s):
+    """Return (x1, v1), which are r and s where walls limit the structure itself."""
+    # of two that are integrated side by side, round-off must not make two
+    if is_a(damper, Ground):
+        return (r, s)
+    return (x1, v1)
+
+
+# ---- a contact -----------------------------------------------------------------------------------
+
+
+@jit
+def follow_at(near, far, mode, watch, phase, place, left, now):
+    """Follow a contact at the side of the `mode`, near or far; a side that is not there is None."""
+    if near is None:
+        return follow(far, watch, phase, place, left, now)
+    if far is None:
+        return follow(near, watch, phase, place, left, now)
+    if same_sort(near, far):  # one text for both
+        side = near if mode == TOUCH_NEAR else far
+        return follow(side, watch, phase, place, left, now)
+    if mode == TOUCH_NEAR:
+        return follow(near, watch, phase, place, left, now)
+    return follow(far, watch, phase, place, left, now)
+
+
+# ---- leaving a wall whose force has vanished -----------------------------------------------------
+
+
+@jit
+def may_leave(near, far):
+    """Tell whether there is a wall that may let go of a damper before it is out."""
+    return says(near, "LINEAR") or says(far, "LINEAR")
+
+
+@jit
+def leaves(near, far, mode):
+    """Tell whether an orbit that is not FLYING leaves a wall whose force has vanished."""
+    return may_leave(near, far) and mode in (LEAVING_NEAR, LEAVING_FAR)
+
+
+@jit
+def depth_of_touch(near, far, mode, q):
+    """Return q of a touch: 0, but where a wall pushes again that has been left."""
+    return q if may_leave(near, far) and mode != FLYING else 0.0
+
+
+@jit
+def after_release(near, far, mode, q):
+    """Return what an orbit does after the contact of a `mode`: fly, or first leave its place."""
+    if may_leave(near, far) and q > 0.0:  # it is 0 where the damper is at the place of touch
+        return LEAVING_NEAR if mode == TOUCH_NEAR else LEAVING_FAR
+    return FLYING
+
+
+@by_wall
+def leave(side, watch, phase, place, left, now):
+    """Fly from a depth at which the wall does not push, to z = 0 or for the time `left` [s].
+
+    Arguments as of `follow_at`. Returns (event, q, s, x1, v1, time [s]): CLEARED at z = 0, RETURNED
+    where the wall pushes again before, STOPPED or EXHAUSTED.
+    """
+    return CLEARED, now[0], now[1], now[2], now[3], 0.0
+
+
+@jit
+def leave_wall(near, far, mode, watch, grid, stop, begun, now):
+    """Leave the place of a contact whose force has vanished, at the side of the `mode`.
+
+    begun: (cell, place in it); now: (q, x1, v1, r, s). Returns (event, j, x, q, x1, v1, r, s):
+    CLEARED where no wall is in the way any more, otherwise as a flight.
+    """
+    (q, x1, v1, r, s), (j, x) = now, begun
+    place, left, inner = (j + x) / grid.n, (stop - j - x) * grid.h, (q, s, x1, v1)
+    event, took, gap, sign = CLEARED, 0.0, 0.0, 1.0
+    phase = moment_of(grid, j, x)
+    if near is not None and mode == LEAVING_NEAR:
+        event, q, s, x1, v1, took = leave(near, watch, phase, place, left, inner)
+        gap = near.wall.gap
+    if far is not None and mode == LEAVING_FAR:
+        event, q, s, x1, v1, took = leave(far, watch, phase, place, left, inner)
+        gap, sign = far.wall.gap, -1.0
+    at_place = j + x + took / grid.h
+    r = sign * (gap + q)
+    if near is not None:
+        x1, v1 = structure_at(near.damper, x1, v1, r, s)
+    else:
+        x1, v1 = structure_at(far.damper, x1, v1, r, s)
+    j = min(int(at_place), stop - 1)
+    x = at_place - j
+    if event == EXHAUSTED:
+        return ASTRAY, j, x, q, x1, v1, r, s
+    if event == STOPPED:
+        return SECTION, stop, 0.0, q, x1, v1, r, s
+    if event == RETURNED:
+        event = TOUCH_NEAR if mode == LEAVING_NEAR else TOUCH_FAR
+    return event, j, x, q, x1, v1, r, s

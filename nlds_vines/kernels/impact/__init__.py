@@ -1,0 +1,13 @@
+"""A short impact, solved at once.
+
+In reading order:
+
+    impact_series       a short impact as a power series in its small numbers
+    impact              a short impact, solved at once
+    hertz_arc           the free impact at the collocation nodes, which `impact` is given
+    impact_variations   variations through it, on its collocation
+    inside              half of it, from touch or from release; its largest energies
+    state_inside        its state between touch and release
+    response_inside     a response over a short impact
+    inside_variations   variations there
+"""

@@ -1,0 +1,223 @@
+"""Variations that parameters drive: the derivatives of an orbit by the numbers of its cell.
+
+A variation w obeys w' = A w. What changes of a state z at a given phase where a parameter p does is
+driven as well:
+
+    w' = A w + df/dp,    f = (v1, dv1/dt, s, ds/dt) of eq. (5)
+
+The frequency is a parameter like others: at a given phase, time runs slower by d(omega)/omega, and
+so does all motion, df/domega = -f / omega. What a parameter does to the place of a wall is what the
+difference of r does, with the other sign: so a touch is later by (gap' - r) / s, and where f jumps
+there, as with a dashpot, or the state does, as of rigid bodies, the jumps know of both.
+
+Walls see states mirrored by a `sign`; variations are not mirrored, but what drives them is.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
+from ..numerics.fours import four_of, number_of
+from ..scene.law import fill_constants, force_of, pushed_by_constants, stiffness_of
+from ..scene.scene import Ground, accelerations, near_constants
+
+# Columns of the rates of a parameter, the derivatives of what kernels know of a cell:
+#   SLOWER         -1/omega of the frequency         INV_M1, INV_MU, SHARE     of `scene.Damper`
+#   STIFFNESS ... LOAD, K2, C2   as they are called   NEAR, FAR  from there on those of a wall:
+#   its GAP, then the constants of its law
+SLOWER, STIFFNESS, DAMPING, FORCE, LOAD, K2, C2, INV_M1, INV_MU, SHARE = range(10)
+GAP, CONSTANTS = 0, 6  # at most so many of a law
+NEAR, FAR, RATES = 10, 11 + CONSTANTS, 12 + 2 * CONSTANTS
+
+
+class Driven(NamedTuple):
+    """Four variations, of which the first are driven by parameters, one each."""
+
+    rows: Any  # (16,) one after the other
+    rates: Any  # (parameters, RATES) the columns above
+
+
+@jit
+def rows_of(tangent):
+    """Return the numbers (16,) of four variations."""
+    if is_a(tangent, Driven):
+        return tangent.rows
+    return tangent
+
+
+@jit
+def count_of(tangent):
+    """Return how many numbers of variations there are."""
+    if is_a(tangent, Driven):
+        return 4 * len(tangent.rates)
+    return 16
+
+
+# ---- what a parameter changes --------------------------------------------------------------------
+
+
+@jit
+def fill_rates(parts, ps, damper, change, rates):
+    """Fill the rates (RATES,) of a parameter; change: the derivatives of the numbers of a cell."""
+    rates[SLOWER] = -change.omega / ps.omega
+    rates[STIFFNESS] = (change.k1 - ps.stiffness * change.m1) / ps.m1
+    rates[DAMPING] = (change.c1 - ps.damping * change.m1) / ps.m1
+    rates[FORCE] = (change.P - ps.force * change.m1) / ps.m1
+    rates[LOAD] = change_of_load(parts.load, change)
+    fill_damper(damper, ps, change, rates)
+    fill_wall(parts.near, near_constants(parts.apart, change), change.near, rates, int(NEAR))
+    fill_wall(parts.far, change, change.far, rates, int(FAR))
+
+
+@jit
+def change_of_load(load, change):
+    """Return what changes of a constant load, where there is one."""
+    if load is None:
+        return 0.0
+    return change.load
+
+
+@jit
+def fill_damper(damper, ps, change, rates):
+    """Fill the rates of the damper, or of what stands for it."""
+    if damper is None:
+        return None
+    if is_a(damper, Ground):
+        rates[INV_M1] = rates[INV_MU] = -change.m1 / (ps.m1 * ps.m1)
+        return None
+    rates[K2], rates[C2] = change.k2, change.c2
+    rates[INV_M1] = -change.m1 / (ps.m1 * ps.m1)
+    rates[INV_MU] = rates[INV_M1] - change.m2 / (damper.m2 * damper.m2)
+    rates[SHARE] = (rates[INV_M1] - damper.share * rates[INV_MU]) / damper.inv_mu
+
+
+@jit
+def fill_wall(sort, change, gap, rates, at):
+    """Fill the rates of a wall of a sort, from column `at` on; gap: that of its place."""
+    if sort is None:
+        return None
+    rates[at + GAP] = gap
+    fill_constants(sort, change, rates, at + 1)
+
+
+@jit
+def wall_at(sign):
+    """Return the column at which the rates of the near (sign 1) or of the far wall begin."""
+    return NEAR if sign > 0.0 else FAR
+
+
+@jit
+def constants_of(sign):
+    """Return the column at which the constants of the law of that wall begin."""
+    return wall_at(sign) + 1
+
+
+# ---- what drives a variation ---------------------------------------------------------------------
+
+
+@jit
+def source_of(ps, damper, by, sign, constant, state, drive, pushes):
+    """Return what a parameter adds to dv1/dt and to ds/dt of a variation, at one pace of time.
+
+    by: its rates (RATES,); state (x1, v1, r, s) and drive as the wall sees them that pushes with
+    the force `push` [N]; pushed: what changes of that by the parameter itself; constant: 1, or 0
+    for Taylor coefficients of a motion but the first.
+    """
+    (x1, v1, r, s), (push, pushed) = state, pushes
+    own = sign * (by[FORCE] * drive - by[STIFFNESS] * x1 - by[DAMPING] * v1) + constant * by[LOAD]
+    if damper is None:
+        return own, 0.0
+    pull = sign * (damper.k2 * r + damper.c2 * s + push)
+    pulled = sign * (by[K2] * r + by[C2] * s) + pushed
+    return (
+        own - (pulled * damper.inv_m1 + pull * by[INV_M1]),
+        own - (pulled * damper.inv_mu + pull * by[INV_MU]),
+    )
+
+
+@jit
+def drive_contact(side, tangent, motion, drive, slopes, weight, out):
+    """Add what parameters drive to the slopes of variations, k[out + 5:], of a stepped contact.
+
+    motion: (q, z, x1, v1, s) as the wall sees them; slopes: (dv1/dt, ds/dt); weight: dt/dtheta.
+    """
+    ps, damper, wall, k = side.ps, side.damper, side.wall, side.k
+    q, z, x1, v1, s = motion
+    dv, ds = slopes
+    sign, at = side.sign, wall_at(side.sign)
+    push, stiffness = force_of(wall, q, z, s), stiffness_of(wall, q, s)
+    state = x1, v1, wall.gap + z, s
+    for i in range(len(tangent.rates)):
+        by, place = tangent.rates[i], out + 5 + 4 * i
+        pushed = sign * (pushed_by_constants(wall, by, at + 1, q, z, s) - stiffness * by[at + GAP])
+        b, d = source_of(ps, damper, by, sign, 1.0, state, drive, (push, pushed))
+        pace = sign * by[SLOWER]
+        k[place] += weight * (pace * v1)
+        k[place + 1] += weight * (b + pace * dv)
+        k[place + 2] += weight * (pace * s)
+        k[place + 3] += weight * (d + pace * ds)
+
+
+# ---- at a wall -----------------------------------------------------------------------------------
+
+
+@jit
+def columns_of(tangent):
+    """Return x1, v1, r and s of four variations, a four of each."""
+    return (
+        four_of(tangent[0], tangent[4], tangent[8], tangent[12]),
+        four_of(tangent[1], tangent[5], tangent[9], tangent[13]),
+        four_of(tangent[2], tangent[6], tangent[10], tangent[14]),
+        four_of(tangent[3], tangent[7], tangent[11], tangent[15]),
+    )
+
+
+@jit
+def put_columns(tangent, columns):
+    """Write x1, v1, r and s, a four of each, into four variations."""
+    x1, v1, r, s = columns
+    for k in range(4):
+        tangent[4 * k], tangent[4 * k + 1] = number_of(x1, k), number_of(v1, k)
+        tangent[4 * k + 2], tangent[4 * k + 3] = number_of(r, k), number_of(s, k)
+
+
+@jit
+def carried(columns, field, late):
+    """Return variations, a four of each of x1, v1, r and s, `late` [s] further along the orbit.
+
+    field: how fast the orbit's x1, v1, r and s change; late: a four, of each variation its own.
+    This is the rule at a wall: a variation meets it later by t0 = -r / s. It is carried there by
+    the motion before; what changes at once, changes; the motion after carries it back by t0.
+    """
+    x1, v1, r, s = columns
+    a, b, c, d = field
+    return x1 + a * late, v1 + b * late, r + c * late, s + d * late
+
+
+@jit
+def seen_from_wall(tangent, sign, way):
+    """Let r of driven variations count from the wall, `way` 1, or from where it did, -1."""
+    if is_a(tangent, Driven):
+        for i in range(len(tangent.rates)):
+            tangent.rows[4 * i + 2] -= way * sign * tangent.rates[i, wall_at(sign) + GAP]
+
+
+@jit
+def drive_start(side, tangent, state, c, t, first):
+    """Add to the variations k[first:] what is driven in a time t [s] so short that all is steady.
+
+    state (x1, v1, r, s) and c, cos of the phase, as the wall sees them, which does not push yet.
+    """
+    if is_a(tangent, Driven):
+        ps, damper, sign, k = side.ps, side.damper, side.sign, side.k
+        dv, ds = accelerations(ps, damper, state[0], state[1], state[2], state[3], c, 0.0)
+        for i in range(len(tangent.rates)):
+            by, place = tangent.rates[i], first + 4 * i
+            b, d = source_of(ps, damper, by, sign, 1.0, state, c, (0.0, 0.0))
+            pace = sign * by[SLOWER]
+            k[place] += t * pace * state[1]
+            k[place + 1] += t * (b + pace * dv)
+            k[place + 2] += t * pace * state[3]
+            k[place + 3] += t * (d + pace * ds)

@@ -1,0 +1,329 @@
+"""Flight under a load: any force on the structure that is a polynomial over each cell.
+
+With f = sum_k f_k x^k over a cell, x from 0 to 1, the Taylor coefficients of the state are
+c_(k+1) = h (A c_k + b f_k) / (k + 1). What a power of x makes of bodies at rest is tabulated once
+for all cells of a length, so that the polynomial of a cell is a sum of products, as it is under a
+harmonic force; and so is what all of f adds to the state over a cell.
+
+A certificate needs no more than bounds of the force and of its derivatives: over some cells they
+are those of a harmonic force at the rate of the bodies, the `majorant_of` the load.
+
+Cells of one length in a row are a `Stretch`, and have one grid. Behind the table of a grid without
+forcing (`flight`) there stand, from the places in `grid.begun` on,
+
+    powers    ORDER TERMS       the polynomial of a state that a force x^m moves, m = 0, 1, ...
+    ends      4 (ORDER + 2)     its value at the end of a cell, and what a constant load adds there
+    weights   4 (ORDER + 1)     of |f_k| in bounds of the force and three of its derivatives
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
+from ..numerics.elementary import cos_sin_of_turn
+from ..numerics.fours import four, four_at, larger_of, largest_of, number_of, put_four
+from ..scene.drive import Moment, moved
+from ..scene.scene import Structure, accelerations, greatest_push, moved_mass, unloaded
+from .flight import (
+    CELLS,
+    COEF,
+    DRIVE,
+    ORDER,
+    PERIOD,
+    STEP,
+    TAYLOR,
+    TERMS,
+    Grid,
+    cell_polynomial,
+    grid_from,
+    grid_with,
+    move_on,
+    phase_at,
+    turned,
+)
+from .once_rounded import after_cell, put_sum, put_sum_of_load
+
+ROW = ORDER + 1  # numbers of a cell: the coefficients of the force [N]
+SLOWEST = 0.1  # least bound of a rate in units of 1/h: a slower one would tell less of the force
+
+
+class Stretch(NamedTuple):
+    """Cells of one length in a row."""
+
+    rows: Any  # (ROW n + ROW,) coefficients of the force [N] cell by cell, a bare row
+    degree: int  # of the polynomials, the highest
+    h: float  # length of a cell [s]
+    begin: float  # [s]
+
+
+class Loaded(NamedTuple):
+    """Of a grid under a load, in place of a `flight.Begun`."""
+
+    begin: float  # [s], from which times count
+    rows: Any  # as of the stretch
+    degree: int
+    powers: int  # this and the next two are places in the table
+    ends: int
+    weights: int
+    root: float  # of the mass [kg^0.5] that the force accelerates
+    shaking: float  # acceleration [m/s^2] of the ground by 1 N, 0 where it stands still
+
+
+# ---- a grid --------------------------------------------------------------------------------------
+
+
+@jit
+def grid_over(ps, damper, n, begun):
+    """Prepare flight in n cells over what is `begun`: a share of a period, or a stretch."""
+    if is_a(begun, Stretch):
+        return grid_under(ps, damper, begun.h, n, begun)
+    return grid_from(ps, damper, n, begun)
+
+
+@jit
+def grid_under(ps, damper, h, n, stretch):
+    """Prepare flight by cells of h [s] under a load, n of them in a stretch."""
+    free, degree = grid_with(ps, damper, h, 1, 0, PERIOD), stretch.degree
+    powers = len(free.table)
+    ends = powers + ORDER * TERMS
+    weights = ends + 4 * (ORDER + 2)
+    w = np.zeros(weights + 4 * (ORDER + 1))
+    w[:powers] = free.table
+    for m in range(min(degree + 1, ORDER)):
+        expand_push(unloaded(ps), damper, h, m, w, powers + m * TERMS)
+        put_sum(w, powers + m * TERMS, w, ends + 4 * m)
+    put_sum_of_load(free.load, w, w, ends + 4 * (ORDER + 1))
+    rate = max(free.rate, SLOWEST / h)
+    fill_weights(w, weights, rate * h)
+    begun = Loaded(
+        stretch.begin, stretch.rows, degree, powers, ends, weights,
+        math.sqrt(moved_mass(ps, damper)), shaking_of(ps),
+    )  # fmt: skip
+    return Grid(n, h, 0.0, rate, free.push, free.bend, w, free.load, None, begun)
+
+
+@jit
+def fill_weights(w, first, turn):
+    """Fill weights of |f_k|, whose sums bound the force and its derivatives over a cell.
+
+    By the place the i-th one is at most the sum of |f_k| k! / (k - i)!, as x is at most 1. It is
+    that of a harmonic force as large by turn^i, whose phase turns so far over the cell.
+    """
+    for k in range(ORDER + 1):
+        weight = 1.0
+        for i in range(4):
+            w[first + 4 * k + i] = weight
+            weight *= (k - i) / turn
+
+
+@jit
+def shaking_of(ps):
+    """Return the acceleration [m/s^2] that the unit of force means of a ground that moves."""
+    if ps.shaken is None:
+        return 0.0
+    return ps.force
+
+
+@jit
+def expand_push(ps, damper, h, power, out, first):
+    """Write the Taylor coefficients of bodies at rest that a force x^power [N] moves (`expand`)."""
+    dv, ds = accelerations(ps, damper, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    g = h / (power + 1.0)
+    x1, v1, r, s = 0.0, dv * g, 0.0, ds * g
+    for k in range(power + 1, ORDER + 1):
+        at = first + 4 * k
+        out[at], out[at + 1], out[at + 2], out[at + 3] = x1, v1, r, s
+        dv, ds = accelerations(ps, damper, x1, v1, r, s, 0.0, 0.0)
+        g = h / (k + 1.0)
+        x1, v1, r, s = v1 * g, dv * g, s * g, ds * g
+
+
+@jit
+def pushed_over(ps, grid, j, last):
+    """Return (structure, grid) that bound the motion over the cells from j to before `last`.
+
+    Of a load, as its majorant would move them.
+    """
+    if is_a(grid.begun, Loaded):
+        return under_majorant(ps, grid, j, last)
+    return ps, grid
+
+
+@jit
+def under_majorant(ps, grid, j, last):
+    """Return a structure and a grid with the forcing of the majorant over some cells."""
+    begun, w, most = grid.begun, grid.table, four(0.0)
+    for i in range(j, last):
+        row, sums = ROW * i, four(0.0)
+        for k in range(begun.degree + 1):
+            sums = sums + four_at(w, begun.weights + 4 * k) * abs(begun.rows[row + k])
+        most = larger_of(most, sums)
+    force = ps.force * largest_of(most)
+    push = begun.root * greatest_push(ps.load, force)
+    return (
+        Structure(
+            ps.m1, ps.k1, ps.stiffness, ps.damping, force, grid.rate, ps.load, ps.shaken
+        ),
+        Grid(
+            grid.n, grid.h, grid.turn, grid.rate, push, grid.bend, grid.table, grid.load, grid.low,
+            grid.begun,
+        ),
+    )  # fmt: skip
+
+
+# ---- an instant ----------------------------------------------------------------------------------
+
+
+@jit
+def phase_of(grid, j, x):
+    """Return the instant at place x of cell j: `phase_at`, tabulated at the ends of a cell."""
+    if is_a(grid.begun, Loaded):
+        begun = grid.begun
+        return Moment(begun.rows, ROW * j, begun.degree, x, grid.h, 1.0)
+    return phase_between(grid, j, x)
+
+
+@jit
+def phase_between(grid, j, x):
+    """Return (cos, sin) of a harmonic force's phase there."""
+    whole = int(x)
+    at_cell = CELLS + 6 * (j + whole)
+    phase = grid.table[at_cell + 4], grid.table[at_cell + 5]
+    if x != whole:
+        phase = phase_at(grid, j, x)
+    return phase
+
+
+@jit
+def instant_in(grid, j, x):
+    """Return the instant at place x of cell j, of a harmonic force by its phase at the start."""
+    if is_a(grid.begun, Loaded):
+        return phase_of(grid, j, x)
+    return phase_at(grid, j, x)
+
+
+@jit
+def phase_during(ps, grid, phase, place, took):
+    """Return the instant a time `took` [s] after a share of the period, the `place`, is over.
+
+    phase: that at the place.
+    """
+    if is_a(phase, Moment):
+        return moved(phase, phase.x + took / phase.length)
+    return cos_sin_of_turn(turned(grid.begun, place) + took / (2.0 * math.pi / ps.omega))
+
+
+@jit
+def began_at(grid, period):
+    """Return when [s] a period began, or a stretch."""
+    if is_a(grid.begun, Loaded):
+        return grid.begun.begin
+    return period * (grid.h * grid.n)
+
+
+@jit
+def moment_of(grid, j, x):
+    """Return that of a load; that of a harmonic force follows from the share of a period."""
+    if is_a(grid.begun, Loaded):
+        return phase_of(grid, j, x)
+    return None
+
+
+@jit
+def end_of_cells(grid, j, stop):
+    """Return up to which cell a force is the same function as in cell j: of a load its end."""
+    if is_a(grid.begun, Loaded):
+        return j + 1
+    return stop
+
+
+# ---- a cell --------------------------------------------------------------------
+
+
+@jit
+def end_of_cell(grid, damper, j, y):
+    """Return the state at the end of cell j, at whose beginning it is y."""
+    if is_a(grid.begun, Loaded):
+        return end_under(grid, j, y)
+    return after_cell(grid.low, damper, grid.table, j, y)
+
+
+@jit
+def end_under(grid, j, y):
+    """Return the state at the end of cell j under a load."""
+    w, begun, row = grid.table, grid.begun, ROW * j
+    ends = begun.ends
+    even, odd = four_at(w, ends + 4 * (ORDER + 1)), four(0.0)
+    for m in range(0, begun.degree, 2):
+        even = even + four_at(w, ends + 4 * m) * begun.rows[row + m]
+        odd = odd + four_at(w, ends + 4 * m + 4) * begun.rows[row + m + 1]
+    if begun.degree % 2 == 0:
+        even = even + four_at(w, ends + 4 * begun.degree) * begun.rows[row + begun.degree]
+    free = (four_at(w, STEP) * y[0] + four_at(w, STEP + 4) * y[1]) + (
+        four_at(w, STEP + 8) * y[2] + four_at(w, STEP + 12) * y[3]
+    )
+    y = free + (even + odd)
+    return number_of(y, 0), number_of(y, 1), number_of(y, 2), number_of(y, 3)
+
+
+@jit
+def polynomial_from(grid, y, phase):
+    """Fill COEF with the Taylor coefficients of the flight from a state y and an instant.
+
+    Of a load the rows DRIVE, too, with those of the force.
+    """
+    if is_a(phase, Moment):
+        return polynomial_under(grid, y, phase)
+    return cell_polynomial(grid, y[0], y[1], y[2], y[3], phase[0], phase[1])
+
+
+@jit
+def polynomial_under(grid, y, moment):
+    """Fill COEF and DRIVE under a load."""
+    w, powers, degree = grid.table, grid.begun.powers, moment.degree
+    fill_drive_from(w, moment, grid.h)
+    for k in range(ORDER + 1):
+        i = TAYLOR + 4 * k
+        found = (four_at(w, i) * y[0] + four_at(w, i + TERMS) * y[1]) + (
+            four_at(w, i + 2 * TERMS) * y[2] + four_at(w, i + 3 * TERMS) * y[3]
+        )
+        for m in range(min(k, degree + 1)):
+            found = found + four_at(w, powers + TERMS * m + 4 * k) * w[DRIVE + m]
+        put_four(w, COEF + 4 * k, found)
+    move_on(grid.load, w)
+
+
+@jit
+def fill_drive_from(w, moment, h):
+    """Fill the rows DRIVE of a table, whose cells are h [s] long, with the force from a moment on.
+
+    By Horner's rule again and again, and powers of the ratio of both lengths.
+    """
+    degree, x, row = moment.degree, moment.x, moment.row
+    for k in range(degree + 1):
+        w[DRIVE + k] = moment.sign * moment.w[row + k]
+    if x != 0.0:
+        for i in range(degree):
+            for k in range(degree - 1, i - 1, -1):
+                w[DRIVE + k] += x * w[DRIVE + k + 1]
+    if h != moment.length:
+        ratio = h / moment.length
+        power = ratio
+        for k in range(1, degree + 1):
+            w[DRIVE + k] *= power
+            power *= ratio
+    for k in range(degree + 1, ORDER + 1):
+        w[DRIVE + k] = 0.0
+
+
+@jit
+def drive_term(w, phase, k):
+    """Return the Taylor coefficient k of the force over the expanded cell."""
+    if is_a(phase, Moment):
+        return w[DRIVE + k]
+    return w[DRIVE + k] * phase[k % 2]

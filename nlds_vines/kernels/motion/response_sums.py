@@ -1,0 +1,140 @@
+"""What a response is made of: sums and maxima over the sampled periods, in one row of numbers.
+
+What is summed up is an integral over time of products of the state. What is largest is so in
+absolute value, at an instant, not at a sample (`response`). Positions of the damper are counted
+from where its spring rests: the spring's shortening r.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
+from ..scene.drive import Moment, drive_now, falling_apart
+from ..scene.scene import accelerations, unloaded, without_shaking
+from .flight import FACTOR
+
+# Places of a tally's row:
+#   X2 ... S2   integrals of x1^2, v1^2, a1^2 (a1 = dv1/dt), r^2 and s^2
+#   CV, CX      of cos(omega t) v1 and cos(omega t) x1; under a load f of f v1 and f s
+#   LOSS        what contacts have dissipated [J]
+#   Y2, U2      of (x1 - y)^2 and its rate's, y being the motion of the foot, where it moves
+#   MOST        largest |x1|, |v1|, |a1|, |r|, |x1 - y|
+#   FORCE       largest force [N] at the near and the far wall
+#   IMPULSE     largest impulse [N s] there, of rigid bodies
+#   BEGIN       x1 at the beginning
+#   PLACE       where the maximum belongs that is looked for
+#   JUMPS       work of jumps of v1 [J], under a load
+#   FACTOR      scratch: Taylor coefficients of a quantity over a cell, as in a grid's table
+#   KEPT        scratch: all up to BEGIN as it was before a contact
+#   MOTIONS     scratch: each quantity and its rate, in rows of PLACES (`response_inside`)
+X2, V2, A2, R2, S2, CV, CX, LOSS, Y2, U2 = range(10)
+SUMS = 10
+MOST, FORCE, IMPULSE, BEGIN, PLACE, JUMPS = 10, 15, 17, 19, 20, 21
+OF_X, OF_V, OF_A, OF_R, OF_FOOT, OF_FORCE = range(6)  # what may be largest
+KEPT = FACTOR + 16
+PLACES = 64
+MOTIONS = KEPT + 24
+SIZE = MOTIONS + 12 * PLACES
+
+
+class Foot(NamedTuple):
+    """The foot of a structure's spring and dashpot, which moves by y = cosine cos + sine sin."""
+
+    cosine: float  # [m], of the phase omega t
+    sine: float
+    omega: float
+
+
+class Tally(NamedTuple):
+    """What is summed up of an orbit."""
+
+    row: Any  # (SIZE,), see above
+    foot: Any  # `Foot` where it moves, or None
+
+
+@jit
+def foot_of(foot, ps):
+    """Return the `Foot` whose motion is the force P cos(omega t) = k1 y + c1 dy/dt, or None.
+
+    y = P (k1 cos + c1 omega sin) / (k1^2 + (c1 omega)^2).
+    """
+    if foot is None:
+        return None
+    drag = ps.damping * ps.omega
+    per = ps.force / (ps.stiffness * ps.stiffness + drag * drag)
+    return Foot(per * ps.stiffness, per * drag, ps.omega)
+
+
+@jit
+def from_foot(foot, x1, v1, phase):
+    """Return (x1 - y, its rate); (0, 0) where the foot does not move."""
+    if foot is None:
+        return (0.0, 0.0)
+    return gone_from(foot, x1, v1, phase[0], phase[1])
+
+
+@jit
+def gone_from(foot, x1, v1, cosine, sine):
+    """Return (x1 - y, its rate)."""
+    return (
+        x1 - (foot.cosine * cosine + foot.sine * sine),
+        v1 - foot.omega * (foot.sine * cosine - foot.cosine * sine),
+    )
+
+
+@jit
+def beside(phase, x1, s):
+    """Return what the force is multiplied with in CX: x1, under a load s."""
+    if is_a(phase, Moment):
+        return s
+    return x1
+
+
+@jit
+def raise_to(row, place, value):
+    """Raise the maximum at a place of the row to |value|."""
+    row[place] = max(row[place], abs(value))
+
+
+@jit
+def place_of(which, sign):
+    """Return the place of the largest of a quantity; sign: of the wall that a force belongs to."""
+    if which == OF_FORCE:
+        return FORCE + (0 if sign > 0.0 else 1)
+    return MOST + which
+
+
+@jit
+def add(tally, dt, y, a1, cosine, foot):
+    """Add `dt` [s] in a state y = (x1, v1, r, s) to the integrals, but for the contact's loss.
+
+    a1: the structure's acceleration; foot: `from_foot`.
+    """
+    row, (x1, v1, r, s) = tally.row, y
+    row[X2] += dt * x1 * x1
+    row[V2] += dt * v1 * v1
+    row[A2] += dt * a1 * a1
+    row[R2] += dt * r * r
+    row[S2] += dt * s * s
+    row[CV] += dt * cosine * v1
+    row[CX] += dt * cosine * x1
+    if tally.foot is not None:
+        row[Y2] += dt * foot[0] * foot[0]
+        row[U2] += dt * foot[1] * foot[1]
+
+
+@jit
+def motion_of(tally, ps, damper, y, phase, force, push):
+    """Return the six quantities of a state (x1, v1, r, s) that may be largest, and their rates.
+
+    phase: the instant (`drive`); force, push: that of the contact [N] and its rate [N/s].
+    """
+    x1, v1, r, s = y
+    a1, ds = accelerations(ps, damper, x1, v1, r, s, drive_now(phase), force)
+    jerk, _ = accelerations(unloaded(ps), damper, v1, a1, s, ds, 0.0, push)
+    jerk -= falling_apart(ps, phase)
+    gone, rate = from_foot(tally.foot, x1, v1, phase)
+    felt = without_shaking(ps, a1, drive_now(phase))
+    return (x1, v1, felt, r, gone, force), (v1, a1, jerk, s, rate, push)

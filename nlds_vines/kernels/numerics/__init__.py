@@ -1,0 +1,14 @@
+"""How kernels are compiled and kept, and the arithmetic that they share.
+
+In reading order:
+
+    stored_code   what was compiled, on the disk
+    linking       how an entry and all that it calls become one piece of machine code
+    deciding      branches that the types of arguments decide: what is absent, which law
+    compiling     how kernels are compiled
+    fours         rows of numbers: bare, and four numbers at a time
+    elementary    sine, exponential, logarithm, roots and powers: the same bits everywhere
+    roots         the root finder; what two ends of a piece prove of the motion between
+    matrices      linear systems, determinants and eigenvalues of small matrices
+    quadrature    Gauss-Legendre points, and integrals of values there
+"""

@@ -1,0 +1,185 @@
+"""Branches that the types of a kernel's arguments decide: what they leave out is not even typed.
+
+A part that is absent is None, and a law is the sort of its wall. Whether an argument, or a field of
+one that is a tuple, is None (`x is None`), of a sort (`is_a`) or a wall of a law with a property
+(`says`) is known as soon as a kernel is compiled. One of the two branches is then taken out before
+anything else looks at the kernel, so that the two may differ in type, and the other holds nothing
+of what is absent.
+"""
+
+from __future__ import annotations
+
+import operator
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+from numba.core import analysis, ir, ir_utils, types
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.consts import ConstantInference
+from numba.core.untyped_passes import IRProcessing
+
+
+def is_a(part: object, sort: type) -> bool:
+    """Tell whether a part is a tuple of this sort."""
+    return isinstance(part, sort)
+
+
+LAWS = f"{__name__.rsplit('.', 2)[0]}.laws."
+"""How the names of modules begin that are laws."""
+
+
+def law_of(sort: Any) -> Any:
+    """Return the module of the law of a sort of walls; None of anything else."""
+    name = getattr(sort, "__module__", "")
+    return sys.modules[name] if name.startswith(LAWS) else None
+
+
+def says(part: object, word: str) -> bool:
+    """Tell whether a part is a wall whose law has a property: a constant of that name."""
+    return hasattr(law_of(type(part)), word)
+
+
+def laws_among(kinds: Any) -> Iterator[Any]:
+    """Yield the laws of all walls among some types, and among their fields."""
+    for kind in kinds:
+        if law := law_of(getattr(kind, "instance_class", None)):
+            yield law
+        yield from laws_among(getattr(kind, "types", ()))
+
+
+def same_sort(part: object, other: object) -> bool:
+    """Tell whether two tuples are of one type, as one variable needs."""
+    if not (isinstance(part, tuple) and isinstance(other, tuple)):
+        return False
+    absent = [[number is None for number in numbers] for numbers in (part, other)]
+    return type(part) is type(other) and absent[0] == absent[1]
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class Decide(FunctionPass):
+    """Take the branches out of a kernel that the types of its arguments decide against."""
+
+    _name = "branches that types decide"
+
+    def __init__(self) -> None:
+        """Take nothing: Numba makes one for all."""
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        """Change the kernel, until there is nothing more to decide; tell whether it was changed."""
+        text, changed = state.func_ir, False
+        while _decided(text, state.args):
+            changed = True
+            for dead in analysis.compute_cfg_from_blocks(text.blocks).dead_nodes():
+                del text.blocks[dead]
+            text._definitions = ir_utils.build_definitions(text.blocks)
+            text._consts = ConstantInference(text)
+        for line in _lines(text):
+            if _is_one_of(line.value, QUESTIONS):  # which has no type of its own
+                line.value = ir.Const(None, line.loc)
+        return changed
+
+
+class DecidingCompiler(CompilerBase):
+    """Numba's own passes, and `Decide` before all that looks at types."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the passes."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(Decide, IRProcessing)
+        passes.finalize()
+        return [passes]
+
+
+def _decided(text: Any, kinds: tuple[Any, ...]) -> bool:
+    """Replace the questions and branches of a text that types decide; tell whether there were any.
+
+    Arguments: the `text`, as Numba represents it; the `kinds` of its arguments.
+    """
+    found = False
+    for line in _lines(text):
+        answer = _answer(text, kinds, line.value)
+        if answer is not None:
+            line.value, found = ir.Const(answer, line.loc), True
+    text._definitions = ir_utils.build_definitions(text.blocks)
+    for block in text.blocks.values():
+        last = block.body[-1]
+        if isinstance(last, ir.Branch):
+            asked = _meaning(text, last.cond)
+            known = _meaning(text, asked.args[0]) if _is_call(text, asked, (bool,)) else None
+            if isinstance(known, ir.Const) and isinstance(known.value, bool):
+                way = last.truebr if known.value else last.falsebr
+                block.body[-1], found = ir.Jump(way, last.loc), True
+    return found
+
+
+def _lines(text: Any) -> list[Any]:
+    """Return all assignments of a text."""
+    lines = [line for block in text.blocks.values() for line in block.body]
+    return [line for line in lines if isinstance(line, ir.Assign)]
+
+
+def _meaning(text: Any, name: Any) -> Any:
+    """Return what a variable is assigned, None where that is not always the same."""
+    return ir_utils.guard(ir_utils.get_definition, text, name)
+
+
+def _is_one_of(value: Any, functions: tuple[Any, ...]) -> bool:
+    """Tell whether a value is one of some functions."""
+    named = isinstance(value, ir.Global | ir.FreeVar)
+    return named and any(value.value is function for function in functions)
+
+
+def _is_call(text: Any, value: Any, functions: tuple[Any, ...]) -> bool:
+    """Tell whether a value is a call of one of some functions."""
+    called = isinstance(value, ir.Expr) and value.op == "call"
+    return called and _is_one_of(_meaning(text, value.func), functions)
+
+
+def _kind(text: Any, kinds: tuple[Any, ...], name: Any) -> Any:
+    """Return the type of an argument, or of a field of one; None of what is neither."""
+    value = _meaning(text, name)
+    if isinstance(value, ir.Arg):
+        kind = kinds[value.index]
+        return None if isinstance(kind, types.Optional | types.Omitted) else kind
+    if isinstance(value, ir.Const) and value.value is None:
+        return types.none
+    if isinstance(value, ir.Expr) and value.op == "getattr":
+        whole: Any = _kind(text, kinds, value.value)
+        if isinstance(whole, types.NamedTuple | types.NamedUniTuple):
+            return dict(zip(whole.fields, whole.types, strict=True)).get(value.attr)
+    if isinstance(value, ir.Expr) and value.op == "static_getitem":  # of `a, b = ...`
+        whole = _meaning(text, value.value)
+        if isinstance(whole, ir.Expr) and whole.op == "exhaust_iter":
+            whole = _meaning(text, whole.value)
+        if isinstance(whole, ir.Expr) and whole.op == "build_tuple":
+            return _kind(text, kinds, whole.items[value.index])
+    return None
+
+
+def _answer(text: Any, kinds: tuple[Any, ...], value: Any) -> bool | None:
+    """Return what a value is if it is a question that types decide, otherwise None."""
+    if isinstance(value, ir.Expr) and value.op == "binop" and value.fn in ASKED:
+        sides = [_kind(text, kinds, side) for side in (value.lhs, value.rhs)]
+        if types.none in sides and None not in sides:
+            return bool(value.fn(sides[0], sides[1]))
+    if _is_call(text, value, QUESTIONS):
+        part = _kind(text, kinds, value.args[0])
+        if part is not None and _is_call(text, value, (says,)):
+            law = law_of(getattr(part, "instance_class", None))
+            return hasattr(law, _meaning(text, value.args[1]).value)
+        if part is not None and _is_call(text, value, (is_a,)):
+            return getattr(part, "instance_class", None) is _meaning(text, value.args[1]).value
+        other = _kind(text, kinds, value.args[1])
+        if part is not None and other is not None:
+            return bool(part == other)
+    return None
+
+
+ASKED = (operator.is_, operator.is_not)
+"""Questions whether something is None."""
+
+QUESTIONS = (is_a, same_sort, says)
+"""Questions of other kinds."""

@@ -1,0 +1,10 @@
+"""The time loop, the map from section to section, and its derivative.
+
+In reading order:
+
+    orbit        the time loop: flights, contacts, sections
+    recurrence   period and impacts of an orbit from its section
+    growth       growth rates with their uncertainty; convergence of averages
+    variations   the map from section to section with its derivative
+    shooting     periodic orbits by Newton's method
+"""

@@ -1,0 +1,55 @@
+"""Period n and impacts k of an nT,k orbit by recurrence of its section and of its impact counts."""
+
+from __future__ import annotations
+
+from ..numerics.compiling import jit
+
+TOLERANCE = 1.0e-6  # of a return, relative to the largest value of each component: settled to that
+REPEATS = 3  # times a period must fit into the window
+
+
+@jit
+def repeats(section, length, n, count, tolerance):
+    """Tell whether the last `count` points of a section of so many rows repeat after n periods."""
+    first = max(length - count, n)
+    for c in range(section.shape[1]):
+        scale = 0.0
+        for p in range(first - n, length):
+            scale = max(scale, abs(section[p, c]))
+        for p in range(first, length):
+            if not abs(section[p, c] - section[p - n, c]) <= tolerance * scale:
+                return False
+    return True
+
+
+@jit
+def period_of(section, tolerance):
+    """Return the smallest n for which half the section (periods, components) repeats, or 0."""
+    length = len(section)
+    for n in range(1, length // REPEATS + 1):
+        if repeats(section, length, n, max(2 * n, length // 2), tolerance):
+            return n
+    return 0
+
+
+@jit
+def count(by_period, wall, first, last):
+    """Return the impacts of periods first to last - 1 at one wall."""
+    total = 0
+    for p in range(first, last):
+        total += by_period[p, wall]
+    return total
+
+
+@jit
+def impacts_of(by_period, wall, n):
+    """Return the impacts k per nT at one wall; for n = 0 those of the whole window.
+
+    Counted over as many whole cycles as the last half of the window holds, so that an impact that
+    falls on the very instant of a section, now before it and now after, is not counted amiss.
+    """
+    periods = len(by_period)
+    if n == 0:
+        return count(by_period, wall, 0, periods)
+    cycles = max(1, periods // (2 * n))
+    return round(count(by_period, wall, periods - cycles * n, periods) / cycles)

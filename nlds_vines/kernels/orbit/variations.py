@@ -1,0 +1,250 @@
+"""The flow from section to section, and its derivative along an orbit.
+
+The vector field is continuously differentiable at touch and release, so that the variational
+equation needs no jumps there: exact matrices in flight, the linearised contact in between
+(`impact_variations`, or `contact_field.slope` where it is stepped). The derivative of n periods is
+the monodromy matrix of an nT orbit; its determinant is known beforehand, exp(n T tr A), whatever
+the orbit does.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..motion.driven import rows_of
+from ..motion.flight import Grid
+from ..motion.runge_kutta import SHRUNK
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a, says
+from ..numerics.elementary import log
+from ..numerics.fours import four, four_at, put_four, sum_of
+from ..scene.arguments import OrbitBuffers, Prepared, Span
+from ..scene.codes import OK
+from ..scene.scene import Ground, Structure, joined, scale_of
+from .orbit import SIZE, on_ground, run, set_mode
+
+
+class Space(NamedTuple):
+    """The states of one cell and what measures them; handed on where no more of a flow is used."""
+
+    ps: Structure
+    damper: Any  # `Damper` or None
+    size: int  # numbers of a state: 4, or 2 without a damper
+    rest: float  # x2 - x1 of the unstretched spring [m]
+
+
+class Flow(NamedTuple):
+    """The map of one cell from a section to the next, ready to be applied with its derivative."""
+
+    prepared: Prepared
+    exact_grid: Grid  # of exact flight, which propagates variations whatever the method
+    space: Space
+    trace: float  # tr A [1/s]: the sum of all Lyapunov exponents
+    by_period: np.ndarray  # (TOGETHER, 2) impacts of the last periods by wall
+    clearance: np.ndarray  # (1,) smallest near miss so far [m]
+    slowest: np.ndarray  # (1,) smallest approach speed of an impact so far [m/s]
+
+
+TOGETHER = 4  # periods that are advanced at once, at most
+LOST = 1.0e-13  # of a length is round-off: what is left of a variation in no direction of its own
+MUCH = 4.0  # square of a length over that of what is left of it
+
+
+@jit
+def trace_of(ps, damper):
+    """Return tr A [1/s], the constant divergence of the flow: contacts do not add to it."""
+    if damper is None:
+        return -ps.damping
+    return -ps.damping - damper.c2 * damper.inv_mu
+
+
+@jit
+def size_of(damper):
+    """Return how many numbers make a state."""
+    if damper is None:
+        return 2
+    return 4
+
+
+@jit
+def rest_of(damper):
+    """Return the rest offset x2 - x1 [m] of the damper's spring, 0 without a damper."""
+    if damper is None:
+        return 0.0
+    return damper.rest
+
+
+@jit
+def flow_of(prepared, exact_grid):
+    """Return the `Flow` of one cell."""
+    ps, damper = prepared.ps, joined(prepared.damper)
+    return Flow(
+        prepared, exact_grid, Space(ps, damper, size_of(damper), rest_of(damper)),
+        trace_of(ps, damper),
+        np.zeros((TOGETHER, 2), np.int64), np.full(1, np.inf), np.full(1, np.inf),
+    )  # fmt: skip
+
+
+@jit
+def noted_of(scratch, flow, section):
+    """Return the `OrbitBuffers` for periods with variations; scratch: None without a wall."""
+    if scratch is None:
+        return OrbitBuffers(None, section, None, None, None, None, None, None, None)
+    return OrbitBuffers(
+        None, section, flow.by_period, None, None, flow.clearance, flow.slowest, None, None
+    )  # fmt: skip
+
+
+@jit
+def advance(flow, section, periods, tangent, state):
+    """Advance `state` (SIZE,) and four variations `tangent` (16,) by up to TOGETHER periods.
+
+    The orbit is that of `run_on`, to the last bit. section: rows for its sections, as far as there
+    is room. flow.by_period, flow.clearance and flow.slowest then tell of its impacts and near
+    misses. Returns a status.
+    """
+    flow.by_period[:periods] = 0
+    noted = noted_of(flow.prepared.scratch, flow, section)
+    walls_see(flow.prepared.damper, tangent)
+    status = run(flow.prepared, noted, Span(0, periods, 1), state, tangent, flow.exact_grid)
+    structure_sees(flow.prepared.damper, tangent)
+    return status
+
+
+@jit
+def walls_see(damper, tangent):
+    """Let r and s of variations be those of the structure, where walls limit it."""
+    if is_a(damper, Ground):
+        rows = rows_of(tangent)
+        for i in range(0, 16, 4):
+            rows[i + 2], rows[i + 3] = rows[i], rows[i + 1]
+
+
+@jit
+def structure_sees(damper, tangent):
+    """Let the structure's variations be r and s, where walls limit it, and these be nothing."""
+    if is_a(damper, Ground):
+        rows = rows_of(tangent)
+        for i in range(0, 16, 4):
+            rows[i], rows[i + 1] = rows[i + 2], rows[i + 3]
+            rows[i + 2] = rows[i + 3] = 0.0
+
+
+@jit
+def run_on(flow, section, periods, state):
+    """Advance `state` (SIZE,) alone by so many periods, as a run does; return a status.
+
+    section: rows for the sections, as far as there is room.
+    """
+    noted = OrbitBuffers(None, section, None, None, None, None, None, None, None)
+    return run(flow.prepared, noted, Span(0, periods, 1), state, None, None)
+
+
+@jit
+def no_section(space):
+    """Return rows for no section."""
+    return np.empty((0, space.size))
+
+
+@jit
+def place_state(flow, y, state):
+    """Let `state` (SIZE,) be y (4,) at phase zero, in flight or inside a contact."""
+    state[:] = 0.0
+    for i in range(4):
+        state[i] = y[i]
+    on_ground(flow.prepared.damper, state)
+    set_mode(flow.prepared.near, flow.prepared.far, state)
+
+
+@jit
+def set_identity(tangent):
+    """Let the variations be the unit vectors."""
+    tangent[:] = 0.0
+    for i in range(0, 16, 5):
+        tangent[i] = 1.0
+
+
+@jit
+def norm(space, x):
+    """Return the energy norm of a state or a difference of states: sqrt(2 E) of it."""
+    return scale_of(space.ps, space.damper, x[0], x[1], x[2], x[3])
+
+
+@jit
+def distance(space, x, y):
+    """Return the energy norm of x - y."""
+    return scale_of(space.ps, space.damper, x[0] - y[0], x[1] - y[1], x[2] - y[2], x[3] - y[3])
+
+
+@jit
+def orthonormalise(tangent, size, growth, lost=0.0):
+    """Make the first `size` variations orthonormal (Gram and Schmidt); add to `growth`.
+
+    growth (4,) takes the logarithms of the lengths: their sums are the exponents times the time.
+    A variation that loses much of its length is projected again, as what is left is round-off.
+    One of which no more than `lost` is left, relative, is none any more: zero, its growth -inf.
+    """
+    for i in range(size):
+        x, stretched, before = four_at(tangent, 4 * i), 1.0, math.inf
+        while before > MUCH:
+            square = sum_of(x * x)
+            for j in range(i):
+                y = four_at(tangent, 4 * j)
+                x = x - sum_of(x * y) * y
+            left = sum_of(x * x)
+            if left <= lost * lost * square:
+                x, stretched = four(0.0), 0.0
+                break
+            before = square / left
+            length = math.sqrt(left)
+            stretched *= length
+            x = x / length
+        put_four(tangent, 4 * i, x)
+        growth[i] += log(stretched)
+
+
+@jit
+def lost_of(near, far):
+    """Return what of a length is round-off where a damper may stick, which ends variations."""
+    if says(near, "AT_ONCE") or says(far, "AT_ONCE"):
+        return LOST
+    return 0.0
+
+
+@jit
+def shrinks(wall):
+    """Tell whether contacts with a wall shrink volumes of states: by e^2, or by their damping."""
+    if wall is None:
+        return False
+    if says(wall, "AT_ONCE") or says(wall, "LINEAR"):
+        return True
+    return wall.damping is not None
+
+
+@jit
+def shrunk_in_contacts(near, far, flow, y, n):
+    """Return the logarithm by which contacts shrink volumes in n periods from the section y.
+
+    Damping does so by what it adds to the trace, as long as a contact lasts.
+    """
+    if near is None and far is None:
+        return 0.0
+    if not (shrinks(near) or shrinks(far)):
+        return 0.0
+    state, tangent, k = new_state(), np.zeros(16), flow.prepared.scratch
+    place_state(flow, y, state)
+    k[SHRUNK] = 0.0
+    for p in range(0, n, TOGETHER):
+        set_identity(tangent)
+        if advance(flow, no_section(flow.space), min(TOGETHER, n - p), tangent, state) != OK:
+            break
+    return k[SHRUNK]
+
+
+@jit
+def new_state():
+    """Return an empty state for `place_state`."""
+    return np.zeros(SIZE)

@@ -1,0 +1,78 @@
+"""Which kernel is called where laws differ: that of the wall's law.
+
+A kernel marked `by_wall` is what holds in general. Where the file of a law (`laws`) has a kernel of
+the same name, that one is called for walls of this law: walls that are the first argument, or its
+field `wall`. It is chosen when the caller is compiled. So a law says nothing but what is its own,
+and nothing but its own file knows of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ..numerics.compiling import Inner, jit
+from ..numerics.deciding import law_of
+
+
+class Chosen(Inner):
+    """A kernel in place of which that of a law is called, if the law has one."""
+
+    needed: bool  # whether each law must
+
+    def own(self, wall: Any) -> Any:
+        """Return the kernel that the law of a sort of walls has of its own, or None."""
+        return _own(law_of(wall), self.py_func.__name__, self, self.needed)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return Numba's template of a call with arguments of these types."""
+        own = self.own(_sort_of(args[0]))
+        call = super().get_call_template if own is None else own.get_call_template
+        return call(args, kws)
+
+    def get_overload(self, sig: Any) -> Any:
+        """Return the entry of what is called with arguments of these types."""
+        own = self.own(_sort_of(sig[0]))
+        return super().get_overload(sig) if own is None else own.get_overload(sig)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the kernel from Python."""
+        own = self.own(type(getattr(arguments[0], "wall", arguments[0])))
+        return super().__call__(*arguments) if own is None else own(*arguments)
+
+
+def _sort_of(kind: Any) -> Any:
+    """Return the sort of walls by the type of a first argument."""
+    inside = dict(zip(getattr(kind, "fields", ()), getattr(kind, "types", ()), strict=True))
+    return getattr(inside.get("wall", kind), "instance_class", None)
+
+
+def _own(law: Any, name: str, general: Any, needed: bool) -> Any:
+    """Return what a law has of its own of a name, or None.
+
+    Raises TypeError where it has none and must have.
+    """
+    own = vars(law).get(name) if law else None
+    if law and own is None and needed:
+        raise TypeError(f"{law.__name__} has no kernel {name!r}, which each law must have")
+    return None if own is general else own  # a law may call what holds in general
+
+
+def by_wall(function: Callable[..., Any] | None = None, *, needed: bool = False) -> Any:
+    """Compile a kernel in place of which that of the same name in the law of a wall is called.
+
+    needed: each law has one; what is marked only says its meaning.
+    """
+    if function is None:
+        return lambda f: by_wall(f, needed=needed)
+    kernel: Any = jit(function)
+    if isinstance(kernel, Inner):
+        kernel.__class__, kernel.needed = Chosen, needed
+        return kernel
+
+    def chosen(*arguments: Any) -> Any:
+        law = law_of(type(getattr(arguments[0], "wall", arguments[0])))
+        own = _own(law, function.__name__, chosen, needed)
+        return function(*arguments) if own is None else own(*arguments)
+
+    return chosen

@@ -1,0 +1,314 @@
+"""What a law may say of its walls, and what holds where it does not: of a contact that is stepped.
+
+Such a law has a file with a tuple for its walls, which has at least
+
+    gap, K, kappa    place [m]; stiffness, and that over the reduced mass of the bodies
+    root             p of z = q^p
+    exponent, speed, whole, lasting    of the free contact, see below (`scales_of`)
+    damping          None unless the force depends on dz/dt, too
+    switch           None unless the force is another function on either side of a place or a speed
+
+and with the kernels that are `needed` below; with a switch, `switching`, `rate_of_switching` and
+`acting`, too. All others have an answer here.
+
+A contact is regularised (`contact_field`) by z = q^p and dt = q^(p - 1) dtheta. p is the least
+number that makes force and equations polynomial in q; where none is small enough, it is so large
+that a method of order eight sees no end of their smoothness.
+
+How finely to step is told by a free contact under a force K z^n, n the `exponent`, in which
+s^2 / 2 + kappa z^(n + 1) / (n + 1) is constant. With N = p (n + 1):
+
+    from touch to release    theta = 2 p I(N) q_m / v    time = 2 I(n + 1) z_m / v
+    I(N) = integral of 1 / sqrt(1 - u^N) over [0, 1]     v = sqrt(2 kappa / (n + 1)) q_m^(N/2)
+
+These are no more than units: each step is verified by what the law itself says (`contact`).
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..numerics.compiling import jit
+from ..numerics.elementary import exp, hypotenuse, log, whole_power
+from .by_law import by_wall
+
+# ---- a wall --------------------------------------------------------------------------------------
+
+
+@by_wall(needed=True)
+def made(sort, gap, damper, cell):
+    """Return the wall at a limit `gap` [m] of r, by the constants of its contact in a `cell`.
+
+    sort: a wall of this law; damper: the bodies.
+    """
+
+
+@jit
+def wall_like(sort, gap, damper, cell):
+    """Return the wall at a limit `gap`, of the same law as the wall `sort`; None where it is."""
+    if sort is None:
+        return None
+    return made(sort, gap, damper, cell)
+
+
+@by_wall(needed=True)
+def in_range(sort, cell):
+    """Tell whether the constants of a law are in range; sort: a wall of that law."""
+
+
+@by_wall(needed=True)
+def fill_constants(sort, change, rates, at):
+    """Fill what changes of a law's constants: the rates of a parameter, from column `at` on.
+
+    change: the derivatives of the numbers of a cell. There are `driven.CONSTANTS` columns.
+    """
+
+
+@by_wall
+def pushes(wall, q, s):
+    """Tell whether a wall pushes a damper that is beyond the place of touch."""
+    return True
+
+
+@by_wall
+def rests(wall, r, s, scale):
+    """Tell whether a damper rests on a wall without depth; scale: of positions, for round-off."""
+    return False
+
+
+@by_wall
+def into(wall, r):
+    """Return (q, r) of a state at r > gap."""
+    return (root_of(wall, r - wall.gap), r)
+
+
+# ---- depth ---------------------------------------------------------------------------------------
+
+
+@by_wall
+def depth_of(wall, q):
+    """Return the depth z [m] that belongs to q."""
+    return whole_power(q, wall.root)
+
+
+@by_wall
+def root_of(wall, z):
+    """Return the q that belongs to a depth z [m]."""
+    if wall.root == 1:
+        return z
+    if wall.root == 2:
+        return math.sqrt(z)
+    if not z > 0.0:
+        return 0.0
+    return exp(log(z) / wall.root)
+
+
+@by_wall
+def weight_of(wall, q):
+    """Return dt/dtheta."""
+    return whole_power(q, wall.root - 1)
+
+
+@by_wall
+def rate_of_q(wall, s):
+    """Return dq/dtheta at dz/dt = s."""
+    return s / wall.root
+
+
+@by_wall
+def way_of_step(wall, h, s):
+    """Return by how much q changes in two steps h at the rate s, but for the sign."""
+    return 2.0 * h * s / wall.root
+
+
+# ---- force ---------------------------------------------------------------------------------------
+
+
+@by_wall(needed=True)
+def elastic(wall, stiffness, q, z):
+    """Return what is elastic of the contact at a depth z = z(q).
+
+    With the stiffness K of the wall it is a force [N], with kappa an acceleration.
+    """
+
+
+@by_wall(needed=True)
+def steepness(wall, q):
+    """Return the derivative of the elastic force by z [N/m]."""
+
+
+@by_wall
+def damped(wall, s):
+    """Return the factor by which damping changes the elastic force where dz/dt = s."""
+    return 1.0
+
+
+@by_wall
+def drag_of(wall, q, z, s):
+    """Return dF/ds [N s/m]."""
+    return 0.0
+
+
+@jit
+def force_of(wall, q, z, s):
+    """Return the contact force [N] of a depth z = z(q) that grows with s = dz/dt."""
+    if wall.damping is None:
+        return elastic(wall, wall.K, q, z)
+    return elastic(wall, wall.K, q, z) * damped(wall, s)
+
+
+@jit
+def stiffness_of(wall, q, s):
+    """Return dF/dz [N/m]."""
+    if wall.damping is None:
+        return steepness(wall, q)
+    return steepness(wall, q) * damped(wall, s)
+
+
+@jit
+def pushed_by(wall, stiffness, q, z, s, r, u):
+    """Return the change [N] of the contact force that a variation (r, u) of (z, s) makes."""
+    if wall.damping is None:
+        return stiffness * r
+    return stiffness * r + drag_of(wall, q, z, s) * u
+
+
+@by_wall
+def rise_of(wall, q, z, s, ds):
+    """Return the rate of the force of a damped contact, but for a positive factor."""
+    return stiffness_of(wall, q, s) * s + drag_of(wall, q, z, s) * ds
+
+
+@by_wall
+def at_depth(wall, stiffness, depth):
+    """Return what is `elastic` at a depth [m]."""
+    return elastic(wall, stiffness, root_of(wall, depth), depth)
+
+
+@by_wall
+def force_at(wall, depth):
+    """Return the greatest force of a contact that was so deep [m]; 0 where it has been noted."""
+    if wall.damping is not None:  # which makes another the greatest
+        return 0.0
+    return at_depth(wall, wall.K, depth)
+
+
+# ---- where the force is another function ---------------------------------------------------------
+
+
+@by_wall
+def switching(wall, z, s):
+    """Return what changes its sign at the switch of a wall, of the order of one elsewhere."""
+    return 1.0
+
+
+@by_wall
+def rate_of_switching(wall, s, ds):
+    """Return (f, a > 0): `switching` changes with time at the rate a f."""
+    return s, 0.0
+
+
+@by_wall
+def acting(wall, positive):
+    """Return the wall as it acts where `switching` is positive, or where it is not.
+
+    Its force is one smooth function, on the other side of the switch, too.
+    """
+    return wall
+
+
+# ---- energy --------------------------------------------------------------------------------------
+
+
+@by_wall(needed=True)
+def stored(wall, stiffness, z, q):
+    """Return the integral of what is `elastic` by the depth, up to z = z(q): with K [J]."""
+
+
+@by_wall
+def gained(wall, y, p, z, q):
+    """Return by how much the elastic energy per reduced mass [m^2/s^2] rises from (z, q) to (y, p).
+
+    y = z(p) and z = z(q) are depths.
+    """
+    return stored(wall, wall.kappa, y, p) - stored(wall, wall.kappa, z, q)
+
+
+# ---- scales --------------------------------------------------------------------------------------
+
+
+@jit
+def free_integral(N):
+    """Return I(N) = sqrt(pi) Gamma(1 + 1/N) / Gamma(1/2 + 1/N) to half a per cent, N >= 2."""
+    return 1.0 + 1.3863 / (N + 0.44)
+
+
+@jit
+def scales_of(p, n, kappa):
+    """Return (speed, whole, lasting) of a free contact with z = q^p under a force K z^n.
+
+    The approach speed is speed (greatest depth)^((n + 1)/2); whole: theta from touch to release in
+    units of its own rate; lasting: the time in units of depth / speed.
+    """
+    whole = 2.0 * p * free_integral(p * (n + 1.0)) / math.sqrt(2.0 / (n + 1.0))
+    return math.sqrt(2.0 * kappa / (n + 1.0)), whole, 2.0 * free_integral(n + 1.0)
+
+
+@by_wall
+def reach_of(wall, q, z, s):
+    """Return q^(N/2) where the free contact through (q, s) turns."""
+    return hypotenuse(math.sqrt(z * elastic(wall, 1.0, q, z)), s / wall.speed)
+
+
+@by_wall
+def turn_of(wall, reach):
+    """Return (q^(N - 2), q) where a free contact turns, whose q^(N/2) there is `reach`."""
+    if not reach > 0.0:
+        return 0.0, 0.0
+    q = exp(2.0 / (wall.root * (wall.exponent + 1.0)) * log(reach))
+    return (reach / q) * (reach / q), q
+
+
+@by_wall
+def pressed(wall, external):
+    """Return the square of the rate by theta of a contact that an acceleration [m/s^2] presses.
+
+    It is n |a| q^(p - 2) at the q where the contact carries the acceleration a.
+    """
+    a = abs(external)
+    if wall.root == 2 or not a > 0.0:
+        return wall.exponent * a
+    q = exp(log(a / wall.kappa) / (wall.root * wall.exponent))
+    return wall.exponent * a * (q if wall.root == 3 else exp((wall.root - 2.0) * log(q)))
+
+
+@by_wall
+def faint(wall, ratio):
+    """Return the depth [m] at which kappa z^n is `ratio` kappa [m^n]."""
+    return exp(log(ratio) / wall.exponent)
+
+
+# ---- what parameters change ----------------------------------------------------------------------
+
+
+@by_wall(needed=True)
+def pushed_by_constants(wall, by, at, q, z, s):
+    """Return what changes of the force [N] by the constants of the law.
+
+    by: the rates of a parameter; those that `fill_constants` has filled begin at column `at`.
+    """
+
+
+@by_wall
+def smoothed(wall, tangent, at):
+    """Return the wall with a root p of z = q^p that makes smooth, too, what parameters drive.
+
+    tangent: `driven.Driven`; at: as for `pushed_by_constants`.
+    """
+    return wall
+
+
+@by_wall
+def by_root_of(wall, before, q):
+    """Return the q of a depth that has another one `before`, at a wall with another root p."""
+    return q

@@ -1,0 +1,245 @@
+"""The parts of a scene as kernels see them: plain numbers, and None for what is absent.
+
+Inside the kernels the state is (x1, v1, r, s): displacement and velocity of the primary structure,
+shortening of the damper's spring r = x1 - x2 + rest and its rate s = v1 - v2. The rest state is
+then all zeros, the spring pulls with k2 r, and a wall is nothing but a limit of r, so that a
+contact's depth z = r - gap carries no cancellation between the two displacements.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
+from .law import in_range
+
+
+class Structure(NamedTuple):
+    """Primary structure and forcing, per unit of mass m1 where that saves a division."""
+
+    m1: float
+    k1: float
+    stiffness: float  # k1 / m1 [1/s^2]
+    damping: float  # c1 / m1 [1/s]
+    force: float  # P / m1 [m/s^2]
+    omega: float  # [rad/s]
+    load: Any  # constant force per mass [m/s^2] towards a near wall, None where there is none
+    shaken: (
+        Any  # True where the force gives the damper its acceleration, too: that of a ground that
+    )
+    #              moves, from which x1 counts; None where it acts on the structure alone
+
+
+class Damper(NamedTuple):
+    """Damper mass on its spring and dashpot."""
+
+    m2: float
+    k2: float
+    c2: float
+    inv_m1: float  # 1 / m1
+    inv_mu: float  # 1 / m1 + 1 / m2, mu the reduced mass [1/kg]
+    share: float  # mu / m1 = m2 / (m1 + m2)
+    rest: float  # x2 - x1 of the unstretched spring [m]
+
+
+class Ground(NamedTuple):
+    """What a wall stands on that limits the structure itself: it never moves.
+
+    A damper without end and without a joint, so the fields are those of `Damper`. Then v2 = 0,
+    r = x1 and s = v1: the structure's own motion, which the walls limit.
+    """
+
+    m2: float
+    k2: float
+    c2: float
+    inv_m1: float
+    inv_mu: float
+    share: float
+    rest: float
+
+
+@jit
+def finite(x):
+    """Tell whether a number is neither infinite nor NaN."""
+    return abs(x) < math.inf
+
+
+@jit
+def near_constants(apart, cell):
+    """Return what holds the constants of the near wall's contact; apart: None where it is all's."""
+    if apart is None:
+        return cell
+    return cell.near_contact
+
+
+@jit
+def allowed(rk4, has_damper, near, far, apart, cell):
+    """Tell whether the parameters of one cell are finite and in range, those of its parts alone.
+
+    `model` has checked them; numbers that came another way must not pass for a result. By rk4 the
+    force may be negative; the exact method's bounds of the motion presume P >= 0.
+    """
+    fine = 0.0 < cell.m1 < math.inf and 0.0 < cell.omega < math.inf
+    fine = fine and 0.0 <= cell.k1 < math.inf and 0.0 <= cell.c1 < math.inf
+    fine = fine and finite(cell.P) and (rk4 is not None or cell.P >= 0.0)
+    if has_damper is not None:
+        fine = fine and 0.0 < cell.m2 < math.inf and finite(cell.rest)
+        fine = fine and 0.0 <= cell.k2 < math.inf and 0.0 <= cell.c2 < math.inf
+    if near is not None:
+        fine = fine and in_range(near, near_constants(apart, cell)) and finite(cell.near)
+    if far is not None:
+        fine = fine and in_range(far, cell) and finite(cell.far)
+        if near is not None:
+            fine = fine and cell.near + cell.far >= 0.0
+    return fine
+
+
+@jit
+def structure_of(cell):
+    """Return the `Structure` of one cell of parameters."""
+    m1 = cell.m1
+    return Structure(m1, cell.k1, cell.k1 / m1, cell.c1 / m1, cell.P / m1, cell.omega, None, None)
+
+
+@jit
+def structure_under(load, cell):
+    """Return the `Structure` of one cell, with its constant load unless `load` is None."""
+    if load is None:
+        return structure_of(cell)
+    return with_load(structure_of(cell), cell.load)
+
+
+@jit
+def with_load(ps, load):
+    """Return the structure under a constant load [m/s^2]."""
+    return Structure(
+        ps.m1, ps.k1, ps.stiffness, ps.damping, ps.force, ps.omega, load, ps.shaken
+    )  # fmt: skip
+
+
+@jit
+def mirrored_load(load, ps, sign):
+    """Return the structure as a wall sees it that pushes towards `sign` x2."""
+    if load is None:
+        return ps
+    return with_load(ps, sign * load)
+
+
+@jit
+def damper_in(cell):
+    """Return the `Damper` of one cell."""
+    inv_m1 = 1.0 / cell.m1
+    inv_mu = inv_m1 + 1.0 / cell.m2
+    return Damper(cell.m2, cell.k2, cell.c2, inv_m1, inv_mu, inv_m1 / inv_mu, cell.rest)
+
+
+@jit
+def ground_under(cell):
+    """Return the `Ground` under the structure of one cell."""
+    inv_m1 = 1.0 / cell.m1
+    return Ground(0.0, 0.0, 0.0, inv_m1, inv_m1, 1.0, 0.0)
+
+
+@jit
+def damper_of(sort, cell):
+    """Return the `Damper` of one cell; its `Ground` where the sort is one; None where it is."""
+    if sort is None:
+        return None
+    if is_a(sort, Ground):
+        return ground_under(cell)
+    return damper_in(cell)
+
+
+@jit
+def joined(damper):
+    """Return the damper, or None where nothing is joined to the structure."""
+    if damper is None or is_a(damper, Ground):
+        return None
+    return damper
+
+
+@jit
+def under(load, alone):
+    """Return an acceleration with that of a constant load, where there is one."""
+    if load is None:
+        return alone
+    return alone + load
+
+
+@jit
+def unloaded(ps):
+    """Return the structure without a constant load, as variations feel it."""
+    return with_load(ps, None)
+
+
+@jit
+def greatest_push(load, force):
+    """Return the largest acceleration that force and load give."""
+    if load is None:
+        return force
+    return force + abs(load)
+
+
+@jit
+def without_shaking(ps, alone, drive):
+    """Return an acceleration of the structure less what shakes both bodies."""
+    if ps.shaken is None:
+        return alone
+    return alone - ps.force * drive
+
+
+@jit
+def with_shaking(ps, apart, drive):
+    """Return an acceleration with that which shakes both bodies."""
+    if ps.shaken is None:
+        return apart
+    return apart + ps.force * drive
+
+
+@jit
+def moved_mass(ps, damper):
+    """Return the mass [kg] that the force accelerates."""
+    if ps.shaken is None:
+        return ps.m1
+    return ps.m1 + damper.m2
+
+
+@jit
+def acceleration_alone(ps, x1, v1, drive):
+    """Return dv1/dt of the structure without a damper, of one state or of four."""
+    return under(ps.load, ps.force * drive - ps.stiffness * x1 - ps.damping * v1)
+
+
+@jit
+def accelerations_of(ps, damper, x1, v1, r, s, drive, contact):
+    """Return `accelerations` of a structure with a damper, of one state or of four."""
+    alone = acceleration_alone(ps, x1, v1, drive)
+    pull = damper.k2 * r + damper.c2 * s + contact
+    return alone - pull * damper.inv_m1, without_shaking(ps, alone, drive) - pull * damper.inv_mu
+
+
+@jit
+def accelerations(ps, damper, x1, v1, r, s, drive, contact):
+    """Return (dv1/dt, ds/dt), eq. (5) in the kernels' coordinates.
+
+    `drive` is cos(omega t); `contact` the force [N] of a wall on the damper towards +x2.
+    """
+    if damper is None:
+        return acceleration_alone(ps, x1, v1, drive), 0.0
+    return accelerations_of(ps, damper, x1, v1, r, s, drive, contact)
+
+
+@jit
+def scale_of(ps, damper, x1, v1, r, s):
+    """Return S = sqrt(2 E), E the mechanical energy [J] of the structure and the damper's spring.
+
+    Damping only takes energy and the force gives at most P |v1|, hence |dS/dt| <= P / sqrt(m1):
+    a bound on the motion ahead that the certificate of `touch` rests on.
+    """
+    energy = ps.k1 * x1 * x1 + ps.m1 * v1 * v1
+    if damper is not None:
+        v2 = v1 - s
+        energy += damper.k2 * r * r + damper.m2 * v2 * v2
+    return math.sqrt(energy)

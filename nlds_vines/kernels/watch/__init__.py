@@ -1,0 +1,11 @@
+"""What is seen of a piece of motion: touches, largest energies, a limit, a response.
+
+In reading order:
+
+    observe          what is noted along an orbit: impacts, energies, sections, a limit
+    touch            the first touch in a cell, certified; near misses; a limit
+    peaks            the largest energies in a piece of motion
+    response         the response over the sampled periods: largest values, rms, powers
+    response_steps   a response over Runge-Kutta steps
+    limit            a limit inside a contact
+"""

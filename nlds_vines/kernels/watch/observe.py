@@ -1,0 +1,246 @@
+"""What is noted along an orbit. A buffer that is not wanted is None, and its code is left out.
+
+`energy`     (2,) largest E1 and E2 so far [J]
+`clearance`  (1,) smallest near miss so far [m]
+`slowest`    (1,) smallest approach speed of an impact so far [m/s]
+`impacts`    impacts one by one, see `Impacts`
+`limit_log`  (6,) a limit of the spring's shortening and how it is kept, see LEVEL
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..motion import runge_kutta as rk
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
+from ..numerics.roots import narrowed, secant
+from ..scene.codes import AT_PHASE, AT_SPEED, AT_WALL
+from ..scene.drive import drive_after
+from ..scene.law import depth_of, force_of
+from ..scene.scene import under
+
+
+class Impacts(NamedTuple):
+    """Impacts one by one, a row of the columns WALL ... GAIN2 for each."""
+
+    data: np.ndarray  # (capacity, COLUMNS)
+    filled: np.ndarray  # (1,) rows begun, also beyond the capacity
+
+
+class Touches(NamedTuple):
+    """Impacts one by one, of which only the touch is noted: a row of `codes.AT_WALL` ... each."""
+
+    data: np.ndarray  # (capacity, TOUCH_COLUMNS)
+    filled: np.ndarray  # (1,) impacts, also beyond the capacity
+
+
+PRECISE = 1.0e-7  # error of the place of a peak in a step or cell: its height errs by the square
+# Columns of `Impacts.data`:
+#   0 WALL     0 near, 1 far                        4 FORCE    greatest force [N]
+#   1 TOUCH    time [s]                             5 DEPTH    greatest depth [m]
+#   2 RELEASE  time [s], NaN while it lasts         6 GAIN1    gain of E1 until release [J]
+#   3 SPEED    of approach [m/s]                    7 GAIN2    gain of E2 until release [J]
+WALL, TOUCH, RELEASE, SPEED, FORCE, DEPTH, GAIN1, GAIN2 = range(8)
+COLUMNS = 8
+
+# Places of the limit log:
+#   0 LEVEL    the limit of r [m]                   3 EXCESS   greatest r beyond the limit [m]
+#   1 ORIGIN   from which flight or contact counts [s]  4 NUMBER   passages of the limit
+#   2 FIRST    time of the first passage [s]        5 BEYOND   1 while r is beyond, otherwise 0
+LEVEL, ORIGIN, FIRST, EXCESS, NUMBER, BEYOND = range(6)
+
+
+@jit
+def alike(f, g):
+    """Tell whether two numbers have one sign and neither is zero; their product may underflow."""
+    return (f > 0.0 and g > 0.0) or (f < 0.0 and g < 0.0)
+
+
+@jit
+def opposite(f, g):
+    """Tell whether two numbers have opposite signs."""
+    return alike(f, -g)
+
+
+@jit
+def energies_of(ps, damper, x1, v1, r, s):
+    """Return (E1, E2) [J] of a structure with a damper, of one state or of four."""
+    v2, w = v1 - s, x1 - r
+    return (
+        0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1),
+        0.5 * (damper.m2 * v2 * v2 + damper.k2 * w * w),
+    )
+
+
+@jit
+def energies(ps, damper, x1, v1, r, s):
+    """Return (E1, E2) [J], eq. (6); E2 is 0 where there is no damper."""
+    if damper is None:
+        return 0.5 * (ps.m1 * v1 * v1 + ps.k1 * x1 * x1), 0.0
+    return energies_of(ps, damper, x1, v1, r, s)
+
+
+@jit
+def note_energy(ps, damper, energy, x1, v1, r, s):
+    """Raise the largest energies to those of one state."""
+    raise_energies(energy, energies(ps, damper, x1, v1, r, s))
+
+
+@jit
+def note_touch(ps, damper, impacts, touch, y):
+    """Note what is wanted of a touch: that alone, or the beginning of the row of an impact.
+
+    touch: (wall, time, phase in turns); y: (x1, v1, r, s). The release stays NaN until
+    `note_release`.
+    """
+    i = impacts.filled[0]
+    impacts.filled[0] = i + 1
+    if i >= len(impacts.data):
+        return
+    data = impacts.data
+    if is_a(impacts, Touches):
+        data[i, AT_WALL], data[i, AT_PHASE], data[i, AT_SPEED] = touch[0], touch[2], abs(y[3])
+    else:
+        data[i, WALL], data[i, TOUCH], data[i, RELEASE] = touch[0], touch[1], np.nan
+        data[i, SPEED], data[i, FORCE], data[i, DEPTH] = abs(y[3]), 0.0, 0.0
+        e1, e2 = energies(ps, damper, y[0], y[1], y[2], y[3])
+        data[i, GAIN1], data[i, GAIN2] = -e1, -e2
+
+
+@jit
+def note_depth(impacts, depth):
+    """Raise the greatest depth of the impact under way."""
+    i = impacts.filled[0] - 1
+    if 0 <= i < len(impacts.data):
+        impacts.data[i, DEPTH] = max(impacts.data[i, DEPTH], depth)
+
+
+@jit
+def note_force(impacts, force):
+    """Raise the greatest force of the impact under way."""
+    i = impacts.filled[0] - 1
+    if 0 <= i < len(impacts.data):
+        impacts.data[i, FORCE] = max(impacts.data[i, FORCE], force)
+
+
+@jit
+def note_release(ps, damper, impacts, time, x1, v1, r, s):
+    """Complete the row of the impact under way."""
+    i = impacts.filled[0] - 1
+    if 0 <= i < len(impacts.data):
+        impacts.data[i, RELEASE] = time
+        e1, e2 = energies(ps, damper, x1, v1, r, s)
+        impacts.data[i, GAIN1] += e1
+        impacts.data[i, GAIN2] += e2
+
+
+@jit
+def note_violation(limit_log, time):
+    """Count a passage of the limit; the first one with its time [s]."""
+    if limit_log[NUMBER] == 0.0:
+        limit_log[FIRST] = time
+    limit_log[NUMBER] += 1.0
+    limit_log[BEYOND] = 1.0
+
+
+@jit
+def note_section(damper, section, row, x1, v1, r, s):
+    """Write one section point in the user's coordinates (x1, v1, x2, v2) [m, m/s]."""
+    section[row, 0], section[row, 1] = x1, v1
+    if damper is not None:
+        section[row, 2], section[row, 3] = x1 - r + damper.rest, v1 - s
+
+
+@jit
+def powers_of(ps, damper, x1, v1, r, s, drive, force):
+    """Return `powers_at` of a structure with a damper, of one state or of four."""
+    n1 = ps.m1 * under(ps.load, ps.force * drive - ps.damping * v1)
+    pull = damper.c2 * s + force
+    n2 = onto_damper(ps, damper, drive, damper.k2 * x1 + pull)
+    return v1, n1 - damper.k2 * r - pull, v1 - s, n2
+
+
+@jit
+def onto_damper(ps, damper, drive, force):
+    """Return a force on the damper with that which shakes both bodies."""
+    if ps.shaken is None:
+        return force
+    return force + damper.m2 * (ps.force * drive)
+
+
+@jit
+def powers_at(ps, damper, x1, v1, r, s, drive, force):
+    """Return the factors of dE1/dt = v1 n1 and dE2/dt = v2 n2 under a contact force [N].
+
+    n1 and n2 are the forces on the two bodies beside those of the springs in their energies.
+    """
+    if damper is None:
+        return v1, ps.m1 * under(ps.load, ps.force * drive - ps.damping * v1), 0.0, 0.0
+    return powers_of(ps, damper, x1, v1, r, s, drive, force)
+
+
+@jit
+def powers(side, phase, row):
+    """Return `powers_at` of a row (q, s, x1, v1, tau) of a contact; phase: that at tau = 0."""
+    ps, wall, k = side.ps, side.wall, side.k
+    q, s = k[row], k[row + 1]
+    z, drive = depth_of(wall, q), drive_after(ps, phase, k[row + 4])
+    force = force_of(wall, q, z, s)
+    return powers_at(ps, side.damper, k[row + 2], k[row + 3], wall.gap + z, s, drive, force)
+
+
+@jit
+def energies_in(side, row):
+    """Return (E1, E2) [J] of a row (q, s, x1, v1) of a contact."""
+    wall, k = side.wall, side.k
+    r = wall.gap + depth_of(wall, k[row])
+    return energies(side.ps, side.damper, k[row + 2], k[row + 3], r, k[row + 1])
+
+
+@jit
+def raise_energies(energy, found):
+    """Raise the largest energies to those of one state."""
+    energy[0] = max(energy[0], found[0])
+    energy[1] = max(energy[1], found[1])
+
+
+@jit
+def step_to_root(side, step, which, f0, f1):
+    """Write row NEW where the factor `which` of `powers` vanishes within a step.
+
+    f0, f1: its values at the beginning and the end of the step.
+    """
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        x = secant(low, high, f0, f1)
+        rk.advance(side, None, rk.part_of(step, x))
+        f = powers(side, step.phase, int(rk.NEW))[which]
+        before, behind = low, high
+        low, high, f0, f1 = narrowed(low, high, f0, f1, x, f)
+        if f == 0.0 or (low - before) + (behind - high) < PRECISE:  # one end moved so little
+            return
+
+
+@jit
+def note_step(side, energy, step):
+    """Raise the largest energies to their maxima over the contact step from row Y to row NEW.
+
+    E1 can turn only where v1 or the force beside the spring's vanishes, E2 likewise; a turn is
+    located only where it could exceed the largest so far.
+    """
+    k = side.k
+    raise_energies(energy, energies_in(side, int(rk.NEW)))
+    before, after = powers(side, step.phase, int(rk.Y)), powers(side, step.phase, int(rk.NEW))
+    start, time = energies_in(side, int(rk.Y)), k[rk.NEW + 4]
+    rk.save(k)
+    for which in range(4):
+        body = which // 2
+        gain = abs(before[2 * body] * before[2 * body + 1])
+        gain += abs(after[2 * body] * after[2 * body + 1])
+        if opposite(before[which], after[which]) and start[body] + gain * time > energy[body]:
+            step_to_root(side, step, which, before[which], after[which])
+            raise_energies(energy, energies_in(side, int(rk.NEW)))
+            rk.restore(k)

@@ -1,0 +1,331 @@
+"""The response over the sampled periods: what of it is largest, its rms, and mean powers.
+
+It is summed up piece by piece while an orbit is followed, and nothing of that changes the orbit.
+Where the motion is linear a piece is a Taylor polynomial: products of states are integrated at
+Gauss points, so many that the error is below round-off in the longest cell (1.4^12 / 6e15: products
+turn twice as fast). A quantity is largest where its rate, a polynomial too, vanishes: such roots
+are looked for where bends allow the largest value so far to be exceeded, and proven to be all of
+them (`peaks.note_roots`). Only a contact that is not linear is gone through once more, when it is
+over (`response_inside`, `response_steps`).
+
+Power comes in by the force P cos(omega t), or, where the foot moves, by what moves it. It is
+dissipated by the dashpots and by contacts: by the force that is not elastic, or as rigid bodies
+lose it. The rest is a change of the energy stored.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..motion.flight import COEF, DRIVE, FACTOR, ORDER, at
+from ..motion.load_cells import drive_term
+from ..motion.response_sums import (
+    A2,
+    BEGIN,
+    CV,
+    CX,
+    FORCE,
+    IMPULSE,
+    JUMPS,
+    LOSS,
+    MOST,
+    OF_A,
+    OF_FOOT,
+    OF_R,
+    OF_V,
+    PLACE,
+    R2,
+    S2,
+    SIZE,
+    U2,
+    V2,
+    X2,
+    Y2,
+    Tally,
+    beside,
+    foot_of,
+    place_of,
+    raise_to,
+)
+from ..numerics.compiling import jit
+from ..numerics.deciding import is_a
+from ..numerics.fours import bare, four, four_at, larger_of, number_of
+from ..scene.codes import OF_FORCES, OF_IMPULSES, POWERS
+from ..scene.drive import Moment
+from ..scene.scene import joined
+from .peaks import factor_at, note_energies, note_roots
+from .touch import note_limit
+
+# Gauss points of [0, 1] and their weights: the error of a cell is 6!^4 / (13 12!^3) f^(12)
+POINTS = (
+    0.033765242898423986, 0.16939530676686775, 0.3806904069584015,
+    0.6193095930415985, 0.8306046932331322, 0.966234757101576,
+)  # fmt: skip
+WEIGHTS = (
+    0.08566224618958517, 0.18038078652406930, 0.23395696728634552,
+    0.23395696728634552, 0.18038078652406930, 0.08566224618958517,
+)  # fmt: skip
+
+
+# ---- a cell --------------------------------------------------------------------------------------
+
+
+@jit
+def fill_rate(row, w):
+    """Fill FACTOR of the table `w` with the derivative, by the place, of what is in the `row`'s.
+
+    Returns a bound of its second derivative.
+    """
+    bend = 0.0
+    for k in range(ORDER):
+        f = (k + 1.0) * row[FACTOR + k + 1]
+        w[FACTOR + k] = f
+        bend += k * (k - 1.0) * abs(f)
+    w[FACTOR + ORDER] = 0.0
+    return bend
+
+
+@jit
+def fill_state(row, w, component):
+    """Fill the rows FACTOR of a tally with a component of the state over the expanded cell."""
+    for k in range(ORDER + 1):
+        row[FACTOR + k] = w[COEF + 4 * k + component]
+
+
+@jit
+def fill_acceleration(row, w, h):
+    """Fill them with the structure's acceleration, the derivative of v1 by time."""
+    for k in range(ORDER):
+        row[FACTOR + k] = (k + 1.0) / h * w[COEF + 4 * (k + 1) + 1]
+    row[FACTOR + ORDER] = 0.0
+
+
+@jit
+def leave_shaking(row, grid, phase):
+    """Take from them what shakes both bodies: the ground's acceleration, from which x1 counts."""
+    if is_a(phase, Moment):
+        for k in range(ORDER + 1):
+            row[FACTOR + k] -= grid.begun.shaking * drive_term(grid.table, phase, k)
+
+
+@jit
+def fill_from_foot(row, foot, w, phase):
+    """Fill them with x1 - y; phase: (cos, sin) at the start of the cell."""
+    cosine = foot.cosine * phase[0] + foot.sine * phase[1]
+    sine = foot.cosine * phase[1] - foot.sine * phase[0]
+    for k in range(ORDER + 1):
+        turned = cosine if k % 2 == 0 else sine
+        row[FACTOR + k] = w[COEF + 4 * k] - w[DRIVE + k] * turned
+
+
+@jit
+def raise_within(tally, grid, place, bend, end):
+    """Raise a maximum to that in [0, end] of the quantity in the tally's rows FACTOR.
+
+    bend: a bound of its second derivative by the place.
+    """
+    row = tally.row
+    f, g = row[FACTOR], factor_at(row, end)
+    raise_to(row, place, f)
+    raise_to(row, place, g)
+    if max(abs(f), abs(g)) + 0.125 * bend * end * end > row[place]:
+        row[PLACE] = place
+        note_roots(None, None, tally, grid, fill_rate(row, grid.table), end)
+
+
+@jit
+def bend_in_rows(row):
+    """Return a bound of the second derivative of what is in the tally's rows FACTOR."""
+    bend = 0.0
+    for k in range(2, ORDER + 1):
+        bend += k * (k - 1.0) * abs(row[FACTOR + k])
+    return bend
+
+
+@jit
+def raise_state(tally, grid, y, z, end):
+    """Raise the maxima of x1, v1 and r to those in [0, end] of the expanded cell.
+
+    y, z: (x1, v1, r, s) at its ends.
+    """
+    row, w = tally.row, grid.table
+    none = four(0.0)
+    bends = none
+    for k in range(2, ORDER + 1):
+        bends = bends + (k * (k - 1.0)) * larger_of(none, four_at(w, COEF + 4 * k))
+    for component in range(3):
+        place = place_of(OF_R if component == 2 else component, 1.0)
+        bend = number_of(bends, 0)
+        if component > 0:
+            bend = number_of(bends, 1) if component == 1 else number_of(bends, 2)
+        raise_to(row, place, y[component])
+        raise_to(row, place, z[component])
+        top = max(abs(y[component]), abs(z[component])) + 0.125 * bend * end * end
+        if top > row[place]:
+            fill_state(row, w, component)
+            raise_within(tally, grid, place, bend, end)
+
+
+@jit
+def tally_foot(foot, tally, grid, phase, end):
+    """Add what concerns the motion from the foot, if it moves."""
+    if foot is None:
+        return None
+    row, w, h = tally.row, grid.table, grid.h
+    fill_from_foot(row, foot, w, phase)
+    fill_rate(row, w)
+    for i in range(6):
+        gone = factor_at(row, end * POINTS[i])
+        rate = factor_at(w, end * POINTS[i]) / h
+        row[Y2] += WEIGHTS[i] * end * h * gone * gone
+        row[U2] += WEIGHTS[i] * end * h * rate * rate
+    raise_within(tally, grid, place_of(int(OF_FOOT), 1.0), bend_in_rows(row), end)
+
+
+@jit
+def tally_cell(tally, grid, phase, end):
+    """Add [0, end] of the expanded cell.
+
+    grid: with a bare table; phase: (cos, sin) at its start.
+    """
+    row, w, h = tally.row, grid.table, grid.h
+    fill_acceleration(row, w, h)
+    leave_shaking(row, grid, phase)
+    raise_within(tally, grid, place_of(int(OF_A), 1.0), bend_in_rows(row), end)
+    for k in range(ORDER + 1):
+        w[FACTOR + k] = drive_term(w, phase, k)
+    for i in range(6):
+        x = end * POINTS[i]
+        x1, v1, r, s = at(w, x)
+        a1, cosine, dt = factor_at(row, x), factor_at(w, x), WEIGHTS[i] * (end * h)
+        row[X2] += dt * x1 * x1
+        row[V2] += dt * v1 * v1
+        row[A2] += dt * a1 * a1
+        row[R2] += dt * r * r
+        row[S2] += dt * s * s
+        row[CV] += dt * cosine * v1
+        row[CX] += dt * cosine * beside(phase, x1, s)
+    raise_state(tally, grid, at(w, 0.0), at(w, end), end)
+    tally_foot(tally.foot, tally, grid, phase, end)
+
+
+@jit
+def note_piece(ps, damper, watch, grid, phase, begin, end):
+    """Note all that is watched of [0, end] of the expanded cell: energies, a limit, a response.
+
+    phase: the instant of its start; begin: cells from where the log of the limit counts to there.
+    """
+    if watch.energy is not None:
+        note_energies(ps, damper, watch.energy, grid, end)
+    if watch.limit_log is not None:
+        note_limit(grid.table, watch.limit_log, begin, grid.h, end, math.inf, math.inf)
+    if watch.tally is not None:
+        tally_cell(watch.tally, grid, phase, end)
+
+
+# ---- begun and ended -----------------------------------------------------------------------------
+
+
+@jit
+def tally_for(response, foot, ps):
+    """Return a fresh `Tally` where a response is wanted, or None; foot: None where none moves."""
+    if response is None:
+        return None
+    return Tally(np.zeros(SIZE), foot_of(foot, ps))
+
+
+@jit
+def bare_tally(tally):
+    """Return the tally, if there is one, with its row as a bare one."""
+    if tally is None:
+        return None
+    return Tally(bare(tally.row), tally.foot)
+
+
+@jit
+def begin_tally(tally, state):
+    """Note the state at which a tally begins."""
+    if tally is None:
+        return None
+    tally.row[BEGIN] = state[0]
+    raise_to(tally.row, int(MOST), state[0])
+    raise_to(tally.row, int(MOST) + OF_V, state[1])
+    raise_to(tally.row, int(MOST) + OF_R, state[2])
+
+
+@jit
+def report(response, tally, ps, damper, state, time):
+    """Fill a response (see `codes`) from the tally of a `time` [s] that ends with a state."""
+    if response is None:
+        return None
+    return fill_response(response, tally, ps, damper, state, time)
+
+
+@jit
+def fill_response(response, tally, ps, damper, state, time):
+    """Fill in largest values, their rms, forces, impulses and mean powers."""
+    row = tally.row
+    for i in range(5):
+        response[2 * i] = row[MOST + i]
+    for i, place in ((0, X2), (1, V2), (2, A2), (3, R2), (4, Y2)):
+        response[2 * i + 1] = math.sqrt(row[place] / time)
+    for wall in range(2):
+        response[OF_FORCES + wall] = row[FORCE + wall]
+        response[OF_IMPULSES + wall] = row[IMPULSE + wall]
+    c1 = ps.m1 * ps.damping
+    response[POWERS] = c1 * row[V2] / time
+    response[POWERS + 1] = dashpot_of(joined(damper)) * row[S2] / time
+    response[POWERS + 2] = row[LOSS] / time
+    response[POWERS + 3] = (brought_in(ps, damper, row) + row[JUMPS]) / time
+    shaken(tally.foot, response, row, ps, state, time)
+
+
+@jit
+def brought_in(ps, damper, row):
+    """Return the work of the force [J]."""
+    if ps.shaken is None:
+        return ps.m1 * ps.force * row[CV]
+    return (ps.m1 * row[CV] + damper.m2 * (row[CV] - row[CX])) * ps.force
+
+
+@jit
+def note_sums(ps, damper, sums, row, tally):
+    """Note in a row of `sums`, if they are wanted, the energies [J] that have come in and gone.
+
+    What force and jumps have brought in; what c1, c2 and contacts have dissipated.
+    """
+    if sums is None:
+        return None
+    done = tally.row
+    sums[row, 0] = brought_in(ps, damper, done) + done[JUMPS]
+    sums[row, 1] = ps.m1 * ps.damping * done[V2]
+    sums[row, 2] = dashpot_of(joined(damper)) * done[S2]
+    sums[row, 3] = done[LOSS]
+
+
+@jit
+def dashpot_of(damper):
+    """Return c2 [N s/m], 0 without a damper."""
+    if damper is None:
+        return 0.0
+    return damper.c2
+
+
+@jit
+def shaken(foot, response, row, ps, state, time):
+    """Mend the powers of a structure whose foot moves: c1 is between both, and the foot does work.
+
+    (k1 (y - x1) + c1 (dy/dt - v1)) dy/dt; the means of y dy/dt, sin v1 and sin x1 over whole
+    periods are 0, -omega times that of cos x1, and that of cos v1 less the change of x1, by omega.
+    """
+    if foot is None:
+        return None
+    a, b, omega = foot.cosine, foot.sine, foot.omega
+    c1, k1 = ps.m1 * ps.damping, ps.m1 * ps.stiffness
+    with_x = omega * (b * row[CX] - a * ((row[CV] - (state[0] - row[BEGIN])) / omega)) / time
+    with_v = omega * (b * row[CV] + a * omega * row[CX]) / time
+    own = 0.5 * omega * omega * (a * a + b * b)
+    response[POWERS] = c1 * row[U2] / time
+    response[POWERS + 3] = c1 * (own - with_v) - k1 * with_x

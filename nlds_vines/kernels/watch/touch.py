@@ -1,0 +1,266 @@
+"""The next touch of a flight, certified: no impact is missed, grazing included.
+
+Three proofs, which rest on bounds of derivatives that energy provides (`scene.scale_of`):
+
+* between samples f0 and f1 a step h apart, f stays below max(f0, f1) + M h^2 / 8 with M >= f'';
+  the loop over cells uses it and costs one comparison;
+* with the slopes at the two ends, too, and M >= f'''', the cubic through them (`roots`) tells that
+  f stays below the level, or rises all along and so passes it once, or falls all along (`outlook`).
+  What passes it once is found by Newton's method;
+* from a point with clearance c = level - f and slope f', the level cannot be reached within the
+  step d that solves f' d + M d^2 / 2 = c. Steps of that length creep up to the first touch from
+  below, never beyond it, and faster than quadratically, M being taken for the piece at hand. This
+  walk is taken where the ends do not tell, a few times in a hundred touches.
+
+The same walk finds the smallest clearance of a near miss: the level is then the closest approach
+seen so far, and reaching it starts a climb to the local maximum.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..motion.flight import COEF, ORDER, at
+from ..numerics.compiling import jit
+from ..numerics.roots import guarded, highest, only_rises
+from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_violation
+
+R = COEF + 2  # place of r in the table
+NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
+LOST = -1.0  # no place: the walk took MOST_STEPS; better no answer than a wrong one
+PRECISE = 1.0e-9  # error of the place of a maximum in a cell: its height errs by the square
+MOST_STEPS = 1000  # of a walk, which needs 3 to 8, and some tens where it grazes
+ROUND_OFF = 4.0e-16  # relative error of a place computed in a cell
+CLEAR, CROSSED, UNSURE = range(3)  # what the ends of a piece tell of a level
+TINIEST = 1.0e-300  # a bound is no less, so that nothing is divided by zero
+
+
+@jit
+def safe_distance(clearance, slope, bend):
+    """Return how far the level is safe: the d > 0 with slope d + bend d^2 / 2 = clearance."""
+    square = slope * slope + 2.0 * bend * clearance
+    if square < 0.0:
+        return math.inf
+    root = math.sqrt(square)
+    if slope > 0.0:
+        return 2.0 * clearance / (slope + root)
+    if bend <= 0.0:
+        return math.inf
+    return (root - slope) / bend
+
+
+@jit
+def derivatives_at(w, x, sign):
+    """Return (f, f', f'') of f = sign r [m] at place x of the cell."""
+    if x == 0.0:
+        return sign * w[R], sign * w[R + 4], sign * (w[R + 8] + w[R + 8])
+    k = 4 * ORDER + R
+    f, d, c = w[k], 0.0, 0.0
+    while k > R:
+        k -= 4
+        c = c * x + d
+        d = d * x + f
+        f = f * x + w[k]
+    return sign * f, sign * d, sign * (c + c)
+
+
+@jit
+def tightened(w, bend, jerk):
+    """Return bounds of the second and third derivative of r by the place in the expanded cell.
+
+    `bend` and `jerk`, which energy provides, or those of the cell's polynomial where they are less:
+    a slow motion of a stiff system bends far less than its energy allows.
+    """
+    second, third = 0.0, 0.0
+    for k in range(2, ORDER + 1):
+        part = k * (k - 1.0) * abs(w[R + 4 * k])
+        second += part
+        third += (k - 2.0) * part
+    return min(bend, second), min(jerk, third)
+
+
+@jit
+def tolerance_of(w, level):
+    """Return by how much r may err in the expanded cell [m]: what is as near `level` is on it."""
+    return ROUND_OFF * (abs(level) + abs(w[R]) + abs(w[R + 4])) + TINIEST
+
+
+@jit
+def first_touch(w, x, end, sign, level, bend, jerk):
+    """Return the first place in [x, end] where sign r rises to `level`, NOWHERE, or LOST.
+
+    `w` holds, from COEF on, the Taylor coefficients of the cell; `bend` and `jerk` bound the second
+    and third derivative of r by the place. A start on the level that moves away is not a touch.
+    """
+    tolerance = tolerance_of(w, level)
+    bend, jerk = bend + TINIEST, jerk + TINIEST  # a scene at rest without forcing has neither
+    for _ in range(MOST_STEPS):
+        f, slope, curve = derivatives_at(w, x, sign)
+        clearance = level - f
+        if clearance <= tolerance:
+            if slope > 0.0 or (slope == 0.0 and curve > 0.0):
+                return x
+            clearance = 0.0
+        piece = end - x
+        if slope > 0.0:
+            piece = min(piece, 2.0 * clearance / slope)
+        safe = safe_distance(clearance, slope, min(bend, curve + jerk * piece))
+        if slope <= 0.0:  # a step over which the depth stays below round-off is always allowed,
+            safe = max(safe, math.sqrt(8.0 * tolerance / bend))
+            safe = max(safe, -curve / jerk)  # and one over which r stays concave
+        if safe >= piece:
+            if x + piece >= end:
+                return NOWHERE
+            safe = piece
+        x += safe
+    return LOST
+
+
+@jit
+def touch_of(grid, end, sign, level, y, bounds):
+    """Return as `first_touch` where sign r first rises to `level` in [0, end] of the expanded cell.
+
+    y: the state at `end`; bounds: `exact.Bounds`. Mostly the two ends tell.
+    """
+    w = grid.table
+    f0, f1 = sign * w[R], sign * y[2]
+    g0, g1 = sign * w[R + 4] * end, sign * y[3] * grid.h * end
+    foreseen = outlook(level, f0, f1, g0, g1, bounds.fourth * (end * end) * (end * end))
+    place = NOWHERE
+    if foreseen == CROSSED:
+        place = 0.0  # it starts there, or has that far to go
+        if level - f0 > tolerance_of(w, level):
+            place = crossing(grid, end, sign, level, (f1, g0, g1), bounds.bend)
+    elif foreseen == UNSURE:
+        bend, jerk = tightened(w, bounds.bend, bounds.jerk)
+        place = first_touch(w, 0.0, end, sign, level, bend, jerk)
+    return place
+
+
+@jit
+def outlook(level, f0, f1, g0, g1, fourth):
+    """Tell from the ends of a piece whether f rises to `level` in it: CLEAR, CROSSED or UNSURE.
+
+    The arguments as for `roots`. CROSSED: it rises all along, through the level. A start on the
+    level that moves away is CLEAR.
+    """
+    if only_rises(f0, f1, g0, g1, fourth):
+        if f0 < level:
+            return CROSSED if f1 >= level else CLEAR
+    elif f0 <= level and only_rises(-f0, -f1, -g0, -g1, fourth):
+        return CLEAR
+    return CLEAR if highest(f0, f1, g0, g1, fourth) < level else UNSURE
+
+
+@jit
+def crossing(grid, end, sign, level, ends, bend):
+    """Return the place in [0, end] of the expanded cell where sign r passes `level`.
+
+    It rises all along, and does pass it. ends: (f, f', f') at the end, the start and the end, the
+    slopes per `end`. Newton's steps from a good guess; from a place where the next one is too short
+    to err by more than round-off, as `bend` >= |r''| tells, it is the last.
+    """
+    low, high = 0.0, end
+    f1, g0, g1 = ends
+    # The guess: the cubic of the inverse, with its values and slopes at the ends.
+    f0 = sign * grid.table[R]
+    whole = f1 - f0
+    u = (level - f0) / whole
+    v = 1.0 - u
+    x = end * u * (u * (3.0 - 2.0 * u) + v * (whole / g0 * v - whole / g1 * u))
+    place = LOST
+    for _ in range(MOST_STEPS):
+        x = guarded(x, low, high)
+        y = at(grid.table, x)
+        excess, slope = sign * y[2] - level, sign * y[3] * grid.h
+        if excess > 0.0:
+            high = x
+        else:
+            low = x
+        change = excess / slope
+        x -= change
+        if bend * change * change <= ROUND_OFF * slope:
+            place = min(max(x, 0.0), end)
+            break
+    return place
+
+
+@jit
+def first_maximum(w, x, end, sign, jerk):
+    """Return the first place from x on where sign r does not rise, at most `end`.
+
+    From a slope f' > 0 and a curve f'' it rises for all of the d with f' + f'' d = jerk d^2 / 2, so
+    that steps of that length never pass a maximum, and close in on it as Newton's method does.
+    """
+    jerk = jerk + TINIEST
+    for _ in range(MOST_STEPS):
+        _, slope, curve = derivatives_at(w, x, sign)
+        if slope <= 0.0:
+            return x
+        root = math.sqrt(curve * curve + 2.0 * jerk * slope)
+        safe = 2.0 * slope / (root - curve) if curve < 0.0 else (curve + root) / jerk
+        if x + safe >= end:
+            return end
+        x += safe
+        if not safe > PRECISE:
+            return x
+    return x
+
+
+@jit
+def note_limit(w, limit_log, begin, h, end, bend, jerk):
+    """Note in `limit_log` how the limit of r is kept over [0, end] of the cell.
+
+    begin: cells from the start of the period to that of the polynomial; h [s] a cell. Each passage
+    is counted at its place, each excursion beyond measured at its summits and where the cell ends.
+    """
+    level, x = limit_log[LEVEL], 0.0
+    bend, jerk = tightened(w, bend, jerk)
+    for _ in range(MOST_STEPS):
+        if limit_log[BEYOND] == 0.0:
+            x = first_touch(w, x, end, 1.0, level, bend, jerk)
+            if not 0.0 <= x <= end:
+                return
+            note_violation(limit_log, limit_log[ORIGIN] + (begin + x) * h)
+        fall = first_touch(w, x, end, -1.0, -level, bend, jerk)
+        stays = not 0.0 <= fall <= end
+        best = level + limit_log[EXCESS]
+        top = nearest_miss(w, x, 1.0, end if stays else fall, best, bend, jerk, False)
+        if stays:
+            top = max(top, derivatives_at(w, end, 1.0)[0])
+        if top > best:
+            limit_log[EXCESS] = top - level
+        if stays:
+            return
+        x, limit_log[BEYOND] = fall, 0.0
+
+
+@jit
+def nearest_miss(w, x, sign, end, best, bend, jerk, touches):
+    """Return the larger of `best` and the local maxima of sign r over [x, end].
+
+    An approach that has not turned round by then is not a miss; one whose slope at `end` is nothing
+    but round-off has, as the next cell may begin with a fall, unless it ends there, as it
+    `touches`. `bend` and `jerk` bound the second and third derivative by the place.
+    """
+    bend, jerk = bend + TINIEST, jerk + TINIEST
+    level = ROUND_OFF * (abs(w[COEF]) + abs(w[COEF + 4]) + abs(w[R]) + abs(w[R + 4]))
+    if touches:
+        level = 0.0
+    for _ in range(MOST_STEPS):
+        f, slope, curve = derivatives_at(w, x, sign)
+        if f >= best and slope > 0.0:
+            x = first_maximum(w, x, end, sign, jerk)
+            f, slope, curve = derivatives_at(w, x, sign)
+            if x >= end and slope > level:
+                return best
+            best, slope = max(best, f), 0.0
+        tolerance = ROUND_OFF * abs(f) + TINIEST
+        safe = safe_distance(max(best - f, 0.0), slope, bend)
+        safe = max(safe, math.sqrt(8.0 * tolerance / bend))
+        if slope <= 0.0 and curve < 0.0:  # falls at least as long as it stays concave
+            safe = max(safe, -0.5 * curve / jerk)
+        if x + safe >= end:
+            return best
+        x += safe
+    return best

@@ -128,11 +128,10 @@ def test_a_signal_stops_it_and_resume_finishes(tmp_path):
     command = [sys.executable, "-m", "nlds_vines.continuation", "--doublings", "4", "-o", str(path)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         folder = tmp_path / "branches.h5.parts"
-        until = time.monotonic() + 120
-        while len(list(folder.glob("block-*"))) < 2 and time.monotonic() < until:
+        while len(list(folder.glob("block-*"))) < 2 and process.poll() is None:
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
+        _, errors = process.communicate()
     assert process.returncode == 130, errors
     assert b"--resume" in errors
     assert not path.exists()

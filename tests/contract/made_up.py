@@ -68,11 +68,16 @@ def finished(parts, blocks):
     return {block.index for block, _ in parts.sound(blocks)}
 
 
+def fill(parts, scan, blocks):
+    """Write the parts of some blocks, with made-up results."""
+    for block in blocks:
+        parts.write(block, results(scan, block))
+
+
 def write(path, scan, blocks=None, **how):
     blocks = cut(scan) if blocks is None else blocks
     with Parts.open(path, scan, **how) as parts:
-        for block in blocks:
-            parts.write(block, results(scan, block))
+        fill(parts, scan, blocks)
         return parts.consolidate(blocks, {"command": "made by a test", "threads": 2})
 
 

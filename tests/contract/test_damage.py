@@ -4,7 +4,7 @@ import random
 
 import h5py
 import pytest
-from made_up import cut, finished, flip, make_scan, results, write
+from made_up import cut, fill, finished, flip, make_scan, results, write
 
 from nlds_vines.__main__ import main
 from nlds_vines.archives import archive
@@ -89,8 +89,7 @@ def begun(tmp_path, monkeypatch):
     scan, path = make_scan(), tmp_path / "scan.h5"
     monkeypatch.setattr(cutting, "_block_cells", lambda _: 5)
     with Parts.open(path, scan) as parts:
-        for block in blocks_of(scan):
-            parts.write(block, results(scan, block))
+        fill(parts, scan, blocks_of(scan))
     return parts.folder
 
 

@@ -21,10 +21,10 @@ DEEP = {
 
 @pytest.mark.parametrize("case", DEEP)
 def test_tables_within_tables_are_refused_at_once(case):
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(RequestError, match="x: malformed TOML: nested too deeply"):
         parse_toml(DEEP[case], "x")
-    assert time.perf_counter() - began < 1.0
+    assert time.process_time() - began < 1.0
 
 
 @pytest.mark.parametrize(

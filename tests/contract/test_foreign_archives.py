@@ -11,7 +11,7 @@ from types import ModuleType, SimpleNamespace
 import h5py
 import numpy as np
 import pytest
-from made_up import MAP, arrays, cut, finished, make_scan, results, same, write
+from made_up import MAP, arrays, cut, fill, finished, make_scan, results, same, write
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
@@ -36,11 +36,6 @@ def path(tmp_path, monkeypatch):
     return tmp_path / "scan.h5"
 
 
-def compute(parts, scan):
-    for block in cut(scan):
-        parts.write(block, results(scan, block))
-
-
 # ---- a file under the archive's name -------------------------------------------------------------
 
 
@@ -55,7 +50,7 @@ def test_what_comes_into_being_meanwhile_is_kept(path, monkeypatch, links, kind)
 
         monkeypatch.setattr(os, "link", refuse)
     with Parts.open(path, scan) as parts:
-        compute(parts, scan)
+        fill(parts, scan, cut(scan))
         if kind == "file":
             path.write_bytes(b"precious")
         elif kind == "link":
@@ -79,7 +74,7 @@ def test_what_comes_into_being_meanwhile_is_kept(path, monkeypatch, links, kind)
 def test_a_run_with_overwrite_replaces_what_came_meanwhile(path):
     scan = make_scan()
     with Parts.open(path, scan, overwrite=True) as parts:
-        compute(parts, scan)
+        fill(parts, scan, cut(scan))
         path.write_bytes(b"old")
         parts.consolidate(cut(scan), {})
     assert archive.verify(path) == []
@@ -124,8 +119,7 @@ def test_a_picture_is_drawn_through_a_link(path):
 def begun(path):
     scan = make_scan()
     with Parts.open(path, scan) as parts:
-        for block in blocks_of(scan):
-            parts.write(block, results(scan, block))
+        fill(parts, scan, blocks_of(scan))
     return parts.folder
 
 

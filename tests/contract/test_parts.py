@@ -5,7 +5,7 @@ import signal
 import subprocess
 
 import pytest
-from made_up import arrays, cut, finished, flip, make_scan, results, run_python, same, write
+from made_up import arrays, cut, fill, finished, flip, make_scan, results, run_python, same, write
 
 from nlds_vines.archives import archive, durable
 from nlds_vines.bifurcation.parts import Block, Parts
@@ -37,8 +37,7 @@ def test_overwrite_keeps_the_old_archive_until_the_new_one_is_there(path):
     assert path.read_bytes() == before
     with Parts.open(path, new, resume=True) as parts:  # the interrupted run may go on replacing
         assert finished(parts, cut(new)) == {0}
-        for block in cut(new)[1:]:
-            parts.write(block, results(new, block))
+        fill(parts, new, cut(new)[1:])
         parts.consolidate(cut(new), {})
     with archive.read(path) as view:
         assert view.attrs["scan_hash"] == new.hash
@@ -81,8 +80,7 @@ def test_resume_takes_verified_parts_and_ends_in_the_same_arrays(tmp_path, path)
 def test_parts_cut_otherwise_are_not_taken(path):
     scan = make_scan()
     with Parts.open(path, scan) as parts:
-        for block in cut(scan, 5):
-            parts.write(block, results(scan, block))
+        fill(parts, scan, cut(scan, 5))
         assert finished(parts, cut(scan, 4)) == set()
         assert len(parts.discarded) == 3
 
@@ -182,8 +180,7 @@ def test_an_interrupted_consolidation_leaves_what_was_there(path, monkeypatch, m
     was = path.read_bytes() if before else None
     blocks = cut(scan)
     with Parts.open(path, scan, overwrite=True) as parts:
-        for block in blocks:
-            parts.write(block, results(scan, block))
+        fill(parts, scan, blocks)
 
         def die(*_):
             raise KeyboardInterrupt
@@ -204,8 +201,7 @@ def test_a_run_killed_after_the_archive_took_its_name_leaves_a_complete_one(path
     scan = make_scan()
     blocks = cut(scan)
     with Parts.open(path, scan) as parts:
-        for block in blocks:
-            parts.write(block, results(scan, block))
+        fill(parts, scan, blocks)
         monkeypatch.setattr(Parts, "_remove", lambda _: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             parts.consolidate(blocks, {})
@@ -227,8 +223,7 @@ def test_an_archive_that_differs_from_its_parts_is_not_put_in_place(path, monkey
         return crc(values, start) ^ (len(seen) == 7)
 
     with Parts.open(path, scan) as parts:
-        for block in blocks:
-            parts.write(block, results(scan, block))
+        fill(parts, scan, blocks)
         monkeypatch.setattr(archive, "crc32_of", miscounted)
         with pytest.raises(RequestError, match="did not reach the disk"):
             parts.consolidate(blocks, {})
@@ -244,8 +239,7 @@ signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 scan = make_scan()
 blocks = cut(scan)
 with Parts.open({path!r}, scan) as parts:
-    for block in blocks:
-        parts.write(block, results(scan, block))
+    fill(parts, scan, blocks)
     size = max(file.stat().st_size for file in parts.folder.iterdir())
     for limit, act in (
         (size + 9, lambda: parts.consolidate(blocks, dict())),

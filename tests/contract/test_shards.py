@@ -12,13 +12,14 @@ from threading import Timer as Later
 from types import SimpleNamespace
 
 import pytest
-from made_up import arrays, cut, make_scan, results, run_python, same, write
+from made_up import arrays, cut, fill, make_scan, run_python, same, write
 from test_determinism import bits, document, surroundings
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.archives.provenance import makers
 from nlds_vines.bifurcation import blocks as cutting
+from nlds_vines.bifurcation import cluster
 from nlds_vines.bifurcation.blocks import Block, blocks_of
 from nlds_vines.bifurcation.parts import Parts
 from nlds_vines.errors import RequestError
@@ -88,10 +89,9 @@ def test_shards_share_all_blocks_and_none_twice():
         assert max(map(len, shares)) - min(map(len, shares)) <= 1
 
 
-def fill(path, scan, shard):
+def begin(path, scan, shard):
     with Parts.open(path, scan, shard=shard) as parts:
-        for block in (block for block in cut(scan) if shard.has(block.index)):
-            parts.write(block, results(scan, block))
+        fill(parts, scan, [block for block in cut(scan) if shard.has(block.index)])
 
 
 def test_missing_shards_are_named_and_nothing_is_lost(folder, capsys, monkeypatch):
@@ -102,15 +102,13 @@ def test_missing_shards_are_named_and_nothing_is_lost(folder, capsys, monkeypatc
     for index in (1, 3):
         shard = Shard(index, 3)
         with Parts.open(path, scan, shard=shard) as parts:
-            for block in blocks_of(scan, shard):
-                parts.write(block, results(scan, block))
+            fill(parts, scan, blocks_of(scan, shard))
     with Parts.open(path, scan, shard=Shard(2, 3)):
         pass
     assert main(["consolidate", "a.h5"]) == 2
     assert "1 of 3 blocks are missing, of the shards 2/3" in capsys.readouterr().err
     with Parts.open(path, scan, shard=Shard(2, 3)) as parts:
-        for block in blocks_of(scan, Shard(2, 3)):
-            parts.write(block, results(scan, block))
+        fill(parts, scan, blocks_of(scan, Shard(2, 3)))
     assert main(["consolidate", "a.h5"]) == 0
     assert same(arrays("a.h5"), expected)
     assert main(["consolidate", "a.h5"]) == 2
@@ -152,7 +150,7 @@ def test_a_shard_never_shares_its_share_nor_a_folder_held_by_a_run(tmp_path):
 
 def test_a_shard_refuses_the_parts_of_another_scan_by_name(tmp_path):
     path = tmp_path / "a.h5"
-    fill(path, make_scan(), Shard(1, 2))
+    begin(path, make_scan(), Shard(1, 2))
     with pytest.raises(RequestError, match=r"another scan.*a test"):
         Parts.open(path, make_scan(P=801.0), shard=Shard(2, 2))
     with pytest.raises(RequestError, match="exclude"):
@@ -186,7 +184,7 @@ import sys
 sys.path.insert(0, {tests!r})
 from test_shards import *
 sys.stdin.readline()
-fill(Path({path!r}), make_scan(P=float({P})), Shard({i}, 2))
+begin(Path({path!r}), make_scan(P=float({P})), Shard({i}, 2))
 """
 
 
@@ -290,9 +288,15 @@ def scheduler(scheduling):
 @pytest.mark.slow("a scheduler")
 @dask
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
-def test_a_scheduler_that_dies_is_one_line(folder, scheduling, how, capfd):
+def test_a_scheduler_that_dies_is_one_line(folder, scheduling, how, capfd, monkeypatch):
     running, address = scheduling
-    Later(2.0, running.send_signal, [how]).start()
+    met = cluster._refuse_others
+
+    def doomed(client):
+        met(client)
+        Later(0.5, running.send_signal, [how]).start()
+
+    monkeypatch.setattr(cluster, "_refuse_others", doomed)
     assert main(["bifurcation", "scan.toml", "--scheduler", address, "--quiet"]) == 2
     err = capfd.readouterr().err
     assert err.count("\n") == 1

@@ -5,7 +5,7 @@ import os
 import time
 
 import pytest
-from made_up import cut, finished, make_scan, results, write
+from made_up import cut, fill, finished, make_scan, results, write
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main
@@ -46,11 +46,11 @@ def test_a_sparse_file_of_a_terabyte_is_told_at_once(path, capsys, content):
         os.truncate(path, TERABYTE)
     except OSError:
         pytest.skip("no sparse files here")
-    began = time.perf_counter()
+    began = time.process_time()
     assert main(["verify", "scan.h5"]) == 1
     assert "the seal is broken" in capsys.readouterr().out
     assert main(["status", "scan.h5"]) == (2 if content == "nothing" else 0)
-    assert time.perf_counter() - began < 5.0
+    assert time.process_time() - began < 5.0
 
 
 def test_a_manifest_of_a_terabyte_is_damaged(path, capsys):
@@ -82,8 +82,7 @@ def begun(tmp_path):
     """Some blocks of a scan, whose manifest is damaged."""
     scan, path = make_scan(), tmp_path / "begun.h5"
     with Parts.open(path, scan) as parts:
-        for block in cut(scan)[:2]:
-            parts.write(block, results(scan, block))
+        fill(parts, scan, cut(scan)[:2])
     manifest = path.with_name("begun.h5.parts") / "manifest.json"
     content = bytearray(manifest.read_bytes())
     content[20] ^= 1

@@ -32,11 +32,11 @@ def test_a_damper_without_spring_and_dashpot_is_searched_no_longer_than_another(
             "sampling": {"transient": 0, "periods": 200},
             "record": {"want": ["section", "impacts", "energy", "regime"]},
         }
-        began = time.perf_counter()
+        began = time.process_time()
         path = nv.bifurcation(scan, tmp_path / name)
         with nv.read(path) as archive:
             assert np.isfinite(archive["E2max"]).all()
-        return time.perf_counter() - began
+        return time.process_time() - began
 
     usual = [seconds(f"{i}.h5", k2=668.9) for i in range(2)][-1]  # the first may have to compile
     assert seconds("free.h5", k2=0.0, c2=0.0) < 10 * usual + 1.0

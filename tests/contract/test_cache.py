@@ -176,9 +176,11 @@ def test_what_other_sources_left_is_removed(copy):
 def test_a_stamp_is_that_of_a_module_and_of_what_it_imports():
     flight = stored_code.read_source(b"from .touch import bound\ndef f(x):\n    return bound(x)")
     assert flight[1] == ["bound", "touch"]
-    assert "fours" in stored_code.read_source(b"from nlds_vines.kernels import fours as f")[1]
+    assert (
+        "fours" in stored_code.read_source(b"from nlds_vines.kernels.numerics import fours as f")[1]
+    )
     assert stored_code.read_source(b"import math\nfrom numpy import pi")[1] == []
-    stamps = {path.stem: stored_code.stamp_of(path) for path in stored_code.KERNELS.glob("*.py")}
+    stamps = {path.stem: stored_code.stamp_of(path) for path in stored_code.KERNELS.glob("*/*.py")}
     assert stamps["flight"] != stamps["verdict"] != stamps["touch"]
 
 
@@ -186,10 +188,10 @@ def test_a_stamp_is_that_of_a_module_and_of_what_it_imports():
 def test_the_stamp_knows_how_much_is_optimised(level):
     """Numba's key of a compiled function does not."""
     program = """
-from nlds_vines.kernels import stored_code
-print(stored_code.stamp_of(stored_code.KERNELS / "fours.py"))
+from nlds_vines.kernels.numerics import stored_code
+print(stored_code.stamp_of(stored_code.KERNELS / "numerics" / "fours.py"))
 """
-    own = stored_code.stamp_of(stored_code.KERNELS / "fours.py")
+    own = stored_code.stamp_of(stored_code.KERNELS / "numerics" / "fours.py")
     other = printed("-c", program, NUMBA_OPT=level).strip()
     assert (other == own) == (int(level) == numba.config.OPT)
 

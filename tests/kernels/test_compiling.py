@@ -165,11 +165,11 @@ def test_what_others_compile_is_their_business():
 
 PLAIN = """
 import hashlib, sys
-from nlds_vines.kernels import linking
+from nlds_vines.kernels.numerics import linking
 if sys.argv[1] == "plain":
     linking.EXPECTED = ((linking.codegen.JITCodeLibrary, ("no such name",)),)
 import nlds_vines as nv
-from nlds_vines.kernels import compiling
+from nlds_vines.kernels.numerics import compiling
 assert compiling.LINKED == (sys.argv[1] == "linked")
 orbit = nv.simulate(nv.load_system("ssul-set6"), periods=20)
 print(hashlib.sha256(orbit.section.tobytes()).hexdigest())

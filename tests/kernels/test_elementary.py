@@ -85,7 +85,7 @@ def test_a_result_below_the_normal_numbers_is_rounded_twice_at_most():
 
 PROGRAM = """
 import json, sys
-from nlds_vines.kernels import elementary as e
+from nlds_vines.kernels.numerics import elementary as e
 found = {}
 for name, values in json.load(sys.stdin).items():
     f = e.cos_sin_of_turn if name in ("cosine", "sine") else getattr(e, name)

@@ -12,9 +12,8 @@ from support import linear_flow, references, system_of
 from nlds_vines.bifurcation.compute import Computer
 from nlds_vines.bifurcation.parts import Block
 from nlds_vines.bifurcation.request_file import load_scan
-from nlds_vines.kernels import linear
 from nlds_vines.kernels.cells import course
-from nlds_vines.kernels.numerics.matrices import eigenvalues, spectral_radius
+from nlds_vines.kernels.numerics.matrices import eigenvalues, solve, spectral_radius
 from nlds_vines.kernels.orbit import shooting, variations
 from nlds_vines.kernels.orbit.growth import mean_and_width
 from nlds_vines.kernels.scene.codes import OK
@@ -316,11 +315,11 @@ def test_elimination(size):
         matrix, right = rng.normal(size=(size, size)), rng.normal(size=(4, 3))
         matrix[0, 0] = 0.0  # so that it must exchange rows
         expected = np.linalg.solve(matrix, right[:size])
-        determinant = linear.solve(matrix.copy(), right)
+        determinant = solve(matrix.copy(), right)
         assert determinant == pytest.approx(np.linalg.det(matrix), rel=1e-12)
         np.testing.assert_allclose(right[:size], expected, rtol=1e-9)
-    assert not linear.solve(np.zeros((size, size)), np.ones((4, 1)))
-    assert not linear.solve(np.full((size, size), np.nan), np.ones((4, 1)))
+    assert not solve(np.zeros((size, size)), np.ones((4, 1)))
+    assert not solve(np.full((size, size), np.nan), np.ones((4, 1)))
 
 
 def test_a_wrong_monodromy_is_seen():

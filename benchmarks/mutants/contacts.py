@@ -30,8 +30,8 @@ MUTANTS = (
         ),
         (
             "restitution: with e = 0 every impact ends in rest, for variations",
-            "    if stuck:\n        v = v",
-            "    if s == 0.0:\n        v = v",
+            "    if stuck:\n        own",
+            "    if s == 0.0:\n        own",
             "tests/kernels/test_bouncing_ball.py::"
             "test_an_inelastic_ball_that_is_left_at_once_forgets_its_speed_alone[3.7]",
         ),
@@ -71,8 +71,8 @@ MUTANTS = (
         ),
         (
             "restitution: energies of a damper that stays are not looked at",
-            "    if energy is not None:\n            note_energies",
-            "    if energy is not None and False:\n            note_energies",
+            "note_piece(ps, damper, watch, grid, phase, j + x, piece)",
+            "pass",
             _T_RESTITUTION + "test_a_damper_pressed_to_the_wall_comes_to_rest_there[0.5]",
         ),
     ),
@@ -194,8 +194,8 @@ MUTANTS = (
         "nlds_vines/kernels/impact/impact_variations.py",
         (
             "impact variations: the structure stands still until the wall is met",
-            "    x, speed = x + v1 * late, speed + ds * late",
-            "    speed = speed + ds * late",
+            "    x, v, _, speed = carried((x, v, r, speed), (v1, dv, s, ds), late)",
+            "    x, v, _, speed = carried((x, v, r, speed), (0.0, dv, s, ds), late)",
             _T_THROUGH + "test_variations_err_by_the_tolerance[1e-09]",
         ),
         (
@@ -430,15 +430,10 @@ MUTANTS = (
             _PLAIN_METHODS + "test_both_methods_note_the_same[ssul]",
         ),
         (
-            "fixed_step: the limit is watched at the starts of steps alone",
-            "note_limit(grid.table, limit_log, j + x, grid.h, length,",
-            "note_limit(grid.table, limit_log, j + x, grid.h, 0.0,",
+            "fixed_step: energies and the limit are watched at the starts of steps alone",
+            "note_piece(ps, damper, watch, grid, (c, d), j + x, length)",
+            "note_piece(ps, damper, watch, grid, (c, d), j + x, 0.0)",
             _PLAIN_METHODS + "test_an_excursion_beyond_a_limit_may_be_short",
-        ),
-        (
-            "fixed_step: energies are noted at the starts of steps alone",
-            "note_energies(ps, damper, energy, grid, length)",
-            "note_energies(ps, damper, energy, grid, 0.0)",
             _PLAIN_METHODS + "test_both_methods_note_the_same[tmd]",
         ),
     ),

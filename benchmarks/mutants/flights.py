@@ -291,8 +291,8 @@ MUTANTS = (
         ),
         (
             "exact: a flight from inside a cell is taken for one from its start",
-            "            if x > 0.0:\n                y, filled",
-            "            if x > 2.0:\n                y, filled",
+            "            if x > 0.0:\n                filled = fill",
+            "            if x > 2.0:\n                filled = fill",
             _PLAIN_ORBIT + "test_a_flight_may_begin_anywhere_in_a_cell",
         ),
         (

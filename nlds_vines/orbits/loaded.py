@@ -163,8 +163,8 @@ def _checked(system: System, load: InCells) -> Load:
             f"cell {int(np.argmax(lengths))} of a load lasts {lengths.max():.3g} s; of this system "
             f"allowed: up to {longest:.3g} s"
         )
-    rows = np.append(rows.ravel(), np.zeros(ORDER + 1))
-    return Load(edges, rows, jumps, True if system.scene.damper and load.share == 0.0 else None)
+    shaken = True if system.scene.damper and load.share == 0.0 else None
+    return Load(edges, rows.ravel(), jumps, shaken)
 
 
 def _buffers(system: System, record: Collection[str], edges: int, room: int) -> CellBuffers:

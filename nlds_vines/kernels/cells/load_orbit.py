@@ -38,7 +38,7 @@ class Load(NamedTuple):
     """A force on the structure, a polynomial in each cell, and jumps of its velocity."""
 
     edges: np.ndarray  # (n + 1,) times [s] of the ends of the cells
-    rows: np.ndarray  # (ROW n + ROW,) coefficients by the place in a cell [N], and a row of zeros
+    rows: np.ndarray  # (ROW n,) coefficients by the place in a cell [N], cell by cell
     jumps: np.ndarray  # (n + 1,) [m/s]
     shaken: Any  # True where both bodies are moved: m1 times the ground's acceleration, backward
 

@@ -55,7 +55,7 @@ SLOWEST = 0.1  # least bound of a rate in units of 1/h: a slower one would tell 
 class Stretch(NamedTuple):
     """Cells of one length in a row."""
 
-    rows: Any  # (ROW n + ROW,) coefficients of the force [N] cell by cell, a bare row
+    rows: Any  # (ROW n,) coefficients of the force [N] cell by cell, a bare row
     degree: int  # of the polynomials, the highest
     h: float  # length of a cell [s]
     begin: float  # [s]
@@ -183,8 +183,8 @@ def under_majorant(ps, grid, j, last):
 def phase_of(grid, j, x):
     """Return the instant at place x of cell j: `phase_at`, tabulated at the ends of a cell."""
     if is_a(grid.begun, Loaded):
-        begun = grid.begun
-        return Moment(begun.rows, ROW * j, begun.degree, x, grid.h, 1.0)
+        begun, last = grid.begun, min(j, grid.n - 1)  # its end is that of the last cell
+        return Moment(begun.rows, ROW * last, begun.degree, x + (j - last), grid.h, 1.0)
     return phase_between(grid, j, x)
 
 
@@ -287,14 +287,19 @@ def polynomial_under(grid, y, moment):
     """Fill COEF and DRIVE under a load."""
     w, powers, degree = grid.table, grid.begun.powers, moment.degree
     fill_drive_from(w, moment, grid.h)
+    f0, f1, f2, f3 = w[DRIVE], w[DRIVE + 1], w[DRIVE + 2], w[DRIVE + 3]
     for k in range(ORDER + 1):
-        i = TAYLOR + 4 * k
-        found = (four_at(w, i) * y[0] + four_at(w, i + TERMS) * y[1]) + (
+        i, j = TAYLOR + 4 * k, powers + 4 * k
+        free = (four_at(w, i) * y[0] + four_at(w, i + TERMS) * y[1]) + (
             four_at(w, i + 2 * TERMS) * y[2] + four_at(w, i + 3 * TERMS) * y[3]
         )
-        for m in range(min(k, degree + 1)):
-            found = found + four_at(w, powers + TERMS * m + 4 * k) * w[DRIVE + m]
-        put_four(w, COEF + 4 * k, found)
+        # the first powers of x at once, which are all that most loads have
+        forced = (four_at(w, j) * f0 + four_at(w, j + TERMS) * f1) + (
+            four_at(w, j + 2 * TERMS) * f2 + four_at(w, j + 3 * TERMS) * f3
+        )
+        for m in range(4, min(k, degree + 1)):
+            forced = forced + four_at(w, j + TERMS * m) * w[DRIVE + m]
+        put_four(w, COEF + 4 * k, free + forced)
     move_on(grid.load, w)
 
 

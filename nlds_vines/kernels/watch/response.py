@@ -105,7 +105,7 @@ def fill_acceleration(row, w, h):
 @jit
 def leave_shaking(row, grid, phase):
     """Take from them what shakes both bodies: the ground's acceleration, from which x1 counts."""
-    if is_a(phase, Moment):
+    if is_a(phase, Moment) and grid.begun.shaking != 0.0:
         for k in range(ORDER + 1):
             row[FACTOR + k] -= grid.begun.shaking * drive_term(grid.table, phase, k)
 

@@ -210,17 +210,19 @@ class Job(jobs.Job):
 
     def lines(self, found: Report) -> list[str]:
         """Return what was found, and by how much it changes where that was asked for."""
-        return [found.summary(), *found.remarks(), *self._refined()]
+        return [found.summary(), *found.remarks(), *self._compared()]
 
-    def _refined(self) -> list[str]:
-        """Return a line on the change of the results under refinement, where it was asked for."""
-        if "error" not in self.request.want or self.how.shard is not None:
+    def _compared(self) -> list[str]:
+        """Return lines on changes under refinement and on what spectra say, where asked for."""
+        summaries = {"error_at_end": "refinement_summary", "spectra_agree": "spectral_summary"}
+        recorded = [name for name in summaries if name in self.request.table.datasets]
+        if not recorded or self.how.shard is not None:
             return []
         from nlds_vines.archives import archive
-        from nlds_vines.bifurcation.tally import refinement_summary
+        from nlds_vines.bifurcation import tally
 
         with archive.read(self.archive) as view:
-            return [refinement_summary(view)]
+            return [getattr(tally, summaries[name])(view) for name in recorded]
 
     def paths(self) -> list[str]:
         """Return where the results are, one line each."""

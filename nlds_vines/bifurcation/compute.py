@@ -16,7 +16,7 @@ from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits import modulation, refinement, responses
 from nlds_vines.orbits.batch import Kernels, Outputs, Wanted
 from nlds_vines.orbits.settings import Settings
-from nlds_vines.orbits.spectral_values import arrays_of
+from nlds_vines.orbits.spectral_values import agreement, arrays_of
 from nlds_vines.orbits.starts import start_states, user_states
 from nlds_vines.orbits.status_words import OK
 from nlds_vines.orbits.wants import ATTRACTOR, plain
@@ -97,6 +97,9 @@ class Computer:
         if self._kernels.records or "status" not in arrays:
             outputs = self.run(chains, starts, self.scan.transient, self.scan.periods)
             arrays |= self._arrays(outputs, chains)
+        if "spectra_agree" in self.scan.table.datasets:
+            told = (arrays[name] for name in ("regime", "period", "spectral_label"))
+            arrays["spectra_agree"] = agreement(*told)
         for name, dataset in self.scan.table.datasets.items():
             _one_nan(_failed_filled(arrays[name], dataset, arrays["status"]))
         return arrays

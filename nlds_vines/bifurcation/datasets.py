@@ -48,6 +48,7 @@ _IMPACT = "impact after the transient, counted from the first"
 _FLAGS: Mapping[str, Mapping[str, int]] = {
     "regime": FLAGS,
     "label_kept": KEPT,
+    "spectra_agree": KEPT,
     "capture": CAPTURE,
     "status": STATUS_FLAGS,
 }

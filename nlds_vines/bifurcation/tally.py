@@ -92,6 +92,18 @@ class Tally:
         return ", ".join([*words, *([f"{others} of other regimes"] if others else [])])
 
 
+def spectral_summary(view: ArchiveView) -> str:
+    """Return in one line where spectra and verdicts disagree: how many orbits, and of which."""
+    agree, found = view["spectra_agree"], view["spectral_label"]
+    which = agree == KEPT["no"]
+    pairs = zip(view["label"][which].tolist(), found[which].tolist(), strict=True)
+    counts = Counter(f"{label} with {says}" for label, says in pairs)
+    words = [f"{count} {pair}" for pair, count in counts.most_common(_MOST_LABELS)]
+    of = f"{np.count_nonzero(which)} of {np.count_nonzero(agree >= 0)} orbits"
+    more = ", ..." if len(counts) > _MOST_LABELS else ""
+    return f"spectra disagree: {of}" + (f": {', '.join(words)}{more}" if words else "")
+
+
 _SETTLED = (FLAGS["periodic"], FLAGS["transient_chaos"])  # regimes whose orbit is known
 
 

@@ -376,6 +376,10 @@ QUANTITIES = (
         "spectral_label",
         "what the spectra alone say: nT by recurrence, lines, broadband or unclear", ("broadband",),
     ),
+    _code(
+        "spectra_agree", "whether spectral_label agrees with the regime of the verdict",
+        ("broadband",), -1, beside="regime",
+    ),
     _code("status", "how the computation ended, with the remedy", (), NOT_COMPUTED),
 )  # fmt: skip
 """What is recorded of orbits, the most telling first; of two lines of a name, the first applies."""

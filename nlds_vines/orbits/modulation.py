@@ -17,7 +17,7 @@ CAPTURED, MORE = 1.99, 2.01
 """Impacts a period from which on the motion counts as sustained 1:1 resonance, and up to which."""
 
 FLAGS: Mapping[str, int] = {
-    "no_impacts": 0, "strongly_modulated": 1, "sustained_1:1": 2, "more_impacts": 3,
+    "no_impacts": 0, "strongly_modulated": 1, "sustained_1_to_1": 2, "more_impacts": 3,
 }  # fmt: skip
 """The kinds of response by impacts a period, as codes."""
 

@@ -8,8 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from nlds_vines.kernels.orbit.recurrence import TOLERANCE, period_of
+from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.spectral_records import LINES, SpectralRecords
 from nlds_vines.orbits.spectrum import spectrum_of
+
+UNCLEAR = "unclear"
+"""The spectral label of what is neither lines nor broadband."""
 
 LINES_BELOW, BROADBAND_ABOVE = 1e-4, 1e-3
 """Broadband shares of lines alone and of continuous spectra.
@@ -24,7 +28,23 @@ def spectral_label(n: int, share: float) -> str:
         return f"{n}T" if n > 1 else "T"
     if share < LINES_BELOW:
         return "lines"
-    return "broadband" if share > BROADBAND_ABOVE else "unclear"
+    return "broadband" if share > BROADBAND_ABOVE else UNCLEAR
+
+
+def agreement(regime: np.ndarray, period: np.ndarray, spectral_labels: np.ndarray) -> np.ndarray:
+    """Return where verdicts and spectra agree, codes of `labels.KEPT`; -1 where one cannot tell.
+
+    Arguments: codes of the `regime`, the `period` n of nT and the spectral labels, of one shape.
+    An nT orbit agrees with nT, a quasiperiodic one with lines, chaos with a broadband spectrum.
+    """
+    known = {FLAGS["quasiperiodic"]: "lines", FLAGS["chaotic"]: "broadband"}
+    found = np.full(regime.shape, -1, np.int8)
+    for place in np.ndindex(regime.shape):
+        n, says = int(period[place]), str(spectral_labels[place])
+        expected = spectral_label(n, 0.0) if n else known.get(int(regime[place]), "")
+        if expected and says not in ("", UNCLEAR):
+            found[place] = KEPT["yes" if says == expected else "no"]
+    return found
 
 
 def arrays_of(

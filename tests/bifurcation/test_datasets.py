@@ -99,7 +99,7 @@ def test_types_units_and_fills_are_those_of_the_contract():
         **dict.fromkeys(table, "float64"),
         **dict.fromkeys(("period", "impacts", "settling", "attractor", "arrival"), "int32"),
         "line_period": "int32",
-        **dict.fromkeys(("regime", "status", "label_kept"), "int8"),
+        **dict.fromkeys(("regime", "status", "label_kept", "spectra_agree"), "int8"),
         **dict.fromkeys(("label", "refined_label", "spectral_label"), "str"),
     }
     energies = {"E1max", "E2max", "E1peak", "E2peak", "E1max_error"}
@@ -119,7 +119,9 @@ def test_fill_values_say_that_nothing_was_computed():
 
 def test_flags_are_words_that_cf_allows_in_the_order_of_their_codes():
     table = scan().table.datasets
-    for dataset in (table["regime"], table["status"], table["label_kept"]):
+    two_walls = scan("ssbl", ["impact_section", "modulation"]).table.datasets
+    coded = [table[name] for name in ("regime", "status", "label_kept", "spectra_agree")]
+    for dataset in (*coded, two_walls["impact_wall"], two_walls["capture"]):
         words = dataset.flag_meanings.split(" ")
         assert len(words) == len(dataset.flag_values)
         assert all(re.fullmatch(r"[A-Za-z0-9_.+@-]+", word) for word in words)

@@ -32,7 +32,7 @@ def test_sustained_motion_is_that_of_the_closed_form(tmp_path):
     omega = [0.95, 0.96, 0.97, 0.975]
     start = {"policy": "random", "count": 6, "seed": 1}
     found = recorded(tmp_path / "sustained.h5", 50.0, omega, start)
-    assert (found["capture"] == "sustained_1:1").all()
+    assert (found["capture"] == "sustained_1_to_1").all()
     assert (found["two_impacts"] == 1.0).all()
     np.testing.assert_allclose(found["amplitude_min"], found["amplitude_max"], rtol=1e-6)
     response = nv.slow_manifold(nv.load_system("vi-nes", C=50.0, D=50.0)).response()

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 import nlds_vines as nv
+from nlds_vines.__main__ import main as console
 from nlds_vines.bifurcation.request_file import load_scan
 from nlds_vines.errors import RequestError
 from nlds_vines.model.linear_response import response
+from nlds_vines.orbits.labels import FLAGS, KEPT
 from nlds_vines.orbits.spectral_records import LINES
-from nlds_vines.orbits.spectral_values import spectral_label
+from nlds_vines.orbits.spectral_values import agreement, spectral_label
 from nlds_vines.orbits.spectrum import spectrum_of
 
 ALL = ["spectrum", "lines", "broadband"]
@@ -43,6 +45,44 @@ def test_a_sine_has_one_line_with_the_amplitude_and_phase_of_the_closed_form(tmp
         assert spectrum[:, 24] == pytest.approx(abs(exact), rel=1e-13)
         assert (found["broadband"] < 1e-20).all()
         assert set(found["spectral_label"].ravel().tolist()) == {"T"}
+
+
+@pytest.mark.kernels
+def test_a_disagreement_of_spectra_and_labels_is_told(tmp_path, capsys):
+    """An orbit that settles slowly: by its multipliers T,0, but its section does not recur yet."""
+    options = ["--set", "c1=2", "--vary", "omega=6:6.3:2", "--transient", "20", "--periods", "24"]
+    command = ["bifurcation", "--system", "none", *options, "--record", "regime,broadband"]
+    assert console([*command, "-o", str(tmp_path / "slow.h5")]) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("spectra")]
+    with nv.read(tmp_path / "slow.h5") as found:
+        labels, spectral = found["label"].ravel(), found["spectral_label"].ravel()
+        agree, words = found["spectra_agree"].ravel(), found.flags("spectra_agree")
+    assert set(labels.tolist()) == {"T,0"}
+    assert "T" not in spectral.tolist()
+    judged = agree[spectral != "unclear"]
+    assert {words[code] for code in judged.tolist()} == {"no"}
+    (line,) = told
+    assert line.startswith(f"spectra disagree: {len(judged)} of {len(judged)} orbits: ")
+
+
+def test_verdicts_and_spectra_agree_where_both_can_tell():
+    codes = {name: FLAGS[name] for name in ("periodic", "quasiperiodic", "chaotic", "undetermined")}
+    rows = [
+        ("periodic", 1, "T", "yes"),
+        ("periodic", 3, "3T", "yes"),
+        ("periodic", 3, "T", "no"),
+        ("periodic", 40, "lines", "no"),
+        ("periodic", 40, "unclear", ""),
+        ("quasiperiodic", 0, "lines", "yes"),
+        ("quasiperiodic", 0, "broadband", "no"),
+        ("chaotic", 0, "broadband", "yes"),
+        ("chaotic", 0, "3T", "no"),
+        ("undetermined", 0, "lines", ""),
+        ("chaotic", 0, "", ""),
+    ]
+    regime, period, spectral, expected = (np.array(column) for column in zip(*rows, strict=True))
+    found = agreement(np.array([codes[word] for word in regime]), period, spectral)
+    assert found.tolist() == [KEPT.get(word, -1) for word in expected]
 
 
 @pytest.mark.kernels

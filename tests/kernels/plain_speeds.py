@@ -102,7 +102,7 @@ def test_modulation_is_that_of_the_orbits(case, tmp_path):
             if name == "ssbl":
                 word = view.flags("capture")[int(view["capture"][i, 0])]
                 rate = sum(counts) / PERIODS
-                known = "sustained_1:1" if rate == 2 else "strongly_modulated"
+                known = "sustained_1_to_1" if rate == 2 else "strongly_modulated"
                 assert word == ("more_impacts" if rate > 2.01 else known if rate else "no_impacts")
 
 

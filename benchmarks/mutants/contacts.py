@@ -71,7 +71,7 @@ MUTANTS = (
         ),
         (
             "restitution: energies of a damper that stays are not looked at",
-            "note_piece(ps, damper, watch, grid, phase, j + x, piece)",
+            "note_cell(ps, damper, watch, grid, phase, j + x, piece)",
             "pass",
             _T_RESTITUTION + "test_a_damper_pressed_to_the_wall_comes_to_rest_there[0.5]",
         ),
@@ -431,8 +431,8 @@ MUTANTS = (
         ),
         (
             "fixed_step: energies and the limit are watched at the starts of steps alone",
-            "note_piece(ps, damper, watch, grid, (c, d), j + x, length)",
-            "note_piece(ps, damper, watch, grid, (c, d), j + x, 0.0)",
+            "note_cell(ps, damper, watch, grid, (c, d), j + x, length)",
+            "note_cell(ps, damper, watch, grid, (c, d), j + x, 0.0)",
             _PLAIN_METHODS + "test_an_excursion_beyond_a_limit_may_be_short",
             _PLAIN_METHODS + "test_both_methods_note_the_same[tmd]",
         ),

@@ -60,7 +60,12 @@ def mirrored_back(side, result):
 
 @jit
 def step_driven(side, watch, phase, left, now):
-    """Step a contact with driven variations; return as `follow`."""
+    """Step a contact whose variations are driven by parameters; arguments and result of `follow`.
+
+    What a parameter changes of the force may be less smooth at the touch than the force itself. So
+    the contact is stepped with another root p of z = q^p, which makes both smooth: q is turned into
+    that of the other root before, and back behind.
+    """
     seen, start, wave = as_seen(side, now, phase)
     smooth = smoothed(side.wall, watch.tangent, constants_of(side.sign))
     seen = side_with(seen, seen.ps, seen.damper, smooth, seen.steps)

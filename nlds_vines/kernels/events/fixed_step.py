@@ -30,7 +30,7 @@ from ..numerics.roots import guarded, narrowed, secant
 from ..scene.codes import SECTION, TOUCH_FAR, TOUCH_NEAR
 from ..scene.scene import accelerations, joined
 from ..watch.observe import opposite
-from ..watch.response import note_piece
+from ..watch.response import note_cell
 
 
 class FixedGrid(NamedTuple):
@@ -193,7 +193,10 @@ def note_miss(step, near, far, clearance):
 
 @jit
 def may_touch(sign, wall, y, z):
-    """Tell whether a step from y to z may touch a wall: a side beyond it, or a turn."""
+    """Tell whether a step from the state y to z may touch a wall (sign 1: near, -1: far).
+
+    It does where an end of the step is beyond the wall; and it may where r turns back in between.
+    """
     beyond = sign * y[2] >= wall.gap or sign * z[2] > wall.gap
     return beyond or (sign * y[3] > 0.0 and sign * z[3] < 0.0)
 
@@ -225,7 +228,7 @@ def fly_fixed(flight, watch, begun, stop, y):
             c, d = phase_in_step(grid, j, x)
             begin = y[0], y[1], y[2], y[3], c, d
             expand(ps, damper, grid.h, begin, grid.table, int(COEF))
-            note_piece(ps, damper, watch, grid, (c, d), j + x, length)
+            note_cell(ps, damper, watch, grid, (c, d), j + x, length)
         # (a step that ends at a wall may have turned back before the other)
         if clearance is not None and (event == SECTION or (event == TOUCH_NEAR) == (y[3] < 0.0)):
             note_miss(step, near, far, clearance)

@@ -40,7 +40,7 @@ def weight_of(term: Term) -> int:
 
 
 def terms_up_to(order: int) -> list[Term]:
-    """Return the terms up to an order, by order and then with the most of A first."""
+    """Return the terms up to an order (in halves), by order and then with the most of A first."""
     ranges = (range(order // weight + 1) for weight in WEIGHTS)
     found = (term for term in product(*ranges) if weight_of(term) <= order)
     return sorted(found, key=lambda term: (weight_of(term), tuple(-power for power in term)))

@@ -50,8 +50,8 @@ from ..scene.codes import CLEARED, EXHAUSTED, RELEASED, RETURNED, STOPPED
 from ..scene.scene import Damper, Ground, Structure, joined, mirrored_load
 from ..watch.observe import note_depth, note_force
 from ..watch.peaks import factor_at, root
-from ..watch.response import bend_in_rows, note_piece, raise_within
-from ..watch.touch import LOST, R, first_touch, tightened
+from ..watch.response import bend_in_rows, note_cell, raise_within
+from ..watch.touch import AT_R, LOST, first_touch, tightened
 
 MOST_CELLS = 1 << 23  # of a contact that lasts a period; beyond it the status is TOO_STIFF
 
@@ -215,7 +215,7 @@ def watch_force(pulls, wall, sign, balance, w, watched):
     for k in range(ORDER + 1):
         i = COEF + 4 * k + 2
         watched[i] = -sign * (wall.kc * w[i] + wall.cc * w[i + 1])
-    watched[R] += wall.kc * balance
+    watched[AT_R] += wall.kc * balance
 
 
 @jit
@@ -223,7 +223,7 @@ def watch_depth(pulls, wall, sign, balance, w, watched):
     """Fill the watched rows with -z."""
     for k in range(ORDER + 1):
         watched[COEF + 4 * k + 2] = -sign * w[COEF + 4 * k + 2]
-    watched[R] += balance
+    watched[AT_R] += balance
 
 
 @jit
@@ -317,9 +317,9 @@ def follow(side, watch, phase, place, left, now):
             y = after_piece(grid.low, damper, grid.load, w, piece, (x1, v1, r, s), then)
         if impacts is not None:
             note_greatest(wall, sign, balance, impacts, w, piece)
-        w[R] += shift  # the rows hold r itself
+        w[AT_R] += shift  # the rows hold r itself
         w[COEF] += carried(damper, shift)
-        note_piece(ps, damper, watch, grid, then, took / grid.h, piece)
+        note_cell(ps, damper, watch, grid, then, took / grid.h, piece)
         if tally is not None:
             tally_force(wall, sign, tally, grid, piece)
         x1, v1, r, s = y
@@ -377,14 +377,14 @@ def leave(side, watch, phase, place, left, now):
         watch_depth(None, wall, sign, wall.gap, w, watched)
         event, where = CLEARED, first_zero(watched, end)
         watch_force(None, wall, -sign, 0.0, w, watched)
-        watched[R] -= wall.kc * wall.gap
+        watched[AT_R] -= wall.kc * wall.gap
         again = first_zero(watched, end)
         if where == LOST or again == LOST:
             return EXHAUSTED, z, s, x1, v1, took
         if again < where:
             event, where = RETURNED, again
         piece = min(where, end)
-        note_piece(ps, damper, watch, grid, then, took / grid.h, piece)
+        note_cell(ps, damper, watch, grid, then, took / grid.h, piece)
         x1, v1, r, s = at(w, piece)
         took = min(took + piece * grid.h, left)
         if where <= end and took < left:

@@ -54,8 +54,8 @@ from ..scene.scene import (
     with_shaking,
     without_shaking,
 )
-from ..watch.response import note_piece
-from ..watch.touch import LOST, R, first_touch, tightened
+from ..watch.response import note_cell
+from ..watch.touch import AT_R, LOST, first_touch, tightened
 
 BRIEF = 1.0e-5  # speed of a rebound that is followed by rest, in units of a / rate
 STEADY = 0.1  # change of a, and phase of the fastest motion, in what a completed series would last
@@ -311,8 +311,8 @@ def expand_pull(ps, w, sign, phase):
 def keep_still(w, r):
     """Let the damper of the expanded cell be at rest on a wall, at r."""
     for i in range(ORDER + 1):
-        w[R + 4 * i], w[R + 4 * i + 1] = 0.0, 0.0
-    w[R] = r
+        w[AT_R + 4 * i], w[AT_R + 4 * i + 1] = 0.0, 0.0
+    w[AT_R] = r
 
 
 @jit
@@ -341,7 +341,7 @@ def stick(side, watch, place, left, x1, v1):
             return EXHAUSTED, sign * x1, sign * v1, took
         piece = min(where, end)
         keep_still(w, sign * wall.gap)
-        note_piece(ps, damper, watch, grid, phase, j + x, piece)
+        note_cell(ps, damper, watch, grid, phase, j + x, piece)
         y = at(w, piece)
         x1, v1 = y[0], y[1]
         took += piece * grid.h

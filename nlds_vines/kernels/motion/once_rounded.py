@@ -181,7 +181,10 @@ def column(w, i, x):
 
 @jit(inlined=True)
 def two_columns(w, i, x, y):
-    """Return column i of a table times x and the next one times y, as a pair of fours."""
+    """Return column i of a table times x plus the next times y: two fours, of which it is the sum.
+
+    The second is what the first has lost by rounding.
+    """
     a, b = column(w, i, x)
     c, d = column(w, i + 8, y)
     total, lost = two_sum(a, c)

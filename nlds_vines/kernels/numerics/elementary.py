@@ -40,7 +40,7 @@ TEN_DIGITS = 2.0**43  # added to a number from 1 to 2 it leaves nine binary plac
 
 @jit
 def power_of_two(k):
-    """Return 2^k, -1022 <= k <= 1023."""
+    """Return 2^k, -1022 <= k <= 1023: its bits are those of k + 1023, above 52 of a fraction."""
     return np.int64((np.int64(k) + 1023) << 52).view(np.float64)
 
 

@@ -116,7 +116,7 @@ def advance(flow, section, periods, tangent, state):
 
 @jit
 def walls_see(damper, tangent):
-    """Let r and s of variations be those of the structure, where walls limit it."""
+    """Give variations the r and s that walls see: where they limit the structure, x1 and v1."""
     if is_a(damper, Ground):
         rows = rows_of(tangent)
         for i in range(0, 16, 4):
@@ -125,7 +125,7 @@ def walls_see(damper, tangent):
 
 @jit
 def structure_sees(damper, tangent):
-    """Let the structure's variations be r and s, where walls limit it, and these be nothing."""
+    """Undo `walls_see`: what has become of r and s is x1 and v1, and there is no damper (zeros)."""
     if is_a(damper, Ground):
         rows = rows_of(tangent)
         for i in range(0, 16, 4):

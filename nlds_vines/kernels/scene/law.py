@@ -204,7 +204,10 @@ def switching(wall, z, s):
 
 @by_wall
 def rate_of_switching(wall, s, ds):
-    """Return (f, a > 0): `switching` changes with time at the rate a f."""
+    """Return (f, a): `switching` changes at the rate a f [1/s]; a >= 0, so f has the rate's sign.
+
+    s, ds: the first and the second derivative of the depth by time; a is 0 where nothing switches.
+    """
     return s, 0.0
 
 

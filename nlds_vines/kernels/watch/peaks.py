@@ -103,8 +103,10 @@ def may_set_a_record(damper, energy, grid, bounds, length, before, after):
 
 @jit
 def record_breakers(damper, energy, grid, bounds, length, before, after):
-    """Return whose energy may peak above the largest so far inside a piece: bit i for body i.
+    """Return whose energy may peak above the largest so far inside a piece, as the sum of two bits.
 
+    1: the structure's, 2: the damper's. Either has a maximum where a cubic bound exceeds the record
+    and the energy is not proven to rise or fall all along.
     The arguments of `may_set_a_record`, which has found it possible.
     """
     h, square = grid.h * length, length * length

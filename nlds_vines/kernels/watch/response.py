@@ -212,7 +212,7 @@ def tally_cell(tally, grid, phase, end):
 
 
 @jit
-def note_piece(ps, damper, watch, grid, phase, begin, end):
+def note_cell(ps, damper, watch, grid, phase, begin, end):
     """Note all that is watched of [0, end] of the expanded cell: energies, a limit, a response.
 
     phase: the instant of its start; begin: cells from where the log of the limit counts to there.

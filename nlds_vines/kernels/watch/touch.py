@@ -25,7 +25,7 @@ from ..numerics.compiling import jit
 from ..numerics.roots import guarded, highest, only_rises
 from .observe import BEYOND, EXCESS, LEVEL, ORIGIN, note_violation
 
-R = COEF + 2  # place of r in the table
+AT_R = COEF + 2  # place of r in the table
 NOWHERE = 2.0  # no touch in this cell: beyond any place in it, which runs from 0 to 1
 LOST = -1.0  # no place: the walk took MOST_STEPS; better no answer than a wrong one
 PRECISE = 1.0e-9  # error of the place of a maximum in a cell: its height errs by the square
@@ -53,10 +53,10 @@ def safe_distance(clearance, slope, bend):
 def derivatives_at(w, x, sign):
     """Return (f, f', f'') of f = sign r [m] at place x of the cell."""
     if x == 0.0:
-        return sign * w[R], sign * w[R + 4], sign * (w[R + 8] + w[R + 8])
-    k = 4 * ORDER + R
+        return sign * w[AT_R], sign * w[AT_R + 4], sign * (w[AT_R + 8] + w[AT_R + 8])
+    k = 4 * ORDER + AT_R
     f, d, c = w[k], 0.0, 0.0
-    while k > R:
+    while k > AT_R:
         k -= 4
         c = c * x + d
         d = d * x + f
@@ -73,7 +73,7 @@ def tightened(w, bend, jerk):
     """
     second, third = 0.0, 0.0
     for k in range(2, ORDER + 1):
-        part = k * (k - 1.0) * abs(w[R + 4 * k])
+        part = k * (k - 1.0) * abs(w[AT_R + 4 * k])
         second += part
         third += (k - 2.0) * part
     return min(bend, second), min(jerk, third)
@@ -82,7 +82,7 @@ def tightened(w, bend, jerk):
 @jit
 def tolerance_of(w, level):
     """Return by how much r may err in the expanded cell [m]: what is as near `level` is on it."""
-    return ROUND_OFF * (abs(level) + abs(w[R]) + abs(w[R + 4])) + TINIEST
+    return ROUND_OFF * (abs(level) + abs(w[AT_R]) + abs(w[AT_R + 4])) + TINIEST
 
 
 @jit
@@ -123,8 +123,8 @@ def touch_of(grid, end, sign, level, y, bounds):
     y: the state at `end`; bounds: `exact.Bounds`. Mostly the two ends tell.
     """
     w = grid.table
-    f0, f1 = sign * w[R], sign * y[2]
-    g0, g1 = sign * w[R + 4] * end, sign * y[3] * grid.h * end
+    f0, f1 = sign * w[AT_R], sign * y[2]
+    g0, g1 = sign * w[AT_R + 4] * end, sign * y[3] * grid.h * end
     foreseen = outlook(level, f0, f1, g0, g1, bounds.fourth * (end * end) * (end * end))
     place = NOWHERE
     if foreseen == CROSSED:
@@ -163,7 +163,7 @@ def crossing(grid, end, sign, level, ends, bend):
     low, high = 0.0, end
     f1, g0, g1 = ends
     # The guess: the cubic of the inverse, with its values and slopes at the ends.
-    f0 = sign * grid.table[R]
+    f0 = sign * grid.table[AT_R]
     whole = f1 - f0
     u = (level - f0) / whole
     v = 1.0 - u
@@ -244,7 +244,7 @@ def nearest_miss(w, x, sign, end, best, bend, jerk, touches):
     `touches`. `bend` and `jerk` bound the second and third derivative by the place.
     """
     bend, jerk = bend + TINIEST, jerk + TINIEST
-    level = ROUND_OFF * (abs(w[COEF]) + abs(w[COEF + 4]) + abs(w[R]) + abs(w[R + 4]))
+    level = ROUND_OFF * (abs(w[COEF]) + abs(w[COEF + 4]) + abs(w[AT_R]) + abs(w[AT_R + 4]))
     if touches:
         level = 0.0
     for _ in range(MOST_STEPS):

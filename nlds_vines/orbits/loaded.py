@@ -10,11 +10,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from nlds_vines.errors import RequestError, choice
-from nlds_vines.kernels.cells.load_orbit import TOLD, Load, fly_under, structure_moved
-from nlds_vines.kernels.motion.flight import ORDER, REACH, rate_of
+from nlds_vines.kernels.cells.load_orbit import TOLD, Load, fly_under, rate_under
+from nlds_vines.kernels.motion.flight import ORDER, REACH
 from nlds_vines.kernels.scene.arguments import CellBuffers
 from nlds_vines.kernels.scene.codes import OK, RESPONSE_COLUMNS
-from nlds_vines.kernels.scene.scene import damper_of, joined
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.system import System
 from nlds_vines.orbits import responses
@@ -88,9 +87,7 @@ class Flown:
 
 def longest_cell(system: System) -> float:
     """Return how long a cell of a load may be [s]: 0.7 over a bound of the rates of the motion."""
-    cell, parts = cell_of(system), parts_of("exact", system.scene)
-    ps, damper = structure_moved(parts.load, None, cell), damper_of(parts.damper, cell)
-    rate = float(rate_of(ps, joined(damper)))
+    rate = float(rate_under(parts_of("exact", system.scene), cell_of(system)))
     return REACH / rate if rate > 0.0 else math.inf
 
 

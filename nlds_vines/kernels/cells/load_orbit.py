@@ -56,6 +56,13 @@ def structure_moved(load, shaken, cell):
 
 
 @jit
+def rate_under(parts, cell):
+    """Return a bound [1/s] on the rates of the linear motion of one cell."""
+    ps, damper = structure_moved(parts.load, None, cell), damper_of(parts.damper, cell)
+    return rate_of(ps, joined(damper))
+
+
+@jit
 def stretch_from(load, first):
     """Return the stretch of cells of one length from `first` on, up to a jump, and their number."""
     edges, jumps = load.edges, load.jumps

@@ -1,0 +1,124 @@
+"""What a cell under a load costs beside one under the harmonic force, and beside SciPy.
+
+python -m benchmarks.load_costs               a tuned mass damper, which never touches
+python -m benchmarks.load_costs ssul-set6
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from types import SimpleNamespace
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from nlds_vines.kernels.cells.load_orbit import fly_under
+from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.system import System
+from nlds_vines.orbits import loaded, simulation
+
+PERIODS, REPEATS, SOLVED = 2000, 5, 40
+RECORDS = (["energy"], ["energy", "states"], ["energy", "response"])
+
+
+class Clock:
+    """The processor's time that kernels have taken, without what Python does around them."""
+
+    def __init__(self) -> None:
+        """Take the place of the two kernels that are called from Python."""
+        self.spent = 0.0
+        simulation.run_cell = self.timed(simulation.run_cell)
+        loaded.fly_under = self.timed(fly_under)
+
+    def timed(self, kernel: Callable[..., int]) -> Callable[..., int]:
+        """Return a kernel whose time is noted."""
+
+        def run(*arguments: object) -> int:
+            began = time.process_time()
+            code = kernel(*arguments)
+            self.spent += time.process_time() - began
+            return code
+
+        return run
+
+    def of(self, job: Callable[[], object]) -> float:
+        """Return the time [s] of the kernels of a job, the median of some."""
+        job()
+        found = []
+        for _ in range(REPEATS):
+            self.spent = 0.0
+            job()
+            found.append(self.spent)
+        return statistics.median(found)
+
+
+def cells(system: System) -> tuple[int, np.ndarray, np.ndarray]:
+    """Return how many cells a period has, their edges, and the harmonic force's coefficients."""
+    p, count = system.parameters, math.ceil(system.period / loaded.longest_cell(system))
+    edges = np.linspace(0.0, PERIODS * system.period, PERIODS * max(count, 8) + 1)
+    phase, angle = p["omega"] * edges[:-1], p["omega"] * np.diff(edges)
+    waves = np.cos(phase), -np.sin(phase), -np.cos(phase), np.sin(phase)
+    rows = np.zeros((len(phase), 15))
+    for k in range(15):
+        rows[:, k] = p["P"] * angle**k / math.factorial(k) * waves[k % 4]
+    return max(count, 8), edges, rows
+
+
+def load_of(edges: np.ndarray, rows: np.ndarray, degree: int) -> SimpleNamespace:
+    """Return a load whose polynomials end at a degree, as those of a record do."""
+    kept = np.where(np.arange(15) <= degree, rows, 0.0)
+    return SimpleNamespace(edges=edges, rows=kept, jumps=None, share=1.0)
+
+
+def main(name: str = "tmd") -> None:
+    """Print the time of a cell, and its ratio to that under the harmonic force."""
+    system, clock = load_system(name, omega=5.0), Clock()
+    per_period, edges, rows = cells(system)
+    count, walls = len(rows), bool(system.scene.walls)
+    print(f"{system.name}: {count} cells; CPU time of a cell [ns], ratio to the harmonic force")
+    for record in RECORDS:
+        known = [{"states": "trajectory"}.get(word, word) for word in record]
+        known += ["impacts"] * walls
+        harmonic = clock.of(
+            lambda known=known: simulation.simulate(  # type: ignore[misc]
+                system, PERIODS, record=known, samples=per_period, quiet=True
+            )
+        )
+        told = [f"{', '.join(record):18s} harmonic {harmonic / count * 1e9:6.1f}"]
+        for degree in (3, 14):
+            load = load_of(edges, rows, degree)
+            found = clock.of(
+                lambda load=load, record=record: loaded.fly(  # type: ignore[misc]
+                    system, load, record=[*record, *["impacts"] * walls], quiet=True
+                )
+            )
+            told.append(f"degree {degree:2d} {found / count * 1e9:6.1f} ({found / harmonic:.2f})")
+        print("   ".join(told), flush=True)
+    if not walls:
+        print(f"SciPy's DOP853, 1e-9: {scipy_cell(system, edges, rows) * 1e9:.0f} ns a cell")
+
+
+def scipy_cell(system: System, edges: np.ndarray, rows: np.ndarray) -> float:
+    """Return the time [s] of a cell of SciPy's solver, which is stopped at each edge."""
+    p, count = system.parameters, SOLVED
+
+    def slope(t: float, y: np.ndarray, j: int) -> list[float]:
+        x = (t - edges[j]) / (edges[j + 1] - edges[j])
+        force = np.polynomial.polynomial.polyval(x, rows[j])
+        joint = p.get("k2", 0.0) * (y[2] - y[0]) + p.get("c2", 0.0) * (y[3] - y[1])
+        a1 = (force - p["k1"] * y[0] - p["c1"] * y[1] + joint) / p["m1"]
+        return [y[1], a1, y[3], -joint / p.get("m2", 1.0)]
+
+    y, began = np.zeros(4), time.process_time()
+    for j in range(count):
+        span = (edges[j], edges[j + 1])
+        y = solve_ivp(slope, span, y, "DOP853", rtol=1e-9, atol=1e-12, args=(j,)).y[:, -1]
+    return (time.process_time() - began) / count
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

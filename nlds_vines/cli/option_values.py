@@ -14,7 +14,6 @@ from nlds_vines.cli.parser import Parser
 from nlds_vines.errors import RequestError, at, from_text, shown
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import TOLERANCES
 
 
 def assignments(option: str, texts: Sequence[str], form: str) -> dict[str, str]:
@@ -53,14 +52,6 @@ def spaced(
     first, last, count = _between_colons(option, bare, form)
     start, stop = from_text(float, option, first), from_text(float, option, last)
     return {"start": start, "stop": stop, "num": from_text(int, option, count), **scale}
-
-
-def add_tolerance(group: Parser | argparse._ArgumentGroup) -> None:
-    """Declare --tolerance."""
-    words = ", ".join(f"{name} ({value:g})" for name, value in TOLERANCES.items())
-    group.add_argument(
-        "--tolerance", metavar="RELATIVE", help=f"of exact: a number, or {words} [standard]"
-    )
 
 
 def number_or_word(option: str, text: str | None) -> float | str | None:

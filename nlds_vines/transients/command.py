@@ -19,9 +19,7 @@ from nlds_vines.bifurcation.request import Scan
 from nlds_vines.bifurcation.result import ScanArchive
 from nlds_vines.cli.option_values import (
     add_system_options,
-    add_tolerance,
     chosen_system,
-    number_or_word,
 )
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import (
@@ -34,15 +32,16 @@ from nlds_vines.cli.paths import (
 )
 from nlds_vines.cli.run_options import RunOptions, add_local_options, run_options
 from nlds_vines.cli.running import DONE, LANES_FAILED, Command, complain, say
+from nlds_vines.cli.setting_options import add_settings, changed
 from nlds_vines.errors import RequestError, at, number, typed
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import as_system
 from nlds_vines.model.laws import HERTZ
 from nlds_vines.model.parameters import CONTACT
 from nlds_vines.model.scenes.base import BASES
+from nlds_vines.model.setting import settings_of
 from nlds_vines.model.system import System
 from nlds_vines.model.words import setting_in_words, system_in_words
-from nlds_vines.orbits.settings import EFFORTS, METHODS
 from nlds_vines.orbits.starts import Start
 from nlds_vines.transients.survival import DELAY
 
@@ -53,6 +52,8 @@ _NAME = "transients"
 _SYSTEM = "ssul-set6"
 STARTS, TRANSIENT, PERIODS = 1000, 4000, 120
 """Random starts; forcing periods of each that are discarded, and that are sampled then."""
+
+_SAMPLING = {"transient": TRANSIENT, "periods": PERIODS}
 
 _WANT = ("regime", "settling", "lyapunov", "evidence")
 _EXAMPLES = f"""\
@@ -138,9 +139,7 @@ def transients(
 
 
 def _carry_out(options: argparse.Namespace) -> int:
-    sampling = {name: getattr(options, name) for name in ("transient", "periods")}
-    sampling |= {name: getattr(options, name) for name in ("method", "effort")}
-    sampling["tolerance"] = number_or_word("--tolerance", options.tolerance)
+    sampling = _SAMPLING | changed(options, Scan).get("sampling", {})
     with at("command line"):
         scan = _scan(chosen_system(options, _SYSTEM), options.starts, options.seed, sampling)
         delay = _checked_delay(options.delay)
@@ -217,12 +216,9 @@ def _declare(parser: Parser) -> None:
     add_system_options(parser)
     add("--starts", type=int, default=STARTS, metavar="N", help=f"random ones [{STARTS}]")
     add("--seed", type=int, default=0, metavar="N", help="that they are drawn by [0]")
-    add("--transient", type=int, default=TRANSIENT, metavar="PERIODS", help=f"[{TRANSIENT}]")
-    add("--periods", type=int, default=PERIODS, metavar="PERIODS", help=f"then sampled [{PERIODS}]")
     add("--delay", type=float, default=DELAY, metavar="PERIODS", help=f"before the law [{DELAY:g}]")
-    add("--method", default="exact", metavar="METHOD", help=" or ".join(METHODS))
-    add("--effort", default="standard", metavar="EFFORT", help=f"of {', '.join(EFFORTS)}")
-    add_tolerance(parser)
+    others = [said.key for said in settings_of(Scan).values() if said.table != "sampling"]
+    add_settings(parser, Scan, but=others, usual=_SAMPLING)
     add_local_options(parser)
 
 

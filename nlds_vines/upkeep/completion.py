@@ -9,16 +9,19 @@ import argparse
 from collections.abc import Iterator, Mapping
 from importlib import import_module
 
+from nlds_vines.bifurcation.request import Scan
 from nlds_vines.cli.commands import COMMANDS
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.running import DONE, Command, say
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.laws import LAWS
 from nlds_vines.model.scenes import SCENES
-from nlds_vines.orbits.settings import EFFORTS, METHODS, TOLERANCES
+from nlds_vines.model.setting import OneOf, settings_of
+from nlds_vines.orbits.settings import TOLERANCES
 from nlds_vines.orbits.starts import POLICIES
 from nlds_vines.orbits.wants import WANTS
-from nlds_vines.portrait.request import PANELS
+from nlds_vines.portrait.request import PANELS, PortraitRequest
+from nlds_vines.tuning.request import Search
 
 _EXAMPLES = """\
 examples:
@@ -30,13 +33,16 @@ exit status: 0 done; 2 the request is wrong
 
 VALUES: Mapping[str, tuple[str, ...]] = {
     "--system": tuple(catalogue()),
-    "--method": METHODS,
-    "--effort": tuple(EFFORTS),
     "--tolerance": tuple(TOLERANCES),
     "--law": tuple(LAWS),
     "--start": POLICIES,
     "--record": WANTS,
     "--panels": tuple(PANELS),
+} | {
+    said.flag: tuple(said.check.words)
+    for owner in (Scan, Search, PortraitRequest)
+    for said in settings_of(owner).values()
+    if isinstance(said.check, OneOf) and said.has_option
 }
 """What may follow an option, where it is one of some words, or several with commas."""
 

@@ -12,7 +12,6 @@ import pytest
 import nlds_vines
 from benchmarks.house import (
     MOST_PARAMETERS,
-    circles,
     functions,
     graph,
     imports,
@@ -83,10 +82,6 @@ def test_arrows_point_down_and_in_no_circle():
     """The floors stand in pyproject.toml; every import counts, in functions and for types, too."""
     status, report = linted(ROOT)
     assert status == 0, report
-
-
-def test_there_is_no_circle_of_files():
-    assert circles(graph(PACKAGE)) == []
 
 
 @pytest.fixture

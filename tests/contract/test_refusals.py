@@ -303,7 +303,6 @@ LINES = {
     "response-curves --system tmd --vary C=0:1:3": ["C"],
     "response-curves --vary omega=5:8": ["--vary omega = '5:8' must be START:STOP:NUM"],
     "response-curves --start random:4": ["--start"],
-    "response-curves --start both": ["allowed: rest, up, down"],
     "response-curves curves.toml": ["label", "null"],
     "response-curves scan.toml -o scan.toml": ["must end in .h5"],
     "portrait column.toml": ["name", "null"],

@@ -23,6 +23,7 @@ from nlds_vines.loads.command import decay as decay
 from nlds_vines.loads.request import Decay as Decay
 from nlds_vines.loads.request_file import load_decay as load_decay
 from nlds_vines.loads.result import Decays as Decays
+from nlds_vines.loads.result import LoadScan as LoadScan
 from nlds_vines.model.catalogue import load_system as load_system
 from nlds_vines.model.slow_manifold import SlowManifold as SlowManifold
 from nlds_vines.model.slow_manifold import slow_manifold as slow_manifold

@@ -33,6 +33,7 @@ from nlds_vines.continuation.request_file import load_continuation
 from nlds_vines.loads.request import Decay
 from nlds_vines.model.axis import Axis
 from nlds_vines.model.laws import LAWS, of_second
+from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.parameter import Parameter
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.ratios import RATIOS
@@ -255,7 +256,7 @@ REQUESTS: Mapping[str, tuple[type, ...]] = {
     "tuning": (Tuning, Search, Surface),
     "portrait": (Times, PortraitRequest, ColumnEntry),
     "continuation": (Begin, Continuation),
-    "decay": (Decay,),
+    "decay": (Decay, Loading, *ALL.values()),
 }
 """The kinds of request files, and what describes their keys."""
 
@@ -267,11 +268,14 @@ def keys() -> str:
         for said in (said for owner in owners for said in settings_of(owner).values()):
             files[said.table, said.key, said.words][kind] = said.default_in_words
     tables = list(dict.fromkeys(table for table, _, _ in files))
-    rows = [
-        (f"`[{place}]`", f"`{key}`", ", ".join(kinds), words, _defaults(kinds))
-        for (place, key, words), kinds in sorted(files.items(), key=lambda i: tables.index(i[0][0]))
-    ]
-    return table(("table", "key", "in", "meaning", "default"), rows)
+    rows: dict[Row, list[str]] = defaultdict(list)  # one for tables in which a key is the same
+    for (place, key, words), kinds in sorted(files.items(), key=lambda i: tables.index(i[0][0])):
+        outer = place.partition(".")[0]
+        rows[outer, key, ", ".join(kinds), words, _defaults(kinds)].append(f"`[{place}]`")
+    return table(
+        ("table", "key", "in", "meaning", "default"),
+        ((", ".join(places), f"`{key}`", *rest) for (_, key, *rest), places in rows.items()),
+    )
 
 
 def _defaults(kinds: Mapping[str, str]) -> str:

@@ -17,6 +17,7 @@ from reference import REQUESTS
 
 from nlds_vines.model.catalogue import catalogue
 from nlds_vines.model.laws import LAWS
+from nlds_vines.model.loads.record import Record
 from nlds_vines.model.parameters import INITIAL, PARAMETERS
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.model.setting import (
@@ -89,8 +90,21 @@ def tables() -> dict[str, Schema]:
     }
     return {
         name.strip("[]"): {"type": "array", "items": one} if name.startswith("[") else one
-        for name, one in written.items()
+        for name, one in _nested(written).items()
     }
+
+
+def _nested(tables: dict[str, Schema]) -> dict[str, Schema]:
+    """Return tables with those of dotted names within the others: one, or a list of several."""
+    outer = {name: one for name, one in tables.items() if "." not in name}
+    for name, one in tables.items():
+        place, _, key = name.partition(".")
+        if key:
+            if key == Record.kind:  # of which a file may hold the samples
+                one["properties"] |= {word: {"type": "string"} for word in Record.OF_FILE}
+            forms = [one, {"type": "array", "items": one}, {"type": "string"}]
+            outer[place]["properties"][key] |= {"anyOf": forms}
+    return outer
 
 
 def schema() -> Schema:

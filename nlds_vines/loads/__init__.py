@@ -1,12 +1,13 @@
-"""Loads in time: a structure that is struck, with each damper, and where its energy goes.
+"""Loads in time: blows, blasts, earthquakes, sweeps and noise, with each damper.
 
 In reading order:
 
-    request       `Decay`: the dampers, the blow, how long
+    request       `Decay`: the dampers, the load, what varies, how long
     request_file  a request file (TOML), or what stands for one, read into a `Decay`
-    fall          how the energy of one structure falls after a blow
-    run           from request to archive, damper by damper
-    result        `Decays`: an archive read
-    picture       the energies over time, and the shares that dashpots and contacts take
+    fall          what becomes of one structure: histories, last times, where the energy goes
+    run           from request to archive: damper by damper, or a scan block by block
+    result        an archive read: `Decays`, or `LoadScan`
+    scan_picture   pictures of a scan: curves over one axis, maps over two
+    picture       energies and motions over time, shares, sweeps
     command       `python -m nlds_vines.loads` and `nv.decay`
 """

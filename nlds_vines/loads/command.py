@@ -1,4 +1,4 @@
-"""Strike a structure once, with each damper: how its energy falls, and where it goes.
+"""Loads in time on a structure with each damper: how its energy falls, and where it goes.
 
 As a command: `python -m nlds_vines.loads`, or `nlds-vines decay`.
 In Python: `nlds_vines.decay(system, impulse=1000.0)`.
@@ -12,20 +12,21 @@ from typing import TYPE_CHECKING, Any
 
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.cli import job as jobs
-from nlds_vines.cli.option_values import settings_of
+from nlds_vines.cli.option_values import assignments, settings_of, spaced
 from nlds_vines.cli.parser import Parser
 from nlds_vines.cli.paths import request_path
 from nlds_vines.cli.run_options import RunOptions, add_local_options
 from nlds_vines.cli.running import Command
 from nlds_vines.cli.setting_options import add_settings, changed
-from nlds_vines.errors import at, typed
+from nlds_vines.errors import at, from_text, typed, unknown
 from nlds_vines.loads.request import Decay
 from nlds_vines.loads.request_file import Source, load_decay
 from nlds_vines.model.catalogue import load_system
+from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.words import system_in_words
 
 if TYPE_CHECKING:
-    from nlds_vines.loads.result import Decays
+    from nlds_vines.loads.result import Decays, LoadScan
 
 _NAME = "decay"
 _DEFAULT = "decay.h5"
@@ -35,6 +36,13 @@ examples:
       the paper's structure alone and with its dampers, struck to 1 m/s
   nlds-vines decay --impulse 300 --system tmd --system ssul-set6 --set c1=100 -o soft.h5
       a softer blow, two dampers, a structure with less damping of its own
+  nlds-vines decay --load friedlander:peak=2e4,length=0.1 --duration 20 --plot blast.png
+      the pulse of a blast; half_sine, triangular, rectangular, tone, sweep, noise likewise
+  nlds-vines decay --load quake.csv --duration 40 -o quake.h5
+      a record, whose second column is a force or the ground's acceleration
+  nlds-vines decay --system ssul-set6 --vary impulse=100:2000:60 --vary C=0:0.2:40 \\
+                   --duration 20 -o blows.h5 --plot blows.png
+      a map: the blow against the clearance
 exit status: 0 done; 1 finished, but some orbits failed; 2 the request is wrong;
 130 interrupted, 143 terminated: --resume goes on
 """
@@ -51,22 +59,26 @@ def decay(
     overwrite: bool = False,
     quiet: bool = False,
     **tables: Any,
-) -> Decays:
-    """Strike a structure once and return how its energy falls, with each damper.
+) -> Decays | LoadScan:
+    """Let a load act on a structure and return how its energy falls, with each damper.
 
     Arguments:
         source: a system or its name, a list of these, the path of a request file, the document in
             one, a `Decay`, or None for the paper's structure alone and with its dampers.
-        impulse: of the blow on m1 at t = 0 [N s]; the structure was at rest, the harmonic force is
+        impulse: of a blow on m1 at t = 0 [N s]; the structure was at rest, the harmonic force is
             off.
         duration: how long it is watched [s], 60 by default.
         to: the archive (.h5); None for one that is gone with what is returned.
         resume, overwrite: continue or replace an archive that exists; not both.
         quiet: whether to show no progress.
-        tables: tables of a request file laid over the source, as `set={"c1": 100.0}`.
+        tables: tables of a request file laid over the source, as `set={"c1": 100.0}`, or
+            `start={"state": (0.1, 0.0, 0.0, 0.0)}`; with `vary`, a scan is returned.  `load`, what
+            acts as well, may also be the path of a record: `load="quake.csv"`.
 
     Raises `RequestError` where anything asked for is wrong, before anything is computed.
     """
+    if isinstance(tables.get("load"), str | os.PathLike):
+        tables["load"] = {"record": os.fspath(tables["load"])}
     given = {"load": {"impulse": impulse}, "sampling": {"duration": duration}}
     above = dict(tables)
     for key, entries in given.items():
@@ -75,7 +87,7 @@ def decay(
     how = RunOptions(None, resume, overwrite, quiet=quiet)
     archive = ArchivePath.for_result(to, _NAME, resume, overwrite)
     request = load_decay(source, above, _NAME)
-    found: Decays = Job(request, request_path(source), archive, None, how).run()
+    found: Decays | LoadScan = Job(request, request_path(source), archive, None, how).run()
     return found
 
 
@@ -85,8 +97,8 @@ class Job(jobs.Job):
     request: Decay
 
     def failure(self, found: Decays) -> str:
-        """Return of how many dampers the orbit failed."""
-        return f"{found.failed} of {len(found.falls)} orbits failed" if found.failed else ""
+        """Return how many orbits failed."""
+        return f"{found.failed} of {self.request.cases} orbits failed" if found.failed else ""
 
     def plan(self) -> list[str]:
         """Return what would be done, one fact a line."""
@@ -94,7 +106,10 @@ class Job(jobs.Job):
         return [
             request.title,
             *(f"damper:   {system_in_words(system)}" for system in request.systems),
-            f"followed: {request.duration:g} s, {request.windows * request.samples} states each",
+            f"load:     {request.load.words() or 'none'}",
+            *(f"axis:     {axis.heading()}" for axis in request.vary),
+            f"followed: {request.duration:g} s, {request.windows * request.samples} states each; "
+            f"{request.cases} orbits",
             f"archive:  {self.archive}",
             *([] if self.plot is None else [f"picture:  {self.plot}"]),
         ]
@@ -102,7 +117,13 @@ class Job(jobs.Job):
 
 def _job(options: argparse.Namespace) -> Job:
     """Return the job that the command line means."""
-    above: dict[str, Any] = changed(options, Decay)
+    above: dict[str, Any] = changed(options, Decay, Loading)
+    for text in options.load:
+        kind, entry = _load(text)
+        above.setdefault("load", {}).setdefault(kind, []).append(entry)
+    vary = assignments("--vary", options.vary, "NAME=START:STOP:NUM")
+    if vary:
+        above["vary"] = {k: spaced(f"--vary {k}", text, log=True) for k, text in vary.items()}
     if settings := settings_of(options):
         above["set"] = settings
     if options.systems:
@@ -110,6 +131,28 @@ def _job(options: argparse.Namespace) -> Job:
             above["systems"] = [load_system(name) for name in options.systems]
     files = jobs.files_of(options, jobs.named_after(options.source, _DEFAULT))
     return Job(load_decay(options.source, above, "command line"), **files)
+
+
+def _load(text: str) -> tuple[str, dict[str, Any]]:
+    """Return the kind and the table that KIND:KEY=VALUE,... or the path of a record means."""
+    kind, colon, rest = text.partition(":")
+    if not colon or kind not in ALL:
+        if colon and kind.isidentifier() and not os.path.exists(text):
+            raise unknown("load", kind, ALL)
+        return "record", {"file": text}
+    pairs = assignments(f"--load {kind}:", rest.split(","), "KEY=VALUE")
+    words = {"true": True, "false": False}
+    return kind, {
+        key: words.get(value, _number_in(f"--load {kind}: {key}", value))
+        for key, value in pairs.items()
+    }
+
+
+def _number_in(what: str, text: str) -> int | float | str:
+    """Return the number that a text means, a whole one as such; another text as it is."""
+    if text.isdigit():
+        return int(text)
+    return text if text[:1].isalpha() else from_text(float, what, text)
 
 
 def _declare(parser: Parser) -> None:
@@ -124,13 +167,22 @@ def _declare(parser: Parser) -> None:
         "--set", action="append", default=[], metavar="NAME=VALUE",
         help="of all that have it, SI units",
     )  # fmt: skip
-    add_settings(group, Decay)
+    group.add_argument(
+        "--load", action="append", default=[], metavar="LOAD",
+        help="a record (CSV, HDF5), or KIND:KEY=VALUE,...; once for each of a sum",
+    )  # fmt: skip
+    group.add_argument(
+        "--vary", action="append", default=[], metavar="NAME=START:STOP:NUM",
+        help="a scan over a parameter or a number of the load (impulse, scale, KIND.KEY); twice: a "
+        "map; `:log` for equal ratios",
+    )  # fmt: skip
+    add_settings(group, Loading, Decay)
     add_local_options(parser, threads=False)
 
 
 COMMAND = Command(
     name=_NAME,
-    description="Strike a structure once: how its energy falls with each damper, where it goes.",
+    description="Loads in time: how a structure's energy falls with each damper, where it goes.",
     examples=_EXAMPLES,
     declare=_declare,
     carry_out=lambda options: _job(options).carry_out(_NAME, options.dry_run),

@@ -1,66 +1,164 @@
-"""The picture of a decay: the structure's energy over time, and where the energy went."""
+"""The picture of a decay: energy and displacement over time, where the energy went, a sweep."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from nlds_vines.archives.archive import ArchiveView
-from nlds_vines.loads.fall import SHARES, WAYS
+from nlds_vines.loads import scan_picture
+from nlds_vines.loads.fall import Fall
+from nlds_vines.loads.request import Decay, natural_period
+from nlds_vines.loads.request_file import load_decay
 from nlds_vines.loads.result import Decays, decays_in, shares_of
+from nlds_vines.model.linear_response import response
+from nlds_vines.model.load_quantities import SHARES, WAYS
+from nlds_vines.model.loads.waves import Sweep
+from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
 from nlds_vines.plotting.chosen_panels import Picture
 from nlds_vines.plotting.notation import typeset
 from nlds_vines.plotting.page import TWO_COLUMNS, Page, styled
+from nlds_vines.plotting.panels import write_letters
 from nlds_vines.plotting.style import CM, GREY, HUES, NO_VALUE
+from nlds_vines.runs.manifest import DECAY
 
-_HEIGHT = {"energy": 7.0 * CM, "shares": 4.2 * CM}  # inches
-_LINES = ("solid", "dashed", "dashdot", "dotted")
-_COLOURS = [HUES[name] for name in ("black", "vermillion", "blue", "green", "orange", "pink")]
+_HEIGHT = {"shares": 4.2 * CM}  # inches
+_USUAL = 6.2 * CM
 _WAYS = dict(zip(WAYS, ("blue", "sky", "vermillion"), strict=True))
 _LEAST = 1e-4  # of the largest E1: the lower end of the axis
 
 
 def panels(view: ArchiveView) -> Mapping[str, str]:
-    """Return what the panels show, by name."""
-    return {
+    """Return what the panels show, by name; of a scan its numbers."""
+    request = view.request(DECAY, load_decay)
+    if request.vary:
+        return scan_picture.panels(view)
+    found = {
         "energy": "energy of the structure over time",
+        "motion": "displacement of the structure over time",
+        "damper": "share of the energy that damper and contacts have dissipated, over time",
         "shares": "where the energy went",
     }
+    if request.load.sweep:
+        found["sweep"] = "displacement over the frequency of a sweep"
+    return found
+
+
+def usual(view: ArchiveView) -> list[str]:
+    """Return the panels of the usual picture: the sweep's alone, of a scan the first number's."""
+    known = [*panels(view)]
+    if view.request(DECAY, load_decay).vary:
+        return scan_picture.usual(view)
+    return ["sweep"] if "sweep" in known else ["energy", "shares"]
 
 
 @styled()
 def draw(view: ArchiveView, shown: Sequence[str], page: Page = TWO_COLUMNS) -> Figure:
     """Return the figure of an archive with the panels that are `shown`."""
-    heights = [_HEIGHT[name] for name in shown]
-    figure = Figure(figsize=(page.width, sum(heights) + 1.0 * CM), layout="constrained")
     found = decays_in(view.path)
+    if not isinstance(found, Decays):
+        return scan_picture.draw(found, shown, page)
+    heights = [_HEIGHT.get(name, _USUAL) for name in shown]
+    figure = Figure(figsize=(page.width, sum(heights) + 1.0 * CM), layout="constrained")
     grid = figure.subplots(len(shown), 1, squeeze=False, height_ratios=heights)
     for name, axes in zip(shown, grid[:, 0], strict=True):
         _FILL[name](axes, found)
-    figure.suptitle(typeset(found.request.title), x=0.01, ha="left")
+    write_letters([*grid[:, 0]])
+    scan_picture.entitle(figure, found.request.title)
     return figure
+
+
+def fill(axes: Axes, view: ArchiveView, name: str) -> None:
+    """Draw one panel into given axes."""
+    found = decays_in(view.path)
+    if isinstance(found, Decays):
+        _FILL[name](axes, found)
+    else:
+        scan_picture.fill(axes, found, name)
+
+
+def _each(found: Decays) -> Iterator[tuple[System, Fall, dict[str, Any]]]:
+    """Yield each system, what became of it, and how it is drawn."""
+    pairs = zip(found.request.systems, found.falls.values(), strict=True)
+    for i, (system, fall) in enumerate(pairs):
+        label = typeset(system_in_words(system))
+        yield system, fall, {"label": label, "linewidth": 1.0, **scan_picture.look(i)}
 
 
 def _energy(axes: Axes, found: Decays) -> None:
     """Draw E1 relative to the largest of each damper, on a logarithmic axis."""
-    for i, (system, fall) in enumerate(
-        zip(found.request.systems, found.falls.values(), strict=True)
-    ):
-        look = {"color": _COLOURS[i % len(_COLOURS)], "linestyle": _LINES[i % len(_LINES)]}
-        label = typeset(system_in_words(system))
-        axes.semilogy(fall.time, fall.E1 / fall.E1.max(), label=label, linewidth=1.0, **look)
+    for _, fall, look in _each(found):
+        axes.semilogy(fall.time, fall.E1 / fall.numbers["E1max"], **look)
     for share in SHARES:
         axes.axhline(share, color=GREY, linewidth=0.6, zorder=0)
-    axes.set(
-        xlim=(0, found.request.duration), ylim=(_LEAST, 1.5), xlabel="time $t$ after the blow [s]",
-        ylabel="$E_1$ of the structure by its largest",
-    )  # fmt: skip
+    axes.set(ylim=(_LEAST, 1.5), ylabel="$E_1$ by its largest")
+    _over_time(axes, found.request)
     axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:g}%")
+
+
+def _motion(axes: Axes, found: Decays) -> None:
+    """Draw the displacement of the structure."""
+    for _, fall, look in _each(found):
+        axes.plot(fall.time, fall.x1, **look)
+    _over_time(axes, found.request)
+    axes.set_ylabel("displacement $x_1$ [m]")
+
+
+def _damper(axes: Axes, found: Decays) -> None:
+    """Draw what the damper's dashpot and the contacts have dissipated, of all that came in."""
+    for _, fall, look in _each(found):
+        gone = np.nan_to_num(fall.dissipated["c2"]) + np.nan_to_num(fall.dissipated["contact"])
+        if gone.any():
+            axes.plot(fall.time, gone / fall.numbers["energy_in"], **look)
+    _over_time(axes, found.request)
+    axes.set(ylim=(0, 1), ylabel="by damper and contacts")
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+
+
+def _over_time(axes: Axes, request: Decay) -> None:
+    axes.set(xlim=(0, request.duration), xlabel="time $t$ [s]")
     axes.legend(loc="upper right")
+
+
+def _sweep(axes: Axes, found: Decays) -> None:
+    """Draw the largest displacement in each natural period over the frequency of each sweep.
+
+    A sweep that goes down is dotted.  Of systems without walls the steady response stands beside
+    it, in closed form.
+    """
+    request = found.request
+    for system, fall, look in _each(found):
+        for sweep in request.load.sweeps:
+            omega, largest = envelope(sweep, fall, natural_period(system))
+            down = sweep.last < sweep.first
+            axes.plot(omega, largest, **{**look, **({"linestyle": ":"} if down else {})})
+            look["label"] = None
+        if not system.scene.walls and not request.load.shaken:
+            sweep = request.load.sweeps[0]
+            omega = np.linspace(min(sweep.first, sweep.last), max(sweep.first, sweep.last), 400)
+            force = abs(sweep.amplitude * sweep.factor * request.load.scale)
+            steady = response(system.with_(P=force), omega)
+            axes.plot(omega, np.abs(steady.X1), color=GREY, linewidth=0.6, zorder=0)
+    axes.set(
+        xlabel="frequency $\\omega$ of the sweep [rad/s]",
+        ylabel="largest $|x_1|$ [m]",
+        ylim=(0, None),
+    )
+    axes.legend(loc="upper right")
+
+
+def envelope(sweep: Sweep, fall: Fall, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequency [rad/s] and largest abs(x1) [m] of each natural period of a sweep."""
+    edges = np.arange(sweep.at, min(sweep.at + sweep.length, fall.time[-1]), period)
+    places = np.searchsorted(fall.time, edges)
+    largest = np.maximum.reduceat(np.abs(fall.x1), places)[:-1]
+    return sweep.omegas(0.5 * (edges[:-1] + edges[1:])), largest
 
 
 def _shares(axes: Axes, found: Decays) -> None:
@@ -78,15 +176,17 @@ def _shares(axes: Axes, found: Decays) -> None:
     if any(share > 0.0005 for share in still):
         axes.barh(names, still, left=left, color=NO_VALUE, label="still there")
     axes.invert_yaxis()
-    axes.set(xlim=(0, 1), xlabel="share of the energy that the blow brought in")
+    axes.set(xlim=(0, 1), xlabel="share of the energy that came in")
     axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
 
 
-_FILL: Mapping[str, Callable[[Axes, Decays], None]] = {"energy": _energy, "shares": _shares}
+_FILL: Mapping[str, Callable[[Axes, Decays], None]] = {
+    "energy": _energy,
+    "motion": _motion,
+    "damper": _damper,
+    "shares": _shares,
+    "sweep": _sweep,
+}
 
-PICTURE = Picture(
-    panels=panels,
-    draw=draw,
-    fill=lambda axes, view, name: _FILL[name](axes, decays_in(view.path)),
-)
+PICTURE = Picture(panels=panels, draw=draw, fill=fill, usual=usual)

@@ -1,46 +1,53 @@
-"""A decay: dampers beside each other on a structure that is struck once, and how long they take."""
+"""A decay: dampers beside each other on a structure under a load, and how long they are watched."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import MISSING, dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 
 from nlds_vines.archives.provenance import Value
-from nlds_vines.errors import RequestError, number, string, typed
+from nlds_vines.errors import RequestError, number, shown, string, typed
+from nlds_vines.model.axis import Axis
+from nlds_vines.model.loads.loading import ALL, NUMBERS, Loading, Struck
 from nlds_vines.model.setting import Checked, Real, Request, Whole, check_settings, entries, setting
 from nlds_vines.model.system import System
-from nlds_vines.orbits.settings import TOLERANCE, tolerance_setting
+from nlds_vines.orbits.settings import tolerance_setting
 from nlds_vines.runs.manifest import DECAY
+
+TOLERANCE = 1e-10
+"""Of contacts, by default: finer than that of scans, as the energy balance shows each of them."""
 
 MOST_STATES = 10**7
 """States of a history: as many as a portrait may have."""
 
+MOST_CASES = 10**7
+"""Systems and loads of a scan: days of work."""
+
 FORCES = ("P", "base_displacement", "base_acceleration")
-"""The parameters of the harmonic force, which is off."""
+"""The parameters of the harmonic force, which is off unless the load has it."""
 
 
-def _blow(value: object) -> float:
-    """Return the impulse of a blow [N s]; `RequestError` for none."""
-    impulse = number("impulse", value)
-    if not 1e-9 <= abs(impulse) <= 1e12:
-        raise RequestError(f"impulse = {impulse!r}; allowed: 1e-9 to 1e12 N s, or less than -1e-9")
-    return impulse
+def _state(value: object) -> tuple[float, ...]:
+    """Return a state at t = 0."""
+    if not isinstance(value, list | tuple | np.ndarray):
+        raise RequestError(f"state = {shown(value)} must be a list of numbers")
+    return tuple(number("state", float(one) if isinstance(one, str) else one) for one in value)
 
 
 @typed
 @dataclass(frozen=True, repr=False)
 class Decay(Request):
-    """What is struck, and how long it is watched; checked when made, immutable afterwards.
-
-    At t = 0 the structure and the damper are at rest, and the blow gives m1 the velocity
-    impulse / m1. The harmonic force is off.
+    """What acts on which structures, and how long; checked when made, immutable afterwards.
 
     Arguments:
         title: one line for people.
         systems: one or more.
+        load: what acts; the harmonic force is off unless `load.harmonic`.
+        vary: up to two parameters or numbers of the load (`impulse`, `scale`, `friedlander.peak`)
+            and their values: a scan, in which histories are not kept.
 
     and what the fields say of themselves.  Raises `RequestError` for anything else.
     """
@@ -49,24 +56,30 @@ class Decay(Request):
 
     title: str
     systems: tuple[System, ...]
-    impulse: float = setting(
-        MISSING, Checked(_blow), "load", "of the blow on m1 at t = 0 [N s]", "N_S"
-    )
+    load: Loading = field(default_factory=Loading)
+    vary: tuple[Axis, ...] = ()
+    state: tuple[float, ...] = setting(
+        (), Checked(_state, listed=True), "start",
+        "x1, v1, x2, v2 at t = 0, before any blow [m, m/s]", "X1,V1,...", option="--start",
+        usual="at rest", later=True,
+    )  # fmt: skip
     duration: float = setting(60.0, Real(1e-6, 1e9), "sampling", "of the decay [s]", "SECONDS")
     samples: int = setting(
         64, Whole(8, 10**5), "sampling", "states in each natural period of the structure", "N"
     )
+    level: float = setting(
+        0.0, Real(0.0, 1e9), "sampling",
+        "of abs(x1) [m], whose first passage and exceedances are told", "METRES", later=True,
+    )  # fmt: skip
     tolerance: float | str = tolerance_setting("sampling", TOLERANCE)
 
     def __post_init__(self) -> None:
         """Check everything."""
         string("title", self.title)
         check_settings(self)
-        still = tuple(map(self._still, self.systems))
-        object.__setattr__(self, "systems", still)
-        if not still:
+        if not self.systems:
             raise RequestError("no damper is named; allowed: one or more systems")
-        names = [system.name for system in still]
+        names = [system.name for system in self.systems]
         if twice := next((name for name in names if names.count(name) > 1), None):
             raise RequestError(f"{twice} stands twice: give one of them another name")
         if self.windows * self.samples > MOST_STATES:
@@ -74,42 +87,91 @@ class Decay(Request):
                 f"{self.windows} natural periods with {self.samples} states each; allowed: "
                 f"{MOST_STATES} states"
             )
+        self._check_axes()
+        if self.case(0)[1] == Loading() and not self.state:
+            kinds = ", ".join((*NUMBERS, "harmonic", *ALL))
+            raise RequestError(f"[load] is empty and no start is given; allowed: {kinds}")
+        self.load.check(self.duration, min(map(natural_period, self.systems)))
+        for system in self.systems:
+            if self.state and len(self.state) != len(system.scene.components):
+                components = ", ".join(system.scene.components)
+                raise RequestError(
+                    f"state = {list(self.state)} of {system.name} must be {components}"
+                )
 
-    def _still(self, system: System) -> System:
-        """Return a system without its harmonic force."""
-        off = dict.fromkeys((name for name in FORCES if name in system.parameters), 0.0)
-        return system.with_(**off)
+    def _check_axes(self) -> None:
+        """Refuse axes that nothing has, and more than can be drawn or computed."""
+        if len(self.vary) > 2:
+            raise RequestError(f"{len(self.vary)} parameters vary; allowed: one or two")
+        if self.cases > MOST_CASES:
+            raise RequestError(f"{self.cases} systems and loads; allowed: up to {MOST_CASES}")
+        names = [axis.name for axis in self.vary]
+        of_systems = [name for name in names if not is_of_load(name)]
+        for name in of_systems:
+            if not any(name in system.scene.allowed for system in self.systems):
+                self.systems[0].with_(**{name: 1.0})  # which says what is allowed
+        for case in (0, self.cases - 1):
+            self.case(case)
+
+    def case(self, number: int) -> tuple[System, Loading]:
+        """Return the system and the load of a case, counted through the systems, then the axes.
+
+        A parameter that a system does not have is left out.
+        """
+        which, *places = np.unravel_index(number, (len(self.systems), *self.shape))
+        values = {
+            axis.name: float(axis.values[place])
+            for axis, place in zip(self.vary, places, strict=True)
+        }
+        system = self.systems[which]
+        own = {name: value for name, value in values.items() if name in system.scene.allowed}
+        return (
+            system.with_(**own) if own else system,
+            self.load.with_({name: value for name, value in values.items() if is_of_load(name)}),
+        )
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """How many values each axis has."""
+        return tuple(axis.values.size for axis in self.vary)
+
+    @property
+    def cases(self) -> int:
+        """How many orbits there are."""
+        return len(self.systems) * math.prod(self.shape)
 
     @property
     def windows(self) -> int:
         """How many natural periods of the first structure the duration has, at least one."""
-        first = self.systems[0].parameters
-        period = 2 * math.pi * math.sqrt(first[mass_of(self.systems[0])] / first[spring_of(first)])
+        period = natural_period(self.systems[0])
         return max(1, round(self.duration / period)) if math.isfinite(period) else 1
 
     @property
     def times(self) -> np.ndarray:
-        """The times (windows samples + 1,) [s] of a history, the blow's first."""
+        """The times (windows samples + 1,) [s] of a history, from 0 on."""
         return np.linspace(0.0, self.duration, self.windows * self.samples + 1)
-
-    @property
-    def ends(self) -> np.ndarray:
-        """The times (windows,) [s] up to which the dissipated energy is told."""
-        return self.times[self.samples :: self.samples]
 
     @property
     def about(self) -> dict[str, Value]:
         """The attributes of its archive beside the request itself."""
-        return {"impulse": self.impulse, "duration": self.duration}
+        return {"load": self.load.words(), "duration": self.duration}
 
     def document(self) -> dict[str, Any]:
         """Return the request file that means exactly this decay, complete, as nested tables."""
-        return {
+        found = {
             "title": self.title,
             "systems": [system.to_table() for system in self.systems],
-            "load": entries(self, "load"),
+            "vary": {axis.name: {"values": axis.values.tolist()} for axis in self.vary},
+            "load": self.load.to_table(),
+            "start": entries(self, "start"),
             "sampling": entries(self, "sampling"),
         }
+        return {key: value for key, value in found.items() if value}
+
+
+def is_of_load(name: str) -> bool:
+    """Tell whether the name of an axis is that of a number of the load."""
+    return name in NUMBERS or "." in name
 
 
 def mass_of(system: System) -> str:
@@ -120,3 +182,16 @@ def mass_of(system: System) -> str:
 def spring_of(parameters: Any) -> str:
     """Return the name of the spring that holds it."""
     return "k1" if "k1" in parameters else "k"
+
+
+def natural_period(system: System) -> float:
+    """Return the natural period of the structure alone [s], undamped; infinite without a spring."""
+    p = system.parameters
+    mass, spring = p[mass_of(system)], p.get(spring_of(p), 0.0)
+    return 2 * math.pi * math.sqrt(mass / spring) if spring > 0.0 else math.inf
+
+
+def struck(system: System) -> Struck:
+    """Return what of a system a load acts on."""
+    p = system.parameters
+    return Struck(p[mass_of(system)], system.force, p["omega"])

@@ -6,17 +6,19 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from nlds_vines.errors import RequestError, at, shown, typed
-from nlds_vines.loads.request import Decay
+from nlds_vines.errors import MOST_CHARACTERS, RequestError, at, shown, typed
+from nlds_vines.loads.request import Decay, is_of_load
+from nlds_vines.model.axis import Axis
 from nlds_vines.model.catalogue import as_system, load_system, system_from
-from nlds_vines.model.layers import Document, Form, Layers
+from nlds_vines.model.layers import Document, Form, Layer, Layers
+from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.setting import checks
 from nlds_vines.model.system import System
 from nlds_vines.model.words import system_in_words
 
 FORM = Form(
     kind="decay",
-    tables={"set": None, **checks(Decay)},
+    tables={"set": None, "vary": None, **checks(Decay, Loading)},
     lists=("systems",),
     sources="a path, a name, a System, a list of these, a table or a Decay",
 )
@@ -49,16 +51,39 @@ def load_decay(
     if isinstance(given, Sequence) and not isinstance(given, str):
         given = {"systems": list(given)}
     layers = Layers.of(FORM, given, changes, changes_from)
-    systems = tuple(_systems(layers))
-    title = layers.title(outdated_by=("systems", "system", "set", "load"))
-    values = {**layers.values("load"), **layers.values("sampling")}
-    if "impulse" not in values:
-        raise RequestError(f"{layers.place('load')}: give the impulse of the blow [N s]")
+    systems, axes = tuple(_systems(layers)), _axes(layers.holder("vary"))
+    title = layers.title(outdated_by=("systems", "system", "set", "load", "vary", "start"))
+    acts = layers.values("load")
+    with at(layers.place("load")):
+        load = Loading(**acts)
+    values = {**layers.values("start"), **layers.values("sampling")}
     with at(layers.holder("load").where):
-        made_up = f"A blow of {values['impulse']:g} N s: " + ", ".join(
-            map(system_in_words, systems)
-        )
-        return layers.told(Decay(made_up if title is None else title, systems, **values))
+        made_up = title or _title(load, systems, axes)
+        return layers.told(Decay(made_up, systems, load, axes, **values))
+
+
+def _title(load: Loading, systems: Sequence[System], axes: Sequence[Axis]) -> str:
+    """Return a title made of the load, the systems and what varies."""
+    acts = "" if load == Loading() else load.words()
+    varies = any(is_of_load(axis.name) for axis in axes)
+    acts = acts[:1].upper() + acts[1:] if acts else "Blows" if varies else "Free decay"
+    over = f", by {' and '.join(axis.name for axis in axes)}" if axes else ""
+    return f"{acts}: {', '.join(map(system_in_words, systems))}{over}"[:MOST_CHARACTERS]
+
+
+def _axes(layer: Layer) -> tuple[Axis, ...]:
+    """Return the axes that `[vary]` means; `friedlander.peak` may stand there as a table, too."""
+    found: dict[str, Any] = {}
+    for name, entry in layer.table("vary").items():
+        if name in ALL and isinstance(entry, Mapping):
+            found |= {f"{name}.{key}": value for key, value in entry.items()}
+        else:
+            found[name] = entry
+    axes = []
+    for name, entry in found.items():
+        with at(f"{layer.place('vary')} {name}"):
+            axes.append(Axis.of(name, entry))
+    return tuple(axes)
 
 
 def _systems(layers: Layers) -> list[System]:

@@ -1,4 +1,4 @@
-"""A decay as an archive holds it: each damper by its name, and what it says in words."""
+"""A decay as an archive holds it: each damper by its name, or the numbers of a scan; in words."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nlds_vines.archives.archive import read
+from nlds_vines.archives.archive import ArchiveView, read
 from nlds_vines.archives.archive_path import ArchivePath
 from nlds_vines.errors import RequestError, choice, typed
-from nlds_vines.loads.fall import SHARES, WAYS, Fall
+from nlds_vines.loads.fall import HISTORIES, Fall
 from nlds_vines.loads.request import Decay
 from nlds_vines.loads.request_file import load_decay
-from nlds_vines.loads.run import HISTORIES, NUMBERS
+from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
 from nlds_vines.model.words import system_in_words
 from nlds_vines.orbits.status_words import OK, STATUS
 from nlds_vines.plotting.drawable import Drawable
@@ -23,7 +23,7 @@ from nlds_vines.runs.manifest import DECAY
 
 @dataclass(frozen=True)
 class Decays(Drawable):
-    """What becomes of a struck structure with each damper.
+    """What becomes of a structure under a load with each damper.
 
     Attributes:
         path: of the archive.
@@ -77,39 +77,83 @@ class Decays(Drawable):
                 for share, time in zip(SHARES[::-1], fall.last[::-1], strict=True)
             )
             went = ", ".join(f"{way} {share:.1%}" for way, share in shares_of(fall).items())
-            yield f"{system_in_words(system)}: E1 above {last}; dissipated by {went}"
+            most = f"x1 up to {fall.numbers['x1_max']:.4g} m"
+            yield f"{system_in_words(system)}: {most}; E1 above {last}; dissipated by {went}"
+
+
+@dataclass(frozen=True)
+class LoadScan(Drawable):
+    """Numbers of each damper over parameters and numbers of the load.
+
+    Attributes:
+        path: of the archive.
+        request: with which the same numbers are computed again; its `vary` has the axes.
+        numbers: by name (`nlds_vines.model.load_quantities`), each (dampers, axes).
+        status: (dampers, axes) how each orbit ended, a code of `STATUS`.
+    """
+
+    drawn_by = "nlds_vines.loads.picture"
+
+    path: ArchivePath
+    request: Decay
+    numbers: Mapping[str, np.ndarray]
+    status: np.ndarray
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a number of all orbits, by its name."""
+        return self.numbers[choice("number", name, self.numbers)]
+
+    @property
+    def failed(self) -> int:
+        """How many orbits could not be followed to their end."""
+        return int(np.count_nonzero(self.status != OK))
+
+    def lines(self) -> Iterator[str]:
+        """Yield the title, the axes, and of each damper the range of the first number."""
+        yield self.request.title
+        yield from (axis.heading() for axis in self.request.vary)
+        name, values = next(iter(self.numbers.items()))
+        for system, of_it in zip(self.request.systems, values, strict=True):
+            told = of_it[np.isfinite(of_it)]
+            span = f"{told.min():.4g} to {told.max():.4g}" if told.size else "none"
+            yield f"{system_in_words(system)}: {name} from {span} in {of_it.size} orbits"
 
 
 def shares_of(fall: Fall) -> dict[str, float]:
     """Return the shares of the energy that came in, dissipated by the end, of what there is."""
-    found = {way: float(fall.dissipated[way][-1]) / fall.numbers["energy_in"] for way in WAYS}
+    found = {way: fall.numbers[f"share_{way}"] for way in WAYS}
     return {way: share for way, share in found.items() if np.isfinite(share)}
 
 
 @typed
-def decays_in(path: str | os.PathLike[str]) -> Decays:
+def decays_in(path: str | os.PathLike[str]) -> Decays | LoadScan:
     """Return the decay in an archive; `RequestError` for an archive of anything else."""
     with read(path) as view:
         request = view.request(DECAY, load_decay)
-        codes, last = view["status"], view["last"]
+        place = ArchivePath.of(view.path)
+        if request.vary:
+            names = [entry.name for entry in OF_LOADS if entry.name in view]
+            return LoadScan(place, request, {name: view[name] for name in names}, view["status"])
+        return Decays(place, request, _falls(view, request))
 
-        def values(name: str, *dims: str) -> np.ndarray:
-            shape = [len(codes), *(len(view[dim]) for dim in dims)]
-            return view[name] if name in view else np.full(shape, np.nan)
 
-        arrays = {name: values(name, "time") for name in HISTORIES}
-        arrays |= {name: values(name) for name in NUMBERS}
-        gone = {way: values(f"dissipated_{way}", "end") for way in WAYS}
-        falls = {
-            system.name: Fall(
-                time=view["time"],
-                ends=view["end"],
-                dissipated={way: values[i] for way, values in gone.items()},
-                last=last[i],
-                numbers={name: float(arrays[name][i]) for name in NUMBERS},
-                status=int(codes[i]),
-                **{name: arrays[name][i] for name in HISTORIES},
-            )
-            for i, system in enumerate(request.systems)
-        }
-        return Decays(ArchivePath.of(view.path), request, falls)
+def _falls(view: ArchiveView, request: Decay) -> dict[str, Fall]:
+    """Return what became of each damper, by its name."""
+    codes, time = view["status"], view["time"]
+
+    def values(name: str, *more: int) -> np.ndarray:
+        return view[name] if name in view else np.full((len(codes), *more), np.nan)
+
+    numbers = {entry.name: values(entry.name) for entry in OF_LOADS}
+    histories = {name: values(name, len(time)) for name in HISTORIES}
+    gone = {way: values(f"dissipated_{way}", len(time)) for way in WAYS}
+    return {
+        system.name: Fall(
+            time=time,
+            dissipated={way: of_all[i] for way, of_all in gone.items()},
+            numbers={name: float(of_all[i]) for name, of_all in numbers.items()},
+            status=int(codes[i]),
+            **{name: of_all[i] for name, of_all in histories.items()},
+        )
+        for i, system in enumerate(request.systems)
+    }

@@ -18,5 +18,6 @@ In reading order:
     slow_manifold     the 1:1 response of a free mass between two walls, in closed form
     layers            a request read from a file, with changes laid over it
     setting           a key of a request file, said once, and what follows from it
+    load_quantities   every number that is told of a structure under a load
     loads/            forces and accelerations of the ground over time, a file for each family
 """

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from math import pi
 from types import MappingProxyType
 from typing import Any
@@ -121,6 +122,7 @@ class System(Outlined):
         for name, value in values.items():
             PARAMETERS[name].check(np.asarray(value))
         object.__setattr__(self, "parameters", MappingProxyType(values))
+        self.__dict__.pop("scene", None)  # which follows from the parameters that there are
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         object.__setattr__(self, "assumptions", MappingProxyType(dict(self.assumptions)))
         object.__setattr__(self, "name", self.name or self.kind)
@@ -160,7 +162,7 @@ class System(Outlined):
         """
         return of_parameters(self.scene, self.parameters)
 
-    @property
+    @cached_property
     def scene(self) -> Scene:
         """The scene of this kind: its parts, its walls and the law of its contacts."""
         return SCENES[self.kind].under(self.law, self.law_2, self.parameters)

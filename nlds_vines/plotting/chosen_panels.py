@@ -25,11 +25,17 @@ class Picture:
         panels: what the panels of an archive's picture show, by name, the main one first.
         draw: the figure of an archive with some of the panels, on a page.
         fill: draws one panel of an archive into given axes.
+        usual: the panels that are drawn where none is named; None for all.
     """
 
     panels: Callable[[ArchiveView], Mapping[str, str]]
     draw: Callable[[ArchiveView, Sequence[str], Page], Figure]
     fill: Callable[[Axes, ArchiveView, str], None]
+    usual: Callable[[ArchiveView], Sequence[str]] | None = None
+
+    def usual_in(self, view: ArchiveView) -> list[str]:
+        """Return the panels that are drawn of an archive where none is named."""
+        return list(self.panels(view) if self.usual is None else self.usual(view))
 
 
 def drawn_by(
@@ -38,13 +44,15 @@ def drawn_by(
     """Return the figure of an archive.
 
     Arguments: what draws it; the archive; the names of panels to `show`, separated by commas, None
-    for all; the page; axes to draw one panel into, without `show` the main one.
+    for the usual ones; the page; axes to draw one panel into, without `show` the main one.
 
     Raises `RequestError` for a panel that there is not, and for several in given axes.
     """
     known = picture.panels(view)
     words = [word.strip() for word in (show or "").split(",")]
-    names = list(known) if show is None else [choice("show", word, known) for word in words]
+    names = (
+        picture.usual_in(view) if show is None else [choice("show", word, known) for word in words]
+    )
     if ax is None:
         return picture.draw(view, list(dict.fromkeys(names)), page)
     if show is not None and len(names) > 1:

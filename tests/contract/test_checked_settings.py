@@ -16,6 +16,7 @@ from nlds_vines.bifurcation.response_curves.request import CurvePage
 from nlds_vines.continuation.request import Begin, Continuation
 from nlds_vines.errors import RequestError
 from nlds_vines.loads.request import Decay
+from nlds_vines.model.loads.loading import ALL, Loading
 from nlds_vines.model.setting import Checked, OneOf, Real, Text, Truth, Whole, settings_of
 from nlds_vines.orbits.starts import Start
 from nlds_vines.portrait.request import PortraitRequest
@@ -63,7 +64,7 @@ TASKS = {
     "continuation": Task(
         "continuation", "load_continuation", (Begin, Continuation), SET6, "continuation"
     ),
-    "decay": Task("loads", "load_decay", (Decay,), BLOW, "decay --impulse=1"),
+    "decay": Task("loads", "load_decay", (Decay, Loading), BLOW, "decay --impulse=1"),
 }
 """All kinds of requests whose files have tables of settings, by the word for them."""
 
@@ -115,7 +116,8 @@ CHECKED = {
     "states": [*no_list, ([1], "state = 1 must be a list of numbers")],
     "values": [*no_list, (["x"], "value = 'x' must be a number"), ([NAN], "value = nan")],
     "periods": [*no_list, ([0.5], "period = 0.5 must be a whole number from 1 to 1000000")],
-    "impulse": [(0.0, "impulse = 0.0"), (NAN, "impulse = nan must be a finite number")],
+    "impulse": [(1e16, "impulse = 1e+16; allowed"), (NAN, "impulse = nan must be a finite number")],
+    **{kind: [(3, f"{kind} = 3 must be a table"), ({}, "is missing")] for kind in ALL},
 }
 """What is tried of settings that functions check, by key, with what must be said of it."""
 

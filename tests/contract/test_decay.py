@@ -10,22 +10,22 @@ from nlds_vines.__main__ import main as console
 from nlds_vines.errors import RequestError
 from nlds_vines.loads import run
 from nlds_vines.loads.command import main
-from nlds_vines.loads.fall import SHARES, WAYS, Fall
+from nlds_vines.loads.fall import HISTORIES, Fall, captures, passages
 from nlds_vines.loads.request_file import load_decay
+from nlds_vines.model.linear_response import flow_matrix
+from nlds_vines.model.load_quantities import OF_LOADS, WAYS
 from nlds_vines.orbits.simulation import IntegrationError
 from nlds_vines.orbits.status_words import STATUS
 
 SHORT = {"duration": 12.0, "quiet": True}
 
 
-def made_up(request, system, check):
+def made_up(request, system, load):
     """Return a fall that nobody computed: all that is told of it is 1, or 0."""
-    nothing = np.zeros(len(request.ends))
-    histories = {name: np.ones(len(request.times)) for name in run.HISTORIES}
+    histories = {name: np.ones(len(request.times)) for name in HISTORIES}
     return Fall(
-        time=request.times, ends=request.ends, last=np.ones(len(SHARES)),
-        dissipated=dict.fromkeys(WAYS, nothing), numbers=dict.fromkeys(run.NUMBERS, 1.0),
-        **histories,
+        time=request.times, dissipated=dict.fromkeys(WAYS, np.zeros(len(request.times))),
+        numbers={entry.name: 1.0 for entry in OF_LOADS}, **histories,
     )  # fmt: skip
 
 
@@ -128,10 +128,10 @@ def test_contacts_that_dissipate_take_their_share():
 def test_a_damper_that_cannot_be_followed_is_told(capsys, tmp_path, monkeypatch):
     path, code = tmp_path / "decay.h5", max(STATUS)
 
-    def fails(request, system, check):
+    def fails(request, system, load):
         if system.name == "ssbl":
             raise IntegrationError.of(system, code)
-        return made_up(request, system, check)
+        return made_up(request, system, load)
 
     monkeypatch.setattr(run, "fall_of", fails)
     line = ["--system", "tmd", "--system", "ssbl", "--impulse", "9", "--duration", "3", "-o"]
@@ -169,11 +169,11 @@ def test_an_archive_is_written_drawn_opened_and_made_again(tmp_path, capsys):
 def test_an_interrupted_decay_goes_on(tmp_path, monkeypatch):
     path, whole, seen = tmp_path / "a.h5", tmp_path / "b.h5", []
 
-    def once(request, system, check):
+    def once(request, system, load):
         seen.append(system.name)
         if len(seen) == 2:
             raise KeyboardInterrupt
-        return made_up(request, system, check)
+        return made_up(request, system, load)
 
     line = ["--system", "none", "--system", "tmd", "--impulse", "9", "--duration", "3", "--quiet"]
     monkeypatch.setattr(run, "fall_of", once)
@@ -209,14 +209,43 @@ duration = 7.0
     request = load_decay(tmp_path / "blow.toml")
     assert [system.parameters["c1"] for system in request.systems] == [100.0, 100.0]
     assert load_decay(request.document()) == request
-    assert request.systems[0].parameters["P"] == 0.0
+    assert request.load.impulse == 500.0
 
 
 @pytest.mark.parametrize(
     ("document", "words"),
     [
         ({"systems": ["tmd"]}, ["load", "impulse"]),
-        ({"systems": ["tmd"], "load": {"impulse": 0.0}}, ["impulse = 0.0", "1e-9"]),
+        ({"systems": ["tmd"], "load": {"impulse": 0.0}}, ["load", "empty"]),
+        ({"systems": ["tmd"], "vary": {"impulse": {"values": [0.0, 1.0]}}}, ["load", "empty"]),
+        (
+            {"systems": ["tmd"], "load": {"impulse": 1.0}, "vary": {"C": {"values": [1.0, 2.0]}}},
+            ["'C'", "tmd"],
+        ),
+        (
+            {
+                "systems": ["tmd"],
+                "load": {"impulse": 1.0},
+                "vary": {name: {"values": [1.0, 2.0]} for name in ("impulse", "k1", "c1")},
+            },
+            ["3 parameters", "one or two"],
+        ),
+        (
+            {
+                "systems": ["tmd"],
+                "load": {"impulse": 1.0},
+                "vary": {"friedlander.peak": {"values": [1.0, 2.0]}},
+            },
+            ["friedlander.peak", "allowed: one"],
+        ),
+        ({"systems": ["tmd"], "start": {"state": [0.1, 0.0]}}, ["state", "x2, v2"]),
+        (
+            {
+                "systems": ["tmd"],
+                "load": {"record": {"times": [0.0, 0.5], "values": [0.0, 1.0], "unit": "g"}},
+            },
+            ["too coarse", "natural period"],
+        ),
         ({"systems": ["tmd"], "load": {"impulse": math.nan}}, ["impulse", "nan"]),
         ({"systems": ["tmd", "tmd"], "load": {"impulse": 1.0}}, ["tmd", "twice"]),
         ({"systems": [], "load": {"impulse": 1.0}}, ["system"]),
@@ -238,3 +267,169 @@ def test_bad_requests_get_one_line(document, words):
     message = str(caught.value)
     assert "\n" not in message
     assert all(word in message for word in words), message
+
+
+# ---- loads in time, starts, scans ----------------------------------------------------------------
+
+
+@pytest.mark.kernels
+def test_a_free_decay_from_a_start():
+    start = {"state": (0.1, 0.5)}
+    fall = nv.decay("none", start=start, **SHORT)["none"]
+    p = nv.load_system("none").parameters
+    zeta, w = p["c1"] / (2 * math.sqrt(p["k1"] * p["m1"])), math.sqrt(p["k1"] / p["m1"])
+    damped, a = w * math.sqrt(1 - zeta**2), zeta * w
+    wave = 0.1 * np.cos(damped * fall.time) + (0.5 + a * 0.1) / damped * np.sin(damped * fall.time)
+    np.testing.assert_allclose(fall.x1, np.exp(-a * fall.time) * wave, rtol=0, atol=1e-13)
+    assert fall.numbers["energy_in"] == 0.5 * p["m1"] * 0.25 + 0.5 * p["k1"] * 0.01
+    assert fall.numbers["balance"] < 1e-13
+
+
+@pytest.mark.kernels
+def test_the_harmonic_force_alone_is_the_orbit_of_simulate():
+    system = nv.load_system("ssul-set6")
+    fall = nv.decay(system, load={"harmonic": True}, duration=20 * system.period, quiet=True)
+    end = nv.simulate(system, periods=20, quiet=True).state
+    found = fall[system.name]
+    np.testing.assert_allclose([found.x1[-1], found.x2[-1]], end[[0, 2]], rtol=0, atol=1e-8)
+    assert found.numbers["balance"] < 1e-10
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize(
+    "load",
+    [
+        {"half_sine": {"peak": 2e4, "length": 0.2}},
+        {"rectangular": {"peak": -1e4, "length": 0.1, "repeat": 3, "every": 1.0}},
+        {"friedlander": {"peak": 1e5, "length": 0.05, "decay": 2.0, "suction": True}},
+        {"sweep": {"amplitude": 800.0, "first": 5.0, "last": 8.0, "length": 10.0}},
+        {"noise": {"rms": 500.0, "high": 15.0, "tones": 50, "seed": 4}},
+    ],
+    ids=lambda load: next(iter(load)),
+)
+def test_a_linear_structure_under_loads_obeys_duhamel_s_integral(load):
+    """x1 = integral of h(t - s) f(s) ds, by Gauss-Legendre between the kinks of the load."""
+    found = nv.decay("none", load=load, **SHORT)
+    fall, loading = found["none"], found.request.load
+    p = nv.load_system("none").parameters
+    zeta, w = p["c1"] / (2 * math.sqrt(p["k1"] * p["m1"])), math.sqrt(p["k1"] / p["m1"])
+    damped, a = w * math.sqrt(1 - zeta**2), zeta * w
+    (part,) = loading.parts
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    for i in (100, 401, 768):
+        end = fall.time[i]
+        edges = np.unique([*np.arange(0.0, end, 0.05), *part.kinks(end), end])
+        half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])[:, None]
+        s = (middle + half * nodes).ravel()
+        answer = np.exp(-a * (end - s)) * np.sin(damped * (end - s)) / (p["m1"] * damped)
+        wanted = float(np.sum(answer * part.value(s) * (half * weights).ravel()))
+        assert fall.x1[i] == pytest.approx(wanted, abs=1e-11 * np.abs(fall.x1).max())
+    assert fall.numbers["balance"] < 1e-13
+
+
+@pytest.mark.kernels
+def test_a_scan_holds_what_single_decays_tell(tmp_path, capsys):
+    path, plot = tmp_path / "blows.h5", tmp_path / "blows.png"
+    line = ["--system", "tmd", "--system", "ssul-set6", "--vary", "impulse=300:1000:2", "--vary",
+            "c1=400:452:2", "--duration", "12", "--quiet"]  # fmt: skip
+    assert main([*line, "-o", str(path), "--plot", str(plot)]) == 0
+    assert plot.stat().st_size > 10000
+    found = nv.open(path)
+    assert found["last_1"].shape == (2, 2, 2)
+    single = nv.decay("ssul-set6", impulse=1000.0, set={"c1": 400.0}, **SHORT)["ssul-set6"]
+    for name in ("last_1", "x1_max", "share_c2", "impacts", "stroke_max"):
+        assert found[name][1, 1, 0] == single.numbers[name]
+    assert np.isnan(found["impacts"][0]).all()
+    assert console(["verify", str(path)]) == 0
+    assert console(["plot", str(path), "--show", "x1_max", "-o", str(tmp_path / "x.pdf")]) == 0
+    capsys.readouterr()
+    assert console(["rerun", str(path), "-o", str(tmp_path / "again.h5")]) == 0
+    assert "parameters and results are the same" in capsys.readouterr().out
+
+
+def test_a_scan_of_loads_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
+    path, whole, seen = tmp_path / "a.h5", tmp_path / "b.h5", []
+
+    def once(request, system, load):
+        seen.append(load.impulse)
+        if len(seen) == 5:
+            raise KeyboardInterrupt
+        fall = made_up(request, system, load)
+        fall.numbers["x1_max"] = load.impulse
+        return fall
+
+    line = ["--system", "tmd", "--vary", "impulse=1:8:8", "--duration", "3", "--quiet"]
+    monkeypatch.setattr(run, "BLOCK", 3)
+    monkeypatch.setattr(run, "fall_of", once)
+    assert main([*line, "-o", str(path)]) == 130
+    assert main([*line, "-o", str(path), "--resume"]) == 0
+    assert set(seen) == set(range(1, 9))
+    assert [seen.count(impulse) for impulse in (1, 2, 3)] == [1, 1, 1]  # the block that was kept
+    assert main([*line, "-o", str(whole)]) == 0
+    assert console(["diff", str(path), str(whole)]) == 0
+    assert nv.open(path)["x1_max"].tolist() == [list(range(1, 9))]
+
+
+def test_captures_are_the_longest_stretch_of_impacts_in_each_period():
+    touches = np.array([0.0, 5.0, 6.0, 7.0, 8.002, 9.1, 11.0])
+    assert captures(touches, 1, 1.0, 20.0) == {"captured": 8.002 - 5.0, "capture": 5.0,
+                                               "escape": 8.002}  # fmt: skip
+    two = captures(np.arange(0.3, 9.9, 0.5), 2, 1.0, 10.0)
+    assert two["capture"] == 0.3
+    assert math.isnan(two["escape"])
+    assert captures(touches[:1], 1, 1.0, 20.0)["captured"] == 0.0
+
+
+def test_passages_of_a_line():
+    time = np.linspace(0.0, 4.0, 41)
+    found = passages(np.abs(np.mod(time, 2.0) - 1.0), time, 0.25)
+    assert found["first_passage"] == 0.0
+    assert found["above"] == pytest.approx(0.75)
+    assert found["crossings"] == 2 / 4.0
+    later = passages(time, time, 1.03)
+    assert later["first_passage"] == pytest.approx(1.03)
+
+
+def test_loads_of_the_command_line(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "q.csv").write_text("t [s], a [g]\n0, 0\n0.05, 1\n0.1, 0\n")
+    line = ["--load", "q.csv", "--dry-run"]
+    assert main(line) == 0
+    assert "record q.csv" in capsys.readouterr().out
+    line = [
+        "--load",
+        "half_sine:peak=3,length=0.5,repeat=2,every=1",
+        "--load",
+        "noise:rms=1,high=9",
+    ]
+    assert main([*line, "--dry-run"]) == 0
+    assert "half sine (peak 3, length 0.5, every 1) + noise (rms 1" in capsys.readouterr().out
+    for text, word in (("half_sin:peak=3", "half_sine"), ("noise:rms", "KEY=VALUE"),
+                       ("noise:rms=x,high=1", "'x'"), ("none.csv", "none.csv")):  # fmt: skip
+        assert main(["--load", text, "--dry-run"]) == 2
+        assert word in capsys.readouterr().err
+
+
+@pytest.mark.kernels
+def test_the_ground_accelerates_structure_and_damper():
+    """z' = A z - a (0, 1, 0, 1) in coordinates from the ground: z = (exp(A t) - 1) A^-1 b."""
+    load = {"rectangular": {"peak": 0.1, "length": 20.0, "unit": "g"}}
+    fall = nv.decay("tmd", load=load, **SHORT)["tmd"]
+    system = nv.load_system("tmd")
+    A = flow_matrix(system)[:4, :4]
+    b = -0.980665 * np.array([0.0, 1.0, 0.0, 1.0])
+    values, modes = np.linalg.eig(A)
+    parts = np.linalg.solve(modes, b.astype(complex)) / values
+    z = (modes @ (parts[:, None] * np.expm1(values[:, None] * fall.time))).real
+    np.testing.assert_allclose(fall.x1, z[0], rtol=0, atol=1e-11 * np.abs(z[0]).max())
+    np.testing.assert_allclose(fall.x2, z[2], rtol=0, atol=1e-11 * np.abs(z[2]).max())
+    assert fall.numbers["balance"] < 1e-12
+
+
+@pytest.mark.kernels
+def test_the_ground_s_acceleration_and_impacts_balance():
+    load = {"half_sine": {"peak": 0.3, "length": 0.5, "unit": "g", "repeat": 3, "every": 1.0}}
+    found = nv.decay(["ssbl", "ssul-set6"], load=load, **SHORT)
+    for fall in found.falls.values():
+        assert fall.numbers["impacts"] >= 1
+        assert fall.numbers["balance"] < 1e-11

@@ -152,6 +152,8 @@ def test_sums_and_the_harmonic_force():
     wanted = 800.0 * np.cos(6.28 * times) + 6.0 * (times < 2.0)
     np.testing.assert_allclose(cells.force(times), wanted, rtol=0, atol=1e-12)
     assert loading_of(loading_of(table).to_table()) == loading_of(table)
+    still = cells_of({**table, "scale": 0.0}, struck=Struck(1.0, 800.0, 6.28))
+    np.testing.assert_allclose(still.force(times), 800.0 * np.cos(6.28 * times), atol=1e-12)
 
 
 def test_numbers_of_a_load_can_be_changed():
@@ -262,7 +264,6 @@ def test_faulty_records_get_one_line(tmp_path, text, words):
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({}, ["no load", "impulse", "noise"]),
         ({"shape": 1.0}, ["shape", "half_sine"]),
         ({"record": "nowhere.csv"}, ["nowhere.csv", "No such file"]),
         ({"record": {"file": "a.csv", "values": [1.0]}}, ["values", "beside"]),
@@ -292,9 +293,16 @@ def test_faulty_loads_get_one_line(table, words):
 
 def test_a_record_must_be_fine_enough_for_the_structure(tmp_path):
     loading = loading_of(saved(tmp_path, SAMPLES))
-    loading.check(1.0)
+    loading.check(9.0, 1.0)
     with pytest.raises(RequestError, match=r"0.1 s is too coarse .* 0.5 s; allowed: up to 0.05 s"):
-        loading.check(0.5)
+        loading.check(9.0, 0.5)
+
+
+def test_noise_must_not_repeat_itself():
+    loading = loading_of({"noise": {"rms": 1.0, "high": 20.0, "tones": 100}})
+    loading.check(31.0, 1.0)
+    with pytest.raises(RequestError, match=r"100 tones repeats itself after 31.4159 s of 32 s"):
+        loading.check(32.0, 1.0)
 
 
 def test_too_many_cells_are_refused():

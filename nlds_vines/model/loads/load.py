@@ -54,15 +54,13 @@ class Size:
 
 @dataclass(frozen=True, kw_only=True)
 class Load:
-    """A force on m1, or an acceleration of the ground, over time; frozen and checked when made."""
+    """What acts on a structure; frozen and checked when made."""
 
     kind: ClassVar[str]
     """The key of `[load]`."""
 
     table: ClassVar[str]
     """`load.` and the kind."""
-
-    unit: str = setting("N", UNIT, "", UNIT_WORDS)
 
     def __init_subclass__(cls) -> None:
         """Name the table of its settings."""
@@ -76,6 +74,32 @@ class Load:
     def check(self) -> None:
         """Raise `RequestError` where fields contradict each other."""
 
+    def kinks(self, end: float) -> np.ndarray:
+        """Return the times [s] up to `end` at which it is not smooth, ascending."""
+        return np.zeros(0)
+
+    def entry(self) -> dict[str, Any]:
+        """Return its table of a request file."""
+        return entries(self, self.table)
+
+    @classmethod
+    def of(cls: type[Given], given: object) -> Given:
+        """Return the load that a table means; `RequestError` for anything else."""
+        known = {said.key: said for said in settings_of(cls).values()}
+        with at(f"[{cls.table}]"):
+            found = table(cls.kind, given, known)
+            for key, said in known.items():
+                if said.default is MISSING and key not in found:
+                    raise RequestError(f"{key} is missing: {said.words}")
+            return cls(**found)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Course(Load):
+    """A force on m1, or an acceleration of the ground, over time."""
+
+    unit: str = setting("N", UNIT, "", UNIT_WORDS)
+
     @property
     def shakes(self) -> bool:
         """Whether it is an acceleration of the ground."""
@@ -85,10 +109,6 @@ class Load:
     def factor(self) -> float:
         """Of its unit, in N or m/s^2."""
         return {**FORCES, **ACCELERATIONS}[self.unit]
-
-    def kinks(self, end: float) -> np.ndarray:
-        """Return the times [s] up to `end` at which it is not smooth, ascending."""
-        return np.zeros(0)
 
     def rates(self, times: np.ndarray) -> np.ndarray:
         """Return bounds [1/s], at times without a kink, on the growth of its derivatives there.
@@ -107,18 +127,3 @@ class Load:
     def value(self, times: np.ndarray) -> np.ndarray:
         """Return its values at times (n,) in its unit; of two at a jump, the later one."""
         return values_of(self.rows(times, np.zeros(len(times))), np.zeros(len(times)))
-
-    def entry(self) -> dict[str, Any]:
-        """Return its table of a request file."""
-        return entries(self, self.table)
-
-    @classmethod
-    def of(cls: type[Given], given: object) -> Given:
-        """Return the load that a table means; `RequestError` for anything else."""
-        known = {said.key: said for said in settings_of(cls).values()}
-        with at(f"[{cls.table}]"):
-            found = table(cls.kind, given, known)
-            for key, said in known.items():
-                if said.default is MISSING and key not in found:
-                    raise RequestError(f"{key} is missing: {said.words}")
-            return cls(**found)

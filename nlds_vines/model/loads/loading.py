@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from nlds_vines.errors import RequestError, shown, table
-from nlds_vines.model.loads.load import TIME, Load, Size
+from nlds_vines.model.loads.load import TIME, Course, Load, Size
 from nlds_vines.model.loads.pulses import Friedlander, HalfSine, Rectangular, Triangular
 from nlds_vines.model.loads.record import Record
 from nlds_vines.model.loads.series import REACH, TERMS, values_of
@@ -25,7 +25,7 @@ from nlds_vines.model.setting import (
     settings_of,
 )
 
-KINDS: Mapping[str, type[Load]] = {
+KINDS: Mapping[str, type[Course]] = {
     one.kind: one
     for one in (HalfSine, Triangular, Rectangular, Friedlander, Record, Tone, Sweep, Noise)
 }
@@ -41,7 +41,8 @@ COARSE = 0.1
 """The longest step of a record, in natural periods of the structure alone."""
 
 
-class Cells(NamedTuple):
+@dataclass
+class Cells:
     """A load as kernels take it.
 
     `edges` (n + 1,) [s], ascending; `rows` (n, TERMS), the coefficients of the force on m1 [N] in
@@ -111,7 +112,7 @@ _WORDS = {
     "triangular": "a pulse up to F and down",
     "rectangular": "a pulse of constant F",
     "friedlander": "the pulse of a blast",
-    "record": "a record: the path of a file, or a table",
+    "record": "a record: the path of a file",
     "tone": "a harmonic A cos(omega t + phase)",
     "sweep": "a sine whose frequency changes",
     "noise": "band-limited noise",
@@ -119,7 +120,7 @@ _WORDS = {
 
 
 def _of(kind: str) -> Any:
-    words = f"{_WORDS[kind]}: a table `[load.{kind}]`, or a list of several"
+    words = f"{_WORDS[kind]}; a table `[load.{kind}]`, or a list of several"
     return setting((), _parts(kind), "load", words, later=True)
 
 
@@ -143,20 +144,18 @@ class Loading:
         "FACTOR", later=True,
     )  # fmt: skip
     blow: tuple[Load, ...] = _of("blow")
-    half_sine: tuple[Load, ...] = _of("half_sine")
-    triangular: tuple[Load, ...] = _of("triangular")
-    rectangular: tuple[Load, ...] = _of("rectangular")
-    friedlander: tuple[Load, ...] = _of("friedlander")
-    record: tuple[Load, ...] = _of("record")
-    tone: tuple[Load, ...] = _of("tone")
-    sweep: tuple[Load, ...] = _of("sweep")
-    noise: tuple[Load, ...] = _of("noise")
+    half_sine: tuple[Course, ...] = _of("half_sine")
+    triangular: tuple[Course, ...] = _of("triangular")
+    rectangular: tuple[Course, ...] = _of("rectangular")
+    friedlander: tuple[Course, ...] = _of("friedlander")
+    record: tuple[Course, ...] = _of("record")
+    tone: tuple[Course, ...] = _of("tone")
+    sweep: tuple[Course, ...] = _of("sweep")
+    noise: tuple[Course, ...] = _of("noise")
 
     def __post_init__(self) -> None:
         """Check everything."""
         check_settings(self)
-        if not (self.impulse or self.harmonic or any(getattr(self, kind) for kind in ALL)):
-            raise RequestError(f"no load is given; allowed: {', '.join(KEYS)}")
         if self.shaken and (self.impulse or self.blow or self.harmonic):
             what = "harmonic" if self.harmonic else "impulse"
             raise RequestError(f"{what}: a force on m1 beside an acceleration of the ground")
@@ -168,7 +167,7 @@ class Loading:
             )
 
     @property
-    def parts(self) -> tuple[Load, ...]:
+    def parts(self) -> tuple[Course, ...]:
         """All loads but impulses."""
         return tuple(one for kind in KINDS for one in getattr(self, kind))
 
@@ -185,6 +184,11 @@ class Loading:
             assert isinstance(one, Blow)
             found += [(float(t), one.impulse) for t in one.times]
         return tuple((t, self.scale * size) for t, size in found)
+
+    @property
+    def sweeps(self) -> tuple[Sweep, ...]:
+        """The sweeps among them."""
+        return tuple(one for one in self.sweep if isinstance(one, Sweep))
 
     def to_table(self) -> dict[str, Any]:
         """Return the table `[load]` that means exactly this sum."""
@@ -206,17 +210,29 @@ class Loading:
                 continue
             held = getattr(self, kind, None) if kind in ALL else None
             if not held or len(held) > 1:
-                given = f"has {len(held or ())} of {kind!r}"
-                raise RequestError(f"{name}: the load {given}; allowed: one")
+                count = len(held or ())
+                raise RequestError(f"{name}: the load has {count} of {kind!r}; allowed: one")
             known = [said.key for said in settings_of(held[0]).values()]
             if key not in known:
                 raise RequestError(f"{name}: {kind} has no {key!r}; allowed: {', '.join(known)}")
-            one: dict[str, Any] = {kind: (replace(getattr(loading, kind)[0], **{key: value}),)}
+            given: Any = getattr(held[0], key)
+            exact = int(value) if isinstance(given, int) and value == int(value) else value
+            one: dict[str, Any] = {kind: (replace(getattr(loading, kind)[0], **{key: exact}),)}
             loading = replace(loading, **one)
         return loading
 
-    def check(self, period: float) -> None:
-        """Refuse records that are too coarse for a structure of a natural period [s]."""
+    def check(self, duration: float, period: float) -> None:
+        """Refuse what repeats itself within a duration [s], and records that are too coarse.
+
+        Arguments: `period`, the natural one of the structure [s].
+        """
+        for noise in self.noise:
+            assert isinstance(noise, Noise)
+            if noise.lasts < duration:
+                raise RequestError(
+                    f"noise of {noise.tones} tones repeats itself after {noise.lasts:g} s of "
+                    f"{duration:g} s: give it more tones, or a shorter duration"
+                )
         for one in self.record:
             assert isinstance(one, Record)
             if one.step > COARSE * period * (1.0 + 1e-9):  # steps are differences
@@ -241,16 +257,17 @@ class Loading:
 
         Raises `RequestError` for more than `MOST_CELLS`.
         """
-        parts = [*self.parts]
+        push = -on.mass if self.shaken else 1.0
+        acting = [(one, push * one.factor * self.scale) for one in self.parts]
         if self.harmonic and on.force:
-            parts.append(Tone(amplitude=on.force / self.scale, omega=on.omega))
+            acting.append((Tone(amplitude=on.force, omega=on.omega), 1.0))
         blows = [(time, size) for time, size in self.blows if time <= duration]
-        kinks = [one.kinks(duration) for one in parts]
+        kinks = [one.kinks(duration) for one, _ in acting]
         edges = _merged(
             duration, np.concatenate([*kinks, marks, np.array([time for time, _ in blows])])
         )
         middles = 0.5 * (edges[:-1] + edges[1:])
-        rates = np.max([one.rates(middles) for one in parts], axis=0, initial=REACH / reach)
+        rates = np.max([one.rates(middles) for one, _ in acting], axis=0, initial=REACH / reach)
         counts = np.ceil(np.diff(edges) * rates / REACH).astype(np.int64)
         if counts.sum() > MOST_CELLS:
             raise RequestError(
@@ -259,9 +276,9 @@ class Loading:
             )
         edges = _divided(edges, counts)
         begins, lengths = edges[:-1], np.diff(edges)
-        rows, push = np.zeros((len(begins), TERMS)), -on.mass if self.shaken else 1.0
-        for one in parts:
-            rows += one.rows(begins, lengths) * (push * one.factor * self.scale)
+        rows = np.zeros((len(begins), TERMS))
+        for one, size in acting:
+            rows += one.rows(begins, lengths) * size
         jumps = np.zeros(len(edges)) if blows else None
         for time, size in blows:
             assert jumps is not None
@@ -293,10 +310,25 @@ def _number(name: str, value: float) -> dict[str, Any]:
     return {name: value}
 
 
+def words_of_number(load: Loading, name: str) -> tuple[str, str]:
+    """Return the unit and the name in words of a number of a load, as `with_` takes it."""
+    kind, _, key = name.rpartition(".")
+    owner: Any = getattr(load, kind)[0] if kind else load
+    said = next(said for said in settings_of(owner).values() if said.key == key)
+    unit = owner.unit if "`unit`" in said.words else "1"
+    if said.words.endswith("]"):
+        unit = said.words[:-1].rpartition("[")[2]
+    of = "the loads" if name == "scale" else "a blow" if not kind else kind.replace("_", " ")
+    return unit, f"{key} of {of}"
+
+
 def _words_of(one: Load) -> str:
     if isinstance(one, Record):
         return f"record {one.source or len(one.values)}"
     told = {key: value for key, value in one.entry().items() if isinstance(value, float) and value}
+    if isinstance(one, Sweep):
+        span = f"{one.first:g} to {one.last:g} rad/s in {one.length:g} s"
+        return f"sweep ({span}, amplitude {one.amplitude:g} {one.unit})"
     return f"{one.kind.replace('_', ' ')} ({', '.join(f'{k} {v:g}' for k, v in told.items())})"
 
 

@@ -8,13 +8,13 @@ from typing import ClassVar
 import numpy as np
 
 from nlds_vines.errors import RequestError
-from nlds_vines.model.loads.load import LENGTH, TIME, Load, Size
+from nlds_vines.model.loads.load import LENGTH, TIME, Course, Size
 from nlds_vines.model.loads.series import TERMS, cosine, growth, polynomial, times_line
 from nlds_vines.model.setting import Real, Truth, Whole, setting
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pulse(Load):
+class Pulse(Course):
     """One or several pulses of a shape, one after the other."""
 
     peak: float = setting(MISSING, Size(), "", "largest value, in `unit`; either sign")

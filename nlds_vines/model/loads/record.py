@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nlds_vines.errors import RequestError, at, number, shown, string
-from nlds_vines.model.loads.load import TIME, Load
+from nlds_vines.model.loads.load import TIME, Course
 from nlds_vines.model.loads.samples import MOST_SAMPLES, samples_in
 from nlds_vines.model.loads.series import TERMS, polynomial
 from nlds_vines.model.setting import OneOf, Text, Truth, setting
@@ -35,7 +35,7 @@ class Numbers:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Record(Load):
+class Record(Course):
     """Samples; straight lines between them, or a natural cubic spline; 0 before and after.
 
     A table names a `file` in place of times and values; the file's samples are then part of the

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from nlds_vines.errors import RequestError
-from nlds_vines.model.loads.load import LENGTH, TIME, Load, Size
+from nlds_vines.model.loads.load import LENGTH, TIME, Course, Size
 from nlds_vines.model.loads.series import (
     TERMS,
     cosine,
@@ -29,7 +29,7 @@ LINEAR, LOGARITHMIC = "linear", "logarithmic"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tone(Load):
+class Tone(Course):
     """A cos(omega t + phase), from t = 0 on."""
 
     amplitude: float = setting(MISSING, Size(), "", "A, in `unit`")
@@ -49,7 +49,7 @@ class Tone(Load):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sweep(Load):
+class Sweep(Course):
     """A sine whose frequency changes: A sin(phase(t)), d(phase)/dt = omega(t).
 
     With tau = t - at: linear, omega = first + (last - first) tau / length; logarithmic,
@@ -118,7 +118,7 @@ class Sweep(Load):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Noise(Load):
+class Noise(Course):
     """Noise whose power is spread evenly over a band: a sum of tones with random phases.
 
         f(t) = rms sqrt(2 / N) sum of cos(omega_i t + phase_i), i = 1 ... N

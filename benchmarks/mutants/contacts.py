@@ -139,7 +139,7 @@ MUTANTS = (
             "linear contact: the dashpot is forgotten where the force is to vanish",
             "watched[i] = -sign * (wall.kc * w[i] + wall.cc * w[i + 1])",
             "watched[i] = -sign * (wall.kc * w[i])",
-            _T_LAWS + "test_a_linear_stop_in_closed_form[1.5]",
+            _T_LAWS + "test_a_linear_stop[1.5]",
         ),
         (
             "linear contact: the damper leaves as if it were out at once",
@@ -157,13 +157,13 @@ MUTANTS = (
             "linear contact: the balance of the springs is that of the wall's alone",
             "wall.kc / (damper.k2 + wall.kc)",
             "1.0",
-            _T_LAWS + "test_as_another_solver_finds_it[linear]",
+            _T_LAWS + "test_as_the_twin_finds_it[linear]",
         ),
         (
             "linear contact: the greatest force is that at the greatest depth",
             "note_force(impacts, wall.kc * z + wall.cc * (sign * y[3]))",
             "note_force(impacts, wall.kc * z)",
-            _T_LAWS + "test_as_another_solver_finds_it[damped]",
+            _T_LAWS + "test_as_the_twin_finds_it[damped]",
         ),
     ),
     *of(

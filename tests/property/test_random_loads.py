@@ -1,6 +1,6 @@
 """Random systems of every kind under random loads and blows, beside the twin of laws.
 
-python -m pytest -m long tests/property/test_loads.py -o addopts="" -s
+python -m pytest -m long tests/property/test_random_loads.py -o addopts="" -s
 """
 
 from collections import Counter

@@ -92,28 +92,46 @@ def points_in(view: ArchiveView, branches: str | os.PathLike[str]) -> np.ndarray
 
     Raises `RequestError` where the archive holds no such plane at phase zero, and as `edge_states`.
     """
-    plane = len(view.axes) == 2 and set(view.axes) <= INITIAL.keys()
-    if "attractor" not in view or not plane or not begins_at_sections(view):
-        raise RequestError(
-            f"{view.path}: edge states are marked in basins over two initial conditions, at phase 0"
-        )
+    _refuse_no_plane(view, "edge states are marked")
     edges = edge_states(view, branches)
     size = len(scan_of(view).system.scene.components)
     return np.concatenate([np.empty((0, size)), *(edge.sections for edge in edges)])
+
+
+def section_in(view: ArchiveView, orbit: str | os.PathLike[str]) -> np.ndarray:
+    """Return the section points (count, components) of a portrait's orbit beside a plane of starts.
+
+    Arguments: the open archive of the plane; the path of the portrait's, of the same system.
+
+    Raises `RequestError` where the archive holds no such plane at phase zero, and for an orbit of
+    another system.
+    """
+    from nlds_vines.portrait.result import portrait_in
+
+    _refuse_no_plane(view, "a section is drawn")
+    found = portrait_in(orbit)
+    for one in found.views:
+        _refuse_other(scan_of(view).system, one.column.system, str(orbit))
+    return np.concatenate([one.section for one in found.views])
+
+
+def _refuse_no_plane(view: ArchiveView, what: str) -> None:
+    """Raise `RequestError` unless an archive has basins in a plane of starts at phase zero."""
+    plane = len(view.axes) == 2 and set(view.axes) <= INITIAL.keys()
+    if "attractor" not in view or not plane or not begins_at_sections(view):
+        raise RequestError(f"{view.path}: {what} in basins over two initial conditions, at phase 0")
 
 
 def _refuse_other(system: System, other: System, where: str) -> None:
     """Raise `RequestError` unless two systems are the same."""
     if system.scene.key != other.scene.key:
         raise RequestError(
-            f"{where} holds branches of another system: {other.heading()}, not {system.heading()}"
+            f"{where} is of another system: {other.heading()}, not {system.heading()}"
         )
     for name, value in system.parameters.items():
         theirs = other.parameters.get(name)
         if theirs is None or abs(theirs - value) > ALIKE * max(abs(value), abs(theirs)):
-            raise RequestError(
-                f"{where} holds branches of another system: {name} = {theirs!r}, not {value!r}"
-            )
+            raise RequestError(f"{where} is of another system: {name} = {theirs!r}, not {value!r}")
 
 
 def _is_same(edge: EdgeState, other: EdgeState) -> bool:

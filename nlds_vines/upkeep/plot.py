@@ -54,6 +54,7 @@ def plot(
     columns: int = 2,
     style: str | None = None,
     edges: str | os.PathLike[str] | None = None,
+    section: str | os.PathLike[str] | None = None,
     frequency: str = "rad/s",
 ) -> Figure:
     """Return the picture of an archive as a matplotlib figure; nothing is computed or written.
@@ -70,6 +71,8 @@ def plot(
             `matplotlib.rcParams` or in a `matplotlibrc` stays as well.
         edges: the archive of a continuation of the same system: of a plane of basins, the points
             of its edge states are marked (`nlds-vines basins`).
+        section: the archive of a portrait of the same system: the Poincaré section of its orbit
+            is drawn over a plane of basins.
         frequency: what axes of the frequency count in: rad/s (omega), Hz (f), or ratio, omega over
             that of the structure, sqrt(k1 / m1).
 
@@ -84,7 +87,7 @@ def plot(
     let_figures_be_shown()
     page = page_of(columns)
     with read(archive) as view, sheet(style):
-        figure = drawn(view, lambda opened: _draw(opened, show, page, ax, edges))
+        figure = drawn(view, lambda opened: _draw(opened, show, page, ax, (edges, section)))
         count_in(figure, frequency, view)
         return figure
 
@@ -94,27 +97,38 @@ def _draw(
     show: str | None,
     page: Page,
     ax: Axes | None,
-    edges: str | os.PathLike[str] | None = None,
+    over: tuple[str | os.PathLike[str] | None, str | os.PathLike[str] | None],
 ) -> Figure:
-    """Return the picture of an open archive by what it holds."""
+    """Return the picture of an open archive by what it holds.
+
+    `over`: the archives of edge states and of an orbit that are drawn over basins, None for none.
+    """
     from nlds_vines.plotting.chosen_panels import drawn_by
 
     if view.content == SCAN and not _is_ensemble(view, show):
         from nlds_vines.bifurcation.picture.drawing import draw
 
-        return draw(view, show, page, ax, None if edges is None else _points(view, edges))
-    if edges is not None:
-        raise RequestError(f"{view.path} holds a {view.content}: edges are for basins alone")
+        return draw(view, show, page, ax, *_points(view, *over))
+    for path, word in zip(over, ("edges are", "a section is"), strict=True):
+        if path is not None:
+            raise RequestError(f"{view.path} holds a {view.content}: {word} for basins alone")
     if view.content not in TASKS:
         raise RequestError(f"{view.path} holds a {view.content}, which has no picture")
     return drawn_by(_picture(view.content), view, show, page, ax)
 
 
-def _points(view: ArchiveView, edges: str | os.PathLike[str]) -> np.ndarray:
-    """Return the section points of the edge states that are to be marked."""
-    from nlds_vines.transients.edge_states import points_in
+def _points(
+    view: ArchiveView,
+    edges: str | os.PathLike[str] | None,
+    section: str | os.PathLike[str] | None,
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Return the section points of edge states and of an orbit that are to be marked."""
+    from nlds_vines.transients.edge_states import points_in, section_in
 
-    return points_in(view, edges)
+    return (
+        None if edges is None else points_in(view, edges),
+        None if section is None else section_in(view, section),
+    )
 
 
 def _is_ensemble(view: ArchiveView, show: str | None) -> bool:
@@ -187,7 +201,7 @@ def _save(archive: Path, path: Path, options: argparse.Namespace) -> None:
 
     figure = plot(
         archive, options.show, columns=options.columns, style=options.style, edges=options.edges,
-        frequency=options.frequency,
+        section=options.section, frequency=options.frequency,
     )  # fmt: skip
     with read(archive) as view, sheet(options.style):
         save_figure(figure, path, view.text("title"), ("scan_hash", view.text("scan_hash")))
@@ -201,6 +215,7 @@ def _declare(parser: Parser) -> None:
     add("--columns", default=2, metavar="N", help="width: 1 or 2 columns of a paper [2]")
     add("--style", metavar="SHEET", help="a style sheet of matplotlib's, by name or path")
     add("--edges", metavar="BRANCHES.h5", help="of basins: mark the edge states of a continuation")
+    add("--section", metavar="ORBIT.h5", help="of basins: draw the section of a portrait's orbit")
     add(
         "--frequency",
         default="rad/s",

@@ -7,7 +7,7 @@ from planes import PLANE
 import nlds_vines as nv
 from nlds_vines.__main__ import main
 from nlds_vines.errors import RequestError
-from nlds_vines.transients.edge_states import edge_states
+from nlds_vines.transients.edge_states import edge_states, section_in
 
 pytestmark = pytest.mark.kernels
 
@@ -90,3 +90,30 @@ def test_what_does_not_fit_is_refused(folder, tmp_path):
         nv.plot(path, edges=branches)
     with pytest.raises(RequestError, match="edges are for basins alone"):
         nv.plot(branches, edges=branches)
+
+
+@pytest.mark.kernels
+def test_the_section_of_an_orbit_lies_over_the_basins(folder):
+    """Of a T,1 orbit its own point, at the end of each period; of another system none."""
+    plane, orbit = str(folder / "plane.h5"), str(folder / "orbit.h5")
+    system = nv.load_system("impact-oscillator", omega=1.5, P=0.6)
+    nv.portray(system, to=orbit, quiet=True, windows=[(0, 40)], overwrite=True)
+    section = nv.simulate(system, 40, quiet=True).section
+    with nv.read(plane) as view:
+        low, high = ([view[name][end] for name in view.axes] for end in (0, -1))
+        known = section[((section >= low) & (section <= high)).all(axis=1)]
+        assert section_in(view, orbit) == pytest.approx(section, abs=1e-9)
+    assert len(known) > 30
+    figure = nv.plot(plane, section=orbit)
+    texts = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert "section of an orbit" in texts
+    drawn = [line.get_xydata() for line in figure.axes[0].lines]
+    (dots,) = [points for points in drawn if len(points) == len(known)]
+    np.testing.assert_allclose(dots, known, atol=1e-9)
+    out = str(folder / "section.png")
+    assert main(["plot", plane, "--section", orbit, "-o", out, "--overwrite"]) == 0
+    nv.portray(system.with_(P=0.7), to=orbit, quiet=True, overwrite=True, windows=[(0, 4)])
+    with pytest.raises(RequestError, match=r"is of another system: P = 0\.7, not 0\.6"):
+        nv.plot(plane, section=orbit)
+    with pytest.raises(RequestError, match="a section is for basins alone"):
+        nv.plot(orbit, section=orbit)

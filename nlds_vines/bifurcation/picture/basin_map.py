@@ -77,13 +77,16 @@ def _why_not(view: ArchiveView) -> str:
 
 @styled()
 def basin_picture(
-    view: ArchiveView, page: Page = TWO_COLUMNS, edges: np.ndarray | None = None
+    view: ArchiveView,
+    page: Page = TWO_COLUMNS,
+    edges: np.ndarray | None = None,
+    section: np.ndarray | None = None,
 ) -> Figure:
     """Return the basins of a scan: over two initial conditions, or their shares along a parameter.
 
     Over a parameter and an initial condition there are both, one above the other.  `edges` are
     the section points (count, components) of edge states that are marked in a plane of initial
-    conditions.  Raises `RequestError` for any other scan.
+    conditions, `section` those of an orbit.  Raises `RequestError` for any other scan.
     """
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
@@ -96,7 +99,7 @@ def basin_picture(
     panels = []
     if map_:
         panels.append(map_panel(figure, height - HEAD - page.map_height, page))
-        fill_basins(panels[0], view, page, edges, legend=not shares)
+        fill_basins(panels[0], view, page, edges, section, legend=not shares)
     if shares:
         panels.append(map_panel(figure, foot, page))
         handles = fill_shares(panels[-1], view)
@@ -109,12 +112,18 @@ def basin_picture(
     return figure
 
 
-def fill(axes: Axes, view: ArchiveView, page: Page, edges: np.ndarray | None = None) -> None:
+def fill(
+    axes: Axes,
+    view: ArchiveView,
+    page: Page,
+    edges: np.ndarray | None = None,
+    section: np.ndarray | None = None,
+) -> None:
     """Draw one panel of it into axes: the map, or else the shares; errors as `basin_picture`."""
     if why := _why_not(view):
         raise RequestError(f"{view.path}: show = 'basins': {why}")
     if len(view.axes) == 2:
-        fill_basins(axes, view, page, edges)
+        fill_basins(axes, view, page, edges, section)
     else:
         add_map_legend(axes, fill_shares(axes, view), "attractor", page)
 
@@ -124,12 +133,13 @@ def fill_basins(
     view: ArchiveView,
     page: Page,
     edges: np.ndarray | None = None,
+    section: np.ndarray | None = None,
     *,
     legend: bool = True,
 ) -> None:
     """Fill every cell of a map with the colour of its attractor, and mark their points.
 
-    Those of `edges` (count, components), too, as `basin_picture` has them.
+    Those of `edges` and `section` (count, components), too, as `basin_picture` has them.
     """
     looks = _looks(view)
     labels, numbers = _labels_of_cells(view), view["attractor"][..., 0]
@@ -147,6 +157,7 @@ def fill_basins(
     handles: list[Any] = [*_patches([looks[key] for key in present])]
     if begins_at_sections(view) and not [name for name in view.axes if name not in INITIAL]:
         handles += _mark_points(axes, view, looks)
+        handles += _draw_section(axes, view, section)
         handles += _mark_edges(axes, view, edges)
     if legend:
         add_map_legend(axes, handles, "attractor", page)
@@ -241,6 +252,17 @@ def _mark_points(
             found = True
     text = "points of attractors" + _projected(view)
     return [Line2D([], [], markerfacecolor="white", label=text, **style)] if found else []
+
+
+def _draw_section(axes: Axes, view: ArchiveView, section: np.ndarray | None) -> list[Line2D]:
+    """Draw the section of an orbit over its basins; return the entry of the legend."""
+    points = [] if section is None else _within(view, section)
+    style: dict[str, Any] = {"color": "black", "markeredgecolor": "white", "markeredgewidth": 0.2}
+    style |= {"marker": "o", "linestyle": "none", "markersize": 2.0}
+    if not points:
+        return []
+    axes.plot(*np.transpose(points), zorder=4, rasterized=True, **style)
+    return [Line2D([], [], label="section of an orbit" + _projected(view), **style)]
 
 
 def _mark_edges(axes: Axes, view: ArchiveView, edges: np.ndarray | None) -> list[Line2D]:

@@ -43,6 +43,7 @@ def draw(
     page: Page = TWO_COLUMNS,
     ax: Axes | None = None,
     edges: np.ndarray | None = None,
+    section: np.ndarray | None = None,
 ) -> Figure:
     """Return the picture of an open archive: a diagram of one varied parameter, a map of two.
 
@@ -53,7 +54,7 @@ def draw(
     (`quantities.quantities`), or the words of `choices.GROUPS`, or `regimes` for the strips alone;
     of a map what `regime_map` tells; `basins` where attractors are recorded; None for what is
     usual; the `page`; axes to draw one panel into, None for a figure of its own; of basins, the
-    section points (count, components) of `edges` that are marked.
+    section points (count, components) of `edges` and of an orbit's `section` that are marked.
 
     Raises `RequestError` where the archive does not hold what to `show`.
     """
@@ -66,10 +67,12 @@ def draw(
     plain = len(values) == 1 or is_map(values)
     if show == BASINS or (show is None and plain and basin_map.drawable(view)):
         if ax is None:
-            return basin_map.basin_picture(view, page, edges)
-        return into(ax, lambda: basin_map.fill(ax, view, page, edges))
-    if edges is not None:
-        raise RequestError(f"{view.path}: edge states are shown with show = 'basins' alone")
+            return basin_map.basin_picture(view, page, edges, section)
+        return into(ax, lambda: basin_map.fill(ax, view, page, edges, section))
+    if edges is not None or section is not None:
+        raise RequestError(
+            f"{view.path}: edge states and sections are shown with show = 'basins' alone"
+        )
     if not is_map(values):
         if ax is None:
             return diagram(view, show, page)

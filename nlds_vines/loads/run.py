@@ -16,7 +16,7 @@ from nlds_vines.model.load_quantities import OF_LOADS, WAYS
 from nlds_vines.model.loads.loading import words_of_number
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.orbits.simulation import IntegrationError
-from nlds_vines.orbits.status_words import OK, STATUS
+from nlds_vines.orbits.status_words import OK, STATUS_FLAGS
 from nlds_vines.runs.interrupts import Stop
 from nlds_vines.runs.journal import Made, complete
 from nlds_vines.runs.numbered_parts import Arrays, NumberedParts
@@ -118,8 +118,7 @@ def contents(request: Decay, found: Arrays) -> tuple[list[Scale], list[tuple[Dat
         if np.isfinite(found[name]).any()
     ]
     names = np.array([system.name for system in request.systems], dtype=object)
-    flags = {status.meaning: code for code, status in STATUS.items()}
-    status = Dataset("status", dims, "int8", "1", "how an orbit ended", OK, flags)
+    status = Dataset("status", dims, "int8", "1", "how an orbit ended", OK, STATUS_FLAGS)
     return scales, [
         *filled,
         (status, found["status"].reshape(shape)),

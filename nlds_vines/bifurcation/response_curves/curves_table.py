@@ -13,7 +13,7 @@ from nlds_vines.bifurcation.response_curves.request import SHOWN, CurvePage, alo
 from nlds_vines.model.parameters import PARAMETERS
 from nlds_vines.model.quantities import BY_NAME
 from nlds_vines.orbits.labels import FLAGS
-from nlds_vines.orbits.status_words import STATUS
+from nlds_vines.orbits.status_words import STATUS_FLAGS
 
 Content = tuple[Dataset, np.ndarray]
 """A dataset's description and its values."""
@@ -31,11 +31,9 @@ STATUSES = ("status", "status" + DOWN)
 
 def scales_of(page: CurvePage) -> list[Scale]:
     """Return the dimensions of the archive: the curves, and the parameter along them."""
-    entry = PARAMETERS[page.axis]
-    numbers = np.arange(len(page.curves), dtype=np.int32)
     return [
-        Scale("curve", numbers, "1", "curve, panel by panel"),
-        Scale(page.axis, page.values, entry.unit, entry.meaning),
+        Scale.counted("curve", len(page.curves), "curve, panel by panel"),
+        PARAMETERS[page.axis].scale(page.values),
     ]
 
 
@@ -50,16 +48,13 @@ def contents(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list
 
 def _along(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[Content]:
     """Return the datasets along the curves; cells that a system lacks keep the fill value."""
-    dims, flags = ("curve", page.axis), {status.meaning: code for code, status in STATUS.items()}
-    harms = "reduction by the damper, 1 - E1max / E1max of the structure alone; negative: it harms"
+    dims = ("curve", page.axis)
     table = [
-        Dataset("status", dims, "int8", "1", "how an orbit ended", 0, flags),
-        Dataset("E1max", dims, "float64", "J", f"largest energy of the {page.body}", np.nan),
-        Dataset("E2max", dims, "float64", "J", "largest energy of the damper", np.nan),
-        Dataset("reduction", dims, "float64", "1", harms, np.nan),
+        Dataset("status", dims, "int8", "1", "how an orbit ended", 0, STATUS_FLAGS),
+        *(_recorded(name, dims, page) for name in ("E1max", "E2max", "reduction")),
         Dataset("impacts", dims, "int32", "1", "impacts per nT; -1: not recorded", -1),
         Dataset("regime", dims, "int8", "1", "kind of the steady state", 0, FLAGS),
-        *(_of_response(name, dims, page) for name in _RESPONSE),
+        *(_recorded(name, dims, page) for name in _RESPONSE),
     ]
     swept = [
         replace(entry, name=entry.name + DOWN, long_name=f"{entry.long_name}; of the sweep down")
@@ -72,13 +67,13 @@ def _along(page: CurvePage, found: Sequence[Mapping[str, np.ndarray]]) -> list[C
     ]
 
 
-def _of_response(name: str, dims: tuple[str, ...], page: CurvePage) -> Dataset:
-    """Return the dataset of a number of a response; of two walls, the larger."""
-    entry = BY_NAME[name]
+def _recorded(name: str, dims: tuple[str, ...], page: CurvePage) -> Dataset:
+    """Return the dataset of what scans record as well; of two walls, the larger."""
     scenes = [curve.scan.system.scene for curve in page.curves]
-    words = entry.words_in(next((scene for scene in scenes if scene.damper), scenes[0]))
-    larger = "; of two walls the larger" if entry.dims else ""
-    return Dataset(name, dims, "float64", entry.unit, words + larger, np.nan)
+    scene = next((scene for scene in scenes if scene.damper), scenes[0])
+    found = BY_NAME[name].dataset(dims, scene)
+    larger = "; of two walls the larger" if BY_NAME[name].dims else ""
+    return replace(found, long_name=found.long_name + larger)
 
 
 def _filled(arrays: Mapping[str, np.ndarray], entry: Dataset, size: int) -> np.ndarray:
@@ -143,7 +138,6 @@ def _systems(page: CurvePage) -> list[Content]:
         if name != page.axis and any(name in curve.scan.system.parameters for curve in curves)
     ]
     for name in names:
-        entry = PARAMETERS[name]
         values = np.array([c.scan.system.parameters.get(name, np.nan) for c in curves])
-        found.append((Dataset(name, dims, "float64", entry.unit, entry.meaning, np.nan), values))
+        found.append((PARAMETERS[name].dataset(dims), values))
     return found

@@ -112,6 +112,12 @@ CHECKED = {
         (["force", "force"], "names something twice"),
         ([], "empty"),
     ],
+    "show": [
+        (3, "show = 3 must be a list of one or more words"),
+        ([], "must be a list of one or more words"),
+        (["x1max"], "unknown show 'x1max'; did you mean 'x1_max'"),
+        (["E1max", "E1max"], "names something twice"),
+    ],
     "parameters": [("k2", "must be two names"), (["k2"], "must be two names")],
     "states": [*no_list, ([1], "state = 1 must be a list of numbers")],
     "values": [*no_list, (["x"], "value = 'x' must be a number"), ([NAN], "value = nan")],

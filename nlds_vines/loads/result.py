@@ -130,6 +130,11 @@ def decays_in(path: str | os.PathLike[str]) -> Decays | LoadScan:
     """Return the decay in an archive; `RequestError` for an archive of anything else."""
     with read(path) as view:
         request = view.request(DECAY, load_decay)
+        if "last" in view:
+            raise RequestError(
+                f"{view.path} was written before decays told their numbers by name: "
+                f"`nlds-vines rerun {view.path}` computes it again"
+            )
         place = ArchivePath.of(view.path)
         if request.vary:
             names = [entry.name for entry in OF_LOADS if entry.name in view]

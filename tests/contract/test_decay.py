@@ -7,6 +7,7 @@ import pytest
 
 import nlds_vines as nv
 from nlds_vines.__main__ import main as console
+from nlds_vines.archives.dataset import Dataset
 from nlds_vines.errors import RequestError
 from nlds_vines.loads import run
 from nlds_vines.loads.command import main
@@ -433,3 +434,17 @@ def test_the_ground_s_acceleration_and_impacts_balance():
     for fall in found.falls.values():
         assert fall.numbers["impacts"] >= 1
         assert fall.numbers["balance"] < 1e-11
+
+
+def test_an_archive_of_former_names_is_refused(tmp_path, monkeypatch):
+    path, contents = tmp_path / "old.h5", run.contents
+
+    def with_former_name(request, found):
+        scales, filled = contents(request, found)
+        former = Dataset("last", ("damper",), "float64", "s", "last times", np.nan)
+        return scales, [*filled, (former, np.ones(len(request.systems)))]
+
+    monkeypatch.setattr(run, "fall_of", made_up)
+    monkeypatch.setattr(run, "contents", with_former_name)
+    with pytest.raises(RequestError, match=r"old.h5 was written before .* rerun"):
+        nv.decay("tmd", impulse=9.0, duration=3.0, to=path, quiet=True)

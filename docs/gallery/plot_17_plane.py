@@ -8,5 +8,5 @@ and force: the borders of its regime without computing a map.
 
 import nlds_vines as nv
 
-found = nv.follow("ssul-set6", along="omega", between=(7.0, 8.0), plane=("P", 600.0, 1000.0))
+found = nv.follow("ssul-set6", along="omega", between=(7.2, 7.6), plane=("P", 700.0, 900.0))
 found.plot().savefig("plane.png", dpi=200)

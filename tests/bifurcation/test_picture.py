@@ -485,6 +485,7 @@ def dots_of(cells):
     cut = SimpleNamespace(
         values=np.linspace(5, 8, cells),
         starts=["rest"],
+        view={},
         of=lambda _: np.zeros((cells, 1, 40)),
     )
     dot_panel._draw_dots(axes, cut, quantity)

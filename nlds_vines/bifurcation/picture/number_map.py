@@ -39,6 +39,7 @@ _EXTREME = 0.5  # per cent of the cells at either end that do not stretch a two-
 _NARROWEST = 1e-12  # least reach of a two-sided scale to either side
 _UNEVEN = 3.0  # how much farther one side of it may reach than the other: colours have equal steps
 _LIGHTER = 0.36  # of the shades above zero: their end is lighter than that below, in grey as well
+_DEEPEST = 1e-4  # of the largest number: smaller ones have the darkest shade by logarithm
 _WIDE = 8.0  # ratio of the largest to a small value from which shades are logarithmic by themselves
 _SETTLED_LATE = 10.0  # forcing periods, least upper end of the scale of settling times
 _NONE = "none found"
@@ -116,7 +117,8 @@ def _scale(name: str, shown: np.ma.MaskedArray, way: str) -> tuple[Colormap, Nor
     if scale == WAIT:
         return plain, LogNorm(1, max(_SETTLED_LATE, values.max(initial=0.0)), clip=True)
     low, high = values.min(initial=0.0), values.max(initial=0.0)
-    small = np.percentile(values, _EXTREME) if values.size else 0.0
+    least = values.min(initial=np.inf)
+    small = max(least, high * _DEEPEST) if least > 0.0 else 0.0
     if way == LOG and not 0.0 < small < high:
         raise RequestError(f"show = '{LOG}{name}': it takes numbers above 0 that differ")
     signed = scale == SIGNED or low < 0.0 < high

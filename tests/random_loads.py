@@ -19,6 +19,7 @@ from twin_spans import COS, ONE, SIN, V1, Model
 
 from nlds_vines.orbits.loaded import LOAD, fly, longest_cell
 
+MOST_SPANS = 400  # of a segment: a contact that rests takes endless steps of the twin
 RECORD = ("states", "work", "impacts", "energy", "response", "clearance")
 
 
@@ -101,7 +102,7 @@ def course_of(case: Case, segments: list[Segment], starts: Any, nudge: Any = 0.0
         for energy, which in zip(model.energies(w), range(2), strict=True):
             course.tops[which] = max(course.tops[which], energy)
         count, seen = len(course.impacts), 0.0
-        for _ in range(2000):
+        for _ in range(MOST_SPANS):
             if seen >= one.time:
                 break
             w, took = course.advance(w, one.time - seen, now + seen)

@@ -170,9 +170,9 @@ def _touches(system: System, sources: Sources) -> Any:
     for wall, role in zip(reversed(walls), ("wall", "blue"), strict=False):
         dots = made.scatter("phase", wall, source=sources["touches"], size=5, line_color=None)
         roled(dots, role)
-    made.xaxis.axis_label = "phase at touch φ [rad]"
-    first = f", {names[0]} in blue" if len(names) > 1 else ""
-    made.yaxis.axis_label = f"approach speed [m/s]{first}"
+    first = f"; {names[0]} in blue" if len(names) > 1 else ""
+    made.xaxis.axis_label = f"phase at touch φ [rad]{first}"
+    made.yaxis.axis_label = "approach speed [m/s]"
     return made
 
 

@@ -139,7 +139,10 @@ def test_the_colours_are_those_of_the_pictures(small_map):
     found = stored(small_map)
     words = label_words(found)[1:]
     shades = colours(words)
-    assert [shade for _, shade in classes_of(found)[1:]] == [shades[word] for word in words]
+    classes = classes_of(found)[1:]
+    assert [shade for _, shade, _ in classes] == [shades[word] for word in words]
+    names = {name: shade for _, shade, name in classes}
+    assert len(names) == len(set(names.values()))  # one name for each colour
 
 
 def test_a_map_of_sections_alone_shows_what_is_computed(small_map):

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 
-import numpy as np
-
 from nlds_vines.archives.archive import read
 from nlds_vines.bifurcation.response_curves.picture import draw_page
 from nlds_vines.bifurcation.response_curves.request import Curve, CurvePage, label_of
@@ -38,9 +36,6 @@ def values_of(page: CurvePage, archive_of: Callable[[Curve], Path]) -> list[Curv
 def _values(curve: Curve, path: Path) -> CurveValues:
     """Return what a scan's archive holds along a curve."""
     with read(path) as view:
-        values = view[view.axes[0]]
-        nothing = np.full(values.size, np.nan)
-        energy = view.take("E1max", start=0)
-        damper = view.take("E2max", start=0) if "E2max" in view else nothing
-        impacts = view.take("impacts", start=0) if "impacts" in view else np.full(values.size, -1)
-    return CurveValues(label_of(curve), values, energy, damper, nothing, impacts)
+        names = ["E1max", *(name for name in ("E2max", "impacts") if name in view)]
+        numbers = {name: view.take(name, start=0) for name in names}
+        return CurveValues(label_of(curve), view[view.axes[0]], numbers)

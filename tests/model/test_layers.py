@@ -18,7 +18,7 @@ FORM = Form(
 
 
 def layers(below, above):
-    return Layers.of(FORM.open(below), above, "command line")
+    return Layers.of(FORM, FORM.open(below), above, "command line")
 
 
 def test_the_upper_layer_overrides_entry_by_entry():
@@ -66,7 +66,7 @@ def test_a_path_a_system_and_a_name_are_sources(tmp_path):
 def test_the_system_is_that_of_the_upper_layer_that_names_one():
     assert layers({"system": "tmd"}, {"system": "ssbl"}).system().kind == "ssbl"
     assert layers({"system": "tmd"}, {}).system().kind == "tmd"
-    assert layers({}, {}).system("none").kind == "none"
+    assert layers({}, {}).system_as_set("none").kind == "none"
     with pytest.raises(RequestError, match=r"^test: no system"):
         layers({}, {}).system()
 

@@ -96,10 +96,8 @@ def page(systems, **changes):
 def test_a_page_draws_the_closed_form_over_its_curve():
     vary = {"omega": {"start": 0.9, "stop": 1.1, "num": 5}}
     request = page([with_clearance(50.0)], vary=vary)
-    zeros = np.zeros(5)
     values = [
-        CurveValues(curve.name, request.values, zeros + 1, zeros, zeros, zeros)
-        for curve in request.curves
+        CurveValues(curve.name, request.values, {"E1max": np.ones(5)}) for curve in request.curves
     ]
     for log in (False, True):
         figure = draw_page(replace(request, log=log), values)

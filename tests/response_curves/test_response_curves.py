@@ -220,13 +220,7 @@ def page_of_numbers(numbers, **figure):
     """Return the axes of a page of a damper with these numbers, and of the structure alone."""
     tables = {"vary": {"omega": {"values": [6.0, 6.2, 6.4]}}, "figure": figure}
     page = page_from("ssul-set6", (), tables, "a test")
-    nothing, values = np.full(3, np.nan), page.values
-    curves = [
-        CurveValues(label_of(curve), values, numbers["E1max"], nothing,
-                    numbers["reduction"] if curve.scan.system.scene.damper else nothing,
-                    np.full(3, -1), numbers)
-        for curve in page.curves
-    ]  # fmt: skip
+    curves = [CurveValues(label_of(curve), page.values, numbers) for curve in page.curves]
     return draw_page(page, curves).axes
 
 

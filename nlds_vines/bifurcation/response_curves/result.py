@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,10 +27,6 @@ class CurveValues:
     Attributes:
         label: what a legend calls it.
         values: those of the parameter along the curve.
-        E1max: largest energies of the structure [J].
-        E2max: those of the damper [J]; NaN without one.
-        reduction: 1 - E1max / E1max of the structure alone; NaN without a damper.
-        impacts: impacts per nT; -1 where they were not recorded.
         numbers: all that was recorded along the curve, by name of the dataset; of a second start
             with the ending `_down`.
         peak, peak_at: the highest E1max [J], and the value of the parameter there.
@@ -40,15 +36,35 @@ class CurveValues:
 
     label: str
     values: np.ndarray
-    E1max: np.ndarray
-    E2max: np.ndarray
-    reduction: np.ndarray
-    impacts: np.ndarray
-    numbers: Mapping[str, np.ndarray] = field(default_factory=dict)
+    numbers: Mapping[str, np.ndarray]
     peak: float = np.nan
     peak_at: float = np.nan
     peak_reduction: float = np.nan
     failed: int = 0
+
+    @property
+    def E1max(self) -> np.ndarray:
+        """Largest energies of the structure [J]; NaN where they were not recorded."""
+        return self._along("E1max", np.nan)
+
+    @property
+    def E2max(self) -> np.ndarray:
+        """Largest energies of the damper [J]; NaN without one."""
+        return self._along("E2max", np.nan)
+
+    @property
+    def reduction(self) -> np.ndarray:
+        """1 - E1max / E1max of the structure alone; NaN without a damper."""
+        return self._along("reduction", np.nan)
+
+    @property
+    def impacts(self) -> np.ndarray:
+        """Impacts per nT; -1 where they were not recorded."""
+        return self._along("impacts", -1)
+
+    def _along(self, name: str, nothing: float) -> np.ndarray:
+        """Return a number along the curve; `nothing` everywhere where it was not recorded."""
+        return self.numbers.get(name, np.full(self.values.size, nothing))
 
 
 @dataclass(frozen=True)
@@ -115,13 +131,7 @@ def curves_of(view: ArchiveView) -> ResponseCurves:
 
 
 def _curves(view: ArchiveView, page: CurvePage) -> Iterator[CurveValues]:
-    """Yield the curves of an archive; what it does not hold is NaN, or -1 for impacts."""
-    shape = view.shape("status")
-    nothing = np.full(shape, np.nan)
-    energy, damper, reduction = (
-        view[name] if name in view.names else nothing for name in ("E1max", "E2max", "reduction")
-    )
-    impacts = view["impacts"] if "impacts" in view else np.full(shape, -1)
+    """Yield the curves of an archive."""
     every = {n: view[n] for n in view.names if view.dims(n) == ("curve", page.axis)}
     failed = sum(np.count_nonzero(every[n] > 0, axis=1) for n in STATUSES if n in every)
     peak, place, lower = view["peak"], view["peak_at"], view["peak_reduction"]
@@ -129,10 +139,6 @@ def _curves(view: ArchiveView, page: CurvePage) -> Iterator[CurveValues]:
         yield CurveValues(
             label=str(label),
             values=view[page.axis],
-            E1max=energy[i],
-            E2max=damper[i],
-            reduction=reduction[i],
-            impacts=impacts[i],
             numbers={name: values[i] for name, values in every.items()},
             peak=float(peak[i]),
             peak_at=float(place[i]),

@@ -24,7 +24,6 @@ from nlds_vines.kernels.scene.codes import OK
 from nlds_vines.model.scenes import SCENES
 from nlds_vines.orbits import batch
 from nlds_vines.orbits.coexistence import final
-from nlds_vines.orbits.evidence import arrays_of
 from nlds_vines.orbits.kernel_inputs import parts_of
 from nlds_vines.runs.threads import use_threads
 
@@ -69,7 +68,7 @@ def judge(cells, starts=None, method="exact", effort="standard", transient=240, 
     chains = np.ascontiguousarray(cells.reshape(-1, 1))
     starts = np.zeros((len(chains), 4)) if starts is None else np.ascontiguousarray(starts)
     out = Computer(scan).run(chains, starts, transient, periods)
-    found = arrays_of(out.status, out.evidence, out.counts, chains, 4)
+    found = out.verdicts(chains)
     rows = out.evidence[:, 0]
     point = rows[:, ev.POINT : ev.POINT + 4]
     return Judged({name: a[:, 0] for name, a in found.items()}, point, out.ends[:, 0, 1, :4])

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from nlds_vines.kernels.cells.load_orbit import fly_under
 from nlds_vines.model.catalogue import load_system
 from nlds_vines.model.system import System
-from nlds_vines.orbits import loaded, simulation
+from nlds_vines.orbits import load_flight, simulation
 
 PERIODS, REPEATS, SOLVED = 2000, 5, 40
 RECORDS = (["energy"], ["energy", "states"], ["energy", "response"])
@@ -32,7 +32,7 @@ class Clock:
         """Take the place of the two kernels that are called from Python."""
         self.spent = 0.0
         simulation.run_cell = self.timed(simulation.run_cell)
-        loaded.fly_under = self.timed(fly_under)
+        load_flight.fly_under = self.timed(fly_under)
 
     def timed(self, kernel: Callable[..., int]) -> Callable[..., int]:
         """Return a kernel whose time is noted."""
@@ -58,7 +58,7 @@ class Clock:
 
 def cells(system: System) -> tuple[int, np.ndarray, np.ndarray]:
     """Return how many cells a period has, their edges, and the harmonic force's coefficients."""
-    p, count = system.parameters, math.ceil(system.period / loaded.longest_cell(system))
+    p, count = system.parameters, math.ceil(system.period / load_flight.longest_cell(system))
     edges = np.linspace(0.0, PERIODS * system.period, PERIODS * max(count, 8) + 1)
     phase, angle = p["omega"] * edges[:-1], p["omega"] * np.diff(edges)
     waves = np.cos(phase), -np.sin(phase), -np.cos(phase), np.sin(phase)
@@ -92,7 +92,7 @@ def main(name: str = "tmd") -> None:
         for degree in (3, 14):
             load = load_of(edges, rows, degree)
             found = clock.of(
-                lambda load=load, record=record: loaded.fly(  # type: ignore[misc]
+                lambda load=load, record=record: load_flight.fly(  # type: ignore[misc]
                     system, load, record=[*record, *["impacts"] * walls], quiet=True
                 )
             )

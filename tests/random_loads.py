@@ -17,7 +17,7 @@ from random_laws import NUDGE, TOO_SENSITIVE, Case, case_of, compare_impacts
 from twin_of_laws import ChatterError, Course
 from twin_spans import COS, ONE, SIN, V1, Model
 
-from nlds_vines.orbits.loaded import LOAD, fly, longest_cell
+from nlds_vines.orbits.load_flight import LOAD, fly, longest_cell
 
 MOST_SPANS = 400  # of a segment: a contact that rests takes endless steps of the twin
 RECORD = ("states", "work", "impacts", "energy", "response", "clearance")

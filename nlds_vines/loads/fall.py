@@ -16,7 +16,7 @@ from nlds_vines.model.load_quantities import OF_LOADS, SHARES, WAYS
 from nlds_vines.model.loads.loading import Cells, Loading
 from nlds_vines.model.loads.series import polynomial
 from nlds_vines.model.system import System
-from nlds_vines.orbits.loaded import C1, C2, CONTACT, LOAD, Flown, fly, longest_cell
+from nlds_vines.orbits.load_flight import C1, C2, CONTACT, LOAD, Flown, fly, longest_cell
 from nlds_vines.orbits.signals import energy_of_damper, energy_of_structure
 
 CAPTURED = 1.99

@@ -18,7 +18,7 @@ In reading order:
     refinement       errors, from the same orbits computed more finely
     impact_rows      what is told of an impact, and of a limit
     simulation       `nv.simulate`
-    loaded           an orbit under a load in time
+    load_flight      an orbit under a load in time
     classification   `nv.classify`
     coexistence      which regimes the starts of a cell reach
     signals          forces, energies, relative displacement

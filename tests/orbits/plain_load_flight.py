@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nlds_vines import RequestError, load_system, simulate
-from nlds_vines.orbits.loaded import C1, C2, CONTACT, LOAD, fly, longest_cell
+from nlds_vines.orbits.load_flight import C1, C2, CONTACT, LOAD, fly, longest_cell
 
 mpmath.mp.dps = 30
 END = 3.0  # [s]

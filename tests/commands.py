@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -23,6 +24,18 @@ def printed(*words, **where):
     done = python(*words, **where)
     assert done.returncode == 0, done.stderr
     return done.stdout
+
+
+def changed(folder, heading):
+    """Copy the package into a folder, apply the change that CONTRIBUTING shows there; return it."""
+    ignored = shutil.ignore_patterns("__pycache__", "_build")
+    for name in ("nlds_vines", "data", "scans", "docs"):
+        shutil.copytree(REPO / name, folder / name, ignore=ignored)
+    page = (REPO / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    diff = page.partition(f"## {heading}\n")[2].partition("```diff\n")[2].partition("```\n")[0]
+    (folder / "change.diff").write_text(diff, encoding="utf-8")
+    subprocess.run(["git", "apply", "--unsafe-paths", "change.diff"], cwd=folder, check=True)
+    return folder
 
 
 def contents(folder):

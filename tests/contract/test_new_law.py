@@ -6,8 +6,6 @@ law's constants with a solver that shares nothing with the kernels.
 """
 
 import json
-import shutil
-import subprocess
 import sys
 from functools import partial
 from pathlib import Path
@@ -16,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from commands import printed
+from commands import changed, printed
 from scipy.integrate import solve_ivp
 
 from nlds_vines.kernels.scene import law
@@ -127,21 +125,10 @@ def derivative(f, x, steps):
     return np.array(columns).T
 
 
-def changed(folder):
-    """Copy the package into a folder and apply the change that CONTRIBUTING shows."""
-    for name in ("nlds_vines", "data", "scans"):
-        ignored = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    (folder / "law.diff").write_text(text.partition("```diff\n")[2].partition("```\n")[0])
-    subprocess.run(["git", "apply", "--unsafe-paths", "law.diff"], cwd=folder, check=True)
-    return folder
-
-
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
     """Return what the changed package computes."""
-    folder = changed(tmp_path_factory.mktemp("changed"))
+    folder = changed(tmp_path_factory.mktemp("changed"), "Add a contact law")
     given = json.dumps([CONSTANTS, RECORDED, JUDGED, PERIODS])
     places = {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
     return json.loads(printed("-P", "-c", PROGRAM, given, cwd=folder, **places))
@@ -154,7 +141,7 @@ compiles = pytest.mark.slow("compiles the kernels of a law that no other test ha
 @compiles
 def test_its_change_is_one_file_and_one_entry_of_the_model(tmp_path):
     files = {path.relative_to(ROOT) for path in (ROOT / "nlds_vines").rglob("*.py")}
-    new = changed(tmp_path)
+    new = changed(tmp_path, "Add a contact law")
     there = {path.relative_to(new) for path in (new / "nlds_vines").rglob("*.py")}
     differ = {path for path in files if (ROOT / path).read_bytes() != (new / path).read_bytes()}
     assert there - files == {Path("nlds_vines/kernels/laws/bilinear.py")}

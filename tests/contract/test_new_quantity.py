@@ -1,16 +1,11 @@
 """A new recorded number is a line: done here with the change that CONTRIBUTING shows, in a copy."""
 
 import json
-import os
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
+import commands
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parents[2]
 WORDS = "width of the section, the largest less the least x1 at t = nT"
 
 PROGRAM = """
@@ -59,25 +54,13 @@ print(json.dumps(found))
 
 @pytest.fixture(scope="module")
 def changed(tmp_path_factory):
-    """Copy the package with its pages, apply the change, and return the folder."""
-    folder = tmp_path_factory.mktemp("changed")
-    for name in ("nlds_vines", "data", "docs"):
-        ignored = shutil.ignore_patterns("__pycache__", "_build")
-        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    text = text.partition("## Add a recorded number")[2].partition("```diff\n")[2]
-    (folder / "change.diff").write_text(text.partition("```\n")[0], encoding="utf-8")
-    subprocess.run(["git", "apply", "--unsafe-paths", "change.diff"], cwd=folder, check=True)
-    return folder
+    """Return the folder of a changed copy."""
+    return commands.changed(tmp_path_factory.mktemp("changed"), "Add a recorded number")
 
 
-def output_of(folder, *command):
+def output_of(folder, *words):
     """Return what a program prints in a copy, with kernels as plain Python."""
-    env = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(folder)}
-    command = [sys.executable, *command]
-    done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    return commands.printed(*words, cwd=folder, PYTHONPATH=str(folder), NUMBA_DISABLE_JIT="1")
 
 
 @pytest.fixture(scope="module")

@@ -1,15 +1,11 @@
 """A new setting is one field: done here with the change that CONTRIBUTING shows, in a copy."""
 
-import shutil
-import subprocess
-import sys
-from pathlib import Path
+from functools import partial
 
+import commands
 import pytest
 
 import nlds_vines as nv
-
-ROOT = Path(__file__).parents[2]
 
 PROGRAM = """
 import sys
@@ -27,20 +23,9 @@ print(usual.hash)
 
 @pytest.fixture(scope="module")
 def changed(tmp_path_factory):
-    """Copy the package, apply the change, and return what runs the copy."""
-    folder = tmp_path_factory.mktemp("changed")
-    for name in ("nlds_vines", "data"):
-        ignored = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("## Add a setting")[2]
-    (folder / "change.diff").write_text(text.partition("```diff\n")[2].partition("```\n")[0])
-    subprocess.run(["git", "apply", "--unsafe-paths", "change.diff"], cwd=folder, check=True)
-
-    def run(*arguments):
-        command = [sys.executable, "-c", PROGRAM, *arguments]
-        return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-
-    return run
+    """Return what runs a changed copy of the package."""
+    folder = commands.changed(tmp_path_factory.mktemp("changed"), "Add a setting")
+    return partial(commands.python, "-c", PROGRAM, cwd=folder, PYTHONPATH=str(folder))
 
 
 def test_files_and_hashes_know_it(changed):

@@ -38,7 +38,7 @@ import numpy as np
 
 from ..numerics.compiling import jit
 from ..numerics.elementary import fifth_root
-from ..numerics.fours import four, four_at, larger_of, largest_of, put_four, sum_of
+from ..numerics.fours import four, four_at, four_of, larger_of, largest_of, put_four, sum_of
 from ..scene.drive import cos_sin
 from ..scene.scene import accelerations_of, under
 from .impact_series import TERMS, factors_of
@@ -50,7 +50,7 @@ from .impact_series import TERMS, factors_of
 #   INSIDE      7 ROW            scratch of `inside`
 #   LEVELS      8 LEVEL          a row for each choice of nodes, from few to many (`NODES` ...)
 #   USED        8                level of the nodes whose unknowns are there
-#   PRODUCTS      ROW              terms of the series, products of the five small numbers
+#   PRODUCTS    ROW              terms of the series, products of the five small numbers
 #   VARIED      35 ROW           scratch of variations (`impact_variations`)
 #   SHAPE       4 DEGREES        polynomials of the free arc in time (`state_inside.shape_at`)
 #   then        for each of them, of the whole arc and of its half, m being n in whole fours:
@@ -82,23 +82,17 @@ CONSTANTS = SHAPE + 4 * DEGREES
 GUESSED, MISSED = 17, len(TERMS)  # terms of the guess; of what the nodes miss: 36, in whole fours
 U, S, WEIGHT, CUBE, DOUBLE, GB = range(6)  # in rows of m numbers, as the next two
 GT, MATRIX = GB + GUESSED, GB + 2 * GUESSED
-AT_FORCE, AT_DRAG, AT_DRIFT, AT_SPRING, AT_CURVATURE = (
-    1,
-    2,
-    3,
-    7,
-    10,
-)  # places of the five small numbers in TERMS
-FEWER, ONCE = (np.array(places) for places in factors_of(TERMS))
+# places of the five small numbers in TERMS
+AT_FORCE, AT_DRAG, AT_DRIFT, AT_SPRING, AT_CURVATURE = 1, 2, 3, 7, 10
+FACTORS = np.array(factors_of(TERMS)).ravel()  # places of one for each term, then of the others
 
 LENGTH = 1.4716375921623523  # integral of u from touch to release: B(2/5, 1/2) 2/5
 LASTING = 2.943  # time from touch to release of a free impact, times speed / depth
 LARGEST = 0.15  # of e, the external acceleration in units of the contact's own: above it, stepped
 LONGEST = 0.25  # duration of a short impact in units of 1/rate: a longer one is stepped
 MOST_SWEEPS = 12  # a sweep gains one digit or two; from the guess, some two are needed
-DOUBTED = (
-    5.0  # error of the speed for a difference of the two energies, relative: five times its half
-)
+# error of the speed for a difference of the two energies, relative: five times its half
+DOUBTED = 5.0
 ROUND_OFF = 2.0e-15  # relative, of a velocity at the nodes
 BY_TIME = 0.2  # least share of a change that integrals over the whole interval are said to keep
 SETTLED = 0.03  # share of the tolerance that the sweeps may leave
@@ -202,6 +196,13 @@ def level_for(arc, error, size):
     return arc.levels - 1
 
 
+@jit(inlined=True)
+def gathered(w, k):
+    """Return the four terms of the series that are FACTORS number k to k + 3."""
+    i, j, m, n = FACTORS[k], FACTORS[k + 1], FACTORS[k + 2], FACTORS[k + 3]
+    return four_of(w[PRODUCTS + i], w[PRODUCTS + j], w[PRODUCTS + m], w[PRODUCTS + n])
+
+
 @jit
 def fill_products(w, approach):
     """Fill the terms of the series, of which each is a former one times a small number."""
@@ -209,8 +210,8 @@ def fill_products(w, approach):
     w[PRODUCTS + AT_FORCE], w[PRODUCTS + AT_DRAG] = approach.force, approach.drag
     w[PRODUCTS + AT_DRIFT], w[PRODUCTS + AT_SPRING] = approach.drift, approach.spring
     w[PRODUCTS + AT_CURVATURE] = approach.curvature
-    for k in range(1, MISSED):
-        w[PRODUCTS + k] = w[PRODUCTS + FEWER[k]] * w[PRODUCTS + ONCE[k]]
+    for k in range(4, MISSED, 4):  # no factor is among the four terms, but a small number by 1
+        put_four(w, PRODUCTS + k, gathered(w, k) * gathered(w, MISSED + k))
 
 
 @jit
@@ -229,13 +230,17 @@ def first_guess(ps, damper, nodes, approach):
     on_x, on_x_twice = on_v * z0 * tick, once * tick
     half, sixth, last = 0.5 * approach.acceleration, approach.jerk / 6.0, approach.snap / 24.0
     for i in range(0, m, 4):
-        beta, t, row = four(0.0), four(0.0), at + GB * m + i
-        for k in range(GUESSED):
-            power = w[PRODUCTS + k]
-            beta = beta + four_at(w, row) * power
-            t = t + four_at(w, row + (GT - GB) * m) * power
+        # of odd and even terms apart: no sum waits for the other; that of 1 is 0 for b
+        row = at + GB * m + i
+        beta, t, more, later = four(0.0), four_at(w, row + (GT - GB) * m), four(0.0), four(0.0)
+        for k in range(1, GUESSED, 2):
             row += m
-        now, t = b + b * beta, tick * t
+            beta = beta + four_at(w, row) * w[PRODUCTS + k]
+            t = t + four_at(w, row + (GT - GB) * m) * w[PRODUCTS + k]
+            row += m
+            more = more + four_at(w, row) * w[PRODUCTS + k + 1]
+            later = later + four_at(w, row + (GT - GB) * m) * w[PRODUCTS + k + 1]
+        now, t = b + b * (beta + more), tick * (t + later)
         u, cube = four_at(w, at + i), four_at(w, at + CUBE * m + i)
         double = four_at(w, at + DOUBLE * m + i)
         now2 = now * now

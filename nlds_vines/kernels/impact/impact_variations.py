@@ -43,14 +43,13 @@ from .impact import (
     AT_SPRING,
     CUBE,
     DOUBLE,
-    FEWER,
+    FACTORS,
     GB,
     GT,
     GUESSED,
     MATRIX,
     MISSED,
     MOST_SWEEPS,
-    ONCE,
     PRODUCTS,
     ROW,
     SETTLED,
@@ -173,7 +172,7 @@ def fill_changes(w, numbers):
     put_four(w, CHANGES + 4 * AT_SPRING, spring)
     put_four(w, CHANGES + 4 * AT_CURVATURE, curvature)
     for k in range(1, MISSED):
-        fewer, once = FEWER[k], ONCE[k]
+        fewer, once = FACTORS[k], FACTORS[MISSED + k]
         change = w[PRODUCTS + fewer] * four_at(w, CHANGES + 4 * once)
         change = change + w[PRODUCTS + once] * four_at(w, CHANGES + 4 * fewer)
         put_four(w, CHANGES + 4 * k, change)
